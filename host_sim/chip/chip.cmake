@@ -1,0 +1,3 @@
+add_library(lagless_chip STATIC
+)
+desk_room(lagless_chip)

@@ -1,0 +1,127 @@
+#include "app/app.h"
+
+#include "app/board.h"
+#include "drive/reasons.h"
+
+HAL_PER_CHIP app_t *app;
+
+static uint32_t drive_flags(uint16_t hal_flags)
+{
+    return ((hal_flags & HAL_FLAG_TRIPPED) != 0u ? DRIVE_SAMPLE_TRIPPED : 0u) |
+           ((hal_flags & HAL_FLAG_FAULT_PIN) != 0u ? DRIVE_SAMPLE_FAULT_LINE : 0u) |
+           ((hal_flags & HAL_FLAG_ENCODER) != 0u ? DRIVE_SAMPLE_ENCODER : 0u) |
+           ((hal_flags & HAL_FLAG_LATE) != 0u ? DRIVE_SAMPLE_LATE : 0u);
+}
+
+static float current_of(uint16_t code)
+{
+    return ((float)code + BOARD_HALF_CODE) * BOARD_CURRENT_PER_CODE + BOARD_CURRENT_ZERO;
+}
+
+static float temperature_of(uint16_t code)
+{
+    return ((float)code + BOARD_HALF_CODE) * BOARD_TEMPERATURE_PER_CODE + BOARD_TEMPERATURE_ZERO;
+}
+
+static void app_read(drive_samples_t *samples)
+{
+    hal_samples_t counts;
+    hal_read(&counts);
+    samples->i_a = current_of(counts.current_a);
+    samples->i_b = current_of(counts.current_b);
+    samples->u_dc = ((float)counts.dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
+    samples->sink_temperature = temperature_of(counts.sink_temperature);
+    samples->motor_temperature = temperature_of(counts.motor_temperature);
+    samples->encoder = counts.encoder;
+    samples->flags = drive_flags(counts.flags);
+}
+
+static uint16_t compare_of(float duty)
+{
+    return (uint16_t)(duty * (float)HAL_PERIOD_COUNT + 0.5f);
+}
+
+static void app_write(const drive_command_t *command)
+{
+    hal_write_compare(compare_of(command->duty.a), compare_of(command->duty.b), compare_of(command->duty.c));
+    switch ((drive_gates_t)command->gates) {
+    case GATES_ON:
+        (void)hal_gates_on(); /* whether they came on, the next sample's flags tell the drive */
+        break;
+    case GATES_OFF:
+        hal_gates_off();
+        break;
+    case GATES_KEEP:
+        break;
+    }
+    hal_end_of_sample();
+}
+
+HAL_INTERRUPT void app_interrupt(void)
+{
+    drive_samples_t samples;
+    drive_command_t command;
+    app_read(&samples);
+    drive_step(&app->drive, &samples, &command);
+    app_write(&command);
+}
+
+HAL_INTERRUPT void app_trip(void)
+{
+    drive_trip(&app->drive);
+    hal_end_of_trip();
+}
+
+static uint16_t dead_band_of(const params_t *params)
+{
+    return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.5f);
+}
+
+static uint32_t encoder_max_of(const params_t *params)
+{
+    return 4u * (uint32_t)params->encoder_lines - 1u;
+}
+
+void app_start(void)
+{
+    params_defaults(&app->staged);
+    drive_init(&app->drive, &app->staged);
+    const hal_config_t config = {
+        .dead_band_count = dead_band_of(&app->staged),
+        .encoder_count_max = encoder_max_of(&app->staged),
+        .on_sample = app_interrupt,
+        .on_trip = app_trip,
+    };
+    app->board_status = (int32_t)hal_init(&config);
+    if (app->board_status != (int32_t)HAL_OK) {
+        drive_stop(&app->drive, REASON_BOARD_FAILED);
+        return;
+    }
+    hal_watchdog_start();
+}
+
+void app_background(void)
+{
+    hal_watchdog_feed();
+}
+
+bool app_apply(params_error_t *why)
+{
+    hal_interrupts_off();
+    const bool taken = drive_apply(&app->drive, &app->staged, why);
+    if (taken &&
+        !drive_bridge_on(&app->drive)) { /* what lives in registers changes only while the bridge is off */
+        (void)hal_set_dead_band(dead_band_of(&app->staged));
+        (void)hal_set_encoder(encoder_max_of(&app->staged));
+    }
+    hal_interrupts_on();
+    return taken;
+}
+
+bool app_request(const requests_t *requests, params_error_t *why)
+{
+    hal_interrupts_off();
+    const bool taken = drive_request(&app->drive, requests, why);
+    hal_interrupts_on();
+    return taken;
+}

@@ -1,0 +1,41 @@
+/* The only place where firmware meets hal: reset, the two interrupts, the background loop.
+ *
+ * `app` is the application of the chip that runs: one on silicon, one per thread on the desk, where the rig
+ * points it at the chip whose turn it is. */
+#ifndef APP_APP_H
+#define APP_APP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drive/drive.h"
+#include "hal/hal.h"
+
+typedef struct {
+    drive_t drive;
+    params_t staged;      /* written value by value from outside; app_apply makes it the active set */
+    int32_t board_status; /* [-] hal_status_t of the start */
+} app_t;
+
+extern HAL_PER_CHIP app_t *app;
+
+/* After reset: default parameters, board up, watchdog started; from here on the interrupt runs every period
+ * and app_background must be called at least every 100 ms. If the board does not come up, the drive is in
+ * fault. */
+void app_start(void);
+
+/* The background loop's work, once round. */
+void app_background(void);
+
+/* The interrupts: of the sample, and of the power module's fault line. */
+HAL_INTERRUPT void app_interrupt(void);
+HAL_INTERRUPT void app_trip(void);
+
+/* From the background: judge the staged set and take it over between two interrupts. false: the old set runs
+ * on, `why` says what was wrong. */
+bool app_apply(params_error_t *why);
+
+/* From the background: judge a set of requests and take it over between two interrupts. */
+bool app_request(const requests_t *requests, params_error_t *why);
+
+#endif

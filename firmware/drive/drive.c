@@ -1,0 +1,388 @@
+#include "drive/drive.h"
+
+#include <assert.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "math/trig.h"
+
+#define CURRENT_RAIL (0.995f * DRIVE_CURRENT_RANGE) /* [A] a sensor that reads this is at its end or broken  \
+                                                     */
+#define U_DC_LIMIT        1000.0f                   /* [V] no sensor of the board reads this: not a number */
+#define TEMPERATURE_LIMIT 1000.0f                   /* [degC] likewise */
+#define SETTLE_PERIODS    64u  /* [periods] after the start before offsets are averaged */
+#define REARM_PERIODS     200u /* [periods] 20 ms: fault line high for so long before a reset */
+#define STANDSTILL        2.0f /* [rad/s] mechanical: quick stop ends below */
+
+static void retune(drive_t *drive, const params_t *params)
+{
+    drive->params = *params;
+    drive->duty_min = params_duty_min(params);
+    drive->duty_max = 1.0f - drive->duty_min;
+    drive->pole_pairs = (float)params->motor_pole_pairs;
+    drive->pole_pairs_inverse = 1.0f / drive->pole_pairs;
+    drive->calibration_weight = 1.0f / (float)params->calibration_periods;
+
+    const encoder_params_t encoder = {
+        .count_per_turn = 4.0f * (float)params->encoder_lines,
+        .pole_pairs = drive->pole_pairs,
+        .offset = params->encoder_offset,
+        .bandwidth = params->encoder_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    encoder_retune(&drive->encoder, &encoder);
+
+    const speed_control_params_t speed = {
+        .kp = params->speed_kp,
+        .ki = params->speed_ki,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+    };
+    speed_control_retune(&drive->speed_control, &speed);
+
+    const current_control_params_t current = {
+        .resistance = params->motor_resistance,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .bandwidth = params->current_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    current_control_retune(&drive->current_control, &current);
+
+    const dead_time_params_t dead_time = {
+        .dead_time = params->dead_time,
+        .turn_on_delay = params->turn_on_delay,
+        .turn_off_delay = params->turn_off_delay,
+        .drop = params->device_drop,
+        .current_zone = params->current_zone,
+        .gain = params->compensation_gain,
+        .period = DRIVE_PERIOD,
+    };
+    dead_time_retune(&drive->dead_time, &dead_time);
+
+    const protection_limits_t limits = {
+        .overcurrent = params->overcurrent_trip,
+        .overvoltage = params->dc_overvoltage,
+        .undervoltage = params->dc_undervoltage,
+        .sink_temperature_max = params->sink_temperature_max,
+        .motor_temperature_max = params->motor_temperature_max,
+        .overspeed = params->overspeed_trip,
+    };
+    protection_retune(&drive->protection, &limits);
+}
+
+void drive_init(drive_t *drive, const params_t *params)
+{
+    params_error_t why;
+    assert(params_check(params, &why));
+    (void)why;
+    memset(drive, 0, sizeof *drive);
+    retune(drive, params);
+    requests_defaults(&drive->requests);
+    drive->state = DRIVE_NOT_READY;
+}
+
+bool drive_bridge_on(const drive_t *drive)
+{
+    return drive->state == DRIVE_SWITCHED_ON || drive->state == DRIVE_OPERATION_ENABLED ||
+           drive->state == DRIVE_QUICK_STOP;
+}
+
+bool drive_apply(drive_t *drive, const params_t *next, params_error_t *why)
+{
+    if (!params_check(next, why) ||
+        (drive_bridge_on(drive) && !params_check_live(&drive->params, next, why)) ||
+        !requests_check(&drive->requests, next, why)) {
+        return false;
+    }
+    retune(drive, next);
+    return true;
+}
+
+bool drive_request(drive_t *drive, const requests_t *next, params_error_t *why)
+{
+    if (!requests_check(next, &drive->params, why)) {
+        return false;
+    }
+    drive->requests = *next;
+    return true;
+}
+
+static bool within(float value, float limit)
+{
+    return value > -limit && value < limit; /* false for NaN */
+}
+
+/* A sample that is no measurement is replaced by the last good one; the return value says so. */
+static uint32_t take_samples(drive_t *drive, const drive_samples_t *samples)
+{
+    const bool good = within(samples->i_a, CURRENT_RAIL) && within(samples->i_b, CURRENT_RAIL) &&
+                      within(samples->u_dc, U_DC_LIMIT) &&
+                      within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
+                      within(samples->motor_temperature, TEMPERATURE_LIMIT);
+    if (good) {
+        const float i_a = samples->i_a - drive->offset.a;
+        const float i_b = samples->i_b - drive->offset.b;
+        drive->current_abc = (abc_t){i_a, i_b, -i_a - i_b};
+        drive->u_dc = samples->u_dc;
+        drive->sink_temperature = samples->sink_temperature;
+        drive->motor_temperature = samples->motor_temperature;
+    }
+    drive->encoder_count = samples->encoder;
+    drive->sample_flags = samples->flags;
+    return !good;
+}
+
+static uint32_t judge(drive_t *drive, uint32_t bad_sample)
+{
+    const uint32_t flags = drive->sample_flags;
+    const uint32_t gates_expected = drive_bridge_on(drive) && drive->state != DRIVE_SWITCHED_ON;
+    const protection_input_t input = {
+        .current = drive->current_abc,
+        .u_dc = drive->u_dc,
+        .sink_temperature = drive->sink_temperature,
+        .motor_temperature = drive->motor_temperature,
+        .omega_m = drive->omega_m,
+        .tripped = (flags & DRIVE_SAMPLE_TRIPPED) != 0u,
+        .encoder_error = (flags & DRIVE_SAMPLE_ENCODER) != 0u,
+        .late = (flags & DRIVE_SAMPLE_LATE) != 0u,
+        .bad_sample = bad_sample,
+        .bridge_on = gates_expected,
+    };
+    const uint32_t faults = protection_step(&drive->protection, &input);
+    const bool quiet = faults == 0u && (flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
+    drive->clear_periods = quiet ? drive->clear_periods + (drive->clear_periods < REARM_PERIODS) : 0u;
+    return faults;
+}
+
+static void enter(drive_t *drive, drive_state_t state)
+{
+    drive->state = (int32_t)state;
+    drive->state_periods = 0u;
+}
+
+static void enter_fault(drive_t *drive, int32_t reason)
+{
+    drive->fault = (drive_fault_t){
+        .reason = reason,
+        .period = drive->period,
+        .later = 0u,
+        .i_a = drive->current_abc.a,
+        .i_b = drive->current_abc.b,
+        .u_dc = drive->u_dc,
+        .theta_e = drive->position.theta_e,
+        .omega_e = drive->position.omega_e,
+    };
+    enter(drive, DRIVE_FAULT);
+}
+
+void drive_stop(drive_t *drive, int32_t reason)
+{
+    enter_fault(drive, reason);
+}
+
+void drive_trip(drive_t *drive)
+{
+    if (drive_bridge_on(drive)) {
+        enter_fault(drive, REASON_MODULE_FAULT);
+    }
+}
+
+/* Mean of the currents while none flows. The first samples after the start are left out: the sensors settle.
+ */
+static void calibrate(drive_t *drive, const drive_samples_t *samples, uint32_t bad_sample)
+{
+    if (drive->state_periods == 0u) {
+        drive->offset = (abc_t){0.0f, 0.0f, 0.0f};
+    }
+    if (bad_sample != 0u || drive->state_periods < SETTLE_PERIODS) {
+        drive->state_periods += bad_sample == 0u;
+        return;
+    }
+    drive->offset.a += drive->calibration_weight * samples->i_a;
+    drive->offset.b += drive->calibration_weight * samples->i_b;
+    drive->state_periods++;
+    if (drive->state_periods >= SETTLE_PERIODS + (uint32_t)drive->params.calibration_periods) {
+        drive->offset.c = -drive->offset.a - drive->offset.b;
+        const float limit = drive->params.current_offset_max;
+        if (within(drive->offset.a, limit) && within(drive->offset.b, limit)) {
+            enter(drive, DRIVE_READY);
+        } else {
+            enter_fault(drive, REASON_CURRENT_OFFSET);
+        }
+    }
+}
+
+static int32_t why_not_on(const drive_t *drive)
+{
+    if (drive->clear_periods < REARM_PERIODS) {
+        return REASON_FAULT_PRESENT;
+    }
+    if (drive->u_dc < drive->params.dc_undervoltage) {
+        return REASON_DC_UNDERVOLTAGE;
+    }
+    return REASON_NONE;
+}
+
+static void preset_control(drive_t *drive)
+{
+    current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
+    speed_control_reset(&drive->speed_control, 0.0f);
+}
+
+/* One transition at most per period. Returns what the gates shall do. */
+static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uint32_t faults,
+                             uint32_t bad_sample)
+{
+    const int32_t enable = drive->requests.enable;
+    const bool reset_edge = drive->requests.fault_reset != 0 && drive->fault_reset_seen == 0;
+    drive->fault_reset_seen = drive->requests.fault_reset;
+    drive->refusal = REASON_NONE;
+    drive->stopped = enable == REQUEST_OFF ? 0u : drive->stopped;
+
+    if (drive->state == DRIVE_FAULT) {
+        drive->fault.later |= faults;
+        drive->refusal = enable == REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
+        if (reset_edge && drive->clear_periods >= REARM_PERIODS) {
+            drive->fault.reason = REASON_NONE;
+            enter(drive, DRIVE_NOT_READY);
+        } else if (reset_edge || drive->clear_periods < REARM_PERIODS) {
+            drive->refusal = REASON_FAULT_PRESENT;
+        }
+        return GATES_OFF;
+    }
+    if (faults != 0u) {
+        enter_fault(drive, protection_reason(faults));
+        return GATES_OFF;
+    }
+
+    switch ((drive_state_t)drive->state) {
+    case DRIVE_NOT_READY:
+        drive->refusal = enable == REQUEST_OFF ? REASON_NONE : REASON_NOT_READY;
+        calibrate(drive, samples, bad_sample);
+        return GATES_OFF;
+    case DRIVE_READY:
+        if (enable == REQUEST_ON && drive->stopped == 0u) {
+            drive->refusal = why_not_on(drive);
+            if (drive->refusal == REASON_NONE) {
+                preset_control(drive);
+                enter(drive, DRIVE_SWITCHED_ON);
+            }
+        }
+        return GATES_OFF;
+    case DRIVE_SWITCHED_ON:
+        if (enable != REQUEST_ON) {
+            enter(drive, DRIVE_READY);
+            return GATES_OFF;
+        }
+        /* First period: the duties of the turning rotor go out; second: the gates come on with them; third:
+         * they must. */
+        drive->state_periods++;
+        if (drive->state_periods < 2u) {
+            return GATES_ON;
+        }
+        if ((drive->sample_flags & DRIVE_SAMPLE_TRIPPED) != 0u) {
+            enter_fault(drive, REASON_GATES_REFUSED);
+            return GATES_OFF;
+        }
+        preset_control(drive);
+        enter(drive, DRIVE_OPERATION_ENABLED);
+        return GATES_KEEP;
+    case DRIVE_OPERATION_ENABLED:
+        if (enable == REQUEST_OFF) {
+            enter(drive, DRIVE_READY);
+            return GATES_OFF;
+        }
+        if (enable == REQUEST_QUICK_STOP) {
+            enter(drive, DRIVE_QUICK_STOP);
+        }
+        return GATES_KEEP;
+    case DRIVE_QUICK_STOP:
+        if (enable == REQUEST_OFF || within(drive->omega_m, STANDSTILL)) {
+            drive->stopped = 1u;
+            enter(drive, DRIVE_READY);
+            return GATES_OFF;
+        }
+        return GATES_KEEP;
+    case DRIVE_FAULT:
+        break;
+    }
+    return GATES_OFF;
+}
+
+static float clamp(float value, float limit)
+{
+    return value > limit ? limit : (value < -limit ? -limit : value);
+}
+
+/* References of this period; in switched on they are zero, so that the gates come on without a current. */
+static dq_t references(drive_t *drive)
+{
+    const float limit = drive->params.current_limit;
+    if (drive->state == DRIVE_SWITCHED_ON) {
+        return (dq_t){0.0f, 0.0f};
+    }
+    const bool stopping = drive->state == DRIVE_QUICK_STOP;
+    const float i_d = clamp(drive->requests.i_d_request, limit);
+    if (drive->requests.mode == MODE_CURRENT && !stopping) {
+        const float i_q = clamp(drive->requests.i_q_request, limit);
+        speed_control_reset(&drive->speed_control, i_q);
+        drive->omega_m_ref = drive->omega_m;
+        return (dq_t){i_d, i_q};
+    }
+    drive->omega_m_ref = stopping ? 0.0f : drive->requests.speed_request;
+    return (dq_t){i_d, speed_control_step(&drive->speed_control, drive->omega_m_ref, drive->omega_m)};
+}
+
+/* Field-oriented control: references in, duties out. */
+static abc_t control(drive_t *drive)
+{
+    const float omega_e = drive->position.omega_e;
+    const rotation_t applied_at = trig_rotation(drive->position.theta_e + 1.5f * DRIVE_PERIOD * omega_e);
+
+    drive->current_ref = references(drive);
+    drive->voltage_ref =
+        current_control_step(&drive->current_control, drive->current_ref, drive->current, omega_e);
+
+    /* The current at the instant the voltage acts is best known from its reference: the sampled one has the
+     * wrong sign near its zero crossings. */
+    const ab_t current_then = frames_inverse_park(drive->current_ref, applied_at);
+    const ab_t lost = dead_time_voltage(&drive->dead_time, current_then, drive->u_dc);
+    const ab_t wanted = frames_inverse_park(drive->voltage_ref, applied_at);
+    const svpwm_t modulated = svpwm_modulate((ab_t){wanted.alpha + lost.alpha, wanted.beta + lost.beta},
+                                             drive->u_dc, drive->duty_min, drive->duty_max);
+    drive->voltage = frames_park(
+        (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
+    current_control_applied(&drive->current_control, drive->voltage);
+    return modulated.duty;
+}
+
+void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+{
+    drive->period++;
+    const uint32_t bad_sample = take_samples(drive, samples);
+
+    if (drive->period == 1u) {
+        encoder_reset(&drive->encoder, drive->encoder_count);
+    }
+    drive->position = encoder_step(&drive->encoder, drive->encoder_count);
+    drive->omega_m = drive->position.omega_e * drive->pole_pairs_inverse;
+    drive->current_ab = frames_clarke(drive->current_abc);
+    drive->current = frames_park(drive->current_ab, trig_rotation(drive->position.theta_e));
+
+    const uint32_t faults = judge(drive, bad_sample);
+    const drive_gates_t gates = advance(drive, samples, faults, bad_sample);
+
+    if (drive_bridge_on(drive)) {
+        drive->command.duty = control(drive);
+    } else {
+        drive->current_ref = (dq_t){0.0f, 0.0f};
+        drive->voltage_ref = (dq_t){0.0f, 0.0f};
+        drive->voltage = (dq_t){0.0f, 0.0f};
+        drive->omega_m_ref = 0.0f;
+        drive->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
+    }
+    drive->command.gates = (int32_t)gates;
+    *command = drive->command;
+}

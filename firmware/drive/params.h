@@ -1,0 +1,96 @@
+/* Parameters of the drive: the one table, the struct made from it, and the judgement over a whole set.
+ *
+ * Staged and active: outside writes single values into a staged set; params_check judges the whole set,
+ * ranges first, then the rules between parameters; only then may drive_apply take it over. */
+#ifndef DRIVE_PARAMS_H
+#define DRIVE_PARAMS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drive/table.h"
+#include "math/params_error.h"
+
+/* The board's rates and sensor range: fixed by hardware and HAL, not parameters. */
+#define DRIVE_PERIOD        1e-4f /* T_s [s] */
+#define DRIVE_CURRENT_RANGE 20.0f /* [A] the current sensors' full scale, either sign */
+
+/* F(id, name, unit, default, min, max, access, text): float
+ * I(id, name, unit, default, min, max, access, text): int32_t
+ * Defaults: the paper's Table I motor and rig; the power stage of facts on PM50RL1A060. */
+#define DRIVE_PARAMS(F, I)                                                                                   \
+    I(1, motor_pole_pairs, "-", 4, 1, 64, TABLE_OFF, "pole pairs p")                                         \
+    F(2, motor_resistance, "ohm", 0.95f, 1e-3f, 100.0f, TABLE_LIVE, "stator resistance R of a phase")        \
+    F(3, motor_inductance_d, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "direct-axis inductance L_d")           \
+    F(4, motor_inductance_q, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "quadrature-axis inductance L_q")       \
+    F(5, motor_flux_linkage, "Wb", 0.183f, 1e-4f, 10.0f, TABLE_LIVE,                                         \
+      "flux linkage psi_f, amplitude per phase")                                                             \
+    F(6, current_limit, "A", 10.0f, 0.1f, 16.0f, TABLE_LIVE,                                                 \
+      "limit of i_q from the speed control, either sign")                                                    \
+    F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
+      "closed-loop bandwidth of the current control")                                                        \
+    F(8, speed_kp, "A s/rad", 0.5f, 0.0f, 100.0f, TABLE_LIVE,                                                \
+      "speed control, proportional, per mechanical rad/s")                                                   \
+    F(9, speed_ki, "A/rad", 2.5f, 0.0f, 10000.0f, TABLE_LIVE, "speed control, integral, per mechanical rad") \
+    F(10, overspeed_trip, "rad/s", 220.0f, 1.0f, 10000.0f, TABLE_LIVE,                                       \
+      "mechanical speed that stops the drive")                                                               \
+    F(11, overcurrent_trip, "A", 15.0f, 0.2f, 19.0f, TABLE_LIVE, "phase current that stops the drive")       \
+    F(12, dc_overvoltage, "V", 400.0f, 20.0f, 450.0f, TABLE_LIVE, "DC-link voltage that stops the drive")    \
+    F(13, dc_undervoltage, "V", 200.0f, 10.0f, 440.0f, TABLE_LIVE,                                           \
+      "DC-link voltage below which the drive will not run")                                                  \
+    F(14, sink_temperature_max, "degC", 90.0f, 0.0f, 120.0f, TABLE_LIVE,                                     \
+      "heat-sink temperature that stops the drive")                                                          \
+    F(15, motor_temperature_max, "degC", 130.0f, 0.0f, 145.0f, TABLE_LIVE,                                   \
+      "motor temperature that stops the drive")                                                              \
+    F(16, dead_time, "s", 2.5e-6f, 2.0e-6f, 6.0e-6f, TABLE_OFF, "dead band of the legs, set in the ePWM")    \
+    F(17, minimum_pulse, "s", 1.5e-6f, 0.5e-6f, 10.0e-6f, TABLE_OFF,                                         \
+      "shortest pulse the power module shall see")                                                           \
+    F(18, turn_on_delay, "s", 0.7e-6f, 0.0f, 5.0e-6f, TABLE_LIVE,                                            \
+      "command edge to current on, for the compensation")                                                    \
+    F(19, turn_off_delay, "s", 0.9e-6f, 0.0f, 5.0e-6f, TABLE_LIVE,                                           \
+      "command edge to current off, for the compensation")                                                   \
+    F(20, device_drop, "V", 0.875f, 0.0f, 5.0f, TABLE_LIVE,                                                  \
+      "mean forward drop of IGBT and diode at small current")                                                \
+    F(21, current_zone, "A", 0.05f, 1e-3f, 2.0f, TABLE_LIVE,                                                 \
+      "current below which the dead-time error fades")                                                       \
+    F(22, compensation_gain, "-", 1.0f, 0.0f, 1.2f, TABLE_LIVE,                                              \
+      "share of the modelled dead-time error that is compensated")                                           \
+    I(23, encoder_lines, "-", 2500, 16, 16384, TABLE_OFF, "lines per turn; four counts each")                \
+    F(24, encoder_offset, "rad", 0.0f, -3.1415927f, 3.1415927f, TABLE_OFF, "electrical angle at count zero") \
+    F(25, encoder_bandwidth, "rad/s", 1500.0f, 50.0f, 3000.0f, TABLE_LIVE,                                   \
+      "natural frequency of the speed tracking")                                                             \
+    I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
+    F(27, current_offset_max, "A", 1.0f, 0.01f, 5.0f, TABLE_LIVE,                                            \
+      "largest offset of a current sensor that is accepted")
+
+typedef struct {
+#define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
+#define PARAMS_INT(id, name, unit, initial, min, max, access, text)   int32_t name; /* [unit of its row] */
+    DRIVE_PARAMS(PARAMS_FLOAT, PARAMS_INT)
+#undef PARAMS_FLOAT
+#undef PARAMS_INT
+} params_t;
+
+extern const table_t params_table;
+
+/* Defaults of every row: a set that params_check accepts. */
+void params_defaults(params_t *params);
+
+/* May the drive run on this set? false: `why` names the first field that is out of its range, or the first
+ * rule between fields that is broken, with value and accepted range. Pure; for the background (divisions). */
+bool params_check(const params_t *params, params_error_t *why);
+
+/* May `next` replace `active` while the bridge is on? false: names the first TABLE_OFF field that differs. */
+bool params_check_live(const params_t *active, const params_t *next, params_error_t *why);
+
+/* The two steps of every such judgement, shared with other tables. Range: the slot of `row` in `base` is a
+ * number in its range. Rule: the named field, whose value is given, must lie in a range that other fields
+ * make. */
+bool params_check_range(const table_row_t *row, const void *base, params_error_t *why);
+bool params_check_rule(const table_t *table, const char *field, const char *rule, float value, float min,
+                       float max, params_error_t *why);
+
+/* Smallest duty of a leg: dead time and the shortest pulse fit into it. The largest is one minus this. */
+float params_duty_min(const params_t *params);
+
+#endif

@@ -1,0 +1,88 @@
+#include "drive/protection.h"
+
+#include "drive/reasons.h"
+
+typedef struct {
+    int32_t reason;
+    uint32_t debounce; /* [periods] */
+} fault_row_t;
+
+/* Gravest first. A current over its limit or a trip stops at once; what is slow by nature may take its time,
+ * so that one disturbed conversion does not stop a drive. */
+static const fault_row_t faults[PROTECTION_FAULTS] = {
+    {REASON_MODULE_FAULT, 1},     {REASON_OVERCURRENT, 1},   {REASON_BAD_SAMPLE, 3},
+    {REASON_DC_OVERVOLTAGE, 2},   {REASON_OVERSPEED, 10},    {REASON_LATE, 3},
+    {REASON_DC_UNDERVOLTAGE, 10}, {REASON_ENCODER_PHASE, 1}, {REASON_SINK_HOT, 1000},
+    {REASON_MOTOR_HOT, 1000},
+};
+
+void protection_retune(protection_t *protection, const protection_limits_t *limits)
+{
+    protection->limits = *limits;
+}
+
+void protection_reset(protection_t *protection)
+{
+    for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
+        protection->run[n] = 0;
+    }
+}
+
+void protection_init(protection_t *protection, const protection_limits_t *limits)
+{
+    protection_retune(protection, limits);
+    protection_reset(protection);
+}
+
+static uint32_t beyond(float value, float limit)
+{
+    return value > limit || value < -limit;
+}
+
+uint32_t protection_step(protection_t *protection, const protection_input_t *input)
+{
+    const protection_limits_t *limits = &protection->limits;
+    const uint32_t on = input->bridge_on;
+    const uint32_t condition[PROTECTION_FAULTS] = {
+        input->tripped & on,
+        beyond(input->current.a, limits->overcurrent) | beyond(input->current.b, limits->overcurrent) |
+            beyond(input->current.c, limits->overcurrent),
+        input->bad_sample,
+        input->u_dc > limits->overvoltage,
+        beyond(input->omega_m, limits->overspeed) & on,
+        input->late & on,
+        (input->u_dc < limits->undervoltage) & on,
+        input->encoder_error & on,
+        input->sink_temperature > limits->sink_temperature_max,
+        input->motor_temperature > limits->motor_temperature_max,
+    };
+
+    uint32_t failed = 0;
+    for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
+        const uint32_t run = condition[n] ? protection->run[n] + 1u : 0u;
+        const uint32_t held = run >= faults[n].debounce;
+        protection->run[n] = held ? faults[n].debounce : run;
+        failed |= held << n;
+    }
+    return failed;
+}
+
+int32_t protection_reason(uint32_t failed)
+{
+    for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
+        if ((failed >> n) & 1u) {
+            return faults[n].reason;
+        }
+    }
+    return REASON_NONE;
+}
+
+uint32_t protection_debounce(int32_t reason)
+{
+    for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
+        if (faults[n].reason == reason) {
+            return faults[n].debounce;
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,50 @@
+/* Signals: what the drive shows of itself, as a table over drive_t. The one tap after drive_step copies
+ * chosen slots; every recorder, debugger and protocol reads only this. */
+#ifndef DRIVE_SIGNALS_H
+#define DRIVE_SIGNALS_H
+
+#include "drive/drive.h"
+#include "drive/table.h"
+
+/* F(id, name, slot of drive_t, unit, text): float
+ * U(id, name, slot of drive_t, unit, text): uint32_t
+ * I(id, name, slot of drive_t, unit, text): int32_t
+ * E(id, name, slot of drive_t, choices, text): int32_t with named values */
+#define DRIVE_SIGNALS(F, U, I, E)                                                                            \
+    U(2000, period, period, "periods", "the one clock: PWM periods since the start")                         \
+    E(2001, state, state, DRIVE_STATE_NAMES, "state of the drive")                                           \
+    I(2002, fault_reason, fault.reason, "-", "reason of the latched fault; 0: none")                         \
+    I(2003, refusal, refusal, "-", "reason why a wish is not obeyed now; 0: none")                           \
+    U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
+    U(2005, faults_later, fault.later, "-", "fault bits that came after the latched one")                    \
+    F(2010, i_a, current_abc.a, "A", "phase current a at t_k, offset removed")                               \
+    F(2011, i_b, current_abc.b, "A", "phase current b at t_k, offset removed")                               \
+    F(2012, i_c, current_abc.c, "A", "phase current c at t_k, from the other two")                           \
+    F(2013, i_alpha, current_ab.alpha, "A", "current in the stationary frame")                               \
+    F(2014, i_beta, current_ab.beta, "A", "current in the stationary frame")                                 \
+    F(2015, i_d, current.d, "A", "direct-axis current")                                                      \
+    F(2016, i_q, current.q, "A", "quadrature-axis current")                                                  \
+    F(2017, i_d_ref, current_ref.d, "A", "direct-axis current reference")                                    \
+    F(2018, i_q_ref, current_ref.q, "A", "quadrature-axis current reference")                                \
+    F(2020, u_d_ref, voltage_ref.d, "V", "direct-axis voltage that the current control asks for")            \
+    F(2021, u_q_ref, voltage_ref.q, "V", "quadrature-axis voltage that the current control asks for")        \
+    F(2022, u_d, voltage.d, "V", "direct-axis voltage really applied from t_k+1")                            \
+    F(2023, u_q, voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")                        \
+    F(2024, u_dc, u_dc, "V", "DC-link voltage")                                                              \
+    F(2025, duty_a, command.duty.a, "-", "duty of leg a from t_k+1")                                         \
+    F(2026, duty_b, command.duty.b, "-", "duty of leg b from t_k+1")                                         \
+    F(2027, duty_c, command.duty.c, "-", "duty of leg c from t_k+1")                                         \
+    F(2030, theta_e, position.theta_e, "rad", "electrical angle that the control uses, at t_k")              \
+    F(2031, omega_e, position.omega_e, "rad/s", "electrical speed that the control uses, at t_k")            \
+    F(2032, omega_m, omega_m, "rad/s", "mechanical speed")                                                   \
+    F(2033, omega_m_ref, omega_m_ref, "rad/s", "mechanical speed reference in force")                        \
+    U(2034, encoder_count, encoder_count, "counts", "encoder position at t_k")                               \
+    F(2040, offset_a, offset.a, "A", "offset of current sensor a, measured at zero current")                 \
+    F(2041, offset_b, offset.b, "A", "offset of current sensor b, measured at zero current")                 \
+    F(2042, sink_temperature, sink_temperature, "degC", "heat sink")                                         \
+    F(2043, motor_temperature, motor_temperature, "degC", "motor winding")                                   \
+    U(2044, sample_flags, sample_flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")
+
+extern const table_t signals_table;
+
+#endif

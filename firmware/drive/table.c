@@ -1,0 +1,134 @@
+#include "drive/table.h"
+
+#include <string.h>
+
+const table_row_t *table_by_id(const table_t *table, uint32_t id)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        if (table->rows[n].id == id) {
+            return &table->rows[n];
+        }
+    }
+    return NULL;
+}
+
+const table_row_t *table_by_name(const table_t *table, const char *name)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        if (strcmp(table->rows[n].name, name) == 0) {
+            return &table->rows[n];
+        }
+    }
+    return NULL;
+}
+
+static const void *slot_of(const table_row_t *row, const void *base)
+{
+    return (const char *)base + row->offset;
+}
+
+float table_get(const table_row_t *row, const void *base)
+{
+    const void *slot = slot_of(row, base);
+    if (row->kind == SLOT_FLOAT) {
+        return *(const float *)slot;
+    }
+    if (row->kind == SLOT_UINT) {
+        return (float)*(const uint32_t *)slot;
+    }
+    return (float)*(const int32_t *)slot;
+}
+
+void table_set(const table_row_t *row, void *base, float value)
+{
+    void *slot = (char *)base + row->offset;
+    if (row->kind == SLOT_FLOAT) {
+        *(float *)slot = value;
+    } else if (row->kind == SLOT_UINT) {
+        *(uint32_t *)slot = (uint32_t)(value + 0.5f);
+    } else {
+        *(int32_t *)slot = (int32_t)(value + (value < 0.0f ? -0.5f : 0.5f));
+    }
+}
+
+uint32_t table_bits(const table_row_t *row, const void *base)
+{
+    uint32_t bits;
+    memcpy(&bits, slot_of(row, base), sizeof bits);
+    return bits;
+}
+
+float table_max(const table_row_t *row)
+{
+    if (row->kind != SLOT_ENUM) {
+        return row->max;
+    }
+    float last = 0.0f;
+    for (const char *c = row->choices; *c != '\0'; c++) {
+        last += *c == '|' ? 1.0f : 0.0f;
+    }
+    return last;
+}
+
+bool table_accepts(const table_row_t *row, float value)
+{
+    if (!(value >= row->min && value <= table_max(row))) { /* also refuses NaN */
+        return false;
+    }
+    return row->kind == SLOT_FLOAT || value == (float)(int32_t)value;
+}
+
+void table_defaults(const table_t *table, void *base)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        table_set(&table->rows[n], base, table->rows[n].initial);
+    }
+}
+
+int32_t table_choice(const table_row_t *row, const char *name)
+{
+    const size_t length = strlen(name);
+    const char *choice = row->choices;
+    int32_t value = 0;
+    while (*choice != '\0') {
+        const char *bar = strchr(choice, '|');
+        const size_t size = bar != NULL ? (size_t)(bar - choice) : strlen(choice);
+        if (size == length && strncmp(choice, name, size) == 0) {
+            return value;
+        }
+        if (bar == NULL) {
+            break;
+        }
+        choice = bar + 1;
+        value++;
+    }
+    return -1;
+}
+
+static uint32_t hash_octet(uint32_t hash, uint32_t octet)
+{
+    return (hash ^ (octet & 0xFFu)) * UINT32_C(16777619);
+}
+
+static uint32_t hash_text(uint32_t hash, const char *text)
+{
+    for (; *text != '\0'; text++) {
+        hash = hash_octet(hash, (uint32_t)*text);
+    }
+    return hash_octet(hash, 0u);
+}
+
+uint32_t table_hash(const table_t *table, uint32_t seed)
+{
+    uint32_t hash = seed ^ UINT32_C(2166136261);
+    for (uint32_t n = 0; n < table->count; n++) {
+        const table_row_t *row = &table->rows[n];
+        hash = hash_octet(hash, row->id);
+        hash = hash_octet(hash, row->id >> 8);
+        hash = hash_octet(hash, (uint32_t)row->kind);
+        hash = hash_text(hash, row->name);
+        hash = hash_text(hash, row->unit);
+        hash = hash_text(hash, row->choices);
+    }
+    return hash;
+}

@@ -1,0 +1,73 @@
+/* Tables: the one contract for everything that looks in from outside (CLI, recorder, scenarios, debugger,
+ * docs).
+ *
+ * A row describes one 32-bit slot of a struct: permanent id (append only, never used again), name, SI unit,
+ * kind, default, range, text. Ids are unique over all tables: parameters 1..999, requests 1000..1999, signals
+ * 2000..2999; the desk uses 3000 and up. Look-ups are linear and for the background, not for the interrupt.
+ */
+#ifndef DRIVE_TABLE_H
+#define DRIVE_TABLE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum {
+    SLOT_FLOAT,
+    SLOT_INT,
+    SLOT_UINT,
+    SLOT_ENUM, /* int32_t with named values */
+    SLOT_KINDS
+} slot_kind_t;
+
+typedef enum {
+    TABLE_READ, /* shown, never written from outside */
+    TABLE_LIVE, /* may change while the bridge is on */
+    TABLE_OFF   /* may change only while the bridge is off */
+} table_access_t;
+
+typedef struct {
+    uint32_t id;
+    slot_kind_t kind;
+    table_access_t access;
+    size_t offset;       /* [chars of the target] of the slot in its struct */
+    const char *name;    /* as in C, scenarios and recordings */
+    const char *unit;    /* SI; "-" for pure numbers */
+    const char *text;    /* one line */
+    const char *choices; /* SLOT_ENUM: names of the values from 0 up, "off|on"; else "" */
+    float initial;       /* default, in the unit */
+    float min, max;      /* accepted range, both ends included; TABLE_READ: 0, 0 */
+} table_row_t;
+
+typedef struct {
+    const char *name;
+    const table_row_t *rows;
+    uint32_t count;
+} table_t;
+
+const table_row_t *table_by_id(const table_t *table, uint32_t id);        /* NULL if there is none */
+const table_row_t *table_by_name(const table_t *table, const char *name); /* NULL if there is none */
+
+/* The slot's value as a number, and back. Writing stores without judging; integers are rounded to nearest.
+ * Values of integer slots beyond +-2^24 lose their last bits in a float: read those with table_bits. */
+float table_get(const table_row_t *row, const void *base);
+void table_set(const table_row_t *row, void *base, float value);
+uint32_t table_bits(const table_row_t *row, const void *base);
+
+/* Largest accepted value: of a SLOT_ENUM row the number of its last choice. */
+float table_max(const table_row_t *row);
+
+/* Is the value finite, whole where the kind demands it, and in the row's range? */
+bool table_accepts(const table_row_t *row, float value);
+
+/* Every slot of the struct gets its default. */
+void table_defaults(const table_t *table, void *base);
+
+/* Number of a named value of a SLOT_ENUM row; -1 if the name is none of its choices. */
+int32_t table_choice(const table_row_t *row, const char *name);
+
+/* FNV-1a over ids, names, units, kinds and choices of all rows: two programs with the same hash mean the same
+ * by an id. */
+uint32_t table_hash(const table_t *table, uint32_t seed);
+
+#endif

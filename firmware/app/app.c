@@ -102,7 +102,11 @@ void app_start(void)
 
 void app_background(void)
 {
-    hal_watchdog_feed();
+    const uint32_t period = app->drive.period;
+    if (period != app->fed_period) {
+        app->fed_period = period;
+        hal_watchdog_feed();
+    }
 }
 
 bool app_apply(params_error_t *why)

@@ -15,6 +15,7 @@ typedef struct {
     drive_t drive;
     params_t staged;      /* written value by value from outside; app_apply makes it the active set */
     int32_t board_status; /* [-] hal_status_t of the start */
+    uint32_t fed_period;  /* [periods] of the drive when the watchdog was last fed */
 } app_t;
 
 extern HAL_PER_CHIP app_t *app;
@@ -24,7 +25,8 @@ extern HAL_PER_CHIP app_t *app;
  * fault. */
 void app_start(void);
 
-/* The background loop's work, once round. */
+/* The background loop's work, once round. Feeds the watchdog as long as the interrupt is alive too: a drive whose interrupt
+ * has stopped is reset, and with it the gates open. */
 void app_background(void);
 
 /* The interrupts: of the sample, and of the power module's fault line. */

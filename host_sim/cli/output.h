@@ -1,0 +1,25 @@
+/* What several commands write: a folder, a picture drawn from a CSV file. */
+#ifndef HOST_SIM_CLI_OUTPUT_H
+#define HOST_SIM_CLI_OUTPUT_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+#define PATH_SIZE 4096
+
+/* Makes the folder with all that lead to it. false: said why on stderr. */
+bool output_folder(const char *path);
+
+/* path = folder/name; false: too long (said on stderr). */
+bool output_path(char path[PATH_SIZE], const char *folder, const char *name);
+
+/* Opens for writing; NULL: said why on stderr. */
+FILE *output_open(const char *path);
+
+/* Closes and judges what was written; false: the disk did not take it all (said on stderr). */
+bool output_close(FILE *file, const char *path);
+
+/* Runs tools/plot/SCRIPT CSV PNG --title TITLE. false: no picture; said why on stderr, the CSV stays. */
+bool output_picture(const char *script, const char *csv, const char *png, const char *title);
+
+#endif

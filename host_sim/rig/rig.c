@@ -1,0 +1,566 @@
+#include "host_sim/rig/rig.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "drive/signals.h"
+#include "host_sim/rig/rig_state.h"
+
+#define PERIOD_TICKS     UINT64_C(15000)
+#define BACKGROUND_EVERY 10u /* [periods] the background loop comes round once a millisecond */
+#define TRIP_PIN         12u /* GPIO12 = TZ1, pulled low by the power module's fault output */
+
+/* Tables by their order, which is also that of rig_table(). */
+typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
+
+static const table_t *const tables[TABLES] = {
+    [PARAMS] = &params_table, [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,
+    [TRUTH] = &truth_table,   [PLANT] = &plant_table,       [CONDITIONS] = &conditions_table,
+};
+
+typedef struct {
+    table_number_t table;
+    const table_row_t *row;
+    const char *base; /* struct that holds the slot */
+} place_t;
+
+struct rig {
+    rig_state_t state;
+    chip_world_t world;
+    /* onlookers; none of this changes what happens */
+    const uint32_t *tap_slots[RIG_TAP_MAX];
+    uint32_t tap_count;
+    uint32_t tap_every;
+    rig_sink_t tap_sink;
+    void *tap_context;
+    place_t stop_place;
+    rig_compare_t stop_compare;
+    double stop_value;
+    bool stop_hook_set;
+    uint32_t stop_hook_period;
+    uint32_t error_id;
+    int32_t error_reason;
+    char error[256];
+};
+
+rig_state_t *rig_state(rig_t *rig)
+{
+    return &rig->state;
+}
+
+/* ---- the world around the chip's pins ---- */
+
+/* The power module's fault output reaches the trip pin without software and without delay. */
+static void follow_fault_line(rig_t *rig)
+{
+    chip_set_pin(&rig->state.chip, TRIP_PIN, !plant_fault_line(&rig->state.plant));
+}
+
+static double on_analog(void *context, uint64_t tick, uint32_t channel)
+{
+    static const plant_channel_t pins[16] = {
+        [0] = PLANT_CURRENT_A, [8] = PLANT_CURRENT_B, [1] = PLANT_DC_LINK, [9] = PLANT_SINK, [2] = PLANT_MOTOR,
+    };
+    rig_t *rig = context;
+    if (channel != 0u && pins[channel & 15u] == PLANT_CURRENT_A) {
+        return 0.0; /* not wired */
+    }
+    /* Slow quantities are taken at the plant's present instant: a fraction of a microsecond is nothing to them. */
+    if (channel == 0u || channel == 8u) {
+        plant_advance(&rig->state.plant, tick);
+    }
+    return plant_analog(&rig->state.plant, pins[channel & 15u]);
+}
+
+static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
+{
+    rig_t *rig = context;
+    /* The board inverts twice (opto, module input): pin high = IGBT on; its pull-downs hold an undriven pin low. */
+    plant_gates(&rig->state.plant, tick, level & driven);
+    follow_fault_line(rig);
+}
+
+static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+{
+    rig_t *rig = context;
+    plant_carrier(&rig->state.plant, tick, period, high, dead);
+    follow_fault_line(rig);
+}
+
+static int64_t on_encoder(void *context, uint64_t tick)
+{
+    rig_t *rig = context;
+    plant_advance(&rig->state.plant, tick);
+    return plant_encoder(&rig->state.plant);
+}
+
+/* ---- life ---- */
+
+void rig_bind(rig_t *rig)
+{
+    app = &rig->state.app;
+    chip_bind(&rig->state.chip, &rig->world);
+}
+
+rig_t *rig_create(uint64_t seed)
+{
+    rig_t *rig = calloc(1, sizeof *rig);
+    if (rig == NULL) {
+        return NULL;
+    }
+    rig->world = (chip_world_t){
+        .context = rig, .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder};
+
+    rig_state_t *state = &rig->state;
+    table_defaults(&plant_table, &state->plant_values);
+    table_defaults(&conditions_table, &state->conditions);
+    const plant_params_t plant = rig_plant_params(&state->plant_values);
+    plant_init(&state->plant, &plant, seed);
+    chip_power_on(&state->chip);
+    rig_bind(rig);
+    app_start();
+    state->start = chip_next_zero(&state->chip);
+    chip_run(state->start);
+    return rig;
+}
+
+void rig_free(rig_t *rig)
+{
+    free(rig);
+}
+
+static float wrapped(double angle)
+{
+    const double turn = 6.283185307179586;
+    return (float)(angle - turn * floor(angle / turn + 0.5));
+}
+
+static void take_truth(rig_t *rig)
+{
+    rig_state_t *state = &rig->state;
+    plant_truth_t now;
+    plant_truth(&state->plant, &now);
+    state->truth = (rig_truth_t){
+        .true_theta_e = (float)now.theta_e,
+        .true_omega_e = (float)now.omega_e,
+        .true_omega_m = (float)now.omega_m,
+        .true_torque = (float)now.torque,
+        .true_i_a = (float)now.i_a,
+        .true_i_b = (float)now.i_b,
+        .true_i_c = (float)now.i_c,
+        .true_i_d = (float)now.i_d,
+        .true_i_q = (float)now.i_q,
+        .true_u_dc = (float)now.dc_voltage,
+        .theta_err = 0.0f,
+        .shoot_throughs = (float)now.shoot_throughs,
+        .chip_reports = (float)chip_reports(&state->chip),
+    };
+}
+
+void rig_stop_at(rig_t *rig, uint32_t period)
+{
+    (void)rig;
+    (void)period;
+    __asm__ volatile(""); /* keeps the call, and with it the place to break on */
+}
+
+void rig_step(rig_t *rig)
+{
+    rig_state_t *state = &rig->state;
+    if (rig->stop_hook_set && rig->stop_hook_period == state->period) {
+        rig_stop_at(rig, state->period);
+    }
+    rig_bind(rig);
+    const uint64_t begin = state->start + PERIOD_TICKS * state->period;
+    plant_advance(&state->plant, begin);
+    take_truth(rig);
+    chip_run(begin + PERIOD_TICKS);
+    state->truth.theta_err = wrapped((double)state->app.drive.position.theta_e - (double)state->truth.true_theta_e);
+    if (state->period % BACKGROUND_EVERY == 0u) {
+        app_background();
+    }
+    state->period++;
+
+    if (rig->tap_sink != NULL && (state->period - 1u) % rig->tap_every == 0u) {
+        uint32_t slots[RIG_TAP_MAX];
+        for (uint32_t n = 0; n < rig->tap_count; n++) {
+            slots[n] = *rig->tap_slots[n];
+        }
+        rig->tap_sink(rig->tap_context, state->period - 1u, slots, rig->tap_count);
+    }
+}
+
+static bool stop_met(const rig_t *rig)
+{
+    if (rig->stop_compare == RIG_NEVER) {
+        return false;
+    }
+    const double value = (double)table_get(rig->stop_place.row, rig->stop_place.base);
+    switch (rig->stop_compare) {
+    case RIG_EQUAL:
+        return value == rig->stop_value;
+    case RIG_NOT_EQUAL:
+        return value != rig->stop_value;
+    case RIG_ABOVE:
+        return value > rig->stop_value;
+    case RIG_BELOW:
+        return value < rig->stop_value;
+    case RIG_NEVER:
+        break;
+    }
+    return false;
+}
+
+uint32_t rig_run(rig_t *rig, uint32_t periods)
+{
+    for (uint32_t n = 0; n < periods; n++) {
+        rig_step(rig);
+        if (stop_met(rig)) {
+            return n + 1u;
+        }
+    }
+    return periods;
+}
+
+uint32_t rig_period(const rig_t *rig)
+{
+    return rig->state.period;
+}
+
+void rig_interrupt(rig_t *rig)
+{
+    rig_bind(rig);
+    app_interrupt();
+}
+
+void rig_set_motion(rig_t *rig, double theta_m, double omega_m)
+{
+    plant_set_motion(&rig->state.plant, theta_m, omega_m);
+}
+
+void rig_stop_before(rig_t *rig, uint32_t period)
+{
+    rig->stop_hook_set = true;
+    rig->stop_hook_period = period;
+}
+
+/* ---- tables ---- */
+
+uint32_t rig_table_count(void)
+{
+    return TABLES;
+}
+
+const table_t *rig_table(uint32_t index)
+{
+    return index < TABLES ? tables[index] : NULL;
+}
+
+const table_row_t *rig_row(uint32_t id)
+{
+    for (uint32_t n = 0; n < TABLES; n++) {
+        const table_row_t *row = table_by_id(tables[n], id);
+        if (row != NULL) {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+const table_row_t *rig_row_by_name(const char *name)
+{
+    const char *dot = strchr(name, '.');
+    for (uint32_t n = 0; n < TABLES; n++) {
+        const table_row_t *row = NULL;
+        if (dot == NULL) {
+            row = table_by_name(tables[n], name);
+        } else if (strlen(tables[n]->name) == (size_t)(dot - name) &&
+                   strncmp(tables[n]->name, name, (size_t)(dot - name)) == 0) {
+            row = table_by_name(tables[n], dot + 1);
+        }
+        if (row != NULL) {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+uint32_t rig_tables_hash(void)
+{
+    uint32_t hash = 0;
+    for (uint32_t n = 0; n < TABLES; n++) {
+        hash = table_hash(tables[n], hash);
+    }
+    return hash;
+}
+
+/* ---- values ---- */
+
+static bool refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
+{
+    rig->error_id = id;
+    rig->error_reason = reason;
+    snprintf(rig->error, sizeof rig->error, "%s", text);
+    return false;
+}
+
+static bool refuse_value(rig_t *rig, const params_error_t *why)
+{
+    const table_row_t *row = rig_row(why->id);
+    char text[sizeof rig->error];
+    if (why->reason == REASON_BRIDGE_ON) {
+        snprintf(text, sizeof text, "%s = %.7g %s: it changes only while the bridge is off; now %.7g %s", why->field,
+                 (double)why->value, row->unit, (double)why->min, row->unit);
+    } else {
+        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", why->field, (double)why->value,
+                 row->unit, (double)why->min, (double)why->max, row->unit, why->rule);
+    }
+    return refuse(rig, why->id, why->reason, text);
+}
+
+static bool refuse_range(rig_t *rig, const table_row_t *row, double value)
+{
+    char text[sizeof rig->error];
+    snprintf(text, sizeof text, "%s = %.7g %s: accepted %s%.7g to %.7g %s", row->name, value, row->unit,
+             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row), row->unit);
+    return refuse(rig, row->id, REASON_OUT_OF_RANGE, text);
+}
+
+static bool find(const rig_t *rig, uint32_t id, place_t *place)
+{
+    const rig_state_t *state = &rig->state;
+    const void *const bases[TABLES] = {
+        [PARAMS] = &state->app.drive.params, [REQUESTS] = &state->app.drive.requests, [SIGNALS] = &state->app.drive,
+        [TRUTH] = &state->truth,             [PLANT] = &state->plant_values,          [CONDITIONS] = &state->conditions,
+    };
+    for (table_number_t n = PARAMS; n < TABLES; n++) {
+        place->row = table_by_id(tables[n], id);
+        if (place->row != NULL) {
+            place->table = n;
+            place->base = bases[n];
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool refuse_id(rig_t *rig, uint32_t id)
+{
+    char text[64];
+    snprintf(text, sizeof text, "id %lu: no table has it", (unsigned long)id);
+    return refuse(rig, id, REASON_UNKNOWN_ID, text);
+}
+
+static double number_at(const place_t *place)
+{
+    const uint32_t bits = table_bits(place->row, place->base);
+    switch (place->row->kind) {
+    case SLOT_UINT:
+        return (double)bits;
+    case SLOT_INT:
+    case SLOT_ENUM:
+        return (double)(int32_t)bits;
+    case SLOT_FLOAT:
+    case SLOT_KINDS:
+        break;
+    }
+    return (double)table_get(place->row, place->base);
+}
+
+bool rig_get(rig_t *rig, uint32_t id, double *value)
+{
+    place_t place;
+    if (!find(rig, id, &place)) {
+        return refuse_id(rig, id);
+    }
+    *value = number_at(&place);
+    return true;
+}
+
+static bool set_request(rig_t *rig, const table_row_t *row, float value)
+{
+    requests_t next = rig->state.app.drive.requests;
+    params_error_t why;
+    table_set(row, &next, value);
+    return app_request(&next, &why) || refuse_value(rig, &why);
+}
+
+static bool set_plant(rig_t *rig, const table_row_t *row, float value)
+{
+    rig_state_t *state = &rig->state;
+    rig_plant_t next = state->plant_values;
+    table_set(row, &next, value);
+    const plant_params_t params = rig_plant_params(&next);
+    plant_params_error_t why;
+    if (!plant_params_check(&params, &why)) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", row->name, why.value, row->unit,
+                 why.minimum, why.maximum, row->unit, why.rule);
+        return refuse(rig, row->id, REASON_CROSS_RULE, text);
+    }
+    state->plant_values = next;
+    plant_set_params(&state->plant, &params);
+    follow_fault_line(rig);
+    return true;
+}
+
+static void set_condition(rig_t *rig, const table_row_t *row, float value)
+{
+    rig_state_t *state = &rig->state;
+    rig_conditions_t *now = &state->conditions;
+    table_set(row, now, value);
+    chip_set_averaged(&state->chip, now->fidelity != 0);
+    chip_set_interrupt_delay(&state->chip, (uint32_t)((double)now->interrupt_delay * 150e6 + 0.5));
+    chip_stick_adc(&state->chip, 0u, (int32_t)now->stuck_current_a);
+    chip_stick_adc(&state->chip, 8u, (int32_t)now->stuck_current_b);
+    chip_stick_adc(&state->chip, 1u, (int32_t)now->stuck_dc_link);
+    if (row->offset == offsetof(rig_conditions_t, metering)) {
+        plant_set_metering(&state->plant, now->metering != 0);
+    }
+}
+
+bool rig_set(rig_t *rig, uint32_t id, double value)
+{
+    place_t place;
+    if (!find(rig, id, &place)) {
+        return refuse_id(rig, id);
+    }
+    const table_row_t *row = place.row;
+    if (row->access == TABLE_READ) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "%s: it is shown, not set", row->name);
+        return refuse(rig, id, REASON_READ_ONLY, text);
+    }
+    if (!(fabs(value) <= 3.4e38) || !table_accepts(row, (float)value)) {
+        return refuse_range(rig, row, value);
+    }
+
+    rig_bind(rig);
+    switch (place.table) {
+    case PARAMS:
+        table_set(row, &rig->state.app.staged, (float)value);
+        return true;
+    case REQUESTS:
+        return set_request(rig, row, (float)value);
+    case PLANT:
+        return set_plant(rig, row, (float)value);
+    case CONDITIONS:
+        set_condition(rig, row, (float)value);
+        return true;
+    case SIGNALS:
+    case TRUTH:
+    case TABLES:
+        break;
+    }
+    return false;
+}
+
+bool rig_apply(rig_t *rig)
+{
+    params_error_t why;
+    rig_bind(rig);
+    return app_apply(&why) || refuse_value(rig, &why);
+}
+
+double rig_value(rig_t *rig, const char *name)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    double value = 0.0;
+    assert(row != NULL);
+    (void)rig_get(rig, row->id, &value);
+    return value;
+}
+
+bool rig_put(rig_t *rig, const char *name, double value)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    if (row == NULL) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "%s: no table has a row of this name", name);
+        return refuse(rig, 0u, REASON_UNKNOWN_ID, text);
+    }
+    return rig_set(rig, row->id, value);
+}
+
+const char *rig_error(const rig_t *rig)
+{
+    return rig->error;
+}
+
+uint32_t rig_error_id(const rig_t *rig)
+{
+    return rig->error_id;
+}
+
+int32_t rig_error_reason(const rig_t *rig)
+{
+    return rig->error_reason;
+}
+
+/* ---- onlookers ---- */
+
+bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context)
+{
+    if (count > RIG_TAP_MAX || every == 0u) {
+        return refuse(rig, 0u, REASON_OUT_OF_RANGE, "a tap takes 1 to 64 rows and every 1st period or fewer");
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        place_t place;
+        if (!find(rig, ids[n], &place)) {
+            return refuse_id(rig, ids[n]);
+        }
+        rig->tap_slots[n] = (const uint32_t *)(const void *)(place.base + place.row->offset);
+    }
+    rig->tap_count = count;
+    rig->tap_every = every;
+    rig->tap_sink = sink;
+    rig->tap_context = context;
+    return true;
+}
+
+bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
+{
+    if (!find(rig, id, &rig->stop_place)) {
+        return refuse_id(rig, id);
+    }
+    rig->stop_compare = compare;
+    rig->stop_value = value;
+    return true;
+}
+
+/* ---- state as bytes ---- */
+
+size_t rig_state_size(void)
+{
+    return sizeof(rig_state_t);
+}
+
+void rig_save(const rig_t *rig, void *state)
+{
+    memcpy(state, &rig->state, sizeof rig->state);
+}
+
+bool rig_load(rig_t *rig, const void *state, size_t size)
+{
+    if (size != sizeof rig->state) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "state of %zu octets: this program's has %zu", size, sizeof rig->state);
+        return refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
+    }
+    memcpy(&rig->state, state, sizeof rig->state);
+    return true;
+}
+
+uint64_t rig_hash(const rig_t *rig)
+{
+    const unsigned char *octet = (const unsigned char *)&rig->state;
+    uint64_t hash = UINT64_C(14695981039346656037);
+    for (size_t n = 0; n < sizeof rig->state; n++) {
+        hash = (hash ^ octet[n]) * UINT64_C(1099511628211);
+    }
+    return hash;
+}

@@ -1,0 +1,88 @@
+/* The ring, closed: firmware and HAL on the virtual F28335, which switches the inverter that feeds the motor whose currents
+ * its ADC samples. One call steps one PWM period.
+ *
+ * This is the only door for CLI, tests, debugger and everything later. Values are reached by the permanent ids of the
+ * tables: parameters (staged until rig_apply), requests, signals, and on the desk truth (3000..), plant (4000..) and rig
+ * (5000..). All numbers in the SI unit of their row.
+ *
+ * Deterministic: the same calls with the same seed give the same bits on every machine. Rigs do not disturb each other; one
+ * rig belongs to one thread at a time. */
+#ifndef HOST_SIM_RIG_RIG_H
+#define HOST_SIM_RIG_RIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "drive/table.h"
+
+typedef struct rig rig_t;
+
+#define RIG_PERIOD_SECONDS 1e-4 /* of one rig_step */
+
+/* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0 begins when
+ * this returns. NULL only without memory. */
+rig_t *rig_create(uint64_t seed);
+void rig_free(rig_t *rig);
+
+/* One PWM period. */
+void rig_step(rig_t *rig);
+
+/* The sample interrupt once, on the registers as they are, while simulated time stands still: for measuring its cost. */
+void rig_interrupt(rig_t *rig);
+
+/* Up to n periods; fewer if the stop condition is met. Returns how many ran. */
+uint32_t rig_run(rig_t *rig, uint32_t periods);
+
+/* Periods since creation; simulated time is this times RIG_PERIOD_SECONDS. */
+uint32_t rig_period(const rig_t *rig);
+
+/* All tables, in the order params, requests, signals, truth, plant, rig. */
+uint32_t rig_table_count(void);
+const table_t *rig_table(uint32_t index);
+const table_row_t *rig_row(uint32_t id);              /* NULL: no such id */
+const table_row_t *rig_row_by_name(const char *name); /* NULL: no such name */
+uint32_t rig_tables_hash(void);
+
+/* Value of a row; parameters: the active set. false: no such id (see rig_error). */
+bool rig_get(rig_t *rig, uint32_t id, double *value);
+
+/* Set a row. Parameters are staged; requests, plant and rig rows act at once. false: refused, nothing has changed, and
+ * rig_error names the row, the value and what would have been accepted. */
+bool rig_set(rig_t *rig, uint32_t id, double value);
+
+/* Judge the staged parameters as a whole and take them over before the next period. false: refused, the old set runs on. */
+bool rig_apply(rig_t *rig);
+
+/* By name, "inertia" or, where two tables have the name, "plant.inertia"; for tests and the CLI. A wrong name in rig_value is a programming error (asserted). */
+double rig_value(rig_t *rig, const char *name);
+bool rig_put(rig_t *rig, const char *name, double value);
+
+/* Set the rotor's true motion: mechanical angle [rad] and speed [rad/s]. */
+void rig_set_motion(rig_t *rig, double theta_m, double omega_m);
+
+/* What the last refused call had to say; "" if none. */
+const char *rig_error(const rig_t *rig);
+uint32_t rig_error_id(const rig_t *rig);     /* row it was about; 0: none */
+int32_t rig_error_reason(const rig_t *rig);  /* drive's reason number */
+
+/* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th period). */
+typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
+#define RIG_TAP_MAX 64u
+bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
+
+/* Stop condition of rig_run, judged after each period on a row's value. */
+typedef enum { RIG_NEVER, RIG_EQUAL, RIG_NOT_EQUAL, RIG_ABOVE, RIG_BELOW } rig_compare_t;
+bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value);
+
+/* The stop hook: before this period runs, rig_stop_at is called, an empty function to break on. */
+void rig_stop_before(rig_t *rig, uint32_t period);
+void rig_stop_at(rig_t *rig, uint32_t period);
+
+/* The whole state as bytes; a load goes on exactly where the save was, in any rig of the same program. */
+size_t rig_state_size(void);
+void rig_save(const rig_t *rig, void *state);
+bool rig_load(rig_t *rig, const void *state, size_t size);
+uint64_t rig_hash(const rig_t *rig); /* of the state: equal states, equal hashes */
+
+#endif

@@ -1,0 +1,133 @@
+/* Encoder mode: speed steps 100 -> 1500 -> 1000 r/min on the switched plant, both shafts, loads and directions. */
+#include <math.h>
+
+#include "tests/rig/run.h"
+
+#define TRANSIENT_PERIODS 50u /* 5 ms after each step */
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* Runs one step and judges it: speed within 1 r/min at the end (0.2 s without leaving the band), i_d within 0.3 A of its
+ * reference after 5 ms, no phase current above 12 A. */
+static void step_to(rig_t *rig, double rpm, double seconds, const char *what)
+{
+    char message[160];
+    double i_d_peak = 0.0;
+    double i_peak = 0.0;
+    double rpm_err = 0.0;
+    const uint32_t periods = (uint32_t)(seconds / RIG_PERIOD_SECONDS + 0.5);
+    run_put(rig, "speed_request", rpm * RPM);
+    for (uint32_t n = 0; n < periods; n++) {
+        rig_step(rig);
+        i_peak = fmax(i_peak, fabs(rig_value(rig, "true_i_a")));
+        i_peak = fmax(i_peak, fabs(rig_value(rig, "true_i_b")));
+        i_peak = fmax(i_peak, fabs(rig_value(rig, "true_i_c")));
+        if (n >= TRANSIENT_PERIODS) {
+            i_d_peak = fmax(i_d_peak, fabs(rig_value(rig, "true_i_d") - rig_value(rig, "i_d_ref")));
+        }
+        if (n >= periods - 2000u) {
+            rpm_err = fmax(rpm_err, fabs(rig_value(rig, "true_omega_m") / RPM - rpm));
+        }
+    }
+    snprintf(message, sizeof message, "%s to %.0f r/min: speed off by %.3f r/min, |i_d| %.3f A, peak %.2f A", what, rpm,
+             rpm_err, i_d_peak, i_peak);
+    printf("%s\n", message);
+    TEST_ASSERT_TRUE_MESSAGE(rpm_err <= 1.0, message);
+    TEST_ASSERT_TRUE_MESSAGE(i_d_peak <= 0.3, message);
+    TEST_ASSERT_TRUE_MESSAGE(i_peak <= 12.0, message);
+    run_expect_no_fault(rig);
+}
+
+static void profile(double inertia, double friction, double load, double direction, double seconds)
+{
+    char what[80];
+    rig_t *rig = rig_create(11);
+    snprintf(what, sizeof what, "J %g, load %g N m,", inertia, load);
+    run_put(rig, "inertia", inertia);
+    run_put(rig, "friction_coulomb", friction);
+    run_to_ready(rig);
+    run_on(rig, 0.0);
+    rig_step(rig);
+    run_put(rig, "load_torque", load);
+    step_to(rig, direction * 100.0, seconds, what);
+    step_to(rig, direction * 1500.0, 1.6 * seconds, what);
+    step_to(rig, direction * 1000.0, seconds, what);
+    rig_free(rig);
+}
+
+static void test_rig_forward_no_load(void)
+{
+    profile(0.0636, 1.32, 0.0, 1.0, 2.2);
+}
+
+static void test_rig_forward_rated(void)
+{
+    profile(0.0636, 1.32, 5.0, 1.0, 2.2);
+}
+
+static void test_rig_reverse_no_load(void)
+{
+    profile(0.0636, 1.32, 0.0, -1.0, 2.2);
+}
+
+static void test_rig_reverse_rated(void)
+{
+    profile(0.0636, 1.32, 5.0, -1.0, 2.2);
+}
+
+static void test_bare_motor_forward_no_load(void)
+{
+    profile(0.003, 0.0, 0.0, 1.0, 1.0);
+}
+
+static void test_bare_motor_forward_rated(void)
+{
+    profile(0.003, 0.0, 5.0, 1.0, 1.0);
+}
+
+static void test_bare_motor_reverse_no_load(void)
+{
+    profile(0.003, 0.0, 0.0, -1.0, 1.0);
+}
+
+static void test_bare_motor_reverse_rated(void)
+{
+    profile(0.003, 0.0, 5.0, -1.0, 1.0);
+}
+
+/* A salient machine with a wrong-way d current reference: cross-coupling feed-forward must hold both axes. */
+static void test_salient_machine_keeps_both_axes(void)
+{
+    rig_t *rig = rig_create(12);
+    run_put(rig, "plant.inductance_d", 0.008);
+    run_put(rig, "plant.inductance_q", 0.016);
+    run_put(rig, "motor_inductance_d", 0.008);
+    run_parameter(rig, "motor_inductance_q", 0.016);
+    run_to_ready(rig);
+    run_on(rig, 0.0);
+    run_put(rig, "i_d_request", -2.0);
+    run_seconds(rig, 0.05);
+    step_to(rig, 1200.0, 3.0, "L_d 8 mH, L_q 16 mH, i_d -2 A,");
+    rig_free(rig);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_rig_forward_no_load);
+    RUN_TEST(test_rig_forward_rated);
+    RUN_TEST(test_rig_reverse_no_load);
+    RUN_TEST(test_rig_reverse_rated);
+    RUN_TEST(test_bare_motor_forward_no_load);
+    RUN_TEST(test_bare_motor_forward_rated);
+    RUN_TEST(test_bare_motor_reverse_no_load);
+    RUN_TEST(test_bare_motor_reverse_rated);
+    RUN_TEST(test_salient_machine_keeps_both_axes);
+    return UNITY_END();
+}

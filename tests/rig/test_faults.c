@@ -1,0 +1,187 @@
+/* Faults injected below the seam run the real code: the drive stops with the right reason and the motor gets no voltage. */
+#include <math.h>
+
+#include "drive/reasons.h"
+#include "tests/rig/run.h"
+
+static rig_t *rig;
+
+void setUp(void)
+{
+    rig = rig_create(31);
+    run_to_ready(rig);
+    run_on(rig, 600.0);
+    run_put(rig, "inertia", 0.003);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void expect_stopped(int32_t reason)
+{
+    TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+    run_seconds(rig, 0.02);
+    /* gates open, EMF of 46 V far below the DC link: no current */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
+}
+
+static void test_module_fault_stops_in_the_same_period_and_can_be_reset(void)
+{
+    const double period = rig_value(rig, "period");
+    run_put(rig, "force_fault", 1.0);
+    rig_step(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, period, rig_value(rig, "fault_period"));
+    expect_stopped(REASON_MODULE_FAULT);
+
+    run_put(rig, "enable", 0.0);
+    run_put(rig, "fault_reset", 1.0); /* the line is still low */
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+    run_put(rig, "fault_reset", 0.0);
+    run_put(rig, "force_fault", 0.0);
+    run_seconds(rig, 0.03);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+}
+
+static void test_stuck_current_sensor_stops_the_drive(void)
+{
+    run_put(rig, "stuck_current_a", 4095.0);
+    run_seconds(rig, 0.001);
+    expect_stopped(REASON_BAD_SAMPLE);
+}
+
+static void test_dc_link_too_high(void)
+{
+    run_put(rig, "dc_voltage", 405.0);
+    run_seconds(rig, 0.001);
+    expect_stopped(REASON_DC_OVERVOLTAGE);
+}
+
+static void test_dc_link_sag_stops_after_its_debounce(void)
+{
+    run_put(rig, "dc_voltage", 150.0);
+    rig_run(rig, 9);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    rig_run(rig, 2);
+    expect_stopped(REASON_DC_UNDERVOLTAGE);
+}
+
+static void test_hot_heat_sink(void)
+{
+    run_put(rig, "plant.sink_temperature", 95.0);
+    run_seconds(rig, 0.09);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    run_seconds(rig, 0.02);
+    expect_stopped(REASON_SINK_HOT);
+}
+
+static void test_hot_motor(void)
+{
+    run_put(rig, "plant.motor_temperature", 135.0);
+    run_seconds(rig, 0.11);
+    expect_stopped(REASON_MOTOR_HOT);
+}
+
+static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway(void)
+{
+    /* half a pole pair off: torque has the wrong sign, the speed control drives the wrong way */
+    run_put(rig, "plant.encoder_offset", 3.14159265358979 / 4.0);
+    run_seconds(rig, 1.0);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_OVERSPEED, rig_value(rig, "fault_reason"));
+}
+
+static void test_late_interrupt_is_noticed(void)
+{
+    run_put(rig, "interrupt_delay", 99.5e-6); /* past the zero of the next period */
+    run_seconds(rig, 0.002);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
+}
+
+static void test_interrupt_that_is_delayed_but_in_time_does_no_harm(void)
+{
+    run_put(rig, "interrupt_delay", 60e-6);
+    run_seconds(rig, 0.3);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
+}
+
+static void test_open_phase_is_survived_without_overcurrent(void)
+{
+    run_put(rig, "open_phase_c", 1.0);
+    run_seconds(rig, 0.2);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, rig_value(rig, "true_i_c"));
+    TEST_ASSERT_TRUE(fabs(rig_value(rig, "true_i_a")) < 16.0);
+}
+
+static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
+{
+    rig_free(rig);
+    rig = rig_create(32);
+    run_put(rig, "current_offset_a", 0.2);
+    run_put(rig, "current_offset_b", -0.15);
+    run_to_ready(rig);
+    /* 10 mA noise on 9.8 mA codes over 512 samples: 0.6 mA rms; a code stands for its middle */
+    TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.2, rig_value(rig, "offset_a"));
+    TEST_ASSERT_DOUBLE_WITHIN(3e-3, -0.15, rig_value(rig, "offset_b"));
+}
+
+static void test_quick_stop_brings_the_motor_to_standstill(void)
+{
+    run_put(rig, "enable", 2.0);
+    run_seconds(rig, 0.5);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_DOUBLE_WITHIN(2.1, 0.0, rig_value(rig, "true_omega_m"));
+}
+
+static void test_switching_on_at_speed_makes_no_current_surge(void)
+{
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.001);
+    rig_set_motion(rig, 0.0, 1200.0 * RPM);
+    run_seconds(rig, 0.1); /* the tracking of the encoder settles */
+    run_put(rig, "friction_coulomb", 0.0);
+    run_put(rig, "mode", 1.0);
+    run_put(rig, "enable", 1.0);
+    double peak = 0.0;
+    for (int n = 0; n < 200; n++) {
+        rig_step(rig);
+        peak = fmax(peak, fabs(rig_value(rig, "true_i_a")));
+        peak = fmax(peak, fabs(rig_value(rig, "true_i_b")));
+    }
+    run_expect_no_fault(rig);
+    char message[80];
+    snprintf(message, sizeof message, "largest phase current %.2f A", peak);
+    TEST_ASSERT_TRUE_MESSAGE(peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_module_fault_stops_in_the_same_period_and_can_be_reset);
+    RUN_TEST(test_stuck_current_sensor_stops_the_drive);
+    RUN_TEST(test_dc_link_too_high);
+    RUN_TEST(test_dc_link_sag_stops_after_its_debounce);
+    RUN_TEST(test_hot_heat_sink);
+    RUN_TEST(test_hot_motor);
+    RUN_TEST(test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway);
+    RUN_TEST(test_late_interrupt_is_noticed);
+    RUN_TEST(test_interrupt_that_is_delayed_but_in_time_does_no_harm);
+    RUN_TEST(test_open_phase_is_survived_without_overcurrent);
+    RUN_TEST(test_offsets_of_the_sensors_are_measured_at_the_start);
+    RUN_TEST(test_quick_stop_brings_the_motor_to_standstill);
+    RUN_TEST(test_switching_on_at_speed_makes_no_current_surge);
+    return UNITY_END();
+}

@@ -1,0 +1,172 @@
+/* The rig's C interface: tables, staged parameters, refusals as data and as text. */
+#include <math.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "tests/rig/run.h"
+
+static rig_t *rig;
+
+void setUp(void)
+{
+    rig = rig_create(1);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void expect_refusal(const char *name, int32_t reason, const char *range)
+{
+    TEST_ASSERT_EQUAL_INT32(reason, rig_error_reason(rig));
+    TEST_ASSERT_EQUAL_UINT32(rig_row_by_name(name)->id, rig_error_id(rig));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), strchr(name, '.') != NULL ? strchr(name, '.') + 1 : name),
+                                 rig_error(rig));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), range), rig_error(rig));
+}
+
+static void test_ids_are_unique_over_all_tables_and_every_row_can_be_read(void)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count; n++) {
+            double value = NAN;
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(&table->rows[n], rig_row(table->rows[n].id), table->rows[n].name);
+            TEST_ASSERT_TRUE(rig_get(rig, table->rows[n].id, &value));
+            TEST_ASSERT_TRUE_MESSAGE(isfinite(value), table->rows[n].name);
+        }
+    }
+    TEST_ASSERT_NULL(rig_table(rig_table_count()));
+    TEST_ASSERT_NULL(rig_row(99999));
+}
+
+/* The rows of the plant count in the order of their table; these two ids are promised to recordings and scenarios. */
+static void test_ids_of_the_plant_stay(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(4000, rig_row_by_name("pole_pairs")->id);
+    TEST_ASSERT_EQUAL_UINT32(4007, rig_row_by_name("inertia")->id);
+}
+
+static void test_a_name_in_two_tables_is_told_apart_by_its_table(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(23, rig_row_by_name("params.encoder_lines")->id);
+    TEST_ASSERT_TRUE(rig_row_by_name("plant.encoder_lines")->id >= 4000);
+    TEST_ASSERT_NULL(rig_row_by_name("plant.enable"));
+    TEST_ASSERT_NULL(rig_row_by_name("nothing.enable"));
+    TEST_ASSERT_NULL(rig_row_by_name("no_such_row"));
+}
+
+static void test_a_parameter_is_staged_until_applied(void)
+{
+    run_put(rig, "speed_kp", 0.7);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, rig_value(rig, "speed_kp"));
+    TEST_ASSERT_TRUE(rig_apply(rig));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.7, rig_value(rig, "speed_kp"));
+}
+
+static void test_a_set_that_breaks_a_range_is_refused_and_the_old_one_runs_on(void)
+{
+    run_to_ready(rig);
+    run_on(rig, 200.0);
+    run_seconds(rig, 0.5);
+    TEST_ASSERT_FALSE(rig_put(rig, "current_bandwidth", 5000.0));
+    expect_refusal("current_bandwidth", REASON_OUT_OF_RANGE, "accepted 10 to 3000 rad/s");
+    TEST_ASSERT_TRUE(rig_apply(rig)); /* nothing of it was staged */
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1000.0, rig_value(rig, "current_bandwidth"));
+    run_expect_no_fault(rig);
+}
+
+static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on(void)
+{
+    run_to_ready(rig);
+    run_on(rig, 200.0);
+    run_seconds(rig, 0.5);
+    run_put(rig, "speed_ki", 3.0);
+    run_put(rig, "overcurrent_trip", 11.0);
+    TEST_ASSERT_FALSE(rig_apply(rig));
+    expect_refusal("overcurrent_trip", REASON_CROSS_RULE, "accepted 12 to 19 A (overcurrent_trip >= 1.2 current_limit)");
+    TEST_ASSERT_EQUAL_DOUBLE(15.0, rig_value(rig, "overcurrent_trip"));
+    TEST_ASSERT_EQUAL_DOUBLE(2.5, rig_value(rig, "speed_ki")); /* the set is taken as a whole or not at all */
+    run_seconds(rig, 0.1);
+    run_expect_no_fault(rig);
+    run_put(rig, "current_limit", 9.0); /* mended in one set */
+    TEST_ASSERT_TRUE(rig_apply(rig));
+    TEST_ASSERT_EQUAL_DOUBLE(11.0, rig_value(rig, "overcurrent_trip"));
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "speed_ki"));
+}
+
+static void test_what_belongs_to_the_board_changes_only_while_the_bridge_is_off(void)
+{
+    run_to_ready(rig);
+    run_on(rig, 100.0);
+    run_seconds(rig, 0.1);
+    run_put(rig, "dead_time", 3e-6);
+    TEST_ASSERT_FALSE(rig_apply(rig));
+    expect_refusal("dead_time", REASON_BRIDGE_ON, "only while the bridge is off");
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.01);
+    TEST_ASSERT_TRUE(rig_apply(rig));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3e-6, rig_value(rig, "dead_time"));
+}
+
+static void test_numbers_that_are_none_are_refused(void)
+{
+    const double none[] = {NAN, INFINITY, -INFINITY, 1e300};
+    for (size_t n = 0; n < 4; n++) {
+        TEST_ASSERT_FALSE(rig_put(rig, "speed_request", none[n]));
+        expect_refusal("speed_request", REASON_OUT_OF_RANGE, "accepted");
+        TEST_ASSERT_FALSE(rig_put(rig, "inertia", none[n]));
+    }
+    TEST_ASSERT_FALSE(rig_put(rig, "params.encoder_lines", 1000.5));
+    expect_refusal("params.encoder_lines", REASON_OUT_OF_RANGE, "whole numbers 16 to 16384");
+}
+
+static void test_what_is_shown_is_not_set(void)
+{
+    TEST_ASSERT_FALSE(rig_put(rig, "i_d", 1.0));
+    expect_refusal("i_d", REASON_READ_ONLY, "shown, not set");
+    TEST_ASSERT_FALSE(rig_put(rig, "true_torque", 1.0));
+    TEST_ASSERT_FALSE(rig_set(rig, 77777, 1.0));
+    TEST_ASSERT_EQUAL_INT32(REASON_UNKNOWN_ID, rig_error_reason(rig));
+    TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "77777"));
+    double value;
+    TEST_ASSERT_FALSE(rig_get(rig, 77777, &value));
+    TEST_ASSERT_FALSE(rig_put(rig, "tourqe", 1.0));
+    TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "tourqe"));
+}
+
+static void test_requests_are_judged_against_the_parameters(void)
+{
+    TEST_ASSERT_FALSE(rig_put(rig, "speed_request", 215.0)); /* 0.95 of 220 rad/s is 209 */
+    expect_refusal("speed_request", REASON_CROSS_RULE, "accepted -209 to 209 rad/s");
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "speed_request"));
+}
+
+static void test_plant_rules_are_judged_too(void)
+{
+    TEST_ASSERT_FALSE(rig_put(rig, "load_torque", -3.0)); /* a passive load does not drive */
+    expect_refusal("load_torque", REASON_CROSS_RULE, "load_torque = -3");
+    run_put(rig, "load_kind", 1.0);
+    run_put(rig, "load_torque", -3.0);
+    TEST_ASSERT_EQUAL_DOUBLE(-3.0, rig_value(rig, "load_torque"));
+}
+
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_ids_are_unique_over_all_tables_and_every_row_can_be_read);
+    RUN_TEST(test_ids_of_the_plant_stay);
+    RUN_TEST(test_a_name_in_two_tables_is_told_apart_by_its_table);
+    RUN_TEST(test_a_parameter_is_staged_until_applied);
+    RUN_TEST(test_a_set_that_breaks_a_range_is_refused_and_the_old_one_runs_on);
+    RUN_TEST(test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on);
+    RUN_TEST(test_what_belongs_to_the_board_changes_only_while_the_bridge_is_off);
+    RUN_TEST(test_numbers_that_are_none_are_refused);
+    RUN_TEST(test_what_is_shown_is_not_set);
+    RUN_TEST(test_requests_are_judged_against_the_parameters);
+    RUN_TEST(test_plant_rules_are_judged_too);
+    return UNITY_END();
+}

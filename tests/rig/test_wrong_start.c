@@ -1,0 +1,134 @@
+/* A wrong initialisation goes wrong here as it would on silicon. Each test starts the real board and then spoils one word. */
+#include "hal/f28335/bus.h"
+#include "hal/hal.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+
+static rig_t *rig;
+
+void setUp(void)
+{
+    rig = rig_create(1);
+    run_to_ready(rig);
+    rig_bind(rig);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static uint32_t interrupts_in(uint32_t periods)
+{
+    const double before = rig_value(rig, "period");
+    rig_run(rig, periods);
+    return (uint32_t)(rig_value(rig, "period") - before);
+}
+
+static uint32_t reports(chip_report_kind_t kind)
+{
+    return chip_report_count(&rig_state(rig)->chip, kind);
+}
+
+static void test_a_right_start_gives_an_interrupt_every_period(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(1000, interrupts_in(1000));
+}
+
+static void test_hspclkdiv_left_at_reset_halves_the_carrier(void)
+{
+    for (uint32_t n = 1; n <= 3; n++) {
+        bus_write16(&EPWM(n)->TBCTL, (uint16_t)(EPWM(n)->TBCTL | TBCTL_HSPCLKDIV(1)));
+    }
+    rig_run(rig, 4);
+    TEST_ASSERT_UINT32_WITHIN(1, 500, interrupts_in(1000)); /* 5 kHz */
+}
+
+static void test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_reset(void)
+{
+    bus_write16(&EPWM(1)->ETSEL, 0);
+    rig_run(rig, 2);
+    TEST_ASSERT_EQUAL_UINT32(0, interrupts_in(1000));
+    TEST_ASSERT_EQUAL_UINT32(0, reports(CHIP_WATCHDOG_RESET));
+    rig_run(rig, 3000); /* 279.6 ms after it was last fed */
+    TEST_ASSERT_EQUAL_UINT32(1, reports(CHIP_WATCHDOG_RESET));
+}
+
+static uint32_t unacknowledged;
+
+static void forgets_pieack(void)
+{
+    unacknowledged++;
+    bus_write16(&ADC->ADCTRL2, (uint16_t)(ADC->ADCTRL2 | ADCTRL2_RST_SEQ1));
+    bus_write16(&ADC->ADCST, ADCST_INT_SEQ1_CLR);
+}
+
+static void test_missing_pieack_stops_the_interrupts_after_one(void)
+{
+    bus_allow();
+    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(forgets_pieack));
+    bus_protect();
+    unacknowledged = 0;
+    rig_run(rig, 100);
+    TEST_ASSERT_EQUAL_UINT32(1, unacknowledged);
+}
+
+static void test_wrong_dead_band_polarity_shoots_through_and_the_module_trips(void)
+{
+    for (uint32_t n = 1; n <= 3; n++) {
+        /* both outputs active high from the same signal, without complement */
+        bus_write16(&EPWM(n)->DBCTL, DBCTL_OUT_BOTH);
+    }
+    run_on(rig, 0.0);
+    rig_run(rig, 10);
+    TEST_ASSERT_TRUE(rig_value(rig, "shoot_throughs") >= 1.0);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(20.0, rig_value(rig, "fault_reason")); /* module_fault */
+}
+
+static void test_right_polarity_never_shoots_through(void)
+{
+    run_on(rig, 600.0);
+    run_seconds(rig, 1.0);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "shoot_throughs"));
+    run_expect_no_fault(rig);
+}
+
+static void test_no_dead_band_at_all_shoots_through(void)
+{
+    for (uint32_t n = 1; n <= 3; n++) {
+        bus_write16(&EPWM(n)->DBRED, 0);
+        bus_write16(&EPWM(n)->DBFED, 0);
+    }
+    run_on(rig, 0.0);
+    rig_run(rig, 10);
+    /* turn-off takes 0.2 us longer than turn-on: both switches of a leg conduct */
+    TEST_ASSERT_TRUE(rig_value(rig, "shoot_throughs") >= 1.0);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+}
+
+static void test_a_protected_write_without_eallow_is_ignored_and_reported(void)
+{
+    const uint16_t before = EPWM(1)->TZSEL;
+    TEST_ASSERT_EQUAL_UINT32(0, reports(CHIP_PROTECTED_WRITE));
+    bus_write16(&EPWM(1)->TZSEL, 0);
+    TEST_ASSERT_EQUAL_HEX16(before, EPWM(1)->TZSEL);
+    TEST_ASSERT_EQUAL_UINT32(1, reports(CHIP_PROTECTED_WRITE));
+    const chip_report_t last = chip_last_report(&rig_state(rig)->chip);
+    TEST_ASSERT_EQUAL_STRING("EPWM1.TZSEL", chip_register_name(last.address));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "chip_reports"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_right_start_gives_an_interrupt_every_period);
+    RUN_TEST(test_hspclkdiv_left_at_reset_halves_the_carrier);
+    RUN_TEST(test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_reset);
+    RUN_TEST(test_missing_pieack_stops_the_interrupts_after_one);
+    RUN_TEST(test_wrong_dead_band_polarity_shoots_through_and_the_module_trips);
+    RUN_TEST(test_right_polarity_never_shoots_through);
+    RUN_TEST(test_no_dead_band_at_all_shoots_through);
+    RUN_TEST(test_a_protected_write_without_eallow_is_ignored_and_reported);
+    return UNITY_END();
+}

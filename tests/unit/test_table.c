@@ -1,0 +1,163 @@
+#include "drive/table.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "drive/params.h"
+#include "drive/reasons.h"
+#include "drive/requests.h"
+#include "drive/signals.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+typedef struct {
+    float f;
+    int32_t i;
+    uint32_t u;
+    int32_t e;
+} slots_t;
+
+static const table_row_t rows[] = {
+    {1, SLOT_FLOAT, TABLE_LIVE, offsetof(slots_t, f), "f", "V", "a float", "", 1.5f, -2.0f, 2.0f},
+    {2, SLOT_INT, TABLE_LIVE, offsetof(slots_t, i), "i", "-", "an integer", "", -3.0f, -5.0f, 5.0f},
+    {3, SLOT_UINT, TABLE_LIVE, offsetof(slots_t, u), "u", "-", "unsigned", "", 7.0f, 0.0f, 9.0f},
+    {4, SLOT_ENUM, TABLE_LIVE, offsetof(slots_t, e), "e", "-", "a choice", "red|green|blue", 1.0f, 0.0f, 0.0f},
+};
+static const table_t table = {"test", rows, 4};
+
+static void test_defaults_reach_every_slot(void)
+{
+    slots_t slots;
+    table_defaults(&table, &slots);
+    TEST_ASSERT_EQUAL_FLOAT(1.5f, slots.f);
+    TEST_ASSERT_EQUAL_INT32(-3, slots.i);
+    TEST_ASSERT_EQUAL_UINT32(7, slots.u);
+    TEST_ASSERT_EQUAL_INT32(1, slots.e);
+}
+
+static void test_set_rounds_integers_to_nearest_and_get_reads_back(void)
+{
+    slots_t slots;
+    memset(&slots, 0, sizeof slots);
+    table_set(&rows[1], &slots, -4.0f);
+    table_set(&rows[2], &slots, 8.0f);
+    table_set(&rows[0], &slots, 0.25f);
+    TEST_ASSERT_EQUAL_INT32(-4, slots.i);
+    TEST_ASSERT_EQUAL_UINT32(8, slots.u);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, table_get(&rows[0], &slots));
+    TEST_ASSERT_EQUAL_FLOAT(-4.0f, table_get(&rows[1], &slots));
+    TEST_ASSERT_EQUAL_FLOAT(8.0f, table_get(&rows[2], &slots));
+    TEST_ASSERT_EQUAL_HEX32(0x3E800000, table_bits(&rows[0], &slots)); /* IEEE 754: 0.25 */
+}
+
+static void test_range_is_judged_below_at_and_above_each_limit(void)
+{
+    TEST_ASSERT_FALSE(table_accepts(&rows[0], nextafterf(-2.0f, -3.0f)));
+    TEST_ASSERT_TRUE(table_accepts(&rows[0], -2.0f));
+    TEST_ASSERT_TRUE(table_accepts(&rows[0], 2.0f));
+    TEST_ASSERT_FALSE(table_accepts(&rows[0], nextafterf(2.0f, 3.0f)));
+}
+
+static void test_what_is_no_number_or_not_whole_is_refused(void)
+{
+    TEST_ASSERT_FALSE(table_accepts(&rows[0], NAN));
+    TEST_ASSERT_FALSE(table_accepts(&rows[0], INFINITY));
+    TEST_ASSERT_FALSE(table_accepts(&rows[1], 1.5f));
+    TEST_ASSERT_TRUE(table_accepts(&rows[1], 1.0f));
+}
+
+static void test_choices_are_found_by_whole_name_and_bound_the_value(void)
+{
+    TEST_ASSERT_EQUAL_INT32(0, table_choice(&rows[3], "red"));
+    TEST_ASSERT_EQUAL_INT32(2, table_choice(&rows[3], "blue"));
+    TEST_ASSERT_EQUAL_INT32(-1, table_choice(&rows[3], "gree"));
+    TEST_ASSERT_EQUAL_INT32(-1, table_choice(&rows[3], ""));
+    TEST_ASSERT_TRUE(table_accepts(&rows[3], 2.0f));
+    TEST_ASSERT_FALSE(table_accepts(&rows[3], 3.0f));
+    TEST_ASSERT_FALSE(table_accepts(&rows[3], -1.0f));
+}
+
+static void test_rows_are_found_by_id_and_name(void)
+{
+    TEST_ASSERT_EQUAL_PTR(&rows[2], table_by_id(&table, 3));
+    TEST_ASSERT_NULL(table_by_id(&table, 5));
+    TEST_ASSERT_EQUAL_PTR(&rows[3], table_by_name(&table, "e"));
+    TEST_ASSERT_NULL(table_by_name(&table, "x"));
+}
+
+static void test_hash_notices_id_name_unit_kind_and_choices_but_not_text(void)
+{
+    const uint32_t hash = table_hash(&table, 0);
+    table_row_t changed[4];
+    const table_t other = {"test", changed, 4};
+#define CHANGED(statement) (memcpy(changed, rows, sizeof rows), (statement), table_hash(&other, 0))
+    TEST_ASSERT_NOT_EQUAL(hash, CHANGED(changed[0].id = 300));
+    TEST_ASSERT_NOT_EQUAL(hash, CHANGED(changed[0].name = "g"));
+    TEST_ASSERT_NOT_EQUAL(hash, CHANGED(changed[0].unit = "A"));
+    TEST_ASSERT_NOT_EQUAL(hash, CHANGED(changed[1].kind = SLOT_UINT));
+    TEST_ASSERT_NOT_EQUAL(hash, CHANGED(changed[3].choices = "red|green"));
+    TEST_ASSERT_EQUAL_HEX32(hash, CHANGED(changed[0].text = "other words"));
+    TEST_ASSERT_NOT_EQUAL(hash, table_hash(&table, 1));
+}
+
+/* FNV-1a of the octets of id (little-endian, two), kind, then name, unit, choices each closed by a zero octet. */
+static void test_hash_is_fnv_1a(void)
+{
+    const uint8_t octets[] = {1, 0, 0, 'f', 0, 'V', 0, 0};
+    const table_t one = {"one", rows, 1};
+    uint32_t expected = 2166136261u;
+    for (size_t n = 0; n < sizeof octets; n++) {
+        expected = (expected ^ octets[n]) * 16777619u;
+    }
+    TEST_ASSERT_EQUAL_HEX32(expected, table_hash(&one, 0));
+}
+
+/* The contract of the tables: what outside relies on. */
+static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
+{
+    const table_t *const tables[] = {&params_table, &requests_table, &signals_table};
+    const uint32_t first[] = {1, 1000, 2000};
+    for (size_t t = 0; t < 3; t++) {
+        for (uint32_t n = 0; n < tables[t]->count; n++) {
+            const table_row_t *row = &tables[t]->rows[n];
+            TEST_ASSERT_TRUE_MESSAGE(row->id >= first[t] && row->id < (t == 0 ? 1000u : first[t] + 1000u), row->name);
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, table_by_id(tables[t], row->id), row->name);
+            TEST_ASSERT_EQUAL_PTR_MESSAGE(row, table_by_name(tables[t], row->name), row->name);
+            TEST_ASSERT_TRUE_MESSAGE(strlen(row->unit) > 0 && strlen(row->text) > 0, row->name);
+            TEST_ASSERT_EQUAL_MESSAGE(row->kind == SLOT_ENUM, strlen(row->choices) > 0, row->name);
+        }
+    }
+}
+
+static void test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy(void)
+{
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        TEST_ASSERT_EQUAL_PTR(&reasons[n], reason_by_number(reasons[n].number));
+        TEST_ASSERT_TRUE(strlen(reasons[n].name) > 0 && strlen(reasons[n].text) > 0 && strlen(reasons[n].remedy) > 0);
+    }
+    TEST_ASSERT_NULL(reason_by_number(9999));
+    TEST_ASSERT_EQUAL_STRING("overcurrent", reason_by_number(REASON_OVERCURRENT)->name);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_defaults_reach_every_slot);
+    RUN_TEST(test_set_rounds_integers_to_nearest_and_get_reads_back);
+    RUN_TEST(test_range_is_judged_below_at_and_above_each_limit);
+    RUN_TEST(test_what_is_no_number_or_not_whole_is_refused);
+    RUN_TEST(test_choices_are_found_by_whole_name_and_bound_the_value);
+    RUN_TEST(test_rows_are_found_by_id_and_name);
+    RUN_TEST(test_hash_notices_id_name_unit_kind_and_choices_but_not_text);
+    RUN_TEST(test_hash_is_fnv_1a);
+    RUN_TEST(test_ids_and_names_of_the_drive_are_unique_and_in_their_bands);
+    RUN_TEST(test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy);
+    return UNITY_END();
+}

@@ -17,10 +17,8 @@ void setUp(void)
 {
     params_defaults(&params);
     drive_init(&drive, &params);
-    samples = (drive_samples_t){.u_dc = 311.0f,
-                                .sink_temperature = 40.0f,
-                                .motor_temperature = 40.0f,
-                                .flags = DRIVE_SAMPLE_TRIPPED};
+    samples = (drive_samples_t){
+        .u_dc = 311.0f, .sink_temperature = 40.0f, .motor_temperature = 40.0f, .flags = DRIVE_SAMPLE_TRIPPED};
     memset(&command, 0, sizeof command);
 }
 
@@ -68,7 +66,8 @@ static void bring_to_run(void)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* 64 samples to settle and calibration_periods to average; the transition is in the step that takes the last. */
+/* 64 samples to settle and calibration_periods to average; the transition is in the step that takes the last.
+ */
 static void test_offsets_take_exactly_their_time_and_gates_stay_off(void)
 {
     steps(64 + 512 - 1);
@@ -336,7 +335,8 @@ static void test_duties_stay_within_what_dead_time_and_pulse_allow(void)
     }
     /* and the integrators do not run away: back-calculation holds the wish near what can be applied */
     const float u = sqrtf(drive.voltage.d * drive.voltage.d + drive.voltage.q * drive.voltage.q);
-    const float u_ref = sqrtf(drive.voltage_ref.d * drive.voltage_ref.d + drive.voltage_ref.q * drive.voltage_ref.q);
+    const float u_ref =
+        sqrtf(drive.voltage_ref.d * drive.voltage_ref.d + drive.voltage_ref.q * drive.voltage_ref.q);
     /* the wish exceeds it by the proportional part, k_p 12.5 V/A times the error of 14.1 A */
     TEST_ASSERT_TRUE(u_ref < u + 1.2f * 12.5f * 14.2f);
 }
@@ -404,7 +404,8 @@ static void test_gains_change_while_running_without_a_jump(void)
     TEST_ASSERT_TRUE(drive_apply(&drive, &next, &why));
 }
 
-/* The voltage computed at t_k acts one period later for one period: its frame is turned on by 1.5 T_s omega_e. */
+/* The voltage computed at t_k acts one period later for one period: its frame is turned on by 1.5 T_s
+ * omega_e. */
 static void test_voltage_is_placed_where_the_rotor_will_be(void)
 {
     bring_to_run();
@@ -415,11 +416,13 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
         samples.encoder = (samples.encoder + 20u) % 10000u;
         steps(1);
     }
-    /* No current flows and none is asked for: the integrators are at rest, the voltage is the EMF, psi_f omega_e on q. */
+    /* No current flows and none is asked for: the integrators are at rest, the voltage is the EMF, psi_f
+     * omega_e on q. */
     const double omega_e = 4.0 * 125.663706;
     const double angle = (double)drive.position.theta_e + 1.5e-4 * omega_e;
     const double expected_alpha = -0.183 * omega_e * sin(angle);
-    const double alpha = 311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;
+    const double alpha =
+        311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;
     const double beta = 311.0 * ((double)command.duty.b - (double)command.duty.c) / sqrt(3.0);
     /* float arithmetic and 2e-6 of sin and cos on 92 V; one period of delay more or less would be 4.6 V */
     TEST_ASSERT_DOUBLE_WITHIN(0.01, expected_alpha, alpha);

@@ -33,7 +33,8 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
     TEST_ASSERT_EQUAL_FLOAT(10.0f, params.current_limit);
 }
 
-/* Every row, just below and just above its range, and not a number: refused by its own name with its own limits. */
+/* Every row, just below and just above its range, and not a number: refused by its own name with its own
+ * limits. */
 static void test_every_row_is_refused_outside_its_range_by_name(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {

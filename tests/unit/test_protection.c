@@ -155,7 +155,8 @@ static void test_a_lasting_fault_stays_reported(void)
     input.u_dc = 100.0f;
     TEST_ASSERT_EQUAL_UINT32(10, periods_until(&input, REASON_DC_UNDERVOLTAGE));
     for (int n = 0; n < 100; n++) {
-        TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, protection_reason(protection_step(&protection, &input)));
+        TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE,
+                                protection_reason(protection_step(&protection, &input)));
     }
 }
 

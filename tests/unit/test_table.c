@@ -28,7 +28,8 @@ static const table_row_t rows[] = {
     {1, SLOT_FLOAT, TABLE_LIVE, offsetof(slots_t, f), "f", "V", "a float", "", 1.5f, -2.0f, 2.0f},
     {2, SLOT_INT, TABLE_LIVE, offsetof(slots_t, i), "i", "-", "an integer", "", -3.0f, -5.0f, 5.0f},
     {3, SLOT_UINT, TABLE_LIVE, offsetof(slots_t, u), "u", "-", "unsigned", "", 7.0f, 0.0f, 9.0f},
-    {4, SLOT_ENUM, TABLE_LIVE, offsetof(slots_t, e), "e", "-", "a choice", "red|green|blue", 1.0f, 0.0f, 0.0f},
+    {4, SLOT_ENUM, TABLE_LIVE, offsetof(slots_t, e), "e", "-", "a choice", "red|green|blue", 1.0f, 0.0f,
+     0.0f},
 };
 static const table_t table = {"test", rows, 4};
 
@@ -107,7 +108,8 @@ static void test_hash_notices_id_name_unit_kind_and_choices_but_not_text(void)
     TEST_ASSERT_NOT_EQUAL(hash, table_hash(&table, 1));
 }
 
-/* FNV-1a of the octets of id (little-endian, two), kind, then name, unit, choices each closed by a zero octet. */
+/* FNV-1a of the octets of id (little-endian, two), kind, then name, unit, choices each closed by a zero
+ * octet. */
 static void test_hash_is_fnv_1a(void)
 {
     const uint8_t octets[] = {1, 0, 0, 'f', 0, 'V', 0, 0};
@@ -127,7 +129,8 @@ static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
     for (size_t t = 0; t < 3; t++) {
         for (uint32_t n = 0; n < tables[t]->count; n++) {
             const table_row_t *row = &tables[t]->rows[n];
-            TEST_ASSERT_TRUE_MESSAGE(row->id >= first[t] && row->id < (t == 0 ? 1000u : first[t] + 1000u), row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->id >= first[t] && row->id < (t == 0 ? 1000u : first[t] + 1000u),
+                                     row->name);
             TEST_ASSERT_EQUAL_PTR_MESSAGE(row, table_by_id(tables[t], row->id), row->name);
             TEST_ASSERT_EQUAL_PTR_MESSAGE(row, table_by_name(tables[t], row->name), row->name);
             TEST_ASSERT_TRUE_MESSAGE(strlen(row->unit) > 0 && strlen(row->text) > 0, row->name);
@@ -140,7 +143,8 @@ static void test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy(voi
 {
     for (uint32_t n = 0; n < reasons_count; n++) {
         TEST_ASSERT_EQUAL_PTR(&reasons[n], reason_by_number(reasons[n].number));
-        TEST_ASSERT_TRUE(strlen(reasons[n].name) > 0 && strlen(reasons[n].text) > 0 && strlen(reasons[n].remedy) > 0);
+        TEST_ASSERT_TRUE(strlen(reasons[n].name) > 0 && strlen(reasons[n].text) > 0 &&
+                         strlen(reasons[n].remedy) > 0);
     }
     TEST_ASSERT_NULL(reason_by_number(9999));
     TEST_ASSERT_EQUAL_STRING("overcurrent", reason_by_number(REASON_OVERCURRENT)->name);

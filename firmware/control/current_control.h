@@ -1,0 +1,65 @@
+/* Current control in the rotor frame: one PI per axis, decoupled, one step per `period`.
+ *
+ *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q i_q
+ *     u_q = kp_q (i_q_ref - i_q) + I_q + omega (L_d i_d + psi_f)
+ *     kp = L bandwidth,   ki = R bandwidth
+ *
+ * The PI's zero cancels the winding's pole R/L, the feed-forward its cross-coupling and EMF; what remains is
+ * an integrator with the gain `bandwidth` behind the delay of 1.5 periods (the voltage of period k acts from
+ * t_k+1 to t_k+2). With K = bandwidth * period the loop is z^2 - z + K = 0: no overshoot up to K = 0.25,
+ * unstable from K = 1.
+ *
+ * The voltage that comes out is the wanted one and may be too long. After modulation
+ * current_control_applied() says what was really applied (without what only compensates dead time), and the
+ * integrals are back-calculated from that. As ki/kp = R/L, an integral at the limit follows R i just as the
+ * current does: there is nothing to unwind afterwards.
+ *
+ * Does not handle: saturation of the iron, delay compensation of the rotation (the caller turns the voltage
+ * into the stationary frame at theta + 1.5 T omega), limits of the references. */
+#ifndef CONTROL_CURRENT_CONTROL_H
+#define CONTROL_CURRENT_CONTROL_H
+
+#include "math/frames.h"
+#include "math/pi.h"
+
+typedef struct {
+    float resistance;   /* R [ohm], >= 0 */
+    float inductance_d; /* L_d [H], > 0 */
+    float inductance_q; /* L_q [H], > 0 */
+    float flux_linkage; /* psi_f [Wb] */
+    float bandwidth;    /* of the closed loop [rad/s], > 0; times period at most 0.25 for a loop without
+                           overshoot */
+    float period;       /* T [s] */
+} current_control_params_t;
+
+typedef struct {
+    /* coefficients, from current_control_init */
+    float inductance_d; /* L_d [H] */
+    float inductance_q; /* L_q [H] */
+    float flux_linkage; /* psi_f [Wb] */
+    /* coefficients and state */
+    pi_t d; /* output [V], error [A] */
+    pi_t q; /* output [V], error [A] */
+    /* state */
+    dq_t current_err; /* reference - current of the last step [A] */
+    dq_t voltage_ref; /* what the last step wanted [V] */
+} current_control_t;
+
+/* Coefficients; integrals 0. Two divisions. */
+void current_control_init(current_control_t *control, const current_control_params_t *params);
+
+/* Coefficients alone; integrals stay. Two divisions. */
+void current_control_retune(current_control_t *control, const current_control_params_t *params);
+
+/* Integrals [V]: with the currents on their references the next voltage is `integral` plus the feed-forward.
+ */
+void current_control_reset(current_control_t *control, dq_t integral);
+
+/* Wanted voltage [V] from reference and current [A] at t_k and electrical speed [rad/s]; not limited. The
+ * integrals wait for current_control_applied(). Eight multiplications. */
+dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current, float omega_e);
+
+/* What became of it [V], in the same rotor frame. Once after every step; integrates. Four multiplications. */
+void current_control_applied(current_control_t *control, dq_t applied);
+
+#endif

@@ -1,0 +1,47 @@
+/* What the inverter loses to dead time, switching delays and device drops, as a voltage to add before
+ * modulation.
+ *
+ *     DV(i) = gain sat(i/zone) (T_e/T_s u_dc + drop)   per leg,   T_e = dead_time + turn_on_delay -
+ * turn_off_delay
+ *
+ * DV is the mean of commanded minus actual pole voltage, positive along the current; drop = (V_ce + V_f)/2,
+ * the mean of the on-state drops of transistor and diode at zero current (their slope, some 20 mohm, belongs
+ * to the winding's resistance). sat runs linearly through zero within +-zone, where the node's capacitance
+ * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Source: own
+ * derivation, facts on dead time, section 2; neglected there: +-0.05 V that depend on the duty.
+ *
+ * Add it to the voltage before svpwm_modulate(), subtract it from the applied voltage to get what the motor
+ * sees. Use the current expected in the middle of the period in which the duties act: the sampled sign is
+ * late by up to 1.5 periods.
+ *
+ * No state. Does not handle: differences between the legs, the device's own temperature. */
+#ifndef CONTROL_DEAD_TIME_H
+#define CONTROL_DEAD_TIME_H
+
+#include "math/frames.h"
+
+typedef struct {
+    float dead_time;      /* between the two gates of a leg [s] */
+    float turn_on_delay;  /* gate command to current on [s] */
+    float turn_off_delay; /* gate command to current off [s] */
+    float drop;           /* (V_ce + V_f)/2 at zero current [V] */
+    float current_zone;   /* half width of the linear zone [A]; 0: hard sign */
+    float gain;           /* share that is compensated [-]; 0: off; 0.8 to 0.9 never over-compensates */
+    float period;         /* T_s [s] */
+} dead_time_params_t;
+
+typedef struct {
+    float volt_per_volt; /* gain T_e/T_s [-] */
+    float drop;          /* gain drop [V] */
+    float per_zone;      /* 1/zone [1/A] */
+} dead_time_t;
+
+/* Coefficients. Two divisions. There is nothing else, so both are the same. */
+void dead_time_init(dead_time_t *dead_time, const dead_time_params_t *params);
+void dead_time_retune(dead_time_t *dead_time, const dead_time_params_t *params);
+
+/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. No division, six
+ * compares. */
+ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc);
+
+#endif

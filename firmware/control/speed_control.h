@@ -1,0 +1,41 @@
+/* Speed control: PI from mechanical speed error to torque-making current, one step per `period`.
+ *
+ *     i_q_ref = kp (omega_ref - omega) + I, within +-current_limit
+ *
+ * The units are the paper's as physics.md reads them: k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A
+ * (paper section 2). While the output is at its limit the integral is back-calculated (math/pi.h).
+ *
+ * Does not handle: sharing the limit with a d-axis current, ramps of the reference, electrical speeds (divide
+ * by the pole pairs first). */
+#ifndef CONTROL_SPEED_CONTROL_H
+#define CONTROL_SPEED_CONTROL_H
+
+#include "math/pi.h"
+
+typedef struct {
+    float kp;            /* [A/(rad/s)], mechanical, >= 0 */
+    float ki;            /* [A/rad], mechanical, >= 0 */
+    float current_limit; /* largest |i_q| reference [A], >= 0 */
+    float period;        /* T [s] */
+} speed_control_params_t;
+
+typedef struct {
+    /* coefficient, from speed_control_init */
+    float current_limit; /* [A] */
+    /* coefficients and state */
+    pi_t pi; /* output [A], error [rad/s] mechanical */
+} speed_control_t;
+
+/* Coefficients; integral 0. One division. */
+void speed_control_init(speed_control_t *control, const speed_control_params_t *params);
+
+/* Coefficients alone; the integral stays. A lower limit acts from the next step on. One division. */
+void speed_control_retune(speed_control_t *control, const speed_control_params_t *params);
+
+/* Bumpless start: the next output for zero error is `current` [A], cut to the limit. */
+void speed_control_reset(speed_control_t *control, float current);
+
+/* i_q reference [A] within +-current_limit from the mechanical speeds [rad/s]. No division. */
+float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m);
+
+#endif

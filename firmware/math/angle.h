@@ -1,0 +1,28 @@
+/* Angles in radians, kept in [-pi, pi).
+ *
+ *     wrap(x) = x - 2 pi round(x / 2 pi)
+ *
+ * 2 pi is subtracted in two parts, the first with so few bits that its multiples are exact: the result is the
+ * wrapped angle of the very float that came in. No state, no loop.
+ *
+ * Does not handle: the loss of resolution of a large float itself (at 1e4 rad one step of x is 1 mrad). */
+#ifndef MATH_ANGLE_H
+#define MATH_ANGLE_H
+
+#define ANGLE_PI     3.14159265f
+#define ANGLE_TWO_PI 6.28318531f
+
+/* The widest input of angle_wrap() [rad]. */
+#define ANGLE_WRAP_LIMIT 1.0e4f
+
+/* The largest result [rad]: the float next below pi. The float nearest to pi, ANGLE_PI, is larger than pi. */
+#define ANGLE_LARGEST 3.14159250f
+
+/* `angle` [rad] plus the multiple of 2 pi that brings it into [-pi, pi); within 4e-7 rad of the exact value
+ * for |angle| <= 1e4 rad (distance on the circle: an input within rounding of +-pi may come out at either
+ * end). The result is always within +-ANGLE_LARGEST, hence inside [-pi, pi) for the true pi too. What is
+ * inside already comes back bit for bit. Beyond 1e4 rad and for a non-finite angle: 0. One multiplication by
+ * 1/(2 pi), two compares, no division. */
+float angle_wrap(float angle);
+
+#endif

@@ -1,0 +1,17 @@
+/* Why a set of parameters was refused: the first violated rule, as data. Text is made outside (params_error_text on the
+ * host side), so that a calibration tool can show it in its own way. */
+#ifndef MATH_PARAMS_ERROR_H
+#define MATH_PARAMS_ERROR_H
+
+#include <stdint.h>
+
+typedef struct {
+    const char *field; /* name of the offending parameter */
+    const char *rule;  /* the rule in words, for a reader: "dc_undervoltage < dc_overvoltage" */
+    float value;       /* what was asked for, in the unit of the field */
+    float min, max;    /* what would have been accepted, given all other parameters */
+    uint32_t id;       /* of the field in the parameter table; 0 below the drive */
+    int32_t reason;    /* of the drive's reason table; 0 below the drive */
+} params_error_t;
+
+#endif

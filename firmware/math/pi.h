@@ -1,0 +1,46 @@
+/* Proportional-integral controller with back-calculation against windup, one step per sample time `period`:
+ *
+ *     output    = kp e + I
+ *     I(k+1)    = I(k) + ki T e + back_gain (applied - wanted)
+ *
+ * back_gain = ki T / kp: the error that would have made exactly the applied output is e' = e + (applied -
+ * wanted)/kp (the conditioned reference), and the integral gets ki T e'. While the output is held at a limit
+ * the integral approaches `limit - kp e` + kp e' with the pole 1 - back_gain, so back_gain is capped at 1,
+ * which lands there in one step. A pure integrator (kp = 0) has no such e' and takes the 1: its integral
+ * never leaves the limit. Without integral part (ki = 0) it is 0.
+ *
+ * Output and update are separate because the applied value is often known only later (modulation, another
+ * axis). Does not handle: bumpless change of kp while e is not zero. */
+#ifndef MATH_PI_H
+#define MATH_PI_H
+
+typedef struct {
+    /* coefficients, from pi_init; U = unit of the output, E = unit of the error */
+    float kp;        /* [U/E] */
+    float ki_period; /* ki T [U/E] */
+    float back_gain; /* share of the shortfall that goes to the integral [-], 0..1 */
+    /* state */
+    float integral; /* I [U] */
+} pi_t;
+
+/* Gains `kp` >= 0 [U/E] and `ki` >= 0 [U/(E s)], sample time `period` > 0 [s]; integral 0. One division. */
+void pi_init(pi_t *pi, float kp, float ki, float period);
+
+/* The gains alone; the integral stays. One division. */
+void pi_retune(pi_t *pi, float kp, float ki, float period);
+
+/* The next output for zero error is `integral` [U]. */
+void pi_reset(pi_t *pi, float integral);
+
+/* kp e + I [U] for this error [E]; changes nothing. One multiplication. */
+float pi_output(const pi_t *pi, float error);
+
+/* Integrate: `error` [E] of the last output, `shortfall` [U] = applied - wanted, 0 when nothing was cut off.
+ * Once per period, after pi_output(). Two multiplications. */
+void pi_update(pi_t *pi, float error, float shortfall);
+
+/* Both with a clamp: the output [U] within [lower, upper], lower <= upper, and the integral kept in line with
+ * it. Three multiplications, two compares. */
+float pi_step(pi_t *pi, float error, float lower, float upper);
+
+#endif

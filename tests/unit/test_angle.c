@@ -1,0 +1,134 @@
+/* The oracle is remainder() in double precision, reduced with pi to more digits than double has: k * PI_REST
+ * corrects what k * PI drops. */
+#include <math.h>
+#include <unity.h>
+
+#include "math/angle.h"
+
+static const double PI = 3.14159265358979323846;
+static const double PI_REST = 1.2246467991473532e-16;
+
+/* What is left of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by rounding), the
+ * product with the small part of 2 pi (1e-9), and one step of a float where the end of the range is not a
+ * float. */
+#define TOLERANCE 4e-7
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* Distance on the circle between wrap(angle) and the angle itself [rad]. */
+static double error_of(float angle)
+{
+    double difference = (double)angle - (double)angle_wrap(angle);
+    double turns = nearbyint(difference / (2.0 * PI));
+    return fabs(difference - turns * 2.0 * PI - turns * 2.0 * PI_REST);
+}
+
+static double worst;
+static int outside;
+
+static void look_at(float angle)
+{
+    double error = error_of(angle);
+    if (!(error <= worst)) {
+        worst = error;
+    }
+    double wrapped = (double)angle_wrap(angle);
+    if (!(wrapped >= -PI && wrapped < PI)) {
+        outside++;
+    }
+}
+
+static void test_wraps_the_whole_range_into_one_turn(void)
+{
+    worst = 0.0;
+    outside = 0;
+    for (int k = -4000000; k <= 4000000; k++) {
+        look_at((float)k * 0.0025f);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+    TEST_ASSERT_EQUAL_INT(0, outside);
+}
+
+static void test_stays_strictly_inside_next_to_every_half_turn(void)
+{
+    worst = 0.0;
+    outside = 0;
+    for (int half = -3183; half <= 3183; half++) {
+        float below = (float)(half * PI);
+        float above = below;
+        for (int step = 0; step < 12; step++) {
+            look_at(below);
+            look_at(above);
+            below = nextafterf(below, -20000.0f);
+            above = nextafterf(above, 20000.0f);
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+    TEST_ASSERT_EQUAL_INT(0, outside);
+}
+
+static void test_leaves_what_is_inside_bit_for_bit(void)
+{
+    float inside[] = {0.0f, 1e-30f, -1e-30f, 1.0f, -2.0f, 3.0f, ANGLE_LARGEST, -ANGLE_LARGEST};
+    for (unsigned k = 0; k < sizeof inside / sizeof inside[0]; k++) {
+        TEST_ASSERT_TRUE(angle_wrap(inside[k]) == inside[k]);
+    }
+}
+
+static void test_is_idempotent(void)
+{
+    int changed = 0;
+    for (int k = -100000; k <= 100000; k++) {
+        float once = angle_wrap((float)k * 0.0999f);
+        if (angle_wrap(once) != once) {
+            changed++;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(0, changed);
+}
+
+static void test_floats_next_to_pi_go_to_the_other_side(void)
+{
+    TEST_ASSERT_TRUE((double)ANGLE_LARGEST < PI);
+    TEST_ASSERT_TRUE((double)nextafterf(ANGLE_LARGEST, 4.0f) > PI);
+    TEST_ASSERT_TRUE(angle_wrap(ANGLE_PI) < -3.14159f);
+    TEST_ASSERT_TRUE(angle_wrap(-ANGLE_PI) > 3.14159f);
+    TEST_ASSERT_TRUE(fabsf(angle_wrap(ANGLE_TWO_PI)) < 4e-7f);
+}
+
+static void test_limit_of_the_range_below_at_above(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(nextafterf(ANGLE_WRAP_LIMIT, 0.0f)));
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(ANGLE_WRAP_LIMIT));
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(-ANGLE_WRAP_LIMIT));
+    /* 1e4 = 1591 turns + 3.452..., so that 0 is not its wrapped value. */
+    TEST_ASSERT_TRUE(fabsf(angle_wrap(ANGLE_WRAP_LIMIT)) > 1.0f);
+    TEST_ASSERT_TRUE(angle_wrap(nextafterf(ANGLE_WRAP_LIMIT, 20000.0f)) == 0.0f);
+    TEST_ASSERT_TRUE(angle_wrap(-nextafterf(ANGLE_WRAP_LIMIT, 20000.0f)) == 0.0f);
+}
+
+static void test_no_number_and_infinity_become_zero(void)
+{
+    TEST_ASSERT_TRUE(angle_wrap(NAN) == 0.0f);
+    TEST_ASSERT_TRUE(angle_wrap(INFINITY) == 0.0f);
+    TEST_ASSERT_TRUE(angle_wrap(-INFINITY) == 0.0f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_wraps_the_whole_range_into_one_turn);
+    RUN_TEST(test_stays_strictly_inside_next_to_every_half_turn);
+    RUN_TEST(test_leaves_what_is_inside_bit_for_bit);
+    RUN_TEST(test_is_idempotent);
+    RUN_TEST(test_floats_next_to_pi_go_to_the_other_side);
+    RUN_TEST(test_limit_of_the_range_below_at_above);
+    RUN_TEST(test_no_number_and_infinity_become_zero);
+    return UNITY_END();
+}

@@ -1,0 +1,171 @@
+/* Numbers of the facts on dead time: 311 V, 100 us, turn-on 0.7 us, turn-off 0.9 us; and the six-vector
+ * picture of its section 4, integrated here in double precision. */
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "control/dead_time.h"
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
+                                          .turn_on_delay = 0.7e-6f,
+                                          .turn_off_delay = 0.9e-6f,
+                                          .drop = 0.875f,
+                                          .current_zone = 0.4f,
+                                          .gain = 1.0f,
+                                          .period = 1e-4f};
+
+/* Voltages up to 13 V, five roundings. */
+#define TOLERANCE (5.0 * 16.0 / 16777216.0)
+
+/* Error of one leg with its sign certain [V]. */
+static const double LEG = 2.3e-6 / 1e-4 * 311.0 + 0.875;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double complex lost(const dead_time_params_t *params, double amplitude, double angle, double u_dc)
+{
+    dead_time_t dead_time;
+    memset(&dead_time, 0x55, sizeof dead_time);
+    dead_time_init(&dead_time, params);
+    ab_t current = {(float)(amplitude * cos(angle)), (float)(amplitude * sin(angle))};
+    ab_t voltage = dead_time_voltage(&dead_time, current, (float)u_dc);
+    return (double)voltage.alpha + J * (double)voltage.beta;
+}
+
+static void test_size_of_one_leg_is_that_of_the_facts(void)
+{
+    /* Section 3: timing 5.6, 7.2, 8.7 V at 2.0, 2.5, 3.0 us and 0.97 V of drops, total 6.6, 8.1, 9.7 V, each
+     * rounded to 0.1 V. Along phase a, with b and c certain too, the vector is 4/3 of that. */
+    static const float dead_times[] = {2.0e-6f, 2.5e-6f, 3.0e-6f};
+    static const double totals[] = {6.6, 8.1, 9.7};
+    for (int k = 0; k < 3; k++) {
+        dead_time_params_t params = PARAMS;
+        params.dead_time = dead_times[k];
+        params.drop = 0.97f;
+        double complex voltage = lost(&params, 5.0, 0.0, 311.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.051, totals[k], 0.75 * creal(voltage));
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cimag(voltage));
+    }
+}
+
+static void test_vector_has_constant_length_and_six_directions(void)
+{
+    for (int degree = -175; degree < 185; degree += 10) {
+        double complex voltage = lost(&PARAMS, 10.0, degree * PI / 180.0, 311.0);
+        double direction = nearbyint(degree / 60.0) * PI / 3.0;
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cabs(voltage - 4.0 / 3.0 * LEG * cexp(J * direction)));
+    }
+}
+
+static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
+{
+    static const double amplitudes[] = {0.0, 0.1, 0.39, 0.4, 0.41, 0.8, 3.0};
+    for (unsigned n = 0; n < sizeof amplitudes / sizeof amplitudes[0]; n++) {
+        for (int degree = -180; degree < 180; degree += 3) {
+            double angle = degree * PI / 180.0;
+            double complex expected = 0.0;
+            for (int leg = 0; leg < 3; leg++) {
+                double current = amplitudes[n] * cos(angle - leg * 2.0 * PI / 3.0);
+                double sign = fmax(-1.0, fmin(1.0, current / 0.4));
+                expected += 2.0 / 3.0 * LEG * sign * cexp(J * leg * 2.0 * PI / 3.0);
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0,
+                                      cabs(lost(&PARAMS, amplitudes[n], angle, 311.0) - expected));
+        }
+    }
+}
+
+static void test_harmonics_of_the_uncompensated_inverter(void)
+{
+    /* Section 4: in the frame of the current the mean is 4/pi along, and the sixth harmonic 0.073 along and
+     * 0.437 across (rounded to 0.001). Zone without width. */
+    dead_time_params_t params = PARAMS;
+    params.current_zone = 0.0f;
+    enum { N = 3600 };
+    double complex mean = 0.0;
+    double complex along = 0.0;
+    double complex across = 0.0;
+    for (int k = 0; k < N; k++) {
+        double angle = 2.0 * PI * (k + 0.5) / N;
+        double complex rotor = lost(&params, 5.0, angle, 311.0) * cexp(-J * angle) / LEG;
+        mean += rotor / N;
+        along += 2.0 / N * creal(rotor) * cexp(-J * 6.0 * angle);
+        across += 2.0 / N * cimag(rotor) * cexp(-J * 6.0 * angle);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / PI, creal(mean));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cimag(mean));
+    TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.073, cabs(along));
+    TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.437, cabs(across));
+}
+
+static void test_inside_the_zone_it_is_a_resistance(void)
+{
+    for (int degree = -180; degree < 180; degree += 15) {
+        double angle = degree * PI / 180.0;
+        double complex voltage = lost(&PARAMS, 0.2, angle, 311.0);
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cabs(voltage - LEG / 0.4 * 0.2 * cexp(J * angle)));
+    }
+}
+
+static void test_timing_part_scales_with_the_link_and_drops_do_not(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * 0.875, creal(lost(&PARAMS, 5.0, 0.0, 0.0)));
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * (0.023 * 100.0 + 0.875),
+                              creal(lost(&PARAMS, 5.0, 0.0, 100.0)));
+}
+
+static void test_gain_scales_all_of_it(void)
+{
+    dead_time_params_t params = PARAMS;
+    params.gain = 0.85f;
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.85 * 4.0 / 3.0 * LEG, creal(lost(&params, 5.0, 0.0, 311.0)));
+    params.gain = 0.0f;
+    TEST_ASSERT_TRUE(lost(&params, 5.0, 0.3, 311.0) == 0.0);
+}
+
+static void test_zone_of_no_width_is_a_hard_sign(void)
+{
+    dead_time_params_t params = PARAMS;
+    params.current_zone = 0.0f;
+    TEST_ASSERT_TRUE(lost(&params, 0.0, 0.0, 311.0) == 0.0);
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * LEG, creal(lost(&params, 1e-6, 0.0, 311.0)));
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, -4.0 / 3.0 * LEG, creal(lost(&params, -1e-6, 0.0, 311.0)));
+}
+
+static void test_retune_is_init(void)
+{
+    dead_time_t dead_time;
+    dead_time_params_t params = PARAMS;
+    params.gain = 0.5f;
+    dead_time_init(&dead_time, &params);
+    dead_time_retune(&dead_time, &PARAMS);
+    ab_t current = {5.0f, 0.0f};
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * LEG,
+                              (double)dead_time_voltage(&dead_time, current, 311.0f).alpha);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_size_of_one_leg_is_that_of_the_facts);
+    RUN_TEST(test_vector_has_constant_length_and_six_directions);
+    RUN_TEST(test_is_the_sum_of_its_legs_in_and_out_of_the_zone);
+    RUN_TEST(test_harmonics_of_the_uncompensated_inverter);
+    RUN_TEST(test_inside_the_zone_it_is_a_resistance);
+    RUN_TEST(test_timing_part_scales_with_the_link_and_drops_do_not);
+    RUN_TEST(test_gain_scales_all_of_it);
+    RUN_TEST(test_zone_of_no_width_is_a_hard_sign);
+    RUN_TEST(test_retune_is_init);
+    return UNITY_END();
+}

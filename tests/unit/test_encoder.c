@@ -1,0 +1,311 @@
+/* A shaft in double precision, counted as the hardware counts (floor, modulo counts per turn), is given to
+ * the module; the true angle and speed are known. All expectations are closed forms of the loop of the
+ * header. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "estimator/encoder.h"
+#include "math/angle.h"
+
+static const double PI = 3.14159265358979323846;
+
+static const encoder_params_t PARAMS = {
+    .count_per_turn = 10000.0f, .pole_pairs = 4.0f, .offset = 0.0f, .bandwidth = 200.0f, .period = 1e-4f};
+
+/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of the angle of one count times pi.
+ */
+#define ANGLE_ROUNDING 4e-7
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double circle(double difference)
+{
+    return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
+}
+
+static uint32_t count_at(double turns, double steps)
+{
+    return (uint32_t)floor((turns - floor(turns)) * steps);
+}
+
+/* Half a count step, electrical [rad]. */
+static double half_step(const encoder_params_t *params)
+{
+    return PI * (double)params->pole_pairs / (double)params->count_per_turn;
+}
+
+/* Largest speed error that an angle error within +-half step can cause [rad/s]: the 1-norm of the loop's
+ * impulse response from angle to speed, twice the peak of its step response r^2/T (n+1) a^n. Five per cent
+ * cover the speed's own rounding (its last digit at 628 rad/s is held by 8e-6 rad of angle, 0.6 % of the half
+ * step) and that of the angle. */
+static double ripple_bound(const encoder_params_t *params)
+{
+    double x = (double)params->bandwidth * (double)params->period;
+    double peak = 0.0;
+    for (int n = 0; n < 10000; n++) {
+        double value = pow(1.0 - exp(-x), 2.0) / (double)params->period * (n + 1) * exp(-x * n);
+        peak = value > peak ? value : peak;
+    }
+    return 1.05 * 2.0 * peak * half_step(params);
+}
+
+/* Largest error of the speed's mean over so many samples [rad/s]: the sum of the speed is the change of (step
+ * response * angle error), at most half step / T at either end; and the prediction rounds twice a step by at
+ * most 2^-23. */
+static double mean_bound(const encoder_params_t *params, int samples)
+{
+    return (2.0 * half_step(params) / samples + 2.0 / 8388608.0) / (double)params->period;
+}
+
+static void test_angle_is_exact_for_every_count(void)
+{
+    /* 41 steps and 2 pole pairs: one whose quotient the float estimates too low; most large ones have it too
+     * high. */
+    static const uint32_t sets[][2] = {
+        {10000, 4}, {4096, 7},   {65536, 4}, {65536, 32767}, {65535, 32767}, {2, 1},     {2, 3}, {3, 2},
+        {10001, 3}, {60000, 21}, {1000, 50}, {65536, 32749}, {10000, 10000}, {20000, 1}, {41, 2}};
+    for (unsigned s = 0; s < sizeof sets / sizeof sets[0]; s++) {
+        encoder_params_t params = PARAMS;
+        params.count_per_turn = (float)sets[s][0];
+        params.pole_pairs = (float)sets[s][1];
+        encoder_t encoder;
+        encoder_init(&encoder, &params);
+        double worst = 0.0;
+        for (uint32_t count = 0; count < sets[s][0]; count++) {
+            uint64_t halves = (2 * (uint64_t)count + 1) * sets[s][1] % (2 * (uint64_t)sets[s][0]);
+            double expected = PI * (double)halves / (double)sets[s][0];
+            float theta = encoder_step(&encoder, count).theta_e;
+            double error = fabs(circle((double)theta - expected));
+            if (!(error <= worst) || !((double)theta >= -PI && (double)theta < PI)) {
+                worst = error;
+            }
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING, 0.0, worst);
+    }
+}
+
+static void test_offset_is_added_and_wrapped(void)
+{
+    static const float offsets[] = {0.5f, 3.0f, -3.0f, 500.0f};
+    for (unsigned k = 0; k < sizeof offsets / sizeof offsets[0]; k++) {
+        encoder_params_t params = PARAMS;
+        params.offset = offsets[k];
+        encoder_t encoder;
+        encoder_init(&encoder, &params);
+        for (uint32_t count = 0; count < 10000; count += 111) {
+            double expected = (double)offsets[k] + 2.0 * PI * 4.0 * (count + 0.5) / 10000.0;
+            float theta = encoder_step(&encoder, count).theta_e;
+            /* The sum with 500 rounds by 2^-16. */
+            TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + fabs((double)offsets[k]) / 16777216.0, 0.0,
+                                      circle((double)theta - expected));
+            TEST_ASSERT_TRUE((double)theta >= -PI && (double)theta < PI);
+        }
+    }
+}
+
+static void test_count_beyond_the_turn_is_the_last_one(void)
+{
+    encoder_t encoder;
+    encoder_init(&encoder, &PARAMS);
+    float last = encoder_step(&encoder, 9999).theta_e;
+    TEST_ASSERT_FALSE(encoder_step(&encoder, 9998).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, 10000).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, 20001).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, UINT32_MAX).theta_e == last);
+}
+
+/* Many turns at constant speed: angle within the half step, speed within the ripple bound, its mean exact. */
+static void run_at_constant_speed(const encoder_params_t *params, double omega_e)
+{
+    enum { SETTLE = 5000, WATCH = 100000 };
+    double period = (double)params->period;
+    double turns_per_period = omega_e * period / (2.0 * PI * (double)params->pole_pairs);
+    double start = 0.37;
+    encoder_t encoder;
+    encoder_init(&encoder, params);
+    encoder_reset(&encoder, count_at(start, (double)params->count_per_turn));
+
+    double worst_angle = 0.0;
+    double worst_speed = 0.0;
+    double sum = 0.0;
+    for (int k = 0; k < SETTLE + WATCH; k++) {
+        double turns = start + turns_per_period * k;
+        position_t position = encoder_step(&encoder, count_at(turns, (double)params->count_per_turn));
+        double theta_err =
+            fabs(circle((double)position.theta_e - 2.0 * PI * (double)params->pole_pairs * turns));
+        double omega_err = (double)position.omega_e - omega_e;
+        if (!(theta_err <= worst_angle)) {
+            worst_angle = theta_err;
+        }
+        if (k >= SETTLE) {
+            sum += omega_err;
+            if (!(fabs(omega_err) <= worst_speed)) {
+                worst_speed = fabs(omega_err);
+            }
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(half_step(params) + ANGLE_ROUNDING, 0.0, worst_angle);
+    TEST_ASSERT_DOUBLE_WITHIN(ripple_bound(params), 0.0, worst_speed);
+    TEST_ASSERT_DOUBLE_WITHIN(mean_bound(params, WATCH), 0.0, sum / WATCH);
+}
+
+static void test_constant_speed_in_both_directions(void)
+{
+    static const double speeds[] = {0.3, 2.0, 41.9, 200.1, 628.3, 1256.6};
+    for (unsigned k = 0; k < sizeof speeds / sizeof speeds[0]; k++) {
+        run_at_constant_speed(&PARAMS, speeds[k]);
+        run_at_constant_speed(&PARAMS, -speeds[k]);
+    }
+    run_at_constant_speed(&PARAMS, 0.0);
+}
+
+static void test_constant_speed_with_a_fraction_of_a_count_per_pole(void)
+{
+    encoder_params_t params = PARAMS;
+    params.pole_pairs = 3.0f;
+    params.bandwidth = 50.0f;
+    params.count_per_turn = 10001.0f;
+    run_at_constant_speed(&params, 431.0);
+    run_at_constant_speed(&params, -431.0);
+}
+
+static void test_header_states_the_ripple_bound(void)
+{
+    encoder_params_t params = PARAMS;
+    for (float bandwidth = 50.0f; bandwidth <= 3000.0f; bandwidth += 50.0f) {
+        params.bandwidth = bandwidth;
+        double factor = ripple_bound(&params) / 1.05 / ((double)bandwidth * half_step(&params));
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.73, factor); /* no more than 0.75 */
+    }
+}
+
+static void check_acceleration(float bandwidth, double acceleration)
+{
+    encoder_params_t params = PARAMS;
+    params.bandwidth = bandwidth;
+    encoder_t encoder;
+    encoder_init(&encoder, &params);
+    double period = (double)params.period;
+    double rest = 1.0 - exp(-(double)bandwidth * period);
+    double expected = -acceleration * period * (2.0 / rest - 1.5);
+
+    enum { SETTLE = 2000, WATCH = 2000 };
+    double sum = 0.0;
+    for (int k = 0; k < SETTLE + WATCH; k++) {
+        double time = k * period;
+        double turns = 0.5 * acceleration * time * time / (2.0 * PI * 4.0);
+        position_t position = encoder_step(&encoder, count_at(turns, 10000.0));
+        if (k >= SETTLE) {
+            sum += (double)position.omega_e - acceleration * time;
+        }
+    }
+    /* 0.015; half a period of the acceleration would be 0.33. */
+    TEST_ASSERT_DOUBLE_WITHIN(mean_bound(&params, WATCH), expected, sum / WATCH);
+    /* The rule of thumb of the header. */
+    TEST_ASSERT_DOUBLE_WITHIN(fabs(acceleration) * period, -2.0 * acceleration / (double)bandwidth,
+                              sum / WATCH);
+}
+
+static void test_speed_is_late_in_an_acceleration_by_the_stated_amount(void)
+{
+    check_acceleration(200.0f, 6668.0);
+    check_acceleration(200.0f, -6668.0);
+    check_acceleration(100.0f, 6668.0);
+    check_acceleration(400.0f, -3000.0);
+}
+
+static void test_speed_step_response_is_critically_damped(void)
+{
+    /* Fine counts, so that the loop itself is seen: from standstill to omega at once, response 1 - (1 + n r)
+     * a^n with a = 1 - r: the sum of r^2 (m + 1) a^m. */
+    encoder_params_t params = PARAMS;
+    params.count_per_turn = 65536.0f;
+    params.pole_pairs = 1.0f;
+    encoder_t encoder;
+    encoder_init(&encoder, &params);
+    double a = exp(-0.02);
+    double omega = 600.0;
+    for (int n = 0; n < 1000; n++) {
+        double turns = 0.25 / 65536.0 + omega * n * 1e-4 / (2.0 * PI);
+        position_t position = encoder_step(&encoder, count_at(turns, 65536.0));
+        double expected = omega * (1.0 - (1.0 + n * (1.0 - a)) * pow(a, n));
+        /* Quantisation, and the reset's own half step. */
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * ripple_bound(&params), expected, (double)position.omega_e);
+    }
+}
+
+static void test_reset_stands_still_at_the_given_count(void)
+{
+    encoder_t encoder;
+    encoder_init(&encoder, &PARAMS);
+    for (uint32_t k = 0; k < 1000; k++) {
+        encoder_step(&encoder, 25 * k % 10000);
+    }
+    TEST_ASSERT_TRUE(encoder.omega_e > 100.0f);
+    encoder_reset(&encoder, 7777);
+    for (int k = 0; k < 5; k++) {
+        position_t position = encoder_step(&encoder, 7777);
+        TEST_ASSERT_TRUE(position.omega_e == 0.0f);
+        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING, 0.0,
+                                  circle((double)position.theta_e - 2.0 * PI * 4.0 * 7777.5 / 10000.0));
+    }
+    /* One step further is one step of the loop: r^2/T of one count, 3.92 * 2.51e-3. */
+    double rest = 1.0 - exp(-0.02);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, rest * rest / 1e-4 * 2.0 * half_step(&PARAMS),
+                              (double)encoder_step(&encoder, 7778).omega_e);
+}
+
+static void test_init_expects_count_zero_at_standstill(void)
+{
+    encoder_params_t params = PARAMS;
+    params.offset = 1.25f;
+    encoder_t encoder;
+    memset(&encoder, 0x55, sizeof encoder);
+    encoder_init(&encoder, &params);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, 0).omega_e == 0.0f);
+}
+
+static void test_retune_keeps_angle_and_speed(void)
+{
+    encoder_t encoder;
+    encoder_init(&encoder, &PARAMS);
+    double turns_per_period = 628.3 * 1e-4 / (2.0 * PI * 4.0);
+    int k = 0;
+    for (; k < 5000; k++) {
+        encoder_step(&encoder, count_at(turns_per_period * k, 10000.0));
+    }
+    encoder_params_t other = PARAMS;
+    other.bandwidth = 60.0f;
+    encoder_retune(&encoder, &other);
+    for (; k < 6000; k++) {
+        position_t position = encoder_step(&encoder, count_at(turns_per_period * k, 10000.0));
+        /* What the wider loop left behind (its ripple, and its angle error within two half steps, which the
+         * slower loop takes as one of its own) decays. */
+        TEST_ASSERT_DOUBLE_WITHIN(ripple_bound(&PARAMS) + 2.0 * ripple_bound(&other), 628.3,
+                                  (double)position.omega_e);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_angle_is_exact_for_every_count);
+    RUN_TEST(test_offset_is_added_and_wrapped);
+    RUN_TEST(test_count_beyond_the_turn_is_the_last_one);
+    RUN_TEST(test_constant_speed_in_both_directions);
+    RUN_TEST(test_constant_speed_with_a_fraction_of_a_count_per_pole);
+    RUN_TEST(test_header_states_the_ripple_bound);
+    RUN_TEST(test_speed_is_late_in_an_acceleration_by_the_stated_amount);
+    RUN_TEST(test_speed_step_response_is_critically_damped);
+    RUN_TEST(test_reset_stands_still_at_the_given_count);
+    RUN_TEST(test_init_expects_count_zero_at_standstill);
+    RUN_TEST(test_retune_keeps_angle_and_speed);
+    return UNITY_END();
+}

@@ -1,0 +1,88 @@
+/* Against exp() and expm1() in double precision. The header's 5e-7 holds the minimax error (1.1e-7) and the
+ * rounding of the reduced argument (2^-25), of the polynomial and of its sum with 1 (2^-24 each). */
+#include <math.h>
+#include <unity.h>
+
+#include "math/exponential.h"
+
+#define TOLERANCE 5e-7
+
+static double worst;
+
+static void keep_worst(double error)
+{
+    if (!(fabs(error) <= worst)) {
+        worst = fabs(error);
+    }
+}
+
+void setUp(void)
+{
+    worst = 0.0;
+}
+
+void tearDown(void)
+{
+}
+
+static void test_exponential_over_the_whole_range(void)
+{
+    for (int k = 0; k <= 4000000; k++) {
+        float x = -2e-5f * (float)k;
+        if (x >= -80.0f) {
+            keep_worst((double)exponential(x) / exp((double)x) - 1.0);
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+}
+
+static void test_exponential_edges(void)
+{
+    TEST_ASSERT_TRUE(exponential(0.0f) == 1.0f);
+    TEST_ASSERT_TRUE(exponential(-0.0f) == 1.0f);
+    TEST_ASSERT_TRUE(exponential(1e-10f) == 1.0f);
+    TEST_ASSERT_TRUE(exponential(INFINITY) == 1.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 1.0, (double)exponential(-80.0f) / exp(-80.0));
+    TEST_ASSERT_TRUE(exponential(nextafterf(-80.0f, -100.0f)) == 0.0f);
+    TEST_ASSERT_TRUE(exponential(-INFINITY) == 0.0f);
+    TEST_ASSERT_TRUE(exponential(NAN) == 0.0f);
+}
+
+static void test_rest_is_accurate_however_small(void)
+{
+    for (double x = 1e-30; x < 80.0; x *= 1.0001) {
+        float argument = (float)x;
+        keep_worst((double)exponential_rest(argument) / -expm1(-(double)argument) - 1.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+}
+
+static void test_rest_over_the_range_of_coefficients(void)
+{
+    for (int k = 1; k <= 2000000; k++) {
+        float x = 1e-6f * (float)k;
+        keep_worst((double)exponential_rest(x) / -expm1(-(double)x) - 1.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+}
+
+static void test_rest_edges(void)
+{
+    TEST_ASSERT_TRUE(exponential_rest(0.0f) == 0.0f);
+    TEST_ASSERT_TRUE(exponential_rest(-1.0f) == 0.0f);
+    TEST_ASSERT_TRUE(exponential_rest(NAN) == 0.0f);
+    TEST_ASSERT_TRUE(exponential_rest(80.0f) == 1.0f);
+    TEST_ASSERT_TRUE(exponential_rest(81.0f) == 1.0f);
+    TEST_ASSERT_TRUE(exponential_rest(INFINITY) == 1.0f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_exponential_over_the_whole_range);
+    RUN_TEST(test_exponential_edges);
+    RUN_TEST(test_rest_is_accurate_however_small);
+    RUN_TEST(test_rest_over_the_range_of_coefficients);
+    RUN_TEST(test_rest_edges);
+    return UNITY_END();
+}

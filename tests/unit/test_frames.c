@@ -1,0 +1,147 @@
+/* Clarke and Park against complex numbers in double precision: the space vector 2/3 (a + b w + c w^2), w =
+ * exp(j 2 pi/3), and its product with exp(-j theta). */
+#include <complex.h>
+#include <math.h>
+#include <unity.h>
+
+#include "math/frames.h"
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+/* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
+ * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */
+#define TOLERANCE (5.0 * 200.0 / 16777216.0)
+
+static const abc_t PHASES[] = {
+    {1.0f, 0.0f, 0.0f},   {0.0f, 1.0f, 0.0f},      {0.0f, 0.0f, 1.0f},     {1.0f, -0.5f, -0.5f},
+    {-3.0f, 7.0f, -4.0f}, {100.0f, -60.0f, 40.0f}, {-0.01f, 0.02f, 99.0f}, {12.5f, 12.5f, 12.5f},
+    {0.0f, 0.0f, 0.0f},   {5.0f, -5.0f, 0.0f},     {-77.0f, -11.0f, 3.0f},
+};
+enum { PHASES_COUNT = sizeof PHASES / sizeof PHASES[0] };
+
+static double complex space_vector(abc_t phases)
+{
+    double complex third = cexp(J * 2.0 * PI / 3.0);
+    return 2.0 / 3.0 * ((double)phases.a + (double)phases.b * third + (double)phases.c * third * third);
+}
+
+static rotation_t rotation_of(double angle)
+{
+    rotation_t rotation = {(float)sin(angle), (float)cos(angle)};
+    return rotation;
+}
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_clarke_is_the_space_vector(void)
+{
+    for (int k = 0; k < PHASES_COUNT; k++) {
+        ab_t stationary = frames_clarke(PHASES[k]);
+        double complex expected = space_vector(PHASES[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, creal(expected), (double)stationary.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, cimag(expected), (double)stationary.beta);
+    }
+}
+
+static void test_clarke_drops_the_zero_sequence_exactly(void)
+{
+    abc_t common = {12.345f, 12.345f, 12.345f};
+    ab_t stationary = frames_clarke(common);
+    TEST_ASSERT_TRUE(stationary.alpha == 0.0f && stationary.beta == 0.0f);
+}
+
+static void test_two_sensors_see_the_same_as_three_without_star_point(void)
+{
+    for (int k = 0; k < PHASES_COUNT; k++) {
+        abc_t phases = PHASES[k];
+        ab_t two = frames_clarke_two(phases.a, phases.b);
+        phases.c = -phases.a - phases.b;
+        double complex expected = space_vector(phases);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, creal(expected), (double)two.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, cimag(expected), (double)two.beta);
+    }
+}
+
+static void test_inverse_clarke_gives_phases_back_without_zero_sequence(void)
+{
+    for (int k = 0; k < PHASES_COUNT; k++) {
+        abc_t phases = PHASES[k];
+        double zero = ((double)phases.a + (double)phases.b + (double)phases.c) / 3.0;
+        abc_t back = frames_inverse_clarke(frames_clarke(phases));
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, (double)phases.a - zero, (double)back.a);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, (double)phases.b - zero, (double)back.b);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, (double)phases.c - zero, (double)back.c);
+    }
+}
+
+static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
+{
+    for (int k = 0; k < PHASES_COUNT; k++) {
+        ab_t stationary = {PHASES[k].a, PHASES[k].b};
+        double complex vector = (double)stationary.alpha + J * (double)stationary.beta;
+        for (int degree = -180; degree < 180; degree += 15) {
+            double angle = degree * PI / 180.0;
+            rotation_t rotation = rotation_of(angle);
+
+            dq_t rotor = frames_park(stationary, rotation);
+            double complex expected = vector * cexp(-J * angle);
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, creal(expected), (double)rotor.d);
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, cimag(expected), (double)rotor.q);
+
+            dq_t same = {stationary.alpha, stationary.beta};
+            ab_t turned = frames_inverse_park(same, rotation);
+            expected = vector * cexp(J * angle);
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, creal(expected), (double)turned.alpha);
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, cimag(expected), (double)turned.beta);
+        }
+    }
+}
+
+static void test_balanced_phases_keep_their_amplitude_and_lie_on_d(void)
+{
+    double amplitude = 4.55;
+    for (int degree = -180; degree < 180; degree += 7) {
+        double angle = degree * PI / 180.0;
+        abc_t phases = {(float)(amplitude * cos(angle)), (float)(amplitude * cos(angle - 2.0 * PI / 3.0)),
+                        (float)(amplitude * cos(angle + 2.0 * PI / 3.0))};
+        dq_t rotor = frames_park(frames_clarke(phases), rotation_of(angle));
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, amplitude, (double)rotor.d);
+        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, (double)rotor.q);
+    }
+}
+
+static void test_power_is_three_halves_of_the_dq_product(void)
+{
+    for (int k = 0; k + 1 < PHASES_COUNT; k++) {
+        abc_t u = frames_inverse_clarke(frames_clarke(PHASES[k]));
+        abc_t i = frames_inverse_clarke(frames_clarke(PHASES[k + 1]));
+        rotation_t rotation = rotation_of(0.3 * k);
+        dq_t u_dq = frames_park(frames_clarke(PHASES[k]), rotation);
+        dq_t i_dq = frames_park(frames_clarke(PHASES[k + 1]), rotation);
+        double of_phases = (double)u.a * (double)i.a + (double)u.b * (double)i.b + (double)u.c * (double)i.c;
+        double of_dq = 1.5 * ((double)u_dq.d * (double)i_dq.d + (double)u_dq.q * (double)i_dq.q);
+        /* Three products of two numbers up to 100, each wrong by TOLERANCE twice over. */
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * 2.0 * 100.0 * 2.0 * TOLERANCE, of_phases, of_dq);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_clarke_is_the_space_vector);
+    RUN_TEST(test_clarke_drops_the_zero_sequence_exactly);
+    RUN_TEST(test_two_sensors_see_the_same_as_three_without_star_point);
+    RUN_TEST(test_inverse_clarke_gives_phases_back_without_zero_sequence);
+    RUN_TEST(test_park_is_a_turn_backwards_and_its_inverse_forwards);
+    RUN_TEST(test_balanced_phases_keep_their_amplitude_and_lie_on_d);
+    RUN_TEST(test_power_is_three_halves_of_the_dq_product);
+    return UNITY_END();
+}

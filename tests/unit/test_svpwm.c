@@ -1,0 +1,187 @@
+/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon it can reach.
+ */
+#include <complex.h>
+#include <math.h>
+#include <unity.h>
+
+#include "control/svpwm.h"
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+/* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
+#define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)
+#define DUTY_TOLERANCE (5.0 / 16777216.0)
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double complex vector_of(abc_t duty, double u_dc)
+{
+    double complex third = cexp(J * 2.0 * PI / 3.0);
+    return 2.0 / 3.0 * u_dc * ((double)duty.a + (double)duty.b * third + (double)duty.c * third * third);
+}
+
+static double complex of_ab(ab_t voltage)
+{
+    return (double)voltage.alpha + J * (double)voltage.beta;
+}
+
+static ab_t polar(double length, double angle)
+{
+    ab_t voltage = {(float)(length * cos(angle)), (float)(length * sin(angle))};
+    return voltage;
+}
+
+/* Longest vector in this direction whose phase voltages span no more than `volts`: the phase-to-phase voltage
+ * that is largest in a 60 degree sector is sqrt(3) |v| cos(angle to its middle). */
+static double hexagon(double angle, double volts)
+{
+    double sector = fmod(angle + 4.0 * PI, PI / 3.0);
+    return volts / (sqrt(3.0) * cos(sector - PI / 6.0));
+}
+
+static double highest_of(abc_t duty)
+{
+    return (double)fmaxf(duty.a, fmaxf(duty.b, duty.c));
+}
+
+static double lowest_of(abc_t duty)
+{
+    return (double)fminf(duty.a, fminf(duty.b, duty.c));
+}
+
+static void sweep(double u_dc, float duty_min, float duty_max)
+{
+    double volts = ((double)duty_max - (double)duty_min) * u_dc;
+    double middle = ((double)duty_max + (double)duty_min) / 2.0;
+    for (double angle = -PI; angle < PI; angle += 0.0101) {
+        for (double part = 0.0; part < 3.0; part += 0.0999) {
+            double length = part * volts / sqrt(3.0);
+            ab_t wanted = polar(length, angle);
+            svpwm_t result = svpwm_modulate(wanted, (float)u_dc, duty_min, duty_max);
+
+            TEST_ASSERT_TRUE(highest_of(result.duty) <= (double)duty_max);
+            TEST_ASSERT_TRUE(lowest_of(result.duty) >= (double)duty_min);
+            TEST_ASSERT_DOUBLE_WITHIN(2.0 * DUTY_TOLERANCE, 2.0 * middle,
+                                      highest_of(result.duty) + lowest_of(result.duty));
+
+            double complex applied = vector_of(result.duty, u_dc);
+            TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, 0.0, cabs(applied - of_ab(result.voltage)));
+
+            double reachable = hexagon(angle, volts);
+            double complex expected = (length < reachable ? length : reachable) * cexp(J * angle);
+            /* The direction of the request is itself rounded: 2^-24 of its length, scaled down with it. */
+            TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0, cabs(applied - expected));
+        }
+    }
+}
+
+static void test_any_vector_is_made_or_cut_in_its_direction(void)
+{
+    sweep(311.0, 0.0f, 1.0f);
+    sweep(311.0, 0.04f, 0.96f);
+    sweep(311.0, 0.1f, 0.7f);
+    sweep(24.0, 0.0f, 1.0f);
+}
+
+static void test_linear_limit_and_corner(void)
+{
+    /* 311 V/sqrt(3) = 179.56 V in the worst direction (30 degrees), 2/3 of 311 V in the best (phase axis). */
+    svpwm_t worst = svpwm_modulate(polar(1000.0, PI / 6.0), 311.0f, 0.0f, 1.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, 311.0 / sqrt(3.0), cabs(of_ab(worst.voltage)));
+    svpwm_t best = svpwm_modulate(polar(1000.0, 0.0), 311.0f, 0.0f, 1.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, 311.0 * 2.0 / 3.0, cabs(of_ab(best.voltage)));
+    TEST_ASSERT_TRUE(best.duty.a == 1.0f && best.duty.b == 0.0f && best.duty.c == 0.0f);
+    /* 4 to 96 %: 165 V (facts on dead time, section 3). */
+    svpwm_t clamped = svpwm_modulate(polar(1000.0, PI / 6.0), 311.0f, 0.04f, 0.96f);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 165.0, cabs(of_ab(clamped.voltage)));
+}
+
+static void test_edge_of_the_hexagon_below_at_above(void)
+{
+    static const double factors[] = {0.999, 1.0, 1.001};
+    for (int k = 0; k < 3; k++) {
+        double edge = hexagon(0.7, 311.0);
+        svpwm_t result = svpwm_modulate(polar(factors[k] * edge, 0.7), 311.0f, 0.0f, 1.0f);
+        double expected = k == 0 ? 0.999 * edge : edge;
+        TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, expected, cabs(of_ab(result.voltage)));
+        TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, k == 0 ? 0.999 : 1.0,
+                                  highest_of(result.duty) - lowest_of(result.duty));
+    }
+}
+
+static void test_no_voltage_is_the_middle_of_the_range(void)
+{
+    svpwm_t result = svpwm_modulate(polar(0.0, 0.0), 311.0f, 0.1f, 0.7f);
+    TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, 0.4, (double)result.duty.a);
+    TEST_ASSERT_TRUE(result.duty.a == result.duty.b && result.duty.b == result.duty.c);
+    TEST_ASSERT_TRUE(result.voltage.alpha == 0.0f && result.voltage.beta == 0.0f);
+}
+
+static void test_each_phase_gets_its_own_duty(void)
+{
+    /* Along a: a high, b and c equal and low; 100 V of 311 V: a is 100 + 50 V above them. Likewise b and c.
+     */
+    double span = 150.0 / 311.0;
+    for (int leg = 0; leg < 3; leg++) {
+        svpwm_t result = svpwm_modulate(polar(100.0, leg * 2.0 * PI / 3.0), 311.0f, 0.0f, 1.0f);
+        float duties[3] = {result.duty.a, result.duty.b, result.duty.c};
+        for (int other = 0; other < 3; other++) {
+            double expected = 0.5 + (other == leg ? 0.5 : -0.5) * span;
+            TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, expected, (double)duties[other]);
+        }
+    }
+}
+
+static void test_nothing_sensible_gives_half_duties_and_says_no_voltage(void)
+{
+    static const float cases[][3] = {
+        {10.0f, 5.0f, 0.0f},        {10.0f, 5.0f, -0.0f},      {10.0f, 5.0f, -311.0f},
+        {10.0f, 5.0f, NAN},         {10.0f, 5.0f, INFINITY},   {10.0f, 5.0f, -INFINITY},
+        {10.0f, 5.0f, 1e-38f},      {NAN, 5.0f, 311.0f},       {10.0f, NAN, 311.0f},
+        {INFINITY, 5.0f, 311.0f},   {-INFINITY, 5.0f, 311.0f}, {10.0f, INFINITY, 311.0f},
+        {10.0f, -INFINITY, 311.0f}, {1.1e30f, 0.0f, 311.0f},   {0.0f, -1.1e30f, 311.0f},
+        {0.0f, 0.0f, NAN},
+    };
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ab_t voltage = {cases[k][0], cases[k][1]};
+        svpwm_t result = svpwm_modulate(voltage, cases[k][2], 0.04f, 0.96f);
+        TEST_ASSERT_TRUE(result.duty.a == 0.5f && result.duty.b == 0.5f && result.duty.c == 0.5f);
+        TEST_ASSERT_TRUE(result.voltage.alpha == 0.0f && result.voltage.beta == 0.0f);
+    }
+}
+
+static void test_extremes_inside_the_range_stay_finite_and_inside(void)
+{
+    static const float cases[][3] = {{1e30f, -1e30f, 311.0f},
+                                     {10.0f, 5.0f, 1e-37f},
+                                     {1e-30f, 1e-36f, 311.0f},
+                                     {1e30f, 1e30f, 1e-37f},
+                                     {1.0f, 1.0f, 1e30f}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ab_t voltage = {cases[k][0], cases[k][1]};
+        svpwm_t result = svpwm_modulate(voltage, cases[k][2], 0.04f, 0.96f);
+        TEST_ASSERT_TRUE(highest_of(result.duty) <= (double)0.96f && lowest_of(result.duty) >= (double)0.04f);
+        TEST_ASSERT_TRUE(isfinite(result.voltage.alpha) && isfinite(result.voltage.beta));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_any_vector_is_made_or_cut_in_its_direction);
+    RUN_TEST(test_linear_limit_and_corner);
+    RUN_TEST(test_edge_of_the_hexagon_below_at_above);
+    RUN_TEST(test_no_voltage_is_the_middle_of_the_range);
+    RUN_TEST(test_each_phase_gets_its_own_duty);
+    RUN_TEST(test_nothing_sensible_gives_half_duties_and_says_no_voltage);
+    RUN_TEST(test_extremes_inside_the_range_stay_finite_and_inside);
+    return UNITY_END();
+}

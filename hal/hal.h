@@ -1,8 +1,12 @@
 /* What an application needs of a board, in counts and registers' terms. One implementation: hal/f28335.
  *
- * Timing: period k starts at t_k, when the up-down ePWM counters are zero. The phase currents are held exactly there (the
- * ADC is started early by its own delay), the encoder position is latched there, and compare values written during
- * period k act from t_{k+1} to t_{k+2}. */
+ * Timing: period k starts at t_k, when the up-down ePWM counters are zero. The phase currents are held
+ * exactly there (the ADC is started early by its own delay), the encoder position is latched there, and
+ * compare values written during period k act from t_{k+1} to t_{k+2}.
+ *
+ * Gates: off in doubt. They can be on only after hal_gates_on() said true, until hal_gates_off(), a trip by
+ * the power module's fault line, or an interrupt that nobody asked for. Nothing here blocks except hal_init.
+ */
 #ifndef HAL_HAL_H
 #define HAL_HAL_H
 
@@ -22,28 +26,39 @@
 #define HAL_PERIOD_COUNT UINT16_C(7500)      /* compare value of full duty: counts of half a carrier period */
 #define HAL_ADC_FULL     UINT16_C(4096)      /* ADC codes over 0..3 V */
 
-/* An interrupt of the application; runs with interrupts off and must end in hal_end_of_sample() or hal_end_of_trip(). */
+/* Dead band of a leg [1/150 MHz]: 2 us, which the power module demands at least, to the register's 10
+ * bits, 6.8 us. */
+#define HAL_DEAD_BAND_MIN UINT16_C(300)
+#define HAL_DEAD_BAND_MAX UINT16_C(1023)
+
+/* An interrupt of the application; runs with interrupts off and must end in hal_end_of_sample() or
+ * hal_end_of_trip(). */
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {
-    uint16_t dead_band_count;    /* [1/150 MHz] 300..1023: both edges of each leg */
-    uint32_t encoder_count_max;  /* [counts] 4 x lines - 1 */
-    hal_interrupt_t on_sample;   /* every carrier period, when the conversions of t_k are done */
-    hal_interrupt_t on_trip;     /* when the power module's fault line has shut the gates */
+    uint16_t dead_band_count;   /* [1/150 MHz] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
+    uint32_t encoder_count_max; /* [counts] 4 x lines - 1, lines >= 1 */
+    hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
+    hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
 } hal_config_t;
 
 typedef enum {
     HAL_OK = 0,
-    HAL_CLOCK_MISSING,  /* no crystal: the PLL reports a missing clock */
-    HAL_PLL_UNLOCKED,   /* the PLL did not lock in time */
-    HAL_BAD_CONFIG      /* a field of hal_config_t is out of range; no register was touched */
+    HAL_CLOCK_MISSING, /* no crystal: the PLL reports a missing clock */
+    HAL_PLL_UNLOCKED,  /* the PLL did not lock in time */
+    HAL_BAD_CONFIG,    /* a field of hal_config_t is out of range; no register was touched */
+    HAL_TRIP_FAILED    /* a leg did not take the forced trip; the gates were not connected to their pins */
 } hal_status_t;
 
 /* hal_samples_t.flags */
-#define HAL_FLAG_TRIPPED   (1u << 0) /* the one-shot trip holds the gates off */
+#define HAL_FLAG_TRIPPED   (1u << 0) /* the one-shot trip holds the gates off, of one leg at least */
 #define HAL_FLAG_FAULT_PIN (1u << 1) /* the power module pulls its fault line at this moment */
 #define HAL_FLAG_ENCODER   (1u << 2) /* quadrature phase error since the last sample */
-#define HAL_FLAG_LATE      (1u << 3) /* the next carrier period has begun already: compare values come one period late */
+/* The chain of periods is broken: this interrupt came when the next period had begun (or its conversion had),
+ * or a period without a sample lies before this one, because the interrupt before ran into it. Compare values
+ * of the late one act one period later than they should, and currents and position may be of different
+ * periods. */
+#define HAL_FLAG_LATE (1u << 3)
 
 typedef struct {
     uint16_t current_a;         /* [ADC codes] phase currents at t_k */
@@ -55,26 +70,47 @@ typedef struct {
     uint32_t encoder;           /* [counts] 0..encoder_count_max at t_k */
 } hal_samples_t;
 
-/* Bring the board up: watchdog fed by nobody yet and off, clock 150 MHz, flash wait states, gates off and tripped, pins,
- * ADC powered (waits 5 ms), encoder, interrupts. On success the carrier runs and on_sample is called every period, gates
- * still tripped. Call once, from the background, after reset. */
+/* Bring the board up: watchdog off, clock 150 MHz, flash wait states, gates tripped and then connected to
+ * their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty 1/2 and gates
+ * tripped, and on_sample is called every period. On any other status no interrupt ever comes, the gates' pins
+ * stay what the board's bias makes of them and hal_gates_on() refuses. Takes about 10 ms, 150 ms when the PLL
+ * does not lock. Call once, after reset, from the background. */
 hal_status_t hal_init(const hal_config_t *config);
 
-/* In the interrupt. */
-void hal_read(hal_samples_t *samples);
-void hal_write_compare(uint16_t a, uint16_t b, uint16_t c); /* 0..HAL_PERIOD_COUNT, high time of each leg; acts from t_{k+1} */
-void hal_gates_off(void);        /* forces the one-shot trip: all six off at once */
-bool hal_gates_on(void);         /* clears the trip; false (and still off) while the fault line is low */
-void hal_end_of_sample(void);    /* lets the next conversion and the next interrupt come: last statement of on_sample */
-void hal_end_of_trip(void);      /* last statement of on_trip; the gates stay off */
+/* ---- In the interrupt: straight line, no waiting ---- */
 
-/* From the background. */
-bool hal_set_dead_band(uint16_t count); /* false, and nothing done, out of 300..1023 or while the gates are on */
+/* The sample of this period; call it once, first thing in on_sample. About 20 loads and one store. */
+void hal_read(hal_samples_t *samples);
+
+/* High time of each leg, 0..HAL_PERIOD_COUNT (more counts as that), acts from t_{k+1}. Minimum pulses are the
+ * caller's. */
+void hal_write_compare(uint16_t a, uint16_t b, uint16_t c);
+
+/* Forces the one-shot trip: all six off at once. on_trip does not come for it. From anywhere, any number of
+ * times. */
+void hal_gates_off(void);
+
+/* Clears the trip: the gates follow the compare values that act at this moment, those written one period ago.
+ * True if they are on. False, and all off, while the fault line is low, when it pulls again meanwhile, before
+ * hal_init came to its end, or if dead band or trip registers are not what hal_init made them. */
+bool hal_gates_on(void);
+
+void hal_end_of_sample(void); /* lets the next conversion and interrupt come: last statement of on_sample */
+void hal_end_of_trip(void);   /* last statement of on_trip; the gates stay off */
+
+/* ---- From the background ---- */
+
+/* False, and nothing done, out of HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX or unless all gates are tripped. */
+bool hal_set_dead_band(uint16_t count);
+
+/* False, and nothing done, if not 4 x lines - 1 or unless all gates are tripped. A new value restarts the
+ * position at 0 (samples show it one period later); the present value changes nothing. */
 bool hal_set_encoder(uint32_t count_max);
-void hal_watchdog_start(void);          /* 279 ms; from now on hal_watchdog_feed must be called */
-void hal_watchdog_feed(void);
-void hal_interrupts_off(void);          /* brackets a change that the interrupt must not see half done */
+
+void hal_watchdog_start(void); /* from now on hal_watchdog_feed within 279 ms, else the chip resets */
+void hal_watchdog_feed(void);  /* harmless while the watchdog is off */
+void hal_interrupts_off(void); /* brackets a change that the interrupt must not see half done; do not nest */
 void hal_interrupts_on(void);
-uint32_t hal_time(void);                /* [1/150 MHz] free-running, counts up, wraps after 28.6 s */
+uint32_t hal_time(void); /* [1/150 MHz] free-running since hal_init, counts up, wraps after 28.6 s */
 
 #endif

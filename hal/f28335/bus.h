@@ -1,7 +1,9 @@
-/* The one place where silicon and desk differ: how a register is reached, how time passes while the CPU waits, and how an
- * interrupt is marked. On silicon everything here compiles to the plain access; on the host the virtual chip implements it.
+/* The one place where silicon and desk differ: how a register is reached, how time passes while the CPU
+ * waits, and how an interrupt is marked. On silicon everything here compiles to the plain access; on the host
+ * the virtual chip implements it.
  *
- * One chip per thread: the host binds a register file to the running thread before it lets firmware run (chip.h). */
+ * One chip per thread: the host binds a register file to the running thread before it lets firmware run
+ * (chip.h). */
 #ifndef HAL_F28335_BUS_H
 #define HAL_F28335_BUS_H
 
@@ -18,14 +20,15 @@
 #define bus_vector(isr)         ((uint32_t)(isr))
 
 extern __cregister volatile unsigned int IER;
-#define bus_enable_group(n)       (IER |= (1u << ((n)-1u)))
-#define bus_interrupts_enable()   __asm(" CLRC INTM")
-#define bus_interrupts_disable()  __asm(" SETC INTM")
+#define bus_enable_group(n)      (IER |= (1u << ((n)-1u)))
+#define bus_interrupts_enable()  __asm(" CLRC INTM")
+#define bus_interrupts_disable() __asm(" SETC INTM")
 void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/wait.c */
 
 #else
 
-extern __thread const volatile uint16_t *f28335_base; /* the register file of the chip that runs on this thread */
+/* The register file of the chip that runs on this thread. */
+extern __thread const volatile uint16_t *f28335_base;
 #define F28335_BASE f28335_base
 
 typedef void (*bus_isr_t)(void);
@@ -42,17 +45,17 @@ void bus_wait(uint32_t cycles);        /* simulated time passes: at least this m
 
 #endif
 
-#define AT_(type, word)   ((const volatile type *)(F28335_BASE + (word)))
-#define FLASH_REGS        AT_(flash_regs_t, 0x0A80u)
-#define ADC_MIRROR        AT_(adc_mirror_regs_t, 0x0B00u)
-#define CPU_TIMER(n)      AT_(cpu_timer_regs_t, 0x0C00u + 8u * (n))
-#define PIE               AT_(pie_regs_t, 0x0CE0u)
-#define PIE_VECTORS       AT_(pie_vectors_t, 0x0D00u)
-#define EPWM(n)           AT_(epwm_regs_t, 0x6800u + 0x40u * ((n)-1u)) /* n = 1..6 */
-#define EQEP(n)           AT_(eqep_regs_t, 0x6B00u + 0x40u * ((n)-1u)) /* n = 1, 2 */
-#define GPIO_CONTROL(n)   AT_(gpio_control_regs_t, 0x6F80u + 0x10u * (n)) /* n = 0 (A), 1 (B), 2 (C) */
-#define GPIO_DATA(n)      AT_(gpio_data_regs_t, 0x6FC0u + 8u * (n))
-#define SYSCTRL           AT_(sysctrl_regs_t, 0x7010u)
-#define ADC               AT_(adc_regs_t, 0x7100u)
+#define AT_(type, word) ((const volatile type *)(F28335_BASE + (word)))
+#define FLASH_REGS      AT_(flash_regs_t, 0x0A80u)
+#define ADC_MIRROR      AT_(adc_mirror_regs_t, 0x0B00u)
+#define CPU_TIMER(n)    AT_(cpu_timer_regs_t, 0x0C00u + 8u * (n))
+#define PIE             AT_(pie_regs_t, 0x0CE0u)
+#define PIE_VECTORS     AT_(pie_vectors_t, 0x0D00u)
+#define EPWM(n)         AT_(epwm_regs_t, 0x6800u + 0x40u * ((n)-1u))    /* n = 1..6 */
+#define EQEP(n)         AT_(eqep_regs_t, 0x6B00u + 0x40u * ((n)-1u))    /* n = 1, 2 */
+#define GPIO_CONTROL(n) AT_(gpio_control_regs_t, 0x6F80u + 0x10u * (n)) /* n = 0 (A), 1 (B), 2 (C) */
+#define GPIO_DATA(n)    AT_(gpio_data_regs_t, 0x6FC0u + 8u * (n))
+#define SYSCTRL         AT_(sysctrl_regs_t, 0x7010u)
+#define ADC             AT_(adc_regs_t, 0x7100u)
 
 #endif

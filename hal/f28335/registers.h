@@ -1,18 +1,18 @@
 /* Registers of the TMS320F28335 that this drive uses: layout, addresses, fields.
  *
- * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05). All addresses
- * count 16-bit words. Every struct is laid out by words, so that the same source describes silicon and the copy in RAM
- * that the virtual chip brings to life; each offset is checked at compile time below.
+ * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05). All
+ * addresses count 16-bit words. Every struct is laid out by words, so that the same source describes silicon
+ * and the copy in RAM that the virtual chip brings to life; each offset is checked at compile time below.
  *
- * Registers are reached through F28335_BASE: fixed on silicon, one pointer on the host (bus.h). They are `const volatile`
- * on purpose: reading is a plain load, writing goes through bus.h. */
+ * Registers are reached through F28335_BASE: fixed on silicon, one pointer on the host (bus.h). They are
+ * `const volatile` on purpose: reading is a plain load, writing goes through bus.h. */
 #ifndef HAL_F28335_REGISTERS_H
 #define HAL_F28335_REGISTERS_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* ---- CPU timer: SPRUFB0 ch. 3 ---------------------------------------------------------------------------------- */
+/* ---- CPU timer: SPRUFB0 ch. 3 ---- */
 typedef struct {
     uint32_t TIM; /* counts down */
     uint32_t PRD;
@@ -27,7 +27,7 @@ typedef struct {
 #define TCR_TIE (1u << 14)
 #define TCR_TIF (1u << 15) /* write one to clear */
 
-/* ---- Flash control: SPRUFB0 ch. 1 (EALLOW) --------------------------------------------------------------------- */
+/* ---- Flash control: SPRUFB0 ch. 1 (EALLOW) ---- */
 typedef struct {
     uint16_t FOPT;
     uint16_t reserved1;
@@ -41,7 +41,7 @@ typedef struct {
 
 #define FOPT_ENPIPE (1u << 0)
 
-/* ---- PIE: SPRUFB0 ch. 6 ---------------------------------------------------------------------------------------- */
+/* ---- PIE: SPRUFB0 ch. 6 ---- */
 typedef struct {
     uint16_t IER;
     uint16_t IFR;
@@ -64,7 +64,7 @@ typedef struct {
 #define PIE_SEQ1INT      PIE_VECTOR(1u, 1u)
 #define PIE_EPWM1_TZ     PIE_VECTOR(2u, 1u)
 
-/* ---- System control: SPRUFB0 ch. 5 (EALLOW) -------------------------------------------------------------------- */
+/* ---- System control: SPRUFB0 ch. 5 (EALLOW) ---- */
 typedef struct {
     uint16_t reserved00;
     uint16_t PLLSTS; /* 0x7011 */
@@ -113,7 +113,7 @@ typedef struct {
 #define WDKEY_FIRST       0x55u
 #define WDKEY_SECOND      0xAAu
 
-/* ---- GPIO: SPRUFB0 ch. 4 (control EALLOW) ---------------------------------------------------------------------- */
+/* ---- GPIO: SPRUFB0 ch. 4 (control EALLOW) ---- */
 typedef struct {
     uint32_t CTRL;
     uint32_t QSEL1;
@@ -133,11 +133,11 @@ typedef struct {
 } gpio_data_regs_t;
 
 /* Two bits per pin in MUX1/2 and QSEL1/2, pins 0..15 in the first register. */
-#define GPIO_FIELD(pin, value) ((uint32_t)(value) << (2u * ((pin) & 15u)))
-#define GPIO_PIN(pin)          (UINT32_C(1) << ((pin) & 31u))
+#define GPIO_FIELD(pin, value) ((uint32_t)(value) << (2u * ((pin)&15u)))
+#define GPIO_PIN(pin)          (UINT32_C(1) << ((pin)&31u))
 #define GPIO_QSEL_ASYNC        3u
 
-/* ---- ePWM: SPRUG04 --------------------------------------------------------------------------------------------- */
+/* ---- ePWM: SPRUG04 ---- */
 typedef struct {
     uint16_t TBCTL;   /* 00 */
     uint16_t TBSTS;   /* 01 */
@@ -175,64 +175,65 @@ typedef struct {
     uint16_t reserved21[31];
 } epwm_regs_t;
 
-#define TBCTL_CTRMODE(n)     ((uint16_t)(n)) /* 0 up, 1 down, 2 up-down, 3 stop */
-#define TBCTL_UPDOWN         2u
-#define TBCTL_PHSEN          (1u << 2)
-#define TBCTL_PRDLD          (1u << 3) /* 1 = TBPRD without shadow */
-#define TBCTL_SYNCOSEL(n)    ((uint16_t)((n) << 4)) /* 0 pass SYNCI, 1 CTR=0, 2 CTR=CMPB, 3 off */
-#define TBCTL_SWFSYNC        (1u << 6)
-#define TBCTL_HSPCLKDIV(n)   ((uint16_t)((n) << 7))  /* 0 = /1, n = /2n; reset 1 */
-#define TBCTL_CLKDIV(n)      ((uint16_t)((n) << 10)) /* /2^n */
-#define TBCTL_PHSDIR_UP      (1u << 13)
-#define TBCTL_FREE_SOFT(n)   ((uint16_t)((n) << 14)) /* debug halt: 0 next count, 1 end of cycle, 2 and 3 free run */
-#define TBSTS_CTRDIR         (1u << 0)               /* 1 = counting up */
-#define CMPCTL_LOADAMODE(n)  ((uint16_t)(n))         /* 0 CTR=0, 1 CTR=PRD, 2 both, 3 freeze */
-#define CMPCTL_LOADBMODE(n)  ((uint16_t)((n) << 2))
-#define CMPCTL_SHDWAMODE     (1u << 4) /* 1 = immediate */
-#define CMPCTL_SHDWBMODE     (1u << 6)
-#define AQ_NONE              0u
-#define AQ_CLEAR             1u
-#define AQ_SET               2u
-#define AQ_TOGGLE            3u
-#define AQCTL_ZRO(n)         ((uint16_t)(n))
-#define AQCTL_PRD(n)         ((uint16_t)((n) << 2))
-#define AQCTL_CAU(n)         ((uint16_t)((n) << 4))
-#define AQCTL_CAD(n)         ((uint16_t)((n) << 6))
-#define AQCTL_CBU(n)         ((uint16_t)((n) << 8))
-#define AQCTL_CBD(n)         ((uint16_t)((n) << 10))
-#define DBCTL_OUT_BOTH       3u      /* both delays on */
-#define DBCTL_POLSEL_ALC     (1u << 2) /* active low complementary */
-#define DBCTL_POLSEL_AHC     (2u << 2) /* active high complementary */
-#define DBCTL_POLSEL_AL      (3u << 2) /* both inverted */
-#define DB_MAX               1023u     /* 10 bits */
-#define TZSEL_OSHT1          (1u << 8)
-#define TZCTL_TZA(n)         ((uint16_t)(n)) /* 0 high impedance, 1 high, 2 low, 3 nothing */
-#define TZCTL_TZB(n)         ((uint16_t)((n) << 2))
-#define TZ_HIGH              1u
-#define TZ_LOW               2u
-#define TZ_INT               (1u << 0) /* TZFLG, TZCLR */
-#define TZ_CBC               (1u << 1)
-#define TZ_OST               (1u << 2)
-#define ETSEL_INTSEL(n)      ((uint16_t)(n))
-#define ETSEL_INTEN          (1u << 3)
-#define ETSEL_SOCASEL(n)     ((uint16_t)((n) << 8))
-#define ETSEL_SOCAEN         (1u << 11)
-#define ETSEL_SOCBSEL(n)     ((uint16_t)((n) << 12))
-#define ETSEL_SOCBEN         (1u << 15)
-#define ET_ZERO              1u
-#define ET_PERIOD            2u
-#define ET_CMPA_UP           4u
-#define ET_CMPA_DOWN         5u
-#define ET_CMPB_UP           6u
-#define ET_CMPB_DOWN         7u
-#define ETPS_INTPRD(n)       ((uint16_t)(n))
-#define ETPS_SOCAPRD(n)      ((uint16_t)((n) << 8)) /* 0 = off, n = every n-th event */
-#define ETPS_SOCBPRD(n)      ((uint16_t)((n) << 12))
-#define ET_FLAG_INT          (1u << 0)
-#define ET_FLAG_SOCA         (1u << 2)
-#define ET_FLAG_SOCB         (1u << 3)
+#define TBCTL_CTRMODE(n)   ((uint16_t)(n)) /* 0 up, 1 down, 2 up-down, 3 stop */
+#define TBCTL_UPDOWN       2u
+#define TBCTL_PHSEN        (1u << 2)
+#define TBCTL_PRDLD        (1u << 3)              /* 1 = TBPRD without shadow */
+#define TBCTL_SYNCOSEL(n)  ((uint16_t)((n) << 4)) /* 0 pass SYNCI, 1 CTR=0, 2 CTR=CMPB, 3 off */
+#define TBCTL_SWFSYNC      (1u << 6)
+#define TBCTL_HSPCLKDIV(n) ((uint16_t)((n) << 7))  /* 0 = /1, n = /2n; reset 1 */
+#define TBCTL_CLKDIV(n)    ((uint16_t)((n) << 10)) /* /2^n */
+#define TBCTL_PHSDIR_UP    (1u << 13)
+#define TBCTL_FREE_SOFT(n)                                                                                   \
+    ((uint16_t)((n) << 14))                 /* debug halt: 0 next count, 1 end of cycle, 2 and 3 free run */
+#define TBSTS_CTRDIR        (1u << 0)       /* 1 = counting up */
+#define CMPCTL_LOADAMODE(n) ((uint16_t)(n)) /* 0 CTR=0, 1 CTR=PRD, 2 both, 3 freeze */
+#define CMPCTL_LOADBMODE(n) ((uint16_t)((n) << 2))
+#define CMPCTL_SHDWAMODE    (1u << 4) /* 1 = immediate */
+#define CMPCTL_SHDWBMODE    (1u << 6)
+#define AQ_NONE             0u
+#define AQ_CLEAR            1u
+#define AQ_SET              2u
+#define AQ_TOGGLE           3u
+#define AQCTL_ZRO(n)        ((uint16_t)(n))
+#define AQCTL_PRD(n)        ((uint16_t)((n) << 2))
+#define AQCTL_CAU(n)        ((uint16_t)((n) << 4))
+#define AQCTL_CAD(n)        ((uint16_t)((n) << 6))
+#define AQCTL_CBU(n)        ((uint16_t)((n) << 8))
+#define AQCTL_CBD(n)        ((uint16_t)((n) << 10))
+#define DBCTL_OUT_BOTH      3u        /* both delays on */
+#define DBCTL_POLSEL_ALC    (1u << 2) /* active low complementary */
+#define DBCTL_POLSEL_AHC    (2u << 2) /* active high complementary */
+#define DBCTL_POLSEL_AL     (3u << 2) /* both inverted */
+#define DB_MAX              1023u     /* 10 bits */
+#define TZSEL_OSHT1         (1u << 8)
+#define TZCTL_TZA(n)        ((uint16_t)(n)) /* 0 high impedance, 1 high, 2 low, 3 nothing */
+#define TZCTL_TZB(n)        ((uint16_t)((n) << 2))
+#define TZ_HIGH             1u
+#define TZ_LOW              2u
+#define TZ_INT              (1u << 0) /* TZFLG, TZCLR */
+#define TZ_CBC              (1u << 1)
+#define TZ_OST              (1u << 2)
+#define ETSEL_INTSEL(n)     ((uint16_t)(n))
+#define ETSEL_INTEN         (1u << 3)
+#define ETSEL_SOCASEL(n)    ((uint16_t)((n) << 8))
+#define ETSEL_SOCAEN        (1u << 11)
+#define ETSEL_SOCBSEL(n)    ((uint16_t)((n) << 12))
+#define ETSEL_SOCBEN        (1u << 15)
+#define ET_ZERO             1u
+#define ET_PERIOD           2u
+#define ET_CMPA_UP          4u
+#define ET_CMPA_DOWN        5u
+#define ET_CMPB_UP          6u
+#define ET_CMPB_DOWN        7u
+#define ETPS_INTPRD(n)      ((uint16_t)(n))
+#define ETPS_SOCAPRD(n)     ((uint16_t)((n) << 8)) /* 0 = off, n = every n-th event */
+#define ETPS_SOCBPRD(n)     ((uint16_t)((n) << 12))
+#define ET_FLAG_INT         (1u << 0)
+#define ET_FLAG_SOCA        (1u << 2)
+#define ET_FLAG_SOCB        (1u << 3)
 
-/* ---- eQEP: SPRUG05 --------------------------------------------------------------------------------------------- */
+/* ---- eQEP: SPRUG05 ---- */
 typedef struct {
     uint32_t QPOSCNT;  /* 00 */
     uint32_t QPOSINIT; /* 02 */
@@ -262,29 +263,30 @@ typedef struct {
 } eqep_regs_t;
 
 #define QDECCTL_SWAP    (1u << 10)
-#define QDECCTL_XCR     (1u << 11) /* 0 = four counts a line */
+#define QDECCTL_XCR     (1u << 11)              /* 0 = four counts a line */
 #define QDECCTL_QSRC(n) ((uint16_t)((n) << 14)) /* 0 = quadrature */
 #define QEPCTL_UTE      (1u << 1)
 #define QEPCTL_QCLM     (1u << 2) /* latch on unit time-out */
 #define QEPCTL_QPEN     (1u << 3)
-#define QEPCTL_SWI      (1u << 7) /* write one: QPOSCNT = QPOSINIT */
-#define QEPCTL_IEI(n)   ((uint16_t)((n) << 8))  /* 2 = QPOSINIT into QPOSCNT at the index */
-#define QEPCTL_PCRM(n)  ((uint16_t)((n) << 12)) /* 0 index, 1 maximum position, 2 first index, 3 unit time-out */
+#define QEPCTL_SWI      (1u << 7)              /* write one: QPOSCNT = QPOSINIT */
+#define QEPCTL_IEI(n)   ((uint16_t)((n) << 8)) /* 2 = QPOSINIT into QPOSCNT at the index */
+#define QEPCTL_PCRM(n)                                                                                       \
+    ((uint16_t)((n) << 12)) /* 0 index, 1 maximum position, 2 first index, 3 unit time-out */
 #define QEPCTL_FREE_SOFT(n) ((uint16_t)((n) << 14))
-#define QEP_PHE         (1u << 2) /* quadrature phase error: QFLG, QEINT, QCLR */
-#define QEP_UTO         (1u << 11)
-#define QEPSTS_QDF      (1u << 5) /* direction, 1 = forward */
+#define QEP_PHE             (1u << 2) /* quadrature phase error: QFLG, QEINT, QCLR */
+#define QEP_UTO             (1u << 11)
+#define QEPSTS_QDF          (1u << 5) /* direction, 1 = forward */
 
-/* ---- ADC: SPRU812 ---------------------------------------------------------------------------------------------- */
+/* ---- ADC: SPRU812 ---- */
 typedef struct {
-    uint16_t ADCTRL1;         /* 00 */
-    uint16_t ADCTRL2;         /* 01 */
-    uint16_t ADCMAXCONV;      /* 02 */
-    uint16_t ADCCHSELSEQ[4];  /* 03-06 */
-    uint16_t ADCASEQSR;       /* 07 */
-    uint16_t ADCRESULT[16];   /* 08-17, left-justified */
-    uint16_t ADCTRL3;         /* 18 */
-    uint16_t ADCST;           /* 19 */
+    uint16_t ADCTRL1;        /* 00 */
+    uint16_t ADCTRL2;        /* 01 */
+    uint16_t ADCMAXCONV;     /* 02 */
+    uint16_t ADCCHSELSEQ[4]; /* 03-06 */
+    uint16_t ADCASEQSR;      /* 07 */
+    uint16_t ADCRESULT[16];  /* 08-17, left-justified */
+    uint16_t ADCTRL3;        /* 18 */
+    uint16_t ADCST;          /* 19 */
     uint16_t reserved1A[2];
     uint16_t ADCREFSEL;  /* 1C */
     uint16_t ADCOFFTRIM; /* 1D */
@@ -295,25 +297,25 @@ typedef struct {
     uint16_t ADCRESULT[16]; /* right-justified, read only */
 } adc_mirror_regs_t;
 
-#define ADCTRL1_SEQ_CASC      (1u << 4)
-#define ADCTRL1_SEQ_OVRD      (1u << 5)
-#define ADCTRL1_CONT_RUN      (1u << 6)
-#define ADCTRL1_CPS           (1u << 7)
-#define ADCTRL1_ACQ_PS(n)     ((uint16_t)((n) << 8)) /* window n + 1 ADCCLK */
-#define ADCTRL1_RESET         (1u << 14)
-#define ADCTRL2_SOCA_SEQ1     (1u << 8) /* ePWM SOCA starts SEQ1 */
-#define ADCTRL2_INT_MOD_SEQ1  (1u << 10)
-#define ADCTRL2_INT_ENA_SEQ1  (1u << 11)
-#define ADCTRL2_SOC_SEQ1      (1u << 13)
-#define ADCTRL2_RST_SEQ1      (1u << 14)
-#define ADCTRL3_SMODE_SEL     (1u << 0) /* simultaneous pairs */
-#define ADCTRL3_ADCCLKPS(n)   ((uint16_t)((n) << 1))
-#define ADCTRL3_POWER         0x00E0u /* ADCBGRFDN and ADCPWDN */
-#define ADCST_INT_SEQ1        (1u << 0)
-#define ADCST_SEQ1_BSY        (1u << 2)
-#define ADCST_INT_SEQ1_CLR    (1u << 4)
+#define ADCTRL1_SEQ_CASC     (1u << 4)
+#define ADCTRL1_SEQ_OVRD     (1u << 5)
+#define ADCTRL1_CONT_RUN     (1u << 6)
+#define ADCTRL1_CPS          (1u << 7)
+#define ADCTRL1_ACQ_PS(n)    ((uint16_t)((n) << 8)) /* window n + 1 ADCCLK */
+#define ADCTRL1_RESET        (1u << 14)
+#define ADCTRL2_SOCA_SEQ1    (1u << 8) /* ePWM SOCA starts SEQ1 */
+#define ADCTRL2_INT_MOD_SEQ1 (1u << 10)
+#define ADCTRL2_INT_ENA_SEQ1 (1u << 11)
+#define ADCTRL2_SOC_SEQ1     (1u << 13)
+#define ADCTRL2_RST_SEQ1     (1u << 14)
+#define ADCTRL3_SMODE_SEL    (1u << 0) /* simultaneous pairs */
+#define ADCTRL3_ADCCLKPS(n)  ((uint16_t)((n) << 1))
+#define ADCTRL3_POWER        0x00E0u /* ADCBGRFDN and ADCPWDN */
+#define ADCST_INT_SEQ1       (1u << 0)
+#define ADCST_SEQ1_BSY       (1u << 2)
+#define ADCST_INT_SEQ1_CLR   (1u << 4)
 
-/* ---- The whole map --------------------------------------------------------------------------------------------- */
+/* ---- The whole map ---- */
 typedef struct {
     uint16_t reserved_0000[0x0A80];
     flash_regs_t flash; /* 0A80 */
@@ -340,12 +342,9 @@ typedef struct {
     uint16_t reserved_7120[0x8000 - 0x7120];
 } f28335_t;
 
-/* Offsets in words on any target: offsetof counts chars, a uint16_t is two of them on the host and one on the C28x. */
-#define WORDS(type, member)             (offsetof(type, member) / sizeof(uint16_t))
-#define CHECK_NAME_(line)               check_line_##line
-#define CHECK_NAME(line)                CHECK_NAME_(line)
-#define CHECK_OFFSET_AT(t, m, w, line)  typedef char CHECK_NAME(line)[(WORDS(t, m) == (w)) ? 1 : -1]
-#define CHECK_OFFSET(type, member, word) CHECK_OFFSET_AT(type, member, word, __LINE__)
+/* Offsets in words on any target: offsetof counts chars, a uint16_t is two of them on the host and one on the
+ * C28x. */
+#define WORDS(type, member) (offsetof(type, member) / sizeof(uint16_t))
 
 #include "hal/f28335/registers_check.h"
 

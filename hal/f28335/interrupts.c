@@ -1,0 +1,63 @@
+#include "hal/f28335/interrupts.h"
+
+#include "hal/f28335/bus.h"
+
+#define GROUPS    12u
+#define VECTORS   128u
+#define FIRST_ROW 1u /* INTx.1 in PIEIERx */
+
+static HAL_INTERRUPT void unexpected(void)
+{
+    hal_gates_off();
+}
+
+static uint16_t group_bit(uint16_t group)
+{
+    return (uint16_t)(1u << (group - 1u));
+}
+
+void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
+{
+    uint16_t n;
+
+    for (n = 0u; n < GROUPS; n++) {
+        bus_write16(&PIE->group[n].IER, 0u);
+    }
+    bus_allow();
+    /* Vector 0 is the reset's, which always goes to the boot ROM. */
+    for (n = 1u; n < VECTORS; n++) {
+        bus_write32(&PIE_VECTORS->vector[n], bus_vector(unexpected));
+    }
+    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(on_sample));
+    bus_write32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
+    bus_protect();
+    bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
+    bus_write16(&PIE->group[INTERRUPTS_SAMPLE - 1u].IER, FIRST_ROW);
+    bus_write16(&PIE->group[INTERRUPTS_TRIP - 1u].IER, FIRST_ROW);
+    bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
+    bus_enable_group(INTERRUPTS_SAMPLE);
+    bus_enable_group(INTERRUPTS_TRIP);
+}
+
+void interrupts_acknowledge(uint16_t group)
+{
+    bus_write16(&PIE->PIEACK, group_bit(group));
+    /* The write must have arrived before the return from interrupt opens the masks (errata: spurious
+     * interrupt). */
+    (void)PIE->PIEACK;
+}
+
+void hal_end_of_trip(void)
+{
+    interrupts_acknowledge(INTERRUPTS_TRIP);
+}
+
+void hal_interrupts_off(void)
+{
+    bus_interrupts_disable();
+}
+
+void hal_interrupts_on(void)
+{
+    bus_interrupts_enable();
+}

@@ -1,0 +1,18 @@
+/* PIE and CPU interrupts, SPRUFB0 ch. 6: INT1.1 SEQ1INT (end of the conversions) and INT2.1 EPWM1_TZ (trip),
+ * both straight to the application's functions. Every other vector shuts the gates and returns, its group
+ * unacknowledged: nothing else is enabled, so it can only be a trap or a fault of the chip. */
+#ifndef HAL_F28335_INTERRUPTS_H
+#define HAL_F28335_INTERRUPTS_H
+
+#include "hal/hal.h"
+
+#define INTERRUPTS_SAMPLE 1u /* PIE group */
+#define INTERRUPTS_TRIP   2u
+
+/* Vectors and enables; INTM stays set. */
+void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip);
+
+/* The group may interrupt again. Last access of an interrupt function. */
+void interrupts_acknowledge(uint16_t group);
+
+#endif

@@ -1,0 +1,31 @@
+#include "hal/f28335/watchdog.h"
+
+#include "hal/f28335/bus.h"
+#include "hal/hal.h"
+
+/* OSCCLK 30 MHz / 512 / 64, 256 counts: 279.6 ms */
+#define WATCHDOG_SLOWEST 7u
+
+void watchdog_stop(void)
+{
+    bus_allow();
+    bus_write16(&SYSCTRL->WDCR, WDCR_WDDIS | WDCR_WDCHK);
+    bus_protect();
+}
+
+void hal_watchdog_feed(void)
+{
+    bus_allow();
+    bus_write16(&SYSCTRL->WDKEY, WDKEY_FIRST);
+    bus_write16(&SYSCTRL->WDKEY, WDKEY_SECOND);
+    bus_protect();
+}
+
+void hal_watchdog_start(void)
+{
+    /* The counter may stand anywhere: bring it to zero before it runs. */
+    hal_watchdog_feed();
+    bus_allow();
+    bus_write16(&SYSCTRL->WDCR, (uint16_t)(WDCR_WDCHK | WDCR_WDPS(WATCHDOG_SLOWEST)));
+    bus_protect();
+}

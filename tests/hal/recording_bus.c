@@ -1,0 +1,225 @@
+#include "tests/hal/recording_bus.h"
+
+#include <string.h>
+
+#define VECTOR_BASE UINT32_C(0x300000)
+
+recording_t rec;
+__thread const volatile uint16_t *f28335_base;
+
+static bool is(uint32_t address, const volatile void *reg)
+{
+    return address == recording_address(reg);
+}
+
+uint32_t recording_address(const volatile void *reg)
+{
+    return (uint32_t)((const volatile uint16_t *)reg - f28335_base);
+}
+
+void recording_clear_log(void)
+{
+    rec.entries = 0u;
+    rec.overflows = 0u;
+}
+
+void recording_reset(void)
+{
+    memset(&rec, 0, sizeof rec);
+    f28335_base = (const volatile uint16_t *)&rec.regs;
+    rec.lock_cycles = 131072u / 4u;
+    rec.regs.sysctrl.PLLSTS = PLLSTS_DIVSEL(2u);
+    rec.regs.sysctrl.HISPCP = 1u;
+    rec.regs.sysctrl.LOSPCP = 2u;
+    rec.regs.sysctrl.PCLKCR3 = 0x2700u;
+    rec.regs.flash.FBANKWAIT = 0x0F0Fu;
+    rec.regs.gpio_data[0].DAT = 0xFFFFFFFFu;
+    for (uint32_t n = 0; n < 6u; n++) {
+        rec.regs.epwm[n].TBCTL = 0x0083u;
+    }
+}
+
+void recording_soil(void)
+{
+    memset(&rec.regs.epwm, 0xFF, sizeof rec.regs.epwm);
+    memset(&rec.regs.eqep, 0xFF, sizeof rec.regs.eqep);
+    memset(&rec.regs.cpu_timer, 0xA5, sizeof rec.regs.cpu_timer);
+    memset(&rec.regs.adc, 0xFF, sizeof rec.regs.adc);
+    for (uint32_t n = 0; n < 6u; n++) {
+        rec.regs.epwm[n].TZFLG = 0u; /* read only */
+    }
+}
+
+static void note(did_t did, uint32_t address, uint32_t value)
+{
+    if (rec.entries == RECORDING_MAX) {
+        rec.overflows++;
+        return;
+    }
+    rec.entry[rec.entries++] = (entry_t){did, address, value, rec.allowed};
+}
+
+static void set16(uint32_t address, uint32_t value)
+{
+    const uint16_t word = (uint16_t)value;
+    memcpy((char *)&rec.regs + address * sizeof word, &word, sizeof word);
+}
+
+static void trip_registers(uint32_t address, uint32_t value)
+{
+    for (uint16_t n = 0; n < 3u; n++) {
+        epwm_regs_t *leg = &rec.regs.epwm[n];
+        const uint16_t bit = (uint16_t)(1u << n);
+        if (is(address, &leg->TZFRC)) {
+            leg->TZFRC = 0u;
+            if ((rec.trip_deaf & bit) == 0u) {
+                leg->TZFLG =
+                    (uint16_t)(leg->TZFLG | (value & TZ_OST) | ((leg->TZEINT & value & TZ_OST) != 0u));
+            }
+        }
+        if (is(address, &leg->TZCLR)) {
+            leg->TZCLR = 0u;
+            leg->TZFLG = (uint16_t)(leg->TZFLG & ~value);
+            if ((rec.trip_again & bit) != 0u) {
+                leg->TZFLG = TZ_OST | TZ_INT;
+            }
+        }
+    }
+}
+
+static void come_alive(uint32_t address, uint32_t value)
+{
+    f28335_t *regs = &rec.regs;
+    trip_registers(address, value);
+    if (is(address, &regs->sysctrl.PLLCR)) {
+        rec.pllcr_written = rec.waited;
+        regs->sysctrl.PLLSTS = (uint16_t)(regs->sysctrl.PLLSTS & ~PLLSTS_PLLLOCKS);
+    }
+    if (is(address, &regs->eqep[0].QCLR)) {
+        regs->eqep[0].QFLG = (uint16_t)(regs->eqep[0].QFLG & ~value);
+        regs->eqep[0].QCLR = 0u;
+    }
+    if (is(address, &regs->cpu_timer[0].TCR) && (value & TCR_TRB) != 0u) {
+        regs->cpu_timer[0].TIM = regs->cpu_timer[0].PRD;
+    }
+}
+
+void bus_write16(const volatile uint16_t *reg, uint16_t value)
+{
+    const uint32_t address = recording_address(reg);
+    note(DID_WRITE16, address, value);
+    if (is(address, &rec.regs.sysctrl.PLLSTS)) { /* lock and missing clock are read only */
+        const unsigned read_only = PLLSTS_PLLLOCKS | PLLSTS_MCLKSTS;
+        value = (uint16_t)((value & ~read_only) | (rec.regs.sysctrl.PLLSTS & read_only));
+    }
+    set16(address, value);
+    come_alive(address, value);
+}
+
+void bus_write32(const volatile uint32_t *reg, uint32_t value)
+{
+    const uint32_t address = recording_address(reg);
+    note(DID_WRITE32, address, value);
+    set16(address, value & 0xFFFFu);
+    set16(address + 1u, value >> 16);
+}
+
+void bus_allow(void)
+{
+    rec.nested += rec.allowed;
+    rec.allowed = true;
+}
+
+void bus_protect(void)
+{
+    rec.nested += !rec.allowed;
+    rec.allowed = false;
+}
+
+uint32_t bus_vector(bus_isr_t isr)
+{
+    uint32_t n = 0;
+    while (n < rec.functions && rec.function[n] != isr) {
+        n++;
+    }
+    if (n == rec.functions && n < 4u) {
+        rec.function[rec.functions++] = isr;
+    }
+    return VECTOR_BASE + n;
+}
+
+void bus_enable_group(uint16_t group)
+{
+    note(DID_ENABLE_GROUP, 0u, group);
+    rec.groups = (uint16_t)(rec.groups | 1u << (group - 1u));
+}
+
+void bus_interrupts_enable(void)
+{
+    note(DID_INTERRUPTS_ON, 0u, 0u);
+    rec.interrupts_on = true;
+}
+
+void bus_interrupts_disable(void)
+{
+    note(DID_INTERRUPTS_OFF, 0u, 0u);
+    rec.interrupts_on = false;
+}
+
+void recording_pass(uint32_t cycles)
+{
+    rec.waited += cycles;
+    if ((rec.regs.cpu_timer[0].TCR & TCR_TSS) == 0u) {
+        rec.regs.cpu_timer[0].TIM -= cycles;
+    }
+}
+
+void bus_wait(uint32_t cycles)
+{
+    sysctrl_regs_t *sysctrl = &rec.regs.sysctrl;
+    rec.nested += rec.allowed;
+    if (rec.entries == 0u || rec.entry[rec.entries - 1u].did != DID_WAIT) {
+        note(DID_WAIT, 0u, cycles);
+    } else { /* a poll is one wait */
+        rec.entry[rec.entries - 1u].value += cycles;
+    }
+    recording_pass(cycles);
+    if (sysctrl->PLLCR != 0u && rec.waited - rec.pllcr_written >= rec.lock_cycles) {
+        sysctrl->PLLSTS |= PLLSTS_PLLLOCKS;
+        if (rec.loses_clock_at_lock) {
+            sysctrl->PLLSTS |= PLLSTS_MCLKSTS;
+        }
+    }
+}
+
+static uint32_t find(uint32_t from, const volatile void *reg, const uint32_t *value)
+{
+    uint32_t i;
+    for (i = from; i < rec.entries; i++) {
+        const entry_t *e = &rec.entry[i];
+        const bool is_write = e->did == DID_WRITE16 || e->did == DID_WRITE32;
+        if (is_write && is(e->address, reg) && (value == NULL || e->value == *value)) {
+            break;
+        }
+    }
+    return i;
+}
+
+uint32_t recording_find(uint32_t from, const volatile void *reg)
+{
+    return find(from, reg, NULL);
+}
+
+uint32_t recording_find_value(uint32_t from, const volatile void *reg, uint32_t value)
+{
+    return find(from, reg, &value);
+}
+
+uint32_t recording_count(const volatile void *reg)
+{
+    uint32_t count = 0;
+    for (uint32_t i = recording_find(0u, reg); i < rec.entries; i = recording_find(i + 1u, reg)) {
+        count++;
+    }
+    return count;
+}

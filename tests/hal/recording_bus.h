@@ -1,0 +1,75 @@
+/* A bus that writes down what the HAL does: every write in order, with its width and the state of EALLOW,
+ * every wait, and what happens to the CPU's interrupt masks. Behind it lies a register file in RAM with just
+ * enough life for the HAL's own questions: PLL lock, trip flags, write-one-to-clear flags, running time. What
+ * the hardware would make of all this is the business of host_sim/chip. */
+#ifndef TESTS_HAL_RECORDING_BUS_H
+#define TESTS_HAL_RECORDING_BUS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/f28335/bus.h"
+
+#define RECORDING_MAX 512u
+
+typedef enum {
+    DID_WRITE16,
+    DID_WRITE32,
+    DID_WAIT,
+    DID_ENABLE_GROUP,
+    DID_INTERRUPTS_ON,
+    DID_INTERRUPTS_OFF
+} did_t;
+
+typedef struct {
+    did_t did;
+    uint32_t address; /* [words] */
+    uint32_t value;   /* written; cycles of a wait; number of a group */
+    bool allowed;     /* EALLOW was open */
+} entry_t;
+
+typedef struct {
+    entry_t entry[RECORDING_MAX];
+    uint32_t entries;
+    uint32_t overflows; /* entries that found no room */
+    uint32_t nested;    /* EALLOW, EDIS without the other in between, and waits in between */
+    f28335_t regs;
+    bool allowed;
+    bool interrupts_on;
+    uint16_t groups;          /* bit n - 1: INTn enabled in IER */
+    uint64_t waited;          /* [cycles] */
+    uint64_t lock_cycles;     /* [cycles] from the write of PLLCR to the lock */
+    uint64_t pllcr_written;   /* [cycles] `waited` at that time */
+    bool loses_clock_at_lock; /* MCLKSTS comes while the PLL locks */
+    uint16_t trip_deaf;       /* bit n - 1: ePWMn takes no forced trip */
+    uint16_t trip_again;      /* bit n - 1: ePWMn trips again right after it was cleared */
+    bus_isr_t function[4];    /* what bus_vector has seen; vector = 0x300000 + its place */
+    uint32_t functions;
+} recording_t;
+
+extern recording_t rec;
+
+/* Register file as the boot ROM leaves it (SPRUFB0, SPRU963): watchdog running, DIVSEL 2, PLL off, prescalers
+ * of reset. */
+void recording_reset(void);
+
+/* The log empty, the registers as they are. */
+void recording_clear_log(void);
+
+/* First entry at or after `from` that writes this register; `entries` if none. */
+uint32_t recording_find(uint32_t from, const volatile void *reg);
+
+/* The same for this value. */
+uint32_t recording_find_value(uint32_t from, const volatile void *reg, uint32_t value);
+
+uint32_t recording_count(const volatile void *reg);
+uint32_t recording_address(const volatile void *reg);
+
+/* Every control register of ePWM1-3, eQEP1, timer 0 and ADC holds something, as if somebody had used it
+ * before. */
+void recording_soil(void);
+
+/* SYSCLK cycles pass: CPU timer 0 counts down, if it runs. */
+void recording_pass(uint32_t cycles);
+
+#endif

@@ -1,0 +1,1090 @@
+/* The HAL against a bus that writes everything down. Expected words are those of the field tables of the
+ * peripheral guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate
+ * polarity. */
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "hal/f28335/adc.h"
+#include "hal/f28335/bus.h"
+#include "hal/f28335/pwm.h"
+#include "hal/hal.h"
+#include "tests/hal/recording_bus.h"
+#include "unity.h"
+
+#define PERIOD      15000u /* 150 MHz / 10 kHz */
+#define COUNT_MAX   9999u  /* 2500 lines */
+#define VECTOR(n)   (UINT32_C(0x300000) + (n))
+#define ASSERT(...) TEST_ASSERT_TRUE_MESSAGE(__VA_ARGS__)
+
+#if HAL_GATE_ACTIVE_HIGH
+#define EXPECTED_DBCTL 0x000Bu
+#define EXPECTED_TZCTL 0x000Au
+#else
+#define EXPECTED_DBCTL 0x0007u
+#define EXPECTED_TZCTL 0x0005u
+#endif
+
+static void on_sample(void)
+{
+}
+
+static void on_trip(void)
+{
+}
+
+static hal_config_t config;
+
+static hal_status_t start(void)
+{
+    return hal_init(&config);
+}
+
+void setUp(void)
+{
+    recording_reset();
+    config = (hal_config_t){375u, COUNT_MAX, on_sample, on_trip};
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.overflows, "the log was too short");
+    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW left open");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.nested,
+                                     "EALLOW and EDIS do not pair, or time passes in between");
+}
+
+/* ---- The map ---- */
+
+#define ASSERT_AT(address, reg) TEST_ASSERT_EQUAL_HEX32(address, recording_address(reg))
+
+static void test_registers_are_reached_at_the_manual_s_addresses(void)
+{
+    ASSERT_AT(0x0A80u, &FLASH_REGS->FOPT);
+    ASSERT_AT(0x0A86u, &FLASH_REGS->FBANKWAIT);
+    ASSERT_AT(0x0B00u, &ADC_MIRROR->ADCRESULT[0]);
+    ASSERT_AT(0x0C00u, &CPU_TIMER(0u)->TIM);
+    ASSERT_AT(0x0C0Au, &CPU_TIMER(1u)->PRD);
+    ASSERT_AT(0x0C14u, &CPU_TIMER(2u)->TCR);
+    ASSERT_AT(0x0CE1u, &PIE->PIEACK);
+    ASSERT_AT(0x0CE2u, &PIE->group[0].IER);
+    ASSERT_AT(0x0CF9u, &PIE->group[11].IFR);
+    ASSERT_AT(0x0D40u, &PIE_VECTORS->vector[PIE_SEQ1INT]);
+    ASSERT_AT(0x0D50u, &PIE_VECTORS->vector[PIE_EPWM1_TZ]);
+    ASSERT_AT(0x6818u, &EPWM(1u)->TZFRC);
+    ASSERT_AT(0x6849u, &EPWM(2u)->CMPA);
+    ASSERT_AT(0x6896u, &EPWM(3u)->TZFLG);
+    ASSERT_AT(0x6940u, &EPWM(6u)->TBCTL);
+    ASSERT_AT(0x6B0Cu, &EQEP(1u)->QPOSLAT);
+    ASSERT_AT(0x6B55u, &EQEP(2u)->QEPCTL);
+    ASSERT_AT(0x6F86u, &GPIO_CONTROL(0u)->MUX1);
+    ASSERT_AT(0x6F96u, &GPIO_CONTROL(1u)->MUX1);
+    ASSERT_AT(0x6FAAu, &GPIO_CONTROL(2u)->DIR);
+    ASSERT_AT(0x6FC0u, &GPIO_DATA(0u)->DAT);
+    ASSERT_AT(0x6FD6u, &GPIO_DATA(2u)->TOGGLE);
+    ASSERT_AT(0x7029u, &SYSCTRL->WDCR);
+    ASSERT_AT(0x7101u, &ADC->ADCTRL2);
+}
+
+/* ---- Start-up: words ---- */
+
+typedef struct {
+    const volatile void *reg;
+    bool wide;
+    uint32_t value;
+} expected_t;
+
+static void assert_register(const expected_t *e)
+{
+    const uint32_t value = e->wide ? *(const volatile uint32_t *)e->reg : *(const volatile uint16_t *)e->reg;
+    char where[32];
+    (void)snprintf(where, sizeof where, "register 0x%04X", recording_address(e->reg));
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(e->value, value, where);
+}
+
+static void assert_registers(const expected_t *expected, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        assert_register(&expected[i]);
+    }
+}
+
+#define ASSERT_REGISTERS(table) assert_registers(table, sizeof table / sizeof table[0])
+
+static void test_start_up_leaves_clock_and_flash_at_150_MHz(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const expected_t expected[] = {
+        {&SYSCTRL->WDCR, false, 0x0068u},        {&SYSCTRL->PLLCR, false, 10u},
+        {&SYSCTRL->PLLSTS, false, 0x0101u},      {&SYSCTRL->HISPCP, false, 3u},
+        {&SYSCTRL->LOSPCP, false, 2u},           {&SYSCTRL->PCLKCR0, false, 0x000Cu},
+        {&SYSCTRL->PCLKCR1, false, 0x4007u},     {&SYSCTRL->PCLKCR3, false, 0x2700u},
+        {&FLASH_REGS->FBANKWAIT, false, 0x505u}, {&FLASH_REGS->FOTPWAIT, false, 8u},
+        {&FLASH_REGS->FOPT, false, 1u},          {&FLASH_REGS->FPWR, false, 3u},
+    };
+    ASSERT_REGISTERS(expected);
+}
+
+static void test_start_up_sets_each_leg_to_the_manual_s_words(void)
+{
+    recording_soil();
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    for (uint16_t n = 1u; n <= 3u; n++) {
+        const bool first = n == 1u;
+        const volatile epwm_regs_t *leg = EPWM(n);
+        const expected_t expected[] = {
+            {&leg->TBCTL, false, first ? 0x4012u : 0x6006u},
+            {&leg->TBPHS, false, first ? 0u : 2u},
+            {&leg->TBPRD, false, 7500u},
+            {&leg->CMPCTL, false, 0u},
+            {&leg->CMPA, false, 3750u},
+            {&leg->CMPB, false, first ? 87u : 0u},
+            {&leg->AQCTLA, false, 0x0090u},
+            {&leg->AQCTLB, false, 0u},
+            {&leg->AQCSFRC, false, 0u},
+            {&leg->TBCTR, false, 0u},
+            {&leg->DBCTL, false, EXPECTED_DBCTL},
+            {&leg->DBRED, false, 375u},
+            {&leg->DBFED, false, 375u},
+            {&leg->TZSEL, false, 0x0100u},
+            {&leg->TZCTL, false, EXPECTED_TZCTL},
+            {&leg->TZEINT, false, 0u},
+            {&leg->TZFLG, false, TZ_OST},
+            {&leg->ETSEL, false, first ? 0x0F00u : 0u},
+            {&leg->ETPS, false, first ? 0x0100u : 0u},
+        };
+        ASSERT_REGISTERS(expected);
+    }
+}
+
+static void test_start_up_sets_the_converter_to_four_pairs(void)
+{
+    recording_soil();
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const expected_t expected[] = {
+        {&ADC->ADCTRL1, false, 0x0410u},        {&ADC->ADCTRL2, false, 0x4900u}, /* RST_SEQ1 in RAM stays */
+        {&ADC->ADCTRL3, false, 0x00E1u},        {&ADC->ADCMAXCONV, false, 3u},
+        {&ADC->ADCCHSELSEQ[0], false, 0x2102u}, {&ADC->ADCST, false, 0x0010u},
+    };
+    ASSERT_REGISTERS(expected);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(&ADC->ADCREFSEL), "calibration touched");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(&ADC->ADCOFFTRIM), "calibration touched");
+}
+
+/* SPRS439, simultaneous sampling: start 2.5, window 1 + ACQ_PS, next pair 3 + ACQ_PS ADCCLK of 40 ns; ACQ_PS
+ * 4 is in the word 0x0410. 14.5 x 40 ns = 580 ns = 87 / 150 MHz. */
+static void test_currents_are_held_at_counter_zero(void)
+{
+    const double adcclk = 40e-9;
+    const double held = (2.5 + (1.0 + 4.0) + (3.0 + 4.0)) * adcclk;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, held, (double)ADC_LEAD / (double)HAL_CLOCK_HZ);
+}
+
+static void test_start_up_connects_gates_fault_line_and_encoder(void)
+{
+    rec.regs.gpio_control[0].PUD = 0x0000FFFFu;
+    rec.regs.gpio_control[0].MUX2 = 0x05000000u; /* a serial port that somebody else set up */
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const expected_t expected[] = {
+        {&GPIO_CONTROL(0u)->MUX1, true, 0x01000555u},
+        {&GPIO_CONTROL(0u)->MUX2, true, 0x05005500u},
+        {&GPIO_CONTROL(0u)->QSEL1, true, 0x03000000u},
+        {&GPIO_CONTROL(0u)->PUD, true, 0x0000EFFFu},
+        {&GPIO_CONTROL(0u)->DIR, true, 0u},
+    };
+    ASSERT_REGISTERS(expected);
+}
+
+static void test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_the_carrier(void)
+{
+    recording_soil();
+    rec.regs.eqep[0].QFLG = 0x0FFFu;
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const expected_t expected[] = {
+        {&EQEP(1u)->QPOSMAX, true, 9999u}, {&EQEP(1u)->QPOSINIT, true, 0u},
+        {&EQEP(1u)->QUPRD, true, 15000u},  {&EQEP(1u)->QUTMR, true, 0u},
+        {&EQEP(1u)->QDECCTL, false, 0u},   {&EQEP(1u)->QEPCTL, false, 0x900Eu},
+        {&EQEP(1u)->QEINT, false, 0u},     {&EQEP(1u)->QFLG, false, 0u},
+    };
+    ASSERT_REGISTERS(expected);
+    ASSERT(recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x908Cu) < rec.entries,
+           "position not initialised by SWI before the unit timer runs");
+}
+
+static void test_vectors_lead_to_the_application_and_all_others_shut_the_gates(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    TEST_ASSERT_EQUAL_UINT32(3u, rec.functions);
+    const bus_isr_t other = rec.function[0];
+    TEST_ASSERT_TRUE(rec.function[1] == on_sample && rec.function[2] == on_trip);
+    for (uint32_t n = 1u; n < 128u; n++) {
+        const uint32_t expected = n == 32u ? VECTOR(1u) : n == 40u ? VECTOR(2u) : VECTOR(0u);
+        TEST_ASSERT_EQUAL_HEX32(expected, PIE_VECTORS->vector[n]);
+    }
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(&PIE_VECTORS->vector[0]), "reset vector written");
+
+    TEST_ASSERT_TRUE(hal_gates_on());
+    other();
+    TEST_ASSERT_BITS(TZ_OST, TZ_OST, EPWM(1u)->TZFLG & EPWM(2u)->TZFLG & EPWM(3u)->TZFLG);
+}
+
+static void test_only_the_two_interrupts_are_enabled(void)
+{
+    for (uint16_t n = 0; n < 12u; n++) {
+        rec.regs.pie.group[n].IER = 0xFFu;
+        rec.regs.pie.group[n].IFR = 0x11u;
+    }
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    TEST_ASSERT_EQUAL_HEX16(PIECTRL_ENPIE, PIE->PIECTRL);
+    for (uint16_t n = 0; n < 12u; n++) {
+        TEST_ASSERT_EQUAL_HEX16(n < 2u ? 1u : 0u, PIE->group[n].IER);
+        TEST_ASSERT_EQUAL_HEX16_MESSAGE(0x11u, PIE->group[n].IFR, "PIEIFR must never be written");
+    }
+    const volatile uint16_t *const behind = F28335_BASE + 0x0CFAu;
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(behind), "wrote past the last group");
+    TEST_ASSERT_EQUAL_HEX16(0x0003u, PIE->PIEACK);
+    TEST_ASSERT_EQUAL_HEX16(0x0003u, rec.groups);
+    TEST_ASSERT_TRUE(rec.interrupts_on);
+}
+
+/* ---- Start-up: order and protection ---- */
+
+/* SPRUFB0 "EALLOW-protected registers", as far as this map goes. */
+static bool is_protected(uint32_t address)
+{
+    const uint32_t of_epwm = (address - 0x6800u) % 0x40u;
+    if (address >= 0x6800u && address < 0x6980u) {
+        return of_epwm == 0x12u || of_epwm == 0x14u || of_epwm == 0x15u || of_epwm == 0x17u ||
+               of_epwm == 0x18u || of_epwm == 0x20u;
+    }
+    return (address >= 0x0A80u && address < 0x0A88u) || (address >= 0x0D00u && address < 0x0E00u) ||
+           (address >= 0x6F80u && address < 0x6FC0u) || (address >= 0x7010u && address < 0x7030u);
+}
+
+static bool is_wide(uint32_t address)
+{
+    return (address >= 0x0C00u && address < 0x0C18u && (address & 7u) < 4u) ||
+           (address >= 0x0D00u && address < 0x0E00u) || (address >= 0x6B00u && address < 0x6B12u) ||
+           (address >= 0x6F80u && address < 0x6FE0u);
+}
+
+static void assert_every_write_is_as_the_register_wants_it(void)
+{
+    for (uint32_t i = 0; i < rec.entries; i++) {
+        const entry_t *e = &rec.entry[i];
+        char where[48];
+        if (e->did == DID_WRITE16 || e->did == DID_WRITE32) {
+            (void)snprintf(where, sizeof where, "write %u, register 0x%04X", (unsigned)i,
+                           (unsigned)e->address);
+            TEST_ASSERT_EQUAL_MESSAGE(is_protected(e->address), e->allowed, where);
+            TEST_ASSERT_EQUAL_MESSAGE(is_wide(e->address) ? DID_WRITE32 : DID_WRITE16, e->did, where);
+        }
+    }
+}
+
+static void test_every_write_has_the_register_s_width_and_EALLOW_exactly_where_needed(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    hal_watchdog_start();
+    TEST_ASSERT_TRUE(hal_set_dead_band(450u));
+    TEST_ASSERT_TRUE(hal_set_encoder(3999u));
+    TEST_ASSERT_TRUE(hal_gates_on());
+    hal_write_compare(1u, 2u, 3u);
+    hal_gates_off();
+    hal_end_of_sample();
+    hal_end_of_trip();
+    assert_every_write_is_as_the_register_wants_it();
+}
+
+static void test_pll_follows_the_manual_step_by_step(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const struct {
+        const volatile uint16_t *reg;
+        uint32_t value;
+    } step[] = {
+        {&SYSCTRL->PLLSTS, 0x0000u},                              /* DIVSEL 0 */
+        {&SYSCTRL->PLLSTS, 0x0040u},                              /* clock-loss detector off */
+        {&SYSCTRL->PLLCR, 10u},      {&SYSCTRL->PLLSTS, 0x0000u}, /* detector on */
+        {&SYSCTRL->PLLSTS, 0x0100u},                              /* DIVSEL 2 */
+    };
+    uint32_t at = 0u;
+    for (uint32_t i = 0; i < sizeof step / sizeof step[0]; i++) {
+        uint32_t next = at;
+        while (next < rec.entries && rec.entry[next].address != recording_address(&SYSCTRL->PLLSTS) &&
+               rec.entry[next].address != recording_address(&SYSCTRL->PLLCR)) {
+            next++;
+        }
+        TEST_ASSERT_TRUE(next < rec.entries);
+        TEST_ASSERT_EQUAL_HEX32(recording_address(step[i].reg), rec.entry[next].address);
+        TEST_ASSERT_EQUAL_HEX32(step[i].value, rec.entry[next].value);
+        if (i == 3u) {
+            TEST_ASSERT_EQUAL_MESSAGE(DID_WAIT, rec.entry[next - 1u].did, "no wait for the lock");
+            ASSERT(rec.entry[next - 1u].value >= 32768u, "went on before the lock");
+        }
+        at = next + 1u;
+    }
+    TEST_ASSERT_EQUAL_UINT32(4u, recording_count(&SYSCTRL->PLLSTS));
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&SYSCTRL->PLLCR));
+}
+
+static void test_watchdog_goes_off_before_anything_else(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    TEST_ASSERT_EQUAL(DID_INTERRUPTS_OFF, rec.entry[0].did);
+    TEST_ASSERT_EQUAL(DID_WRITE16, rec.entry[1].did);
+    TEST_ASSERT_EQUAL_HEX32(0x7029u, rec.entry[1].address);
+    TEST_ASSERT_EQUAL_HEX32(0x0068u, rec.entry[1].value);
+}
+
+static void test_prescalers_and_flash_waits_are_ready_before_the_fast_clock(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const uint32_t fast = recording_find_value(0u, &SYSCTRL->PLLSTS, 0x0100u);
+    const volatile uint16_t *const before[] = {&SYSCTRL->HISPCP, &SYSCTRL->LOSPCP, &FLASH_REGS->FBANKWAIT,
+                                               &FLASH_REGS->FOTPWAIT, &FLASH_REGS->FOPT};
+    for (uint32_t i = 0; i < 5u; i++) {
+        TEST_ASSERT_TRUE(recording_find(0u, before[i]) < fast);
+    }
+    const uint32_t flash = recording_find(0u, &FLASH_REGS->FOPT);
+    TEST_ASSERT_EQUAL_MESSAGE(DID_WAIT, rec.entry[flash + 1u].did, "pipeline not flushed");
+    ASSERT(rec.entry[flash + 1u].value >= 8u, "pipeline not flushed");
+}
+
+static void test_modules_are_written_only_two_cycles_after_their_clock_came(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const uint32_t clocks = recording_find(0u, &SYSCTRL->PCLKCR1);
+    TEST_ASSERT_TRUE(recording_find(0u, &SYSCTRL->PCLKCR0) < clocks);
+    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[clocks + 1u].did);
+    ASSERT(rec.entry[clocks + 1u].value >= 2u, "no wait after PCLKCR");
+    for (uint32_t i = 0; i < clocks; i++) {
+        const uint32_t address = rec.entry[i].address;
+        const bool module =
+            (address >= 0x6800u && address < 0x6B80u) || (address >= 0x7100u && address < 0x7120u);
+        ASSERT(!module, "module written without clock");
+    }
+}
+
+static void test_carrier_starts_last_and_stands_until_then(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    TEST_ASSERT_EQUAL(DID_INTERRUPTS_ON, rec.entry[rec.entries - 1u].did);
+    const entry_t *last = &rec.entry[rec.entries - 2u];
+    TEST_ASSERT_EQUAL_HEX32(0x701Cu, last->address);
+    TEST_ASSERT_EQUAL_HEX32(0x000Cu, last->value);
+    const uint32_t first = recording_find(0u, &SYSCTRL->PCLKCR0);
+    TEST_ASSERT_EQUAL_HEX32(0x0008u, rec.entry[first].value);
+    TEST_ASSERT_EQUAL_UINT32(2u, recording_count(&SYSCTRL->PCLKCR0));
+    /* The unit timer of the encoder starts within its tolerance of the carrier: no wait in between. */
+    const uint32_t unit = recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x900Eu);
+    TEST_ASSERT_EQUAL_UINT32(rec.entries - 3u, unit);
+}
+
+static void test_every_leg_is_tripped_before_its_pins_are_connected(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const uint32_t mux = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX1, 0x01000555u);
+    TEST_ASSERT_TRUE(mux < rec.entries);
+    for (uint16_t n = 1u; n <= 3u; n++) {
+        const uint32_t force = recording_find_value(0u, &EPWM(n)->TZFRC, TZ_OST);
+        TEST_ASSERT_TRUE(force < mux);
+        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCTL) < force);
+        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZSEL) < force);
+        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->DBCTL) < force);
+        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCLR) == rec.entries);
+    }
+    /* The fault line is heard, and asynchronously, before a gate pin moves. */
+    const uint32_t line = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX1, 0x01000000u);
+    TEST_ASSERT_TRUE(line < mux);
+    TEST_ASSERT_TRUE(recording_find(0u, &GPIO_CONTROL(0u)->QSEL1) < line);
+    /* A pin follows its multiplexer two cycles later. */
+    const uint32_t encoder = recording_find(0u, &GPIO_CONTROL(0u)->MUX2);
+    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[encoder + 1u].did);
+    TEST_ASSERT_TRUE(rec.entry[encoder + 1u].value >= 2u);
+}
+
+static void test_forced_trip_of_start_up_does_not_interrupt(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    TEST_ASSERT_BITS(TZ_INT, 0u, EPWM(1u)->TZFLG);
+}
+
+static void test_converter_has_its_five_milliseconds(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const uint32_t power = recording_find(0u, &ADC->ADCTRL3);
+    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[power + 1u].did);
+    ASSERT(rec.entry[power + 1u].value >= 750000u, "less than 5 ms at 150 MHz");
+    ASSERT(rec.entry[power + 1u].value < 900000u, "6 ms or more");
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&ADC->ADCTRL3));
+    TEST_ASSERT_TRUE(recording_find(0u, &ADC->ADCTRL2) > power + 1u);
+}
+
+static void test_vectors_are_there_before_interrupts_are_enabled(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const uint32_t enable = recording_find(0u, &PIE->PIECTRL);
+    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE_VECTORS->vector[32], VECTOR(1u)) < enable);
+    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE_VECTORS->vector[40], VECTOR(2u)) < enable);
+    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE->group[0].IER, 1u) > enable);
+}
+
+/* ---- Start-up: refusals ---- */
+
+static void assert_refused_untouched(void)
+{
+    TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, start());
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "touched the chip");
+}
+
+static void assert_taken(void)
+{
+    recording_reset();
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+}
+
+static void test_dead_band_out_of_range_is_refused(void)
+{
+    config.dead_band_count = 299u;
+    assert_refused_untouched();
+    config.dead_band_count = 1024u;
+    assert_refused_untouched();
+    config.dead_band_count = 0u;
+    assert_refused_untouched();
+    config.dead_band_count = 300u;
+    assert_taken();
+    TEST_ASSERT_EQUAL_UINT16(300u, EPWM(3u)->DBFED);
+    config.dead_band_count = 1023u;
+    assert_taken();
+    TEST_ASSERT_EQUAL_UINT16(1023u, EPWM(2u)->DBRED);
+}
+
+static void test_encoder_count_that_is_no_multiple_of_four_is_refused(void)
+{
+    static const uint32_t bad[] = {0u, 1u, 2u, 4u, 9998u, 10000u, 0xFFFFFFFEu};
+    for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        config.encoder_count_max = bad[i];
+        assert_refused_untouched();
+    }
+    config.encoder_count_max = 3u;
+    assert_taken();
+    config.encoder_count_max = 65535u;
+    assert_taken();
+    TEST_ASSERT_EQUAL_UINT32(65535u, EQEP(1u)->QPOSMAX);
+}
+
+static void test_missing_functions_are_refused(void)
+{
+    config.on_sample = NULL;
+    assert_refused_untouched();
+    config.on_sample = on_sample;
+    config.on_trip = NULL;
+    assert_refused_untouched();
+    TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, hal_init(NULL));
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+}
+
+static void assert_left_safe_and_slow(void)
+{
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, GPIO_CONTROL(0u)->MUX1, "pins connected");
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(0u, SYSCTRL->PCLKCR1, "modules have a clock");
+    TEST_ASSERT_TRUE_MESSAGE((SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL) != PLLSTS_DIVSEL(3u), "undivided clock");
+    TEST_ASSERT_BITS_MESSAGE(PLLSTS_MCLKOFF, 0u, SYSCTRL->PLLSTS, "clock-loss detector left off");
+    TEST_ASSERT_FALSE(rec.interrupts_on);
+    TEST_ASSERT_FALSE(hal_gates_on());
+    assert_every_write_is_as_the_register_wants_it();
+}
+
+static void test_missing_clock_is_reported_before_the_pll_is_touched(void)
+{
+    rec.regs.sysctrl.PLLSTS |= PLLSTS_MCLKSTS;
+    TEST_ASSERT_EQUAL(HAL_CLOCK_MISSING, start());
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&SYSCTRL->PLLSTS));
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&SYSCTRL->PLLCR));
+    assert_left_safe_and_slow();
+}
+
+static void test_clock_lost_while_the_pll_locks_is_reported(void)
+{
+    rec.loses_clock_at_lock = true;
+    TEST_ASSERT_EQUAL(HAL_CLOCK_MISSING, start());
+    TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL);
+    assert_left_safe_and_slow();
+}
+
+static void test_pll_that_never_locks_is_given_up(void)
+{
+    rec.lock_cycles = UINT64_MAX;
+    TEST_ASSERT_EQUAL(HAL_PLL_UNLOCKED, start());
+    TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL);
+    assert_left_safe_and_slow();
+    /* While it waits the chip runs at 7.5 MHz: three lock times at least, and no more than 150 ms. */
+    TEST_ASSERT_TRUE(rec.waited >= 3u * 32768u);
+    TEST_ASSERT_TRUE(rec.waited <= 7500u * 150u);
+}
+
+static void test_pll_that_locks_at_the_last_moment_is_taken(void)
+{
+    rec.lock_cycles = 4096u * 256u;
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    recording_reset();
+    rec.lock_cycles = 4096u * 256u + 1u;
+    TEST_ASSERT_EQUAL(HAL_PLL_UNLOCKED, start());
+}
+
+static void test_leg_that_takes_no_trip_keeps_all_pins_disconnected(void)
+{
+    for (uint16_t n = 0; n < 3u; n++) {
+        recording_reset();
+        rec.trip_deaf = (uint16_t)(1u << n);
+        TEST_ASSERT_EQUAL(HAL_TRIP_FAILED, start());
+        TEST_ASSERT_EQUAL_HEX32(0u, GPIO_CONTROL(0u)->MUX1);
+        TEST_ASSERT_FALSE(rec.interrupts_on);
+        TEST_ASSERT_FALSE(hal_gates_on());
+    }
+}
+
+/* ---- Gates ---- */
+
+static void start_and_forget(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    recording_clear_log();
+}
+
+static void pull_fault_line(bool low)
+{
+    rec.regs.gpio_data[0].DAT = low ? 0xFFFFEFFFu : 0xFFFFFFFFu;
+}
+
+static uint16_t legs_tripped(void)
+{
+    return (uint16_t)((EPWM(1u)->TZFLG & TZ_OST) / TZ_OST + (EPWM(2u)->TZFLG & TZ_OST) / TZ_OST +
+                      (EPWM(3u)->TZFLG & TZ_OST) / TZ_OST);
+}
+
+static void test_gates_come_on_after_start_up_and_arm_the_trip_interrupt(void)
+{
+    start_and_forget();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    TEST_ASSERT_EQUAL_UINT16(0u, legs_tripped());
+    TEST_ASSERT_EQUAL_HEX16(0x0004u, EPWM(1u)->TZEINT);
+    TEST_ASSERT_EQUAL_HEX16(0u, EPWM(2u)->TZEINT | EPWM(3u)->TZEINT);
+    const uint32_t arm = recording_find(0u, &EPWM(1u)->TZEINT);
+    for (uint16_t n = 1u; n <= 3u; n++) {
+        ASSERT(recording_find_value(0u, &EPWM(n)->TZCLR, 0x0005u) < arm, "armed before the trip was cleared");
+    }
+    TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
+}
+
+static void test_gates_that_are_on_are_left_alone(void)
+{
+    start_and_forget();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    recording_clear_log();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+}
+
+static void test_gates_stay_off_while_the_fault_line_is_low(void)
+{
+    start_and_forget();
+    pull_fault_line(true);
+    TEST_ASSERT_FALSE(hal_gates_on());
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+    TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
+    pull_fault_line(false);
+    TEST_ASSERT_TRUE(hal_gates_on());
+}
+
+static void test_only_pin_12_is_the_fault_line(void)
+{
+    start_and_forget();
+    rec.regs.gpio_data[0].DAT = 0x00001000u;
+    TEST_ASSERT_TRUE(hal_gates_on());
+}
+
+static void test_trip_that_comes_back_at_once_shuts_all_legs(void)
+{
+    for (uint16_t n = 0; n < 3u; n++) {
+        recording_reset();
+        start_and_forget();
+        rec.trip_again = (uint16_t)(1u << n);
+        TEST_ASSERT_FALSE(hal_gates_on());
+        TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
+        TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZEINT);
+    }
+}
+
+static void test_gates_stay_off_when_a_safety_register_has_changed(void)
+{
+    for (uint16_t leg = 0; leg < 3u; leg++) {
+        for (uint32_t kind = 0; kind < 5u; kind++) {
+            recording_reset();
+            start_and_forget();
+            epwm_regs_t *regs = &rec.regs.epwm[leg];
+            uint16_t *const changed[] = {&regs->DBCTL, &regs->DBRED, &regs->DBFED, &regs->TZSEL,
+                                         &regs->TZCTL};
+            *changed[kind] = kind == 1u || kind == 2u ? 299u : 0u;
+            TEST_ASSERT_FALSE(hal_gates_on());
+            TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+        }
+    }
+}
+
+static void test_gates_come_on_with_the_shortest_and_the_longest_dead_band(void)
+{
+    start_and_forget();
+    TEST_ASSERT_TRUE(hal_set_dead_band(300u));
+    TEST_ASSERT_TRUE(hal_gates_on());
+    hal_gates_off();
+    TEST_ASSERT_TRUE(hal_set_dead_band(1023u));
+    TEST_ASSERT_TRUE(hal_gates_on());
+}
+
+static void test_gates_are_refused_before_start_up(void)
+{
+    TEST_ASSERT_FALSE(hal_gates_on());
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+}
+
+static void test_gates_off_trips_all_legs_without_interrupt(void)
+{
+    start_and_forget();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    recording_clear_log();
+    hal_gates_off();
+    TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip interrupts");
+    TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
+    TEST_ASSERT_TRUE(hal_gates_on());
+}
+
+static void test_gates_come_on_again_after_a_hardware_trip_has_gone(void)
+{
+    start_and_forget();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    for (uint32_t n = 0; n < 3u; n++) {
+        rec.regs.epwm[n].TZFLG = n == 0u ? TZ_OST | TZ_INT : TZ_OST;
+    }
+    pull_fault_line(true);
+    TEST_ASSERT_FALSE(hal_gates_on());
+    pull_fault_line(false);
+    TEST_ASSERT_TRUE(hal_gates_on());
+    TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
+}
+
+static void test_compare_values_reach_their_legs_and_end_at_full_duty(void)
+{
+    start_and_forget();
+    hal_write_compare(300u, 3750u, 7200u);
+    TEST_ASSERT_EQUAL_UINT16(300u, EPWM(1u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(3750u, EPWM(2u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(7200u, EPWM(3u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT32(3u, rec.entries);
+    hal_write_compare(0u, 7500u, 7501u);
+    TEST_ASSERT_EQUAL_UINT16(0u, EPWM(1u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(2u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(3u)->CMPA);
+    hal_write_compare(65535u, 7501u, 1u);
+    TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(1u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(2u)->CMPA);
+    TEST_ASSERT_EQUAL_UINT16(1u, EPWM(3u)->CMPA);
+}
+
+static void test_dead_band_changes_within_its_limits_only(void)
+{
+    static const struct {
+        uint16_t count;
+        bool taken;
+    } trial[] = {{299u, false},  {300u, true},    {450u, true}, {1023u, true},
+                 {1024u, false}, {65535u, false}, {0u, false}};
+    start_and_forget();
+    for (uint32_t i = 0; i < sizeof trial / sizeof trial[0]; i++) {
+        recording_clear_log();
+        TEST_ASSERT_EQUAL(trial[i].taken, hal_set_dead_band(trial[i].count));
+        TEST_ASSERT_EQUAL_UINT32(trial[i].taken ? 6u : 0u, rec.entries);
+        for (uint16_t n = 1u; n <= 3u && trial[i].taken; n++) {
+            TEST_ASSERT_EQUAL_UINT16(trial[i].count, EPWM(n)->DBRED);
+            TEST_ASSERT_EQUAL_UINT16(trial[i].count, EPWM(n)->DBFED);
+        }
+    }
+}
+
+static void test_dead_band_and_encoder_stay_unless_every_leg_is_tripped(void)
+{
+    for (uint32_t n = 0; n < 4u; n++) { /* leg n alone on; n = 3: all on */
+        recording_reset();
+        start_and_forget();
+        for (uint32_t leg = 0; leg < 3u; leg++) {
+            rec.regs.epwm[leg].TZFLG = n == leg || n == 3u ? 0u : TZ_OST;
+        }
+        TEST_ASSERT_FALSE(hal_set_dead_band(400u));
+        TEST_ASSERT_FALSE(hal_set_encoder(3999u));
+        TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+    }
+}
+
+/* ---- Sample ---- */
+
+static uint32_t carrier_start; /* hal_time() at t_0 */
+
+/* The chip `ticks` after t_0: time, carrier and unit timer as the hardware would show them. */
+static void at(uint32_t ticks)
+{
+    const uint32_t phase = ticks % PERIOD;
+    rec.regs.cpu_timer[0].TIM = UINT32_MAX - (carrier_start + ticks);
+    rec.regs.epwm[0].TBSTS = phase < PERIOD / 2u ? TBSTS_CTRDIR : 0u;
+    rec.regs.epwm[0].TBCTR = (uint16_t)(phase < PERIOD / 2u ? phase : PERIOD - phase);
+    rec.regs.eqep[0].QUTMR = phase;
+}
+
+static void start_carrier(void)
+{
+    start_and_forget();
+    carrier_start = hal_time();
+    at(0u);
+}
+
+static hal_samples_t sample_at(uint32_t ticks)
+{
+    hal_samples_t samples;
+    memset(&samples, 0x5A, sizeof samples);
+    at(ticks);
+    hal_read(&samples);
+    return samples;
+}
+
+static void test_sample_drops_the_first_pair_and_reads_the_right_justified_results(void)
+{
+    start_carrier();
+    for (uint16_t n = 0; n < 16u; n++) {
+        rec.regs.adc_mirror.ADCRESULT[n] = (uint16_t)(100u + n);
+        rec.regs.adc.ADCRESULT[n] = (uint16_t)((100u + n) << 4);
+    }
+    rec.regs.eqep[0].QPOSLAT = 0x12345u;
+    rec.regs.eqep[0].QPOSCNT = 0x12399u;
+    const hal_samples_t samples = sample_at(PERIOD + 100u);
+    TEST_ASSERT_EQUAL_UINT16(102u, samples.current_a);         /* A0, second time */
+    TEST_ASSERT_EQUAL_UINT16(103u, samples.current_b);         /* B0 */
+    TEST_ASSERT_EQUAL_UINT16(104u, samples.dc_link);           /* A1 */
+    TEST_ASSERT_EQUAL_UINT16(105u, samples.sink_temperature);  /* B1 */
+    TEST_ASSERT_EQUAL_UINT16(106u, samples.motor_temperature); /* A2 */
+    TEST_ASSERT_EQUAL_HEX32(0x12345u, samples.encoder);
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_TRIPPED, samples.flags);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
+}
+
+static void test_flags_tell_trip_and_fault_line_apart(void)
+{
+    start_carrier();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    TEST_ASSERT_EQUAL_HEX16(0u, sample_at(PERIOD + 100u).flags);
+    pull_fault_line(true);
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_FAULT_PIN, sample_at(2u * PERIOD + 100u).flags);
+    pull_fault_line(false);
+    for (uint32_t n = 0; n < 3u; n++) {
+        rec.regs.epwm[n].TZFLG = TZ_OST;
+        TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_TRIPPED, sample_at((3u + n) * PERIOD + 100u).flags);
+        rec.regs.epwm[n].TZFLG = TZ_CBC | TZ_INT;
+    }
+    TEST_ASSERT_EQUAL_HEX16(0u, sample_at(6u * PERIOD + 100u).flags);
+}
+
+static void test_phase_error_of_the_encoder_is_told_once(void)
+{
+    start_carrier();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    rec.regs.eqep[0].QFLG = QEP_PHE | QEP_UTO;
+    recording_clear_log();
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_ENCODER, sample_at(PERIOD + 100u).flags);
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(QEP_UTO, EQEP(1u)->QFLG, "cleared more than the error");
+    TEST_ASSERT_EQUAL_HEX16(0u, sample_at(2u * PERIOD + 100u).flags);
+}
+
+/* ---- Late: t_k is found again and is one period after the last ---- */
+
+static uint16_t late_at(uint32_t ticks)
+{
+    return sample_at(ticks).flags & HAL_FLAG_LATE;
+}
+
+static void test_samples_anywhere_in_their_period_are_in_time(void)
+{
+    static const uint32_t phase[] = {90u, 5000u, 7499u, 7500u, 7501u, 14000u, 14912u, 90u, 1u, 0u};
+    start_carrier();
+    for (uint32_t k = 0; k < sizeof phase / sizeof phase[0]; k++) {
+        TEST_ASSERT_EQUAL_HEX16(0u, late_at((k + 1u) * PERIOD + phase[k]));
+    }
+}
+
+static void test_sample_after_the_next_conversion_began_is_late(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD - 87u - 1u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD - 87u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(4u * PERIOD - 1u));
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
+}
+
+static void test_sample_in_the_next_period_is_late(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u)); /* meant for period 2 */
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(7u * PERIOD + 100u));
+}
+
+static void test_second_sample_of_the_same_period_is_late(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(PERIOD + 2000u));
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD + 100u));
+}
+
+static void test_first_sample_is_in_time_when_the_first_period_is(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 80u));
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(2u * PERIOD + 80u));
+}
+
+static void test_interrupt_that_ends_after_the_next_conversion_began_makes_the_next_sample_late(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+    at(2u * PERIOD - 87u - 1u);
+    hal_end_of_sample();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD + 100u));
+    at(3u * PERIOD - 87u);
+    hal_end_of_sample();
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u));
+    at(3u * PERIOD + 3000u);
+    hal_end_of_sample();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
+}
+
+static void test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too(void)
+{
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+    at(2u * PERIOD + 1000u);
+    hal_end_of_sample();
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
+}
+
+static void test_lateness_survives_the_wrap_of_the_clock(void)
+{
+    start_carrier();
+    carrier_start = UINT32_MAX - 5u * PERIOD / 2u;
+    rec.regs.cpu_timer[1].PRD = carrier_start;
+    for (uint32_t k = 1u; k < 6u; k++) {
+        TEST_ASSERT_EQUAL_HEX16(0u, late_at(k * PERIOD + 100u));
+        at(k * PERIOD + 2000u);
+        hal_end_of_sample();
+    }
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(7u * PERIOD + 100u));
+}
+
+static void test_end_of_sample_rearms_sequencer_flag_and_group_in_this_order(void)
+{
+    start_carrier();
+    (void)sample_at(PERIOD + 100u);
+    recording_clear_log();
+    rec.regs.adc.ADCTRL2 = 0xFFFFu; /* nothing that was read comes back */
+    hal_end_of_sample();
+    TEST_ASSERT_EQUAL_UINT32(3u, rec.entries);
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_find_value(0u, &ADC->ADCTRL2, 0x4900u));
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_find_value(0u, &ADC->ADCST, 0x0010u));
+    TEST_ASSERT_EQUAL_UINT32(2u, recording_find_value(0u, &PIE->PIEACK, 0x0001u));
+}
+
+static void test_end_of_trip_acknowledges_its_group_and_leaves_the_trip(void)
+{
+    start_carrier();
+    recording_clear_log();
+    rec.regs.pie.PIEACK = 0x0FFFu;
+    hal_end_of_trip();
+    TEST_ASSERT_EQUAL_UINT32(1u, rec.entries);
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_find_value(0u, &PIE->PIEACK, 0x0002u));
+    TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
+}
+
+/* ---- Encoder ---- */
+
+static uint32_t unit_timer_after(int32_t ahead)
+{
+    start_carrier();
+    at(PERIOD + 100u);
+    rec.regs.eqep[0].QUTMR = (uint32_t)(100 + ahead);
+    hal_samples_t samples;
+    hal_read(&samples);
+    TEST_ASSERT_EQUAL_HEX16(0u, samples.flags & HAL_FLAG_LATE);
+    return EQEP(1u)->QUTMR;
+}
+
+static void test_unit_timer_is_put_in_step_when_out_by_more_than_its_tolerance(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(100u, unit_timer_after(0));
+    TEST_ASSERT_EQUAL_UINT32(115u, unit_timer_after(15));
+    TEST_ASSERT_EQUAL_UINT32(100u, unit_timer_after(16));
+    TEST_ASSERT_EQUAL_UINT32(85u, unit_timer_after(-15));
+    TEST_ASSERT_EQUAL_UINT32(100u, unit_timer_after(-16));
+    TEST_ASSERT_EQUAL_UINT32(100u, unit_timer_after(7000));
+    TEST_ASSERT_EQUAL_UINT32(100u, unit_timer_after(14800));
+}
+
+static void test_unit_timer_is_left_alone_by_a_late_sample(void)
+{
+    start_carrier();
+    at(3u * PERIOD + 100u);
+    rec.regs.eqep[0].QUTMR = 9000u;
+    hal_samples_t samples;
+    hal_read(&samples);
+    TEST_ASSERT_EQUAL_UINT32(9000u, EQEP(1u)->QUTMR);
+}
+
+static void test_new_encoder_restarts_the_position_and_the_same_one_does_not(void)
+{
+    start_carrier();
+    recording_clear_log();
+    TEST_ASSERT_TRUE(hal_set_encoder(COUNT_MAX));
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+    rec.regs.eqep[0].QPOSINIT = 77u;
+    TEST_ASSERT_TRUE(hal_set_encoder(4095u));
+    TEST_ASSERT_EQUAL_UINT32(4095u, EQEP(1u)->QPOSMAX);
+    TEST_ASSERT_EQUAL_UINT32(0u, EQEP(1u)->QPOSINIT);
+    const uint32_t initialise = recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x908Eu);
+    TEST_ASSERT_EQUAL_UINT32(rec.entries - 1u, initialise);
+    TEST_ASSERT_FALSE(hal_set_encoder(4096u));
+    TEST_ASSERT_EQUAL_UINT32(4095u, EQEP(1u)->QPOSMAX);
+}
+
+/* ---- Time, watchdog, interrupt mask ---- */
+
+static void test_time_counts_up_at_150_MHz(void)
+{
+    recording_soil();
+    start_and_forget();
+    TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, CPU_TIMER(0u)->PRD);
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(0u, CPU_TIMER(0u)->TPR | CPU_TIMER(0u)->TPRH, "prescaled");
+    TEST_ASSERT_BITS(TCR_TSS | TCR_TIE, 0u, CPU_TIMER(0u)->TCR);
+    TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR, "timer 1 holds a value and must stand");
+    const uint32_t before = hal_time();
+    recording_pass(12345u);
+    TEST_ASSERT_EQUAL_UINT32(12345u, hal_time() - before);
+    rec.regs.cpu_timer[0].TIM = 0u;
+    TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, hal_time());
+    rec.regs.cpu_timer[0].TIM = UINT32_MAX;
+    TEST_ASSERT_EQUAL_HEX32(0u, hal_time());
+}
+
+static void test_time_runs_before_anything_waits(void)
+{
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    uint32_t first_wait = 0u;
+    while (rec.entry[first_wait].did != DID_WAIT) {
+        first_wait++;
+    }
+    TEST_ASSERT_TRUE(recording_find_value(0u, &CPU_TIMER(0u)->TCR, TCR_TRB) < first_wait);
+}
+
+static void test_watchdog_is_fed_by_its_two_keys_in_order(void)
+{
+    start_and_forget();
+    hal_watchdog_feed();
+    TEST_ASSERT_EQUAL_UINT32(2u, rec.entries);
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_find_value(0u, &SYSCTRL->WDKEY, 0x55u));
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_find_value(0u, &SYSCTRL->WDKEY, 0xAAu));
+    assert_every_write_is_as_the_register_wants_it();
+}
+
+static void test_watchdog_starts_from_zero_at_279_ms(void)
+{
+    start_and_forget();
+    hal_watchdog_start();
+    TEST_ASSERT_EQUAL_UINT32(3u, rec.entries);
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_find_value(0u, &SYSCTRL->WDKEY, 0xAAu));
+    TEST_ASSERT_EQUAL_UINT32(2u, recording_find_value(0u, &SYSCTRL->WDCR, 0x002Fu));
+}
+
+static void test_background_can_bracket_the_interrupt(void)
+{
+    start_and_forget();
+    hal_interrupts_off();
+    TEST_ASSERT_FALSE(rec.interrupts_on);
+    hal_interrupts_on();
+    TEST_ASSERT_TRUE(rec.interrupts_on);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_registers_are_reached_at_the_manual_s_addresses);
+    RUN_TEST(test_start_up_leaves_clock_and_flash_at_150_MHz);
+    RUN_TEST(test_start_up_sets_each_leg_to_the_manual_s_words);
+    RUN_TEST(test_start_up_sets_the_converter_to_four_pairs);
+    RUN_TEST(test_currents_are_held_at_counter_zero);
+    RUN_TEST(test_start_up_connects_gates_fault_line_and_encoder);
+    RUN_TEST(test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_the_carrier);
+    RUN_TEST(test_vectors_lead_to_the_application_and_all_others_shut_the_gates);
+    RUN_TEST(test_only_the_two_interrupts_are_enabled);
+    RUN_TEST(test_every_write_has_the_register_s_width_and_EALLOW_exactly_where_needed);
+    RUN_TEST(test_pll_follows_the_manual_step_by_step);
+    RUN_TEST(test_watchdog_goes_off_before_anything_else);
+    RUN_TEST(test_prescalers_and_flash_waits_are_ready_before_the_fast_clock);
+    RUN_TEST(test_modules_are_written_only_two_cycles_after_their_clock_came);
+    RUN_TEST(test_carrier_starts_last_and_stands_until_then);
+    RUN_TEST(test_every_leg_is_tripped_before_its_pins_are_connected);
+    RUN_TEST(test_forced_trip_of_start_up_does_not_interrupt);
+    RUN_TEST(test_converter_has_its_five_milliseconds);
+    RUN_TEST(test_vectors_are_there_before_interrupts_are_enabled);
+    RUN_TEST(test_dead_band_out_of_range_is_refused);
+    RUN_TEST(test_encoder_count_that_is_no_multiple_of_four_is_refused);
+    RUN_TEST(test_missing_functions_are_refused);
+    RUN_TEST(test_missing_clock_is_reported_before_the_pll_is_touched);
+    RUN_TEST(test_clock_lost_while_the_pll_locks_is_reported);
+    RUN_TEST(test_pll_that_never_locks_is_given_up);
+    RUN_TEST(test_pll_that_locks_at_the_last_moment_is_taken);
+    RUN_TEST(test_leg_that_takes_no_trip_keeps_all_pins_disconnected);
+    RUN_TEST(test_gates_come_on_after_start_up_and_arm_the_trip_interrupt);
+    RUN_TEST(test_gates_that_are_on_are_left_alone);
+    RUN_TEST(test_gates_stay_off_while_the_fault_line_is_low);
+    RUN_TEST(test_only_pin_12_is_the_fault_line);
+    RUN_TEST(test_trip_that_comes_back_at_once_shuts_all_legs);
+    RUN_TEST(test_gates_stay_off_when_a_safety_register_has_changed);
+    RUN_TEST(test_gates_come_on_with_the_shortest_and_the_longest_dead_band);
+    RUN_TEST(test_gates_are_refused_before_start_up);
+    RUN_TEST(test_gates_off_trips_all_legs_without_interrupt);
+    RUN_TEST(test_gates_come_on_again_after_a_hardware_trip_has_gone);
+    RUN_TEST(test_compare_values_reach_their_legs_and_end_at_full_duty);
+    RUN_TEST(test_dead_band_changes_within_its_limits_only);
+    RUN_TEST(test_dead_band_and_encoder_stay_unless_every_leg_is_tripped);
+    RUN_TEST(test_sample_drops_the_first_pair_and_reads_the_right_justified_results);
+    RUN_TEST(test_flags_tell_trip_and_fault_line_apart);
+    RUN_TEST(test_phase_error_of_the_encoder_is_told_once);
+    RUN_TEST(test_samples_anywhere_in_their_period_are_in_time);
+    RUN_TEST(test_sample_after_the_next_conversion_began_is_late);
+    RUN_TEST(test_sample_in_the_next_period_is_late);
+    RUN_TEST(test_second_sample_of_the_same_period_is_late);
+    RUN_TEST(test_first_sample_is_in_time_when_the_first_period_is);
+    RUN_TEST(test_interrupt_that_ends_after_the_next_conversion_began_makes_the_next_sample_late);
+    RUN_TEST(test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too);
+    RUN_TEST(test_lateness_survives_the_wrap_of_the_clock);
+    RUN_TEST(test_end_of_sample_rearms_sequencer_flag_and_group_in_this_order);
+    RUN_TEST(test_end_of_trip_acknowledges_its_group_and_leaves_the_trip);
+    RUN_TEST(test_unit_timer_is_put_in_step_when_out_by_more_than_its_tolerance);
+    RUN_TEST(test_unit_timer_is_left_alone_by_a_late_sample);
+    RUN_TEST(test_new_encoder_restarts_the_position_and_the_same_one_does_not);
+    RUN_TEST(test_time_counts_up_at_150_MHz);
+    RUN_TEST(test_time_runs_before_anything_waits);
+    RUN_TEST(test_watchdog_is_fed_by_its_two_keys_in_order);
+    RUN_TEST(test_watchdog_starts_from_zero_at_279_ms);
+    RUN_TEST(test_background_can_bracket_the_interrupt);
+    return UNITY_END();
+}

@@ -1,4 +1,5 @@
-/* `lagless bench`: how much faster than real time the whole ring runs, and what the interrupt costs on this machine. */
+/* `lagless bench`: how much faster than real time the whole ring runs, and what the interrupt costs on this
+ * machine. */
 #include <argp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -93,18 +94,13 @@ static double times_realtime(bool averaged, double seconds)
 
 static double interrupt_ns(void)
 {
-    const int calls = 200000;
     double values[RUNS];
     rig_t *rig = running_rig(true);
     if (rig == NULL) {
         return 0.0;
     }
     for (int n = 0; n < RUNS; n++) {
-        const double start = now();
-        for (int call = 0; call < calls; call++) {
-            rig_interrupt(rig);
-        }
-        values[n] = 1e9 * (now() - start) / calls;
+        values[n] = 1e9 * rig_interrupt_seconds(rig, 50000u);
     }
     rig_free(rig);
     return median(values);
@@ -117,8 +113,9 @@ int command_bench(int argc, char **argv)
         {"seconds", 's', "S", 0, "simulated time of each run (default 2)", 0},
         {0},
     };
-    static const struct argp argp = {rows, parse, NULL, "Speed of the ring and cost of the interrupt, median of 5 runs.",
-                                     NULL, NULL, NULL};
+    static const struct argp argp = {
+        rows, parse, NULL, "Speed of the ring and cost of the interrupt, median of 5 runs.",
+        NULL, NULL,  NULL};
     options_t options = {false, 2.0};
     if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
         return EXIT_USAGE;
@@ -128,11 +125,11 @@ int command_bench(int argc, char **argv)
     const double averaged = times_realtime(true, options.seconds);
     const double isr_ns = interrupt_ns();
     if (options.json) {
-        printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f}\n", switched, averaged,
-               isr_ns);
+        printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f}\n", switched,
+               averaged, isr_ns);
     } else {
-        printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM, RUNS,
-               options.seconds);
+        printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM,
+               RUNS, options.seconds);
         printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched, 1e5 / switched);
         printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged, 1e5 / averaged);
         printf("  interrupt  %7.0f ns\n", isr_ns);

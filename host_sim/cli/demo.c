@@ -1,4 +1,5 @@
-/* `lagless demo`: the drive in commissioning mode (encoder) through speed steps and a load step on the switched plant. */
+/* `lagless demo`: the drive in commissioning mode (encoder) through speed steps and a load step on the
+ * switched plant. */
 #include <argp.h>
 #include <math.h>
 #include <stdio.h>
@@ -35,18 +36,34 @@ typedef struct {
 } result_t;
 
 /* Rows of the tap, in this order. */
-static const char *const tapped[] = {"omega_m_ref", "true_omega_m", "i_d_ref",   "true_i_d", "i_q_ref", "true_i_q", "true_i_a",
-                                     "true_i_b",    "true_i_c",     "theta_err", "true_torque", "duty_a",  "duty_b",   "duty_c"};
+static const char *const tapped[] = {"omega_m_ref", "true_omega_m", "i_d_ref",  "true_i_d", "i_q_ref",
+                                     "true_i_q",    "true_i_a",     "true_i_b", "true_i_c", "theta_err",
+                                     "true_torque", "duty_a",       "duty_b",   "duty_c"};
 #define TAPPED (sizeof tapped / sizeof tapped[0])
-enum { OMEGA_REF, OMEGA, I_D_REF, I_D, I_Q_REF, I_Q, I_A, I_B, I_C, THETA_ERR, TORQUE, DUTY_A, DUTY_B, DUTY_C };
+enum {
+    OMEGA_REF,
+    OMEGA,
+    I_D_REF,
+    I_D,
+    I_Q_REF,
+    I_Q,
+    I_A,
+    I_B,
+    I_C,
+    THETA_ERR,
+    TORQUE,
+    DUTY_A,
+    DUTY_B,
+    DUTY_C
+};
 
 typedef struct {
     FILE *csv;
-    uint32_t first;         /* [periods] of the recording */
-    uint32_t begin, end;    /* [periods] of the segment */
+    uint32_t first;      /* [periods] of the recording */
+    uint32_t begin, end; /* [periods] of the segment */
     const segment_t *segment;
     result_t result;
-    double last_unsettled;  /* [s] in the segment */
+    double last_unsettled; /* [s] in the segment */
     double speed_sum, theta_sum, theta_squares;
     uint32_t window_count, count;
 } watch_t;
@@ -79,9 +96,10 @@ static void watch(void *context, uint32_t period, const uint32_t *slots, uint32_
 
     if (w->csv != NULL && (period - w->first) % DECIMATION == 0u) {
         fprintf(w->csv, "%.4f,%.6g,%.6g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g\n",
-                (period - w->first) * RIG_PERIOD_SECONDS, (double)value[OMEGA_REF] / RPM, rpm, (double)value[I_D_REF],
-                (double)value[I_D], (double)value[I_Q_REF], (double)value[I_Q], (double)value[I_A], theta_mrad,
-                (double)value[TORQUE], (double)value[DUTY_A], (double)value[DUTY_B], (double)value[DUTY_C]);
+                (period - w->first) * RIG_PERIOD_SECONDS, (double)value[OMEGA_REF] / RPM, rpm,
+                (double)value[I_D_REF], (double)value[I_D], (double)value[I_Q_REF], (double)value[I_Q],
+                (double)value[I_A], theta_mrad, (double)value[TORQUE], (double)value[DUTY_A],
+                (double)value[DUTY_B], (double)value[DUTY_C]);
     }
 }
 
@@ -149,8 +167,8 @@ static void print_json(const result_t results[SEGMENTS])
 {
     printf("{\"segments\": [");
     for (size_t n = 0; n < SEGMENTS; n++) {
-        printf("%s{\"reference_rpm\": %g, \"load_nm\": %g, \"settled_rpm\": %.3f, \"settle_s\": ", n == 0 ? "" : ", ",
-               profile[n].rpm, profile[n].load, results[n].settled_rpm);
+        printf("%s{\"reference_rpm\": %g, \"load_nm\": %g, \"settled_rpm\": %.3f, \"settle_s\": ",
+               n == 0 ? "" : ", ", profile[n].rpm, profile[n].load, results[n].settled_rpm);
         print_number(results[n].settle_s);
         printf(", \"i_d_peak_a\": %.3f, \"i_peak_a\": %.3f, \"theta_sd_mrad\": %.3f}", results[n].i_d_peak,
                results[n].i_peak, results[n].theta_sd_mrad);
@@ -160,7 +178,8 @@ static void print_json(const result_t results[SEGMENTS])
 
 static void print_table(const result_t results[SEGMENTS])
 {
-    printf("encoder mode, switched inverter, paper's motor on its rig (J 0.0636 kg m^2, friction 1.32 N m)\n\n");
+    printf(
+        "encoder mode, switched inverter, paper's motor on its rig (J 0.0636 kg m^2, friction 1.32 N m)\n\n");
     printf("reference   load   settled    within    |i_d| after  largest phase  angle\n");
     printf("[r/min]    [N m]   [r/min]    1 r/min   5 ms [A]     current [A]    SD [mrad]\n");
     for (size_t n = 0; n < SEGMENTS; n++) {

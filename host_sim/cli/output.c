@@ -16,7 +16,8 @@ static bool make_folder(const char *path)
     if (errno == EEXIST && stat(path, &found) == 0 && S_ISDIR(found.st_mode)) {
         return true;
     }
-    fprintf(stderr, "lagless: cannot make folder %s: %s\n", path, strerror(errno == EEXIST ? ENOTDIR : errno));
+    fprintf(stderr, "lagless: cannot make folder %s: %s\n", path,
+            strerror(errno == EEXIST ? ENOTDIR : errno));
     return false;
 }
 
@@ -92,7 +93,8 @@ bool output_picture(const char *script, const char *csv, const char *png, const 
         fprintf(stderr, "lagless: cannot run Python (%s): %s\n", python, strerror(errno));
         _exit(127);
     }
-    const bool drawn = child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    const bool drawn =
+        child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
     if (!drawn) {
         fprintf(stderr, "lagless: no picture was drawn; the data are in %s\n", csv);
     }

@@ -5,9 +5,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "drive/reasons.h"
 #include "drive/signals.h"
+#include "hal/f28335/bus.h"
 #include "host_sim/rig/rig_state.h"
 
 #define PERIOD_TICKS     UINT64_C(15000)
@@ -37,6 +39,8 @@ struct rig {
     uint32_t tap_every;
     rig_sink_t tap_sink;
     void *tap_context;
+    rig_edge_sink_t edge_sink;
+    void *edge_context;
     place_t stop_place;
     rig_compare_t stop_compare;
     double stop_value;
@@ -54,22 +58,36 @@ rig_state_t *rig_state(rig_t *rig)
 
 /* ---- the world around the chip's pins ---- */
 
+static void tell_edge(rig_t *rig, uint64_t tick, rig_edge_t what, uint32_t value)
+{
+    if (rig->edge_sink != NULL) {
+        rig->edge_sink(rig->edge_context, tick, what, value);
+    }
+}
+
 /* The power module's fault output reaches the trip pin without software and without delay. */
 static void follow_fault_line(rig_t *rig)
 {
-    chip_set_pin(&rig->state.chip, TRIP_PIN, !plant_fault_line(&rig->state.plant));
+    const uint32_t active = plant_fault_line(&rig->state.plant);
+    if (active != rig->state.fault_line) {
+        rig->state.fault_line = active;
+        chip_set_pin(&rig->state.chip, TRIP_PIN, active == 0u);
+        tell_edge(rig, chip_now(&rig->state.chip), RIG_EDGE_TRIP, active);
+    }
 }
 
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {
     static const plant_channel_t pins[16] = {
-        [0] = PLANT_CURRENT_A, [8] = PLANT_CURRENT_B, [1] = PLANT_DC_LINK, [9] = PLANT_SINK, [2] = PLANT_MOTOR,
+        [0] = PLANT_CURRENT_A, [8] = PLANT_CURRENT_B, [1] = PLANT_DC_LINK,
+        [9] = PLANT_SINK,      [2] = PLANT_MOTOR,
     };
     rig_t *rig = context;
     if (channel != 0u && pins[channel & 15u] == PLANT_CURRENT_A) {
         return 0.0; /* not wired */
     }
-    /* Slow quantities are taken at the plant's present instant: a fraction of a microsecond is nothing to them. */
+    /* Slow quantities are taken at the plant's present instant: a fraction of a microsecond is nothing to
+     * them. */
     if (channel == 0u || channel == 8u) {
         plant_advance(&rig->state.plant, tick);
     }
@@ -79,7 +97,9 @@ static double on_analog(void *context, uint64_t tick, uint32_t channel)
 static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
 {
     rig_t *rig = context;
-    /* The board inverts twice (opto, module input): pin high = IGBT on; its pull-downs hold an undriven pin low. */
+    /* The board inverts twice (opto, module input): pin high = IGBT on; its pull-downs hold an undriven pin
+     * low. */
+    tell_edge(rig, tick, RIG_EDGE_GATES, level & driven);
     plant_gates(&rig->state.plant, tick, level & driven);
     follow_fault_line(rig);
 }
@@ -95,7 +115,7 @@ static int64_t on_encoder(void *context, uint64_t tick)
 {
     rig_t *rig = context;
     plant_advance(&rig->state.plant, tick);
-    return plant_encoder(&rig->state.plant);
+    return plant_encoder(&rig->state.plant) - rig->state.encoder_moved;
 }
 
 /* ---- life ---- */
@@ -123,7 +143,10 @@ rig_t *rig_create(uint64_t seed)
     chip_power_on(&state->chip);
     rig_bind(rig);
     app_start();
-    state->start = chip_next_zero(&state->chip);
+    /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
+     * come up has no carrier, and time goes on all the same. */
+    const uint64_t zero = chip_carrier_tick(&state->chip);
+    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + PERIOD_TICKS;
     chip_run(state->start);
     return rig;
 }
@@ -157,7 +180,7 @@ static void take_truth(rig_t *rig)
         .true_u_dc = (float)now.dc_voltage,
         .theta_err = 0.0f,
         .shoot_throughs = (float)now.shoot_throughs,
-        .chip_reports = (float)chip_reports(&state->chip),
+        .chip_reports = (float)chip_report_total(&state->chip),
     };
 }
 
@@ -166,6 +189,19 @@ void rig_stop_at(rig_t *rig, uint32_t period)
     (void)rig;
     (void)period;
     __asm__ volatile(""); /* keeps the call, and with it the place to break on */
+}
+
+/* The interrupt of this period, if there was one, and the conversion that will lead to the next. */
+static void tell_interrupt(rig_t *rig, uint64_t begin)
+{
+    const uint64_t entered = chip_sample_tick(&rig->state.chip);
+    const uint64_t started = chip_adc_start_tick(&rig->state.chip);
+    if (entered != CHIP_NEVER && entered >= begin) {
+        tell_edge(rig, entered, RIG_EDGE_INTERRUPT, 1u);
+    }
+    if (started != CHIP_NEVER && started >= begin) {
+        tell_edge(rig, started, RIG_EDGE_ADC_START, 1u);
+    }
 }
 
 void rig_step(rig_t *rig)
@@ -179,7 +215,11 @@ void rig_step(rig_t *rig)
     plant_advance(&state->plant, begin);
     take_truth(rig);
     chip_run(begin + PERIOD_TICKS);
-    state->truth.theta_err = wrapped((double)state->app.drive.position.theta_e - (double)state->truth.true_theta_e);
+    if (rig->edge_sink != NULL) {
+        tell_interrupt(rig, begin);
+    }
+    state->truth.theta_err =
+        wrapped((double)state->app.drive.position.theta_e - (double)state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
         app_background();
     }
@@ -231,15 +271,61 @@ uint32_t rig_period(const rig_t *rig)
     return rig->state.period;
 }
 
-void rig_interrupt(rig_t *rig)
+/* ---- the cost of the interrupt ---- */
+
+static __thread double timed_seconds; /* of the interrupts that this thread has timed */
+
+static double clock_seconds(void)
 {
-    rig_bind(rig);
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static void timed_interrupt(void)
+{
+    const double start = clock_seconds();
     app_interrupt();
+    timed_seconds += clock_seconds() - start;
+}
+
+static void point_interrupt_to(bus_isr_t isr)
+{
+    bus_allow();
+    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(isr));
+    bus_protect();
+}
+
+double rig_interrupt_seconds(rig_t *rig, uint32_t periods)
+{
+    /* What two readings of the clock cost by themselves. */
+    const uint32_t pairs = 10000u;
+    double empty = 0.0;
+    for (uint32_t n = 0; n < pairs; n++) {
+        const double start = clock_seconds();
+        empty += clock_seconds() - start;
+    }
+    rig_bind(rig);
+    point_interrupt_to(timed_interrupt);
+    timed_seconds = 0.0;
+    rig_run(rig, periods);
+    rig_bind(rig);
+    point_interrupt_to(app_interrupt);
+    return timed_seconds / periods - empty / pairs;
 }
 
 void rig_set_motion(rig_t *rig, double theta_m, double omega_m)
 {
-    plant_set_motion(&rig->state.plant, theta_m, omega_m);
+    rig_state_t *state = &rig->state;
+    const int64_t before = plant_encoder(&state->plant);
+    plant_set_motion(&state->plant, theta_m, omega_m);
+    const int64_t count = plant_encoder(&state->plant);
+    state->encoder_moved += count - before;
+
+    rig_bind(rig);
+    const int64_t turn = (int64_t)EQEP(1)->QPOSMAX + 1;
+    const int64_t within = count % turn;
+    bus_write32(&EQEP(1)->QPOSCNT, (uint32_t)(within < 0 ? within + turn : within));
 }
 
 void rig_stop_before(rig_t *rig, uint32_t period)
@@ -313,11 +399,11 @@ static bool refuse_value(rig_t *rig, const params_error_t *why)
     const table_row_t *row = rig_row(why->id);
     char text[sizeof rig->error];
     if (why->reason == REASON_BRIDGE_ON) {
-        snprintf(text, sizeof text, "%s = %.7g %s: it changes only while the bridge is off; now %.7g %s", why->field,
-                 (double)why->value, row->unit, (double)why->min, row->unit);
+        snprintf(text, sizeof text, "%s = %.7g %s: it changes only while the bridge is off; now %.7g %s",
+                 why->field, (double)why->value, row->unit, (double)why->min, row->unit);
     } else {
-        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", why->field, (double)why->value,
-                 row->unit, (double)why->min, (double)why->max, row->unit, why->rule);
+        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", why->field,
+                 (double)why->value, row->unit, (double)why->min, (double)why->max, row->unit, why->rule);
     }
     return refuse(rig, why->id, why->reason, text);
 }
@@ -326,7 +412,8 @@ static bool refuse_range(rig_t *rig, const table_row_t *row, double value)
 {
     char text[sizeof rig->error];
     snprintf(text, sizeof text, "%s = %.7g %s: accepted %s%.7g to %.7g %s", row->name, value, row->unit,
-             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row), row->unit);
+             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row),
+             row->unit);
     return refuse(rig, row->id, REASON_OUT_OF_RANGE, text);
 }
 
@@ -334,8 +421,9 @@ static bool find(const rig_t *rig, uint32_t id, place_t *place)
 {
     const rig_state_t *state = &rig->state;
     const void *const bases[TABLES] = {
-        [PARAMS] = &state->app.drive.params, [REQUESTS] = &state->app.drive.requests, [SIGNALS] = &state->app.drive,
-        [TRUTH] = &state->truth,             [PLANT] = &state->plant_values,          [CONDITIONS] = &state->conditions,
+        [PARAMS] = &state->app.drive.params, [REQUESTS] = &state->app.drive.requests,
+        [SIGNALS] = &state->app.drive,       [TRUTH] = &state->truth,
+        [PLANT] = &state->plant_values,      [CONDITIONS] = &state->conditions,
     };
     for (table_number_t n = PARAMS; n < TABLES; n++) {
         place->row = table_by_id(tables[n], id);
@@ -398,8 +486,8 @@ static bool set_plant(rig_t *rig, const table_row_t *row, float value)
     plant_params_error_t why;
     if (!plant_params_check(&params, &why)) {
         char text[sizeof rig->error];
-        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", row->name, why.value, row->unit,
-                 why.minimum, why.maximum, row->unit, why.rule);
+        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", row->name, why.value,
+                 row->unit, why.minimum, why.maximum, row->unit, why.rule);
         return refuse(rig, row->id, REASON_CROSS_RULE, text);
     }
     state->plant_values = next;
@@ -520,6 +608,12 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
     rig->tap_sink = sink;
     rig->tap_context = context;
     return true;
+}
+
+void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context)
+{
+    rig->edge_sink = sink;
+    rig->edge_context = context;
 }
 
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)

@@ -1,12 +1,12 @@
-/* The ring, closed: firmware and HAL on the virtual F28335, which switches the inverter that feeds the motor whose currents
- * its ADC samples. One call steps one PWM period.
+/* The ring, closed: firmware and HAL on the virtual F28335, which switches the inverter that feeds the motor
+ * whose currents its ADC samples. One call steps one PWM period.
  *
- * This is the only door for CLI, tests, debugger and everything later. Values are reached by the permanent ids of the
- * tables: parameters (staged until rig_apply), requests, signals, and on the desk truth (3000..), plant (4000..) and rig
- * (5000..). All numbers in the SI unit of their row.
+ * This is the only door for CLI, tests, debugger and everything later. Values are reached by the permanent
+ * ids of the tables: parameters (staged until rig_apply), requests, signals, and on the desk truth (3000..),
+ * plant (4000..) and rig (5000..). All numbers in the SI unit of their row.
  *
- * Deterministic: the same calls with the same seed give the same bits on every machine. Rigs do not disturb each other; one
- * rig belongs to one thread at a time. */
+ * Deterministic: the same calls with the same seed give the same bits on every machine. Rigs do not disturb
+ * each other; one rig belongs to one thread at a time. */
 #ifndef HOST_SIM_RIG_RIG_H
 #define HOST_SIM_RIG_RIG_H
 
@@ -20,16 +20,17 @@ typedef struct rig rig_t;
 
 #define RIG_PERIOD_SECONDS 1e-4 /* of one rig_step */
 
-/* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0 begins when
- * this returns. NULL only without memory. */
+/* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0
+ * begins when this returns. NULL only without memory. */
 rig_t *rig_create(uint64_t seed);
 void rig_free(rig_t *rig);
 
 /* One PWM period. */
 void rig_step(rig_t *rig);
 
-/* The sample interrupt once, on the registers as they are, while simulated time stands still: for measuring its cost. */
-void rig_interrupt(rig_t *rig);
+/* Runs so many periods and returns what the sample interrupt took on this machine, mean [s], clock overhead
+ * taken off. */
+double rig_interrupt_seconds(rig_t *rig, uint32_t periods);
 
 /* Up to n periods; fewer if the stop condition is met. Returns how many ran. */
 uint32_t rig_run(rig_t *rig, uint32_t periods);
@@ -47,29 +48,45 @@ uint32_t rig_tables_hash(void);
 /* Value of a row; parameters: the active set. false: no such id (see rig_error). */
 bool rig_get(rig_t *rig, uint32_t id, double *value);
 
-/* Set a row. Parameters are staged; requests, plant and rig rows act at once. false: refused, nothing has changed, and
- * rig_error names the row, the value and what would have been accepted. */
+/* Set a row. Parameters are staged; requests, plant and rig rows act at once. false: refused, nothing has
+ * changed, and rig_error names the row, the value and what would have been accepted. */
 bool rig_set(rig_t *rig, uint32_t id, double value);
 
-/* Judge the staged parameters as a whole and take them over before the next period. false: refused, the old set runs on. */
+/* Judge the staged parameters as a whole and take them over before the next period. false: refused, the old
+ * set runs on. */
 bool rig_apply(rig_t *rig);
 
-/* By name, "inertia" or, where two tables have the name, "plant.inertia"; for tests and the CLI. A wrong name in rig_value is a programming error (asserted). */
+/* By name, "inertia" or, where two tables have the name, "plant.inertia"; for tests and the CLI. A wrong name
+ * in rig_value is a programming error (asserted). */
 double rig_value(rig_t *rig, const char *name);
 bool rig_put(rig_t *rig, const char *name, double value);
 
-/* Set the rotor's true motion: mechanical angle [rad] and speed [rad/s]. */
+/* Set the rotor's true motion: mechanical angle [rad] and speed [rad/s]. The encoder counter is set to the
+ * new angle, as an alignment would, and sees no jump. */
 void rig_set_motion(rig_t *rig, double theta_m, double omega_m);
 
 /* What the last refused call had to say; "" if none. */
 const char *rig_error(const rig_t *rig);
-uint32_t rig_error_id(const rig_t *rig);     /* row it was about; 0: none */
-int32_t rig_error_reason(const rig_t *rig);  /* drive's reason number */
+uint32_t rig_error_id(const rig_t *rig);    /* row it was about; 0: none */
+int32_t rig_error_reason(const rig_t *rig); /* drive's reason number */
 
-/* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th period). */
+/* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th
+ * period). */
 typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
 #define RIG_TAP_MAX 64u
 bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
+
+/* What happens between the samples, with its tick (1/150 MHz since power-on). Within one period gates and
+ * trip come in order of time, then the others with their own ticks. */
+typedef enum {
+    RIG_EDGE_GATES, /* value: six switch commands, bit 2n upper, 2n + 1 lower of leg n; switched fidelity only
+                     */
+    RIG_EDGE_TRIP,  /* value: 1 the power module pulls the trip pin, 0 lets go */
+    RIG_EDGE_ADC_START, /* start of conversion */
+    RIG_EDGE_INTERRUPT  /* entry of the sample interrupt */
+} rig_edge_t;
+typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, rig_edge_t what, uint32_t value);
+void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context); /* sink NULL: nobody */
 
 /* Stop condition of rig_run, judged after each period on a row's value. */
 typedef enum { RIG_NEVER, RIG_EQUAL, RIG_NOT_EQUAL, RIG_ABOVE, RIG_BELOW } rig_compare_t;

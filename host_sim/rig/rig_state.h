@@ -1,5 +1,5 @@
-/* One state: chip, plant, drive, generators, clock. Copyable with memcpy, no pointers, no padding: what is in here decides
- * every bit of the future; what is not (tap, stop condition, texts) belongs to who looks on. */
+/* One state: chip, plant, drive, generators, clock. Copyable with memcpy, no pointers, no padding: what is in
+ * here decides every bit of the future; what is not (tap, stop condition, texts) belongs to who looks on. */
 #ifndef HOST_SIM_RIG_RIG_STATE_H
 #define HOST_SIM_RIG_RIG_STATE_H
 
@@ -12,18 +12,21 @@
 typedef struct {
     chip_t chip;
     plant_t plant;
-    uint64_t start; /* [ticks] t_0: carrier zero of period 0 */
+    uint64_t start;        /* [ticks] t_0: carrier zero of period 0 */
+    int64_t encoder_moved; /* [counts] by rig_set_motion, of which the tracks show nothing */
     app_t app;
     rig_plant_t plant_values; /* what plant_set_params was last given */
     rig_conditions_t conditions;
-    rig_truth_t truth; /* at t_k of the last period */
-    uint32_t period;   /* [periods] run so far */
+    rig_truth_t truth;   /* at t_k of the last period */
+    uint32_t period;     /* [periods] run so far */
+    uint32_t fault_line; /* [-] 1: the power module pulls the trip pin low */
 } rig_state_t;
 
 /* For tests that look into or sabotage the inside. */
 rig_state_t *rig_state(rig_t *rig);
 
-/* Make this rig's chip and application the ones that registers and firmware of this thread mean. rig_step does it. */
+/* Make this rig's chip and application the ones that registers and firmware of this thread mean. rig_step
+ * does it. */
 void rig_bind(rig_t *rig);
 
 #endif

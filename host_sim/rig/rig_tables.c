@@ -1,7 +1,7 @@
 #include "host_sim/rig/rig_tables.h"
 
 static const table_row_t truth_rows[] = {
-#define TRUTH_ROW(id, name, unit, text)                                                                                \
+#define TRUTH_ROW(id, name, unit, text)                                                                      \
     {id, SLOT_FLOAT, TABLE_READ, offsetof(rig_truth_t, name), #name, unit, text, "", 0.0f, 0.0f, 0.0f},
     RIG_TRUTH(TRUTH_ROW)
 #undef TRUTH_ROW
@@ -16,19 +16,29 @@ enum {
 };
 
 static const table_row_t plant_rows[] = {
-#define PLANT_ROW(name, unit, initial, min, max, text)                                                                 \
-    {4000u + (uint32_t)PLANT_ROW_##name, SLOT_FLOAT, TABLE_LIVE, offsetof(rig_plant_t, name), #name, unit, text, "",   \
-     (float)(initial), (float)(min), (float)(max)},
+#define PLANT_ROW(name, unit, initial, min, max, text)                                                       \
+    {4000u + (uint32_t)PLANT_ROW_##name,                                                                     \
+     SLOT_FLOAT,                                                                                             \
+     TABLE_LIVE,                                                                                             \
+     offsetof(rig_plant_t, name),                                                                            \
+     #name,                                                                                                  \
+     unit,                                                                                                   \
+     text,                                                                                                   \
+     "",                                                                                                     \
+     (float)(initial),                                                                                       \
+     (float)(min),                                                                                           \
+     (float)(max)},
     PLANT_PARAMS(PLANT_ROW)
 #undef PLANT_ROW
 };
 const table_t plant_table = {"plant", plant_rows, sizeof plant_rows / sizeof plant_rows[0]};
 
 static const table_row_t condition_rows[] = {
-#define CONDITION_ROW_FLOAT(id, name, unit, initial, min, max, text)                                                   \
+#define CONDITION_ROW_FLOAT(id, name, unit, initial, min, max, text)                                         \
     {id, SLOT_FLOAT, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, unit, text, "", initial, min, max},
-#define CONDITION_ROW_ENUM(id, name, choices, text)                                                                    \
-    {id, SLOT_ENUM, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, "-", text, choices, 0.0f, 0.0f, 0.0f},
+#define CONDITION_ROW_ENUM(id, name, choices, text)                                                          \
+    {id,   SLOT_ENUM, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, "-", text, choices,               \
+     0.0f, 0.0f,      0.0f},
     RIG_CONDITIONS(CONDITION_ROW_FLOAT, CONDITION_ROW_ENUM)
 #undef CONDITION_ROW_FLOAT
 #undef CONDITION_ROW_ENUM

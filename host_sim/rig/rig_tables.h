@@ -1,5 +1,5 @@
-/* The desk's own tables, of the same shape as the drive's: truth (what the plant really does; the drive never sees it), plant
- * (what the plant is made of) and rig (fidelity and injected faults). */
+/* The desk's own tables, of the same shape as the drive's: truth (what the plant really does; the drive never
+ * sees it), plant (what the plant is made of) and rig (fidelity and injected faults). */
 #ifndef HOST_SIM_RIG_RIG_TABLES_H
 #define HOST_SIM_RIG_RIG_TABLES_H
 
@@ -7,19 +7,19 @@
 #include "host_sim/plant/plant.h"
 
 /* F(id, name, unit, text): float */
-#define RIG_TRUTH(F)                                                                                                   \
-    F(3000, true_theta_e, "rad", "rotor angle at t_k, electrical, wrapped")                                            \
-    F(3001, true_omega_e, "rad/s", "rotor speed at t_k, electrical")                                                   \
-    F(3002, true_omega_m, "rad/s", "rotor speed at t_k, mechanical")                                                   \
-    F(3003, true_torque, "N m", "air-gap torque at t_k")                                                               \
-    F(3004, true_i_a, "A", "phase current a at t_k")                                                                   \
-    F(3005, true_i_b, "A", "phase current b at t_k")                                                                   \
-    F(3006, true_i_c, "A", "phase current c at t_k")                                                                   \
-    F(3007, true_i_d, "A", "direct-axis current at t_k")                                                               \
-    F(3008, true_i_q, "A", "quadrature-axis current at t_k")                                                           \
-    F(3009, true_u_dc, "V", "DC-link voltage at t_k")                                                                  \
-    F(3010, theta_err, "rad", "angle that the drive used minus true_theta_e, wrapped")                                 \
-    F(3011, shoot_throughs, "-", "how often both switches of a leg conducted")                                         \
+#define RIG_TRUTH(F)                                                                                         \
+    F(3000, true_theta_e, "rad", "rotor angle at t_k, electrical, wrapped")                                  \
+    F(3001, true_omega_e, "rad/s", "rotor speed at t_k, electrical")                                         \
+    F(3002, true_omega_m, "rad/s", "rotor speed at t_k, mechanical")                                         \
+    F(3003, true_torque, "N m", "air-gap torque at t_k")                                                     \
+    F(3004, true_i_a, "A", "phase current a at t_k")                                                         \
+    F(3005, true_i_b, "A", "phase current b at t_k")                                                         \
+    F(3006, true_i_c, "A", "phase current c at t_k")                                                         \
+    F(3007, true_i_d, "A", "direct-axis current at t_k")                                                     \
+    F(3008, true_i_q, "A", "quadrature-axis current at t_k")                                                 \
+    F(3009, true_u_dc, "V", "DC-link voltage at t_k")                                                        \
+    F(3010, theta_err, "rad", "angle that the drive used minus true_theta_e, wrapped")                       \
+    F(3011, shoot_throughs, "-", "how often both switches of a leg conducted")                               \
     F(3012, chip_reports, "-", "how often the chip found a wrong use of itself")
 
 typedef struct {
@@ -28,7 +28,8 @@ typedef struct {
 #undef TRUTH_FIELD
 } rig_truth_t;
 
-/* The plant's parameters as 32-bit slots; ids count from 4000 in the order of PLANT_PARAMS, which is append only. */
+/* The plant's parameters as 32-bit slots; ids count from 4000 in the order of PLANT_PARAMS, which is append
+ * only. */
 typedef struct {
 #define PLANT_FIELD(name, unit, initial, min, max, text) float name; /* [unit of its row] */
     PLANT_PARAMS(PLANT_FIELD)
@@ -36,12 +37,15 @@ typedef struct {
 } rig_plant_t;
 
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */
-#define RIG_CONDITIONS(F, E)                                                                                           \
-    E(5000, fidelity, "switched|averaged", "switched: every gate edge; averaged: mean voltages, for long runs")        \
-    F(5001, interrupt_delay, "s", 0.0f, 0.0f, 1e-3f, "the sample interrupt is entered later by this")                  \
-    F(5002, stuck_current_a, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for current a whatever flows; -1: none") \
-    F(5003, stuck_current_b, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for current b whatever flows; -1: none") \
-    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for the DC link; -1: none")            \
+#define RIG_CONDITIONS(F, E)                                                                                 \
+    E(5000, fidelity, "switched|averaged",                                                                   \
+      "switched: every gate edge; averaged: mean voltages, for long runs")                                   \
+    F(5001, interrupt_delay, "s", 0.0f, 0.0f, 1e-3f, "the sample interrupt is entered later by this")        \
+    F(5002, stuck_current_a, "-", -1.0f, -1.0f, 4095.0f,                                                     \
+      "code that the ADC gives for current a whatever flows; -1: none")                                      \
+    F(5003, stuck_current_b, "-", -1.0f, -1.0f, 4095.0f,                                                     \
+      "code that the ADC gives for current b whatever flows; -1: none")                                      \
+    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for the DC link; -1: none")  \
     E(5005, metering, "off|on", "energy meters of the plant; cost time")
 
 typedef struct {

@@ -1,4 +1,5 @@
-/* Dead time 3 us at 100 r/min and 5 N m: what is left of the 5th and 7th harmonic of the phase current with compensation. */
+/* Dead time 3 us at 100 r/min and 5 N m: what is left of the 5th and 7th harmonic of the phase current with
+ * compensation. */
 #include <math.h>
 
 #include "tests/rig/run.h"
@@ -15,7 +16,8 @@ typedef struct {
     double first, fifth, seventh; /* [A] amplitudes */
 } harmonics_t;
 
-/* Fourier sums over the rotor angle instead of time, so that speed ripple does not smear the lines; ten electrical turns. */
+/* Fourier sums over the rotor angle instead of time, so that speed ripple does not smear the lines; ten
+ * electrical turns. */
 static harmonics_t measure(double compensation)
 {
     const int order[3] = {1, 5, 7};
@@ -57,8 +59,8 @@ static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(voi
     const harmonics_t with = measure(1.0);
     char message[200];
     snprintf(message, sizeof message,
-             "fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with", with.first,
-             1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
+             "fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with",
+             with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
     printf("%s\n", message);
     TEST_ASSERT_TRUE_MESSAGE(without.fifth > 5.0 * with.fifth, message);
     TEST_ASSERT_TRUE_MESSAGE(without.seventh > 5.0 * with.seventh, message);

@@ -1,4 +1,5 @@
-/* Faults injected below the seam run the real code: the drive stops with the right reason and the motor gets no voltage. */
+/* Faults injected below the seam run the real code: the drive stops with the right reason and the motor gets
+ * no voltage. */
 #include <math.h>
 
 #include "drive/reasons.h"
@@ -96,8 +97,14 @@ static void test_hot_motor(void)
 
 static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway(void)
 {
-    /* half a pole pair off: torque has the wrong sign, the speed control drives the wrong way */
-    run_put(rig, "plant.encoder_offset", 3.14159265358979 / 4.0);
+    /* half an electrical turn off: torque has the wrong sign, the speed control drives the wrong way */
+    rig_free(rig);
+    rig = rig_create(33);
+    run_put(rig, "inertia", 0.003);
+    run_put(rig, "overspeed_trip", 180.0); /* the voltage of the DC link ends the runaway at 215 rad/s */
+    run_parameter(rig, "params.encoder_offset", 3.14159265358979);
+    run_to_ready(rig);
+    run_on(rig, 600.0);
     run_seconds(rig, 1.0);
     TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_OVERSPEED, rig_value(rig, "fault_reason"));
@@ -164,7 +171,8 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
     run_expect_no_fault(rig);
     char message[80];
     snprintf(message, sizeof message, "largest phase current %.2f A", peak);
-    TEST_ASSERT_TRUE_MESSAGE(peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
+    TEST_ASSERT_TRUE_MESSAGE(
+        peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
 }
 
 int main(void)

@@ -21,8 +21,8 @@ static void expect_refusal(const char *name, int32_t reason, const char *range)
 {
     TEST_ASSERT_EQUAL_INT32(reason, rig_error_reason(rig));
     TEST_ASSERT_EQUAL_UINT32(rig_row_by_name(name)->id, rig_error_id(rig));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), strchr(name, '.') != NULL ? strchr(name, '.') + 1 : name),
-                                 rig_error(rig));
+    TEST_ASSERT_NOT_NULL_MESSAGE(
+        strstr(rig_error(rig), strchr(name, '.') != NULL ? strchr(name, '.') + 1 : name), rig_error(rig));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), range), rig_error(rig));
 }
 
@@ -41,7 +41,8 @@ static void test_ids_are_unique_over_all_tables_and_every_row_can_be_read(void)
     TEST_ASSERT_NULL(rig_row(99999));
 }
 
-/* The rows of the plant count in the order of their table; these two ids are promised to recordings and scenarios. */
+/* The rows of the plant count in the order of their table; these two ids are promised to recordings and
+ * scenarios. */
 static void test_ids_of_the_plant_stay(void)
 {
     TEST_ASSERT_EQUAL_UINT32(4000, rig_row_by_name("pole_pairs")->id);
@@ -86,7 +87,8 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
     run_put(rig, "speed_ki", 3.0);
     run_put(rig, "overcurrent_trip", 11.0);
     TEST_ASSERT_FALSE(rig_apply(rig));
-    expect_refusal("overcurrent_trip", REASON_CROSS_RULE, "accepted 12 to 19 A (overcurrent_trip >= 1.2 current_limit)");
+    expect_refusal("overcurrent_trip", REASON_CROSS_RULE,
+                   "accepted 12 to 19 A (overcurrent_trip >= 1.2 current_limit)");
     TEST_ASSERT_EQUAL_DOUBLE(15.0, rig_value(rig, "overcurrent_trip"));
     TEST_ASSERT_EQUAL_DOUBLE(2.5, rig_value(rig, "speed_ki")); /* the set is taken as a whole or not at all */
     run_seconds(rig, 0.1);
@@ -152,7 +154,6 @@ static void test_plant_rules_are_judged_too(void)
     run_put(rig, "load_torque", -3.0);
     TEST_ASSERT_EQUAL_DOUBLE(-3.0, rig_value(rig, "load_torque"));
 }
-
 
 int main(void)
 {

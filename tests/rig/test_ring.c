@@ -28,7 +28,8 @@ static void test_board_comes_up_without_a_report_of_the_chip(void)
     rig_t *rig = rig_create(1);
     run_seconds(rig, 1.0);
     for (int kind = 1; kind < CHIP_REPORT_KINDS; kind++) {
-        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, chip_report_count(&rig_state(rig)->chip, (chip_report_kind_t)kind),
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0,
+                                         chip_report_count(&rig_state(rig)->chip, (chip_report_kind_t)kind),
                                          chip_report_text((chip_report_kind_t)kind));
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
@@ -131,8 +132,9 @@ static void test_a_state_of_another_size_is_refused(void)
     rig_free(rig);
 }
 
-/* Averaged and switched describe the same machine: after a second the speeds agree within the speed control's own noise and
- * the mean q current within what the ripple and the mean of the dead-time error leave (20 mA). */
+/* Averaged and switched describe the same machine: after a second the speeds agree within the speed control's
+ * own noise and the mean q current within what the ripple and the mean of the dead-time error leave (20 mA).
+ */
 static void test_averaged_follows_switched(void)
 {
     double speed[2];
@@ -159,9 +161,9 @@ static void test_averaged_follows_switched(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 6.32 / (1.5 * 4.0 * 0.183), i_q[0]);
 }
 
-/* The currents are held at t_k: what the drive believes at speed is the plant's truth of that instant, not of a later one.
- * 0.3 us late would be 2.8 mA at 1500 r/min; rounding of 9.8 mA and noise of 10 mA average out over 20000 samples to less
- * than 0.2 mA. */
+/* The currents are held at t_k: what the drive believes at speed is the plant's truth of that instant, not of
+ * a later one. 0.3 us late would be 2.8 mA at 1500 r/min; rounding of 9.8 mA and noise of 10 mA average out
+ * over 20000 samples to less than 0.2 mA. */
 static void test_samples_are_those_of_t_k(void)
 {
     rig_t *rig = started(2, 1500.0);

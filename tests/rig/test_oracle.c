@@ -1,0 +1,117 @@
+/* The switched plant in the whole ring against matrix exponentials: the real firmware takes the motor from
+ * rest to 1500 r/min under load; its gate edges are replayed through the oracle, which shares no code with
+ * the plant. */
+#include <math.h>
+#include <string.h>
+
+#include "host_sim/rig/rig_state.h"
+#include "tests/oracle/oracle.h"
+#include "tests/rig/run.h"
+
+#define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of run */
+
+static oracle_edge_t edges[PERIODS * 12u + 100u];
+static size_t edge_count;
+static uint64_t ticks[PERIODS];
+static oracle_sample_t expected[PERIODS];
+static double seen[PERIODS][3];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void on_edge(void *context, uint64_t tick, rig_edge_t what, uint32_t value)
+{
+    (void)context;
+    if (what == RIG_EDGE_GATES) {
+        TEST_ASSERT_TRUE(edge_count < sizeof edges / sizeof edges[0]);
+        edges[edge_count++] = (oracle_edge_t){tick, value};
+    }
+}
+
+static void run_and_compare(oracle_frame_t frame, double inductance_d, double inductance_q)
+{
+    rig_t *rig = rig_create(41);
+    edge_count = 0;
+    rig_watch_edges(rig, on_edge, NULL);
+    run_put(rig, "inertia", 0.003);
+    run_put(rig, "load_torque", 5.0);
+    run_put(rig, "plant.inductance_d", inductance_d);
+    run_put(rig, "plant.inductance_q", inductance_q);
+    run_on(rig, 1500.0);
+    for (uint32_t k = 0; k < PERIODS; k++) {
+        ticks[k] = rig_state(rig)->start + UINT64_C(15000) * k;
+        rig_step(rig);
+        seen[k][0] = rig_value(rig, "true_i_a");
+        seen[k][1] = rig_value(rig, "true_i_b");
+        seen[k][2] = rig_value(rig, "true_i_c");
+    }
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(75.0, 1500.0, rig_value(rig, "true_omega_m") / RPM); /* it really ran up */
+
+    const plant_params_t params = rig_plant_params(&rig_state(rig)->plant_values);
+    TEST_ASSERT_TRUE(oracle_run(&params, frame, 0.0, 0.0, edges, edge_count, ticks, PERIODS, expected));
+    double far = 0.0;
+    double largest = 0.0;
+    for (uint32_t k = 0; k < PERIODS; k++) {
+        far = fmax(far, fabs(seen[k][0] - expected[k].i_a));
+        far = fmax(far, fabs(seen[k][1] - expected[k].i_b));
+        far = fmax(far, fabs(seen[k][2] - expected[k].i_c));
+        largest = fmax(largest, fabs(expected[k].i_a));
+    }
+    char message[160];
+    snprintf(message, sizeof message, "largest difference %.2g mA of %.2f A, %zu gate edges, %u samples",
+             1e3 * far, largest, edge_count, PERIODS);
+    printf("%s\n", message);
+    TEST_ASSERT_TRUE_MESSAGE(largest > 9.0, message);
+    TEST_ASSERT_TRUE_MESSAGE(far <= 1e-3, message);
+    rig_free(rig);
+}
+
+static void test_currents_of_a_run_up_are_the_oracles_within_1_mA(void)
+{
+    run_and_compare(ORACLE_STATIONARY, 0.0125, 0.0125);
+}
+
+static void test_currents_of_a_salient_machine_are_the_oracles_within_1_mA(void)
+{
+    run_and_compare(ORACLE_ROTOR, 0.011, 0.015);
+}
+
+/* Energy over half a second of run-up: what leaves the DC link is lost in copper and inverter, goes into the
+ * shaft, or is stored. */
+static void test_energy_is_conserved_within_a_thousandth(void)
+{
+    rig_t *rig = rig_create(42);
+    run_put(rig, "inertia", 0.003);
+    run_put(rig, "load_torque", 5.0);
+    run_to_ready(rig);
+    run_put(rig, "metering", 1.0);
+    run_on(rig, 1500.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+    plant_truth_t t;
+    plant_truth(&rig_state(rig)->plant, &t);
+    const double out =
+        t.energy_copper + t.energy_inverter + t.energy_mechanical + t.energy_magnetic + t.energy_kinetic;
+    printf("DC link %.3f J = copper %.3f + inverter %.3f + shaft %.3f + magnetic %.4f + kinetic %.3f J; off "
+           "by %.2g\n",
+           t.energy_dc, t.energy_copper, t.energy_inverter, t.energy_mechanical, t.energy_magnetic,
+           t.energy_kinetic, out / t.energy_dc - 1.0);
+    TEST_ASSERT_TRUE(t.energy_dc > 200.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * t.energy_dc, t.energy_dc, out);
+    rig_free(rig);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_currents_of_a_run_up_are_the_oracles_within_1_mA);
+    RUN_TEST(test_currents_of_a_salient_machine_are_the_oracles_within_1_mA);
+    RUN_TEST(test_energy_is_conserved_within_a_thousandth);
+    return UNITY_END();
+}

@@ -1,8 +1,21 @@
-/* A TMS320F28335 in RAM, as far as this drive uses it. Driven only through its registers (hal/f28335/bus.h on the host
- * side); shows itself only through pins: gate edges out, analog voltages, encoder edges and the trip pin in.
+/* A TMS320F28335 in RAM, as far as this drive uses it. Driven only through its registers (hal/f28335/bus.h,
+ * whose host side lives here); shows itself only through pins: gate edges out, analog voltages, encoder edges
+ * and trip pins in.
  *
- * Time is counted in ticks of 150 MHz (6.67 ns) since reset, whatever the PLL says: a wrongly set clock makes the
- * peripherals slower, not the ticks. */
+ * Time is counted in ticks of 150 MHz (6.67 ns) since reset, whatever the PLL says: a wrongly set clock makes
+ * the peripherals slower, not the ticks. Inside, peripherals count SYSCLK cycles; clock.c turns the one into
+ * the other.
+ *
+ * Software takes no time: an interrupt function, or what runs between two bus_wait(), happens at one tick.
+ * Registers that move by themselves (TBCTR, TBSTS, TIM, QPOSCNT, QUTMR, ADCASEQSR, WDCNTR) are brought up to
+ * date before every interrupt function, after every bus_wait() and by chip_look(); between these they stand
+ * still.
+ *
+ * Not modelled: SCI, eCAN, DMA, eCAP, eQEP2, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
+ * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of eQEP1, its
+ * capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the erratum of the first ADC
+ * sample, pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
+ * CHIP_UNKNOWN_REGISTER. */
 #ifndef HOST_SIM_CHIP_CHIP_H
 #define HOST_SIM_CHIP_CHIP_H
 
@@ -17,67 +30,108 @@
 /* What the chip found wrong; on silicon it would happen silently. */
 typedef enum {
     CHIP_NOTHING = 0,
-    CHIP_PROTECTED_WRITE,   /* EALLOW-protected register written outside EALLOW: ignored */
-    CHIP_CLOCK_OFF,         /* register of a module whose clock is off written: ignored */
-    CHIP_BAD_WIDTH,         /* 32-bit access to a 16-bit register or the reverse: ignored */
-    CHIP_UNKNOWN_REGISTER,  /* write to an address that holds no register of this model: ignored */
-    CHIP_READ_ONLY,         /* write to a read-only register: ignored */
-    CHIP_PLL_MISUSE,        /* PLLCR written with DIVSEL not 0, or DIVSEL changed before lock: ignored */
-    CHIP_NO_VECTOR,         /* interrupt taken whose PIE vector was never written: the CPU is lost (state halted) */
-    CHIP_ADC_OVERRUN,       /* conversion started while the sequencer was busy: ignored by the sequencer */
-    CHIP_ADC_NOT_POWERED,   /* conversion before the 5 ms power-up were over: result is wrong (reads 0) */
-    CHIP_WATCHDOG_RESET,    /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (state halted) */
-    CHIP_FLASH_TOO_FAST,    /* SYSCLK raised above what the flash wait states allow */
+    CHIP_PROTECTED_WRITE,  /* EALLOW-protected register written outside EALLOW: ignored */
+    CHIP_CLOCK_OFF,        /* register of a module whose clock is off written: ignored */
+    CHIP_BAD_WIDTH,        /* 32-bit access to a 16-bit register or the reverse: ignored */
+    CHIP_UNKNOWN_REGISTER, /* write to an address that holds no register of this model: ignored */
+    CHIP_READ_ONLY,        /* write to a read-only register: ignored */
+    CHIP_PLL_MISUSE,       /* PLLCR written with DIVSEL not 0, or DIVSEL changed before lock: ignored */
+    CHIP_NO_VECTOR,        /* interrupt taken whose PIE vector was never written: the CPU is lost (halted) */
+    CHIP_ADC_OVERRUN, /* start of conversion while the sequencer is busy: the first one waits, others are lost
+                       */
+    CHIP_ADC_NOT_POWERED, /* conversion before the 5 ms of power-up were over: result is wrong (reads 0) */
+    CHIP_ADC_TOO_FAST, /* conversion with ADCCLK above 25 MHz; the result here is right, on silicon it is not
+                        */
+    CHIP_WATCHDOG_RESET, /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
+                            chip_boot) */
+    CHIP_FLASH_TOO_FAST, /* SYSCLK above what the flash wait states allow */
     CHIP_REPORT_KINDS
 } chip_report_kind_t;
 
 typedef struct {
-    uint64_t tick;    /* when */
-    uint32_t address; /* [words] register, or vector number */
+    uint64_t tick;    /* when [1/150 MHz] */
+    uint32_t address; /* [words] register, or PIE vector number for CHIP_NO_VECTOR */
     uint32_t kind;    /* chip_report_kind_t */
 } chip_report_t;
 
-/* The world around the pins; called in order of time while chip_run() runs. */
+/* The world around the pins; called in order of time while chip_run() or bus_wait() runs. A callback may call
+ * chip_set_pin, nothing else that changes the chip. */
 typedef struct {
     void *context;
-    /* Voltage [V] at the ADC pin at this tick; channel 0..7 = A0..A7, 8..15 = B0..B7. */
+    /* Voltage [V] at the ADC pin at this tick, the end of its sample window; channel 0..7 = A0..A7, 8..15 =
+     * B0..B7. */
     double (*analog)(void *context, uint64_t tick, uint32_t channel);
-    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..3. A pin that is not muxed to its ePWM, or
-     * is high-impedance, is reported in `driven` as 0 (its level is then what the board's bias makes of it). */
+    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..3. A pin that is high-impedance
+     * (input, or tripped with TZCTL = 0) has 0 in `driven`: its level is then what the board's bias makes of
+     * it, and its bit in `level` is 0. */
     void (*gates)(void *context, uint64_t tick, uint32_t level, uint32_t driven);
-    /* Averaged mode only: three legs switch with these high times [ticks] and this dead band in the carrier period that
-     * begins at this tick and lasts `period` ticks. Edges of such a period are not reported. */
+    /* Averaged mode only: three legs whose pin A is high for high[n] ticks, less one dead band if the leg
+     * switches at all, in the carrier period that begins at this tick (counter zero) and lasts `period`
+     * ticks; pin B is the complement, both low during `dead` ticks at each change. Holds until the next call
+     * of carrier or gates. */
     void (*carrier)(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead);
-    /* Quadrature position [counts, four per line], free-running and signed, at this tick. */
+    /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
+     * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);
 } chip_world_t;
 
-/* The whole chip: copyable, no pointers, no padding. Fields are for the debugger; only this module writes them. */
+/* The whole chip: copyable, no pointers, no padding. Fields are for the debugger; only this module writes
+ * them. */
 #include "host_sim/chip/chip_state.h"
 
-/* Power-on reset at tick 0: boot ROM done (SPRU963), watchdog running, all pins inputs. */
+/* Power-on reset at tick 0: boot ROM done (SPRU963), SYSCLK 15 MHz, watchdog running, all pins inputs. */
 void chip_power_on(chip_t *chip);
 
-/* From now on the bus of this thread (hal/f28335/bus.h) is this chip's, and `world` is what stands around its pins. Both
- * must outlive the binding; binding again replaces it. */
+/* The CPU starts again after a watchdog reset (or after it was lost): what main() would see. Registers stay.
+ */
+void chip_boot(chip_t *chip);
+
+/* From now on the bus of this thread (hal/f28335/bus.h) is this chip's, and `world` is what stands around its
+ * pins. Both must outlive the binding; binding again replaces it. world = NULL: nothing around (0 V, no
+ * encoder). */
 void chip_bind(chip_t *chip, const chip_world_t *world);
 
-/* Let time pass on the bound chip: everything with tick < until happens, interrupts included. */
+/* Let time pass on the bound chip: everything with tick < until happens, interrupts included. Returns with
+ * the chip at tick `until`, or later if an interrupt function waited past it. */
 void chip_run(uint64_t until);
 
-/* The board pulls an input pin (GPIO number) to a level. Takes effect at the chip's present tick. */
+/* Registers that move by themselves show the present tick: for background software that runs between two
+ * chip_run(). */
+void chip_look(chip_t *chip);
+
+/* The board pulls an input pin (GPIO number 0..87) to a level. Takes effect at the chip's present tick; a
+ * trip shuts the gates before this returns. Pins start high, GPIO0..11 (pull-ups off) low. */
 void chip_set_pin(chip_t *chip, uint32_t gpio, bool high);
 
-/* true: legs whose set-up is the plain centre-aligned complementary one are reported once a carrier period. */
+/* true: from the next counter zero on, legs whose set-up is the plain centre-aligned complementary one are
+ * reported once a carrier period. */
 void chip_set_averaged(chip_t *chip, bool averaged);
 
-/* Delay between an interrupt request and its entry, in ticks on top of the hardware's own; 0 is normal. Fault injection. */
+/* Delay between an interrupt request and its entry, in ticks on top of the hardware's own; 0 is normal. Fault
+ * injection. */
 void chip_set_interrupt_delay(chip_t *chip, uint32_t ticks);
 
-/* Overrides the conversion results of one channel with a code (0..4095), or -1: none. Fault injection. */
+/* Overrides the conversion results of one channel (0..15) with a code (0..4095), or -1: none. Fault
+ * injection. */
 void chip_stick_adc(chip_t *chip, uint32_t channel, int32_t code);
 
-const char *chip_report_text(chip_report_kind_t kind);      /* one line, no full stop */
-const char *chip_register_name(uint32_t address);           /* "EPWM1.TZCLR"; "?" if none */
+/* Pure questions. */
+uint64_t chip_now(const chip_t *chip);               /* [ticks] */
+uint32_t chip_sysclk_hz(const chip_t *chip);         /* [Hz] rounded down */
+bool chip_halted(const chip_t *chip);                /* the CPU runs no more software */
+bool chip_tripped(const chip_t *chip, uint32_t leg); /* trip zone holds ePWM `leg` (1..3) */
+bool chip_carrier_plain(const chip_t *chip);         /* legs 1..3 run on the fast path */
+uint64_t chip_carrier_tick(const chip_t *chip);      /* last counter zero of ePWM1, or CHIP_NEVER */
+uint64_t chip_sample_tick(const chip_t *chip);       /* last entry of SEQ1INT, or CHIP_NEVER */
+uint64_t chip_adc_tick(const chip_t *chip);          /* last start of conversion, or CHIP_NEVER */
+uint32_t chip_interrupt_count(const chip_t *chip,
+                              uint32_t vector); /* entries of PIE_VECTOR(x, y) since power-on */
+uint32_t chip_report_count(const chip_t *chip, chip_report_kind_t kind); /* since power-on */
+uint32_t chip_report_total(const chip_t *chip);                          /* of all kinds */
+const chip_report_t *chip_last_report(const chip_t *chip);               /* NULL: none yet */
+
+const char *chip_report_text(chip_report_kind_t kind); /* one line, no full stop */
+const char *chip_register_name(
+    uint32_t address); /* "EPWM1.TZCLR", "?" if none; until the thread's next call */
 
 #endif

@@ -195,7 +195,7 @@ void rig_stop_at(rig_t *rig, uint32_t period)
 static void tell_interrupt(rig_t *rig, uint64_t begin)
 {
     const uint64_t entered = chip_sample_tick(&rig->state.chip);
-    const uint64_t started = chip_adc_start_tick(&rig->state.chip);
+    const uint64_t started = chip_adc_tick(&rig->state.chip);
     if (entered != CHIP_NEVER && entered >= begin) {
         tell_edge(rig, entered, RIG_EDGE_INTERRUPT, 1u);
     }
@@ -317,6 +317,7 @@ double rig_interrupt_seconds(rig_t *rig, uint32_t periods)
 void rig_set_motion(rig_t *rig, double theta_m, double omega_m)
 {
     rig_state_t *state = &rig->state;
+    plant_advance(&state->plant, chip_now(&state->chip));
     const int64_t before = plant_encoder(&state->plant);
     plant_set_motion(&state->plant, theta_m, omega_m);
     const int64_t count = plant_encoder(&state->plant);

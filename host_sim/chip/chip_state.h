@@ -1,0 +1,158 @@
+/* State of the virtual F28335. Included by chip.h only. Times called "cycle" count SYSCLK since reset, "tick"
+ * 150 MHz. */
+#ifndef HOST_SIM_CHIP_CHIP_STATE_H
+#define HOST_SIM_CHIP_CHIP_STATE_H
+
+#define CHIP_EPWMS   6u
+#define CHIP_LEGS    3u /* ePWM1..3 drive reported pins */
+#define CHIP_REPORTS 16u
+
+/* One ePWM module. */
+typedef struct {
+    uint64_t anchor;     /* [cycle] the counter was `count` here */
+    uint64_t count_next; /* [cycle] next count at which something happens */
+    uint64_t sync_due;   /* [cycle] synchronisation pulse arrives */
+    uint64_t red_due;    /* [cycle] rising edge leaves the dead band */
+    uint64_t fed_due;    /* [cycle] falling edge leaves the dead band */
+    uint64_t fall;       /* [cycle] plain carrier: output A falls in this period */
+    uint64_t rise;       /* [cycle] plain carrier: output A rises in this period */
+    uint64_t next;       /* [cycle] earliest of the above */
+    uint32_t count;      /* [-] TBCTR at anchor */
+    uint32_t up;         /* [-] direction at anchor */
+    uint32_t period;     /* [-] active TBPRD */
+    uint32_t cmpa;       /* [-] active CMPA */
+    uint32_t cmpb;       /* [-] active CMPB */
+    uint32_t force;      /* [-] active AQCSFRC */
+    uint32_t a;          /* [-] action qualifier outputs */
+    uint32_t b;          /* [-] */
+    uint32_t red_in;     /* [-] inputs and outputs of the dead band, before polarity */
+    uint32_t fed_in;     /* [-] */
+    uint32_t red;        /* [-] */
+    uint32_t fed;        /* [-] */
+    uint32_t cbc;        /* [-] cycle-by-cycle trip holds the outputs */
+    uint32_t running;    /* [-] TBCLK is there */
+    uint32_t divider;    /* [-] SYSCLK cycles per TBCLK */
+    uint32_t overflow;   /* [-] TBSTS CTRMAX latch */
+} chip_epwm_t;
+
+/* Legs 1..3 in step and plainly set up: one description for all. */
+typedef struct {
+    uint64_t zero;      /* [cycle] begin of this carrier period */
+    uint64_t end;       /* [cycle] begin of the next one */
+    uint64_t soc;       /* [cycle] start of conversion within this period */
+    uint32_t active;    /* [-] */
+    uint32_t lazy;      /* [-] nobody sees the edges of this period: legs are still as of `zero` */
+    uint32_t half;      /* [-] TBPRD */
+    uint32_t soc_event; /* [-] ET_... of SOCA, 0 = none */
+    uint32_t average;   /* [-] averaged mode may describe it */
+    uint32_t told;      /* [-] this period has been told as an average */
+} chip_carrier_t;
+
+/* Six gate pins, bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB. */
+typedef struct {
+    uint32_t raw;          /* [-] out of the dead band, polarity applied */
+    uint32_t muxed;        /* [-] pin belongs to its ePWM */
+    uint32_t forced;       /* [-] trip zone overrides */
+    uint32_t forced_level; /* [-] */
+    uint32_t floating;     /* [-] trip zone makes it high-impedance */
+    uint32_t gpio_driven;  /* [-] pin is a plain output */
+    uint32_t gpio_level;   /* [-] */
+    uint32_t level;        /* [-] as last reported */
+    uint32_t driven;       /* [-] as last reported */
+    uint32_t hidden;       /* [-] the world has been told an average since */
+} chip_pins_t;
+
+typedef struct {
+    uint64_t next;       /* [cycle] end of the next sample window or of the sequence; CHIP_NEVER: idle */
+    uint64_t finish;     /* [cycle] last result of the running sequence is there */
+    uint64_t ready;      /* [tick] power-up over */
+    uint64_t first;      /* [cycle] first sample window of the running sequence ends */
+    uint32_t result[16]; /* [-] codes of the running sequence, in order */
+    int32_t stuck[16];   /* [-] injected code per channel, -1 = none */
+    uint32_t held;       /* [-] how many codes are in `result` */
+    uint32_t published;  /* [-] how many of them the registers show */
+    uint32_t slot;       /* [-] result register of the first */
+    uint32_t pair;       /* [-] simultaneous, of the running sequence */
+    uint32_t spacing;    /* [cycles] between sample windows, of the running sequence */
+    uint32_t states;     /* [-] states of the sequencer, of the running sequence */
+    uint32_t adjust;     /* [-] results are not the plain ones, of the running sequence */
+    uint32_t spare;
+    uint32_t pending;   /* [-] one more start of conversion waits */
+    uint32_t state;     /* [-] SEQ1_STATE: next conversion */
+    uint32_t remaining; /* [-] conversions to hold yet */
+    uint32_t clock;     /* [-] SYSCLK cycles per ADCCLK, of the running sequence */
+    uint32_t powered;   /* [-] results are good, of the running sequence */
+    uint32_t second;    /* [-] interrupt mode 1: this end of sequence counts */
+} chip_adc_t;
+
+typedef struct {
+    int64_t position;   /* [counts] the world's, at `cycle` */
+    uint64_t cycle;     /* [cycle] last look at the pins */
+    uint64_t unit_next; /* [cycle] unit time-out */
+    uint32_t counting;  /* [-] clock, QPEN and pins are on */
+    uint32_t direction; /* [-] QDF */
+} chip_eqep_t;
+
+typedef struct {
+    uint64_t reload;  /* [cycle] TIM goes from 0 to PRD; meaningless while stopped */
+    uint64_t left;    /* [cycles] to the reload, while stopped */
+    uint32_t running; /* [-] */
+    uint32_t step;    /* [-] SYSCLK cycles per count */
+} chip_timer_t;
+
+typedef struct {
+    uint64_t start; /* [tick] WDCNTR was 0 here */
+    uint64_t next;  /* [tick] overflow */
+    uint32_t key;   /* [-] 0x55 has been seen */
+    uint32_t off;   /* [-] WDDIS */
+} chip_watchdog_t;
+
+typedef struct {
+    uint64_t tick;   /* [tick] SYSCLK cycle `cycle` began here */
+    uint64_t cycle;  /* [cycle] */
+    uint64_t locked; /* [tick] PLL locks; CHIP_NEVER: nothing under way */
+    uint32_t ticks;  /* [-] `ticks` ticks are `cycles` SYSCLK cycles */
+    uint32_t cycles; /* [-] */
+} chip_clock_t;
+
+typedef struct {
+    uint32_t interrupts_off; /* [-] INTM */
+    uint32_t ier;            /* [-] */
+    uint32_t ifr;            /* [-] */
+    uint32_t groups;         /* [-] PIE groups with an enabled flag */
+    uint32_t allow;          /* [-] EALLOW */
+    uint32_t halted;         /* [-] no software runs */
+    uint32_t delay;          /* [ticks] injected interrupt delay */
+    uint32_t resets;         /* [-] watchdog resets so far */
+} chip_cpu_t;
+
+typedef struct {
+    f28335_t registers;    /* what firmware sees at F28335_BASE */
+    uint64_t tick;         /* [tick] now */
+    uint64_t next[5];      /* [tick] earliest event of each source: ePWM, eQEP, ADC, CPU, the rare ones */
+    uint64_t limit;        /* [tick] a part may run ahead alone up to here */
+    uint64_t timer_next;   /* [tick] earliest timer reload that interrupts */
+    uint64_t epwm_next;    /* [cycle] same as next[0] */
+    uint64_t carrier_tick; /* [tick] last zero of ePWM1 */
+    uint64_t sample_tick;  /* [tick] last entry of SEQ1INT */
+    uint64_t adc_tick;     /* [tick] last start of conversion */
+    chip_clock_t clock;
+    chip_epwm_t epwm[CHIP_EPWMS];
+    chip_carrier_t carrier;
+    chip_adc_t adc;
+    chip_eqep_t eqep;
+    chip_timer_t timer[3];
+    chip_watchdog_t watchdog;
+    chip_cpu_t cpu;
+    chip_pins_t pins;
+    uint32_t gpio_input[3];                   /* [-] what the board puts on the pins */
+    uint32_t gpio_latch[3];                   /* [-] output latches */
+    uint32_t averaged;                        /* [-] */
+    uint32_t report_total;                    /* [-] */
+    uint32_t report_count[CHIP_REPORT_KINDS]; /* [-] */
+    uint32_t entries[128];                    /* [-] interrupts taken per vector */
+    uint32_t spare;                           /* fills the struct to a multiple of 64 bits */
+    chip_report_t reports[CHIP_REPORTS];      /* ring, last one at (report_total - 1) mod 16 */
+} chip_t;
+
+#endif

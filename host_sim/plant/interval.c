@@ -1,0 +1,678 @@
+#include "host_sim/plant/interval.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "host_sim/plant/phasor.h"
+
+#define TICK          (1.0 / 150e6)
+#define LONGEST_TICKS UINT64_C(15000)
+#define LONGEST       100e-6 /* [s] the same */
+#define RESYNC_STEPS  64u
+#define HALF_SQRT_3   0.86602540378443864676
+#define INV_SQRT_3    0.57735026918962576451
+
+/* Rate of change times step [-]. The rest of the series is then 5e-8 of the current. */
+#define LARGEST_ANGLE 0.09
+/* Step in time constants of the zone [-]. Runge-Kutta leaves 3e-4 of the transient. */
+#define STIFFEST 0.5
+/* The same in averaged mode, which models a mean anyway: Runge-Kutta would not be nearer to the truth. */
+#define STIFFEST_AVERAGED 1.5
+/* Repetitions end when a further one would change less than this [A], or after so many. */
+#define SETTLED     2e-6
+#define MOST_PASSES 6
+/* A sub-step ends this much [s] behind a border of the zone, so that the next one is across. */
+#define PAST_BORDER 5e-9
+
+/* What an interval adds up. */
+typedef struct {
+    double flux_alpha, flux_beta; /* [V s] */
+    double charge;                /* [A s] from the link */
+    double copper;                /* [J] */
+    double loss;                  /* [J] of the legs */
+} sums_t;
+
+/* Right-hand side at one instant. */
+typedef struct {
+    double di_d, di_q;      /* [A/s] */
+    double u_alpha, u_beta; /* [V] */
+    double link;            /* [A] from the link */
+    double copper;          /* [W] */
+    double loss;            /* [W] */
+} slope_t;
+
+static void to_phases(double cosine, double sine, double i_d, double i_q, double i[3])
+{
+    double alpha = i_d * cosine - i_q * sine;
+    double beta = i_d * sine + i_q * cosine;
+    i[0] = alpha;
+    i[1] = -0.5 * alpha + HALF_SQRT_3 * beta;
+    i[2] = -0.5 * alpha - HALF_SQRT_3 * beta;
+}
+
+double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share)
+{
+    double zone = plant->zone;
+    if (fabs(i) >= zone) {
+        int side = i < 0.0;
+        *share = law->s[side];
+        return law->s[side] * plant->v_dc + law->d[side] - law->r[side] * i;
+    }
+    double above = law->s[0] * plant->v_dc + law->d[0] - law->r[0] * zone;
+    double below = law->s[1] * plant->v_dc + law->d[1] + law->r[1] * zone;
+    double x = i * plant->zone_inverse;
+    *share = 0.5 * (law->s[1] + law->s[0]) - 0.5 * x * (law->s[1] - law->s[0]);
+    return 0.5 * (below + above) - 0.5 * x * (below - above);
+}
+
+/* Fall of the pole voltage across the zone per ampere [ohm]. */
+static double zone_resistance(const plant_t *plant, const plant_law_t *law)
+{
+    double fall = (law->s[1] - law->s[0]) * plant->v_dc + (law->d[1] - law->d[0]) +
+                  (law->r[1] + law->r[0]) * plant->zone;
+    return 0.5 * fall * plant->zone_inverse;
+}
+
+double interval_resistance(const plant_t *plant, double omega_m)
+{
+    double x = omega_m * plant->width_inverse;
+    double sign = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x * (1.5 - 0.5 * x * x);
+    return plant->dry_torque * sign + plant->params.friction_viscous * omega_m + plant->active_torque;
+}
+
+/* cos and sin of six times the angle. */
+static void sixfold(double cosine, double sine, double *cos_6, double *sin_6)
+{
+    double c2 = cosine * cosine - sine * sine;
+    double s2 = 2.0 * cosine * sine;
+    double c4 = c2 * c2 - s2 * s2;
+    double s4 = 2.0 * c2 * s2;
+    *cos_6 = c4 * c2 - s4 * s2;
+    *sin_6 = s4 * c2 + c4 * s2;
+}
+
+/* EMF per electrical speed in the rotor frame [Wb]. */
+static void emf_shape(const plant_t *plant, double cosine, double sine, double *d, double *q)
+{
+    *d = 0.0;
+    *q = plant->params.flux_linkage;
+    if (plant->harmonics) {
+        double c6, s6;
+        sixfold(cosine, sine, &c6, &s6);
+        *d = -plant->emf_d6 * s6;
+        *q += plant->emf_q6 * c6;
+    }
+}
+
+static double torque_of(const plant_t *plant)
+{
+    double d, q;
+    emf_shape(plant, plant->cos_e, plant->sin_e, &d, &q);
+    return 1.5 * plant->p * (d * plant->i_d + q * plant->i_q + plant->saliency * plant->i_d * plant->i_q);
+}
+
+/* EMF in the stationary frame [V]. */
+static void emf_of(const plant_t *plant, double omega_e, double cosine, double sine, double *alpha,
+                   double *beta)
+{
+    double d, q;
+    emf_shape(plant, cosine, sine, &d, &q);
+    *alpha = omega_e * (d * cosine - q * sine);
+    *beta = omega_e * (d * sine + q * cosine);
+}
+
+/* Nothing flows whatever the legs do: idle, or two wires broken. */
+static bool currentless(const plant_t *plant)
+{
+    return plant->idle || (plant->open & (plant->open - 1u)) != 0u;
+}
+
+double interval_line_emf(const plant_t *plant)
+{
+    double alpha, beta;
+    emf_of(plant, plant->p * plant->omega_m, plant->cos_e, plant->sin_e, &alpha, &beta);
+    double ab = fabs(1.5 * alpha - HALF_SQRT_3 * beta);
+    double bc = fabs(2.0 * HALF_SQRT_3 * beta);
+    double ca = fabs(1.5 * alpha + HALF_SQRT_3 * beta);
+    double most = ab > bc ? ab : bc;
+    return ca > most ? ca : most;
+}
+
+/* One wire broken: the currents of the others are opposite, so the vector lies on a line fixed in the
+ * stationary frame. Its direction in the rotor frame. */
+static void open_line(const plant_t *plant, double cosine, double sine, double *d, double *q)
+{
+    static const double line[3][2] = {{0.0, 1.0}, {-HALF_SQRT_3, -0.5}, {HALF_SQRT_3, -0.5}};
+    const double *m = line[plant->open == 1u ? 0 : plant->open == 2u ? 1 : 2];
+    *d = m[0] * cosine + m[1] * sine;
+    *q = -m[0] * sine + m[1] * cosine;
+}
+
+void interval_refresh(plant_t *plant)
+{
+    double *i = plant->i;
+    double alpha = i[0];
+    double beta = (i[1] - i[2]) * INV_SQRT_3;
+    plant->i_d = alpha * plant->cos_e + beta * plant->sin_e;
+    plant->i_q = beta * plant->cos_e - alpha * plant->sin_e;
+    uint32_t open = plant->open;
+    if (open == 1u || open == 2u || open == 4u) {
+        double d, q;
+        open_line(plant, plant->cos_e, plant->sin_e, &d, &q);
+        double y = plant->i_d * d + plant->i_q * q;
+        plant->i_d = y * d;
+        plant->i_q = y * q;
+        to_phases(plant->cos_e, plant->sin_e, plant->i_d, plant->i_q, i);
+        for (int leg = 0; leg < 3; leg++) {
+            if (open >> leg & 1u) {
+                i[leg] = 0.0;
+            }
+        }
+    } else if (open != 0u || plant->idle) {
+        plant->i_d = 0.0;
+        plant->i_q = 0.0;
+        i[0] = 0.0;
+        i[1] = 0.0;
+        i[2] = 0.0;
+    }
+    plant->torque = torque_of(plant);
+}
+
+void interval_restart(plant_t *plant)
+{
+    interval_refresh(plant);
+    bool locked = plant->params.shaft_locked != 0.0;
+    double against = interval_resistance(plant, plant->omega_m);
+    plant->acceleration = locked ? 0.0 : plant->inertia_inverse * (plant->torque - against);
+    plant->omega_ahead = plant->omega_m;
+}
+
+/* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). */
+static void slope_at(const plant_t *plant, double omega_e, double cosine, double sine, double i_d, double i_q,
+                     slope_t *out)
+{
+    const plant_params_t *params = &plant->params;
+    double i[3], v[3], e_d, e_q;
+    to_phases(cosine, sine, i_d, i_q, i);
+    out->link = 0.0;
+    out->loss = 0.0;
+    for (int leg = 0; leg < 3; leg++) {
+        double share;
+        v[leg] = interval_pole(plant, &plant->law[plant->kind[leg]], i[leg], &share);
+        if (!(plant->open >> leg & 1u)) {
+            out->link += share * i[leg];
+            out->loss += (share * plant->v_dc - v[leg]) * i[leg];
+        }
+    }
+    emf_shape(plant, cosine, sine, &e_d, &e_q);
+    e_d *= omega_e;
+    e_q *= omega_e;
+    double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
+    double u_beta = (v[1] - v[2]) * INV_SQRT_3;
+    double u_d = u_alpha * cosine + u_beta * sine;
+    double u_q = u_beta * cosine - u_alpha * sine;
+
+    if (plant->open == 0u) {
+        out->di_d =
+            (u_d - params->resistance * i_d + omega_e * params->inductance_q * i_q - e_d) * plant->k_d;
+        out->di_q =
+            (u_q - params->resistance * i_q - omega_e * params->inductance_d * i_d - e_q) * plant->k_q;
+    } else {
+        /* d(L_m y)/dt = (u - e) m - R y along the line m, L_m = L_d m_d^2 + L_q m_q^2; m turns back in the
+         * rotor frame. */
+        double m_d, m_q;
+        open_line(plant, cosine, sine, &m_d, &m_q);
+        double y = i_d * m_d + i_q * m_q;
+        double l_m = params->inductance_d * m_d * m_d + params->inductance_q * m_q * m_q;
+        double dl_m = 2.0 * omega_e * m_d * m_q * plant->saliency;
+        double dy = ((u_d - e_d) * m_d + (u_q - e_q) * m_q - (params->resistance + dl_m) * y) / l_m;
+        out->di_d = dy * m_d + y * omega_e * m_q;
+        out->di_q = dy * m_q - y * omega_e * m_d;
+        /* The broken phase's terminal follows its EMF; only the voltage along the line reaches the motor. */
+        double u = u_d * m_d + u_q * m_q;
+        u_d = u * m_d;
+        u_q = u * m_q;
+        u_alpha = u_d * cosine - u_q * sine;
+        u_beta = u_d * sine + u_q * cosine;
+    }
+    out->u_alpha = u_alpha;
+    out->u_beta = u_beta;
+    out->copper = 1.5 * params->resistance * (i_d * i_d + i_q * i_q);
+}
+
+void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta)
+{
+    double omega_e = plant->p * plant->omega_m;
+    if (currentless(plant)) {
+        emf_of(plant, omega_e, plant->cos_e, plant->sin_e, u_alpha, u_beta);
+        return;
+    }
+    slope_t slope;
+    slope_at(plant, omega_e, plant->cos_e, plant->sin_e, plant->i_d, plant->i_q, &slope);
+    *u_alpha = slope.u_alpha;
+    *u_beta = slope.u_beta;
+}
+
+/* Longest sub-step from here: stiffness of the legs inside the zone, and the next border that a current
+ * meets. */
+static double soft_step(const plant_t *plant, const slope_t *slope, double omega_e, double cosine,
+                        double sine, double i_d, double i_q, double h)
+{
+    double i[3], di[3];
+    to_phases(cosine, sine, i_d, i_q, i);
+    to_phases(cosine, sine, slope->di_d - omega_e * i_q, slope->di_q + omega_e * i_d, di);
+    double stiffest = 0.0;
+    double zone = plant->zone;
+    for (int leg = 0; leg < 3; leg++) {
+        if (plant->open >> leg & 1u) {
+            continue;
+        }
+        double border;
+        if (fabs(i[leg]) < zone) {
+            const plant_law_t *law = &plant->law[plant->kind[leg]];
+            double fall = zone_resistance(plant, law);
+            stiffest = fall > stiffest ? fall : stiffest;
+            border = di[leg] > 0.0 ? zone - i[leg] : i[leg] + zone;
+        } else if (i[leg] * di[leg] < 0.0) {
+            border = fabs(i[leg]) - zone;
+        } else {
+            continue;
+        }
+        double rate = fabs(di[leg]);
+        if (border + PAST_BORDER * rate < h * rate) {
+            h = border / rate + PAST_BORDER;
+        }
+    }
+    double rate = stiffest * plant->k_max;
+    return rate * h > STIFFEST ? STIFFEST / rate : h;
+}
+
+/* The whole interval in sub-steps. cosine and sine are those of its start. */
+static void soft_interval(plant_t *plant, double h, double omega_e, sums_t *sums)
+{
+    double cosine = plant->cos_e;
+    double sine = plant->sin_e;
+    double i_d = plant->i_d;
+    double i_q = plant->i_q;
+    slope_t k1, k2, k3, k4;
+    while (h > 0.0) {
+        slope_at(plant, omega_e, cosine, sine, i_d, i_q, &k1);
+        double step = soft_step(plant, &k1, omega_e, cosine, sine, i_d, i_q, h);
+        double half = 0.5 * step;
+        phasor_turn(&cosine, &sine, omega_e * half);
+        slope_at(plant, omega_e, cosine, sine, i_d + half * k1.di_d, i_q + half * k1.di_q, &k2);
+        slope_at(plant, omega_e, cosine, sine, i_d + half * k2.di_d, i_q + half * k2.di_q, &k3);
+        phasor_turn(&cosine, &sine, omega_e * half);
+        slope_at(plant, omega_e, cosine, sine, i_d + step * k3.di_d, i_q + step * k3.di_q, &k4);
+        double sixth = step * (1.0 / 6.0);
+        i_d += sixth * (k1.di_d + 2.0 * (k2.di_d + k3.di_d) + k4.di_d);
+        i_q += sixth * (k1.di_q + 2.0 * (k2.di_q + k3.di_q) + k4.di_q);
+        sums->flux_alpha += sixth * (k1.u_alpha + 2.0 * (k2.u_alpha + k3.u_alpha) + k4.u_alpha);
+        sums->flux_beta += sixth * (k1.u_beta + 2.0 * (k2.u_beta + k3.u_beta) + k4.u_beta);
+        sums->charge += sixth * (k1.link + 2.0 * (k2.link + k3.link) + k4.link);
+        sums->copper += sixth * (k1.copper + 2.0 * (k2.copper + k3.copper) + k4.copper);
+        sums->loss += sixth * (k1.loss + 2.0 * (k2.loss + k3.loss) + k4.loss);
+        h -= step;
+    }
+    plant->i_d = i_d;
+    plant->i_q = i_q;
+}
+
+/* Antiderivative over the current of a leg's pole voltage [V A]. */
+static double pole_integral(const plant_t *plant, const plant_law_t *law, double i)
+{
+    double zone = plant->zone;
+    double above = law->s[0] * plant->v_dc + law->d[0];
+    double below = law->s[1] * plant->v_dc + law->d[1];
+    double at_zone = above - law->r[0] * zone;
+    double at_minus_zone = below + law->r[1] * zone;
+    double middle = 0.5 * (at_zone + at_minus_zone);
+    double fall = 0.25 * (at_minus_zone - at_zone) * plant->zone_inverse;
+    if (i > zone) {
+        return (middle - fall * zone) * zone + (i - zone) * (above - 0.5 * law->r[0] * (i + zone));
+    }
+    if (i < -zone) {
+        return -(middle + fall * zone) * zone + (i + zone) * (below - 0.5 * law->r[1] * (i - zone));
+    }
+    return (middle - fall * i) * i;
+}
+
+/* Mean pole voltage while the current goes in a straight line from x to y. */
+static double pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y)
+{
+    double share;
+    if (fabs(y - x) < 1e-7) {
+        return interval_pole(plant, law, 0.5 * (x + y), &share);
+    }
+    return (pole_integral(plant, law, y) - pole_integral(plant, law, x)) / (y - x);
+}
+
+/* What the Taylor series of the currents needs besides the voltage. */
+typedef struct {
+    double h, h_2, h_3, h_4;         /* [s^n] h^n/n! */
+    double omega_e;                  /* [rad/s] */
+    double cosine, sine;             /* [-] of the angle at the start */
+    double cosine_end, sine_end;     /* [-] of the angle at the end */
+    double free_d, free_q;           /* [A/s] derivative without voltage */
+    double turn_d, turn_q, square_e; /* omega_e L_q/L_d, omega_e L_d/L_q [rad/s], omega_e^2 [rad^2/s^2] */
+} series_t;
+
+static inline void series_begin(const plant_t *plant, double h, double omega_e, double cos_1, double sin_1,
+                                series_t *series)
+{
+    series->h = h;
+    series->h_2 = h * h * 0.5;
+    series->h_3 = h * series->h_2 * (1.0 / 3.0);
+    series->h_4 = series->h_2 * series->h_2 * (1.0 / 6.0);
+    series->omega_e = omega_e;
+    series->cosine = plant->cos_e;
+    series->sine = plant->sin_e;
+    series->cosine_end = cos_1;
+    series->sine_end = sin_1;
+    series->turn_d = omega_e * plant->cross_d;
+    series->turn_q = omega_e * plant->cross_q;
+    series->square_e = omega_e * omega_e;
+    series->free_d = series->turn_d * plant->i_q - plant->decay_d * plant->i_d;
+    series->free_q = -series->turn_q * plant->i_d - plant->decay_q * plant->i_q - omega_e * plant->emf_q;
+    if (plant->harmonics) {
+        /* Held at the mean over the interval: value in the middle times sin(x)/x of half the sixfold angle.
+         */
+        double x = 3.0 * omega_e * h;
+        double mean = 1.0 - x * x * (1.0 / 6.0 - x * x * (1.0 / 120.0));
+        double c = plant->cos_e;
+        double s = plant->sin_e;
+        double c6, s6;
+        phasor_turn(&c, &s, 0.5 * omega_e * h);
+        sixfold(c, s, &c6, &s6);
+        series->free_d += omega_e * plant->k_d * plant->emf_d6 * s6 * mean;
+        series->free_q -= omega_e * plant->k_q * plant->emf_q6 * c6 * mean;
+    }
+}
+
+/* Currents after the interval under a constant voltage. The voltage turns back in the rotor frame: dU_d/dt =
+ * w_d U_q and dU_q/dt = -w_q U_d for U_d = u_d/L_d, U_q = u_q/L_q. */
+static inline void series_end(const plant_t *plant, const series_t *series, double u_alpha, double u_beta,
+                              double *i_d, double *i_q)
+{
+    double w_d = series->turn_d;
+    double w_q = series->turn_q;
+    double decay_d = plant->decay_d;
+    double decay_q = plant->decay_q;
+    double u_d = (u_alpha * series->cosine + u_beta * series->sine) * plant->k_d;
+    double u_q = (u_beta * series->cosine - u_alpha * series->sine) * plant->k_q;
+    double d1 = u_d + series->free_d;
+    double q1 = u_q + series->free_q;
+    double d2 = w_d * (u_q + q1) - decay_d * d1;
+    double q2 = -w_q * (u_d + d1) - decay_q * q1;
+    double d3 = w_d * q2 - decay_d * d2 - series->square_e * u_d;
+    double q3 = -w_q * d2 - decay_q * q2 - series->square_e * u_q;
+    double d4 = w_d * (q3 - series->square_e * u_q) - decay_d * d3;
+    double q4 = w_q * (series->square_e * u_d - d3) - decay_q * q3;
+    *i_d = ((plant->i_d + series->h * d1) + series->h_2 * d2) + (series->h_3 * d3 + series->h_4 * d4);
+    *i_q = ((plant->i_q + series->h * q1) + series->h_2 * q2) + (series->h_3 * q3 + series->h_4 * q4);
+}
+
+static inline double least(double x, double y)
+{
+    return x < y ? x : y;
+}
+
+/* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s; currents
+ * taken as straight lines from i to j. What the link gives and the motor does not get is lost. */
+static void add_up(const plant_t *plant, double h, const double j[3], const double v[3], const double s[3],
+                   sums_t *sums)
+{
+    sums->charge = 0.0;
+    sums->copper = 0.0;
+    sums->loss = 0.0;
+    for (int leg = 0; leg < 3; leg++) {
+        double x = plant->i[leg];
+        double y = j[leg];
+        double mean = 0.5 * (x + y);
+        double square = (x * x + x * y + y * y) * (1.0 / 3.0);
+        sums->charge += h * s[leg] * mean;
+        sums->copper += h * plant->params.resistance * square;
+        sums->loss += h * ((s[leg] * plant->v_dc - v[leg]) * mean + plant->r_mean * square);
+    }
+}
+
+/* A leg's current touches the zone: its voltage is the mean over the way of the current, found by repetition
+ * from the first guess in v and j. false if a leg is too stiff for that. */
+static bool bend(const plant_t *plant, const series_t *series, double v[3], double s[3], double j[3],
+                 double *i_d, double *i_q)
+{
+    double stiffest = plant->averaged ? STIFFEST_AVERAGED : STIFFEST;
+    double follow[3];
+    bool touched[3];
+    double contraction = 1e-6;
+    for (int leg = 0; leg < 3; leg++) {
+        double x = plant->i[leg];
+        double y = j[leg];
+        const plant_law_t *law = &plant->law[plant->kind[leg]];
+        touched[leg] = fabs(x) < plant->zone || fabs(y) < plant->zone || x * y < 0.0;
+        follow[leg] = 0.0;
+        if (touched[leg]) {
+            /* What a leg alone would do to its own mean current decides how far to follow the new mean
+             * voltage. */
+            double stiff = zone_resistance(plant, law) * series->h * plant->k_max;
+            if (stiff > stiffest) {
+                return false;
+            }
+            follow[leg] = 1.0 / (1.0 + stiff * (1.0 / 3.0));
+            contraction = stiff > contraction ? stiff : contraction;
+        }
+    }
+    double settled = SETTLED / contraction;
+    for (int pass = 0; pass < MOST_PASSES; pass++) {
+        double before[3] = {j[0], j[1], j[2]};
+        for (int leg = 0; leg < 3; leg++) {
+            if (touched[leg]) {
+                const plant_law_t *law = &plant->law[plant->kind[leg]];
+                double middle = 0.5 * (plant->i[leg] + j[leg]);
+                double mean = pole_mean(plant, law, plant->i[leg], j[leg]) + plant->r_mean * middle;
+                v[leg] += follow[leg] * (mean - v[leg]);
+                interval_pole(plant, law, middle, &s[leg]);
+            }
+        }
+        double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
+        double u_beta = (v[1] - v[2]) * INV_SQRT_3;
+        series_end(plant, series, u_alpha, u_beta, i_d, i_q);
+        to_phases(series->cosine_end, series->sine_end, *i_d, *i_q, j);
+        if (fabs(j[0] - before[0]) + fabs(j[1] - before[1]) + fabs(j[2] - before[2]) < settled) {
+            break;
+        }
+    }
+    return true;
+}
+
+/* The interval under constant voltages. false, and nothing changed, where that does not do. */
+static inline bool series_interval(plant_t *plant, double h, double omega_e, double cos_1, double sin_1,
+                                   sums_t *sums)
+{
+    const double *i = plant->i;
+    double zone = plant->zone;
+    series_t series;
+    series_begin(plant, h, omega_e, cos_1, sin_1, &series);
+    const plant_law_t *a = &plant->law[plant->kind[0]];
+    const plant_law_t *b = &plant->law[plant->kind[1]];
+    const plant_law_t *c = &plant->law[plant->kind[2]];
+    size_t side_a = i[0] < 0.0;
+    size_t side_b = i[1] < 0.0;
+    size_t side_c = i[2] < 0.0;
+    double r_mean = plant->r_mean;
+    double v[3], s[3], j[3], i_d, i_q;
+    v[0] = a->s[side_a] * plant->v_dc + a->d[side_a] - (a->r[side_a] - r_mean) * i[0];
+    v[1] = b->s[side_b] * plant->v_dc + b->d[side_b] - (b->r[side_b] - r_mean) * i[1];
+    v[2] = c->s[side_c] * plant->v_dc + c->d[side_c] - (c->r[side_c] - r_mean) * i[2];
+    series_end(plant, &series, (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0), (v[1] - v[2]) * INV_SQRT_3, &i_d,
+               &i_q);
+    to_phases(cos_1, sin_1, i_d, i_q, j);
+    /* Both ends outside the zone and on the same side: the products tell the sides. */
+    bool away = least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
+                least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
+                least(least(i[0] * j[0], i[1] * j[1]), i[2] * j[2]) > 0.0;
+    if (!away || plant->extras) {
+        s[0] = a->s[side_a];
+        s[1] = b->s[side_b];
+        s[2] = c->s[side_c];
+        if (!away && !bend(plant, &series, v, s, j, &i_d, &i_q)) {
+            return false;
+        }
+        add_up(plant, h, j, v, s, sums);
+    }
+    double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
+    double u_beta = (v[1] - v[2]) * INV_SQRT_3;
+    sums->flux_alpha = h * (u_alpha - 0.5 * r_mean * (i[0] + j[0]));
+    sums->flux_beta = h * (u_beta - 0.5 * r_mean * ((i[1] + j[1]) - (i[2] + j[2])) * INV_SQRT_3);
+    plant->i_d = i_d;
+    plant->i_q = i_q;
+    plant->i[0] = j[0];
+    plant->i[1] = j[1];
+    plant->i[2] = j[2];
+    return true;
+}
+
+/* First-order lag of a sensor whose input goes in a straight line from i_0 to i_1. */
+static double lagged(double y, double i_0, double i_1, double x)
+{
+    double behind = (i_1 - i_0) / x;
+    return i_1 - behind + (y - i_0 + behind) * phasor_decay(x);
+}
+
+/* Voltage of a soft link after `charge` has left it; the source only gives. Implicit, so that any time
+ * constant is safe. */
+static void link_step(plant_t *plant, double h, double charge)
+{
+    double v = plant->v_dc - charge * plant->link_rate;
+    double source = plant->params.dc_voltage;
+    if (v < source) {
+        double x = h * plant->source_rate;
+        v = (v + x * source) / (1.0 + x);
+    }
+    plant->v_dc = v;
+}
+
+/* No current for so long that the nodes float: until a gate or a high EMF ends it. */
+static void settle(plant_t *plant, uint64_t ticks)
+{
+    for (int leg = 0; leg < 3; leg++) {
+        bool quiet = (plant->open >> leg & 1u) ||
+                     (plant->kind[leg] == PLANT_LAW_OFF && fabs(plant->i[leg]) < plant->zone);
+        if (!quiet) {
+            plant->calm_ticks = 0;
+            return;
+        }
+    }
+    plant->calm_ticks += ticks;
+    if (plant->calm_ticks >= PLANT_IDLE_TICKS &&
+        interval_line_emf(plant) < plant->v_dc + 2.0 * plant->params.diode_voltage) {
+        if (plant->metering) {
+            plant->energy_inverter += 0.75 * (plant->params.inductance_d * plant->i_d * plant->i_d +
+                                              plant->params.inductance_q * plant->i_q * plant->i_q);
+        }
+        plant->idle = 1;
+        plant->calm_ticks = 0;
+        interval_refresh(plant);
+    }
+}
+
+uint64_t interval_step(plant_t *plant, uint64_t ticks)
+{
+    double rate = fabs(plant->p * plant->omega_m) + plant->rate;
+    uint64_t limit = LONGEST_TICKS;
+    if (rate * LONGEST > LARGEST_ANGLE) {
+        limit = 1u + (uint64_t)(LARGEST_ANGLE / (rate * TICK));
+    }
+    if (ticks > limit) {
+        /* Equal parts of what is left: a period is halved, not cut into a long and a tiny piece. */
+        uint64_t parts = (ticks + limit - 1u) / limit;
+        ticks = parts < 8u ? (ticks + parts - 1u) / parts : limit;
+    }
+    double h = (double)ticks * TICK;
+
+    /* From what was known before the last torque: the chain of currents need not wait for the shaft. */
+    double omega_mid = plant->omega_ahead + 0.5 * h * plant->acceleration;
+    double omega_e = plant->p * omega_mid;
+    double delta = omega_e * h;
+    double cos_1 = plant->cos_e;
+    double sin_1 = plant->sin_e;
+    phasor_turn(&cos_1, &sin_1, delta);
+
+    sums_t sums;
+    double i_a = plant->i[0];
+    double i_b = plant->i[1];
+    double torque_0 = plant->torque;
+    bool phases_known = true;
+    if (plant->idle | plant->open || !series_interval(plant, h, omega_e, cos_1, sin_1, &sums)) {
+        memset(&sums, 0, sizeof sums);
+        if (currentless(plant)) {
+            double alpha_0, beta_0, alpha_1, beta_1;
+            emf_of(plant, omega_e, plant->cos_e, plant->sin_e, &alpha_0, &beta_0);
+            emf_of(plant, omega_e, cos_1, sin_1, &alpha_1, &beta_1);
+            sums.flux_alpha = 0.5 * h * (alpha_0 + alpha_1);
+            sums.flux_beta = 0.5 * h * (beta_0 + beta_1);
+        } else {
+            soft_interval(plant, h, omega_e, &sums);
+            phases_known = false;
+        }
+    }
+    plant->cos_e = cos_1;
+    plant->sin_e = sin_1;
+    double theta = plant->theta_e + delta;
+    if (theta >= PHASOR_PI) {
+        theta -= PHASOR_TWO_PI;
+        plant->turns++;
+    } else if (theta < -PHASOR_PI) {
+        theta += PHASOR_TWO_PI;
+        plant->turns--;
+    }
+    plant->theta_e = theta;
+    if (++plant->steps >= RESYNC_STEPS) {
+        plant->steps = 0;
+        phasor_at(theta, &plant->cos_e, &plant->sin_e);
+    }
+    if (!phases_known) {
+        to_phases(plant->cos_e, plant->sin_e, plant->i_d, plant->i_q, plant->i);
+    }
+    if (plant->open) {
+        interval_refresh(plant);
+    } else {
+        plant->torque = torque_of(plant);
+    }
+
+    double torque = 0.5 * (torque_0 + plant->torque);
+    bool locked = plant->params.shaft_locked != 0.0;
+    double omega = plant->omega_m;
+    double omega_felt = omega + 0.5 * h * plant->acceleration;
+    double against = interval_resistance(plant, omega_felt);
+    plant->omega_ahead = omega + h * plant->acceleration;
+    if (!locked) {
+        plant->acceleration = plant->inertia_inverse * (torque - against);
+        plant->omega_m = omega + h * plant->acceleration;
+    }
+    plant->flux_alpha += sums.flux_alpha;
+    plant->flux_beta += sums.flux_beta;
+    if (plant->extras) {
+        if (plant->metering) {
+            plant->energy_dc += plant->v_dc * sums.charge;
+            plant->energy_copper += sums.copper;
+            plant->energy_inverter += sums.loss;
+            plant->energy_mechanical += h * omega_felt * (locked ? torque : against);
+        }
+        if (plant->link_rate > 0.0) {
+            link_step(plant, h, sums.charge);
+        }
+        if (plant->params.current_bandwidth > 0.0) {
+            double x = plant->params.current_bandwidth * h;
+            plant->sensed[0] = lagged(plant->sensed[0], i_a, plant->i[0], x);
+            plant->sensed[1] = lagged(plant->sensed[1], i_b, plant->i[1], x);
+        }
+    }
+    if (plant->idle) {
+        plant->idle = interval_line_emf(plant) < plant->v_dc + 2.0 * plant->params.diode_voltage;
+    } else if ((plant->kind[0] | plant->kind[1] | plant->kind[2]) == PLANT_LAW_OFF || plant->open != 0u) {
+        settle(plant, ticks);
+    }
+    return ticks;
+}

@@ -1,0 +1,44 @@
+/* One interval of the plant in which nothing is switched: motor, legs, DC link, shaft and energies.
+ *
+ * Currents: the voltage vector stands still in the stationary frame; in the rotor frame it turns back at
+ * omega_e. With constant speed the equations of plant.h are then linear, and their Taylor series is summed
+ * to the fourth order. Where a current touches the zone around zero, the voltage of its leg is the mean over
+ * the current's way, found by repetition; where that leg is too stiff (both gates off), or a phase is broken,
+ * classical Runge-Kutta in sub-steps that end at the borders of the zone and are at most half its time
+ * constant long.
+ * Shaft: constant mean torque of both ends, friction at the extrapolated middle speed (second order); the
+ * currents and the angle see the speed extrapolated from one interval earlier. */
+#ifndef HOST_SIM_PLANT_INTERVAL_H
+#define HOST_SIM_PLANT_INTERVAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host_sim/plant/plant.h"
+
+/* Advances by at most `ticks` (> 0) and returns by how many: no more than 100 us, less where
+ * something changes faster (phase of omega_e, R/L, swing of rotor against currents: 0.1 of each). */
+uint64_t interval_step(plant_t *plant, uint64_t ticks);
+
+/* The same after a change of angle, speed, currents or parameters from outside: also the extrapolation of the
+ * speed. */
+void interval_restart(plant_t *plant);
+
+/* i_d, i_q, torque and the broken phases made consistent after a change of phase currents or angle. */
+void interval_refresh(plant_t *plant);
+
+/* Friction and load at this speed [N m], positive against positive rotation. */
+double interval_resistance(const plant_t *plant, double omega_m);
+
+/* Pole voltage [V] of a leg under one law at this current [A]; *share is the part of the current the link
+ * gives [-]. */
+double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share);
+
+/* Motor voltage [V] now, in the stationary frame; the EMF where no current can flow. With a broken phase, its
+ * part along the line that the current can take. */
+void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta);
+
+/* Greatest EMF between two lines at this angle and speed [V]. */
+double interval_line_emf(const plant_t *plant);
+
+#endif

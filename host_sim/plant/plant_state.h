@@ -1,0 +1,104 @@
+/* State of the plant; included by plant.h only. Coefficients come first and are written by plant_set_params
+ * alone. */
+#ifndef HOST_SIM_PLANT_PLANT_STATE_H
+#define HOST_SIM_PLANT_PLANT_STATE_H
+
+#include <stdint.h>
+
+#include "host_sim/plant/plant_params.h"
+
+#define PLANT_PENDING 32 /* six gates, four edges each, rounded up to a power of two */
+
+/* Pole voltage of a leg outside the zone: v = s V_dc + d - r i. Index 0: i > 0, index 1: i < 0. The link
+ * gives s i. */
+typedef struct {
+    double s[2]; /* [-] share of the time (0, 1 between edges) that the leg hangs on the upper rail */
+    double d[2]; /* [V] drop at no current, as it adds to the pole voltage */
+    double r[2]; /* [ohm] slope of the drop */
+} plant_law_t;
+
+/* Index into the laws; the first four are the two gate bits of a leg. */
+enum { PLANT_LAW_OFF, PLANT_LAW_UPPER, PLANT_LAW_LOWER, PLANT_LAW_BOTH, PLANT_LAW_AVERAGED };
+
+/* A commanded edge that has not acted yet. */
+typedef struct {
+    uint64_t tick; /* [tick] when it acts */
+    uint32_t gate; /* [-] bit number 0..5 */
+    uint32_t on;   /* [-] 1: turns on */
+} plant_edge_t;
+
+typedef struct {
+    plant_params_t params;
+    double p;                /* pole pairs [-] */
+    double r_mean;           /* [ohm] mean slope of the drops, treated as part of R between edges */
+    double decay_d;          /* (R + r_mean)/L_d [1/s] */
+    double decay_q;          /* (R + r_mean)/L_q [1/s] */
+    double k_d, k_q;         /* 1/L_d, 1/L_q [1/H] */
+    double k_max;            /* the larger of the two [1/H] */
+    double cross_d;          /* L_q/L_d [-] */
+    double cross_q;          /* L_d/L_q [-] */
+    double saliency;         /* L_d - L_q [H] */
+    double emf_q;            /* psi_f/L_q [A] */
+    double emf_d6;           /* psi_f (k_5 + k_7) [Wb] */
+    double emf_q6;           /* psi_f (k_7 - k_5) [Wb] */
+    double rate;             /* [1/s] of the electrical decay and of the swing between currents and shaft */
+    double emf_bound;        /* psi_f (1 + |k_5| + |k_7|) [Wb] */
+    double inertia_inverse;  /* 1/J [1/(kg m^2)] */
+    double dry_torque;       /* T_c + T_passive [N m] */
+    double active_torque;    /* [N m] */
+    double width_inverse;    /* 1/w [s/rad] */
+    double zone;             /* [A] half width of the zone */
+    double zone_inverse;     /* [1/A] */
+    double trip_square;      /* [A^2]; 1e300: no protection */
+    double volts_per_ampere; /* [V/A] of the current sensors */
+    double volts_per_volt;   /* [-] of the DC-link sensor */
+    double source_rate;      /* 1/(R_dc C) [1/s]; 0: stiff link */
+    double link_rate;        /* 1/C [1/F]; 0: stiff link */
+    plant_law_t law[PLANT_LAW_AVERAGED + 3];
+
+    double i[3];                  /* [A] phase currents */
+    double i_d, i_q;              /* [A] the same in the rotor frame */
+    double theta_e;               /* [rad] in [-pi, pi) */
+    double cos_e, sin_e;          /* [-] of theta_e */
+    double omega_m;               /* [rad/s] */
+    double omega_ahead;           /* [rad/s] extrapolated to the present tick */
+    double acceleration;          /* [rad/s^2] mean over the last interval */
+    double torque;                /* [N m] */
+    double v_dc;                  /* [V] */
+    double flux_alpha, flux_beta; /* [V s] */
+    double sensed[2];             /* [A] phases a and b behind the lag of the sensors */
+    double energy_dc;             /* [J] */
+    double energy_copper;         /* [J] */
+    double energy_inverter;       /* [J] */
+    double energy_mechanical;     /* [J] */
+
+    uint64_t tick;
+    uint64_t turn_on_ticks;
+    uint64_t turn_off_ticks;
+    uint64_t pulse_ticks;
+    uint64_t fault_until;        /* [tick] the fault output is active before */
+    uint64_t calm_ticks;         /* [tick] since all legs are off and inside the zone */
+    uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
+    uint64_t random;             /* state of the noise */
+    int64_t turns;               /* [-] electrical revolutions, theta = theta_e + 2 pi turns */
+    plant_edge_t pending[PLANT_PENDING];
+    uint32_t pending_first; /* [-] ring index of the edge that acts next */
+    uint32_t pending_count;
+    uint32_t waiting[6]; /* [-] edges of each gate among them */
+    uint32_t kind[3];    /* index into law */
+    uint32_t commanded;  /* gate bits at the module's inputs */
+    uint32_t on;         /* gate bits after the delays */
+    uint32_t shut;       /* gate bits shut by the module */
+    uint32_t open;       /* bit n: phase n is broken */
+    uint32_t averaged;
+    uint32_t idle;      /* no current flows: nothing but the shaft moves */
+    uint32_t harmonics; /* the EMF has some */
+    uint32_t metering;
+    uint32_t extras; /* metering, soft link or sensor lag: sums are wanted */
+    uint32_t steps;  /* since the phasor was last made from the angle */
+    uint32_t shoot_throughs;
+    uint32_t shoot_through_leg;
+    uint32_t period; /* [tick] of the carrier, averaged mode */
+} plant_t;
+
+#endif

@@ -1,0 +1,362 @@
+#include "tests/oracle/oracle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace
+{
+
+constexpr double tick_seconds = 1.0 / 150e6;
+constexpr double pi = 3.14159265358979323846;
+
+using Vector2 = Eigen::Vector2d;
+using Matrix2 = Eigen::Matrix2d;
+using System = Eigen::Matrix<double, 9, 9>;
+using State = Eigen::Matrix<double, 9, 1>;
+
+struct Effective {
+    uint64_t tick;
+    unsigned gate;
+    bool on;
+};
+
+/* Command edges as they act: each gate has its own line of edges, an edge overtaken by the next goes with it.
+ */
+std::vector<Effective> delayed(const plant_params_t &q, const oracle_edge_t *edges, size_t count)
+{
+    const auto on_ticks = static_cast<uint64_t>(std::llround(q.turn_on_delay / tick_seconds));
+    const auto off_ticks = static_cast<uint64_t>(std::llround(q.turn_off_delay / tick_seconds));
+    std::vector<Effective> all;
+    for (unsigned gate = 0; gate < 6; gate++) {
+        std::vector<Effective> line;
+        bool level = false;
+        for (size_t n = 0; n < count; n++) {
+            const bool wanted = (edges[n].on >> gate & 1u) != 0;
+            if (wanted == level) {
+                continue;
+            }
+            level = wanted;
+            const uint64_t acts = edges[n].tick + (level ? on_ticks : off_ticks);
+            if (!line.empty() && acts <= line.back().tick) {
+                line.pop_back();
+            } else {
+                line.push_back({acts, gate, level});
+            }
+        }
+        all.insert(all.end(), line.begin(), line.end());
+    }
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Effective &x, const Effective &y) { return x.tick < y.tick; });
+    return all;
+}
+
+class Machine
+{
+  public:
+    Machine(const plant_params_t &params, oracle_frame_t frame_kind, double theta_m, double omega_m)
+        : q(params), frame(frame_kind), p(params.pole_pairs), theta(params.pole_pairs * theta_m),
+          omega(omega_m)
+    {
+        inductance << q.inductance_d, 0.0, 0.0, q.inductance_q;
+        const double least = std::min(q.inductance_d, q.inductance_q);
+        zone = std::max(q.current_zone, (0.5 * q.dc_voltage + q.diode_voltage) * 1e-6 / least);
+        if (q.shaft_locked != 0.0) {
+            omega = q.shaft_locked_speed;
+        }
+    }
+
+    void gate(unsigned number, bool on)
+    {
+        if (on) {
+            gates |= 1u << number;
+        } else {
+            gates &= ~(1u << number);
+        }
+        if (gates != 0) {
+            floating = false;
+        }
+    }
+
+    void advance(double seconds)
+    {
+        while (seconds > 0.0) {
+            const double h = std::min(seconds, frame == ORACLE_ROTOR ? ORACLE_STEP_ROTOR : ORACLE_STEP);
+            seconds = seconds - h < 1e-15 ? 0.0 : seconds - h;
+            substep(h);
+        }
+    }
+
+    oracle_sample_t sample() const
+    {
+        const std::array<double, 3> i = phases(current);
+        return {i[0], i[1], i[2], theta / p, omega, torque()};
+    }
+
+  private:
+    enum Region { below, inside, above };
+
+    static Matrix2 turn(double angle)
+    {
+        return Eigen::Rotation2Dd(angle).toRotationMatrix();
+    }
+
+    static std::array<double, 3> phases(const Vector2 &i)
+    {
+        std::array<double, 3> out{};
+        for (int n = 0; n < 3; n++) {
+            const double axis = 2.0 * pi * n / 3.0;
+            out[static_cast<size_t>(n)] = i.x() * std::cos(axis) + i.y() * std::sin(axis);
+        }
+        return out;
+    }
+
+    /* Leg voltage a - r i in one region. */
+    void leg(unsigned number, Region region, double &a, double &r) const
+    {
+        const unsigned pair = gates >> (2 * number) & 3u;
+        double a_plus = 0.0, r_plus = 0.0, a_minus = 0.0, r_minus = 0.0;
+        switch (pair) {
+        case 0:
+            a_plus = -q.diode_voltage;
+            r_plus = r_minus = q.diode_resistance;
+            a_minus = q.dc_voltage + q.diode_voltage;
+            break;
+        case 1:
+            a_plus = q.dc_voltage - q.igbt_voltage;
+            r_plus = q.igbt_resistance;
+            a_minus = q.dc_voltage + q.diode_voltage;
+            r_minus = q.diode_resistance;
+            break;
+        case 2:
+            a_plus = -q.diode_voltage;
+            r_plus = q.diode_resistance;
+            a_minus = q.igbt_voltage;
+            r_minus = q.igbt_resistance;
+            break;
+        default:
+            a_plus = a_minus = 0.5 * q.dc_voltage;
+            break;
+        }
+        if (region == above) {
+            a = a_plus;
+            r = r_plus;
+        } else if (region == below) {
+            a = a_minus;
+            r = r_minus;
+        } else {
+            const double v_plus = a_plus - r_plus * zone;
+            const double v_minus = a_minus + r_minus * zone;
+            a = 0.5 * (v_plus + v_minus);
+            r = (v_minus - v_plus) / (2.0 * zone);
+        }
+    }
+
+    /* EMF in the stationary frame: -d/dt of the magnets' flux, phase a: -omega psi (sin + k5 sin 5 + k7 sin
+     * 7). */
+    Vector2 emf(double omega_e) const
+    {
+        Vector2 e = Vector2::Zero();
+        for (int n = 0; n < 3; n++) {
+            const double axis = 2.0 * pi * n / 3.0;
+            const double x = theta - axis;
+            const double phase =
+                -omega_e * q.flux_linkage *
+                (std::sin(x) + q.emf_5th * std::sin(5.0 * x) + q.emf_7th * std::sin(7.0 * x));
+            e += 2.0 / 3.0 * phase * Vector2(std::cos(axis), std::sin(axis));
+        }
+        return e;
+    }
+
+    double torque() const
+    {
+        const Vector2 i = turn(-theta) * current;
+        return 1.5 * p * (q.inductance_d - q.inductance_q) * i.x() * i.y() + 1.5 * p * emf(1.0).dot(current);
+    }
+
+    double resisting(double speed) const
+    {
+        const bool passive = q.load_kind == PLANT_LOAD_PASSIVE;
+        const double dry = q.friction_coulomb + (passive ? q.load_torque : 0.0);
+        const double width = std::max(0.2, 2e-4 * dry / q.inertia);
+        const double x = std::clamp(speed / width, -1.0, 1.0);
+        return dry * x * (3.0 - x * x) / 2.0 + q.friction_viscous * speed + (passive ? 0.0 : q.load_torque);
+    }
+
+    /* Currents (stationary frame) after h with the legs in these regions. */
+    Vector2 solve(double h, double omega_e, const std::array<Region, 3> &region) const
+    {
+        Vector2 source = Vector2::Zero();
+        Matrix2 resistance = q.resistance * Matrix2::Identity();
+        for (unsigned n = 0; n < 3; n++) {
+            const Vector2 axis(std::cos(2.0 * pi * n / 3.0), std::sin(2.0 * pi * n / 3.0));
+            double a = 0.0, r = 0.0;
+            leg(n, region[n], a, r);
+            source += 2.0 / 3.0 * a * axis;
+            resistance += 2.0 / 3.0 * r * axis * axis.transpose();
+        }
+        Matrix2 quarter;
+        quarter << 0.0, -1.0, 1.0, 0.0;
+        System system = System::Zero();
+        State state = State::Zero();
+        state(8) = 1.0;
+        if (frame == ORACLE_STATIONARY) {
+            const double inverse = 1.0 / q.inductance_d;
+            state.segment<2>(0) = current;
+            const double order[3] = {1.0, -5.0, 7.0};
+            const double size[3] = {1.0, -q.emf_5th, q.emf_7th};
+            for (int k = 0; k < 3; k++) {
+                /* j omega psi e^(j n theta) */
+                state.segment<2>(2 + 2 * k) =
+                    omega_e * q.flux_linkage * size[k] * (turn(order[k] * theta) * Vector2(0.0, 1.0));
+                system.block<2, 2>(2 + 2 * k, 2 + 2 * k) = order[k] * omega_e * quarter;
+                system.block<2, 2>(0, 2 + 2 * k) = -inverse * Matrix2::Identity();
+            }
+            system.block<2, 2>(0, 0) = -inverse * resistance;
+            system.block<2, 1>(0, 8) = inverse * source;
+            const State end = (system * h).exp() * state;
+            return end.segment<2>(0);
+        }
+        const Matrix2 inverse = inductance.inverse();
+        const Matrix2 middle = turn(theta + 0.5 * omega_e * h);
+        state.segment<2>(0) = turn(-theta) * current;
+        state.segment<2>(2) = turn(-theta) * source;
+        state.segment<2>(4) = Vector2(std::cos(6.0 * theta), std::sin(6.0 * theta));
+        system.block<2, 2>(0, 0) =
+            -inverse * (middle.transpose() * resistance * middle + omega_e * quarter * inductance);
+        system.block<2, 2>(0, 2) = inverse;
+        system.block<2, 2>(2, 2) = -omega_e * quarter;
+        system.block<2, 2>(4, 4) = 6.0 * omega_e * quarter;
+        Matrix2 harmonic;
+        harmonic << 0.0, -(q.emf_5th + q.emf_7th), q.emf_7th - q.emf_5th, 0.0;
+        system.block<2, 2>(0, 4) = -omega_e * q.flux_linkage * inverse * harmonic;
+        system.block<2, 1>(0, 8) = -omega_e * q.flux_linkage * inverse * Vector2(0.0, 1.0);
+        const State end = (system * h).exp() * state;
+        return turn(theta + omega_e * h) * end.segment<2>(0);
+    }
+
+    /* By how much a current is past a border of its region; positive is outside. */
+    double beyond(const Vector2 &i, const std::array<Region, 3> &region) const
+    {
+        const std::array<double, 3> phase = phases(i);
+        double most = -1e9;
+        for (size_t n = 0; n < 3; n++) {
+            const double x = phase[n];
+            const double past = region[n] == above   ? zone - x
+                                : region[n] == below ? x + zone
+                                                     : std::fabs(x) - zone;
+            most = std::max(most, past);
+        }
+        return most;
+    }
+
+    void substep(double h)
+    {
+        const double torque_0 = torque();
+        const bool locked = q.shaft_locked != 0.0;
+        const double speed = locked ? omega : omega + 0.5 * h * (torque_0 - resisting(omega)) / q.inertia;
+        const double omega_e = p * speed;
+        double left = h;
+        while (left > 0.0 && !floating) {
+            /* A current on a border belongs to the side it moves to: look a little ahead with the nearer
+             * region. */
+            std::array<Region, 3> region{};
+            const std::array<double, 3> now = phases(current);
+            for (size_t n = 0; n < 3; n++) {
+                region[n] = now[n] > zone ? above : now[n] < -zone ? below : inside;
+            }
+            const double ahead = std::min(left, 1e-9);
+            const std::array<double, 3> soon = phases(solve(ahead, omega_e, region));
+            for (size_t n = 0; n < 3; n++) {
+                region[n] = soon[n] > zone ? above : soon[n] < -zone ? below : inside;
+            }
+            double part = left;
+            Vector2 end = solve(part, omega_e, region);
+            if (beyond(end, region) > 1e-9 && left > ahead) {
+                double low = ahead, high = left;
+                for (int n = 0; n < 60 && high - low > 1e-13; n++) {
+                    const double middle = 0.5 * (low + high);
+                    (beyond(solve(middle, omega_e, region), region) > 0.0 ? high : low) = middle;
+                }
+                part = high;
+                end = solve(part, omega_e, region);
+            }
+            current = end;
+            theta += omega_e * part;
+            left -= part;
+        }
+        if (floating) {
+            theta += omega_e * left;
+        }
+        if (!locked) {
+            omega += h * (0.5 * (torque_0 + torque()) - resisting(speed)) / q.inertia;
+        }
+        rest(h);
+    }
+
+    /* The rule for floating legs. */
+    void rest(double h)
+    {
+        const Vector2 e = emf(p * omega);
+        const std::array<double, 3> e_phase = phases(e);
+        const auto ends = std::minmax_element(e_phase.begin(), e_phase.end());
+        const bool low_emf = *ends.second - *ends.first < q.dc_voltage + 2.0 * q.diode_voltage;
+        const std::array<double, 3> i = phases(current);
+        const bool quiet =
+            gates == 0 && std::fabs(i[0]) < zone && std::fabs(i[1]) < zone && std::fabs(i[2]) < zone;
+        calm = quiet ? calm + h : 0.0;
+        if (floating) {
+            floating = low_emf;
+        } else if (calm >= 50e-6 && low_emf) {
+            floating = true;
+            current.setZero();
+        }
+    }
+
+    const plant_params_t q;
+    const oracle_frame_t frame;
+    const double p;
+    Matrix2 inductance;
+    double zone = 0.0;
+    double theta;
+    double omega;
+    Vector2 current = Vector2::Zero();
+    unsigned gates = 0;
+    bool floating = true;
+    double calm = 0.0;
+};
+
+} // namespace
+
+bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta_m, double omega_m,
+                const oracle_edge_t *edges, size_t edge_count, const uint64_t *sample_ticks,
+                size_t sample_count, oracle_sample_t *samples)
+{
+    const bool soft = params->dc_resistance > 0.0 && params->dc_capacitance > 0.0;
+    const bool broken =
+        params->open_phase_a != 0.0 || params->open_phase_b != 0.0 || params->open_phase_c != 0.0;
+    const bool salient = std::fabs(params->inductance_d - params->inductance_q) > 0.0;
+    if (soft || broken || params->force_fault != 0.0 || (frame == ORACLE_STATIONARY && salient)) {
+        return false;
+    }
+    Machine machine(*params, frame, theta_m, omega_m);
+    const std::vector<Effective> acts = delayed(*params, edges, edge_count);
+    uint64_t now = 0;
+    size_t next = 0;
+    for (size_t n = 0; n < sample_count; n++) {
+        while (next < acts.size() && acts[next].tick <= sample_ticks[n]) {
+            machine.advance(static_cast<double>(acts[next].tick - now) * tick_seconds);
+            now = acts[next].tick;
+            machine.gate(acts[next].gate, acts[next].on);
+            next++;
+        }
+        machine.advance(static_cast<double>(sample_ticks[n] - now) * tick_seconds);
+        now = sample_ticks[n];
+        samples[n] = machine.sample();
+    }
+    return true;
+}

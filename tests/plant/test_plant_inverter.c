@@ -1,0 +1,559 @@
+/* Legs, delays, dead time, averaged mode, protection, broken phases. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/plant/loop.h"
+#include "unity.h"
+
+static plant_t plant;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static plant_truth_t truth_at(uint64_t tick)
+{
+    plant_truth_t now;
+    plant_advance(&plant, tick);
+    plant_truth(&plant, &now);
+    return now;
+}
+
+static plant_params_t locked(void)
+{
+    plant_params_t q = plant_params_default();
+    q.shaft_locked = 1.0;
+    return q;
+}
+
+/* ---- dead time ---- */
+
+/* Mean of u_alpha over one period in which leg a is high for `high_a` and legs b and c for `high_bc`,
+ * settled. */
+static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high_bc, uint32_t dead,
+                         bool averaged)
+{
+    uint32_t high[3] = {high_a, high_bc, high_bc};
+    double before = 0.0;
+    double after = 0.0;
+    plant_init(&plant, q, 1);
+    for (uint64_t k = 0; k < 2000; k++) { /* 200 ms, 15 time constants */
+        uint64_t start = k * LOOP_PERIOD;
+        before = after;
+        if (averaged) {
+            plant_carrier(&plant, start, LOOP_PERIOD, high, dead);
+        } else {
+            /* Leg a is the longer: its edges come first and last. */
+            uint64_t rise_a = start + (LOOP_PERIOD - high_a) / 2u;
+            uint64_t rise_bc = start + (LOOP_PERIOD - high_bc) / 2u;
+            uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
+            uint32_t upper_bc = PLANT_UPPER(1) | PLANT_UPPER(2);
+            plant_gates(&plant, rise_a, lower & ~PLANT_LOWER(0));
+            plant_gates(&plant, rise_a + dead, (lower & ~PLANT_LOWER(0)) | PLANT_UPPER(0));
+            plant_gates(&plant, rise_bc, PLANT_UPPER(0));
+            plant_gates(&plant, rise_bc + dead, PLANT_UPPER(0) | upper_bc);
+            plant_gates(&plant, rise_bc + high_bc, PLANT_UPPER(0));
+            plant_gates(&plant, rise_bc + high_bc + dead, PLANT_UPPER(0) | (lower & ~PLANT_LOWER(0)));
+            plant_gates(&plant, rise_a + high_a, lower & ~PLANT_LOWER(0));
+            plant_gates(&plant, rise_a + high_a + dead, lower);
+        }
+        after = truth_at(start + LOOP_PERIOD).flux_alpha;
+    }
+    return (after - before) / 1e-4;
+}
+
+static void test_dead_time_error_is_that_of_the_facts_table(void)
+{
+    /* Section 3: drops at 4.55 A, 0.8 + 0.018 * 4.55 and 0.95 + 0.025 * 4.55 V; here without slope, so that
+     * the current does not matter. Current into a, out of b and c: the vector's error is 4/3 of one leg's. */
+    static const uint32_t dead[] = {300, 375, 450};
+    static const double row[] = {6.6, 8.1, 9.7};
+    plant_params_t q = locked();
+    q.igbt_voltage = 0.8819;
+    q.igbt_resistance = 0.0;
+    q.diode_voltage = 1.06375;
+    q.diode_resistance = 0.0;
+    for (int n = 0; n < 3; n++) {
+        double t_e = (dead[n] + 105.0 - 135.0) / LOOP_PERIOD;
+        double v =
+            t_e * (311.0 - q.igbt_voltage + q.diode_voltage) + 0.5 * (q.igbt_voltage + q.diode_voltage);
+        /* The small term (d - 1/2)(V_ce - V_f) of section 2, for d = 0.56 and 0.44. */
+        double small = 2.0 / 3.0 * (0.06 + 0.06) * (q.igbt_voltage - q.diode_voltage);
+        double commanded = 2.0 / 3.0 * 0.12 * 311.0;
+        for (int averaged = 0; averaged < 2; averaged++) {
+            double error = commanded - mean_alpha(&q, 8400, 6600, dead[n], averaged);
+            printf("dead %u ticks, %s: leg error %.4f V\n", dead[n], averaged ? "averaged" : "switched",
+                   error * 0.75);
+            /* Edges are exact to the tick; what is left is rounding and the last e^-15 of settling. */
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / 3.0 * v + small, error);
+            TEST_ASSERT_DOUBLE_WITHIN(0.07, row[n],
+                                      error * 0.75); /* the table's rounding, and the small term */
+        }
+    }
+}
+
+static void test_ideal_inverter_gives_the_commanded_mean(void)
+{
+    plant_params_t q = locked();
+    q.turn_on_delay = q.turn_off_delay = 0.0;
+    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+    q.current_zone = q.short_circuit_current = q.fault_pulse = 0.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, false));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, true));
+}
+
+static void test_averaged_mode_has_no_error_where_nothing_switches(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 20.0;
+    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0, mean_alpha(&q, LOOP_PERIOD, 0, 375, true));
+    /* One tick less, and the upper transistor of a comes late by T_e: 345 ticks of the period. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0 * (1.0 - 346.0 / LOOP_PERIOD),
+                              mean_alpha(&q, LOOP_PERIOD - 1, 0, 375, true));
+    /* A pulse shorter than T_e does not come through: no current beyond the zone, so no more than R times
+     * that. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.95 * 0.05, 0.0, mean_alpha(&q, 300, 0, 375, true));
+}
+
+static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
+{
+    enum { PERIODS = 1500, WINDOW = 100 };
+    static uint32_t high[PERIODS][3];
+    plant_params_t q = locked();
+    q.shaft_locked_speed = 50.0 * 3.14159265358979;
+    loop_t loop;
+    memset(&loop, 0, sizeof loop);
+    loop.dead = 375;
+    loop.i_q_ref = 5.0;
+    double mean[2][2] = {{0.0}};
+    for (int averaged = 1; averaged >= 0; averaged--) {
+        memset(&loop.sum_d, 0, sizeof loop.sum_d);
+        plant_init(&plant, &q, 1);
+        loop.averaged = (uint32_t)averaged;
+        loop.gates = 0;
+        for (int k = 0; k < PERIODS; k++) {
+            plant_truth_t now;
+            if (averaged) {
+                memcpy(high[k], loop.high, sizeof high[k]);
+            } else {
+                memcpy(loop.high, high[k], sizeof high[k]); /* same duties, no control */
+            }
+            loop_period(&loop, &plant, NULL, NULL);
+            plant_truth(&plant, &now);
+            if (k >= PERIODS - WINDOW) {
+                mean[averaged][0] += now.i_d / WINDOW;
+                mean[averaged][1] += now.i_q / WINDOW;
+            }
+        }
+    }
+    printf("averaged %.4f %.4f A, switched %.4f %.4f A\n", mean[1][0], mean[1][1], mean[0][0], mean[0][1]);
+    /* Impedance |R + j 628 L| = 7.9 ohm. The centres of pulses lie (dead + on + off)/2 = 2.05 us later: 125 V
+     * * 628 * 2.05 us = 0.16 V. Within half the ripple (0.2 A of 5 A, 5 % of the turn) the sign at the edges
+     * is not that of the mean: 5 % of 4/3 * 8.1 V = 0.54 V at most. */
+    double bound = (0.16 + 0.54) / 7.9;
+    TEST_ASSERT_DOUBLE_WITHIN(bound, mean[0][0], mean[1][0]);
+    TEST_ASSERT_DOUBLE_WITHIN(bound, mean[0][1], mean[1][1]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.3, 5.0, mean[1][1]);
+}
+
+/* ---- edges ---- */
+
+/* 12 A into a, out of b and c, on a 30 V link; returns the tick. */
+static uint64_t flowing(const plant_params_t *q)
+{
+    plant_init(&plant, q, 1);
+    plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, 3000000u);
+    return 3000000u;
+}
+
+static plant_params_t no_slope(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    q.igbt_resistance = q.diode_resistance = 0.0;
+    return q;
+}
+
+/* Volt-seconds of u_alpha that a toggle of the upper switch of a takes away, in ticks of the leg's full
+ * swing. */
+static double lost_ticks(const plant_params_t *q, const uint32_t *offsets, int count)
+{
+    uint64_t at = flowing(q);
+    plant_truth_t before = truth_at(at);
+    uint32_t others = PLANT_LOWER(1) | PLANT_LOWER(2);
+    for (int n = 0; n < count; n++) {
+        plant_gates(&plant, at + offsets[n], others | (n % 2 ? PLANT_UPPER(0) : 0u));
+    }
+    plant_truth_t after = truth_at(at + 3000u);
+    double full = 2.0 / 3.0 * (q->dc_voltage - 2.0 * q->igbt_voltage);
+    double swing = 2.0 / 3.0 * (q->dc_voltage - q->igbt_voltage + q->diode_voltage);
+    return (full * 3000.0 - (after.flux_alpha - before.flux_alpha) * 150e6) / swing;
+}
+
+static void test_gap_acts_from_turn_off_delay_to_turn_on_delay(void)
+{
+    plant_params_t q = no_slope();
+    /* Off acts 135 ticks late, on 105: a gap of 500 is 470 long. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 470.0, lost_ticks(&q, (const uint32_t[]){100, 600}, 2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 235.0, lost_ticks(&q, (const uint32_t[]){100}, 1));
+}
+
+static void test_gap_shorter_than_the_difference_of_delays_vanishes(void)
+{
+    plant_params_t q = no_slope();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, lost_ticks(&q, (const uint32_t[]){100, 131}, 2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, lost_ticks(&q, (const uint32_t[]){100, 130}, 2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, lost_ticks(&q, (const uint32_t[]){100, 101}, 2));
+    /* Two gaps, the first too short: only the second remains. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 70.0, lost_ticks(&q, (const uint32_t[]){100, 110, 120, 220}, 4));
+}
+
+static void test_pulse_shorter_than_the_difference_of_delays_vanishes(void)
+{
+    plant_params_t q = no_slope();
+    q.turn_on_delay = 0.9e-6;
+    q.turn_off_delay = 0.7e-6;
+    /* Off at 100 acts at 205; on at 300 acts at 435; off at 329 acts at 434, at 331 at 436. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 205.0, lost_ticks(&q, (const uint32_t[]){100, 300, 329}, 3));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 206.0, lost_ticks(&q, (const uint32_t[]){100, 300, 331}, 3));
+}
+
+static void test_more_edges_than_a_delay_holds_end_in_the_commanded_state(void)
+{
+    plant_params_t q = no_slope();
+    q.turn_on_delay = q.turn_off_delay = 4e-6;
+    /* Nine edges, ten ticks apart, within 600 ticks of delay. Off, on, off, on wait for 700, 710, 720, 730;
+     * the fifth is one too many and goes with the fourth; the sixth waits for 750 and goes with the seventh,
+     * the eighth with the ninth. What acts: off at 700, on at 710, off at 720. */
+    uint32_t offsets[9];
+    for (uint32_t n = 0; n < 9; n++) {
+        offsets[n] = 100u + 10u * n;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 700.0 - 10.0, lost_ticks(&q, offsets, 9));
+    TEST_ASSERT_EQUAL_UINT32(0u, plant.on & PLANT_UPPER(0));
+    plant_gates(&plant, plant.tick, PLANT_UPPER(0));
+    plant_advance(&plant, plant.tick + 700u);
+    TEST_ASSERT_EQUAL_UINT32(PLANT_UPPER(0), plant.on);
+}
+
+static void test_current_commutates_to_the_diode_of_the_other_rail(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    uint64_t at = flowing(&q);
+    plant_truth_t now = truth_at(at);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_IGBT, now.leg_b);
+    plant_gates(&plant, at, 0);
+    now = truth_at(at + 134u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a);
+    now = truth_at(at + 136u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, now.leg_a);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_b);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_c);
+    /* Diodes against the link: -(30 + 2 * 0.95) 2/3 and their slopes. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -2.0 / 3.0 * 31.9 - 0.025 * now.i_a, now.u_alpha);
+    TEST_ASSERT_EQUAL_STRING("lower diode", plant_leg_text((plant_leg_t)now.leg_a));
+}
+
+static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(void)
+{
+    plant_params_t q = locked();
+    q.shaft_locked_speed = 20.0;
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, 60000u);
+    plant_gates(&plant, 60000u, 0);
+    TEST_ASSERT_TRUE(truth_at(60000u).i_a > 4.0);
+    /* 6.5 A at 200 V/12.5 mH are gone in 0.5 ms; 50 us in the zone later the nodes float. */
+    plant_truth_t now = truth_at(60000u + 150000u);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_b);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_c);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.torque);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_OPEN, now.leg_b);
+    /* The next command makes current flow again. */
+    plant_gates(&plant, 300000u, PLANT_UPPER(1) | PLANT_LOWER(2));
+    TEST_ASSERT_TRUE(truth_at(315000u).i_b > 0.5);
+}
+
+static void test_emf_above_the_link_flows_through_the_diodes(void)
+{
+    plant_params_t q = plant_params_default();
+    q.dc_voltage = 100.0;
+    q.friction_coulomb = 0.0;
+    plant_init(&plant, &q, 1);
+    plant_set_motion(&plant, 0.0, 157.0); /* 199 V between lines */
+    plant_set_metering(&plant, true);
+    plant_truth_t now = truth_at(1500000u);
+    TEST_ASSERT_TRUE(fabs(now.i_a) + fabs(now.i_b) + fabs(now.i_c) > 1.0);
+    TEST_ASSERT_TRUE(now.torque < -1.0);
+    TEST_ASSERT_TRUE(now.energy_dc < -1.0);
+    /* The lines fall below 100 V + 2 * 0.95 V at 80.4 rad/s; braking ends there, and nothing flows any more.
+     * Just above, a crest leaves the legs in the zone, whose leak (50 mA) brakes on until they float: 0.5
+     * rad/s. */
+    now = truth_at(1500000000u);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 101.9 / (sqrt(3.0) * 4.0 * 0.183), now.omega_m);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+}
+
+/* ---- module ---- */
+
+static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    uint64_t at = flowing(&q);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    TEST_ASSERT_EQUAL_DOUBLE(-1.0, truth_at(at).shoot_through_second);
+    plant_gates(&plant, at, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2) | PLANT_UPPER(2));
+    plant_truth_t now = truth_at(at + 200u);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
+    TEST_ASSERT_EQUAL_DOUBLE(2.0, now.shoot_through_leg);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, (double)(at + 105u) / 150e6, now.shoot_through_second);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
+                             now.shut_gates);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a); /* the others keep obeying */
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_b);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    /* 1.8 ms = 270000 ticks of fault output. */
+    plant_advance(&plant, at + 105u + 269999u);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    plant_advance(&plant, at + 105u + 270000u);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    /* The command still stands, the gates stay shut; they obey again after an off-on edge each. */
+    now = truth_at(at + 300000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
+                             now.shut_gates);
+    plant_gates(&plant, at + 300000u, PLANT_UPPER(0));
+    plant_gates(&plant, at + 301000u, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    now = truth_at(at + 302000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0), now.shut_gates);
+    now = truth_at(at + 3000000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_IGBT, now.leg_b);
+    TEST_ASSERT_TRUE(now.i_a > 10.0);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
+}
+
+static void test_edge_during_the_fault_pulse_does_not_reopen_a_gate(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    uint64_t at = flowing(&q);
+    plant_gates(&plant, at, PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_gates(&plant, at + 10000u, 0);
+    plant_gates(&plant, at + 20000u, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_truth_t now = truth_at(at + 3000000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
+                             now.shut_gates);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+}
+
+static void test_module_without_protection_only_counts_a_shoot_through(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    q.short_circuit_current = 0.0;
+    uint64_t at = flowing(&q);
+    plant_gates(&plant, at, PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_truth_t now = truth_at(at + 1000u);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_SHOOT_THROUGH, now.leg_a);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    /* Node of a at 15 V, b and c through IGBTs at half the current. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0 / 3.0 * (15.0 - 0.8 - 0.018 * 0.5 * now.i_a), now.u_alpha);
+}
+
+static void test_overcurrent_trips_the_arm_that_carries_it(void)
+{
+    /* Below, at and above: the trip level lies at the current that is reached, or a little beside it. */
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    double reached = 2.0 / 3.0 * 28.4 / (0.95 + 0.018);
+    q.short_circuit_current = reached * 1.001;
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(45000000u).fault_line);
+    q.short_circuit_current = reached * 0.99;
+    plant_set_params(&plant, &q);
+    plant_truth_t now = truth_at(45000000u + 15000u); /* within one step of 100 us */
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, now.fault_line);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(0), now.shut_gates);
+    now = truth_at(45000000u + 30000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, now.leg_a);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_IGBT, now.leg_b);
+    /* A lower arm that carries too much takes the other lower arms with it. */
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_UPPER(1) | PLANT_UPPER(2));
+    now = truth_at(45000000u);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2), now.shut_gates);
+}
+
+static void test_forced_fault_shuts_everything_and_holds_the_line(void)
+{
+    plant_params_t q = locked();
+    q.dc_voltage = 30.0;
+    uint64_t at = flowing(&q);
+    q.force_fault = 1.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    plant_truth_t now = truth_at(at + 3000000u);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    TEST_ASSERT_EQUAL_DOUBLE(63.0, now.shut_gates);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+    q.force_fault = 0.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant)); /* held far longer than the shortest pulse */
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(at + 4000000u).i_a);
+    plant_gates(&plant, at + 4000000u, 0);
+    plant_gates(&plant, at + 4100000u, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    TEST_ASSERT_TRUE(truth_at(at + 5000000u).i_a > 1.0);
+    /* A short one still makes a pulse of full length. */
+    q.force_fault = 1.0;
+    plant_set_params(&plant, &q);
+    q.force_fault = 0.0;
+    plant_set_params(&plant, &q);
+    plant_advance(&plant, at + 5000000u + 269999u);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    plant_advance(&plant, at + 5000000u + 270000u);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+}
+
+static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
+{
+    uint32_t high[3] = {8400, 6600, 6600};
+    plant_params_t q = locked();
+    plant_init(&plant, &q, 1);
+    for (uint64_t k = 0; k < 200; k++) {
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_AVERAGED, truth_at(200u * LOOP_PERIOD).leg_a);
+    q.short_circuit_current = 2.0;
+    plant_set_params(&plant, &q);
+    plant_carrier(&plant, 200u * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+    plant_truth_t now = truth_at(201u * LOOP_PERIOD);
+    TEST_ASSERT_EQUAL_DOUBLE(63.0, now.shut_gates);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    q.short_circuit_current = 100.0;
+    plant_set_params(&plant, &q);
+    for (uint64_t k = 201; k < 218; k++) {
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+    }
+    now = truth_at(218u * LOOP_PERIOD);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+    for (uint64_t k = 218; k < 240; k++) {
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+    }
+    now = truth_at(240u * LOOP_PERIOD);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    TEST_ASSERT_TRUE(now.i_a > 1.0);
+    /* Leaving averaged mode: the command acts at once. */
+    plant_gates(&plant, 240u * LOOP_PERIOD, 0);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, truth_at(240u * LOOP_PERIOD + 1u).leg_a);
+}
+
+/* ---- broken phases ---- */
+
+static void test_broken_phase_carries_nothing_and_the_others_the_same_current(void)
+{
+    plant_params_t q = locked();
+    q.turn_on_delay = 0.0;
+    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+    q.dc_voltage = 20.0;
+    q.inductance_d = 0.008;
+    q.inductance_q = 0.02;
+    for (int broken = 0; broken < 3; broken++) {
+        q.open_phase_a = broken == 0;
+        q.open_phase_b = broken == 1;
+        q.open_phase_c = broken == 2;
+        plant_init(&plant, &q, 1);
+        /* d axis on the broken phase: the line between the other two lies on q. */
+        plant_set_motion(&plant, 2.0 * 3.14159265358979324 / 3.0 * broken / 4.0, 0.0);
+        int next = (broken + 1) % 3;
+        int last = (broken + 2) % 3;
+        plant_gates(&plant, 0, PLANT_UPPER(next) | PLANT_LOWER(last) | PLANT_UPPER(broken));
+        for (int k = 1; k <= 10; k++) {
+            double t = 2e-3 * k;
+            plant_truth_t now = truth_at((uint64_t)k * 300000u);
+            double i[3] = {now.i_a, now.i_b, now.i_c};
+            double leg[3] = {now.leg_a, now.leg_b, now.leg_c};
+            double expected = 20.0 / (2.0 * q.resistance) * (1.0 - exp(-q.resistance * t / q.inductance_q));
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, i[broken]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8, expected, i[next]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, i[next] + i[last]);
+            TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_OPEN, leg[broken]);
+        }
+    }
+}
+
+static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
+{
+    plant_params_t q = plant_params_default();
+    loop_t loop;
+    memset(&loop, 0, sizeof loop);
+    loop.dead = 375;
+    loop.i_q_ref = 4.0;
+    plant_init(&plant, &q, 1);
+    for (int k = 0; k < 300; k++) {
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    q.open_phase_a = 1.0;
+    plant_set_params(&plant, &q);
+    double largest = 0.0;
+    for (int k = 0; k < 300; k++) {
+        plant_truth_t now;
+        plant_truth(&plant, &now);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, now.i_b + now.i_c);
+        largest = fmax(largest, fabs(now.i_b));
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    TEST_ASSERT_TRUE(largest > 1.0);
+    q.open_phase_c = 1.0;
+    plant_set_params(&plant, &q);
+    for (int k = 0; k < 10; k++) {
+        plant_truth_t now;
+        loop_period(&loop, &plant, NULL, NULL);
+        plant_truth(&plant, &now);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_b);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.torque);
+    }
+    q.open_phase_a = q.open_phase_c = 0.0;
+    plant_set_params(&plant, &q);
+    for (int k = 0; k < 100; k++) {
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    TEST_ASSERT_TRUE(fabs(plant.i[0]) + fabs(plant.i[1]) + fabs(plant.i[2]) > 1.0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_dead_time_error_is_that_of_the_facts_table);
+    RUN_TEST(test_ideal_inverter_gives_the_commanded_mean);
+    RUN_TEST(test_averaged_mode_has_no_error_where_nothing_switches);
+    RUN_TEST(test_averaged_mode_carries_the_same_mean_currents_as_edges);
+    RUN_TEST(test_gap_acts_from_turn_off_delay_to_turn_on_delay);
+    RUN_TEST(test_gap_shorter_than_the_difference_of_delays_vanishes);
+    RUN_TEST(test_pulse_shorter_than_the_difference_of_delays_vanishes);
+    RUN_TEST(test_more_edges_than_a_delay_holds_end_in_the_commanded_state);
+    RUN_TEST(test_current_commutates_to_the_diode_of_the_other_rail);
+    RUN_TEST(test_all_off_lets_the_current_die_into_the_link_and_then_none_flows);
+    RUN_TEST(test_emf_above_the_link_flows_through_the_diodes);
+    RUN_TEST(test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones);
+    RUN_TEST(test_edge_during_the_fault_pulse_does_not_reopen_a_gate);
+    RUN_TEST(test_module_without_protection_only_counts_a_shoot_through);
+    RUN_TEST(test_overcurrent_trips_the_arm_that_carries_it);
+    RUN_TEST(test_forced_fault_shuts_everything_and_holds_the_line);
+    RUN_TEST(test_averaged_mode_stops_on_a_fault_and_resumes_after_it);
+    RUN_TEST(test_broken_phase_carries_nothing_and_the_others_the_same_current);
+    RUN_TEST(test_phase_that_breaks_while_turning_stays_at_exactly_zero);
+    return UNITY_END();
+}

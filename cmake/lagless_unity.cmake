@@ -17,9 +17,14 @@ if(NOT UNITY_DIR)
         return()
     endif()
     include(FetchContent)
+    if(POLICY CMP0135)
+        cmake_policy(SET CMP0135 NEW)
+    endif()
     FetchContent_Declare(unity_source
-        URL https://github.com/ThrowTheSwitch/Unity/archive/refs/tags/v2.6.0.tar.gz
-        SOURCE_SUBDIR none)
+        URL https://github.com/ThrowTheSwitch/Unity/archive/refs/tags/v2.6.1.tar.gz
+        URL_HASH SHA256=b41a66d45a6b99758fb3202ace6178177014d52fc524bf1f72687d93e9867292
+        SOURCE_SUBDIR none) # its own CMakeLists.txt is not wanted
+    message(STATUS "Unity is not on this machine: fetching it from GitHub (where that fails: tools/get-unity)")
     FetchContent_MakeAvailable(unity_source)
     set(UNITY_DIR "${unity_source_SOURCE_DIR}/src")
 endif()

@@ -1,0 +1,24 @@
+# The work of target `coverage`: counts of an earlier run go, all tests run, gcovr adds up.
+cmake_minimum_required(VERSION 3.21)
+cmake_host_system_information(RESULT jobs QUERY NUMBER_OF_LOGICAL_CORES)
+
+file(GLOB_RECURSE stale "${BUILD}/*.gcda")
+if(stale)
+    file(REMOVE ${stale})
+endif()
+
+execute_process(COMMAND "${CTEST}" --test-dir "${BUILD}" --output-on-failure --parallel ${jobs} RESULT_VARIABLE failed)
+if(failed)
+    message(FATAL_ERROR "coverage: the tests failed")
+endif()
+
+file(MAKE_DIRECTORY "${BUILD}/html")
+execute_process(COMMAND "${GCOVR}" --root "${SOURCE}" --filter "${SOURCE}/firmware/" --filter "${SOURCE}/hal/" -j ${jobs}
+        --html-details "${BUILD}/html/index.html" --txt --print-summary --fail-under-line ${LIMIT} "${BUILD}"
+    WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed)
+if(failed EQUAL 2) # gcovr's own code for it
+    message(FATAL_ERROR "coverage: fewer than ${LIMIT} % of the lines were reached")
+elseif(failed)
+    message(FATAL_ERROR "coverage: gcovr failed (${failed})")
+endif()
+message(STATUS "line by line: ${BUILD}/html/index.html")

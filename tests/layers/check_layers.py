@@ -1,0 +1,431 @@
+#!/usr/bin/env python3
+"""Checks the rules of the house: who may include whom, which symbols a library may need, and what may not stand in the C
+of firmware/ and hal/. Prints one line a breach, `file:line: rule: text`, and ends with 1 if there is any.
+
+usage: check_layers.py [--root FOLDER] [--nm NM] [--library ROOM=ARCHIVE]...
+
+Rooms with a library: firmware, app, hal, chip, plant, rig. Symbol rules need archives without sanitizer or coverage
+counters, compiled with -g for line numbers. Python 3.9, standard library only.
+"""
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+
+# ---- The rules ----------------------------------------------------------------------------------------------------------
+
+# Rooms by folder, the longest that fits wins.
+ROOMS = (
+    "firmware/math",
+    "firmware/estimator",
+    "firmware/control",
+    "firmware/drive",
+    "firmware/app",
+    "firmware",
+    "hal",
+    "host_sim/chip",
+    "host_sim/plant",
+    "host_sim/rig",
+    "host_sim/lab",
+    "host_sim/cli",
+    "host_sim",
+    "tests",
+)
+
+FIRMWARE_CORE = ("firmware/math", "firmware/estimator", "firmware/control", "firmware/drive")
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/drive/table.h")
+
+# What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
+MAY_INCLUDE = {
+    "firmware/math": (),
+    "firmware/estimator": ("firmware/math",),
+    "firmware/control": ("firmware/math",),
+    "firmware/drive": ("firmware/math", "firmware/estimator", "firmware/control"),
+    "firmware/app": FIRMWARE_CORE + ("hal",),
+    "firmware": (),
+    "hal": (),
+    "host_sim/chip": ("hal/f28335/registers.h", "hal/f28335/bus.h"),
+    "host_sim/plant": (),
+    "host_sim/rig": FIRMWARE_CORE + ("firmware/app", "hal", "host_sim/chip", "host_sim/plant"),
+    # The rig's interface is the only door for everything above it.
+    "host_sim/lab": RIG_DOOR,
+    "host_sim/cli": RIG_DOOR + ("host_sim/lab",),
+    "host_sim": (),
+}
+
+# Headers of the system in firmware/ and hal/: types, limits, memcpy, assert; math.h for sqrtf and isfinite.
+TARGET_HEADERS = {"stdint.h", "stdbool.h", "stddef.h", "limits.h", "float.h", "string.h", "assert.h", "math.h", "inttypes.h"}
+
+# Symbols that no room needs to ask for: memory blocks, and what compiler and linker put in by themselves.
+MEMORY = {"memcpy", "memset", "memmove", "memcmp", "__memcpy_chk", "__memset_chk", "__memmove_chk"}
+COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr", "__assert_fail"}
+
+# Libraries: what else each may leave undefined (regular expression), which libraries it may link to, and which writable
+# data it may own (regular expression or None).
+LIBRARIES = {
+    "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)", "uses": (), "data": None},
+    "app": {"extern": r"", "uses": ("firmware", "hal"), "data": r"app"},
+    "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
+    "chip": {"never_uses": ("firmware", "app", "hal", "plant", "rig")},
+    "plant": {"never_uses": ("firmware", "app", "hal", "chip", "rig")},
+    "rig": {},
+}
+STRICT_LIBRARIES = ("firmware", "app", "hal")
+
+# Functions of libm whose last bit depends on the machine's libm: nowhere in a state computation of firmware or desk.
+INEXACT = re.compile(
+    r"(?:a?(?:sin|cos|tan)h?|atan2|sincos|exp|exp2|exp10|expm1|log|log2|log10|log1p|pow|cbrt|hypot|erfc?|[lt]gamma|j[01n]|y[01n])"
+    r"[fl]?"
+)
+
+# Words that must not stand in firmware/ and hal/, and why.
+FORBIDDEN = {
+    "double": "no double precision on the target",
+    "uint8_t": "a C28x has no 8-bit type",
+    "int8_t": "a C28x has no 8-bit type",
+    "malloc": "no dynamic memory",
+    "calloc": "no dynamic memory",
+    "realloc": "no dynamic memory",
+    "free": "no dynamic memory",
+    "alloca": "no dynamic memory",
+    "setjmp": "no jumps out of functions",
+    "longjmp": "no jumps out of functions",
+}
+
+# Paths of one person's machine. Written so that this line is none.
+MACHINE_PATH = re.compile(r"(?<![A-Za-z0-9_.$}/-])/(?:root|home|work|farm|Users)/[A-Za-z0-9_.]")
+
+# ---- Reading sources ----------------------------------------------------------------------------------------------------
+
+C_ENDINGS = {".c", ".h", ".cpp", ".hpp"}
+NOT_OURS = {".git", "build", "report", "__pycache__"}
+COMMENT_OR_TEXT = re.compile(
+    r"//(?:\\\n|[^\n])*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'", re.DOTALL
+)
+INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*(.*?)[ \t]*$", re.MULTILINE)
+WORD = re.compile(r"[A-Za-z_]\w*")
+FLOAT_WITHOUT_F = re.compile(r"(?<![\w.])(?:\d+\.\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
+
+
+def without_comments(text, keep_text):
+    """The source with comments (and, unless kept, strings and characters) blanked out; line breaks stay."""
+
+    def blank(match):
+        found = match.group()
+        if keep_text and found[0] in "\"'":
+            return found
+        return re.sub(r"[^\n]", " ", found)
+
+    return COMMENT_OR_TEXT.sub(blank, text)
+
+
+def line_of(text, position):
+    return text.count("\n", 0, position) + 1
+
+
+def room_of(path):
+    for room in ROOMS:
+        if path == room or path.startswith(room + "/"):
+            return room
+    return None
+
+
+def project_files(root):
+    """All files of the project, as paths from the root: what git knows or would add, or everything without git."""
+    git = subprocess.run(
+        ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        check=False,
+    ) if (root / ".git").exists() else None
+    if git is not None and git.returncode == 0:
+        names = [name for name in git.stdout.decode().split("\0") if name]
+    else:
+        names = [p.relative_to(root).as_posix() for p in root.rglob("*")]
+    return sorted(n for n in set(names) if not NOT_OURS & set(n.split("/")) and (root / n).is_file())
+
+
+class Checker:
+    def __init__(self, root):
+        self.root = root
+        self.breaches = []
+
+    def breach(self, path, line, rule, text):
+        self.breaches.append((path, line, rule, text))
+
+    # ---- Includes ---------------------------------------------------------------------------------------------------
+
+    def resolve(self, path, name):
+        """The project file that an include of `path` means, or None for a header from outside. A file that is not there
+        is taken for what its name says."""
+        folder = pathlib.PurePosixPath(path).parent
+        candidates = []
+        for base in (folder, pathlib.PurePosixPath("firmware"), pathlib.PurePosixPath(".")):
+            parts = []
+            for part in (base / name).parts:
+                if part == ".." and parts:
+                    parts.pop()
+                else:
+                    parts.append(part)
+            candidates.append("/".join(parts))
+        for candidate in candidates:
+            if (self.root / candidate).is_file():
+                return candidate
+        for candidate in reversed(candidates):
+            if "/" in name and room_of(candidate) not in (None, "firmware", "host_sim"):
+                return candidate
+        return None
+
+    def check_includes(self, path, text):
+        room = room_of(path)
+        if room not in MAY_INCLUDE:
+            return
+        for match in INCLUDE.finditer(without_comments(text, keep_text=True)):
+            line = line_of(text, match.start())
+            spelled = re.fullmatch(r"\"(.+)\"|<(.+)>", match.group(1))
+            if not spelled:
+                self.breach(path, line, "include", f"include of a macro ({match.group(1)}) hides what it includes")
+                continue
+            name = spelled.group(1) or spelled.group(2)
+            target = self.resolve(path, name)
+            if target is None:
+                if spelled.group(2) and room.split("/")[0] in ("firmware", "hal") and name not in TARGET_HEADERS:
+                    self.breach(path, line, "include", f"{room} must not include <{name}>: not for the target")
+                continue
+            target_room = room_of(target)
+            if target_room == room or target in MAY_INCLUDE[room] or target_room in MAY_INCLUDE[room]:
+                continue
+            self.breach(path, line, "include", f"{room} must not include {target}")
+
+    # ---- Words ------------------------------------------------------------------------------------------------------
+
+    def check_words(self, path, text):
+        code = without_comments(text, keep_text=False)
+        for match in WORD.finditer(code):
+            word = match.group()
+            if word in FORBIDDEN:
+                self.breach(path, line_of(code, match.start()), "word", f"`{word}`: {FORBIDDEN[word]}")
+            elif INEXACT.fullmatch(word) and re.match(r"\s*\(", code[match.end():]):
+                # A call, not a member or a declaration of our own.
+                if not re.search(r"(?:\.|->)\s*$", code[: match.start()]):
+                    self.breach(path, line_of(code, match.start()), "word", f"`{word}`: libm; use firmware/math")
+        for match in FLOAT_WITHOUT_F.finditer(code):
+            self.breach(path, line_of(code, match.start()), "word", f"`{match.group()}`: double literal, needs an f")
+
+    # ---- Recursion --------------------------------------------------------------------------------------------------
+
+    def calls_of(self, path, text):
+        """Functions that a source defines: name -> (path, line, words followed by a bracket in the body)."""
+        code = re.sub(r"^[ \t]*#(?:\\\n|[^\n])*", lambda m: re.sub(r"[^\n]", " ", m.group()),
+                      without_comments(text, keep_text=False), flags=re.MULTILINE)
+        functions = {}
+        depth, start, head = 0, 0, 0
+        for match in re.finditer(r"[{};]", code):
+            sign = match.group()
+            if sign == "{":
+                if depth == 0:
+                    start = match.end()
+                depth += 1
+            elif sign == "}":
+                depth -= 1
+                if depth == 0:
+                    named = re.search(r"(\w+)\s*\([^{}]*\)\s*$", code[head: start - 1])
+                    if named:
+                        line = line_of(code, head + named.start())
+                        body = code[start: match.start()]
+                        functions[named.group(1)] = (path, line, set(re.findall(r"\b([A-Za-z_]\w*)\s*\(", body)))
+                    head = match.end()
+            elif depth == 0:
+                head = match.end()
+        return functions
+
+    def check_recursion(self, sources):
+        # Static functions of two files may share a name: a file's own wins, then a unique public one.
+        by_file = {path: self.calls_of(path, text) for path, text in sources.items() if path.endswith(".c")}
+        everywhere = {}
+        for path, functions in by_file.items():
+            for name in functions:
+                everywhere.setdefault(name, []).append(path)
+
+        def edges(node):
+            path, name = node
+            for called in sorted(by_file[path][name][2]):
+                if called in by_file[path]:
+                    yield path, called
+                elif called in everywhere and len(everywhere[called]) == 1:
+                    yield everywhere[called][0], called
+
+        finished = set()
+        for path, functions in by_file.items():
+            for name in functions:
+                trail, stack = [], [((path, name), None)]
+                while stack:
+                    node, inner = stack.pop()
+                    if inner is None:
+                        if node in finished:
+                            continue
+                        if node in trail:
+                            first = by_file[node[0]][node[1]]
+                            ring = " -> ".join(n for _, n in trail[trail.index(node):] + [node])
+                            self.breach(first[0], first[1], "recursion", ring)
+                            continue
+                        trail.append(node)
+                        inner = edges(node)
+                    following = next(inner, None)
+                    if following is None:
+                        finished.add(trail.pop())
+                    else:
+                        stack.append((node, inner))
+                        stack.append((following, None))
+
+    # ---- Machine paths ----------------------------------------------------------------------------------------------
+
+    def check_machine_paths(self, path, text):
+        for match in MACHINE_PATH.finditer(text):
+            line = line_of(text, match.start())
+            self.breach(path, line, "machine", "a path of one machine: " + text.splitlines()[line - 1].strip())
+
+    def check_sources(self):
+        target_sources = {}
+        for path in project_files(self.root):
+            data = (self.root / path).read_bytes()
+            if b"\0" in data:
+                continue
+            text = data.decode("utf-8", errors="replace")
+            self.check_machine_paths(path, text)
+            if pathlib.PurePosixPath(path).suffix not in C_ENDINGS:
+                continue
+            self.check_includes(path, text)
+            if path.startswith(("firmware/", "hal/")):
+                self.check_words(path, text)
+                target_sources[path] = text
+        self.check_recursion(target_sources)
+        return len(target_sources)
+
+    # ---- Symbols ----------------------------------------------------------------------------------------------------
+
+    def check_symbols(self, archives, nm):
+        symbols = {room: read_symbols(archive, nm) for room, archive in archives.items()}
+        defined = {room: {s.name for s in found if s.defined} for room, found in symbols.items()}
+        for room, found in symbols.items():
+            rules = LIBRARIES[room]
+            archive = pathlib.PurePath(archives[room]).name
+            for s in found:
+                where, line = s.source(self.root) or (f"{archive}({s.member})", 0)
+                if s.defined:
+                    if room in STRICT_LIBRARIES and s.writable and not re.fullmatch(rules["data"] or r"(?!)", s.name):
+                        self.breach(where, line, "symbol", f"{room} must own no writable data: {s.name} in {s.section}")
+                    continue
+                if s.name in defined[room] or s.name in MEMORY or s.name in COMPILER:
+                    continue
+                if INEXACT.fullmatch(s.name):
+                    self.breach(where, line, "symbol", f"{room} must not need {s.name}: libm, not exactly rounded")
+                elif room in STRICT_LIBRARIES:
+                    allowed = any(s.name in defined.get(other, ()) for other in rules["uses"])
+                    if not allowed and not re.fullmatch(rules["extern"], s.name):
+                        self.breach(where, line, "symbol", f"{room} must not need {s.name}")
+                else:
+                    for other in rules.get("never_uses", ()):
+                        if s.name in defined.get(other, ()):
+                            self.breach(where, line, "symbol", f"{room} must not need {s.name}, which is {other}'s")
+            if room == "firmware":
+                self.check_floors(found, archive)
+
+    def check_floors(self, found, archive):
+        """Within the firmware's library: no object needs a symbol of a floor above its own, declared by hand or not."""
+        rooms = {}  # an archive keeps only the last part of a name
+        for source in (self.root / "firmware").rglob("*.c"):
+            rooms.setdefault(source.name, set()).add(room_of(source.relative_to(self.root).as_posix()))
+
+        def rooms_of(member):
+            return rooms.get(re.sub(r"\.o(bj)?$", "", member), set())
+
+        owner = {s.name: s.member for s in found if s.defined and s.public}
+        for s in found:
+            if s.defined or s.name not in owner:
+                continue
+            user, used = rooms_of(s.member), rooms_of(owner[s.name])
+            if user and used and not any(b == a or b in MAY_INCLUDE[a] for a in user for b in used):
+                where, line = s.source(self.root) or (f"{archive}({s.member})", 0)
+                self.breach(where, line, "symbol", f"{min(user)} must not need {s.name} of {min(used)}")
+
+
+class Symbol:
+    def __init__(self, member, name, kind, section, place):
+        self.member, self.name, self.section, self.place = member, name, section, place
+        self.defined = kind not in "Uw"
+        self.public = kind.isupper()
+        # By section: constant tables of pointers (.data.rel.ro) are relocated once and then read-only.
+        self.writable = (
+            section.startswith((".data", ".bss", ".tbss", ".tdata", ".sdata", ".sbss", "*COM*", "COMMON"))
+            and not section.startswith(".data.rel.ro")
+        ) or kind == "C"
+
+    def source(self, root):
+        """File and line where the symbol is defined or first needed, if the debug information tells."""
+        if not self.place:
+            return None
+        path, _, line = self.place.rpartition(":")
+        if not line.isdigit():
+            return None
+        try:
+            path = pathlib.Path(path).resolve().relative_to(root.resolve()).as_posix()
+        except ValueError:
+            pass
+        return path, int(line)
+
+
+def read_symbols(archive, nm):
+    """Every symbol of every object in an archive, from `nm --format=sysv --line-numbers`:
+    name | value | class | type | size | line | section <tab> file:line"""
+    run = subprocess.run([nm, "--format=sysv", "--line-numbers", str(archive)], stdout=subprocess.PIPE,
+                         stderr=subprocess.PIPE, check=False, text=True)
+    if run.returncode != 0:
+        sys.exit(f"check_layers: {nm} cannot read {archive}: {run.stderr.strip()}")
+    found, member = [], "?"
+    for row in run.stdout.splitlines():
+        head = re.match(r"(?:Undefined s|S)ymbols from .*\[(.+)\]:$", row)
+        if head:
+            member = head.group(1)
+            continue
+        columns = row.split("|")
+        if len(columns) != 7 or columns[0].strip() == "Name":
+            continue
+        section, _, place = columns[6].partition("\t")
+        found.append(Symbol(member, columns[0].strip(), columns[2].strip(), section.strip(), place.strip()))
+    if not found:
+        sys.exit(f"check_layers: {archive} shows no symbols")
+    return found
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description="Checks the layer rules of the project.")
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
+    parser.add_argument("--nm", default="nm")
+    parser.add_argument("--library", action="append", default=[], metavar="ROOM=ARCHIVE")
+    options = parser.parse_args(arguments)
+
+    archives = {}
+    for pair in options.library:
+        room, equals, archive = pair.partition("=")
+        if not equals or room not in LIBRARIES:
+            parser.error(f"--library {pair}: expected ROOM=ARCHIVE with a room of {', '.join(LIBRARIES)}")
+        archives[room] = archive
+
+    checker = Checker(options.root)
+    count = checker.check_sources()
+    if count == 0:
+        sys.exit(f"check_layers: no sources in {options.root}/firmware and hal")
+    checker.check_symbols(archives, options.nm)
+    for path, line, rule, text in sorted(set(checker.breaches)):
+        print(f"{path}:{line}: {rule}: {text}")
+    if checker.breaches:
+        print(f"check_layers: {len(set(checker.breaches))} breaches", file=sys.stderr)
+        return 1
+    print(f"check_layers: {count} sources of firmware and hal and {len(archives)} libraries keep the rules")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""Proves check_layers.py: a small tree that keeps every rule passes; broken in one place, it fails and the message names
+file, line and rule. CC, AR and NM choose the tools."""
+import contextlib
+import io
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+import check_layers  # noqa: E402
+
+CC = os.environ.get("CC") or "cc"
+AR = os.environ.get("AR") or "ar"
+NM = os.environ.get("NM") or "nm"
+
+TREE = {
+    "firmware/math/angle.h": "float angle_wrap(float x);\n",
+    "firmware/math/angle.c": (
+        '#include "math/angle.h"\n'
+        "#include <math.h>\n"
+        "/* a double in a comment, sin(x) and 1.0 too */\n"
+        "static const char *const names[] = {\"double\", \"uint8_t 1.0\"};\n"
+        "float angle_wrap(float x)\n"
+        "{\n"
+        "    return x < 0.0f ? sqrtf(1.0e3f) : (float)names[x > 1.0f][0];\n"
+        "}\n"
+    ),
+    "firmware/estimator/smo.h": "float smo_step(float x);\n",
+    "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "math/angle.h"\n'
+    "float smo_step(float x)\n{\n    return angle_wrap(x);\n}\n",
+    "firmware/control/svpwm.h": "float svpwm(float x);\n",
+    "firmware/control/svpwm.c": '#include "control/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
+    "firmware/drive/drive.h": "float drive_step(float x);\n",
+    "firmware/drive/drive.c": '#include "drive.h"\n#include "estimator/smo.h"\n#include "control/svpwm.h"\n'
+    "float drive_step(float x)\n{\n    return svpwm(smo_step(x));\n}\n",
+    "firmware/app/app.c": '#include "drive/drive.h"\n#include "hal/hal.h"\nfloat app_run(void);\n'
+    "struct { float x; } app;\n"
+    "float app_run(void)\n{\n    hal_write((int)drive_step(app.x));\n    return app.x;\n}\n",
+    "hal/hal.h": "void hal_write(int x);\n",
+    "hal/f28335/bus.h": '#include "hal/f28335/registers.h"\nvoid bus_write16(int x);\n',
+    "hal/f28335/registers.h": "#include <stdint.h>\n",
+    "hal/f28335/pwm.c": '#include "hal/hal.h"\n#include "hal/f28335/bus.h"\nvoid hal_write(int x)\n{\n    bus_write16(x);\n}\n',
+    "host_sim/chip/chip.h": "void chip_run(void);\n",
+    "host_sim/chip/chip.c": '#include "host_sim/chip/chip.h"\n#include "hal/f28335/bus.h"\nint chip_count;\n'
+    "void bus_write16(int x)\n{\n    chip_count = x;\n}\nvoid chip_run(void)\n{\n}\n",
+    "host_sim/plant/plant.h": "double plant_run(double x);\n",
+    "host_sim/plant/plant.c": '#include "plant.h"\n#include <math.h>\ndouble plant_run(double x)\n{\n    return sqrt(x);\n}\n',
+    "host_sim/rig/rig.c": '#include "host_sim/chip/chip.h"\n#include "host_sim/plant/plant.h"\n#include "drive/drive.h"\n'
+    "double rig_step(void);\ndouble rig_step(void)\n{\n    chip_run();\n    return plant_run((double)drive_step(1.0f));\n}\n",
+    "tests/unit/test_angle.c": '#include "math/angle.h"\n#include "unity.h"\n',
+}
+LIBRARIES = {
+    "firmware": ("firmware/math/angle.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c", "firmware/drive/drive.c"),
+    "app": ("firmware/app/app.c",),
+    "hal": ("hal/f28335/pwm.c",),
+    "chip": ("host_sim/chip/chip.c",),
+    "plant": ("host_sim/plant/plant.c",),
+    "rig": ("host_sim/rig/rig.c",),
+}
+
+
+def write(root, name, text):
+    path = root / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+
+
+class CheckLayers(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="lagless_layers_"))
+        self.addCleanup(shutil.rmtree, self.root)
+        for name, text in TREE.items():
+            self.write(name, text)
+
+    def write(self, name, text):
+        write(self.root, name, text)
+
+    def prepend(self, name, line):
+        self.write(name, line + "\n" + TREE[name])
+
+    def append(self, name, text):
+        self.write(name, TREE[name] + text)
+
+    def last_line(self, name):
+        return TREE[name].count("\n")
+
+    @classmethod
+    def compile(cls, root, source):
+        result = root / "build" / (pathlib.Path(source).name + ".o")
+        result.parent.mkdir(exist_ok=True)
+        subprocess.run([CC, "-std=c11", "-O1", "-g", "-fPIE", "-fno-builtin", "-I", root, "-I", root / "firmware",
+                        "-c", root / source, "-o", result], check=True)
+        return result
+
+    @classmethod
+    def setUpClass(cls):
+        cls.good = pathlib.Path(tempfile.mkdtemp(prefix="lagless_layers_good_"))
+        cls.addClassCleanup(shutil.rmtree, cls.good)
+        for name, text in TREE.items():
+            write(cls.good, name, text)
+        cls.good_objects = {source: cls.compile(cls.good, source) for room in LIBRARIES.values() for source in room}
+
+    def build(self):
+        """The libraries of the tree; only sources that a test has changed are compiled again."""
+        arguments = []
+        for room, sources in LIBRARIES.items():
+            changed = {s for s in sources if (self.root / s).read_text() != TREE[s]}
+            objects = [self.compile(self.root, s) if s in changed else self.good_objects[s] for s in sources]
+            archive = self.root / "build" / f"lib{room}.a"
+            archive.parent.mkdir(exist_ok=True)
+            subprocess.run([AR, "rcs", archive, *objects], check=True)
+            arguments += ["--library", f"{room}={archive}"]
+        return arguments
+
+    def check(self, *arguments):
+        """The checker's verdict, in this process: starting Python anew for each test takes longer than the test."""
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                code = check_layers.main(["--root", str(self.root), "--nm", NM, *map(str, arguments)])
+            except SystemExit as end:
+                code = end.code
+                if isinstance(code, str):
+                    print(code, file=err)
+                    code = 1
+        return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
+
+    def assert_breach(self, start, text, symbols=False):
+        """Exactly one message, which begins with `file:line: rule:` and contains the text."""
+        run = self.check(*(self.build() if symbols else ()))
+        rows = run.stdout.splitlines()
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        self.assertEqual(len(rows), 1, run.stdout)
+        self.assertTrue(rows[0].startswith(start), rows[0])
+        self.assertIn(text, rows[0])
+
+    def test_good_tree_passes(self):
+        run = self.check(*self.build())
+        self.assertEqual((run.returncode, run.stderr), (0, ""), run.stdout)
+        self.assertIn("6 libraries", run.stdout)
+
+    def test_command_ends_with_the_verdict(self):
+        command = [sys.executable, "-B", check_layers.__file__, "--root", str(self.root)]
+        self.assertEqual(subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode, 0)
+        self.prepend("firmware/drive/drive.c", '#include "hal/hal.h"')
+        broken = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False)
+        self.assertEqual(broken.returncode, 1)
+        self.assertEqual(broken.stdout, "firmware/drive/drive.c:1: include: firmware/drive must not include hal/hal.h\n")
+
+    # Includes
+
+    def assert_forbidden_include(self, name, included):
+        self.prepend(name, f'#include "{included}"')
+        self.assert_breach(f"{name}:1: include: ", "must not include")
+
+    def test_math_must_not_include_estimator(self):
+        self.assert_forbidden_include("firmware/math/angle.c", "estimator/smo.h")
+
+    def test_math_must_not_include_control(self):
+        self.assert_forbidden_include("firmware/math/angle.h", "../control/svpwm.h")
+
+    def test_estimator_must_not_include_control(self):
+        self.assert_forbidden_include("firmware/estimator/smo.c", "control/svpwm.h")
+
+    def test_control_must_not_include_estimator(self):
+        self.assert_forbidden_include("firmware/control/svpwm.c", "firmware/estimator/smo.h")
+
+    def test_control_must_not_include_drive(self):
+        self.assert_forbidden_include("firmware/control/svpwm.c", "drive/drive.h")
+
+    def test_drive_must_not_include_app(self):
+        self.assert_forbidden_include("firmware/drive/drive.c", "app/app.h")
+
+    def test_drive_must_not_include_hal(self):
+        self.assert_forbidden_include("firmware/drive/drive.c", "hal/hal.h")
+
+    def test_app_must_not_include_host_sim(self):
+        self.assert_forbidden_include("firmware/app/app.c", "host_sim/chip/chip.h")
+
+    def test_hal_must_not_include_firmware(self):
+        self.assert_forbidden_include("hal/f28335/pwm.c", "math/angle.h")
+
+    def test_hal_must_not_include_host_sim(self):
+        self.assert_forbidden_include("hal/hal.h", "host_sim/chip/chip.h")
+
+    def test_chip_must_not_include_hal_h(self):
+        self.assert_forbidden_include("host_sim/chip/chip.c", "hal/hal.h")
+
+    def test_chip_must_not_include_plant(self):
+        self.assert_forbidden_include("host_sim/chip/chip.h", "host_sim/plant/plant.h")
+
+    def test_chip_must_not_include_firmware(self):
+        self.assert_forbidden_include("host_sim/chip/chip.c", "drive/drive.h")
+
+    def test_plant_must_not_include_chip(self):
+        self.assert_forbidden_include("host_sim/plant/plant.c", "../chip/chip.h")
+
+    def test_plant_must_not_include_registers(self):
+        self.assert_forbidden_include("host_sim/plant/plant.c", "hal/f28335/registers.h")
+
+    def test_plant_must_not_include_firmware(self):
+        self.assert_forbidden_include("host_sim/plant/plant.h", "math/angle.h")
+
+    def test_rig_must_not_include_cli(self):
+        self.assert_forbidden_include("host_sim/rig/rig.c", "host_sim/cli/cli.h")
+
+    def test_cli_must_not_include_drive(self):
+        self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "drive/table.h"\n#include "drive/drive.h"\n')
+        self.assert_breach("host_sim/cli/main.c:3: include: ", "host_sim/cli must not include firmware/drive/drive.h")
+
+    def test_nothing_includes_tests(self):
+        self.assert_forbidden_include("host_sim/rig/rig.c", "tests/unit/test_angle.h")
+
+    def test_angle_brackets_do_not_hide_an_include(self):
+        self.prepend("firmware/drive/drive.c", "  #  include <hal/hal.h>")
+        self.assert_breach("firmware/drive/drive.c:1: include: ", "hal/hal.h")
+
+    def test_macro_does_not_hide_an_include(self):
+        self.prepend("firmware/drive/drive.c", "#include BOARD_HEADER")
+        self.assert_breach("firmware/drive/drive.c:1: include: ", "BOARD_HEADER")
+
+    def test_include_in_a_comment_is_none(self):
+        self.prepend("firmware/drive/drive.c", '/*\n#include "hal/hal.h"\n*/ // #include "hal/hal.h"')
+        self.assertEqual(self.check().returncode, 0)
+
+    def test_firmware_must_not_include_stdio(self):
+        self.prepend("firmware/math/angle.h", "#include <stdio.h>")
+        self.assert_breach("firmware/math/angle.h:1: include: ", "<stdio.h>")
+
+    # Words
+
+    def assert_forbidden_word(self, text, word, name="hal/f28335/pwm.c"):
+        self.append(name, "\n" + text + "\n")
+        self.assert_breach(f"{name}:{self.last_line(name) + 2}: word: ", word)
+
+    def test_double_is_found(self):
+        self.assert_forbidden_word("typedef double wide_t;", "`double`", "firmware/math/angle.h")
+
+    def test_eight_bit_types_are_found(self):
+        self.assert_forbidden_word("typedef struct { uint8_t x; } octet_t;", "`uint8_t`")
+
+    def test_signed_eight_bit_type_is_found(self):
+        self.assert_forbidden_word("typedef struct { int8_t x; } octet_t;", "`int8_t`")
+
+    def test_malloc_is_found(self):
+        self.assert_forbidden_word("static void *f(void) { return malloc(1u); }", "`malloc`")
+
+    def test_libm_is_found(self):
+        self.assert_forbidden_word("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c")
+
+    def test_double_literal_is_found(self):
+        self.assert_forbidden_word("static float f(void) { return 1.5f * 2.5e-3; }", "`2.5e-3`")
+
+    def test_code_after_a_comment_is_read(self):
+        self.assert_forbidden_word("/* \" */ typedef double wide_t; /* \" */", "`double`")
+
+    # Recursion
+
+    def test_direct_recursion_is_found(self):
+        self.append("hal/f28335/pwm.c", "static int down(int n)\n{\n    return n ? down(n - 1) : 0;\n}\n")
+        self.assert_breach(f"hal/f28335/pwm.c:{self.last_line('hal/f28335/pwm.c') + 1}: recursion: ", "down -> down")
+
+    def test_recursion_over_two_files_is_found(self):
+        self.append("firmware/math/angle.c", "float again(float x)\n{\n    return drive_step(x);\n}\n")
+        self.append("firmware/drive/drive.c", "float once(float x)\n{\n    return again(x);\n}\n")
+        self.write("firmware/drive/drive.c", (self.root / "firmware/drive/drive.c").read_text().replace("svpwm(smo", "once(smo"))
+        run = self.check()
+        self.assertEqual(run.returncode, 1)
+        self.assertIn(": recursion: ", run.stdout)
+        self.assertIn("drive_step -> once -> again -> drive_step", run.stdout)
+
+    # Machine paths
+
+    def test_machine_path_is_found(self):
+        self.write("README.md", "line one\nsee " + "/".join(["", "home", "somebody", "notes"]) + "\n")
+        self.assert_breach("README.md:2: machine: ", "somebody")
+
+    def test_folder_of_that_name_in_the_project_is_none(self):
+        self.write("README.md", "see " + "/".join(["docs", "home", "index"]) + "\n")
+        self.assertEqual(self.check().returncode, 0)
+
+    # Symbols: an include rule can be dodged by a declaration by hand
+
+    def assert_forbidden_symbol(self, name, text, line, message):
+        self.append(name, text)
+        self.assert_breach(f"{name}:{self.last_line(name) + line}: symbol: ", message, symbols=True)
+
+    def test_firmware_must_not_need_hal(self):
+        self.assert_forbidden_symbol(
+            "firmware/drive/drive.c",
+            "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
+            5, "firmware must not need hal_write")
+
+    def test_firmware_must_not_need_the_c_library(self):
+        self.assert_forbidden_symbol(
+            "firmware/drive/drive.c",
+            "int puts(const char *);\nint f(void);\nint f(void)\n{\n    return puts(\"\");\n}\n",
+            5, "firmware must not need puts")
+
+    def test_math_must_not_need_drive(self):
+        self.assert_forbidden_symbol(
+            "firmware/math/angle.c",
+            "float drive_step(float);\nfloat f(float);\nfloat f(float x)\n{\n    return drive_step(x);\n}\n",
+            5, "firmware/math must not need drive_step of firmware/drive")
+
+    def test_control_must_not_need_estimator(self):
+        self.assert_forbidden_symbol(
+            "firmware/control/svpwm.c",
+            "float smo_step(float);\nfloat f(float);\nfloat f(float x)\n{\n    return smo_step(x);\n}\n",
+            5, "firmware/control must not need smo_step of firmware/estimator")
+
+    def test_firmware_must_not_own_data(self):
+        self.assert_forbidden_symbol(
+            "firmware/drive/drive.c",
+            "int last;\n",
+            1, "firmware must own no writable data: last")
+
+    def test_static_data_in_a_function_is_data(self):
+        self.append("firmware/drive/drive.c", "int f(void);\nint f(void)\n{\n    static int n = 3;\n    return n++;\n}\n")
+        run = self.check(*self.build())
+        self.assertEqual(run.returncode, 1)
+        self.assertRegex(run.stdout, r"symbol: firmware must own no writable data: n\.\d+ in \.data")
+
+    def test_app_may_own_nothing_but_app(self):
+        self.assert_forbidden_symbol(
+            "firmware/app/app.c",
+            "int spare;\n",
+            1, "app must own no writable data: spare")
+
+    def test_data_of_a_thread_is_data(self):
+        self.append("firmware/app/app.c", "_Thread_local int spare;\n")
+        self.assert_breach("libapp.a(app.c.o):0: symbol: ", "app must own no writable data: spare in .tbss", symbols=True)
+
+    def test_hal_must_not_own_data(self):
+        self.assert_forbidden_symbol(
+            "hal/f28335/pwm.c",
+            "int shadow = 1;\n",
+            1, "hal must own no writable data: shadow in .data")
+
+    def test_hal_must_not_need_firmware(self):
+        self.assert_forbidden_symbol(
+            "hal/f28335/pwm.c",
+            "float drive_step(float);\nvoid f(void);\nvoid f(void)\n{\n    drive_step(1.0f);\n}\n",
+            5, "hal must not need drive_step")
+
+    def test_chip_must_not_need_hal(self):
+        self.assert_forbidden_symbol(
+            "host_sim/chip/chip.c",
+            "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
+            5, "chip must not need hal_write")
+
+    def test_plant_must_not_need_firmware(self):
+        self.assert_forbidden_symbol(
+            "host_sim/plant/plant.c",
+            "float angle_wrap(float);\ndouble f(void);\ndouble f(void)\n{\n    return (double)angle_wrap(1.0f);\n}\n",
+            5, "plant must not need angle_wrap")
+
+    def test_plant_must_not_need_inexact_libm(self):
+        self.assert_forbidden_symbol(
+            "host_sim/plant/plant.c",
+            "double f(double);\ndouble f(double x)\n{\n    return exp(x);\n}\n",
+            4, "plant must not need exp")
+
+    # Wrong use
+
+    def test_empty_tree_is_an_error(self):
+        shutil.rmtree(self.root / "firmware")
+        shutil.rmtree(self.root / "hal")
+        self.assertNotEqual(self.check().returncode, 0)
+
+    def test_unreadable_library_is_an_error(self):
+        run = self.check("--library", f"hal={self.root / 'nothing.a'}")
+        self.assertNotEqual(run.returncode, 0)
+        self.assertIn("nothing.a", run.stderr)
+
+    def test_unknown_room_is_an_error(self):
+        self.assertEqual(self.check("--library", "cellar=x.a").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

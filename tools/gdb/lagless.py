@@ -1,0 +1,21 @@
+"""gdb commands for the ring: go to a period and back, ask why the drive stopped, read registers by name.
+
+    gdb -x tools/gdb/lagless.py --args build/host/lagless run SCENARIO.toml        (or simply tools/debug SCENARIO.toml)
+
+Only loads lagless_commands.py, so that none of its names come into gdb's own Python. Loading twice is once."""
+
+
+def load_lagless():
+    import os
+    import sys
+
+    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+    write_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # the source tree stays clean
+    try:
+        import lagless_commands  # noqa: F401
+    finally:
+        sys.dont_write_bytecode = write_bytecode
+        sys.path.pop(0)
+
+
+load_lagless()

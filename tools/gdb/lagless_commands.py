@@ -1,0 +1,665 @@
+"""The commands: travelling through simulated time, and looking around.
+
+The ring is deterministic: going back is running the program again from its start, with LAGLESS_STOP=PERIOD in its
+environment; the program then calls rig_stop_at() before that period, and from there it is a few microseconds to the
+interrupt. Loaded by lagless.py."""
+import functools
+import os
+
+import gdb
+import lagless_printers as show
+import lagless_registers as registers
+import lagless_time as time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+CLOCK = 150e6  # [Hz]
+NO_RIG = (gdb.error, gdb.GdbError)  # what looking at the rig raises before there is one
+
+
+# ---- The ring in the program's memory ---------------------------------------------------------------------------------
+
+
+def program_lives():
+    return gdb.selected_inferior().pid != 0
+
+
+def offset_of(struct, *path):
+    """Offset [octets] and type of a nested field."""
+    offset, here = 0, struct
+    for name in path:
+        field = here.strip_typedefs()[name]
+        offset += field.bitpos // 8
+        here = field.type
+    return offset
+
+
+def current_rig():
+    """The rig whose interrupt runs: the one around `app`, which the rig sets before each period."""
+    if not program_lives():
+        raise gdb.GdbError("no program is running: 'period N' or 'until-fault' starts it")
+    try:
+        app = show.global_value("app")
+        if int(app) == 0:
+            raise gdb.GdbError("there is no rig yet: the program has not come that far; 'period 0' goes there")
+        rig = gdb.lookup_type("struct rig")
+        address = int(app) - offset_of(rig, "state", "app")
+        return gdb.Value(address).cast(rig.pointer())
+    except gdb.error:
+        if gate.rig is None:  # thread-local variables need libthread_db, which not every machine has
+            raise
+        return gate.rig
+
+
+def ring():
+    return current_rig()["state"]
+
+
+def present_period():
+    return int(ring()["period"])
+
+
+def place_text():
+    """Where simulated time stands."""
+    state = ring()
+    period = int(state["period"])
+    if int(state["start"]) == 0:
+        return "before period 0: the board starts up"
+    after = int(state["chip"]["tick"]) - int(state["start"]) - period * time.PERIOD_TICKS
+    return f"period {period}, {time.seconds(period)} {'+' if after >= 0 else '-'} {abs(after) / CLOCK * 1e6:.2f} us"
+
+
+# ---- Travelling ---------------------------------------------------------------------------------------------------------
+
+
+class Entry(gdb.Breakpoint):
+    """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
+
+    def __init__(self):
+        super().__init__(function="app_interrupt", internal=True)
+        self.enabled = False
+        self.silent = True  # on_stop tells where
+        self.hit = False
+        self.pc = None
+
+    def stop(self):
+        self.hit = True
+        self.pc = gdb.newest_frame().pc()
+        return True
+
+
+class Gate(gdb.Breakpoint):
+    """The rig's stop hook: the period that was asked for begins."""
+
+    def __init__(self):
+        super().__init__(function="rig_stop_at", internal=True)
+        self.rig = None
+
+    def stop(self):
+        try:
+            self.rig = gdb.newest_frame().read_var("rig")
+        except (ValueError, gdb.error):
+            self.rig = None
+        entry.enabled = True
+        return False
+
+
+class Fault(gdb.Breakpoint):
+    """The one function that makes the drive's state `fault`."""
+
+    def __init__(self):
+        super().__init__(function="enter_fault", internal=True)
+        self.enabled = False
+        self.silent = True
+        self.hit = False
+
+    def stop(self):
+        self.hit = True
+        return True
+
+
+def disarm():
+    for breakpoint in (entry, fault):
+        if breakpoint.enabled:
+            breakpoint.enabled = False
+
+
+def on_stop(_):
+    """After every stop. One that no command of this file waits for: the program was started with LAGLESS_STOP by hand."""
+    armed = entry.enabled
+    disarm()
+    if armed and entry.hit and not travelling:
+        tell_place()
+
+
+def forget_rig(_):
+    gate.rig = None
+
+
+class Session(gdb.Parameter):
+    """What becomes of the old process when the program is run again to go back.
+restart: it is ended first, as `run` does. keep: the new one is started first, so that a front end which ends its session
+with the last process (VS Code) goes on."""
+
+    set_doc = "Set what becomes of the old process when going back."
+    show_doc = "Show what becomes of the old process when going back."
+
+    def __init__(self):
+        super().__init__("lagless-session", gdb.COMMAND_RUNNING, gdb.PARAM_ENUM, ["restart", "keep"])
+        self.value = "restart"
+
+    def get_set_string(self):
+        return ""
+
+    def get_show_string(self, value):
+        return f"When going back, the old process: {value}."
+
+
+def quietly(command):
+    return gdb.execute(command, to_string=True)
+
+
+def run_again(stop_before):
+    """Start the program from its beginning. Its breakpoints, other than those of this file, have had their turn."""
+    if stop_before is None:
+        environment = "unset environment LAGLESS_STOP"
+    else:
+        environment = f"set environment LAGLESS_STOP {stop_before}"
+    if not program_lives():
+        quietly(environment)
+        return quietly("run")
+
+    old = None
+    if session.value == "keep":
+        old = gdb.selected_inferior().num
+        known = {inferior.num for inferior in gdb.inferiors()}
+        quietly("clone-inferior")
+        new = next(inferior.num for inferior in gdb.inferiors() if inferior.num not in known)
+        quietly(f"inferior {new}")
+    quietly(environment)
+    sleeping = [breakpoint for breakpoint in gdb.breakpoints() if breakpoint.enabled]
+    for breakpoint in sleeping:
+        breakpoint.enabled = False
+    try:
+        return quietly("run")
+    finally:
+        for breakpoint in sleeping:
+            if breakpoint.is_valid():
+                breakpoint.enabled = True
+        if old is not None:
+            quietly(f"kill inferiors {old}")
+            quietly(f"remove-inferiors {old}")
+
+
+def go_on(stop_before, again):
+    """Let the program run, from here or from its beginning, until something stops it; what gdb said about that."""
+    global travelling
+    travelling = True
+    entry.hit = fault.hit = False
+    try:
+        if again or not program_lives():
+            return run_again(stop_before)
+        if stop_before is not None:
+            gdb.parse_and_eval(f"rig_stop_before((struct rig *){int(current_rig())}, {stop_before})")
+        return quietly("continue")
+    finally:
+        travelling = False
+
+
+def tell_place():
+    gdb.write(place_text() + "\n")
+    gdb.execute("frame")
+    line = gdb.selected_frame().find_sal().line
+    if entry.hit and line:
+        gdb.execute(f"list {line + 1},{line + 2}")
+
+
+def stopped_on_the_way(said):
+    gdb.write(said)
+    try:
+        gdb.write(f"stopped on the way: {place_text()}\n")
+    except NO_RIG:
+        pass
+
+
+def at_entry_of(period):
+    return (
+        entry.pc is not None
+        and gdb.newest_frame().pc() == entry.pc
+        and gdb.newest_frame().name() == "app_interrupt"
+        and present_period() == period
+    )
+
+
+def go_to(period):
+    """To the first line of the interrupt of this period, forwards or, by running the program again, backwards."""
+    again = True
+    if program_lives():
+        try:
+            if at_entry_of(period):
+                tell_place()
+                return
+            again = period <= present_period()
+        except NO_RIG:
+            pass
+    said = go_on(period, again)
+    if not program_lives():
+        raise gdb.GdbError(
+            f"the program ended before period {period} "
+            "(if it had that many: does it honour LAGLESS_STOP, as 'lagless run' does?)"
+        )
+    if not entry.hit:
+        stopped_on_the_way(said)
+        return
+    tell_place()
+    if present_period() != period:
+        gdb.write(f"no interrupt came in period {period}; this is the next one\n")
+
+
+# ---- Commands -----------------------------------------------------------------------------------------------------------
+
+
+def one_line_errors(invoke):
+    """Whatever goes wrong is told in one line, never as a traceback."""
+
+    @functools.wraps(invoke)
+    def guarded(self, argument, from_tty):
+        try:
+            invoke(self, argument.strip())
+        except gdb.GdbError:
+            raise
+        except KeyboardInterrupt:
+            raise gdb.GdbError("interrupted") from None
+        except (gdb.error, ValueError, KeyError, TypeError, AttributeError, OverflowError, StopIteration) as error:
+            text = " ".join(str(error).split()) or type(error).__name__
+            raise gdb.GdbError(f"{self.name}: {text}") from None
+
+    return guarded
+
+
+class Command(gdb.Command):
+    """A command of this file; its help text is its docstring."""
+
+    name = ""
+    kind = gdb.COMMAND_DATA
+
+    def __init__(self):
+        super().__init__(self.name, gdb.COMMAND_USER)
+
+    def complete(self, text, word):
+        return gdb.COMPLETE_NONE
+
+    def no_argument(self, argument):
+        if argument:
+            raise gdb.GdbError(f"{self.name} takes no argument, not '{argument}'")
+
+
+class Period(Command):
+    """Go to a PWM period: to the first line of its interrupt.
+Usage: period N | period +N | period -N
+
+N counts from power-on; one period is 100 us. With a sign: so many periods from the present one. Forward the program goes
+on, and breakpoints of yours stop it on the way; backward it is run again from its start, which gives the same bits, and
+your breakpoints are passed by."""
+
+    name = "period"
+
+    @one_line_errors
+    def invoke(self, argument):
+        sign = argument[:1]
+        if not argument:
+            raise gdb.GdbError("which period? 'period 5000', 'period +1', 'period -2'")
+        if sign in "+-":
+            steps = time.period_number(argument[1:].strip())
+            here = present_period()
+            target = here + steps if sign == "+" else here - steps
+            if target < 0:
+                raise gdb.GdbError(f"'period {argument}' is before the start: this is period {here}")
+            go_to(time.period_number(str(target)))
+        else:
+            go_to(time.period_number(argument))
+
+
+class At(Command):
+    """Go to a simulated time: to the first line of the interrupt of the period that it lies in.
+Usage: at TIME
+
+TIME counts from power-on, with a unit or in seconds: at 0.5 s, at 12.3ms, at 0.5"""
+
+    name = "at"
+
+    @one_line_errors
+    def invoke(self, argument):
+        if not argument:
+            raise gdb.GdbError("at which time? 'at 0.5 s'")
+        go_to(time.period_of_time(argument))
+
+
+class UntilFault(Command):
+    """Go on to the period in which the drive enters fault.
+Usage: until-fault [LIMIT]
+
+Stops in the interrupt that found it, right after the drive has latched it, so that `why` can tell. At the latest stops in
+period LIMIT. A program that is not running is started."""
+
+    name = "until-fault"
+
+    @one_line_errors
+    def invoke(self, argument):
+        limit = time.period_number(argument) if argument else None
+        if program_lives():
+            try:
+                here = present_period()
+            except NO_RIG:
+                here = -1
+            if limit is not None and limit <= here:
+                raise gdb.GdbError(f"until-fault {limit}: this is period {here} already")
+        fault.enabled = True
+        try:
+            said = go_on(limit, again=False)
+        finally:
+            disarm()
+        if not program_lives():
+            raise gdb.GdbError("the program ended without a fault")
+        if entry.hit:
+            gdb.write(f"no fault before period {limit}\n")
+            tell_place()
+        elif fault.hit:
+            self.leave_drive()
+        else:
+            stopped_on_the_way(said)
+
+    @staticmethod
+    def leave_drive():
+        """From where the fault is found to where the drive has latched it and returns to its caller in app."""
+        names = []
+        frame = gdb.newest_frame()
+        while frame is not None and frame.find_sal().symtab and frame.find_sal().symtab.filename.endswith("drive.c"):
+            names.append(frame.name())
+            outermost, frame = frame, frame.older()
+        latched = gdb.FinishBreakpoint(outermost, internal=True)
+        latched.silent = True
+        said = quietly("continue")
+        if not program_lives() or latched.is_valid() and latched.hit_count == 0:
+            gdb.write(said)
+            return
+        drive = ring()["app"]["drive"]
+        reason = int(drive["fault"]["reason"])
+        gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {' < '.join(names)}\n")
+        tell_place()
+
+
+class Why(Command):
+    """Tell why the drive is in fault or does not do what it is told, and what to do about it.
+Usage: why"""
+
+    name = "why"
+
+    @one_line_errors
+    def invoke(self, argument):
+        self.no_argument(argument)
+        state = ring()
+        drive = state["app"]["drive"]
+        found = False
+        snapshot = drive["fault"]
+        if int(snapshot["reason"]) != 0:
+            found = True
+            period = int(snapshot["period"])
+            self.tell("fault", int(snapshot["reason"]))
+            gdb.write(f"  when: period {period} by the drive's count, {time.seconds(period)}\n")
+            gdb.write(
+                f"  then: i_a {show.number(snapshot['i_a'])} A, i_b {show.number(snapshot['i_b'])} A, "
+                f"u_dc {show.number(snapshot['u_dc'])} V, theta_e {show.degrees(snapshot['theta_e'])}, "
+                f"omega_e {show.number(snapshot['omega_e'])} rad/s\n"
+            )
+            if int(snapshot["later"]):
+                gdb.write(f"  later: {self.later(int(snapshot['later']))}\n")
+        if int(drive["refusal"]) != 0:
+            found = True
+            self.tell("refusal", int(drive["refusal"]))
+        chip = state["chip"]
+        total = int(chip["report_total"])
+        if total:
+            found = True
+            last = chip["reports"][(total - 1) % (chip["reports"].type.range()[1] + 1)]
+            what = show.text_at(gdb.parse_and_eval(f"chip_report_text({int(last['kind'])})"))
+            gdb.write(
+                f"chip: {total} wrong use{'s' if total > 1 else ''} of itself; the last at tick {int(last['tick'])}, "
+                f"address {int(last['address']):#06x}: {what}\n"
+            )
+        if not found:
+            gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', drive['state'])}\n")
+
+    @staticmethod
+    def tell(kind, number):
+        name, text, remedy = show.reason_row(number)
+        gdb.write(f"{kind} {number}, {name}: {text}\n  remedy: {remedy}\n")
+
+    @staticmethod
+    def later(bits):
+        """Names of the faults that came after the latched one: bit n is row n of protection.c's table."""
+        for symbol in gdb.lookup_static_symbols("faults"):
+            if symbol.symtab.filename.endswith("drive/protection.c"):
+                rows = symbol.value()
+                count = rows.type.range()[1] + 1
+                return ", ".join(show.reason_name(rows[n]["reason"]) for n in range(count) if bits >> n & 1)
+        return f"bits {bits:#x}"
+
+
+class Drive(Command):
+    """Show the drive: state, references, currents, voltages, angle, with units.
+Usage: drive
+
+On the interrupt's first line this is what the period before left; drive_step() has not run yet. `print app->drive` shows
+every field."""
+
+    name = "drive"
+
+    @one_line_errors
+    def invoke(self, argument):
+        self.no_argument(argument)
+        drive = ring()["app"]["drive"]
+        requests = drive["requests"]
+        n = show.number
+
+        def line(title, text):
+            gdb.write(f"{title:<11}{text}\n")
+
+        def request(name):
+            return show.choice("requests_table", name, requests[name])
+
+        state = show.choice("signals_table", "state", drive["state"])
+        line("period", f"{int(drive['period'])} by the drive's count")
+        line("state", f"{state}, gates {show.gates_name(drive['command']['gates'])}")
+        line("fault", show.reason_name(drive["fault"]["reason"]))
+        line("refusal", show.reason_name(drive["refusal"]))
+        line(
+            "requests",
+            f"enable {request('enable')}, mode {request('mode')}, speed {show.rpm(requests['speed_request'])}, "
+            f"i_d {n(requests['i_d_request'])} A, i_q {n(requests['i_q_request'])} A",
+        )
+        line("speed", f"{show.rpm(drive['omega_m'])}, reference {show.rpm(drive['omega_m_ref'])}")
+        line("position", show.show_position(drive["position"]))
+        for axis in "dq":
+            line(
+                f"axis {axis}",
+                f"i {n(drive['current'][axis])} A, reference {n(drive['current_ref'][axis])} A; "
+                f"u {n(drive['voltage'][axis])} V, asked for {n(drive['voltage_ref'][axis])} V",
+            )
+        phases = drive["current_abc"]
+        line("phases", ", ".join(f"i_{phase} {n(phases[phase])} A" for phase in "abc"))
+        duty = drive["command"]["duty"]
+        line("duty", ", ".join(f"{phase} {float(duty[phase]):.4f}" for phase in "abc"))
+        line("DC link", f"{n(drive['u_dc'])} V")
+        line("heat", f"sink {n(drive['sink_temperature'])} degC, motor {n(drive['motor_temperature'])} degC")
+        line(
+            "sample",
+            f"encoder {int(drive['encoder_count'])}, flags {show.bit_names(drive['sample_flags'], show.SAMPLE_FLAGS)}",
+        )
+
+
+# Blocks of the register file by the names that the chip's reports use: (name, path in f28335_t, address in words).
+def register_blocks():
+    blocks = {}
+    whole = gdb.lookup_type("f28335_t")
+
+    def add(name, *path):
+        value = functools.reduce(lambda v, key: v[key], path, ring()["chip"]["registers"])
+        words = (int(value.address) - int(ring()["chip"]["registers"].address)) // 2
+        blocks.setdefault(name, []).append((value, words))
+
+    for field in whole.strip_typedefs().fields():
+        if field.name.startswith("reserved") or field.name == "pie_vectors":
+            continue
+        title = {"adc_mirror": "MIRROR", "cpu_timer": "CPUTIMER", "gpio_control": "GPIO", "gpio_data": "GPIO"}.get(
+            field.name, field.name.upper()
+        )
+        if field.type.strip_typedefs().code != gdb.TYPE_CODE_ARRAY:
+            add(title, field.name)
+            continue
+        for n in range(field.type.range()[1] + 1):
+            number = {"CPUTIMER": str(n), "GPIO": "ABC"[n % 3]}.get(title, str(n + 1))
+            add(title + number, field.name, n)
+    return blocks
+
+
+def registers_of(block, parts):
+    """[(name, value, address, octets)] of a block, arrays one by one, reserved words left out."""
+    result = []
+    for struct, base in parts:
+        for field in struct.type.strip_typedefs().fields():
+            if field.name.startswith("reserved"):
+                continue
+            value = struct[field.name]
+            address = base + field.bitpos // 16
+            kind = field.type.strip_typedefs()
+            if kind.code != gdb.TYPE_CODE_ARRAY:
+                result.append((field.name, int(value), address, kind.sizeof))
+                continue
+            words = kind.target().sizeof // 2
+            for n in range(kind.range()[1] + 1):
+                element = value[n]
+                if kind.target().strip_typedefs().code == gdb.TYPE_CODE_STRUCT:  # PIE groups
+                    for k, inner in enumerate(element.type.strip_typedefs().fields()):
+                        name = f"{block}{n + 1}.{inner.name}"
+                        result.append((name, int(element[inner.name]), address + n * words + k, 2))
+                else:
+                    result.append((f"{field.name}[{n}]", int(element), address + n * words, words * 2))
+    return result
+
+
+def fields_of(block, name):
+    if "." in name:  # PIE1.IER, shown within PIE
+        return registers.fields_of(*name.split("."))
+    return registers.fields_of(block, name)
+
+
+def note_on(block, name, value, all_values):
+    """What a register that is one number means."""
+    family = block.rstrip("0123456789")
+    if family == "EPWM" and name in ("DBRED", "DBFED"):
+        half, power = all_values["TBCTL"] >> 7 & 7, all_values["TBCTL"] >> 10 & 7
+        return f"{value * (2 * half or 1) * 2**power / CLOCK * 1e6:.3f} us at SYSCLK = 150 MHz"
+    if family == "EPWM" and name == "CMPA" and all_values.get("TBPRD"):
+        return f"{100 * value / all_values['TBPRD']:.2f} % of TBPRD"
+    if block == "MIRROR":
+        return f"{(value & 0xFFF) * 3 / 4096:.4f} V"
+    if block == "ADC" and name.startswith("ADCRESULT"):
+        return f"{(value >> 4) * 3 / 4096:.4f} V"
+    return ""
+
+
+class Regs(Command):
+    """Show registers of the virtual F28335 by name, bit fields decoded.
+Usage: regs | regs BLOCK | regs BLOCK.REGISTER
+
+Without argument: the blocks. Names are those of hal/f28335/registers.h: regs EPWM1, regs ADC, regs EPWM1.TBCTL. What the
+interrupt would read at this moment is shown."""
+
+    name = "regs"
+
+    @one_line_errors
+    def invoke(self, argument):
+        blocks = register_blocks()
+        if not argument:
+            gdb.write("blocks: " + " ".join(sorted(blocks)) + "\n")
+            return
+        block, _, wanted = argument.upper().partition(".")
+        if block[:3] == "PIE" and block[3:].isdigit() and 1 <= int(block[3:]) <= 12:
+            block, wanted = "PIE", f"{block}.{wanted}" if wanted else block + "."
+        if block not in blocks:
+            raise gdb.GdbError(f"no block '{argument}': {' '.join(sorted(blocks))}")
+        rows = registers_of(block, blocks[block])
+        values = {name: value for name, value, _, _ in rows}
+        if wanted.endswith("."):
+            rows = [row for row in rows if row[0].startswith(wanted)]
+        elif wanted:
+            rows = [row for row in rows if row[0] == wanted]
+            if not rows:
+                raise gdb.GdbError(f"{block} has no register '{wanted}': {' '.join(values)}")
+            self.show_one(block, rows[0], values)
+            return
+        gdb.write(f"{wanted.rstrip('.') or block} at {rows[0][2]:#06x}\n")
+        for name, value, _, octets in rows:
+            text = registers.summary(fields_of(block, name), value) or note_on(block, name, value, values)
+            gdb.write(f"  {name:<15}{value:#0{2 + 2 * octets}x}  {text}".rstrip() + "\n")
+
+    @staticmethod
+    def show_one(block, row, values):
+        name, value, address, octets = row
+        full = name if "." in name else f"{block}.{name}"
+        note = note_on(block, name, value, values)
+        gdb.write(f"{full} at {address:#06x} = {value:#0{2 + 2 * octets}x} = {value}{'  ' + note if note else ''}\n")
+        decoded, rest = registers.decode(fields_of(block, name), value)
+        for (field, low, width, _), number, meaning in decoded:
+            place = f"{low + width - 1}:{low}" if width > 1 else f"{low}"
+            gdb.write(f"  {field:<14}{place:>6}{number:>6}  {meaning}".rstrip() + "\n")
+        if rest and decoded:
+            gdb.write(f"  other bits {rest:#06x}\n")
+
+    def complete(self, text, word):
+        try:
+            blocks = register_blocks()
+            block, dot, _ = text.upper().partition(".")
+            if not dot:
+                return [name for name in sorted(blocks) if name.startswith(block)]
+            return [name for name, _, _, _ in registers_of(block, blocks[block]) if name.startswith(word.upper())]
+        except (gdb.error, gdb.GdbError, KeyError):
+            return []
+
+
+class WhereTime(Command):
+    """Tell where simulated time stands: period, seconds, 150 MHz ticks of the chip.
+Usage: where-time
+
+While gdb holds the program, simulated time stands still."""
+
+    name = "where-time"
+
+    @one_line_errors
+    def invoke(self, argument):
+        self.no_argument(argument)
+        state = ring()
+        gdb.write(f"{place_text()}; chip tick {int(state['chip']['tick'])} of 150 MHz\n")
+
+
+class RigHash(Command):
+    """Hash of the ring's whole state (chip, plant, drive, generators): equal states of one program, equal hashes.
+Usage: rig-hash"""
+
+    name = "rig-hash"
+
+    @one_line_errors
+    def invoke(self, argument):
+        self.no_argument(argument)
+        value = gdb.parse_and_eval(f"rig_hash((struct rig *){int(current_rig())})")
+        gdb.write(f"{int(value):016x}\n")
+
+
+gdb.execute(f"directory {ROOT}", to_string=True)
+travelling = False
+entry, gate, fault = Entry(), Gate(), Fault()
+gdb.events.stop.connect(on_stop)
+gdb.events.exited.connect(forget_rig)
+session = Session()
+for command in (Period, At, UntilFault, Why, Drive, Regs, WhereTime, RigHash):
+    command()

@@ -8,6 +8,10 @@ if(NOT CMAKE_BUILD_TYPE)
     set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "" FORCE)
 endif()
 
+# Optimised, with debug info and with assertions: a programming error must not pass because the build is fast.
+set(CMAKE_C_FLAGS_RELWITHDEBINFO "-O2 -g")
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g")
+
 option(LAGLESS_COVERAGE "Count executed lines" OFF)
 option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 
@@ -23,4 +27,13 @@ endif()
 if(LAGLESS_COVERAGE)
     target_compile_options(lagless_flags INTERFACE --coverage)
     target_link_options(lagless_flags INTERFACE --coverage)
+endif()
+
+# The optimised build links the command line tool across rooms (a sixth faster). Objects carry both forms, so that tests
+# link the plain one in no time.
+add_library(lagless_fast INTERFACE)
+if(CMAKE_C_COMPILER_ID STREQUAL GNU AND NOT LAGLESS_SANITIZE AND NOT LAGLESS_COVERAGE)
+    target_compile_options(lagless_fast INTERFACE $<$<CONFIG:RelWithDebInfo,Release>:-flto=auto -ffat-lto-objects>)
+    set(LAGLESS_FAST_LINK $<$<CONFIG:RelWithDebInfo,Release>:-flto=auto>)
+    set(LAGLESS_PLAIN_LINK $<$<CONFIG:RelWithDebInfo,Release>:-fno-lto>)
 endif()

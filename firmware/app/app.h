@@ -25,8 +25,8 @@ extern HAL_PER_CHIP app_t *app;
  * fault. */
 void app_start(void);
 
-/* The background loop's work, once round. Feeds the watchdog as long as the interrupt is alive too: a drive whose interrupt
- * has stopped is reset, and with it the gates open. */
+/* The background loop's work, once round. Feeds the watchdog as long as the interrupt is alive too: a drive
+ * whose interrupt has stopped is reset, and with it the gates open. */
 void app_background(void);
 
 /* The interrupts: of the sample, and of the power module's fault line. */

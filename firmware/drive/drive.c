@@ -6,13 +6,14 @@
 #include "drive/reasons.h"
 #include "math/trig.h"
 
-#define CURRENT_RAIL (0.995f * DRIVE_CURRENT_RANGE) /* [A] a sensor that reads this is at its end or broken  \
-                                                     */
-#define U_DC_LIMIT        1000.0f                   /* [V] no sensor of the board reads this: not a number */
-#define TEMPERATURE_LIMIT 1000.0f                   /* [degC] likewise */
-#define SETTLE_PERIODS    64u  /* [periods] after the start before offsets are averaged */
-#define REARM_PERIODS     200u /* [periods] 20 ms: fault line high for so long before a reset */
-#define STANDSTILL        2.0f /* [rad/s] mechanical: quick stop ends below */
+#define CURRENT_RAIL                                                                                         \
+    (0.995f * DRIVE_CURRENT_RANGE) /* [A] a sensor that reads this is at its end or broken                   \
+                                    */
+#define U_DC_LIMIT        1000.0f  /* [V] no sensor of the board reads this: not a number */
+#define TEMPERATURE_LIMIT 1000.0f  /* [degC] likewise */
+#define SETTLE_PERIODS    64u      /* [periods] after the start before offsets are averaged */
+#define REARM_PERIODS     200u     /* [periods] 20 ms: fault line high for so long before a reset */
+#define STANDSTILL        2.0f     /* [rad/s] mechanical: quick stop ends below */
 
 static void retune(drive_t *drive, const params_t *params)
 {

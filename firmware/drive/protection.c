@@ -23,6 +23,7 @@ void protection_retune(protection_t *protection, const protection_limits_t *limi
 
 void protection_reset(protection_t *protection)
 {
+    protection->counting = 0;
     for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
         protection->run[n] = 0;
     }
@@ -43,27 +44,30 @@ uint32_t protection_step(protection_t *protection, const protection_input_t *inp
 {
     const protection_limits_t *limits = &protection->limits;
     const uint32_t on = input->bridge_on;
-    const uint32_t condition[PROTECTION_FAULTS] = {
-        input->tripped & on,
-        beyond(input->current.a, limits->overcurrent) | beyond(input->current.b, limits->overcurrent) |
-            beyond(input->current.c, limits->overcurrent),
-        input->bad_sample,
-        input->u_dc > limits->overvoltage,
-        beyond(input->omega_m, limits->overspeed) & on,
-        input->late & on,
-        (input->u_dc < limits->undervoltage) & on,
-        input->encoder_error & on,
-        input->sink_temperature > limits->sink_temperature_max,
-        input->motor_temperature > limits->motor_temperature_max,
-    };
+    /* In the order of the fault table. */
+    const uint32_t present =
+        (input->tripped & on) |
+        (beyond(input->current.a, limits->overcurrent) | beyond(input->current.b, limits->overcurrent) |
+         beyond(input->current.c, limits->overcurrent))
+            << 1 |
+        input->bad_sample << 2 | (uint32_t)(input->u_dc > limits->overvoltage) << 3 |
+        (beyond(input->omega_m, limits->overspeed) & on) << 4 | (input->late & on) << 5 |
+        ((uint32_t)(input->u_dc < limits->undervoltage) & on) << 6 | (input->encoder_error & on) << 7 |
+        (uint32_t)(input->sink_temperature > limits->sink_temperature_max) << 8 |
+        (uint32_t)(input->motor_temperature > limits->motor_temperature_max) << 9;
 
+    /* Nothing there and nothing counted: the way of almost every period. */
+    if ((present | protection->counting) == 0u) {
+        return 0u;
+    }
     uint32_t failed = 0;
     for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
-        const uint32_t run = condition[n] ? protection->run[n] + 1u : 0u;
+        const uint32_t run = ((present >> n) & 1u) != 0u ? protection->run[n] + 1u : 0u;
         const uint32_t held = run >= faults[n].debounce;
         protection->run[n] = held ? faults[n].debounce : run;
         failed |= held << n;
     }
+    protection->counting = present;
     return failed;
 }
 

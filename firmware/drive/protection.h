@@ -40,6 +40,7 @@ typedef struct {
 typedef struct {
     protection_limits_t limits;
     uint32_t run[PROTECTION_FAULTS]; /* [periods] how long each condition has held without a break */
+    uint32_t counting;               /* [-] bits of the conditions that held in the last period */
 } protection_t;
 
 void protection_init(protection_t *protection, const protection_limits_t *limits);

@@ -1,3 +1,4 @@
+/* Power-on, reset, binding to a thread and the event loop; reports and questions. */
 #include "hal/f28335/registers.h"
 
 /* No padding anywhere in the state: two equal chips are equal octet by octet. */

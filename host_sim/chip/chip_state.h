@@ -76,13 +76,13 @@ typedef struct {
     uint32_t spacing;    /* [cycles] between sample windows, of the running sequence */
     uint32_t states;     /* [-] states of the sequencer, of the running sequence */
     uint32_t adjust;     /* [-] results are not the plain ones, of the running sequence */
-    uint32_t spare;
-    uint32_t pending;   /* [-] one more start of conversion waits */
-    uint32_t state;     /* [-] SEQ1_STATE: next conversion */
-    uint32_t remaining; /* [-] conversions to hold yet */
-    uint32_t clock;     /* [-] SYSCLK cycles per ADCCLK, of the running sequence */
-    uint32_t powered;   /* [-] results are good, of the running sequence */
-    uint32_t second;    /* [-] interrupt mode 1: this end of sequence counts */
+    uint32_t spare;      /* fills the struct to a multiple of 64 bits */
+    uint32_t pending;    /* [-] one more start of conversion waits */
+    uint32_t state;      /* [-] SEQ1_STATE: next conversion */
+    uint32_t remaining;  /* [-] conversions to hold yet */
+    uint32_t clock;      /* [-] SYSCLK cycles per ADCCLK, of the running sequence */
+    uint32_t powered;    /* [-] results are good, of the running sequence */
+    uint32_t second;     /* [-] interrupt mode 1: this end of sequence counts */
 } chip_adc_t;
 
 typedef struct {

@@ -76,7 +76,10 @@ void timer_refresh(chip_t *chip)
     uint64_t now = cycle_now(chip);
     for (uint32_t n = 0u; n < 3u; n++) {
         const chip_timer_t *timer = &chip->timer[n];
-        if (timer->running && timer->step == 1u && timer->reload > now) {
+        if (!timer->running) {
+            continue; /* shows what it showed when it stopped */
+        }
+        if (timer->step == 1u && timer->reload > now) {
             chip->registers.cpu_timer[n].TIM = (uint32_t)(timer->reload - now) - 1u;
         } else {
             refresh_one(chip, n);
@@ -202,10 +205,16 @@ void timer_write32(chip_t *chip, uint32_t address, uint32_t value)
         }
         break;
     case OFFSET(cpu_timer_regs_t, PRD):
-        if (accessible(chip, n, address)) {
+        if (!clocked(chip, n)) {
+            chip_report(chip, CHIP_CLOCK_OFF, address);
+        } else if (chip->timer[n].running) {
+            refresh_one(chip, n);
             chip->registers.cpu_timer[n].PRD = value;
+            timer_schedule(chip);
+        } else {
+            chip->registers.cpu_timer[n].PRD = value; /* for the next reload, whenever that is */
         }
-        break;
+        return;
     default:
         chip_report(chip, CHIP_BAD_WIDTH, address);
         return;

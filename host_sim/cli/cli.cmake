@@ -14,6 +14,7 @@ add_executable(lagless
 desk_room(lagless)
 target_compile_definitions(lagless PRIVATE _GNU_SOURCE)
 target_link_libraries(lagless PRIVATE lagless_rig)
+target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
 # Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_PYTHON=\"${LAGLESS_PYTHON}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")

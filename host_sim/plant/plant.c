@@ -454,17 +454,28 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
     return 0.0;
 }
 
-int64_t plant_encoder(const plant_t *plant)
+static int64_t encoder_counts(const plant_t *plant, double theta_e)
 {
     /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
     int64_t pairs = (int64_t)plant->p;
     int64_t whole = plant->turns / pairs;
     int64_t rest = plant->turns % pairs;
     double counts = 4.0 * plant->params.encoder_lines;
-    double part = ((plant->theta_e * (1.0 / PHASOR_TWO_PI) + (double)rest) / plant->p +
+    double part = ((theta_e * (1.0 / PHASOR_TWO_PI) + (double)rest) / plant->p +
                    plant->params.encoder_offset * (1.0 / PHASOR_TWO_PI)) *
                   counts;
     return whole * (int64_t)counts + (int64_t)floor(part);
+}
+
+int64_t plant_encoder(const plant_t *plant)
+{
+    return encoder_counts(plant, plant->theta_e);
+}
+
+int64_t plant_encoder_at(const plant_t *plant, uint64_t tick)
+{
+    double ahead = (double)(int64_t)(tick - plant->tick) * (1.0 / (double)PLANT_TICKS_PER_SECOND);
+    return encoder_counts(plant, plant->theta_e + plant->p * plant->omega_m * ahead);
 }
 
 bool plant_fault_line(const plant_t *plant)

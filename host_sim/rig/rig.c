@@ -76,22 +76,26 @@ static void follow_fault_line(rig_t *rig)
     }
 }
 
+/* Only the currents move within a microsecond; slow quantities are taken at the plant's present instant. */
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {
-    static const plant_channel_t pins[16] = {
-        [0] = PLANT_CURRENT_A, [8] = PLANT_CURRENT_B, [1] = PLANT_DC_LINK,
-        [9] = PLANT_SINK,      [2] = PLANT_MOTOR,
-    };
-    rig_t *rig = context;
-    if (channel != 0u && pins[channel & 15u] == PLANT_CURRENT_A) {
+    plant_t *plant = &((rig_t *)context)->state.plant;
+    switch (channel) {
+    case 0:
+        plant_advance(plant, tick);
+        return plant_analog(plant, PLANT_CURRENT_A);
+    case 8:
+        plant_advance(plant, tick);
+        return plant_analog(plant, PLANT_CURRENT_B);
+    case 1:
+        return plant_analog(plant, PLANT_DC_LINK);
+    case 9:
+        return plant_analog(plant, PLANT_SINK);
+    case 2:
+        return plant_analog(plant, PLANT_MOTOR);
+    default:
         return 0.0; /* not wired */
     }
-    /* Slow quantities are taken at the plant's present instant: a fraction of a microsecond is nothing to
-     * them. */
-    if (channel == 0u || channel == 8u) {
-        plant_advance(&rig->state.plant, tick);
-    }
-    return plant_analog(&rig->state.plant, pins[channel & 15u]);
 }
 
 static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
@@ -114,8 +118,7 @@ static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint
 static int64_t on_encoder(void *context, uint64_t tick)
 {
     rig_t *rig = context;
-    plant_advance(&rig->state.plant, tick);
-    return plant_encoder(&rig->state.plant) - rig->state.encoder_moved;
+    return plant_encoder_at(&rig->state.plant, tick) - rig->state.encoder_moved;
 }
 
 /* ---- life ---- */
@@ -164,24 +167,20 @@ static float wrapped(double angle)
 
 static void take_truth(rig_t *rig)
 {
-    rig_state_t *state = &rig->state;
-    plant_truth_t now;
-    plant_truth(&state->plant, &now);
-    state->truth = (rig_truth_t){
-        .true_theta_e = (float)now.theta_e,
-        .true_omega_e = (float)now.omega_e,
-        .true_omega_m = (float)now.omega_m,
-        .true_torque = (float)now.torque,
-        .true_i_a = (float)now.i_a,
-        .true_i_b = (float)now.i_b,
-        .true_i_c = (float)now.i_c,
-        .true_i_d = (float)now.i_d,
-        .true_i_q = (float)now.i_q,
-        .true_u_dc = (float)now.dc_voltage,
-        .theta_err = 0.0f,
-        .shoot_throughs = (float)now.shoot_throughs,
-        .chip_reports = (float)chip_report_total(&state->chip),
-    };
+    const plant_t *plant = &rig->state.plant;
+    rig_truth_t *truth = &rig->state.truth;
+    truth->true_theta_e = (float)plant->theta_e;
+    truth->true_omega_m = (float)plant->omega_m;
+    truth->true_omega_e = (float)(plant->omega_m * plant->p);
+    truth->true_torque = (float)plant->torque;
+    truth->true_i_a = (float)plant->i[0];
+    truth->true_i_b = (float)plant->i[1];
+    truth->true_i_c = (float)plant->i[2];
+    truth->true_i_d = (float)plant->i_d;
+    truth->true_i_q = (float)plant->i_q;
+    truth->true_u_dc = (float)plant->v_dc;
+    truth->shoot_throughs = (float)plant->shoot_throughs;
+    truth->chip_reports = (float)chip_report_total(&rig->state.chip);
 }
 
 void rig_stop_at(rig_t *rig, uint32_t period)

@@ -108,7 +108,7 @@ static void test_currents_follow_the_oracle_on_a_salient_machine(void)
     q.inductance_d = 0.008;
     q.inductance_q = 0.02;
     q.inertia = 0.003;
-    close_enough(run(&q, ORACLE_ROTOR, 0.0, 157.0796, -4.0, 10.0, 2000));
+    close_enough(run(&q, ORACLE_ROTOR, 0.0, 157.0796, -4.0, 10.0, 1000));
 }
 
 static void test_currents_follow_the_oracle_with_emf_harmonics(void)
@@ -129,7 +129,7 @@ static void test_currents_follow_the_oracle_at_three_tenths_of_a_radian_per_peri
     q.inductance_q = 0.003;
     q.shaft_locked = 1.0;
     q.shaft_locked_speed = 3000.0 / 4.0;
-    close_enough(run(&q, ORACLE_ROTOR, 0.0, 766.0, -2.0, 8.0, 1000));
+    close_enough(run(&q, ORACLE_ROTOR, 0.0, 766.0, -2.0, 8.0, 500));
 }
 
 static void test_currents_follow_the_oracle_with_unlike_device_slopes_and_no_delays(void)

@@ -1,0 +1,112 @@
+/* GPIO: data registers, direction, multiplexer, what the gates of the inverter see. */
+#include <unity.h>
+
+#include "bench.h"
+
+void setUp(void)
+{
+    bench_power_on();
+    bench_clock();
+}
+
+void tearDown(void)
+{
+}
+
+static void direction(uint32_t port, uint32_t bits)
+{
+    bus_allow();
+    bus_write32(&GPIO_CONTROL(port)->DIR, bits);
+    bus_protect();
+}
+
+static void test_inputs_follow_the_board(void)
+{
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFF000u, GPIO_DATA(0u)->DAT); /* pulled up but for GPIO0..11 */
+    chip_set_pin(&bench_chip, 3u, true);
+    chip_set_pin(&bench_chip, 12u, false);
+    chip_set_pin(&bench_chip, 33u, false);
+    chip_set_pin(&bench_chip, 87u, false);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFE008u, GPIO_DATA(0u)->DAT);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFFDu, GPIO_DATA(1u)->DAT);
+    TEST_ASSERT_EQUAL_HEX32(0x007FFFFFu, GPIO_DATA(2u)->DAT);
+}
+
+static void test_outputs_set_clear_toggle(void)
+{
+    direction(1u, 0x0000000Fu);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF0u, GPIO_DATA(1u)->DAT);
+    bus_write32(&GPIO_DATA(1u)->SET, 0x00000005u);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF5u, GPIO_DATA(1u)->DAT);
+    bus_write32(&GPIO_DATA(1u)->CLEAR, 0x00000004u);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF1u, GPIO_DATA(1u)->DAT);
+    bus_write32(&GPIO_DATA(1u)->TOGGLE, 0x00000003u);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF2u, GPIO_DATA(1u)->DAT);
+    bus_write32(&GPIO_DATA(1u)->DAT, 0x00000008u);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF8u, GPIO_DATA(1u)->DAT);
+}
+
+static void test_input_clock_off_freezes_inputs(void)
+{
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR3, 0x0700u);
+    bus_protect();
+    chip_set_pin(&bench_chip, 12u, false);
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFF000u, GPIO_DATA(0u)->DAT);
+}
+
+static void test_gate_pins_float_until_muxed_or_driven(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, bench.edges);
+    direction(0u, 0x00000002u); /* EPWM1B as a plain output, low */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
+    TEST_ASSERT_EQUAL_HEX32(0x02u, bench.edge[0].driven);
+    TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[0].level);
+    bus_write32(&GPIO_DATA(0u)->SET, 0x00000002u);
+    TEST_ASSERT_EQUAL_HEX32(0x02u, bench.edge[1].level);
+    bus_allow();
+    bus_write32(&GPIO_CONTROL(0u)->MUX1, GPIO_FIELD(0u, 1u) | GPIO_FIELD(1u, 1u) | GPIO_FIELD(2u, 2u));
+    bus_protect();
+    TEST_ASSERT_EQUAL_HEX32(0x03u,
+                            bench.edge[bench.edges - 1u].driven); /* a foreign function drives no gate */
+    TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[bench.edges - 1u].level);
+}
+
+static void test_data_register_shows_the_gate_pins(void)
+{
+    bench_start(0u);
+    uint64_t from = chip_now(&bench_chip);
+    chip_run(from + 3u * CARRIER + 7500u); /* period match: all lower gates on */
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFF02Au, GPIO_DATA(0u)->DAT);
+}
+
+static void test_trip_pin_reads_whatever_its_function(void)
+{
+    bench_start(0u);
+    chip_set_pin(&bench_chip, 12u, false);
+    TEST_ASSERT_EQUAL_HEX32(0u, GPIO_DATA(0u)->DAT & GPIO_PIN(12u));
+    chip_set_pin(&bench_chip, 12u, true);
+    TEST_ASSERT_EQUAL_HEX32(GPIO_PIN(12u), GPIO_DATA(0u)->DAT & GPIO_PIN(12u));
+}
+
+static void test_port_c_has_no_qualification(void)
+{
+    bus_allow();
+    bus_write32(&GPIO_CONTROL(2u)->QSEL1, 0u);
+    bus_write32(&GPIO_CONTROL(1u)->QSEL1, 5u);
+    TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_UNKNOWN_REGISTER));
+    TEST_ASSERT_EQUAL_HEX32(5u, GPIO_CONTROL(1u)->QSEL1);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_inputs_follow_the_board);
+    RUN_TEST(test_outputs_set_clear_toggle);
+    RUN_TEST(test_input_clock_off_freezes_inputs);
+    RUN_TEST(test_gate_pins_float_until_muxed_or_driven);
+    RUN_TEST(test_data_register_shows_the_gate_pins);
+    RUN_TEST(test_trip_pin_reads_whatever_its_function);
+    RUN_TEST(test_port_c_has_no_qualification);
+    return UNITY_END();
+}

@@ -19,6 +19,10 @@ add_library(lagless_flags INTERFACE)
 target_compile_options(lagless_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off
     $<$<COMPILE_LANGUAGE:C>:-Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla>
     "-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=")
+if(CMAKE_C_COMPILER_ID STREQUAL GNU)
+    # GCC 12's straight-line vectoriser fuses multiply and add where the machine can, whatever is said about contraction.
+    target_compile_options(lagless_flags INTERFACE -fno-tree-slp-vectorize)
+endif()
 target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(LAGLESS_SANITIZE)
     target_compile_options(lagless_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all)

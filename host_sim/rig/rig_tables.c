@@ -45,10 +45,16 @@ static const table_row_t condition_rows[] = {
 };
 const table_t conditions_table = {"rig", condition_rows, sizeof condition_rows / sizeof condition_rows[0]};
 
+/* A 32-bit slot at the end of its range may lie a rounding beyond it. */
+static double within(double value, double min, double max)
+{
+    return value < min ? min : (value > max ? max : value);
+}
+
 plant_params_t rig_plant_params(const rig_plant_t *values)
 {
     return (plant_params_t){
-#define PLANT_VALUE(name, unit, initial, min, max, text) .name = (double)values->name,
+#define PLANT_VALUE(name, unit, initial, min, max, text) .name = within((double)values->name, min, max),
         PLANT_PARAMS(PLANT_VALUE)
 #undef PLANT_VALUE
     };

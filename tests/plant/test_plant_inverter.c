@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host_sim/plant/interval.h"
 #include "tests/plant/loop.h"
 #include "unity.h"
 
@@ -304,6 +305,42 @@ static void test_emf_above_the_link_flows_through_the_diodes(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
 }
 
+static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
+{
+    uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
+    plant_params_t q = locked();
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, lower);
+    plant_gates(&plant, 1000, 0); /* acts at 1135 */
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(1135u + 5000u).leg_a);
+    plant_gates(&plant, 6200, lower); /* acts at 6305 */
+    plant_gates(&plant, 6300, 0);     /* acts at 6435 */
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(6435u + 5000u).leg_a);
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_OPEN, truth_at(6435u + PLANT_IDLE_TICKS).leg_a);
+}
+
+static void test_pole_voltage_goes_straight_through_the_zone(void)
+{
+    plant_params_t q = locked();
+    plant_init(&plant, &q, 1);
+    for (int law = PLANT_LAW_OFF; law <= PLANT_LAW_LOWER; law++) {
+        double v[5], share[5];
+        for (int n = 0; n < 5; n++) {
+            v[n] = interval_pole(&plant, &plant.law[law], 0.05 * (0.5 * n - 1.0), &share[n]);
+        }
+        /* One formula, drop = s V_dc - v at the borders, 0.8 V + 18 mohm or 0.95 V + 25 mohm times 50 mA. */
+        double diode = 0.95 + 0.025 * 0.05;
+        double igbt = 0.8 + 0.018 * 0.05;
+        double out = law == PLANT_LAW_UPPER ? 311.0 - igbt : -diode;
+        double in = law == PLANT_LAW_LOWER ? igbt : 311.0 + diode;
+        for (int n = 0; n < 5; n++) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-10, in + 0.25 * n * (out - in), v[n]);
+            double upper = law == PLANT_LAW_UPPER ? 1.0 : law == PLANT_LAW_LOWER ? 0.0 : 1.0 - 0.25 * n;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, upper, share[n]);
+        }
+    }
+}
+
 /* ---- module ---- */
 
 static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(void)
@@ -547,6 +584,8 @@ int main(void)
     RUN_TEST(test_current_commutates_to_the_diode_of_the_other_rail);
     RUN_TEST(test_all_off_lets_the_current_die_into_the_link_and_then_none_flows);
     RUN_TEST(test_emf_above_the_link_flows_through_the_diodes);
+    RUN_TEST(test_a_pulse_starts_the_wait_for_floating_legs_anew);
+    RUN_TEST(test_pole_voltage_goes_straight_through_the_zone);
     RUN_TEST(test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones);
     RUN_TEST(test_edge_during_the_fault_pulse_does_not_reopen_a_gate);
     RUN_TEST(test_module_without_protection_only_counts_a_shoot_through);

@@ -235,6 +235,20 @@ static void test_encoder_steps_one_by_one_through_whole_turns_both_ways(void)
     }
 }
 
+static void test_encoder_read_ahead_is_what_it_reads_then(void)
+{
+    plant_params_t q = plant_params_default();
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = -150.0;
+    plant_init(&plant, &q, 1);
+    for (uint64_t k = 1; k <= 1000; k++) {
+        int64_t ahead = plant_encoder_at(&plant, k * 14999u);
+        TEST_ASSERT_EQUAL_INT64(plant_encoder(&plant), plant_encoder_at(&plant, plant.tick));
+        plant_advance(&plant, k * 14999u);
+        TEST_ASSERT_EQUAL_INT64(plant_encoder(&plant), ahead);
+    }
+}
+
 static void test_phasor_agrees_with_the_library_over_the_whole_range(void)
 {
     for (int n = -100000; n <= 100000; n++) {
@@ -272,6 +286,7 @@ int main(void)
     RUN_TEST(test_lagging_sensor_trails_a_ramp_by_its_time_constant);
     RUN_TEST(test_encoder_counts_are_the_floor_of_the_angle);
     RUN_TEST(test_encoder_steps_one_by_one_through_whole_turns_both_ways);
+    RUN_TEST(test_encoder_read_ahead_is_what_it_reads_then);
     RUN_TEST(test_phasor_agrees_with_the_library_over_the_whole_range);
     return UNITY_END();
 }

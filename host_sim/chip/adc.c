@@ -89,11 +89,15 @@ void adc_trigger(chip_t *chip, uint64_t cycle, uint32_t mask)
     chip_report(chip, CHIP_ADC_OVERRUN, ADC_AT + OFFSET(adc_regs_t, ADCTRL2));
 }
 
-/* Not-a-number gives 0. */
+/* floor(4096 V/3), exactly and without dividing: the estimate is off by one at most, and 3 code and 4096 V
+ * are exact. Not-a-number gives 0. */
 static inline uint32_t code_of(double volts)
 {
-    double code = 4096.0 * volts / 3.0;
-    return code > 0.0 ? (code < 4095.0 ? (uint32_t)(int32_t)code : 4095u) : 0u;
+    double scaled = 4096.0 * volts;
+    int32_t code = scaled > 0.0 ? (scaled < 3.0 * 4095.0 ? (int32_t)(scaled * (1.0 / 3.0)) : 4095) : 0;
+    code -= 3.0 * code > scaled;
+    code += code < 4095 && 3.0 * (code + 1) <= scaled;
+    return (uint32_t)(code > 0 ? code : 0);
 }
 
 /* What is not the plain conversion of the pin's voltage. */

@@ -577,6 +577,17 @@ static void settle(plant_t *plant, uint64_t ticks)
     }
 }
 
+void interval_count_turns(plant_t *plant)
+{
+    /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
+    int64_t pairs = (int64_t)plant->p;
+    double counts = 4.0 * plant->params.encoder_lines;
+    plant->count_whole = plant->turns / pairs * (int64_t)counts;
+    plant->count_rest =
+        ((double)(plant->turns % pairs) / plant->p + plant->params.encoder_offset * (1.0 / PHASOR_TWO_PI)) *
+        counts;
+}
+
 uint64_t interval_step(plant_t *plant, uint64_t ticks)
 {
     double rate = fabs(plant->p * plant->omega_m) + plant->rate;
@@ -623,9 +634,11 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
     if (theta >= PHASOR_PI) {
         theta -= PHASOR_TWO_PI;
         plant->turns++;
+        interval_count_turns(plant);
     } else if (theta < -PHASOR_PI) {
         theta += PHASOR_TWO_PI;
         plant->turns--;
+        interval_count_turns(plant);
     }
     plant->theta_e = theta;
     if (++plant->steps >= RESYNC_STEPS) {

@@ -16,6 +16,9 @@
 
 #include "host_sim/plant/plant.h"
 
+/* What the whole electrical turns and the offset are to the encoder; after a change of any of them. */
+void interval_count_turns(plant_t *plant);
+
 /* Advances by at most `ticks` (> 0) and returns by how many: no more than 100 us, less where
  * something changes faster (phase of omega_e, R/L, swing of rotor against currents: 0.1 of each). */
 uint64_t interval_step(plant_t *plant, uint64_t ticks);

@@ -304,6 +304,8 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     plant->params = *params;
 
     plant->p = q->pole_pairs;
+    plant->count_per_rad = 4.0 * q->encoder_lines / (PHASOR_TWO_PI * q->pole_pairs);
+    interval_count_turns(plant);
     plant->r_mean = 0.5 * (q->igbt_resistance + q->diode_resistance);
     plant->k_d = 1.0 / q->inductance_d;
     plant->k_q = 1.0 / q->inductance_q;
@@ -393,6 +395,7 @@ void plant_set_motion(plant_t *plant, double theta_m, double omega_m)
         plant->theta_e += PHASOR_TWO_PI;
         plant->turns--;
     }
+    interval_count_turns(plant);
     phasor_at(plant->theta_e, &plant->cos_e, &plant->sin_e);
     plant->steps = 0;
     if (plant->params.shaft_locked == 0.0) {
@@ -454,17 +457,16 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
     return 0.0;
 }
 
+/* floor(), for what fits 64 bits. */
+static int64_t floor_of(double x)
+{
+    int64_t n = (int64_t)x;
+    return n - (x < (double)n);
+}
+
 static int64_t encoder_counts(const plant_t *plant, double theta_e)
 {
-    /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
-    int64_t pairs = (int64_t)plant->p;
-    int64_t whole = plant->turns / pairs;
-    int64_t rest = plant->turns % pairs;
-    double counts = 4.0 * plant->params.encoder_lines;
-    double part = ((theta_e * (1.0 / PHASOR_TWO_PI) + (double)rest) / plant->p +
-                   plant->params.encoder_offset * (1.0 / PHASOR_TWO_PI)) *
-                  counts;
-    return whole * (int64_t)counts + (int64_t)floor(part);
+    return plant->count_whole + floor_of(theta_e * plant->count_per_rad + plant->count_rest);
 }
 
 int64_t plant_encoder(const plant_t *plant)

@@ -30,6 +30,7 @@ typedef struct {
 typedef struct {
     plant_params_t params;
     double p;                /* pole pairs [-] */
+    double count_per_rad;    /* [counts/rad] of the encoder, per electrical radian */
     double r_mean;           /* [ohm] mean slope of the drops, treated as part of R between edges */
     double decay_d;          /* (R + r_mean)/L_d [1/s] */
     double decay_q;          /* (R + r_mean)/L_q [1/s] */
@@ -80,6 +81,8 @@ typedef struct {
     uint64_t calm_ticks;         /* [tick] since all legs are off and inside the zone */
     uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
     uint64_t random;             /* state of the noise */
+    int64_t count_whole;         /* [counts] of the whole mechanical turns in `turns` */
+    double count_rest;           /* [counts] of the electrical turns beyond, and of the encoder's offset */
     int64_t turns;               /* [-] electrical revolutions, theta = theta_e + 2 pi turns */
     plant_edge_t pending[PLANT_PENDING];
     uint32_t pending_first; /* [-] ring index of the edge that acts next */

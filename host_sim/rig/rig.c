@@ -159,10 +159,14 @@ void rig_free(rig_t *rig)
     free(rig);
 }
 
-static float wrapped(double angle)
+/* Difference of two wrapped angles, wrapped. */
+static float angle_between(float a, float b)
 {
     const double turn = 6.283185307179586;
-    return (float)(angle - turn * floor(angle / turn + 0.5));
+    const double difference = (double)a - (double)b;
+    return (float)(difference >= 0.5 * turn   ? difference - turn
+                   : difference < -0.5 * turn ? difference + turn
+                                              : difference);
 }
 
 static void take_truth(rig_t *rig)
@@ -217,8 +221,7 @@ void rig_step(rig_t *rig)
     if (rig->edge_sink != NULL) {
         tell_interrupt(rig, begin);
     }
-    state->truth.theta_err =
-        wrapped((double)state->app.drive.position.theta_e - (double)state->truth.true_theta_e);
+    state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
         app_background();
     }

@@ -72,7 +72,7 @@ static void begin(chip_t *chip, uint64_t cycle)
         chip_report(chip, CHIP_ADC_TOO_FAST, ADC_AT + OFFSET(adc_regs_t, ADCTRL3));
     }
     adc->next = adc->first;
-    chip->adc_tick = tick_of(chip, cycle);
+    chip_tell(chip, CHIP_EVENT_ADC_START, 0u);
     chip_plan(chip, SOURCE_ADC, tick_of(chip, adc->next));
 }
 

@@ -48,7 +48,7 @@ static int64_t no_encoder(void *context, uint64_t tick)
     return 0;
 }
 
-static const chip_world_t nothing = {NULL, no_voltage, no_gates, no_carrier, no_encoder};
+static const chip_world_t nothing = {NULL, no_voltage, no_gates, no_carrier, no_encoder, NULL};
 
 void chip_power_on(chip_t *chip)
 {
@@ -61,7 +61,6 @@ void chip_power_on(chip_t *chip)
     chip->gpio_input[2] = 0x00FFFFFFu;
     chip->carrier_tick = CHIP_NEVER;
     chip->sample_tick = CHIP_NEVER;
-    chip->adc_tick = CHIP_NEVER;
     chip_reset(chip);
     chip->cpu.halted = 0u;
 }
@@ -281,11 +280,6 @@ uint32_t chip_report_count(const chip_t *chip, chip_report_kind_t kind)
 uint32_t chip_report_total(const chip_t *chip)
 {
     return chip->report_total;
-}
-
-uint64_t chip_adc_tick(const chip_t *chip)
-{
-    return chip->adc_tick;
 }
 
 const chip_report_t *chip_last_report(const chip_t *chip)

@@ -54,6 +54,14 @@ typedef struct {
     uint32_t kind;    /* chip_report_kind_t */
 } chip_report_t;
 
+/* What happens inside, for whoever records it. */
+typedef enum {
+    CHIP_EVENT_ADC_START, /* a conversion sequence begins */
+    CHIP_EVENT_INTERRUPT, /* an interrupt function is called; value: number of its PIE vector */
+    CHIP_EVENT_RETURN,    /* it has returned; value the same */
+    CHIP_EVENT_TRIP       /* value: bit n = leg n (0..2) is held by its trip zone; on every change */
+} chip_event_t;
+
 /* The world around the pins; called in order of time while chip_run() or bus_wait() runs. A callback may call
  * chip_set_pin, nothing else that changes the chip. */
 typedef struct {
@@ -73,6 +81,8 @@ typedef struct {
     /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
      * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);
+    /* For recordings; NULL: nobody. */
+    void (*event)(void *context, uint64_t tick, chip_event_t what, uint32_t value);
 } chip_world_t;
 
 /* The whole chip: copyable, no pointers, no padding. Fields are for the debugger; only this module writes
@@ -123,7 +133,6 @@ bool chip_tripped(const chip_t *chip, uint32_t leg); /* trip zone holds ePWM `le
 bool chip_carrier_plain(const chip_t *chip);         /* legs 1..3 run on the fast path */
 uint64_t chip_carrier_tick(const chip_t *chip);      /* last counter zero of ePWM1, or CHIP_NEVER */
 uint64_t chip_sample_tick(const chip_t *chip);       /* last entry of SEQ1INT, or CHIP_NEVER */
-uint64_t chip_adc_tick(const chip_t *chip);          /* last start of conversion, or CHIP_NEVER */
 uint32_t chip_interrupt_count(const chip_t *chip,
                               uint32_t vector); /* entries of PIE_VECTOR(x, y) since power-on */
 uint32_t chip_report_count(const chip_t *chip, chip_report_kind_t kind); /* since power-on */

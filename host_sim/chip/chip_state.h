@@ -135,7 +135,6 @@ typedef struct {
     uint64_t epwm_next;    /* [cycle] same as next[0] */
     uint64_t carrier_tick; /* [tick] last zero of ePWM1 */
     uint64_t sample_tick;  /* [tick] last entry of SEQ1INT */
-    uint64_t adc_tick;     /* [tick] last start of conversion */
     chip_clock_t clock;
     chip_epwm_t epwm[CHIP_EPWMS];
     chip_carrier_t carrier;
@@ -151,7 +150,7 @@ typedef struct {
     uint32_t report_total;                    /* [-] */
     uint32_t report_count[CHIP_REPORT_KINDS]; /* [-] */
     uint32_t entries[128];                    /* [-] interrupts taken per vector */
-    uint32_t spare;                           /* fills the struct to a multiple of 64 bits */
+    uint32_t tripped;                         /* [-] legs held off by their trip zone, as last told */
     chip_report_t reports[CHIP_REPORTS];      /* ring, last one at (report_total - 1) mod 16 */
 } chip_t;
 

@@ -168,11 +168,24 @@ void outputs_show(chip_t *chip)
     }
 }
 
+static void tell_trip(chip_t *chip)
+{
+    uint32_t mask = 0u;
+    for (uint32_t m = 0u; m < CHIP_LEGS; m++) {
+        mask |= (uint32_t)tripped(chip, m) << m;
+    }
+    if (mask != chip->tripped) {
+        chip->tripped = mask;
+        chip_tell(chip, CHIP_EVENT_TRIP, mask);
+    }
+}
+
 void outputs_changed(chip_t *chip)
 {
     carrier_see(chip);
     configure(chip);
     outputs_show(chip);
+    tell_trip(chip);
 }
 
 /* Flags rise, and the interrupt with them if it is enabled and not still standing. */
@@ -216,6 +229,7 @@ void trip_zero(chip_t *chip, uint32_t m)
     if (chip->epwm[m].cbc && (pulled(chip, m) & TZ_CBC) == 0u) {
         chip->epwm[m].cbc = 0u;
         configure(chip);
+        tell_trip(chip);
     }
 }
 

@@ -30,6 +30,14 @@ typedef enum { SOURCE_EPWM, SOURCE_EQEP, SOURCE_ADC, SOURCE_CPU, SOURCE_RARE, SO
 #define OFFSET(type, member) ((uint32_t)WORDS(type, member))
 
 extern __thread const chip_world_t *chip_world; /* of the bound chip; never NULL once bound */
+
+/* Tells whoever records. */
+static inline void chip_tell(const chip_t *chip, chip_event_t what, uint32_t value)
+{
+    if (chip_world != NULL && chip_world->event != NULL) {
+        chip_world->event(chip_world->context, chip->tick, what, value);
+    }
+}
 extern __thread chip_t *chip_bound;
 
 /* chip.c */

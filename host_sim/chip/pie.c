@@ -123,7 +123,9 @@ void cpu_enter(chip_t *chip)
         chip->sample_tick = chip->tick;
     }
     chip_refresh(chip);
+    chip_tell(chip, CHIP_EVENT_INTERRUPT, vector);
     function_of(token)();
+    chip_tell(chip, CHIP_EVENT_RETURN, vector);
     if (chip->cpu.halted || chip->cpu.resets != resets) {
         return;
     }

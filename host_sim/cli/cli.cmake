@@ -8,13 +8,25 @@ endif()
 add_executable(lagless
     cli/bench.c
     cli/demo.c
+    cli/explain.c
     cli/main.c
     cli/output.c
+    cli/run.c
+    cli/shell.c
+    cli/tables.c
 )
 desk_room(lagless)
 target_compile_definitions(lagless PRIVATE _GNU_SOURCE)
-target_link_libraries(lagless PRIVATE lagless_rig)
+target_link_libraries(lagless PRIVATE lagless_lab)
 target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
+# The scenarios known by name, and what a recording says it was made with.
+execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE LAGLESS_COMMIT
+    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT LAGLESS_COMMIT)
+    set(LAGLESS_COMMIT "unknown")
+endif()
+set_source_files_properties(cli/run.c PROPERTIES COMPILE_DEFINITIONS
+    "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
 # Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_PYTHON=\"${LAGLESS_PYTHON}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")

@@ -2,16 +2,38 @@
 #ifndef HOST_SIM_CLI_CLI_H
 #define HOST_SIM_CLI_CLI_H
 
-#include <stdbool.h>
+#include <stddef.h>
+
+#define CLI_VERSION "lagless 0.2.0"
 
 enum {
     EXIT_DONE = 0,     /* and all expectations met */
-    EXIT_FAILED = 1,   /* ran, but an expectation failed */
+    EXIT_FAILED = 1,   /* ran, but an expectation failed or could not be judged */
     EXIT_USAGE = 2,    /* wrong use or input */
     EXIT_INTERNAL = 3, /* internal or I/O */
 };
 
+typedef struct {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *arguments; /* for the synopsis */
+    const char *options;   /* long options, blank-separated, for completion */
+    const char *text;      /* one line */
+} cli_command_t;
+
+/* All commands, in the order of the help. */
+extern const cli_command_t cli_commands[];
+extern const size_t cli_command_count;
+
 int command_bench(int argc, char **argv);
+int command_completion(int argc, char **argv);
 int command_demo(int argc, char **argv);
+int command_explain(int argc, char **argv);
+int command_man(int argc, char **argv);
+int command_params(int argc, char **argv);
+int command_reference(int argc, char **argv);
+int command_run(int argc, char **argv);
+int command_scenarios(int argc, char **argv);
+int command_signals(int argc, char **argv);
 
 #endif

@@ -1,6 +1,7 @@
 #include "host_sim/cli/output.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -100,4 +101,45 @@ bool output_picture(const char *script, const char *csv, const char *png, const 
     }
     free(python);
     return drawn;
+}
+
+void output_json_text(FILE *file, const char *text)
+{
+    if (text == NULL) {
+        fputs("null", file);
+        return;
+    }
+    fputc('"', file);
+    for (const unsigned char *c = (const unsigned char *)text; *c != '\0'; c++) {
+        if (*c == '"' || *c == '\\') {
+            fprintf(file, "\\%c", *c);
+        } else if (*c < 0x20u) {
+            fprintf(file, "\\u%04x", *c);
+        } else {
+            fputc(*c, file);
+        }
+    }
+    fputc('"', file);
+}
+
+void output_json_number(FILE *file, double number)
+{
+    if (isfinite(number)) {
+        fprintf(file, "%.9g", number);
+    } else {
+        fputs("null", file);
+    }
+}
+
+bool output_colours(FILE *file)
+{
+    const char *no = getenv("NO_COLOR");
+    return (no == NULL || no[0] == '\0') && isatty(fileno(file));
+}
+
+void output_suggest(FILE *file, const char *near)
+{
+    if (near != NULL) {
+        fprintf(file, "; did you mean %s?", near);
+    }
 }

@@ -19,6 +19,18 @@ FILE *output_open(const char *path);
 /* Closes and judges what was written; false: the disk did not take it all (said on stderr). */
 bool output_close(FILE *file, const char *path);
 
+/* Text as a JSON string, quotes included; NULL: null. */
+void output_json_text(FILE *file, const char *text);
+
+/* A number as JSON: null if it is not finite. */
+void output_json_number(FILE *file, double number);
+
+/* Does this stream want colours: a terminal, and NO_COLOR is not set. */
+bool output_colours(FILE *file);
+
+/* "did you mean NAME?" after a message; nothing without a near name. */
+void output_suggest(FILE *file, const char *near);
+
 /* Runs tools/plot/SCRIPT CSV PNG --title TITLE. false: no picture; said why on stderr, the CSV stays. */
 bool output_picture(const char *script, const char *csv, const char *png, const char *title);
 

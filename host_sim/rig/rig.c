@@ -61,8 +61,19 @@ rig_state_t *rig_state(rig_t *rig)
 static void tell_edge(rig_t *rig, uint64_t tick, rig_edge_t what, uint32_t value)
 {
     if (rig->edge_sink != NULL) {
-        rig->edge_sink(rig->edge_context, tick, what, value);
+        rig->edge_sink(rig->edge_context, tick - rig->state.start, (uint32_t)what, value);
     }
+}
+
+static void on_event(void *context, uint64_t tick, chip_event_t what, uint32_t value)
+{
+    static const rig_edge_t edges[] = {
+        [CHIP_EVENT_ADC_START] = RIG_EDGE_ADC_START,
+        [CHIP_EVENT_INTERRUPT] = RIG_EDGE_ISR_ENTER,
+        [CHIP_EVENT_RETURN] = RIG_EDGE_ISR_EXIT,
+        [CHIP_EVENT_TRIP] = RIG_EDGE_TRIP,
+    };
+    tell_edge(context, tick, edges[what], value);
 }
 
 /* The power module's fault output reaches the trip pin without software and without delay. */
@@ -72,7 +83,6 @@ static void follow_fault_line(rig_t *rig)
     if (active != rig->state.fault_line) {
         rig->state.fault_line = active;
         chip_set_pin(&rig->state.chip, TRIP_PIN, active == 0u);
-        tell_edge(rig, chip_now(&rig->state.chip), RIG_EDGE_TRIP, active);
     }
 }
 
@@ -187,24 +197,11 @@ static void take_truth(rig_t *rig)
     truth->chip_reports = (float)chip_report_total(&rig->state.chip);
 }
 
-void rig_stop_at(rig_t *rig, uint32_t period)
+__attribute__((noinline)) void rig_stop_at(rig_t *rig, uint32_t period)
 {
     (void)rig;
     (void)period;
     __asm__ volatile(""); /* keeps the call, and with it the place to break on */
-}
-
-/* The interrupt of this period, if there was one, and the conversion that will lead to the next. */
-static void tell_interrupt(rig_t *rig, uint64_t begin)
-{
-    const uint64_t entered = chip_sample_tick(&rig->state.chip);
-    const uint64_t started = chip_adc_tick(&rig->state.chip);
-    if (entered != CHIP_NEVER && entered >= begin) {
-        tell_edge(rig, entered, RIG_EDGE_INTERRUPT, 1u);
-    }
-    if (started != CHIP_NEVER && started >= begin) {
-        tell_edge(rig, started, RIG_EDGE_ADC_START, 1u);
-    }
 }
 
 void rig_step(rig_t *rig)
@@ -218,9 +215,6 @@ void rig_step(rig_t *rig)
     plant_advance(&state->plant, begin);
     take_truth(rig);
     chip_run(begin + PERIOD_TICKS);
-    if (rig->edge_sink != NULL) {
-        tell_interrupt(rig, begin);
-    }
     state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
         app_background();
@@ -615,8 +609,13 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 
 void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context)
 {
+    const chip_pins_t *pins = &rig->state.chip.pins;
+    const uint64_t now = chip_now(&rig->state.chip);
     rig->edge_sink = sink;
     rig->edge_context = context;
+    rig->world.event = sink != NULL ? on_event : NULL;
+    tell_edge(rig, now, RIG_EDGE_GATES, pins->level & pins->driven);
+    tell_edge(rig, now, RIG_EDGE_TRIP, rig->state.chip.tripped);
 }
 
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
@@ -652,12 +651,18 @@ bool rig_load(rig_t *rig, const void *state, size_t size)
     return true;
 }
 
+/* FNV-1a over the octets. The PIE vectors are left out: they hold where functions lie in this very program.
+ */
 uint64_t rig_hash(const rig_t *rig)
 {
     const unsigned char *octet = (const unsigned char *)&rig->state;
+    const size_t begin = offsetof(rig_state_t, chip.registers.pie_vectors);
+    const size_t end = begin + sizeof rig->state.chip.registers.pie_vectors;
     uint64_t hash = UINT64_C(14695981039346656037);
     for (size_t n = 0; n < sizeof rig->state; n++) {
-        hash = (hash ^ octet[n]) * UINT64_C(1099511628211);
+        if (n < begin || n >= end) {
+            hash = (hash ^ octet[n]) * UINT64_C(1099511628211);
+        }
     }
     return hash;
 }

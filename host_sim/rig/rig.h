@@ -76,16 +76,17 @@ typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots
 #define RIG_TAP_MAX 64u
 bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
 
-/* What happens between the samples, with its tick (1/150 MHz since power-on). Within one period gates and
- * trip come in order of time, then the others with their own ticks. */
+/* What happens between the samples, in order of time; tick [1/150 MHz] from the beginning of period 0. On
+ * watching, the present levels of gates and trip are told first. */
 typedef enum {
     RIG_EDGE_GATES, /* value: six switch commands, bit 2n upper, 2n + 1 lower of leg n; switched fidelity only
                      */
-    RIG_EDGE_TRIP,  /* value: 1 the power module pulls the trip pin, 0 lets go */
-    RIG_EDGE_ADC_START, /* start of conversion */
-    RIG_EDGE_INTERRUPT  /* entry of the sample interrupt */
+    RIG_EDGE_ADC_START, /* a conversion sequence begins */
+    RIG_EDGE_ISR_ENTER, /* an interrupt function is called; value: number of its PIE vector */
+    RIG_EDGE_ISR_EXIT,  /* it has returned; value the same */
+    RIG_EDGE_TRIP       /* value: bit n = leg n is held off by its trip zone */
 } rig_edge_t;
-typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, rig_edge_t what, uint32_t value);
+typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, uint32_t what, uint32_t value);
 void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context); /* sink NULL: nobody */
 
 /* Stop condition of rig_run, judged after each period on a row's value. */
@@ -100,6 +101,6 @@ void rig_stop_at(rig_t *rig, uint32_t period);
 size_t rig_state_size(void);
 void rig_save(const rig_t *rig, void *state);
 bool rig_load(rig_t *rig, const void *state, size_t size);
-uint64_t rig_hash(const rig_t *rig); /* of the state: equal states, equal hashes */
+uint64_t rig_hash(const rig_t *rig); /* of the state: equal states, equal hashes, in every build */
 
 #endif

@@ -60,7 +60,8 @@ static int64_t on_encoder(void *context, uint64_t tick)
     return bench.encoder_offset + (moved >= 0 ? moved >> 20 : -((-moved) >> 20));
 }
 
-static const chip_world_t world = {NULL, on_analog, on_gates, on_carrier, on_encoder};
+static const chip_world_t world = {
+    .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder};
 
 void bench_power_on(void)
 {

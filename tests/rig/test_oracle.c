@@ -24,12 +24,11 @@ void tearDown(void)
 {
 }
 
-static void on_edge(void *context, uint64_t tick, rig_edge_t what, uint32_t value)
+static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
-    (void)context;
     if (what == RIG_EDGE_GATES) {
         TEST_ASSERT_TRUE(edge_count < sizeof edges / sizeof edges[0]);
-        edges[edge_count++] = (oracle_edge_t){tick, value};
+        edges[edge_count++] = (oracle_edge_t){tick + *(const uint64_t *)context, value};
     }
 }
 
@@ -37,7 +36,7 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
 {
     rig_t *rig = rig_create(41);
     edge_count = 0;
-    rig_watch_edges(rig, on_edge, NULL);
+    rig_watch_edges(rig, on_edge, &rig_state(rig)->start);
     run_put(rig, "inertia", 0.003);
     run_put(rig, "load_torque", 5.0);
     run_put(rig, "plant.inductance_d", inductance_d);

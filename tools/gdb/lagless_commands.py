@@ -5,6 +5,7 @@ environment; the program then calls rig_stop_at() before that period, and from t
 interrupt. Loaded by lagless.py."""
 import functools
 import os
+import sys
 
 import gdb
 import lagless_printers as show
@@ -77,7 +78,7 @@ class Entry(gdb.Breakpoint):
     def __init__(self):
         super().__init__(function="app_interrupt", internal=True)
         self.enabled = False
-        self.silent = True  # on_stop tells where
+        self.silent = True  # the commands tell where
         self.hit = False
         self.pc = None
 
@@ -93,8 +94,10 @@ class Gate(gdb.Breakpoint):
     def __init__(self):
         super().__init__(function="rig_stop_at", internal=True)
         self.rig = None
+        self.hit = False
 
     def stop(self):
+        self.hit = True
         try:
             self.rig = gdb.newest_frame().read_var("rig")
         except (ValueError, gdb.error):
@@ -110,6 +113,19 @@ class Fault(gdb.Breakpoint):
         super().__init__(function="enter_fault", internal=True)
         self.enabled = False
         self.silent = True
+        self.hit = False
+
+    def stop(self):
+        self.hit = True
+        return True
+
+
+class Landing(gdb.Breakpoint):
+    """Where a function returns to. (gdb's own FinishBreakpoint misses callers that are inlined themselves.)"""
+
+    def __init__(self, pc):
+        super().__init__(f"*{pc:#x}", internal=True, temporary=True)
+        self.silent = fault.silent
         self.hit = False
 
     def stop(self):
@@ -135,23 +151,24 @@ def forget_rig(_):
     gate.rig = None
 
 
-class Session(gdb.Parameter):
-    """What becomes of the old process when the program is run again to go back.
-restart: it is ended first, as `run` does. keep: the new one is started first, so that a front end which ends its session
-with the last process (VS Code) goes on."""
+class FrontEnd(gdb.Parameter):
+    """Who talks to the user.
+cli: gdb itself. ide: a program that drives gdb (VS Code); every stop is told to it, and going back starts the new process
+before the old one ends, since such a program ends its session with the last process."""
 
-    set_doc = "Set what becomes of the old process when going back."
-    show_doc = "Show what becomes of the old process when going back."
+    set_doc = "Set who talks to the user: gdb's own command line or an IDE."
+    show_doc = "Show who talks to the user: gdb's own command line or an IDE."
 
     def __init__(self):
-        super().__init__("lagless-session", gdb.COMMAND_RUNNING, gdb.PARAM_ENUM, ["restart", "keep"])
-        self.value = "restart"
+        super().__init__("lagless-front-end", gdb.COMMAND_RUNNING, gdb.PARAM_ENUM, ["cli", "ide"])
+        self.value = "cli"
 
     def get_set_string(self):
+        entry.silent = fault.silent = self.value == "cli"
         return ""
 
     def get_show_string(self, value):
-        return f"When going back, the old process: {value}."
+        return f"The one who talks to the user: {value}."
 
 
 def quietly(command):
@@ -159,28 +176,29 @@ def quietly(command):
 
 
 def run_again(stop_before):
-    """Start the program from its beginning. Its breakpoints, other than those of this file, have had their turn."""
+    """Start the program from its beginning; the user's breakpoints have had their turn."""
     if stop_before is None:
         environment = "unset environment LAGLESS_STOP"
     else:
         environment = f"set environment LAGLESS_STOP {stop_before}"
     if not program_lives():
         quietly(environment)
-        return quietly("run")
+        quietly("run")
+        return
 
     old = None
-    if session.value == "keep":
+    if front_end.value == "ide":
         old = gdb.selected_inferior().num
         known = {inferior.num for inferior in gdb.inferiors()}
         quietly("clone-inferior")
         new = next(inferior.num for inferior in gdb.inferiors() if inferior.num not in known)
         quietly(f"inferior {new}")
     quietly(environment)
-    sleeping = [breakpoint for breakpoint in gdb.breakpoints() if breakpoint.enabled]
+    sleeping = [breakpoint for breakpoint in gdb.breakpoints() if breakpoint.enabled and breakpoint.number > 0]
     for breakpoint in sleeping:
         breakpoint.enabled = False
     try:
-        return quietly("run")
+        quietly("run")
     finally:
         for breakpoint in sleeping:
             if breakpoint.is_valid():
@@ -190,31 +208,55 @@ def run_again(stop_before):
             quietly(f"remove-inferiors {old}")
 
 
+def set_stop(rig, period):
+    """What rig_stop_before() does; a program linked across rooms does not have it as a function of its own."""
+    memory = gdb.selected_inferior()
+    for name, value in (("stop_hook_set", 1), ("stop_hook_period", period)):
+        field = rig[name]
+        memory.write_memory(int(field.address), value.to_bytes(field.type.sizeof, sys.byteorder))
+
+
 def go_on(stop_before, again):
-    """Let the program run, from here or from its beginning, until something stops it; what gdb said about that."""
+    """Let the program run, from here or from its beginning, until something stops it."""
     global travelling
+    if stop_before is not None and gate.pending and gdb.current_progspace().filename:
+        raise gdb.GdbError(
+            "this program has no rig_stop_at() to stop in: it is linked across rooms or not of this project; "
+            "take build/debug/lagless"
+        )
     travelling = True
-    entry.hit = fault.hit = False
+    entry.hit = gate.hit = fault.hit = False
     try:
         if again or not program_lives():
-            return run_again(stop_before)
+            run_again(stop_before)
+            return
         if stop_before is not None:
-            gdb.parse_and_eval(f"rig_stop_before((struct rig *){int(current_rig())}, {stop_before})")
-        return quietly("continue")
+            set_stop(current_rig(), stop_before)
+        quietly("continue")
     finally:
         travelling = False
 
 
 def tell_place():
+    """Where simulated time and the program stand; of the interrupt all lines."""
     gdb.write(place_text() + "\n")
     gdb.execute("frame")
-    line = gdb.selected_frame().find_sal().line
-    if entry.hit and line:
-        gdb.execute(f"list {line + 1},{line + 2}")
+    here = gdb.selected_frame().find_sal()
+    function = gdb.selected_frame().function()
+    if here.symtab and function is not None and function.name == "app_interrupt":
+        block = gdb.selected_frame().block()
+        while block.function is None or block.function.name != function.name:
+            block = block.superblock
+        own = function.symtab
+        lines = [item.line for item in own.linetable() if block.start <= item.pc < block.end]
+        # In a program linked across rooms the first instruction may belong to a function of another file.
+        first = here.line + 1 if here.symtab.filename == own.filename else function.line
+        last = min(max(lines, default=0), first + 9)
+        if last >= first:
+            gdb.execute(f"list {own.filename}:{first},{own.filename}:{last}")
 
 
-def stopped_on_the_way(said):
-    gdb.write(said)
+def stopped_on_the_way():
     try:
         gdb.write(f"stopped on the way: {place_text()}\n")
     except NO_RIG:
@@ -241,14 +283,16 @@ def go_to(period):
             again = period <= present_period()
         except NO_RIG:
             pass
-    said = go_on(period, again)
+    go_on(period, again)
     if not program_lives():
+        if gate.hit:
+            raise gdb.GdbError(f"no interrupt came in period {period} or later, and the program ended")
         raise gdb.GdbError(
             f"the program ended before period {period} "
             "(if it had that many: does it honour LAGLESS_STOP, as 'lagless run' does?)"
         )
     if not entry.hit:
-        stopped_on_the_way(said)
+        stopped_on_the_way()
         return
     tell_place()
     if present_period() != period:
@@ -280,7 +324,6 @@ class Command(gdb.Command):
     """A command of this file; its help text is its docstring."""
 
     name = ""
-    kind = gdb.COMMAND_DATA
 
     def __init__(self):
         super().__init__(self.name, gdb.COMMAND_USER)
@@ -355,7 +398,7 @@ period LIMIT. A program that is not running is started."""
                 raise gdb.GdbError(f"until-fault {limit}: this is period {here} already")
         fault.enabled = True
         try:
-            said = go_on(limit, again=False)
+            go_on(limit, again=False)
         finally:
             disarm()
         if not program_lives():
@@ -366,7 +409,7 @@ period LIMIT. A program that is not running is started."""
         elif fault.hit:
             self.leave_drive()
         else:
-            stopped_on_the_way(said)
+            stopped_on_the_way()
 
     @staticmethod
     def leave_drive():
@@ -376,11 +419,13 @@ period LIMIT. A program that is not running is started."""
         while frame is not None and frame.find_sal().symtab and frame.find_sal().symtab.filename.endswith("drive.c"):
             names.append(frame.name())
             outermost, frame = frame, frame.older()
-        latched = gdb.FinishBreakpoint(outermost, internal=True)
-        latched.silent = True
-        said = quietly("continue")
-        if not program_lives() or latched.is_valid() and latched.hit_count == 0:
-            gdb.write(said)
+        while outermost.type() == gdb.INLINE_FRAME:
+            outermost = outermost.older()
+        landing = Landing(outermost.older().pc())
+        quietly("continue")
+        if not landing.hit:
+            landing.delete()
+            stopped_on_the_way()
             return
         drive = ring()["app"]["drive"]
         reason = int(drive["fault"]["reason"])
@@ -416,16 +461,7 @@ Usage: why"""
         if int(drive["refusal"]) != 0:
             found = True
             self.tell("refusal", int(drive["refusal"]))
-        chip = state["chip"]
-        total = int(chip["report_total"])
-        if total:
-            found = True
-            last = chip["reports"][(total - 1) % (chip["reports"].type.range()[1] + 1)]
-            what = show.text_at(gdb.parse_and_eval(f"chip_report_text({int(last['kind'])})"))
-            gdb.write(
-                f"chip: {total} wrong use{'s' if total > 1 else ''} of itself; the last at tick {int(last['tick'])}, "
-                f"address {int(last['address']):#06x}: {what}\n"
-            )
+        found = self.tell_misuse(state["chip"]) or found
         if not found:
             gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', drive['state'])}\n")
 
@@ -433,6 +469,22 @@ Usage: why"""
     def tell(kind, number):
         name, text, remedy = show.reason_row(number)
         gdb.write(f"{kind} {number}, {name}: {text}\n  remedy: {remedy}\n")
+
+    @staticmethod
+    def tell_misuse(chip):
+        """The last wrong use of the chip that it noticed, if there was one."""
+        total = int(chip["report_total"])
+        if total == 0:
+            return False
+        last = chip["reports"][(total - 1) % (chip["reports"].type.range()[1] + 1)]
+        names = {field.enumval: field.name for field in gdb.lookup_type("chip_report_kind_t").fields()}
+        kind = names.get(int(last["kind"]), f"kind {int(last['kind'])}")
+        text = kind.replace("CHIP_", "").replace("_", " ").lower()
+        gdb.write(
+            f"chip: {total} wrong use{'s' if total > 1 else ''} found, the last at tick {int(last['tick'])}: "
+            f"{text}, {register_name(int(last['address']))}\n"
+        )
+        return True
 
     @staticmethod
     def later(bits):
@@ -547,6 +599,14 @@ def registers_of(block, parts):
     return result
 
 
+def register_name(address):
+    for block, parts in register_blocks().items():
+        for name, _, place, _ in registers_of(block, parts):
+            if place == address:
+                return f"{block}.{name}"
+    return f"address {address:#06x}"
+
+
 def fields_of(block, name):
     if "." in name:  # PIE1.IER, shown within PIE
         return registers.fields_of(*name.split("."))
@@ -651,15 +711,31 @@ Usage: rig-hash"""
     @one_line_errors
     def invoke(self, argument):
         self.no_argument(argument)
+        if gdb.lookup_global_symbol("rig_hash") is None:
+            raise gdb.GdbError("rig_hash() is no function of its own in this program; build/debug/lagless has it")
         value = gdb.parse_and_eval(f"rig_hash((struct rig *){int(current_rig())})")
         gdb.write(f"{int(value):016x}\n")
 
 
 gdb.execute(f"directory {ROOT}", to_string=True)
+class RigFunction(gdb.Function):
+    """The rig whose interrupt runs, for expressions.
+Usage: $rig()
+
+For example: print $rig()->state.chip.tick"""
+
+    def __init__(self):
+        super().__init__("rig")
+
+    def invoke(self):
+        return current_rig()
+
+
 travelling = False
 entry, gate, fault = Entry(), Gate(), Fault()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)
-session = Session()
+front_end = FrontEnd()
 for command in (Period, At, UntilFault, Why, Drive, Regs, WhereTime, RigHash):
     command()
+RigFunction()

@@ -50,8 +50,12 @@ def choice(table, row_name, value):
 
 def reason_row(value):
     """(name, text, remedy) of a reason number."""
-    reasons = global_value("reasons")
-    for n in range(int(global_value("reasons_count"))):
+    try:
+        reasons = global_value("reasons")
+        count = reasons.type.range()[1] + 1
+    except (gdb.error, gdb.GdbError):  # the linker leaves out what a program does not use
+        return f"reason {int(value)}", "this program does not carry the table of reasons", "see drive/reasons.h"
+    for n in range(count):
         if int(reasons[n]["number"]) == int(value):
             return tuple(text_at(reasons[n][field]) for field in ("name", "text", "remedy"))
     return f"{int(value)}", "the table of reasons has no such number", "-"

@@ -1,0 +1,97 @@
+/* `lagless explain REASON`: a fault or refusal by number or name. */
+#include <argp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/names.h"
+
+typedef struct {
+    bool json;
+    const char *reason;
+} options_t;
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key) {
+    case 'j':
+        options->json = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->reason != NULL) {
+            argp_error(state, "%s: one reason at a time", argument);
+        }
+        options->reason = argument;
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static const reason_row_t *find(const char *reason, names_search_t *search)
+{
+    char *end = NULL;
+    const long number = strtol(reason, &end, 10);
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        names_consider(search, reasons[n].name);
+        if (strcmp(reasons[n].name, reason) == 0 ||
+            (end != reason && *end == '\0' && reasons[n].number == number)) {
+            return &reasons[n];
+        }
+    }
+    return NULL;
+}
+
+static void print(const reason_row_t *row, bool json)
+{
+    if (!json) {
+        printf("%ld  %s\n  what happened: %s\n  what to do:    %s\n", (long)row->number, row->name, row->text,
+               row->remedy);
+        return;
+    }
+    printf("{\"number\": %ld, \"name\": \"%s\", \"text\": ", (long)row->number, row->name);
+    output_json_text(stdout, row->text);
+    printf(", \"remedy\": ");
+    output_json_text(stdout, row->remedy);
+    printf("}");
+}
+
+int command_explain(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+    static const struct argp argp = {
+        rows, parse, "[REASON]", "What a fault or refusal means and what to do; all of them without REASON.",
+        NULL, NULL,  NULL};
+    options_t options = {false, NULL};
+    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+        return EXIT_USAGE;
+    }
+    if (options.reason != NULL) {
+        names_search_t search = names_search(options.reason);
+        const reason_row_t *row = find(options.reason, &search);
+        if (row == NULL) {
+            fprintf(stderr, "lagless explain: %s: no such reason", options.reason);
+            output_suggest(stderr, names_found(&search));
+            fprintf(stderr, "\n`lagless explain` lists them.\n");
+            return EXIT_USAGE;
+        }
+        print(row, options.json);
+        printf(options.json ? "\n" : "");
+        return EXIT_DONE;
+    }
+    printf(options.json ? "{\"reasons\": [" : "");
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        if (options.json) {
+            printf(n == 0 ? "\n" : ",\n");
+            print(&reasons[n], true);
+        } else {
+            printf("%3ld  %-16s %s\n", (long)reasons[n].number, reasons[n].name, reasons[n].text);
+        }
+    }
+    printf(options.json ? "\n]}\n" : "");
+    return EXIT_DONE;
+}

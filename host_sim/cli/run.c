@@ -1,0 +1,672 @@
+/* `lagless run SCENARIO` and `lagless scenarios`. */
+#include <argp.h>
+#include <dirent.h>
+#include <inttypes.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "drive/reasons.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/names.h"
+#include "host_sim/lab/recorder.h"
+#include "host_sim/lab/runner.h"
+#include "host_sim/lab/scenario.h"
+#include "host_sim/lab/units.h"
+
+#define OVERRIDES_MAX 64
+#define ISR_TICKS     600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
+#define PATIENCE      2.0  /* [s] runs beyond this show their progress on a terminal */
+#define SETTINGS_MAX  256u
+
+/* Recorded when neither scenario nor command line says what. */
+static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
+
+typedef struct {
+    const char *scenario;
+    const char *overrides[OVERRIDES_MAX];
+    size_t override_count;
+    const char *seed;
+    const char *record;
+    const char *every;
+    const char *folder;
+    const char *formats;
+    bool json, quiet;
+} options_t;
+
+static volatile sig_atomic_t stop;
+
+static void on_interrupt(int number)
+{
+    (void)number;
+    stop = 1;
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key) {
+    case 's':
+        if (options->override_count == OVERRIDES_MAX) {
+            argp_error(state, "--set: at most %d of them", OVERRIDES_MAX);
+        }
+        options->overrides[options->override_count++] = argument;
+        return 0;
+    case 'S':
+        options->seed = argument;
+        return 0;
+    case 'r':
+        options->record = argument;
+        return 0;
+    case 'e':
+        options->every = argument;
+        return 0;
+    case 'o':
+        options->folder = argument;
+        return 0;
+    case 'f':
+        options->formats = argument;
+        return 0;
+    case 'j':
+        options->json = true;
+        return 0;
+    case 'q':
+        options->quiet = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->scenario != NULL) {
+            argp_error(state, "%s: one scenario at a time", argument);
+        }
+        options->scenario = argument;
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which scenario? a file, or a name of `lagless scenarios`");
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+/* ---- the scenarios that come with the program ---- */
+
+static const char *library(void)
+{
+    const char *folder = getenv("LAGLESS_SCENARIOS");
+    return folder != NULL && folder[0] != '\0' ? folder : LAGLESS_SCENARIOS;
+}
+
+static int is_scenario(const struct dirent *entry)
+{
+    const size_t length = strlen(entry->d_name);
+    return length > 5 && strcmp(entry->d_name + length - 5, ".toml") == 0;
+}
+
+/* "load_step" means the library's file; whatever has a slash or an ending is a path. */
+static bool scenario_path(char path[PATH_SIZE], const char *name)
+{
+    char file[PATH_SIZE];
+    if (strchr(name, '/') != NULL || strchr(name, '.') != NULL || access(name, F_OK) == 0) {
+        return snprintf(path, PATH_SIZE, "%s", name) < PATH_SIZE;
+    }
+    snprintf(file, sizeof file, "%.200s.toml", name);
+    if (!output_path(path, library(), file)) {
+        return false;
+    }
+    if (access(path, F_OK) == 0) {
+        return true;
+    }
+    names_search_t search = names_search(name);
+    struct dirent **entries = NULL;
+    const int count = scandir(library(), &entries, is_scenario, alphasort);
+    for (int n = 0; n < count; n++) {
+        entries[n]->d_name[strlen(entries[n]->d_name) - 5] = '\0';
+        names_consider(&search, entries[n]->d_name);
+        free(entries[n]);
+    }
+    free(entries);
+    fprintf(stderr, "%s: neither a file nor a scenario of the library", name);
+    output_suggest(stderr, names_found(&search));
+    fprintf(stderr, "\n");
+    return false;
+}
+
+static error_t parse_list(int key, char *argument, struct argp_state *state)
+{
+    if (key == 'j') {
+        *(bool *)state->input = true;
+        return 0;
+    }
+    if (key == ARGP_KEY_ARG) {
+        argp_error(state, "%s: no argument is expected", argument);
+        return 0;
+    }
+    return ARGP_ERR_UNKNOWN;
+}
+
+int command_scenarios(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+    static const struct argp argp = {
+        rows, parse_list, NULL, "The scenarios that `lagless run` knows by name.", NULL, NULL, NULL};
+    bool json = false;
+    if (argp_parse(&argp, argc, argv, 0, NULL, &json) != 0) {
+        return EXIT_USAGE;
+    }
+    struct dirent **entries = NULL;
+    const int count = scandir(library(), &entries, is_scenario, alphasort);
+    if (count < 0) {
+        fprintf(stderr, "lagless scenarios: cannot read %s\n", library());
+        return EXIT_INTERNAL;
+    }
+    int exit_code = EXIT_DONE;
+    printf(json ? "{\"scenarios\": [" : "");
+    for (int n = 0; n < count; n++) {
+        char path[PATH_SIZE];
+        char text[1200];
+        scenario_error_t error;
+        scenario_t *scenario =
+            output_path(path, library(), entries[n]->d_name) ? scenario_read(path, &error) : NULL;
+        entries[n]->d_name[strlen(entries[n]->d_name) - 5] = '\0';
+        if (scenario == NULL) {
+            fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+            exit_code = EXIT_USAGE;
+        } else if (json) {
+            printf("%s\n  {\"name\": \"%s\", \"duration_s\": %.9g, \"title\": ", n == 0 ? "" : ",",
+                   entries[n]->d_name, scenario->duration);
+            output_json_text(stdout, scenario->title);
+            printf("}");
+        } else {
+            printf("%-26s %6.2f s  %s\n", entries[n]->d_name, scenario->duration, scenario->title);
+        }
+        scenario_free(scenario);
+        free(entries[n]);
+    }
+    free(entries);
+    printf(json ? "\n]}\n" : "");
+    return exit_code;
+}
+
+/* ---- what the command line changes ---- */
+
+static bool complain(const char *what, const char *value, const char *accepted)
+{
+    fprintf(stderr, "lagless run: %s %s: accepted %s\n", what, value, accepted);
+    return false;
+}
+
+static bool read_whole(const char *what, const char *text, uint64_t min, uint64_t max, uint64_t *value)
+{
+    char accepted[80];
+    char *end = NULL;
+    const bool digits = text[0] >= '0' && text[0] <= '9';
+    *value = digits ? strtoull(text, &end, 10) : 0u;
+    if (digits && *end == '\0' && *value >= min && *value <= max && strlen(text) < 20) {
+        return true;
+    }
+    snprintf(accepted, sizeof accepted, "whole numbers %" PRIu64 " to %" PRIu64, min, max);
+    return complain(what, text, accepted);
+}
+
+static bool read_formats(const char *text, uint32_t *formats)
+{
+    char copy[64];
+    snprintf(copy, sizeof copy, "%s", text);
+    *formats = 0;
+    for (char *word = strtok(copy, ","); word != NULL; word = strtok(NULL, ",")) {
+        if (strcmp(word, "csv") == 0) {
+            *formats |= RECORDER_CSV;
+        } else if (strcmp(word, "mat") == 0) {
+            *formats |= RECORDER_MAT;
+        } else if (strcmp(word, "vcd") == 0) {
+            *formats |= RECORDER_VCD;
+        } else {
+            return complain("--format", text, "csv, mat, vcd, separated by commas");
+        }
+    }
+    return *formats != 0u || complain("--format", text, "csv, mat, vcd, separated by commas");
+}
+
+static bool add_row(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name)
+{
+    scenario_error_t error;
+    const table_row_t *row = scenario_row(name, &error);
+    if (row == NULL) {
+        fprintf(stderr, "lagless run: --record %s: %s\n", error.name, error.message);
+        return false;
+    }
+    for (uint32_t n = 0; n < *count; n++) {
+        if (ids[n] == row->id) {
+            fprintf(stderr, "lagless run: --record %s: it is there twice\n", name);
+            return false;
+        }
+    }
+    if (*count == RIG_TAP_MAX) {
+        fprintf(stderr, "lagless run: --record: at most %u rows\n", RIG_TAP_MAX);
+        return false;
+    }
+    ids[(*count)++] = row->id;
+    return true;
+}
+
+/* Which rows: the command line's, else the scenario's, else the usual ones. */
+static bool choose_rows(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
+                        uint32_t *count)
+{
+    *count = 0;
+    if (options->record != NULL) {
+        char *copy = strdup(options->record);
+        bool good = copy != NULL;
+        for (char *name = good ? strtok(copy, ",") : NULL; good && name != NULL; name = strtok(NULL, ",")) {
+            good = add_row(ids, count, name);
+        }
+        free(copy);
+        return good && (*count > 0u || complain("--record", "\"\"", "names of rows, separated by commas"));
+    }
+    for (uint32_t n = 0; n < scenario->record_count; n++) {
+        ids[(*count)++] = scenario->record[n];
+    }
+    for (size_t n = 0;
+         *count == 0u && scenario->record_count == 0u && n < sizeof default_rows / sizeof default_rows[0];
+         n++) {
+        ids[n] = rig_row_by_name(default_rows[n])->id;
+    }
+    if (*count == 0u) {
+        *count = sizeof default_rows / sizeof default_rows[0];
+    }
+    return true;
+}
+
+/* VCD shows gate edges, which the averaged fidelity does not have. */
+static bool stays_switched(const scenario_t *scenario)
+{
+    const table_row_t *fidelity = rig_row_by_name("fidelity");
+    bool switched = scenario_initial(scenario, fidelity) == 0.0;
+    for (uint32_t e = 0; e < scenario->event_count; e++) {
+        for (uint32_t n = 0; n < scenario->events[e].count; n++) {
+            const scenario_setting_t *setting = &scenario->events[e].settings[n];
+            switched = switched && (setting->row != fidelity || setting->value == 0.0);
+        }
+    }
+    return switched;
+}
+
+/* ---- the recording ---- */
+
+typedef struct {
+    recorder_value_t values[SETTINGS_MAX];
+    char names[SETTINGS_MAX][64];
+    uint32_t count;
+} settings_t;
+
+/* Every row that decided the run's course, as it was at t = 0. */
+static void list_settings(const scenario_t *scenario, settings_t *settings)
+{
+    settings->count = 0;
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count && settings->count < SETTINGS_MAX; n++) {
+            const table_row_t *row = &table->rows[n];
+            if (row->access != TABLE_READ) {
+                char *name = settings->names[settings->count];
+                scenario_row_name(row, name, sizeof settings->names[0]);
+                settings->values[settings->count++] =
+                    (recorder_value_t){name, scenario_initial(scenario, row), row->unit};
+            }
+        }
+    }
+}
+
+static const char *base_name(char name[256], const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(name, 256, "%s", slash != NULL ? slash + 1 : path);
+    const size_t length = strlen(name);
+    if (length > 5 && strcmp(name + length - 5, ".toml") == 0) {
+        name[length - 5] = '\0';
+    }
+    return name;
+}
+
+typedef struct {
+    recorder_t *recorder;
+    const char *folder;
+    char name[256];
+    uint32_t formats;
+    uint32_t ids[RIG_TAP_MAX];
+    uint32_t count;
+    uint64_t every;
+} recording_t;
+
+static bool open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
+                           recording_t *recording)
+{
+    static settings_t settings;
+    recorder_error_t error;
+    uint64_t every = scenario->decimation;
+    if (!read_formats(options->formats != NULL ? options->formats : "csv", &recording->formats) ||
+        (options->every != NULL &&
+         !read_whole("--every", options->every, 1u, SCENARIO_DECIMATION_MAX, &every)) ||
+        !choose_rows(options, scenario, recording->ids, &recording->count)) {
+        return false;
+    }
+    if ((recording->formats & RECORDER_VCD) != 0u && !stays_switched(scenario)) {
+        fprintf(
+            stderr,
+            "lagless run: --format vcd: the scenario uses the averaged fidelity, which has no gate edges; "
+            "accepted with fidelity = \"switched\"\n");
+        return false;
+    }
+    if (!output_folder(options->folder)) {
+        return false;
+    }
+    recording->every = every;
+    list_settings(scenario, &settings);
+    const recorder_options_t how = {
+        .folder = options->folder,
+        .name = base_name(recording->name, scenario->path),
+        .formats = recording->formats,
+        .ids = recording->ids,
+        .count = recording->count,
+        .every = (uint32_t)every,
+        .periods = scenario->periods,
+        .isr_ticks = ISR_TICKS,
+        .meta = {.program = CLI_VERSION,
+                 .commit = LAGLESS_COMMIT,
+                 .scenario = recording->name,
+                 .scenario_text = scenario->source,
+                 .title = scenario->title,
+                 .seed = seed,
+                 .values = settings.values,
+                 .value_count = settings.count},
+    };
+    recording->recorder = recorder_open(&how, &error);
+    if (recording->recorder == NULL) {
+        fprintf(stderr, "lagless run: %s\n", error.text);
+    }
+    return recording->recorder != NULL;
+}
+
+/* ---- progress ---- */
+
+typedef struct {
+    double started; /* [s] */
+    bool shown;
+} progress_t;
+
+static double now(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static void show_progress(void *context, double fraction)
+{
+    progress_t *progress = context;
+    const double elapsed = now() - progress->started;
+    /* Shown when the whole run will take longer than one cares to wait without a sign. */
+    if (!progress->shown && (elapsed < 0.2 || elapsed < PATIENCE * fraction)) {
+        return;
+    }
+    char bar[41];
+    memset(bar, '.', sizeof bar - 1);
+    memset(bar, '#', (size_t)(fraction * (double)(sizeof bar - 1)));
+    bar[sizeof bar - 1] = '\0';
+    fprintf(stderr, "\r[%s] %3.0f %%  %.0f s", bar, 100.0 * fraction, elapsed);
+    progress->shown = true;
+}
+
+/* ---- results ---- */
+
+static const char *state_name(int32_t state)
+{
+    static char name[32];
+    const char *choice = rig_row_by_name("state")->choices;
+    for (int32_t n = 0; n < state && choice != NULL; n++) {
+        choice = strchr(choice, '|');
+        choice = choice != NULL ? choice + 1 : NULL;
+    }
+    snprintf(name, sizeof name, "%.*s", choice != NULL ? (int)strcspn(choice, "|") : 1,
+             choice != NULL ? choice : "?");
+    return name;
+}
+
+static const char *reason_name(int32_t number)
+{
+    const reason_row_t *row = reason_by_number(number);
+    return row != NULL ? row->name : "?";
+}
+
+static void print_text(const scenario_t *scenario, const runner_result_t *result, bool quiet)
+{
+    const bool colours = output_colours(stdout);
+    char text[512];
+    if (!quiet) {
+        printf("%s\n%.4f s simulated in %.2f s (%.0f x real time), seed %" PRIu64 ", end state %s",
+               scenario->title, result->periods * RIG_PERIOD_SECONDS, result->seconds,
+               result->seconds > 0.0 ? result->periods * RIG_PERIOD_SECONDS / result->seconds : 0.0,
+               result->seed, state_name(result->state));
+        if (result->fault_reason != REASON_NONE) {
+            printf(", fault %s at %.4f s (`lagless explain %s`)", reason_name(result->fault_reason),
+                   result->fault_period * RIG_PERIOD_SECONDS, reason_name(result->fault_reason));
+        }
+        printf("\n");
+    }
+    for (uint32_t n = 0; n < result->verdict_count; n++) {
+        const runner_verdict_t *verdict = &result->verdicts[n];
+        static const char *const words[] = {"met", "FAILED", "not judged"};
+        if (quiet && verdict->judgement == RUNNER_MET) {
+            continue;
+        }
+        printf("%s%-10s%s  %s\n",
+               !colours                           ? ""
+               : verdict->judgement == RUNNER_MET ? "\033[32m"
+                                                  : "\033[31m",
+               words[verdict->judgement], colours ? "\033[0m" : "",
+               runner_verdict_text(verdict, text, sizeof text));
+    }
+}
+
+static void print_limit(const char *key, double limit)
+{
+    printf(", \"%s\": ", key);
+    output_json_number(stdout, limit);
+}
+
+static void print_json(const scenario_t *scenario, const runner_result_t *result,
+                       const recording_t *recording)
+{
+    static const char *const words[] = {"met", "failed", "not_judged"};
+    printf("{\"scenario\": ");
+    output_json_text(stdout, scenario->path);
+    printf(", \"title\": ");
+    output_json_text(stdout, scenario->title);
+    printf(", \"end\": \"%s\", \"seed\": %" PRIu64 ", \"periods\": %" PRIu32 ", \"seconds\": %.9g",
+           result->end == RUNNER_COMPLETE ? "complete" : "interrupted", result->seed, result->periods,
+           result->periods * RIG_PERIOD_SECONDS);
+    printf(", \"seconds_per_second\": ");
+    output_json_number(stdout, result->periods * RIG_PERIOD_SECONDS / result->seconds);
+    printf(", \"state\": \"%s\", \"fault_reason\": \"%s\", \"fault_period\": %" PRIu32
+           ", \"refusal\": \"%s\"",
+           state_name(result->state), reason_name(result->fault_reason), result->fault_period,
+           reason_name(result->refusal));
+    printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"expectations\": [", result->hash,
+           result->failed);
+    for (uint32_t n = 0; n < result->verdict_count; n++) {
+        const runner_verdict_t *verdict = &result->verdicts[n];
+        const scenario_expect_t *expect = verdict->expect;
+        printf("%s\n  {\"name\": ", n == 0 ? "" : ",");
+        output_json_text(stdout, expect->name);
+        printf(", \"signal\": \"%s\", \"minus\": ", expect->row->name);
+        output_json_text(stdout, expect->minus != NULL ? expect->minus->name : NULL);
+        printf(", \"statistic\": \"%s\", \"unit\": ", statistic_text(expect->statistic));
+        output_json_text(stdout, expect->row->unit);
+        printf(", \"from_s\": %.9g, \"to_s\": %.9g, \"value\": ", expect->begin * RIG_PERIOD_SECONDS,
+               expect->end * RIG_PERIOD_SECONDS);
+        output_json_number(stdout, verdict->value);
+        print_limit("at_least", expect->at_least);
+        print_limit("at_most", expect->at_most);
+        printf(", \"verdict\": \"%s\"}", words[verdict->judgement]);
+    }
+    printf("], \"files\": [");
+    const char *separator = "";
+    for (uint32_t n = 0; n < 3u; n++) {
+        static const char *const endings[] = {"csv", "mat", "vcd"};
+        char path[PATH_SIZE];
+        if ((recording->formats >> n & 1u) != 0u) {
+            snprintf(path, sizeof path, "%.3800s/%.200s.%s", recording->folder, recording->name, endings[n]);
+            printf("%s", separator);
+            output_json_text(stdout, path);
+            separator = ", ";
+        }
+    }
+    printf("]}\n");
+}
+
+/* ---- the command ---- */
+
+static bool prepare(const options_t *options, scenario_t *scenario)
+{
+    scenario_error_t error;
+    for (size_t n = 0; n < options->override_count; n++) {
+        if (!scenario_override(scenario, options->overrides[n], &error)) {
+            fprintf(stderr, "lagless run: --set %s: %s\n", options->overrides[n], error.message);
+            return false;
+        }
+    }
+    if (options->override_count > 0u && !scenario_check(scenario, &error)) {
+        char text[1200];
+        fprintf(stderr, "lagless run: with --set: %s\n", scenario_error_text(&error, text, sizeof text));
+        return false;
+    }
+    return true;
+}
+
+static int run(const options_t *options, scenario_t *scenario)
+{
+    recording_t recording = {.folder = options->folder != NULL ? options->folder : ""};
+    runner_options_t how = {.stop = &stop};
+    progress_t progress = {now(), false};
+    runner_result_t result;
+    uint64_t seed = scenario->seed;
+    uint64_t stop_period = 0;
+
+    if (options->seed != NULL && !read_whole("--seed", options->seed, 0u, INT64_MAX, &seed)) {
+        return EXIT_USAGE;
+    }
+    const char *stop_text = getenv("LAGLESS_STOP");
+    if (stop_text != NULL && !read_whole("LAGLESS_STOP", stop_text, 0u, UINT32_MAX, &stop_period)) {
+        return EXIT_USAGE;
+    }
+    if (options->folder == NULL &&
+        (options->record != NULL || options->formats != NULL || options->every != NULL)) {
+        fprintf(stderr, "lagless run: a recording needs --out FOLDER\n");
+        return EXIT_USAGE;
+    }
+    if (options->folder != NULL && !open_recording(options, scenario, seed, &recording)) {
+        return EXIT_USAGE;
+    }
+
+    how.has_seed = true;
+    how.seed = seed;
+    how.has_stop_period = stop_text != NULL;
+    how.stop_period = (uint32_t)stop_period;
+    if (recording.recorder != NULL) {
+        how.record = recording.ids;
+        how.record_count = recording.count;
+        how.record_every = (uint32_t)recording.every;
+        how.sink = recorder_sink;
+        how.sink_context = recording.recorder;
+        how.edge_sink = (recording.formats & RECORDER_VCD) != 0u ? recorder_edge : NULL;
+        how.edge_context = recording.recorder;
+    }
+    if (!options->quiet && isatty(STDERR_FILENO)) {
+        how.progress = show_progress;
+        how.progress_context = &progress;
+    }
+
+    const struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
+    sigaction(SIGINT, &action, NULL);
+    const bool ran = runner_run(scenario, &how, &result);
+    if (progress.shown) {
+        fprintf(stderr, "\r%60s\r", "");
+    }
+    if (!ran) {
+        char text[1200];
+        fprintf(stderr, "%s\n", scenario_error_text(&result.error, text, sizeof text));
+        recorder_abandon(recording.recorder);
+        runner_result_free(&result);
+        return EXIT_USAGE;
+    }
+
+    int exit_code = result.failed == 0u ? EXIT_DONE : EXIT_FAILED;
+    if (recording.recorder != NULL) {
+        recorder_error_t error;
+        const uint64_t samples = recorder_samples(recording.recorder);
+        if (!recorder_close(recording.recorder, result.end == RUNNER_COMPLETE ? "complete" : "interrupted",
+                            &error)) {
+            fprintf(stderr, "lagless run: %s\n", error.text);
+            exit_code = EXIT_INTERNAL;
+        } else if (result.end == RUNNER_INTERRUPTED) {
+            fprintf(stderr,
+                    "lagless run: stopped at %.4f s; the %" PRIu64
+                    " samples until then are kept in %s/%s.*\n",
+                    result.periods * RIG_PERIOD_SECONDS, samples, options->folder, recording.name);
+        } else if (!options->quiet) {
+            fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, options->folder, recording.name);
+        }
+    } else if (result.end == RUNNER_INTERRUPTED) {
+        fprintf(stderr, "lagless run: stopped at %.4f s\n", result.periods * RIG_PERIOD_SECONDS);
+    }
+    if (result.end == RUNNER_INTERRUPTED && exit_code == EXIT_DONE) {
+        exit_code = EXIT_FAILED;
+    }
+    if (options->json) {
+        print_json(scenario, &result, &recording);
+    } else {
+        print_text(scenario, &result, options->quiet);
+    }
+    runner_result_free(&result);
+    return exit_code;
+}
+
+int command_run(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        {"set", 's', "NAME=VALUE", 0,
+         "a row before t = 0, \"inertia=0.003\", \"speed_request=500 r/min\"; repeatable", 0},
+        {"seed", 'S', "N", 0, "of all noise, instead of the scenario's", 0},
+        {"record", 'r', "NAMES", 0, "rows to record, separated by commas, instead of the scenario's", 0},
+        {"every", 'e', "N", 0, "record every N-th period", 0},
+        {"out", 'o', "FOLDER", 0, "write the recording there", 0},
+        {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, separated by commas", 0},
+        {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
+        {"quiet", 'q', NULL, 0, "print only what went wrong", 0},
+        {0},
+    };
+    static const struct argp argp = {
+        rows,       parse,
+        "SCENARIO", "Runs a scenario (a TOML file, or a name of `lagless scenarios`) and judges it.",
+        NULL,       NULL,
+        NULL};
+    options_t options = {0};
+    char path[PATH_SIZE];
+    char text[1200];
+    scenario_error_t error;
+    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0 || !scenario_path(path, options.scenario)) {
+        return EXIT_USAGE;
+    }
+    scenario_t *scenario = scenario_read(path, &error);
+    if (scenario == NULL) {
+        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        return EXIT_USAGE;
+    }
+    const int exit_code = prepare(&options, scenario) ? run(&options, scenario) : EXIT_USAGE;
+    scenario_free(scenario);
+    return exit_code;
+}

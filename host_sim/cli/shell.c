@@ -1,0 +1,130 @@
+/* `lagless completion`, `lagless man`: made from the same tables as everything else. */
+#include <argp.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/scenario.h"
+#include "host_sim/rig/rig.h"
+
+static void print_rows(bool settable, const char *after)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count; n++) {
+            char name[96];
+            if (!settable || table->rows[n].access != TABLE_READ) {
+                scenario_row_name(&table->rows[n], name, sizeof name);
+                printf("%s%s ", name, after);
+            }
+        }
+    }
+}
+
+static void print_bash(void)
+{
+    printf("# lagless: completion for bash; `source <(lagless completion bash)`\n"
+           "_lagless() {\n"
+           "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} "
+           "command=${COMP_WORDS[1]}\n"
+           "    COMPREPLY=()\n"
+           "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n        COMPREPLY=($(compgen -W \"");
+    for (size_t n = 0; n < cli_command_count; n++) {
+        printf("%s ", cli_commands[n].name);
+    }
+    printf("--help --version\" -- \"$word\"))\n        return\n    fi\n"
+           "    case $before in\n"
+           "    --set) compopt -o nospace; COMPREPLY=($(compgen -W \"");
+    print_rows(true, "=");
+    printf("\" -- \"$word\")); return ;;\n"
+           "    --record) COMPREPLY=($(compgen -W \"");
+    print_rows(false, "");
+    printf("\" -- \"$word\")); return ;;\n"
+           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd\" -- \"$word\")); return ;;\n"
+           "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
+           "    esac\n"
+           "    case $command in\n");
+    for (size_t n = 0; n < cli_command_count; n++) {
+        const cli_command_t *command = &cli_commands[n];
+        printf("    %s)\n        COMPREPLY=($(compgen -W \"%s --help", command->name, command->options);
+        if (command->run == command_explain) {
+            for (uint32_t r = 0; r < reasons_count; r++) {
+                printf(" %s", reasons[r].name);
+            }
+        }
+        printf("\" -- \"$word\")%s)\n        ;;\n",
+               command->run == command_run
+                   ? " $(lagless scenarios 2>/dev/null | awk '{print $1}' | grep \"^$word\")"
+                     " $(compgen -f -X '!*.toml' -- \"$word\")"
+                   : "");
+    }
+    printf("    esac\n}\ncomplete -F _lagless lagless\n");
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    if (key == ARGP_KEY_ARG) {
+        if (strcmp(argument, "bash") != 0) {
+            argp_error(state, "%s: completion is there for bash", argument);
+        }
+        return 0;
+    }
+    if (key == ARGP_KEY_NO_ARGS) {
+        argp_error(state, "which shell? accepted: bash");
+        return 0;
+    }
+    return ARGP_ERR_UNKNOWN;
+}
+
+int command_completion(int argc, char **argv)
+{
+    static const struct argp argp = {
+        NULL, parse, "bash", "Shell completion: commands, options, rows, reasons, scenarios.",
+        NULL, NULL,  NULL};
+    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+        return EXIT_USAGE;
+    }
+    print_bash();
+    return EXIT_DONE;
+}
+
+/* roff takes a hyphen for one that may break a line. */
+static void print_roff(const char *text)
+{
+    for (; *text != '\0'; text++) {
+        printf(*text == '-' ? "\\%c" : "%c", *text);
+    }
+}
+
+int command_man(int argc, char **argv)
+{
+    static const struct argp argp = {NULL, NULL, NULL, "The manual page, for `man -l -`.", NULL, NULL, NULL};
+    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+        return EXIT_USAGE;
+    }
+    printf(".TH LAGLESS 1 \"\" \"%s\" \"User Commands\"\n.SH NAME\nlagless \\- a motor drive's firmware on a "
+           "virtual "
+           "TMS320F28335\n.SH SYNOPSIS\n.B lagless\n.I COMMAND\n[\\fIOPTION\\fR...]\n.SH COMMANDS\n",
+           CLI_VERSION);
+    for (size_t n = 0; n < cli_command_count; n++) {
+        const cli_command_t *command = &cli_commands[n];
+        printf(".TP\n\\fB%s\\fR %s\n%s.\n", command->name, command->arguments, command->text);
+        if (command->options[0] != '\0') {
+            printf("Options: ");
+            print_roff(command->options);
+            printf("\n");
+        }
+    }
+    printf(".SH EXIT STATUS\n.TP\n%d\ndone, all expectations met\n.TP\n%d\nran, but an expectation failed or "
+           "could not be "
+           "judged\n.TP\n%d\nwrong use or input\n.TP\n%d\ninternal error, or a file could not be written\n",
+           EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INTERNAL);
+    printf(".SH ENVIRONMENT\n.TP\nNO_COLOR\nno colours\n.TP\nLAGLESS_STOP\nperiod before which rig_stop_at "
+           "is called, for a "
+           "debugger\n.TP\nLAGLESS_SCENARIOS\nfolder of the scenarios known by name\n.TP\nLAGLESS_PYTHON, "
+           "LAGLESS_TOOLS\n"
+           "interpreter and folder of the plotting scripts\n");
+    return EXIT_DONE;
+}

@@ -1,0 +1,185 @@
+/* `lagless params`, `signals`, `reference`: the tables, for reading, for programs, for the docs. */
+#include <argp.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/units.h"
+#include "host_sim/rig/rig.h"
+
+/* Of the rig's tables, in their order: which hold what can be set. */
+static bool settable(const table_t *table)
+{
+    return table->rows[0].access != TABLE_READ;
+}
+
+static const char *kind_text(slot_kind_t kind)
+{
+    static const char *const texts[SLOT_KINDS] = {"float", "int32", "uint32", "choice"};
+    return texts[kind];
+}
+
+static void print_json(bool with_settable)
+{
+    const char *separator = "";
+    printf("{\"hash\": \"%08lx\", \"rows\": [", (unsigned long)rig_tables_hash());
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; settable(table) == with_settable && n < table->count; n++) {
+            const table_row_t *row = &table->rows[n];
+            printf("%s\n  {\"id\": %lu, \"table\": \"%s\", \"name\": \"%s\", \"unit\": \"%s\", \"kind\": "
+                   "\"%s\", \"text\": ",
+                   separator, (unsigned long)row->id, table->name, row->name, row->unit,
+                   kind_text(row->kind));
+            output_json_text(stdout, row->text);
+            if (with_settable) {
+                printf(", \"default\": ");
+                output_json_number(stdout, (double)row->initial);
+                printf(", \"min\": ");
+                output_json_number(stdout, (double)row->min);
+                printf(", \"max\": ");
+                output_json_number(stdout, (double)table_max(row));
+                printf(", \"while_running\": %s", row->access == TABLE_LIVE ? "true" : "false");
+            }
+            if (row->kind == SLOT_ENUM) {
+                printf(", \"choices\": \"%s\"", row->choices);
+            }
+            printf("}");
+            separator = ",";
+        }
+    }
+    printf("\n]}\n");
+}
+
+static void range_text(char text[2 * UNITS_TEXT_SIZE], const table_row_t *row)
+{
+    if (row->kind == SLOT_ENUM) {
+        snprintf(text, 2 * UNITS_TEXT_SIZE, "%s", row->choices);
+    } else {
+        units_range_text(text, (double)row->min, (double)row->max, units_of_row(row));
+    }
+}
+
+static void print_text(bool with_settable)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        if (settable(table) != with_settable) {
+            continue;
+        }
+        printf("%s\n", table->name);
+        for (uint32_t n = 0; n < table->count; n++) {
+            const table_row_t *row = &table->rows[n];
+            char value[UNITS_TEXT_SIZE];
+            char range[2 * UNITS_TEXT_SIZE];
+            if (with_settable) {
+                units_row_text(value, (double)row->initial, row);
+                range_text(range, row);
+                printf("  %4lu  %-22s %-14s %-28s %s%s\n", (unsigned long)row->id, row->name, value, range,
+                       row->text, row->access == TABLE_OFF ? " (bridge off)" : "");
+            } else {
+                printf("  %4lu  %-18s %-8s %s%s%s\n", (unsigned long)row->id, row->name, row->unit, row->text,
+                       row->kind == SLOT_ENUM ? ": " : "", row->choices);
+            }
+        }
+        printf("\n");
+    }
+}
+
+static void markdown_cell(const char *text)
+{
+    printf(" ");
+    for (; *text != '\0'; text++) {
+        printf(*text == '|' ? "\\%c" : "%c", *text);
+    }
+    printf(" |");
+}
+
+static void print_markdown(void)
+{
+    printf("# Tables\n\nMade by `lagless reference`; a test compares the two. Ids are permanent.\n");
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        printf("\n## %s\n\n", table->name);
+        printf(settable(table) ? "| id | name | default | range | text |\n| --- | --- | --- | --- | --- |\n"
+                               : "| id | name | unit | text |\n| --- | --- | --- | --- |\n");
+        for (uint32_t n = 0; n < table->count; n++) {
+            const table_row_t *row = &table->rows[n];
+            char value[UNITS_TEXT_SIZE];
+            char range[2 * UNITS_TEXT_SIZE];
+            printf("| %lu |", (unsigned long)row->id);
+            markdown_cell(row->name);
+            if (settable(table)) {
+                markdown_cell(units_row_text(value, (double)row->initial, row));
+                range_text(range, row);
+                markdown_cell(range);
+            } else {
+                markdown_cell(row->kind == SLOT_ENUM ? row->choices : row->unit);
+            }
+            markdown_cell(row->text);
+            printf("\n");
+        }
+    }
+    printf("\n## reasons\n\n| number | name | what happened | what to do |\n| --- | --- | --- | --- |\n");
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        printf("| %ld |", (long)reasons[n].number);
+        markdown_cell(reasons[n].name);
+        markdown_cell(reasons[n].text);
+        markdown_cell(reasons[n].remedy);
+        printf("\n");
+    }
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    if (key == 'j') {
+        *(bool *)state->input = true;
+        return 0;
+    }
+    if (key == ARGP_KEY_ARG) {
+        argp_error(state, "%s: no argument is expected", argument);
+        return 0;
+    }
+    return ARGP_ERR_UNKNOWN;
+}
+
+static const struct argp_option json_row[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+
+static int print_tables(int argc, char **argv, const char *doc, bool with_settable)
+{
+    const struct argp argp = {json_row, parse, NULL, doc, NULL, NULL, NULL};
+    bool json = false;
+    if (argp_parse(&argp, argc, argv, 0, NULL, &json) != 0) {
+        return EXIT_USAGE;
+    }
+    if (json) {
+        print_json(with_settable);
+    } else {
+        print_text(with_settable);
+    }
+    return EXIT_DONE;
+}
+
+int command_params(int argc, char **argv)
+{
+    return print_tables(argc, argv, "Every row that can be set, with default and range.", true);
+}
+
+int command_signals(int argc, char **argv)
+{
+    return print_tables(argc, argv, "Every row that can be seen, recorded and judged.", false);
+}
+
+int command_reference(int argc, char **argv)
+{
+    static const struct argp argp = {NULL, NULL, NULL, "All tables as Markdown, for the docs.",
+                                     NULL, NULL, NULL};
+    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+        return EXIT_USAGE;
+    }
+    print_markdown();
+    return EXIT_DONE;
+}

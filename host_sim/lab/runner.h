@@ -1,0 +1,94 @@
+/* Runs a scenario on a rig of its own, period by period, and judges it.
+ *
+ * Before period k: events of period k in the order of the file, then ramps under way (start + (end - start)
+ * n/N after n of N periods, in double), then rig_step. A tap carries the rows that are recorded and those of
+ * the expectations; their statistics are kept in double as the samples come, mean and deviation by Welford's
+ * recurrence:
+ *
+ *     mean_n = mean_{n-1} + d/n,  M_n = M_{n-1} + d (x_n - mean_n),  d = x_n - mean_{n-1},  sd = sqrt(M_n/n)
+ *
+ * Same scenario, same seed: same bits. Nothing is looked up by name while the ring turns; a scenario without
+ * expectations and recording costs two comparisons a period. A sample that is not a number makes its
+ * statistic not a number, and that fails.
+ *
+ * Does not handle: writing files (host_sim/lab/recorder.h), printing. */
+#ifndef HOST_SIM_LAB_RUNNER_H
+#define HOST_SIM_LAB_RUNNER_H
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host_sim/lab/scenario.h"
+#include "host_sim/rig/rig.h"
+
+#define RUNNER_PROGRESS_PERIODS 1000u /* [periods] between two calls of progress */
+
+typedef void (*runner_progress_t)(void *context, double fraction);
+
+/* All zero: the scenario as it is, nothing recorded, nobody watching. */
+typedef struct {
+    bool has_seed; /* instead of the scenario's */
+    uint64_t seed;
+    /* The recording: these rows, every so many periods (0 counts as 1), go to the sink, as from rig_tap. */
+    const uint32_t *record;
+    uint32_t record_count;
+    uint32_t record_every; /* [periods] */
+    rig_sink_t sink;       /* NULL: no recording */
+    void *sink_context;
+    rig_edge_sink_t edge_sink; /* NULL: nobody; as from rig_watch_edges */
+    void *edge_context;
+    runner_progress_t progress; /* NULL: nobody */
+    void *progress_context;
+    const volatile sig_atomic_t *stop; /* NULL: never; not 0: stop after this period */
+    bool has_stop_period;              /* rig_stop_at is called before this period, for the debugger */
+    uint32_t stop_period;
+} runner_options_t;
+
+typedef enum {
+    RUNNER_COMPLETE,
+    RUNNER_INTERRUPTED, /* by options.stop */
+    RUNNER_REFUSED      /* the rig refused a setting, or an option was wrong: see error */
+} runner_end_t;
+
+typedef enum {
+    RUNNER_MET,
+    RUNNER_FAILED,
+    RUNNER_NOT_JUDGED /* the run ended before the window did */
+} runner_judgement_t;
+
+typedef struct {
+    const scenario_expect_t *expect; /* of the scenario */
+    double value;                    /* [unit of the row] of the samples so far; NAN: none */
+    uint32_t samples;
+    runner_judgement_t judgement;
+} runner_verdict_t;
+
+typedef struct {
+    runner_end_t end;
+    scenario_error_t error;     /* if refused */
+    runner_verdict_t *verdicts; /* one for each expectation, in their order */
+    uint32_t verdict_count;
+    uint32_t failed; /* [-] verdicts that are not RUNNER_MET */
+    uint64_t seed;
+    uint32_t periods;      /* [periods] run */
+    int32_t state;         /* [-] of the drive at the end */
+    int32_t fault_reason;  /* [-] 0: none latched at the end */
+    uint32_t fault_period; /* [periods] when it came */
+    int32_t refusal;       /* [-] 0: none at the end */
+    uint64_t hash;         /* of the rig's whole state at the end */
+    double seconds;        /* [s] on the wall, set-up left out */
+} runner_result_t;
+
+/* true: it ran to its end or to options.stop, whatever the verdicts. false: RUNNER_REFUSED; what was recorded
+ * until then has gone to the sink. Either way runner_result_free is due. Judges the scenario again first
+ * (scenario_check). */
+bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_result_t *result);
+
+void runner_result_free(runner_result_t *result);
+
+/* "mean of true_omega_m - omega_m_ref from 1 s to 2 s: 0.02 r/min, at most 1 r/min"; the name first if there
+ * is one. Returns `to`. */
+const char *runner_verdict_text(const runner_verdict_t *verdict, char *to, size_t size);
+
+#endif

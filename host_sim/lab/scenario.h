@@ -1,0 +1,175 @@
+/* A run described in a TOML file: who turns which knob when, and what must come of it.
+ *
+ *   schema = 1
+ *   title = "Load step at 500 r/min"       # one line, required
+ *   text = "..."                           # optional
+ *   [run]
+ *   duration = "2 s"                       # required, one period to 1 h
+ *   seed = 1                               # of all noise
+ *   record = ["i_q", "plant.inertia"]      # rows of any table
+ *   decimation = 1                         # every so many periods a sample
+ *   [start]                                # the rotor's true mechanical motion at t = 0
+ *   speed = "500 r/min"
+ *   angle = "30 deg"
+ *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0
+ *   [[at]]                                 # any number of events
+ *   time = "0.5 s"
+ *   ramp = "0.2 s"                         # optional: float rows go linearly there from the value they have
+ *   plant.load_torque = "5 N m"            # any rows of params, requests, plant, rig
+ *   [[expect]]                             # any number of verdicts
+ *   signal = "true_omega_m"                # a row of any table
+ *   minus = "omega_m_ref"                  # optional: the difference counts
+ *   statistic = "mean"                     # mean, min, max, peak (largest magnitude), sd, rms or last
+ *   from = "1 s"                           # the samples of periods with from <= t_k < to; default the whole
+ * run to = "2 s" at_least = "-1 r/min"                  # one of them or both at_most = "1 r/min" name =
+ * "speed holds"                   # optional
+ *
+ * Time is simulated time since power-on; period k begins at k x 100 us, and times are rounded to the nearest
+ * period. An event acts before the first period at or after its time; events of one time act in the order of
+ * the file. The parameters of one event are staged and taken over as one set. A ramp ends exactly at its
+ * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once.
+ *
+ * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
+ * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
+ * table.row.
+ *
+ * scenario_read judges everything that can be judged without running: names, types, units, ranges, the rules
+ * between rows (on a rig that stands still, event by event; a ramp at its ends and at one point between),
+ * times, windows. Not judged: what depends on the drive's state, such as a parameter that changes only while
+ * the bridge is off; the runner reports that. */
+#ifndef HOST_SIM_LAB_SCENARIO_H
+#define HOST_SIM_LAB_SCENARIO_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "drive/table.h"
+#include "host_sim/rig/rig.h"
+
+#define SCENARIO_SECONDS_MAX    3600.0 /* [s] */
+#define SCENARIO_DECIMATION_MAX 100000 /* [periods] */
+#define SCENARIO_TITLE_MAX      200u   /* [octets] */
+#define SCENARIO_SPEED_MAX      1e4    /* [rad/s] of the start, mechanical */
+#define SCENARIO_ANGLE_MAX      1e3    /* [rad] of the start, mechanical */
+
+typedef struct {
+    uint32_t line, column; /* [1..]; 0: the file as a whole, or not from a file */
+} scenario_place_t;
+
+typedef struct {
+    char file[256];
+    scenario_place_t place;
+    char name[96];     /* the offending name */
+    char message[640]; /* one line: what is wrong, what is accepted */
+} scenario_error_t;
+
+typedef struct {
+    const table_row_t *row;
+    double value; /* [unit of the row] */
+    scenario_place_t place;
+} scenario_setting_t;
+
+/* Rows that change at one time. */
+typedef struct {
+    double time;                  /* [s] as written */
+    double ramp;                  /* [s] as written; 0: at once */
+    uint32_t period;              /* [periods] before which it acts */
+    uint32_t ramp_periods;        /* [periods] */
+    scenario_setting_t *settings; /* in an order that the rig accepts, parameters side by side */
+    uint32_t count;               /* [-] */
+    scenario_place_t time_place, ramp_place;
+} scenario_event_t;
+
+typedef enum {
+    STATISTIC_MEAN,
+    STATISTIC_MIN,
+    STATISTIC_MAX,
+    STATISTIC_PEAK, /* largest magnitude */
+    STATISTIC_SD,   /* about the mean, divided by n */
+    STATISTIC_RMS,
+    STATISTIC_LAST,
+    STATISTICS
+} statistic_t;
+#define STATISTIC_NAMES "mean|min|max|peak|sd|rms|last"
+
+typedef struct {
+    const char *name; /* "" if none was given */
+    const table_row_t *row;
+    const table_row_t *minus; /* NULL: none */
+    statistic_t statistic;
+    double from, to;        /* [s] as written */
+    bool to_the_end;        /* `to` was not given */
+    uint32_t begin, end;    /* [periods] begin <= k < end */
+    double at_least;        /* [unit of the row]; -INFINITY: no limit */
+    double at_most;         /* [unit of the row]; INFINITY: no limit */
+    scenario_place_t place; /* of [[expect]] */
+    scenario_place_t from_place, to_place;
+} scenario_expect_t;
+
+/* For reading only. */
+typedef struct {
+    const char *path;   /* of the file */
+    const char *source; /* the whole file, 0 at its end */
+    const char *title;
+    const char *text; /* "" if there is none */
+    double duration;  /* [s] as written */
+    uint32_t periods; /* [periods] >= 1 */
+    uint64_t seed;
+    uint32_t decimation;          /* [periods] >= 1 */
+    uint32_t record[RIG_TAP_MAX]; /* ids */
+    uint32_t record_count;
+    bool has_start;           /* the rotor's motion is given */
+    double start_angle;       /* [rad] mechanical */
+    double start_speed;       /* [rad/s] mechanical */
+    scenario_event_t *events; /* [0]: what is set before t = 0; the others in the order of time */
+    uint32_t event_count;     /* [-] >= 1 */
+    scenario_expect_t *expects;
+    uint32_t expect_count;
+    scenario_place_t duration_place, start_place;
+    struct scenario_memory *memory; /* of everything above */
+} scenario_t;
+
+/* Reads and judges a file. NULL: `error` says what is wrong with it. Some 3 ms. */
+scenario_t *scenario_read(const char *path, scenario_error_t *error);
+
+/* The same from memory; `path` is for messages. */
+scenario_t *scenario_read_text(const char *path, const char *text, size_t octets, scenario_error_t *error);
+
+void scenario_free(scenario_t *scenario);
+
+/* "NAME=VALUE", for the command line: a row of params, requests, plant or rig before t = 0, or run.duration,
+ * run.seed, run.decimation, start.speed, start.angle. A row name that two of the tables have is given as
+ * table.row. false: `error`; the scenario is as it was. Name, unit and range are judged at once, the rules
+ * between rows by scenario_check: call it after the last override. */
+bool scenario_override(scenario_t *scenario, const char *assignment, scenario_error_t *error);
+
+/* Judges the scenario as a whole (scenario_read has done it) and puts the settings of each event in an order
+ * that works. */
+bool scenario_check(scenario_t *scenario, scenario_error_t *error);
+
+/* A row of any table by "row" or "table.row". NULL: `error` says so, with the nearest name (place and file
+ * are left empty). */
+const table_row_t *scenario_row(const char *name, scenario_error_t *error);
+
+/* "row", or "table.row" where two tables have the name. */
+void scenario_row_name(const table_row_t *row, char *to, size_t size);
+
+/* Value at t = 0 [unit of the row] of a row of params, requests, plant or rig. */
+double scenario_initial(const scenario_t *scenario, const table_row_t *row);
+
+/* Sets the rows on a rig, in their order; parameters are applied as a set. false: see rig_error. */
+bool scenario_set(rig_t *rig, const scenario_setting_t *settings, uint32_t count);
+
+/* Fills `error` from a rig's refusal of one of these settings. */
+void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_setting_t *settings,
+                      uint32_t count, scenario_error_t *error);
+
+bool scenario_is_param(const table_row_t *row);
+
+const char *statistic_text(statistic_t statistic);
+
+/* FILE:LINE:COL: name: message. Returns `to`. */
+const char *scenario_error_text(const scenario_error_t *error, char *to, size_t size);
+
+#endif

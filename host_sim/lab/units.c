@@ -1,0 +1,356 @@
+#include "host_sim/lab/units.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI_180 0.017453292519943295 /* [rad/deg] */
+#define PI_30  0.10471975511965977  /* [rad/s per r/min] */
+#define TWO_PI 6.283185307179586    /* [rad] */
+#define DIGITS 400u                 /* [-] longest number that is read */
+
+typedef enum {
+    SILENT, /* understood */
+    NAMED,  /* and named in error messages */
+    WRITTEN /* and used by units_text */
+} role_t;
+
+/* One accepted spelling. In a spelling a space stands for any number of spaces, none included. */
+typedef struct {
+    const char *unit; /* of the table */
+    const char *spelling;
+    int power;     /* [-] of ten */
+    double factor; /* [unit per spelling, without the power of ten] */
+    role_t role;
+} spelling_t;
+
+static const spelling_t spellings[] = {
+    {"-", "", 0, 1.0, WRITTEN},
+    {"-", "%", -2, 1.0, NAMED},
+
+    {"s", "s", 0, 1.0, WRITTEN},
+    {"s", "ms", -3, 1.0, WRITTEN},
+    {"s", "us", -6, 1.0, WRITTEN},
+    {"s", "ns", -9, 1.0, WRITTEN},
+    {"s", "min", 0, 60.0, NAMED},
+    {"s", "\xC2\xB5s", -6, 1.0, SILENT},
+    {"s", "\xCE\xBCs", -6, 1.0, SILENT},
+
+    {UNITS_SPEED, "rad/s", 0, 1.0, NAMED},
+    {UNITS_SPEED, "r/min", 0, PI_30, WRITTEN},
+    {UNITS_SPEED, "deg/s", 0, PI_180, NAMED},
+    {UNITS_SPEED, "rpm", 0, PI_30, SILENT},
+    {UNITS_SPEED, "1/min", 0, PI_30, SILENT},
+    {UNITS_SPEED, "mrad/s", -3, 1.0, SILENT},
+
+    {"rad/s", "rad/s", 0, 1.0, WRITTEN},
+    {"rad/s", "krad/s", 3, 1.0, NAMED},
+    {"rad/s", "Hz", 0, TWO_PI, NAMED},
+    {"rad/s", "kHz", 3, TWO_PI, NAMED},
+    {"rad/s", "deg/s", 0, PI_180, SILENT},
+    {"rad/s", "mrad/s", -3, 1.0, SILENT},
+
+    {"rad", "rad", 0, 1.0, WRITTEN},
+    {"rad", "mrad", -3, 1.0, WRITTEN},
+    {"rad", "deg", 0, PI_180, NAMED},
+    {"rad", "urad", -6, 1.0, SILENT},
+    {"rad", "\xC2\xB0", 0, PI_180, SILENT},
+
+    {"A", "A", 0, 1.0, WRITTEN},
+    {"A", "mA", -3, 1.0, WRITTEN},
+    {"A", "kA", 3, 1.0, NAMED},
+    {"A", "uA", -6, 1.0, SILENT},
+
+    {"V", "V", 0, 1.0, WRITTEN},
+    {"V", "mV", -3, 1.0, WRITTEN},
+    {"V", "kV", 3, 1.0, NAMED},
+    {"V", "uV", -6, 1.0, SILENT},
+
+    {"ohm", "ohm", 0, 1.0, WRITTEN},
+    {"ohm", "mohm", -3, 1.0, WRITTEN},
+    {"ohm", "kohm", 3, 1.0, NAMED},
+    {"ohm", "Ohm", 0, 1.0, SILENT},
+    {"ohm", "mOhm", -3, 1.0, SILENT},
+    {"ohm", "\xCE\xA9", 0, 1.0, SILENT},
+    {"ohm", "m\xCE\xA9", -3, 1.0, SILENT},
+    {"ohm", "\xE2\x84\xA6", 0, 1.0, SILENT},
+    {"ohm", "m\xE2\x84\xA6", -3, 1.0, SILENT},
+
+    {"H", "H", 0, 1.0, WRITTEN},
+    {"H", "mH", -3, 1.0, WRITTEN},
+    {"H", "uH", -6, 1.0, WRITTEN},
+
+    {"F", "F", 0, 1.0, WRITTEN},
+    {"F", "mF", -3, 1.0, WRITTEN},
+    {"F", "uF", -6, 1.0, WRITTEN},
+    {"F", "nF", -9, 1.0, SILENT},
+
+    {"Wb", "Wb", 0, 1.0, WRITTEN},
+    {"Wb", "mWb", -3, 1.0, WRITTEN},
+    {"Wb", "V s", 0, 1.0, SILENT},
+    {"Wb", "mV s", -3, 1.0, SILENT},
+
+    {"N m", "N m", 0, 1.0, WRITTEN},
+    {"N m", "mN m", -3, 1.0, WRITTEN},
+    {"N m", "kN m", 3, 1.0, NAMED},
+    {"N m", "N cm", -2, 1.0, SILENT},
+    {"N m", "N\xC2\xB7m", 0, 1.0, SILENT},
+
+    {"kg m^2", "kg m^2", 0, 1.0, WRITTEN},
+    {"kg m^2", "kg cm^2", -4, 1.0, NAMED},
+    {"kg m^2", "g cm^2", -7, 1.0, NAMED},
+    {"kg m^2", "g m^2", -3, 1.0, SILENT},
+    {"kg m^2", "kg m2", 0, 1.0, SILENT},
+    {"kg m^2", "kg cm2", -4, 1.0, SILENT},
+    {"kg m^2", "g cm2", -7, 1.0, SILENT},
+    {"kg m^2", "kg m\xC2\xB2", 0, 1.0, SILENT},
+    {"kg m^2", "kg cm\xC2\xB2", -4, 1.0, SILENT},
+
+    {"N m s/rad", "N m s/rad", 0, 1.0, WRITTEN},
+    {"N m s/rad", "mN m s/rad", -3, 1.0, WRITTEN},
+    {"N m s/rad", "N m s", 0, 1.0, SILENT},
+    {"N m s/rad", "mN m s", -3, 1.0, SILENT},
+    {"N m s/rad", "N m/(rad/s)", 0, 1.0, SILENT},
+
+    {"A s/rad", "A s/rad", 0, 1.0, WRITTEN},
+    {"A s/rad", "mA s/rad", -3, 1.0, WRITTEN},
+    {"A s/rad", "A/(rad/s)", 0, 1.0, SILENT},
+
+    {"A/rad", "A/rad", 0, 1.0, WRITTEN},
+    {"A/rad", "mA/rad", -3, 1.0, WRITTEN},
+
+    {"degC", "degC", 0, 1.0, WRITTEN},
+    {"degC",
+     "\xC2\xB0"
+     "C",
+     0, 1.0, SILENT},
+};
+#define SPELLINGS (sizeof spellings / sizeof spellings[0])
+
+const char *units_of_row(const table_row_t *row)
+{
+    const bool speed = strcmp(row->unit, "rad/s") == 0;
+    return speed && strstr(row->text, "mechanical") != NULL ? UNITS_SPEED : row->unit;
+}
+
+/* What a unit is called in messages. */
+static const char *plain(const char *unit)
+{
+    return strcmp(unit, UNITS_SPEED) == 0 ? "rad/s" : unit;
+}
+
+static const char *skip_spaces(const char *text)
+{
+    while (*text == ' ' || *text == '\t') {
+        text++;
+    }
+    return text;
+}
+
+static bool spelled(const char *text, const char *spelling)
+{
+    text = skip_spaces(text);
+    for (; *spelling != '\0'; spelling++) {
+        if (*spelling == ' ') {
+            text = skip_spaces(text);
+        } else if (*text == *spelling) {
+            text++;
+        } else {
+            return false;
+        }
+    }
+    return *skip_spaces(text) == '\0';
+}
+
+static bool refuse(units_error_t *why, const char *text, const char *what, const char *unit)
+{
+    size_t used = (size_t)snprintf(why->text, sizeof why->text, "\"%.60s\"%s %s; accepted: a number with ",
+                                   text, strlen(text) > 60u ? "..." : "", what);
+    const char *before = "";
+    bool any = false;
+    for (size_t n = 0; n < SPELLINGS && used < sizeof why->text; n++) {
+        if (spellings[n].role != SILENT && strcmp(spellings[n].unit, unit) == 0) {
+            const char *spelling = spellings[n].spelling[0] == '\0' ? "no unit" : spellings[n].spelling;
+            used += (size_t)snprintf(why->text + used, sizeof why->text - used, "%s%s", before, spelling);
+            before = ", ";
+            any = true;
+        }
+    }
+    if (!any && used < sizeof why->text) {
+        snprintf(why->text + used, sizeof why->text - used, "%s", unit);
+    }
+    return false;
+}
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* A number without its point: digits times ten to the power. */
+typedef struct {
+    char digits[DIGITS + 1u]; /* sign first if there is one */
+    size_t count;
+    long power;
+} number_t;
+
+/* The number at the beginning of the text; NULL: there is none. Else what follows it. */
+static const char *scan_number(const char *text, number_t *number)
+{
+    bool any = false;
+    bool point = false;
+    number->count = 0;
+    number->power = 0;
+    if (*text == '+' || *text == '-') {
+        number->digits[number->count++] = *text++;
+    }
+    for (; is_digit(*text) || (*text == '.' && !point); text++) {
+        if (*text == '.') {
+            point = true;
+            continue;
+        }
+        if (number->count >= DIGITS) {
+            return NULL;
+        }
+        any = true;
+        number->digits[number->count++] = *text;
+        number->power -= point ? 1 : 0;
+    }
+    number->digits[number->count] = '\0';
+    if (!any) {
+        return NULL;
+    }
+    if (*text == 'e' || *text == 'E') {
+        const char *end = text + 1;
+        const bool negative = *end == '-';
+        long exponent = 0;
+        end += *end == '+' || *end == '-';
+        if (is_digit(*end)) {
+            for (; is_digit(*end); end++) {
+                exponent = exponent < 100000 ? 10 * exponent + (*end - '0') : exponent;
+            }
+            number->power += negative ? -exponent : exponent;
+            text = end;
+        }
+    }
+    return text;
+}
+
+bool units_read(const char *text, const char *unit, double *value, units_error_t *why)
+{
+    number_t number;
+    const char *rest = scan_number(skip_spaces(text), &number);
+    if (rest == NULL) {
+        return refuse(why, text, "does not begin with a number", unit);
+    }
+    const spelling_t own = {unit, unit, 0, 1.0, NAMED}; /* of a unit without a list */
+    const spelling_t *found = NULL;
+    bool listed = false;
+    for (size_t n = 0; n < SPELLINGS && found == NULL; n++) {
+        if (strcmp(spellings[n].unit, unit) == 0) {
+            listed = true;
+            found = spelled(rest, spellings[n].spelling) ? &spellings[n] : NULL;
+        }
+    }
+    if (!listed && spelled(rest, unit)) {
+        found = &own;
+    }
+    if (found == NULL) {
+        char what[96];
+        if (*skip_spaces(rest) == '\0') {
+            snprintf(what, sizeof what, "has no unit");
+        } else if (strcmp(unit, "-") == 0) {
+            snprintf(what, sizeof what, "has a unit, but this is a pure number");
+        } else {
+            snprintf(what, sizeof what, "is no quantity in %s", plain(unit));
+        }
+        return refuse(why, text, what, unit);
+    }
+
+    /* No point and no group separator, so that the locale has no say; strtod rounds to nearest. */
+    char digits[DIGITS + 32u];
+    snprintf(digits, sizeof digits, "%se%ld", number.digits, number.power + found->power);
+    const double result = strtod(digits, NULL) * found->factor;
+    if (!isfinite(result)) {
+        return refuse(why, text, "is too large", unit);
+    }
+    *value = result;
+    return true;
+}
+
+static double power_of_ten(int power)
+{
+    static const double powers[] = {1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+    return powers[power < 0 ? -power : power];
+}
+
+/* Dividing by a whole power of ten rounds once. */
+static double in_spelling(double value, const spelling_t *spelling)
+{
+    const double scaled =
+        spelling->power < 0 ? value * power_of_ten(spelling->power) : value / power_of_ten(spelling->power);
+    return scaled / spelling->factor;
+}
+
+/* The largest prefix that leaves a number of 1 or more; for nothing at all the table unit. NULL: the unit has
+ * no list. */
+static const spelling_t *best_spelling(double magnitude, const char *unit)
+{
+    const spelling_t *own = NULL;
+    const spelling_t *best = NULL;
+    for (size_t n = 0; n < SPELLINGS; n++) {
+        const spelling_t *next = &spellings[n];
+        if (next->role != WRITTEN || strcmp(next->unit, unit) != 0) {
+            continue;
+        }
+        /* The lists begin with the table unit and go down; a hair below 1 is shown as 1. */
+        if (best == NULL || in_spelling(magnitude, best) < 0.9999995) {
+            best = next;
+        }
+        own = own != NULL ? own : next;
+    }
+    return best != NULL && in_spelling(magnitude, best) < 1e-3 ? own : best;
+}
+
+const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit)
+{
+    const spelling_t *spelling = isfinite(value) ? best_spelling(fabs(value), unit) : NULL;
+    if (spelling == NULL) {
+        snprintf(to, UNITS_TEXT_SIZE, "%.6g %.40s", value, plain(unit));
+    } else {
+        snprintf(to, UNITS_TEXT_SIZE, "%.6g%s%.40s", in_spelling(value, spelling),
+                 spelling->spelling[0] == '\0' ? "" : " ", spelling->spelling);
+    }
+    return to;
+}
+
+const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, const char *unit)
+{
+    const spelling_t *spelling = best_spelling(fmax(fabs(min), fabs(max)), unit);
+    if (spelling == NULL) {
+        snprintf(to, UNITS_TEXT_SIZE, "%.6g to %.6g %.40s", min, max, plain(unit));
+    } else {
+        snprintf(to, UNITS_TEXT_SIZE, "%.6g to %.6g%s%.40s", in_spelling(min, spelling),
+                 in_spelling(max, spelling), spelling->spelling[0] == '\0' ? "" : " ", spelling->spelling);
+    }
+    return to;
+}
+
+const char *units_row_text(char to[UNITS_TEXT_SIZE], double value, const table_row_t *row)
+{
+    if (row->kind == SLOT_ENUM) {
+        double number = 0.0;
+        for (const char *choice = row->choices; choice != NULL; number += 1.0) {
+            const char *bar = strchr(choice, '|');
+            if (number == value) {
+                const size_t length = bar != NULL ? (size_t)(bar - choice) : strlen(choice);
+                snprintf(to, UNITS_TEXT_SIZE, "%.*s",
+                         (int)(length < UNITS_TEXT_SIZE ? length : UNITS_TEXT_SIZE - 1u), choice);
+                return to;
+            }
+            choice = bar != NULL ? bar + 1 : NULL;
+        }
+    }
+    return units_text(to, value, row->kind == SLOT_ENUM ? "-" : units_of_row(row));
+}

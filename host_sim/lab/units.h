@@ -1,0 +1,47 @@
+/* Values with a unit, as people write and read them: "1500 r/min", "3 us", "250 mA", "30 deg".
+ *
+ * A text is NUMBER UNIT, the space between them optional. Each table unit has its list of accepted spellings;
+ * a spelling is the table unit times a power of ten, a factor, or both (x = number 10^power factor). Exact:
+ * the power of ten goes into the number's own exponent before it becomes binary, so "3 us" is the double
+ * nearest to 0.000003; factors (2 pi/60) cost one more rounding. Same bits on every machine and in every
+ * locale.
+ *
+ * A speed in r/min is a mechanical one: those spellings hold only for rows whose text says "mechanical", and
+ * Hz only for the others (a filter, an electrical speed), where it means 2 pi rad/s.
+ *
+ * Does not handle: scales with an offset (K, degF), products or powers of a unit beyond those listed. */
+#ifndef HOST_SIM_LAB_UNITS_H
+#define HOST_SIM_LAB_UNITS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "drive/table.h"
+
+/* Table unit of mechanical speeds; everywhere else it reads "rad/s". */
+#define UNITS_SPEED "rad/s mechanical"
+
+#define UNITS_TEXT_SIZE 96u /* [chars] what units_text writes at most, with its closing 0 */
+
+typedef struct {
+    char text[320]; /* one line: what was given, what is accepted */
+} units_error_t;
+
+/* Which list of spellings goes with a row: its unit, or UNITS_SPEED. */
+const char *units_of_row(const table_row_t *row);
+
+/* The number [unit] that `text` means. false: `why` says what is wrong; *value is untouched. Units that have
+ * no list are accepted as they are spelled. Numbers beyond the range of double are refused. */
+bool units_read(const char *text, const char *unit, double *value, units_error_t *why);
+
+/* Writes a value with the unit and prefix that reads best ("1500 r/min", "2.5 us", "12.3 mrad"), six digits;
+ * returns `to`. A value that is not finite is written as such. */
+const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit);
+
+/* Both ends of a range in one unit: "0 to 2100 r/min". Returns `to`. */
+const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, const char *unit);
+
+/* Value of a row: the name of a choice, or units_text in the row's unit. */
+const char *units_row_text(char to[UNITS_TEXT_SIZE], double value, const table_row_t *row);
+
+#endif

@@ -1,0 +1,147 @@
+"""The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+LAGLESS, FOLDER = sys.argv[1], sys.argv[2]
+
+STEP = """schema = 1
+title = "a test"
+[run]
+duration = "%s"
+[requests]
+enable = "on"
+speed_request = "300 r/min"
+[[expect]]
+signal = "true_omega_m"
+statistic = "last"
+at_least = "%s"
+"""
+
+
+def lagless(*arguments, **settings):
+    return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, **settings)
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(FOLDER, "cli_work")
+        shutil.rmtree(self.folder, ignore_errors=True)
+        os.makedirs(self.folder)
+
+    def scenario(self, duration="0.2 s", at_least="-10 r/min", name="a.toml"):
+        path = os.path.join(self.folder, name)
+        with open(path, "w") as file:
+            file.write(STEP % (duration, at_least))
+        return path
+
+    def expect(self, code, done, *fragments):
+        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
+        for fragment in fragments:
+            self.assertIn(fragment, done.stdout + done.stderr)
+
+    def test_met_expectations_give_0_and_failed_ones_1(self):
+        self.expect(0, lagless("run", self.scenario()), "met")
+        self.expect(1, lagless("run", self.scenario(at_least="5000 r/min")), "FAILED", "at least 5000 r/min")
+
+    def test_a_failed_expectation_is_valid_json(self):
+        done = lagless("run", self.scenario(at_least="5000 r/min"), "--json")
+        self.assertEqual(1, done.returncode)
+        result = json.loads(done.stdout)
+        self.assertEqual("failed", result["expectations"][0]["verdict"])
+        self.assertEqual(1, result["failed"])
+        self.assertEqual(2000, result["periods"])
+
+    def test_every_json_is_one_object(self):
+        for arguments in (["params"], ["signals"], ["scenarios"], ["explain"], ["explain", "21"],
+                          ["bench", "--seconds", "0.01"]):
+            done = lagless(*arguments, "--json")
+            self.assertEqual(0, done.returncode, arguments)
+            self.assertIsInstance(json.loads(done.stdout), dict)
+
+    def test_wrong_use_gives_2_and_says_what_is_accepted(self):
+        path = self.scenario()
+        for arguments, fragment in (
+                ([], "Usage"), (["rnu"], "did you mean run?"), (["run"], "which scenario"),
+                (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
+                (["run", path, "--set", "inertai=1"], "inertia"), (["run", path, "--set", "inertia=-1"], "inertia"),
+                (["run", path, "--set", "speed_request=5 A"], "r/min"), (["run", path, "--set", "inertia"], "NAME=VALUE"),
+                (["run", path, "--record", "i_q"], "--out"), (["run", path, "--out", self.folder, "--record", "i_qq"], "i_q"),
+                (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
+                (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
+                (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
+                (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
+                (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
+                (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
+            self.expect(2, lagless(*arguments), fragment)
+        self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
+
+    def test_unwritable_output_is_said_before_the_run(self):
+        self.expect(2, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")
+        self.expect(2, lagless("run", self.scenario(), "--out", "/dev/null/x"), "/dev/null")
+
+    def test_a_full_disk_gives_3(self):
+        def limit():
+            import resource
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+        done = lagless("run", self.scenario(duration="1 s"), "--out", self.folder, preexec_fn=limit)
+        self.expect(3, done, ".csv.partial")
+
+    def test_set_and_seed_change_the_run(self):
+        def result(*arguments):
+            return json.loads(lagless("run", self.scenario(), "--json", *arguments).stdout)
+
+        plain = result()
+        self.assertEqual(plain["state_hash"], result()["state_hash"])
+        self.assertNotEqual(plain["state_hash"], result("--seed", "2")["state_hash"])
+        self.assertNotEqual(plain["state_hash"], result("--set", "inertia=0.003 kg m^2")["state_hash"])
+        self.assertEqual(1000, result("--set", "run.duration=0.1 s")["periods"])
+
+    def test_quiet_says_nothing_when_all_is_well(self):
+        done = lagless("run", self.scenario(), "--quiet")
+        self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
+        self.assertIn("FAILED", lagless("run", self.scenario(at_least="5000 r/min"), "--quiet").stdout)
+
+    def test_ctrl_c_keeps_what_was_recorded_and_says_so(self):
+        path = self.scenario(duration="3600 s")
+        running = subprocess.Popen([LAGLESS, "run", path, "--out", self.folder, "--every", "100", "--json"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(1.0)
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=60)
+        self.assertEqual(1, running.returncode, err)
+        self.assertIn("are kept in", err)
+        self.assertEqual("interrupted", json.loads(out)["end"])
+        with open(os.path.join(self.folder, "a.csv")) as file:
+            lines = file.read().splitlines()
+        self.assertIn("# ended: interrupted", lines)
+        self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
+
+    def test_no_colours_where_nobody_sees_them(self):
+        self.assertNotIn("\033", lagless("run", self.scenario()).stdout)
+
+    def test_completion_is_bash_and_knows_the_tables(self):
+        script = lagless("completion", "bash").stdout
+        self.assertEqual(0, subprocess.run(["bash", "-n"], input=script, text=True).returncode)
+        probe = script + "\nCOMP_WORDS=(lagless run --set iner); COMP_CWORD=3; _lagless 2>/dev/null; echo \"${COMPREPLY[@]}\""
+        self.assertEqual("inertia=", subprocess.run(["bash"], input=probe, capture_output=True, text=True).stdout.strip())
+
+    def test_man_page_names_every_command(self):
+        page = lagless("man").stdout
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "bench"):
+            self.assertIn("\\fB%s\\fR" % command, page)
+
+    def test_every_command_has_help(self):
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "bench", "reference", "completion", "man"):
+            self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

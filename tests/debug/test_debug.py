@@ -1,0 +1,523 @@
+#!/usr/bin/env python3
+"""The debugger's commands, in gdb sessions on debug_ring: going to periods and back, until-fault, why, registers, printers,
+wrong use; the front-end protocol as VS Code speaks it, with what .vscode/launch.json says; and tools/debug.
+
+usage: test_debug.py --root FOLDER --program DEBUG_RING
+Ends with 77 (skipped) where no gdb with Python can run a program."""
+import argparse
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PARSER = argparse.ArgumentParser()
+PARSER.add_argument("--root", type=pathlib.Path, required=True)
+PARSER.add_argument("--program", type=pathlib.Path, required=True)
+OPTIONS, REST = PARSER.parse_known_args()
+ROOT = OPTIONS.root.resolve()
+PROGRAM = OPTIONS.program.resolve()
+SCRIPT = ROOT / "tools" / "gdb" / "lagless.py"
+SKIPPED = 77
+SECONDS = 120  # a session that takes longer hangs
+
+# LeakSanitizer cannot work under a debugger; the rest of the sanitizers can.
+ENVIRONMENT = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0", "LC_ALL": "C"}
+ENVIRONMENT.pop("LAGLESS_STOP", None)
+ENVIRONMENT.pop("DEBUGINFOD_URLS", None)
+
+
+def run(line, **more):
+    return subprocess.run(
+        [str(word) for word in line], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+        text=True, timeout=SECONDS, check=False, **{"env": ENVIRONMENT, **more}
+    )
+
+
+def why_not():
+    """Why no session is possible on this machine; "" if one is."""
+    if shutil.which("gdb") is None:
+        return "no gdb"
+    if "yes" not in run(["gdb", "-nx", "-q", "-batch", "-ex", "python print('y' + 'es')"]).stdout:
+        return "gdb without Python"
+    tried = run(["gdb", "-nx", "-q", "-batch", "-ex", "run", "--args", PROGRAM, "1"]).stdout
+    return "" if "exited normally" in tried else "gdb cannot run a program here: " + " ".join(tried.split())
+
+
+def session(*commands, arguments=("200000",)):
+    """Runs gdb's commands; what each of them printed, in their order."""
+    line = ["gdb", "-nx", "-q", "-batch", "-x", SCRIPT]
+    for command in commands:
+        line += ["-ex", "echo @@@\\n", "-ex", command]
+    done = run([*line, "--args", PROGRAM, *arguments])
+    parts = done.stdout.split("@@@\n")[1:]
+    assert len(parts) == len(commands), done.stdout
+    for part in parts:
+        assert "Traceback" not in part and "Python Exception" not in part, part
+    return [part.strip() for part in parts]
+
+
+def place(text):
+    """(period, tick) out of what where-time says."""
+    match = re.fullmatch(r"period (\d+), [0-9.]+ s \+ [0-9.]+ us; chip tick (\d+) of 150 MHz", text)
+    assert match, text
+    return int(match[1]), int(match[2])
+
+
+class TravelTest(unittest.TestCase):
+    def test_forward_back_forward_is_the_same_state(self):
+        start = time.monotonic()
+        _, first, hash_1, _, second, hash_2, _, third, hash_3 = session(
+            "period 100000", "where-time", "rig-hash", "period -2", "where-time", "rig-hash", "period +2", "where-time",
+            "rig-hash", arguments=("100100",)
+        )
+        print(f"100000 periods forward, 2 back, 2 forward: {time.monotonic() - start:.2f} s")
+        self.assertEqual(place(first)[0], 100000)
+        self.assertEqual(place(second), (99998, place(first)[1] - 2 * 15000))
+        self.assertEqual(third, first)
+        self.assertRegex(hash_1, r"^[0-9a-f]{16}$")
+        self.assertEqual(hash_3, hash_1)
+        self.assertNotEqual(hash_2, hash_1)
+
+    def test_period_stops_on_the_first_of_the_interrupts_three_lines(self):
+        shown, trace = session("period 1234", "backtrace 1")
+        self.assertRegex(shown, r"^period 1234, 0\.1234 s \+ \d\.\d\d us\n#0  app_interrupt \(\)")
+        for line in ("app_read(&samples);", "drive_step(&app->drive, &samples, &command);", "app_write(&command);"):
+            self.assertEqual(shown.count(line), 1, shown)
+        self.assertIn("#0  app_interrupt ()", trace)
+
+    def test_interrupt_of_the_period_is_the_one_that_counts_it(self):
+        # The drive counts its steps: before the step of the rig's period 700 it has made 700 of them (0 to 699).
+        _, count, _, after = session("period 700", "print app->drive.period", "finish", "print app->drive.period")
+        self.assertRegex(count, r"= 700$")
+        self.assertRegex(after, r"= 701$")
+
+    def test_simulated_time_stands_still_while_gdb_holds_the_interrupt(self):
+        tick = "print $rig()->state.chip.tick"
+        _, before, tick_before, _, after, tick_after = session(
+            "at 0.2 s", "where-time", tick, "shell sleep 0.3", "where-time", tick
+        )
+        self.assertEqual(before, after)
+        self.assertEqual(place(before)[0], 2000)
+        self.assertEqual(int(tick_before.split("=")[1]), place(before)[1])
+        self.assertEqual(tick_before.split("=")[1], tick_after.split("=")[1])
+
+    def test_going_to_the_present_period_stays(self):
+        _, before, _, after = session("period 50", "rig-hash", "period 50", "rig-hash")
+        self.assertEqual(before, after)
+
+    def test_begin_of_the_interrupt_is_reached_again_from_inside_it(self):
+        _, before, _, _, moved, _, after = session(
+            "period 50", "rig-hash", "tbreak hal_write_compare", "continue", "rig-hash", "period 50", "rig-hash"
+        )
+        self.assertEqual(before, after)
+        self.assertNotEqual(before, moved)
+
+    def test_own_breakpoint_stops_forward_but_not_back(self):
+        _, _, forward, back, listed = session(
+            "period 60", "break drive_step", "period 90", "period 40", "info breakpoints"
+        )
+        self.assertIn("stopped on the way: period 60,", forward)
+        self.assertTrue(back.startswith("period 40, "), back)
+        self.assertRegex(listed, r"keep y .*drive_step")
+
+    def test_program_that_is_too_short_says_so(self):
+        text, after, again = session("period 500", "why", "period 20", arguments=("100",))
+        self.assertIn("the program ended before period 500", text)
+        self.assertIn("no program is running", after)
+        self.assertTrue(again.splitlines()[0].startswith("period 20, "), again)
+
+    def test_period_without_an_interrupt_is_told(self):
+        # INTM set between two interrupts: the rig goes on, the drive does not.
+        _, _, _, _, text = session(
+            "period 10", "tbreak rig_step", "continue", "set variable $rig()->state.chip.cpu.interrupts_off = 1",
+            "period 20", arguments=("100",)
+        )
+        self.assertIn("no interrupt came in period 20 or later, and the program ended", text)
+
+    def test_stop_by_environment_needs_no_command(self):
+        _, text = session("set environment LAGLESS_STOP 77", "run")
+        self.assertIn("period 77, 0.0077 s", text)
+        self.assertIn("app_read(&samples);", text)
+
+
+class FaultTest(unittest.TestCase):
+    def test_until_fault_stops_in_the_period_of_an_injected_trip_and_why_names_it(self):
+        text, where, why, state = session(
+            "until-fault", "where-time", "why", "print app->drive.state", arguments=("30000", "20000")
+        )
+        self.assertEqual(place(where)[0], 20000)
+        self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
+        self.assertIn("app_trip ()", text)
+        self.assertIn("fault 20, module_fault: the power module pulled its fault line", why)
+        self.assertIn("remedy: look for a short circuit", why)
+        self.assertIn("when: period 20000 by the drive's count, 2.0000 s", why)
+        self.assertRegex(why, r"then: i_a \S+ A, i_b \S+ A, u_dc 31\d\.\d+ V, theta_e \S+ deg, omega_e \S+ rad/s")
+        self.assertRegex(state, r"= 5$")
+
+    def test_until_fault_finds_a_fault_of_the_step_itself(self):
+        # 10 mA as the trip limit: the very next sample of a motor under load is above it.
+        _, _, text, where, why = session(
+            "period 10000", "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
+            "why"
+        )
+        self.assertEqual(place(where)[0], 10000)
+        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(advance < )?drive_step\n")
+        self.assertIn("app_interrupt ()", text)
+        self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
+
+    def test_until_fault_stops_at_its_limit(self):
+        text, where, refused = session("until-fault 3000", "where-time", "until-fault 3000")
+        self.assertTrue(text.startswith("no fault before period 3000"), text)
+        self.assertEqual(place(where)[0], 3000)
+        self.assertEqual(refused, "until-fault 3000: this is period 3000 already")
+
+    def test_until_fault_tells_when_there_is_none(self):
+        (text,) = session("until-fault", arguments=("3000",))
+        self.assertIn("the program ended without a fault", text)
+
+    def test_why_of_a_later_fault_names_it(self):
+        # The DC link is made to look too high after the trip: bit 3 of the fault table.
+        _, _, _, why = session(
+            "until-fault", "set variable app->drive.protection.limits.overvoltage = 1.0f", "period 2010", "why",
+            arguments=("30000", "2000"),
+        )
+        self.assertIn("fault 20, module_fault", why)
+        self.assertIn("later: dc_overvoltage", why)
+        self.assertIn("refusal 3, fault_present", why)
+
+    def test_why_names_a_refusal(self):
+        _, why = session("period 100", "why")
+        self.assertIn("refusal 1, not_ready: the current offsets are still being measured", why)
+        self.assertIn("remedy: wait until the state is ready", why)
+
+    def test_why_says_when_nothing_is_wrong(self):
+        _, why = session("period 8000", "why")
+        self.assertEqual(why, "nothing is wrong: the drive is in operation_enabled")
+
+    def test_why_names_a_wrong_use_of_the_chip(self):
+        # A trip-zone register written without EALLOW.
+        _, _, why = session("period 8000", "call bus_write16(&((f28335_t *)f28335_base)->epwm[1].TZSEL, 0)", "why")
+        self.assertRegex(why, r"^chip: 1 wrong use found, the last at tick \d+: protected write, EPWM2\.TZSEL$")
+
+
+class LookTest(unittest.TestCase):
+    def test_drive_speaks_in_names_and_units(self):
+        _, text = session("period 30000", "drive")
+        rows = {line[:11].strip(): line[11:] for line in text.splitlines()}
+        self.assertEqual(rows["state"], "operation_enabled, gates keep")
+        self.assertEqual(rows["fault"], "none")
+        self.assertIn("enable on, mode speed, speed 600.00 r/min", rows["requests"])
+        # Settled after 3 s; the speed ripples by less than 1 % (dead time, encoder).
+        speed = float(re.match(r"(\S+) r/min, reference 600.00 r/min$", rows["speed"])[1])
+        self.assertAlmostEqual(speed, 600.0, delta=6.0)
+        self.assertRegex(
+            rows["position"], r"^theta_e -?\d+\.\d\d deg \(-?\d\.\d+ rad\), omega_e 2\d\d\S* rad/s \(\d+\.\d+ Hz\)$"
+        )
+        self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, asked for \S+ V$")
+        self.assertRegex(rows["DC link"], r"^31\d\.\d+ V$")
+
+    def test_registers_are_decoded_by_field(self):
+        _, blocks, block, one, small, flag, group = session(
+            "period 8000", "regs", "regs EPWM1", "regs EPWM1.TBCTL", "regs epwm2.tbprd", "regs EPWM3.TZFLG", "regs PIE1"
+        )
+        self.assertEqual(blocks.split()[:3], ["blocks:", "ADC", "CPUTIMER0"])
+        self.assertIn("TBPRD          0x1d4c", block)  # 7500, for 10 kHz up and down
+        self.assertRegex(block, r"CMPA +0x\w+  \d\d\.\d\d % of TBPRD")
+        self.assertRegex(block, r"DBRED +0x0177  2\.500 us at SYSCLK = 150 MHz")  # the default dead time
+        self.assertIn("TBCTL          0x4012  CTRMODE up-down", block)
+        self.assertNotIn("reserved", block)
+        self.assertTrue(one.startswith("EPWM1.TBCTL at 0x6800 = 0x4012 = 16402\n"), one)
+        self.assertRegex(one, r"(?m)^  CTRMODE +1:0 +2  up-down$")
+        self.assertTrue(small.startswith("EPWM2.TBPRD at 0x6845 = 0x1d4c = 7500"), small)
+        self.assertTrue(flag.startswith("EPWM3.TZFLG at 0x6896 = 0x0000 = 0"), flag)
+        self.assertRegex(group, r"PIE1\.IER +0x0001  SEQ1INT")
+
+    def test_every_block_can_be_shown(self):
+        _, blocks = session("period 10", "regs")
+        names = blocks.split()[1:]
+        for name, text in zip(names, session("period 10", *(f"regs {name}" for name in names))[1:]):
+            self.assertRegex(text, rf"^{name} at 0x[0-9a-f]{{4}}\n")
+            self.assertNotIn("other bits", text, name)
+
+    def test_values_are_printed_as_what_they_are(self):
+        _, voltage, point, command, fault, requests, drive = session(
+            "until-fault", "print app->drive.voltage", "print app->drive.position", "print app->drive.command",
+            "print app->drive.fault", "print app->drive.requests", "print app->drive", arguments=("30000", "8000"),
+        )
+        self.assertRegex(voltage, r"= \(d \S+, q \S+\)$")
+        self.assertRegex(point, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
+        self.assertRegex(command, r"= duty \(a 0\.\d+, b 0\.\d+, c 0\.\d+\), gates keep$")
+        self.assertIn("{reason = module_fault, period = 8000,", fault)
+        self.assertIn("{enable = on, fault_reset = no, mode = speed,", requests)
+        self.assertIn("state = fault, refusal = none,", drive)
+        self.assertIn("current_ab = (alpha ", drive)
+
+    def test_arguments_of_the_step_are_printed_as_what_they_are(self):
+        _, _, _, samples, rotation = session(
+            "period 8000", "break drive_step", "continue", "print *samples",
+            "python import struct; print(gdb.Value(struct.pack('ff', 0.5, -0.8660254), gdb.lookup_type('rotation_t')))",
+        )
+        self.assertRegex(
+            samples,
+            r"= i_a \S+ A, i_b \S+ A, u_dc \S+ V, sink \S+ degC, motor \S+ degC, encoder \d+, flags none$",
+        )
+        self.assertRegex(rotation, r"^150\.00 deg \(sin 0\.5, cos -0\.86603\)$")
+
+    def test_names_are_completed(self):
+        _, some, registers, own = session("period 10", "complete regs GP", "complete regs EPWM1.TZ", "complete until-")
+        self.assertEqual(some.split("\n"), ["regs GPIOA", "regs GPIOB", "regs GPIOC"])
+        self.assertIn("regs EPWM1.TZFLG", registers.split("\n"))
+        self.assertEqual(own, "until-fault")
+
+    def test_each_command_has_help(self):
+        commands = ("period", "at", "until-fault", "why", "drive", "regs", "where-time", "rig-hash")
+        for command, text in zip(commands, session(*(f"help {command}" for command in commands))):
+            self.assertIn(f"Usage: {command}", text)
+
+
+class WrongUseTest(unittest.TestCase):
+    def one_line(self, text, *words):
+        self.assertEqual(len(text.splitlines()), 1, text)
+        for word in words:
+            self.assertIn(word, text)
+
+    def test_without_a_program_each_command_says_so_in_one_line(self):
+        for text in session("why", "drive", "regs", "where-time", "rig-hash", "period +1"):
+            self.one_line(text, "no program is running")
+
+    def test_wrong_arguments_are_told_in_one_line(self):
+        cases = {
+            "period": "which period?",
+            "period x": "'x' is no period",
+            "period 1.5": "'1.5' is no period",
+            "period 4294967295": "a whole number from 0 to 4294967294",
+            "period -11": "before the start: this is period 10",
+            "at": "at which time?",
+            "at 1 h": "'1 h' is no time",
+            "at -1 s": "is no time",
+            "until-fault soon": "'soon' is no period",
+            "why not": "takes no argument, not 'not'",
+            "drive on": "takes no argument",
+            "rig-hash 1": "takes no argument",
+            "regs EPWM9": "no block 'EPWM9'",
+            "regs EPWM1.TBX": "EPWM1 has no register 'TBX'",
+            "set lagless-front-end x": "Undefined item",
+        }
+        for (command, words), text in zip(cases.items(), session("period 10", *cases)[1:]):
+            self.one_line(text, words)
+
+    def test_program_without_the_stop_hook_is_recognised(self):
+        line = ["gdb", "-nx", "-q", "-batch", "-x", SCRIPT, "-ex", "echo @@@\\n", "-ex", "period 5"]
+        done = run([*line, "--args", sys.executable])
+        self.one_line(done.stdout.split("@@@\n")[1].strip(), "this program has no rig_stop_at()")
+
+    def test_other_program_is_recognised(self):
+        line = ["gdb", "-nx", "-q", "-batch", "-x", SCRIPT, "-ex", "break main", "-ex", "run", "-ex", "echo @@@\\n"]
+        done = run([*line, "-ex", "why", "--args", sys.executable, "-c", "pass"])
+        text = done.stdout.split("@@@\n")[1].strip()
+        self.assertEqual(len(text.splitlines()), 1, text)
+        self.assertNotIn("Traceback", text)
+
+    def test_before_the_rig_is_there_it_is_said(self):
+        _, _, text, _, there = session("break main", "run", "why", "delete", "period 3")
+        self.one_line(text, "there is no rig yet")
+        self.assertTrue(there.startswith("period 3, "), there)
+
+    def test_names_of_the_script_stay_out_of_gdbs_python(self):
+        _, own, twice, _ = session(
+            f"source {SCRIPT}", "python import time; print(time.time() > 0)", f"source {SCRIPT}", "period 5"
+        )
+        self.assertEqual(own, "True")
+        self.assertEqual(twice, "")
+
+
+class MachineInterface:
+    """gdb as an IDE drives it: one line in, its answer out."""
+
+    def __init__(self):
+        self.gdb = subprocess.Popen(
+            ["gdb", "-nx", "-q", "--interpreter=mi"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT,
+        )
+        self.token = 100
+
+    def tell(self, command):
+        """Sends a command; all lines up to the end of whatever it set going."""
+        self.token += 1
+        self.gdb.stdin.write(f'{command}\n{self.token}-interpreter-exec console "echo"\n')
+        self.gdb.stdin.flush()
+        lines = []
+        for line in self.gdb.stdout:
+            lines.append(line.rstrip("\n"))
+            if re.match(rf"{self.token}\^", line):
+                return lines
+        raise AssertionError("gdb ended: " + "\n".join(lines))
+
+    def until_stopped(self, command):
+        """Sends a command that lets the program run; all lines up to the stop."""
+        self.gdb.stdin.write(f"{command}\n")
+        self.gdb.stdin.flush()
+        lines = []
+        for line in self.gdb.stdout:
+            lines.append(line.rstrip("\n"))
+            if line.startswith("*stopped") or "^error" in line:
+                return lines
+        raise AssertionError("gdb ended: " + "\n".join(lines))
+
+    def console(self, command):
+        return self.tell(f'-interpreter-exec console "{command}"')
+
+    def close(self):
+        self.gdb.stdin.write("-gdb-exit\n")
+        self.gdb.stdin.close()
+        self.gdb.stdout.read()
+        self.gdb.stdout.close()
+        self.gdb.wait(timeout=SECONDS)
+
+
+class VisualStudioCodeTest(unittest.TestCase):
+    def setUp(self):
+        self.launch = json.loads((ROOT / ".vscode" / "launch.json").read_text())
+        self.tasks = json.loads((ROOT / ".vscode" / "tasks.json").read_text())
+        self.gdb = None
+
+    def tearDown(self):
+        if self.gdb is not None:
+            self.gdb.close()
+
+    def test_configurations_name_tasks_and_inputs_that_exist(self):
+        labels = {task["label"] for task in self.tasks["tasks"]}
+        inputs = {entry["id"] for entry in self.launch["inputs"]}
+        self.assertTrue(self.launch["configurations"])
+        for configuration in self.launch["configurations"]:
+            self.assertIn(configuration["preLaunchTask"], labels)
+            self.assertEqual(set(re.findall(r"\$\{input:(\w+)\}", json.dumps(configuration))), inputs)
+            self.assertIs(configuration["stopAtEntry"], False)
+
+    def test_launch_stops_in_the_interrupt_and_goes_back_within_the_session(self):
+        configuration = self.launch["configurations"][0]
+        (variable,) = configuration["environment"]
+        self.gdb = gdb = MachineInterface()
+        for command in configuration["setupCommands"]:
+            gdb.console(command["text"].replace("${workspaceFolder}", str(ROOT)))
+        gdb.tell(f"-file-exec-and-symbols {PROGRAM}")
+        gdb.tell("-exec-arguments 20000 6000")
+        gdb.tell(f"-gdb-set environment {variable['name']}={variable['value'].replace('${input:period}', '5000')}")
+        stopped = gdb.until_stopped("-exec-run")[-1]
+        self.assertIn('reason="breakpoint-hit"', stopped)
+        self.assertIn('func="app_interrupt"', stopped)
+        self.assertRegex(stopped, r'fullname="[^"]*/firmware/app/app.c"')
+        self.assertTrue(any("period 5000, 0.5000 s" in line for line in gdb.console("where-time")))
+
+        # A breakpoint by the source file's full name, as an editor sets it.
+        step = str(ROOT / "firmware" / "drive" / "drive.c")
+        self.assertTrue(any("^done,bkpt=" in line for line in gdb.tell(f"-break-insert -f {step}:400")))
+
+        back = gdb.console("period -2")
+        started = next(n for n, line in enumerate(back) if line.startswith('=thread-group-started,id="i2"'))
+        ended = next(n for n, line in enumerate(back) if line.startswith('=thread-group-exited,id="i1"'))
+        self.assertLess(started, ended, "the session's last process must not end before the new one starts")
+        self.assertTrue(any("period 4998, 0.4998 s" in line for line in back))
+        stops = [line for line in back if line.startswith("*stopped")]
+        self.assertEqual(len(stops), 1)
+        self.assertIn('func="app_interrupt"', stops[0])
+
+        gdb.tell("-break-delete")
+        gdb.console("period +2")
+        self.assertTrue(any("fault 20, module_fault" in line for line in gdb.console("until-fault")))
+        self.assertTrue(any("remedy:" in line for line in gdb.console("why")))
+
+
+class ToolTest(unittest.TestCase):
+    """tools/debug: from one command line to the interrupt, or a message and the right exit code."""
+
+    def tool(self, *words, **more):
+        return run([sys.executable, ROOT / "tools" / "debug", *words], **more)
+
+    def test_one_command_stops_inside_the_interrupt_at_a_time(self):
+        done = self.tool("--program", PROGRAM, "--at", "0.05 s", "--batch", "-ex", "where-time", "--", "20000")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("period 500, 0.0500 s", done.stdout)
+        self.assertIn("#0  app_interrupt ()", done.stdout)
+
+    def test_scenario_goes_to_a_program_named_lagless(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "lagless"
+            shutil.copy2(PROGRAM, program)
+            scenario = pathlib.Path(folder) / "a scenario.toml"
+            scenario.write_text("schema = 1\n")
+            done = self.tool(scenario, f"--program={program}", "--batch", "-ex", "show args", "--", "--seed", "7")
+        self.assertIn("run --quiet --seed 7 ", done.stdout)
+        self.assertIn("a\\ scenario.toml", done.stdout)
+
+    def test_wrong_use_is_told_with_exit_code_2(self):
+        for words, text in (
+            (["--at", "1 h"], "--at: '1 h' is no time"),
+            (["--period", "x"], "--period: 'x' is no period"),
+            (["--at", "1 s", "--period", "5"], "only one of them"),
+            (["--at"], "--at needs a value"),
+            (["--nonsense"], "no option '--nonsense'"),
+            (["a.toml", "b.toml"], "one scenario"),
+            (["--program", "/nonexistent/lagless"], "/nonexistent/lagless is not there"),
+            (["--program", __file__ + "/../CMakeLists.txt"], "is no"),
+        ):
+            done = self.tool(*words)
+            self.assertEqual(done.returncode, 2, done.stdout)
+            self.assertEqual(len(done.stdout.splitlines()), 1, done.stdout)
+            self.assertIn(text, done.stdout)
+
+    def test_missing_scenario_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "lagless"
+            shutil.copy2(PROGRAM, program)
+            done = self.tool("no_such.toml", "--program", program)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no scenario no_such.toml", done.stdout)
+
+    def test_build_that_fails_is_shown_with_exit_code_3(self):
+        with tempfile.TemporaryDirectory() as folder:
+            fake = pathlib.Path(folder) / "cmake"
+            fake.write_text("#!/bin/sh\necho 'drive.c:1: error: no such thing'\nexit 1\n")
+            fake.chmod(0o755)
+            done = self.tool(env={**ENVIRONMENT, "PATH": folder})
+            fake.unlink()
+            without = self.tool(env={**ENVIRONMENT, "PATH": folder})
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("drive.c:1: error: no such thing", done.stdout)
+        self.assertRegex(done.stdout.splitlines()[-1], r"^tools/debug: 'cmake .*' failed$")
+        self.assertEqual(without.returncode, 3)
+        self.assertIn("no cmake on this machine", without.stdout)
+
+    def test_missing_gdb_is_told_with_exit_code_3(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = self.tool("--program", PROGRAM, env={**ENVIRONMENT, "PATH": folder})
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("no gdb on this machine", done.stdout)
+
+    def test_gdb_without_python_is_told_with_exit_code_3(self):
+        with tempfile.TemporaryDirectory() as folder:
+            fake = pathlib.Path(folder) / "gdb"
+            fake.write_text("#!/bin/sh\necho 'Scripting in the \"Python\" language is not supported'\nexit 1\n")
+            fake.chmod(0o755)
+            done = self.tool("--program", PROGRAM, env={**ENVIRONMENT, "PATH": folder + os.pathsep + os.environ["PATH"]})
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("without Python", done.stdout)
+
+    def test_help_is_its_head(self):
+        done = self.tool("--help")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("usage: tools/debug", done.stdout)
+
+
+if __name__ == "__main__":
+    reason = why_not()
+    if reason:
+        print(f"skipped: {reason}")
+        sys.exit(SKIPPED)
+    unittest.main(argv=[sys.argv[0], *REST])

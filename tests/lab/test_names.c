@@ -1,0 +1,123 @@
+/* The name that was meant. */
+#include <stdint.h>
+#include <string.h>
+
+#include "host_sim/lab/names.h"
+#include "host_sim/rig/rig.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void test_distances(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0, names_distance("inertia", "inertia"));
+    TEST_ASSERT_EQUAL_UINT(0, names_distance("Inertia", "iNERTIA"));
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inerta"));   /* one left out */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inertiia")); /* one too many */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inartia"));  /* one wrong */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inetria"));  /* two swapped */
+    TEST_ASSERT_EQUAL_UINT(3, names_distance("kitten", "sitting"));
+    TEST_ASSERT_EQUAL_UINT(
+        3, names_distance("ca", "abc")); /* optimal string alignment; 2 without its restriction */
+    TEST_ASSERT_EQUAL_UINT(7, names_distance("", "inertia"));
+    TEST_ASSERT_EQUAL_UINT(0, names_distance("", ""));
+    TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, one more */
+}
+
+static void test_distance_is_symmetric(void)
+{
+    const table_t *table = rig_table(0);
+    for (uint32_t a = 0; a < table->count; a++) {
+        for (uint32_t b = 0; b < table->count; b++) {
+            TEST_ASSERT_EQUAL_UINT(names_distance(table->rows[a].name, table->rows[b].name),
+                                   names_distance(table->rows[b].name, table->rows[a].name));
+        }
+    }
+}
+
+static void test_names_that_are_too_long_are_near_to_nothing(void)
+{
+    char longest[NAMES_LENGTH_MAX + 1u];
+    char longer[NAMES_LENGTH_MAX + 2u];
+    memset(longest, 'a', sizeof longest);
+    memset(longer, 'a', sizeof longer);
+    longest[NAMES_LENGTH_MAX] = '\0';
+    longer[NAMES_LENGTH_MAX + 1u] = '\0';
+    TEST_ASSERT_TRUE(names_distance(longest, "a") == NAMES_LENGTH_MAX - 1u);
+    TEST_ASSERT_TRUE(names_distance(longer, longest) == SIZE_MAX);
+    names_search_t search = names_search(longer);
+    names_consider(&search, longest);
+    TEST_ASSERT_NULL(names_found(&search));
+    search = names_search(longest);
+    names_consider(&search, longer);
+    TEST_ASSERT_NULL(names_found(&search));
+}
+
+static void expect_nearest(const char *expected, const char *name)
+{
+    names_search_t search = names_search(name);
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        names_consider_table(&search, rig_table(t));
+    }
+    if (expected == NULL) {
+        TEST_ASSERT_NULL_MESSAGE(names_found(&search), name);
+    } else {
+        TEST_ASSERT_EQUAL_STRING(expected, names_found(&search));
+    }
+}
+
+static void test_slips_find_the_row_that_was_meant(void)
+{
+    expect_nearest("motor_resistance", "moter_resistence");
+    expect_nearest("load_torque", "laod_torqe");
+    expect_nearest("speed_request", "SPEED_REQUEST");
+    expect_nearest("inertia", "inertai");
+    expect_nearest("dead_time", "deadtime");
+    expect_nearest("true_omega_m", "true_omga_m");
+}
+
+static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
+{
+    expect_nearest("load_kind", "load"); /* that and load_torque begin with it: the first wins */
+    expect_nearest("shaft_locked", "locked");
+    expect_nearest("current_bandwidth", "bandwidth");
+}
+
+static void test_nothing_near_is_said(void)
+{
+    expect_nearest(NULL, "xyzzy_frobnicate");
+    expect_nearest(NULL, "");
+    expect_nearest(NULL, "_____________");
+}
+
+static void test_choices(void)
+{
+    names_search_t search = names_search("quickstop");
+    names_consider_choices(&search, "off|on|quick_stop");
+    TEST_ASSERT_EQUAL_STRING("quick_stop", names_found(&search));
+    search = names_search("of");
+    names_consider_choices(&search, "off|on|quick_stop");
+    TEST_ASSERT_EQUAL_STRING("off", names_found(&search));
+    search = names_search("of");
+    names_consider_choices(&search, "");
+    TEST_ASSERT_NULL(names_found(&search));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_distances);
+    RUN_TEST(test_distance_is_symmetric);
+    RUN_TEST(test_names_that_are_too_long_are_near_to_nothing);
+    RUN_TEST(test_slips_find_the_row_that_was_meant);
+    RUN_TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer);
+    RUN_TEST(test_nothing_near_is_said);
+    RUN_TEST(test_choices);
+    return UNITY_END();
+}

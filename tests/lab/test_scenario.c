@@ -1,0 +1,440 @@
+/* What a scenario file means: settings and their order, times, overrides. What is wrong with a file:
+ * test_broken.c. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "host_sim/lab/scenario.h"
+#include "unity.h"
+
+#define PI   3.14159265358979323846
+#define HEAD "schema = 1\ntitle = \"a test\"\n"
+#define RUN  HEAD "[run]\nduration = \"1 s\"\n"
+
+static scenario_t *scenario;
+static scenario_error_t error;
+
+void setUp(void)
+{
+    scenario = NULL;
+}
+
+void tearDown(void)
+{
+    scenario_free(scenario);
+}
+
+static void given(const char *text)
+{
+    char line[1200];
+    scenario_free(scenario);
+    scenario = scenario_read_text("test.toml", text, strlen(text), &error);
+    if (scenario == NULL) {
+        TEST_FAIL_MESSAGE(scenario_error_text(&error, line, sizeof line));
+    }
+}
+
+static void expect_error(const char *text, const char *part)
+{
+    char line[1200];
+    scenario_t *none = scenario_read_text("test.toml", text, strlen(text), &error);
+    scenario_free(none);
+    TEST_ASSERT_NULL(none);
+    scenario_error_text(&error, line, sizeof line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, part), line);
+}
+
+static const scenario_setting_t *setting_of(const scenario_event_t *event, const char *name)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    for (uint32_t n = 0; n < event->count; n++) {
+        if (event->settings[n].row == row) {
+            return &event->settings[n];
+        }
+    }
+    TEST_FAIL_MESSAGE(name);
+    return NULL;
+}
+
+/* ---- files ---- */
+
+static void test_the_least_file_has_every_default(void)
+{
+    given(RUN);
+    TEST_ASSERT_EQUAL_STRING("test.toml", scenario->path);
+    TEST_ASSERT_EQUAL_STRING(RUN, scenario->source);
+    TEST_ASSERT_EQUAL_STRING("a test", scenario->title);
+    TEST_ASSERT_EQUAL_STRING("", scenario->text);
+    TEST_ASSERT_EQUAL_UINT32(10000u, scenario->periods);
+    TEST_ASSERT_TRUE(scenario->seed == 1u);
+    TEST_ASSERT_EQUAL_UINT32(1u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->record_count);
+    TEST_ASSERT_EQUAL_UINT32(1u, scenario->event_count);
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->events[0].count);
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->expect_count);
+    TEST_ASSERT_FALSE(scenario->has_start);
+}
+
+static void test_every_key_arrives(void)
+{
+    given(
+        "schema = 1\ntitle = \"t\"\ntext = \"\"\"two\nlines\"\"\"\n"
+        "[run]\nduration = \"2.5 s\"\nseed = 9\nrecord = [\"i_q\", \"plant.encoder_lines\"]\ndecimation = 3\n"
+        "[start]\nspeed = \"500 r/min\"\nangle = \"30 deg\"\n"
+        "[params]\nspeed_kp = 0.4\n[requests]\nenable = \"on\"\n[plant]\ninertia = \"30 kg "
+        "cm^2\"\n[rig]\nfidelity = \"averaged\"\n"
+        "[[at]]\ntime = 1\nramp = \"0.2 s\"\nplant.load_torque = \"5 N m\"\n"
+        "[[expect]]\nname = \"n\"\nsignal = \"true_omega_m\"\nminus = \"omega_m_ref\"\nstatistic = "
+        "\"rms\"\nfrom = \"1 s\"\n"
+        "to = 2\nat_least = \"-1 r/min\"\nat_most = 3\n");
+    TEST_ASSERT_EQUAL_STRING("two\nlines", scenario->text);
+    TEST_ASSERT_EQUAL_UINT32(25000u, scenario->periods);
+    TEST_ASSERT_TRUE(scenario->seed == 9u);
+    TEST_ASSERT_EQUAL_UINT32(3u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->record_count);
+    TEST_ASSERT_EQUAL_UINT32(rig_row_by_name("i_q")->id, scenario->record[0]);
+    TEST_ASSERT_EQUAL_UINT32(rig_row_by_name("plant.encoder_lines")->id, scenario->record[1]);
+    TEST_ASSERT_TRUE(scenario->has_start);
+    TEST_ASSERT_TRUE(scenario->start_speed == 500.0 * (PI / 30.0));
+    TEST_ASSERT_TRUE(scenario->start_angle == 30.0 * (PI / 180.0));
+    TEST_ASSERT_EQUAL_UINT32(4u, scenario->events[0].count);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[0], "speed_kp")->value == 0.4);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[0], "enable")->value == 1.0);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[0], "inertia")->value == 0.003);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[0], "fidelity")->value == 1.0);
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->event_count);
+    TEST_ASSERT_EQUAL_UINT32(10000u, scenario->events[1].period);
+    TEST_ASSERT_EQUAL_UINT32(2000u, scenario->events[1].ramp_periods);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[1], "load_torque")->value == 5.0);
+    const scenario_expect_t *expect = &scenario->expects[0];
+    TEST_ASSERT_EQUAL_STRING("n", expect->name);
+    TEST_ASSERT_EQUAL_PTR(rig_row_by_name("true_omega_m"), expect->row);
+    TEST_ASSERT_EQUAL_PTR(rig_row_by_name("omega_m_ref"), expect->minus);
+    TEST_ASSERT_EQUAL_INT(STATISTIC_RMS, expect->statistic);
+    TEST_ASSERT_EQUAL_UINT32(10000u, expect->begin);
+    TEST_ASSERT_EQUAL_UINT32(20000u, expect->end);
+    TEST_ASSERT_TRUE(expect->at_least == -1.0 * (PI / 30.0));
+    TEST_ASSERT_TRUE(expect->at_most == 3.0);
+}
+
+static void test_times_are_rounded_to_the_nearest_period(void)
+{
+    given(
+        RUN
+        "[[at]]\ntime = \"149 us\"\nplant.load_torque = 1\n[[at]]\ntime = \"151 us\"\nplant.load_torque = 2\n"
+        "[[at]]\ntime = \"0.3 s\"\nplant.load_torque = 3\n");
+    TEST_ASSERT_EQUAL_UINT32(1u, scenario->events[1].period);
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[2].period);
+    TEST_ASSERT_EQUAL_UINT32(3000u, scenario->events[3].period); /* 0.3/1e-4 is below 3000 in binary */
+}
+
+static void test_durations_at_their_limits(void)
+{
+    given(HEAD "[run]\nduration = \"100 us\"\n");
+    TEST_ASSERT_EQUAL_UINT32(1u, scenario->periods);
+    expect_error(HEAD "[run]\nduration = \"99 us\"\n", "4:1: duration: 99 us is outside its range");
+    given(HEAD "[run]\nduration = \"60 min\"\n");
+    TEST_ASSERT_EQUAL_UINT32(36000000u, scenario->periods);
+    expect_error(HEAD "[run]\nduration = 3600.0001\n", "duration: 3600 s is outside its range");
+}
+
+static void test_an_event_at_zero_and_in_the_last_period_is_fine(void)
+{
+    given(RUN
+          "[[at]]\ntime = 0\nplant.load_torque = 1\n[[at]]\ntime = \"999.9 ms\"\nplant.load_torque = 2\n");
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->events[1].period);
+    TEST_ASSERT_EQUAL_UINT32(9999u, scenario->events[2].period);
+}
+
+static void test_events_are_sorted_and_those_of_one_time_stay_in_order(void)
+{
+    given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 1\n[[at]]\ntime = 0.2\nplant.load_torque = 2\n"
+              "[[at]]\ntime = 0.5\nplant.load_torque = 3\n[[at]]\ntime = 0.2\nplant.load_torque = 4\n");
+    static const double expected[] = {2.0, 4.0, 1.0, 3.0};
+    for (uint32_t n = 0; n < 4u; n++) {
+        TEST_ASSERT_TRUE(scenario->events[n + 1u].settings[0].value == expected[n]);
+    }
+}
+
+static void test_sub_tables_and_dotted_keys_mean_the_same(void)
+{
+    given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\nrequests.speed_request = 10\n");
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].count);
+    TEST_ASSERT_EQUAL_STRING("load_torque",
+                             scenario->events[1].settings[0].row->name); /* in the order of the file */
+    given(RUN "[[at]]\ntime = 0.5\n[at.plant]\nload_torque = 5\n[at.requests]\nspeed_request = 10\n");
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].count);
+    given(RUN "[[at]]\ntime = 0.5\nplant = {load_torque = 5}\nrequests = {speed_request = 10}\n");
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].count);
+    TEST_ASSERT_TRUE(setting_of(&scenario->events[1], "speed_request")->value == 10.0);
+}
+
+static void test_settings_know_their_place(void)
+{
+    given(RUN "[plant]\n  inertia = 0.003\n");
+    TEST_ASSERT_EQUAL_UINT32(6u, scenario->events[0].settings[0].place.line);
+    TEST_ASSERT_EQUAL_UINT32(3u, scenario->events[0].settings[0].place.column);
+}
+
+/* ---- rules between rows ---- */
+
+static void test_a_parameter_set_is_judged_as_one(void)
+{
+    given(RUN "[params]\ncurrent_limit = 14\novercurrent_trip = 18\n"); /* in this order 14 breaks the old
+                                                                          trip of 15 A */
+    given(RUN "[params]\novercurrent_trip = 18\ncurrent_limit = 14\n");
+    given(RUN "[params]\novercurrent_trip = 7\ncurrent_limit = 5\n");
+}
+
+static void test_settings_that_wait_for_each_other_find_their_order(void)
+{
+    /* a reference above the old limit, written before the limit */
+    given(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 12\n");
+    TEST_ASSERT_EQUAL_STRING("current_limit", scenario->events[0].settings[0].row->name);
+    /* a limit that is refused itself is named, not the reference that waits for it */
+    expect_error(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 14\n",
+                 "8:1: overcurrent_trip: 15 A: accepted 16.8 to 19 A");
+    /* and the way back: the reference must go first */
+    given(RUN "[requests]\ni_q_request = 9\n[[at]]\ntime = 0.5\nparams.current_limit = "
+              "5\nrequests.i_q_request = 4\n");
+    TEST_ASSERT_EQUAL_STRING("i_q_request", scenario->events[1].settings[0].row->name);
+    /* an active load may drive, a passive one not */
+    given(RUN "[plant]\nload_torque = -5\nload_kind = 1\n[[at]]\ntime = 0.5\nplant.load_kind = "
+              "0\nplant.load_torque = 5\n");
+    TEST_ASSERT_EQUAL_STRING("load_kind", scenario->events[0].settings[0].row->name);
+    TEST_ASSERT_EQUAL_STRING("load_torque", scenario->events[1].settings[0].row->name);
+}
+
+static void test_events_are_judged_in_the_order_of_time(void)
+{
+    given(RUN "[[at]]\ntime = 0.8\nrequests.speed_request = 300\n[[at]]\ntime = 0.2\nparams.overspeed_trip = "
+              "400\n");
+    expect_error(
+        RUN
+        "[[at]]\ntime = 0.2\nrequests.speed_request = 300\n[[at]]\ntime = 0.8\nparams.overspeed_trip = 400\n",
+        "7:10: speed_request: 300 rad/s: accepted -209 to 209 rad/s");
+}
+
+static void test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not(void)
+{
+    given(RUN "[params]\ndead_time = \"2 us\"\n");
+    given(RUN "[params]\ndead_time = \"6 us\"\n");
+    expect_error(RUN "[params]\ndead_time = \"6.001 us\"\n",
+                 "6:1: dead_time: 6.001 us is outside its range; accepted: ");
+    expect_error(RUN "[params]\ndead_time = \"1.999 us\"\n", "6:1: dead_time: 1.999 us is outside its range");
+}
+
+static void test_a_ramp_is_tried_between_its_ends(void)
+{
+    given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.load_torque = 5\nparams.current_limit = 5\n");
+    /* the end is whole, what lies between is not */
+    expect_error(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.pole_pairs = 5\n",
+                 "8:7: pole_pairs: a ramp passes values");
+    given(RUN
+          "[[at]]\ntime = 0.1\nramp = 0.1\nparams.motor_pole_pairs = 5\n"); /* no float row: it switches */
+}
+
+/* ---- limits of expectations ---- */
+
+static void test_choices_are_limits_by_name(void)
+{
+    given(RUN "[[expect]]\nsignal = \"state\"\nstatistic = \"last\"\nat_least = \"ready\"\nat_most = 3\n");
+    TEST_ASSERT_TRUE(scenario->expects[0].at_least == 1.0);
+    TEST_ASSERT_TRUE(scenario->expects[0].at_most == 3.0);
+}
+
+static void test_one_limit_leaves_the_other_side_open(void)
+{
+    given(RUN "[[expect]]\nsignal = \"i_q\"\nstatistic = \"max\"\nat_most = \"250 mA\"\n");
+    TEST_ASSERT_TRUE(scenario->expects[0].at_least == -(double)INFINITY);
+    TEST_ASSERT_TRUE(scenario->expects[0].at_most == 0.25);
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->expects[0].begin);
+    TEST_ASSERT_EQUAL_UINT32(10000u, scenario->expects[0].end);
+}
+
+/* ---- overrides ---- */
+
+static void set(const char *assignment)
+{
+    char line[1200];
+    if (!scenario_override(scenario, assignment, &error)) {
+        TEST_FAIL_MESSAGE(scenario_error_text(&error, line, sizeof line));
+    }
+}
+
+static void expect_no_override(const char *assignment, const char *part)
+{
+    char line[1200];
+    TEST_ASSERT_FALSE_MESSAGE(scenario_override(scenario, assignment, &error), assignment);
+    scenario_error_text(&error, line, sizeof line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, part), line);
+    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE("--set ", line, 6, line);
+}
+
+static double initial(const char *name)
+{
+    return scenario_initial(scenario, rig_row_by_name(name));
+}
+
+static void test_an_override_replaces_or_adds_a_setting(void)
+{
+    given(RUN "[plant]\ninertia = 0.01\n");
+    set("inertia=0.003");
+    set("load_torque = 2 N m");
+    set("plant.dc_voltage=0.3 kV");
+    set("enable=on");
+    set("requests.speed_request= 600 r/min");
+    set("compensation_gain=40 %");
+    TEST_ASSERT_TRUE(scenario_check(scenario, &error));
+    TEST_ASSERT_EQUAL_UINT32(6u, scenario->events[0].count);
+    TEST_ASSERT_TRUE(initial("inertia") == (double)0.003f);
+    TEST_ASSERT_TRUE(initial("load_torque") == 2.0);
+    TEST_ASSERT_TRUE(initial("dc_voltage") == 300.0);
+    TEST_ASSERT_TRUE(initial("enable") == 1.0);
+    TEST_ASSERT_TRUE(initial("compensation_gain") == (double)0.4f);
+    TEST_ASSERT_TRUE(initial("speed_request") == (double)(float)(600.0 * (PI / 30.0)));
+    TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* untouched: the default */
+}
+
+static void test_run_and_start_can_be_overridden(void)
+{
+    given(RUN);
+    set("run.duration=0.5 s");
+    set("run.seed=18446744073709551615");
+    set("run.decimation=7");
+    set("start.speed=300 r/min");
+    TEST_ASSERT_TRUE(scenario_check(scenario, &error));
+    TEST_ASSERT_EQUAL_UINT32(5000u, scenario->periods);
+    TEST_ASSERT_TRUE(scenario->seed == UINT64_MAX);
+    TEST_ASSERT_EQUAL_UINT32(7u, scenario->decimation);
+    TEST_ASSERT_TRUE(scenario->has_start);
+    TEST_ASSERT_TRUE(scenario->start_speed == 300.0 * (PI / 30.0));
+    expect_no_override("run.seed=18446744073709551616", "whole numbers 0 to 18446744073709551615");
+    expect_no_override("run.seed=-1", "whole numbers 0 to");
+    expect_no_override("run.decimation=0", "whole numbers 1 to 100000");
+    expect_no_override("run.duration=2 h", "no quantity in s");
+    expect_no_override("run.duration=0", "0 s is outside its range; accepted: 0.0001 to 3600 s");
+    expect_no_override("run.durration=1", "nearest: run.duration");
+    expect_no_override("start.sped=1", "nearest: start.speed");
+    TEST_ASSERT_EQUAL_UINT32(7u, scenario->decimation);
+}
+
+static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void)
+{
+    given(RUN);
+    expect_no_override("inertai=1", "inertai: no table has a row of this name; nearest: inertia");
+    expect_no_override("inertia", "accepted: NAME=VALUE");
+    expect_no_override("=3", "accepted: NAME=VALUE");
+    expect_no_override("  =3", "accepted: NAME=VALUE");
+    expect_no_override("", "accepted: NAME=VALUE");
+    expect_no_override("inertia=", "does not begin with a number");
+    expect_no_override("inertia=5 s", "no quantity in kg m^2");
+    expect_no_override("inertia=nan", "does not begin with a number");
+    expect_no_override("inertia=1e6", "accepted: 1e-06 to 1000 kg m^2");
+    expect_no_override("encoder_lines=1000", "write params.encoder_lines or plant.encoder_lines");
+    expect_no_override("omega_m=10", "it is shown, not set");
+    expect_no_override("signals.omega_m=10", "it is shown, not set");
+    expect_no_override("plnt.inertia=1", "nearest: plant");
+    expect_no_override("plant.inertai=1", "no such row in plant; nearest: inertia");
+    expect_no_override("params.inertia=1", "it is plant.inertia");
+    expect_no_override("enable=yes", "accepted: off, on, quick_stop");
+    expect_no_override("enable=1", "accepted: off, on, quick_stop");
+    expect_no_override("enable=off|on", "none of its choices");
+    TEST_ASSERT_EQUAL_UINT32(0u, scenario->events[0].count);
+    TEST_ASSERT_TRUE(scenario_check(scenario, &error));
+}
+
+static void test_a_row_that_only_one_table_lets_be_set_needs_no_table(void)
+{
+    given(RUN);
+    set("sink_temperature=60"); /* signals shows it, plant sets it */
+    TEST_ASSERT_TRUE(initial("plant.sink_temperature") == 60.0);
+}
+
+static void test_overrides_that_fit_only_together_are_judged_together(void)
+{
+    char line[1200];
+    given(RUN);
+    set("current_limit=14");
+    TEST_ASSERT_FALSE(scenario_check(scenario, &error));
+    scenario_error_text(&error, line, sizeof line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "test.toml: overcurrent_trip: 15 A: accepted 16.8 to 19 A"),
+                                 line);
+    set("overcurrent_trip=18");
+    TEST_ASSERT_TRUE(scenario_check(scenario, &error));
+}
+
+static void test_an_override_that_breaks_an_event_is_found(void)
+{
+    char line[1200];
+    given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\n");
+    set("run.duration=0.4 s");
+    TEST_ASSERT_FALSE(scenario_check(scenario, &error));
+    scenario_error_text(&error, line, sizeof line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(
+        strstr(line, "test.toml:6:1: time: 500 ms is outside its range; accepted: 0 to 400 ms"), line);
+    set("run.duration=2 s");
+    TEST_ASSERT_TRUE(scenario_check(scenario, &error));
+}
+
+static void test_every_settable_row_can_be_overridden_at_once(void)
+{
+    static const char *const tables[] = {"params", "requests", "plant", "rig"};
+    char assignment[160];
+    given(RUN "[plant]\ninertia = 0.01\n");
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (size_t m = 0; m < 4u; m++) {
+            for (uint32_t n = 0; n < table->count && strcmp(tables[m], table->name) == 0; n++) {
+                const table_row_t *row = &table->rows[n];
+                char choice[64];
+                snprintf(choice, sizeof choice, "%.*s", (int)strcspn(row->choices, "|"), row->choices);
+                snprintf(assignment, sizeof assignment,
+                         row->kind == SLOT_ENUM ? "%s.%s=%s" : "%s.%s=%.0s%.9g", table->name, row->name,
+                         choice, (double)row->initial);
+                set(assignment);
+            }
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(scenario_check(scenario, &error), error.message);
+}
+
+static void test_names_are_qualified_where_they_must(void)
+{
+    char name[64];
+    scenario_row_name(rig_row_by_name("i_q"), name, sizeof name);
+    TEST_ASSERT_EQUAL_STRING("i_q", name);
+    scenario_row_name(rig_row_by_name("plant.encoder_lines"), name, sizeof name);
+    TEST_ASSERT_EQUAL_STRING("plant.encoder_lines", name);
+    scenario_row_name(rig_row_by_name("signals.sink_temperature"), name, sizeof name);
+    TEST_ASSERT_EQUAL_STRING("signals.sink_temperature", name);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_least_file_has_every_default);
+    RUN_TEST(test_every_key_arrives);
+    RUN_TEST(test_times_are_rounded_to_the_nearest_period);
+    RUN_TEST(test_durations_at_their_limits);
+    RUN_TEST(test_an_event_at_zero_and_in_the_last_period_is_fine);
+    RUN_TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order);
+    RUN_TEST(test_sub_tables_and_dotted_keys_mean_the_same);
+    RUN_TEST(test_settings_know_their_place);
+    RUN_TEST(test_a_parameter_set_is_judged_as_one);
+    RUN_TEST(test_settings_that_wait_for_each_other_find_their_order);
+    RUN_TEST(test_events_are_judged_in_the_order_of_time);
+    RUN_TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not);
+    RUN_TEST(test_a_ramp_is_tried_between_its_ends);
+    RUN_TEST(test_choices_are_limits_by_name);
+    RUN_TEST(test_one_limit_leaves_the_other_side_open);
+    RUN_TEST(test_an_override_replaces_or_adds_a_setting);
+    RUN_TEST(test_run_and_start_can_be_overridden);
+    RUN_TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing);
+    RUN_TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table);
+    RUN_TEST(test_overrides_that_fit_only_together_are_judged_together);
+    RUN_TEST(test_an_override_that_breaks_an_event_is_found);
+    RUN_TEST(test_every_settable_row_can_be_overridden_at_once);
+    RUN_TEST(test_names_are_qualified_where_they_must);
+    return UNITY_END();
+}

@@ -1,0 +1,900 @@
+/* Recordings as files: content, names, refusals, and what happens when the disk or the memory is full. */
+#define _XOPEN_SOURCE 700
+
+#include <dirent.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "host_sim/lab/recorder.h"
+#include "host_sim/rig/rig.h"
+#include "unity.h"
+
+#define STATE    2001u /* enumeration */
+#define I_Q      2016u /* float, A */
+#define ENCODER  2034u /* uint32_t */
+#define U_DC     2024u /* float, V */
+#define MEGABYTE (UINT32_C(1) << 20)
+
+static char folder[32];
+static recorder_options_t options;
+static recorder_error_t error;
+
+static const uint32_t three_ids[] = {I_Q, STATE, ENCODER};
+
+void setUp(void)
+{
+    strcpy(folder, "recorder_XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    memset(&error, 0, sizeof error);
+    options = (recorder_options_t){
+        .folder = folder,
+        .name = "run",
+        .formats = RECORDER_CSV,
+        .ids = three_ids,
+        .count = 3,
+        .every = 1,
+        .isr_ticks = 1000,
+        .meta = {.program = "lagless 0.1.0",
+                 .commit = "abc123",
+                 .scenario = "load_step.toml",
+                 .scenario_text = "",
+                 .title = "Load step",
+                 .seed = 7},
+    };
+}
+
+static void path_of(char path[256], const char *name)
+{
+    snprintf(path, 256, "%s/%s", folder, name);
+}
+
+void tearDown(void)
+{
+    DIR *entries = opendir(folder);
+    char path[256];
+    for (struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
+        if (entry->d_name[0] != '.') {
+            snprintf(path, sizeof path, "%.31s/%.200s", folder, entry->d_name);
+            remove(path);
+        }
+    }
+    closedir(entries);
+    rmdir(folder);
+}
+
+static bool exists(const char *name)
+{
+    char path[256];
+    struct stat status;
+    path_of(path, name);
+    return lstat(path, &status) == 0;
+}
+
+static uint32_t files_left(void)
+{
+    uint32_t count = 0;
+    DIR *entries = opendir(folder);
+    for (struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
+        count += entry->d_name[0] != '.' ? 1u : 0u;
+    }
+    closedir(entries);
+    return count;
+}
+
+/* The file as text; the caller frees it. */
+static char *content(const char *name)
+{
+    char path[256];
+    path_of(path, name);
+    FILE *file = fopen(path, "rb");
+    TEST_ASSERT_NOT_NULL_MESSAGE(file, path);
+    fseek(file, 0, SEEK_END);
+    const size_t size = (size_t)ftell(file);
+    rewind(file);
+    char *text = malloc(size + 1u);
+    TEST_ASSERT_EQUAL(size, fread(text, 1, size, file));
+    text[size] = '\0';
+    fclose(file);
+    return text;
+}
+
+static void expect_part(const char *text, const char *part)
+{
+    TEST_ASSERT_TRUE_MESSAGE(strstr(text, part) != NULL, part);
+}
+
+static recorder_t *opened(void)
+{
+    recorder_t *recorder = recorder_open(&options, &error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(recorder, error.text);
+    return recorder;
+}
+
+static void expect_closed(recorder_t *recorder)
+{
+    TEST_ASSERT_TRUE_MESSAGE(recorder_close(recorder, "complete", &error), error.text);
+    TEST_ASSERT_EQUAL_STRING("", error.text);
+}
+
+static uint32_t bits_of(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static void sample(recorder_t *recorder, uint32_t period, float i_q, int32_t state, uint32_t encoder)
+{
+    const uint32_t slots[] = {bits_of(i_q), (uint32_t)state, encoder};
+    recorder_sink(recorder, period, slots, 3);
+}
+
+/* ---- CSV ---- */
+
+static void test_csv_has_header_units_and_a_line_a_sample(void)
+{
+    recorder_t *recorder = opened();
+    sample(recorder, 0, 0.5f, 1, 0);
+    sample(recorder, 1, -1.25e-7f, -1, 4294967295u);
+    sample(recorder, 12345, 10.000001f, 3, 9999);
+    TEST_ASSERT_EQUAL_UINT64(3, recorder_samples(recorder));
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    const char *data = strstr(text, "time[s]");
+    TEST_ASSERT_NOT_NULL(data);
+    TEST_ASSERT_EQUAL_STRING("time[s],i_q[A],state[-],encoder_count[counts]\n"
+                             "0.0000,0.5,1,0\n"
+                             "0.0001,-1.25e-7,-1,4294967295\n"
+                             "1.2345,10.000001,3,9999\n",
+                             data);
+    TEST_ASSERT_EQUAL(1, files_left());
+    free(text);
+}
+
+static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
+{
+    const recorder_value_t values[] = {{"motor_resistance", (double)0.95f, "ohm"},
+                                       {"plant.inertia", 0.003, "kg m^2"}};
+    options.every = 5;
+    options.meta.values = values;
+    options.meta.value_count = 2;
+    options.meta.scenario_text = "schema = 1\n\t\ntitle = \"a\\tb\"\r\nlast";
+    recorder_t *recorder = opened();
+    TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "no final name before the end");
+    TEST_ASSERT_TRUE(recorder_close(recorder, "interrupted", &error));
+    char *text = content("run.csv");
+    char expected[1024];
+    snprintf(expected, sizeof expected,
+             "# lagless recording: 1\n"
+             "# program: lagless 0.1.0\n"
+             "# commit: abc123\n"
+             "# tables: 0x%08x\n"
+             "# scenario: load_step.toml\n"
+             "# title: Load step\n"
+             "# seed: 7\n"
+             "# every: 5\n"
+             "# period: 0.0001 s\n"
+             "# ended: interrupted\n"
+             "# choices state: %s\n"
+             "# value motor_resistance: 0.95 ohm\n"
+             "# value plant.inertia: 0.003 kg m^2\n"
+             "# text: schema = 1\n"
+             "# text: \t\n"
+             "# text: title = \"a\\\\tb\"\n"
+             "# text: last\n"
+             "time[s],i_q[A],state[-],encoder_count[counts]\n",
+             (unsigned)rig_tables_hash(), rig_row(STATE)->choices);
+    TEST_ASSERT_EQUAL_STRING(expected, text);
+    free(text);
+}
+
+static void test_no_text_can_leave_its_comment(void)
+{
+    options.meta.title = "one\ntwo\x7f\\ \xc3\xa9";
+    options.meta.commit = "\r1,2";
+    recorder_t *recorder = opened();
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    expect_part(text, "# title: one\\x0atwo\\x7f\\\\ \xc3\xa9\n");
+    expect_part(text, "# commit: \\x0d1,2\n");
+    free(text);
+}
+
+static void test_a_name_of_two_tables_is_qualified(void)
+{
+    /* Find a row that shares its name, so that the test does not depend on which one does. */
+    uint32_t ids[1] = {0};
+    const table_t *owner = NULL;
+    for (uint32_t t = 0; t < rig_table_count() && owner == NULL; t++) {
+        for (uint32_t r = 0; r < rig_table(t)->count && owner == NULL; r++) {
+            for (uint32_t other = t + 1u; other < rig_table_count(); other++) {
+                if (table_by_name(rig_table(other), rig_table(t)->rows[r].name) != NULL) {
+                    owner = rig_table(t);
+                    ids[0] = owner->rows[r].id;
+                }
+            }
+        }
+    }
+    if (owner == NULL) {
+        TEST_IGNORE_MESSAGE("no two tables share a name");
+    }
+    char expected[128];
+    snprintf(expected, sizeof expected, "time[s],%s.%s[", owner->name, rig_row(ids[0])->name);
+    options.ids = ids;
+    options.count = 1;
+    recorder_t *recorder = opened();
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    expect_part(text, expected);
+    free(text);
+}
+
+static void test_no_cell_of_a_header_needs_quotes(void)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        for (uint32_t r = 0; r < rig_table(t)->count; r++) {
+            const table_row_t *row = &rig_table(t)->rows[r];
+            TEST_ASSERT_TRUE_MESSAGE(strpbrk(row->name, ",\"[]\n#") == NULL, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(strpbrk(row->unit, ",\"[]\n#") == NULL, row->name);
+        }
+    }
+}
+
+static void test_same_samples_same_bytes(void)
+{
+    char *text[2];
+    char *mat[2];
+    options.formats = RECORDER_CSV | RECORDER_MAT;
+    struct stat status[2];
+    for (int n = 0; n < 2; n++) {
+        recorder_t *recorder = opened();
+        for (uint32_t k = 0; k < 1000; k++) {
+            sample(recorder, k, 0.1f * (float)k, (int32_t)k, k);
+        }
+        expect_closed(recorder);
+        text[n] = content("run.csv");
+        mat[n] = content("run.mat");
+        char path[256];
+        path_of(path, "run.mat");
+        stat(path, &status[n]);
+    }
+    TEST_ASSERT_EQUAL_STRING(text[0], text[1]);
+    TEST_ASSERT_EQUAL(status[0].st_size, status[1].st_size);
+    TEST_ASSERT_EQUAL_MEMORY(mat[0], mat[1], status[0].st_size);
+    for (int n = 0; n < 2; n++) {
+        free(text[n]);
+        free(mat[n]);
+    }
+}
+
+static void test_chunks_join_without_a_seam(void)
+{
+    /* 4 words a sample: 65536 samples fill a chunk of 1 MiB. */
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 200000; k++) {
+        sample(recorder, k, (float)k, 0, k);
+    }
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    char *line = strstr(strstr(text, "time[s]"), "\n") + 1;
+    for (uint32_t k = 0; k < 200000; k++) {
+        char expected[64];
+        snprintf(expected, sizeof expected, "%u.%04u,%u,0,%u\n", k / 10000u, k % 10000u, k, k);
+        TEST_ASSERT_EQUAL_MEMORY(expected, line, strlen(expected));
+        line += strlen(expected);
+    }
+    TEST_ASSERT_EQUAL('\0', *line);
+    free(text);
+}
+
+static void test_going_back_in_time_takes_back_samples(void)
+{
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 200000; k += 10) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    for (uint32_t k = 30; k < 60; k += 10) {
+        sample(recorder, k, 2.0f, 0, k);
+    }
+    sample(recorder, 60, 3.0f, 0, 60);
+    sample(recorder, 60, 4.0f, 0, 60);
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    TEST_ASSERT_EQUAL_STRING("0.0000,1,0,0\n0.0010,1,0,10\n0.0020,1,0,20\n"
+                             "0.0030,2,0,30\n0.0040,2,0,40\n0.0050,2,0,50\n0.0060,4,0,60\n",
+                             strstr(strstr(text, "time[s]"), "\n") + 1);
+    free(text);
+}
+
+static void test_going_back_to_the_start_keeps_only_what_follows(void)
+{
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 70000; k++) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    sample(recorder, 0, 2.0f, 0, 0);
+    TEST_ASSERT_EQUAL_UINT64(1, recorder_samples(recorder));
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    TEST_ASSERT_EQUAL_STRING("0.0000,2,0,0\n", strstr(strstr(text, "time[s]"), "\n") + 1);
+    free(text);
+}
+
+static void test_the_rigs_tap_feeds_it(void)
+{
+    rig_t *rig = rig_create(1);
+    options.every = 3;
+    recorder_t *recorder = opened();
+    TEST_ASSERT_TRUE(rig_tap(rig, three_ids, 3, options.every, recorder_sink, recorder));
+    rig_run(rig, 10);
+    expect_closed(recorder);
+    rig_free(rig);
+    char *text = content("run.csv");
+    const char *line = strstr(strstr(text, "time[s]"), "\n") + 1;
+    static const char *const times[] = {"0.0000,", "0.0003,", "0.0006,", "0.0009,"};
+    for (int n = 0; n < 4; n++) {
+        TEST_ASSERT_EQUAL_MEMORY(times[n], line, 7);
+        line = strstr(line, "\n") + 1;
+    }
+    TEST_ASSERT_EQUAL('\0', *line);
+    free(text);
+}
+
+/* ---- VCD ---- */
+
+/* Ticks are 20/3 ns: 1 -> 7, 2 -> 13, 3 -> 20. */
+static void test_vcd_shows_edges_in_nanoseconds(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.isr_ticks = 300; /* 2 us */
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 0, RIG_EDGE_TRIP, 7);
+    recorder_edge(recorder, 0, RIG_EDGE_GATES, 0);
+    recorder_edge(recorder, 1, RIG_EDGE_TRIP, 0);
+    recorder_edge(recorder, 2, RIG_EDGE_GATES, 0x01); /* upper_a */
+    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x2A); /* the three lower */
+    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x20); /* within one tick: the outcome only, lower_c */
+    recorder_edge(recorder, 300, RIG_EDGE_ADC_START, 0);
+    recorder_edge(recorder, 310, RIG_EDGE_ISR_ENTER, 32);
+    recorder_edge(recorder, 310, RIG_EDGE_ISR_EXIT, 32);
+    recorder_edge(recorder, 600, RIG_EDGE_GATES, 0x20); /* nothing new */
+    recorder_edge(recorder, 900, RIG_EDGE_TRIP, 1);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    const char *definitions = strstr(text, "$timescale");
+    TEST_ASSERT_NOT_NULL(definitions);
+    TEST_ASSERT_EQUAL_STRING("$timescale 1 ns $end\n$scope module lagless $end\n"
+                             "$var wire 1 ! upper_a $end\n$var wire 1 \" lower_a $end\n"
+                             "$var wire 1 # upper_b $end\n$var wire 1 $ lower_b $end\n"
+                             "$var wire 1 % upper_c $end\n$var wire 1 & lower_c $end\n"
+                             "$var wire 1 ' isr $end\n$var wire 1 ( adc_start $end\n$var wire 1 ) trip $end\n"
+                             "$upscope $end\n$enddefinitions $end\n"
+                             "#0\n$dumpvars\n0!\n0\"\n0#\n0$\n0%\n0&\n0'\n0(\n1)\n$end\n"
+                             "#7\n0)\n"      /* tick 1 */
+                             "#13\n1!\n"     /* 2 */
+                             "#20\n0!\n1&\n" /* 3 */
+                             "#2000\n1(\n"   /* 300 */
+                             "#2067\n1'\n"   /* 310 */
+                             "#2200\n0(\n"   /* 330 = 300 + RECORDER_ADC_TICKS */
+                             "#4067\n0'\n"   /* 610 */
+                             "#6000\n1)\n",  /* 900 */
+                             definitions);
+    free(text);
+}
+
+static void test_vcd_gates_are_unknown_until_told(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 15000, RIG_EDGE_GATES, 0);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(
+        text, "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n");
+    free(text);
+}
+
+static void test_vcd_interrupt_lasts_until_its_exit(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.isr_ticks = 30;
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 300, RIG_EDGE_ISR_ENTER, 32); /* waits inside: 600 ticks */
+    recorder_edge(recorder, 900, RIG_EDGE_ISR_EXIT, 32);
+    recorder_edge(recorder, 3000, RIG_EDGE_ISR_ENTER, 32); /* two in a row: 60 ticks together */
+    recorder_edge(recorder, 3000, RIG_EDGE_ISR_EXIT, 32);
+    recorder_edge(recorder, 3003, RIG_EDGE_ISR_ENTER, 40);
+    recorder_edge(recorder, 3003, RIG_EDGE_ISR_EXIT, 40);
+    recorder_edge(recorder, 4500, RIG_EDGE_ISR_ENTER, 32); /* the second of two waits */
+    recorder_edge(recorder, 4500, RIG_EDGE_ISR_EXIT, 32);
+    recorder_edge(recorder, 4503, RIG_EDGE_ISR_ENTER, 40);
+    recorder_edge(recorder, 4800, RIG_EDGE_ISR_EXIT, 40);
+    recorder_edge(recorder, 6000, RIG_EDGE_GATES, 0);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "$end\n#2000\n1'\n#6000\n0'\n#20000\n1'\n#20400\n0'\n#30000\n1'\n#32000\n0'\n#40000\n");
+    free(text);
+}
+
+static void test_vcd_short_interrupt_ends_before_the_mark_of_the_adc(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.isr_ticks = 3;
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 300, RIG_EDGE_ADC_START, 0);
+    recorder_edge(recorder, 300, RIG_EDGE_ISR_ENTER, 32);
+    recorder_edge(recorder, 300, RIG_EDGE_ISR_EXIT, 32);
+    recorder_edge(recorder, 600, RIG_EDGE_GATES, 0);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "$end\n#2000\n1'\n1(\n#2020\n0'\n#2200\n0(\n#4000\n");
+    free(text);
+}
+
+static void test_vcd_going_back_to_an_interrupt_shows_it_once(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.isr_ticks = 300;
+    recorder_t *recorder = opened();
+    for (int n = 0; n < 2; n++) {
+        recorder_edge(recorder, 1500, RIG_EDGE_ISR_ENTER, 32);
+        recorder_edge(recorder, 1500, RIG_EDGE_ISR_EXIT, 32);
+        recorder_edge(recorder, 3000, RIG_EDGE_GATES, 0);
+    }
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "$end\n#10000\n1'\n#12000\n0'\n#20000\n");
+    free(text);
+}
+
+static void test_vcd_ends_with_the_last_samples_period(void)
+{
+    options.formats = RECORDER_VCD | RECORDER_CSV;
+    recorder_t *recorder = opened();
+    sample(recorder, 0, 1.0f, 0, 0);
+    recorder_edge(recorder, 150, RIG_EDGE_GATES, 0x15);
+    sample(recorder, 1, 1.0f, 0, 0);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "#1000\n1!\n0\"\n1#\n0$\n1%\n0&\n#200000\n");
+    free(text);
+    TEST_ASSERT_TRUE(exists("run.csv"));
+}
+
+static void test_vcd_ends_when_the_last_interrupt_has_ended(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.isr_ticks = 300;
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 1500, RIG_EDGE_ADC_START, 0);
+    recorder_edge(recorder, 1500, RIG_EDGE_ISR_ENTER, 32);
+    recorder_edge(recorder, 1500, RIG_EDGE_ISR_EXIT, 32);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    const char *changes = strstr(text, "#10000\n");
+    TEST_ASSERT_NOT_NULL(changes);
+    TEST_ASSERT_EQUAL_STRING("#10000\n1'\n1(\n#10200\n0(\n#12000\n0'\n", changes);
+    free(text);
+}
+
+static void test_vcd_going_back_in_time_takes_back_edges(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    recorder_t *recorder = opened();
+    recorder_edge(recorder, 0, RIG_EDGE_GATES, 0);
+    for (uint64_t tick = 150; tick < 150000; tick += 150) {
+        recorder_edge(recorder, tick, RIG_EDGE_GATES, tick % 300u == 0u ? 1u : 2u);
+    }
+    recorder_edge(recorder, 300, RIG_EDGE_GATES, 0x20);
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "0)\n$end\n#1000\n1\"\n#2000\n0\"\n1&\n");
+    TEST_ASSERT_TRUE(strstr(text, "#3000\n") == NULL);
+    free(text);
+}
+
+static void test_vcd_comment_cannot_be_ended_by_a_text(void)
+{
+    options.formats = RECORDER_VCD;
+    options.count = 0;
+    options.meta.scenario_text = "# $end\n";
+    recorder_t *recorder = opened();
+    expect_closed(recorder);
+    char *text = content("run.vcd");
+    expect_part(text, "text: # \\x24end\n$end\n$timescale");
+    expect_part(text, "seed: 7\n");
+    free(text);
+}
+
+/* ---- refusals: nothing is left behind ---- */
+
+static void expect_refused(const char *part)
+{
+    recorder_t *recorder = recorder_open(&options, &error);
+    TEST_ASSERT_NULL(recorder);
+    TEST_ASSERT_TRUE_MESSAGE(strstr(error.text, part) != NULL, error.text);
+    TEST_ASSERT_EQUAL(0, files_left());
+}
+
+static void test_options_out_of_range_are_refused(void)
+{
+    const recorder_options_t good = options;
+    options.formats = 0;
+    expect_refused("CSV, MAT, VCD");
+    options.formats = 8;
+    expect_refused("CSV, MAT, VCD");
+    options = good;
+    options.name = "";
+    expect_refused("no name");
+    options = good;
+    options.count = 0;
+    expect_refused("0 rows to record: accepted 1 to 64");
+    options.count = RIG_TAP_MAX + 1u;
+    expect_refused("65 rows to record: accepted 1 to 64");
+    options = good;
+    options.every = 0;
+    expect_refused("accepted 1 and more");
+    options = good;
+    options.memory = RECORDER_MEMORY_MIN - 1u;
+    expect_refused("accepted 4194304 to 1073741824");
+    options.memory = RECORDER_MEMORY_MAX + 1u;
+    expect_refused("accepted 4194304 to 1073741824");
+    options = good;
+    options.formats = RECORDER_VCD;
+    options.isr_ticks = 0;
+    expect_refused("accepted 1 and more");
+}
+
+static void test_rows_must_exist_and_differ(void)
+{
+    const uint32_t unknown[] = {I_Q, 999999u};
+    options.ids = unknown;
+    options.count = 2;
+    expect_refused("999999");
+    const uint32_t twice[] = {I_Q, U_DC, I_Q};
+    options.ids = twice;
+    options.count = 3;
+    expect_refused("i_q is to be recorded twice");
+}
+
+static void test_settings_must_differ(void)
+{
+    const recorder_value_t values[] = {{"a", 1.0, "-"}, {"b", 1.0, "-"}, {"a", 2.0, "-"}};
+    options.meta.values = values;
+    options.meta.value_count = 3;
+    expect_refused("two settings of the recording are called a");
+}
+
+static void test_sixty_four_rows_are_accepted(void)
+{
+    uint32_t ids[RIG_TAP_MAX];
+    uint32_t count = 0;
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        for (uint32_t r = 0; r < rig_table(t)->count && count < RIG_TAP_MAX; r++) {
+            ids[count++] = rig_table(t)->rows[r].id;
+        }
+    }
+    TEST_ASSERT_EQUAL(RIG_TAP_MAX, count);
+    options.ids = ids;
+    options.count = count;
+    options.formats = RECORDER_CSV | RECORDER_MAT;
+    recorder_t *recorder = opened();
+    const uint32_t slots[RIG_TAP_MAX] = {0};
+    recorder_sink(recorder, 0, slots, count);
+    expect_closed(recorder);
+}
+
+static void test_missing_folder_is_named(void)
+{
+    options.folder = "recorder_nowhere";
+    expect_refused("recorder_nowhere/run.csv.partial: No such file or directory");
+}
+
+static void test_one_file_that_cannot_be_made_takes_the_others_with_it(void)
+{
+    char path[256];
+    path_of(path, "run.vcd.partial");
+    TEST_ASSERT_EQUAL(0, mkdir(path, 0700));
+    options.formats = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
+    TEST_ASSERT_NULL(recorder_open(&options, &error));
+    TEST_ASSERT_TRUE_MESSAGE(strstr(error.text, "run.vcd.partial: Is a directory") != NULL, error.text);
+    TEST_ASSERT_EQUAL(1, files_left());
+}
+
+static void test_plan_that_does_not_fit_is_refused_with_what_would(void)
+{
+    /* 16 octets a sample: 65536 fit into 1 MiB, 262144 into 4 MiB. */
+    options.memory = 4u * MEGABYTE;
+    options.periods = 262144;
+    recorder_abandon(opened());
+    options.periods = 262145;
+    expect_refused("3 rows of 262145 periods do not fit into 4 MiB: a decimation of 2");
+    options.every = 2;
+    recorder_abandon(opened());
+    options.periods = 524289;
+    expect_refused("a decimation of 3");
+    options.periods = UINT32_MAX;
+    options.every = UINT32_MAX;
+    recorder_abandon(opened());
+}
+
+static void test_plan_counts_edges(void)
+{
+    /* 16 edges of 8 octets a period: 8192 periods fill 1 MiB; one chunk of samples besides. */
+    options.formats = RECORDER_CSV | RECORDER_VCD;
+    options.memory = 4u * MEGABYTE;
+    options.periods = 3u * 8192u;
+    recorder_abandon(opened());
+    options.periods = 4u * 8192u;
+    expect_refused("the edges of 32768 periods do not fit into 4 MiB");
+}
+
+/* ---- trouble at the end ---- */
+
+static void test_abandon_removes_everything(void)
+{
+    options.formats = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
+    recorder_t *recorder = opened();
+    TEST_ASSERT_EQUAL(3, files_left());
+    sample(recorder, 0, 1.0f, 0, 0);
+    recorder_abandon(recorder);
+    TEST_ASSERT_EQUAL(0, files_left());
+    recorder_abandon(NULL);
+}
+
+static void test_abandon_leaves_the_recording_before(void)
+{
+    recorder_t *recorder = opened();
+    expect_closed(recorder);
+    recorder_abandon(opened());
+    TEST_ASSERT_EQUAL(1, files_left());
+    TEST_ASSERT_TRUE(exists("run.csv"));
+}
+
+static void test_used_up_memory_is_told_and_the_file_stays_partial(void)
+{
+    options.memory = RECORDER_MEMORY_MIN; /* 262144 samples of 16 octets */
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 262144; k++) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    sample(recorder, 262144, 2.0f, 0, 0);
+    sample(recorder, 262145, 2.0f, 0, 0);
+    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
+    expect_part(error.text, "2 samples from 26.2144 s on are missing");
+    expect_part(error.text, "run.csv.partial");
+    TEST_ASSERT_FALSE(exists("run.csv"));
+    char *text = content("run.csv.partial");
+    expect_part(text, "\n26.2143,1,0,262143\n");
+    TEST_ASSERT_TRUE(strstr(text, "26.2144") == NULL);
+    free(text);
+}
+
+static void test_memory_used_to_the_last_octet_is_no_loss(void)
+{
+    options.memory = RECORDER_MEMORY_MIN;
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 262144; k++) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    expect_closed(recorder);
+}
+
+static void test_going_back_gives_memory_back(void)
+{
+    options.memory = RECORDER_MEMORY_MIN;
+    recorder_t *recorder = opened();
+    for (int n = 0; n < 3; n++) {
+        for (uint32_t k = 0; k < 262144; k++) {
+            sample(recorder, k, 1.0f, 0, k);
+        }
+    }
+    expect_closed(recorder);
+}
+
+static void test_going_back_before_a_loss_mends_it(void)
+{
+    options.memory = RECORDER_MEMORY_MIN;
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 262150; k++) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    sample(recorder, 5, 2.0f, 0, 5);
+    expect_closed(recorder);
+    char *text = content("run.csv");
+    expect_part(text, "0.0004,1,0,4\n0.0005,2,0,5\n");
+    free(text);
+}
+
+static void test_going_back_after_a_loss_does_not(void)
+{
+    options.memory = RECORDER_MEMORY_MIN;
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 262150; k++) {
+        sample(recorder, k, 1.0f, 0, k);
+    }
+    sample(recorder, 262147, 2.0f, 0, 5);
+    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
+    expect_part(error.text, "from 26.2144 s on are missing");
+}
+
+static void test_lost_edges_are_told_and_samples_kept(void)
+{
+    options.formats = RECORDER_CSV | RECORDER_VCD;
+    options.memory = RECORDER_MEMORY_MIN;
+    recorder_t *recorder = opened();
+    sample(recorder, 0, 1.0f, 0, 0); /* one chunk of four; the others hold 3 x 131072 edges */
+    for (uint64_t tick = 1; tick <= 3u * 131072u + 1u; tick++) {
+        recorder_edge(recorder, tick, RIG_EDGE_GATES, tick % 2u == 0u ? 1u : 2u);
+    }
+    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
+    expect_part(error.text, "1 edges from 0.0026 s on are missing"); /* tick 393217 is in period 26 */
+    TEST_ASSERT_TRUE(exists("run.csv"));
+    TEST_ASSERT_TRUE(exists("run.vcd.partial"));
+    TEST_ASSERT_FALSE(exists("run.vcd"));
+}
+
+/* A disk without a free octet, for the file of this ending. */
+static void put_full_disk(const char *ending)
+{
+    char path[256];
+    char name[64];
+    snprintf(name, sizeof name, "run.%s.partial", ending);
+    path_of(path, name);
+    TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
+}
+
+static void expect_full(uint32_t format, const char *ending, const char *why, bool many)
+{
+    if (access("/dev/full", W_OK) != 0) {
+        TEST_IGNORE_MESSAGE("no /dev/full on this machine");
+    }
+    options.formats = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
+    put_full_disk(ending);
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < (many ? 100000u : 1u); k++) {
+        sample(recorder, k, 1.0f, 0, k);
+        recorder_edge(recorder, UINT64_C(15000) * k, RIG_EDGE_GATES, k % 2u);
+    }
+    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
+    char expected[128];
+    snprintf(expected, sizeof expected, "run.%s.partial: %s", ending, why);
+    TEST_ASSERT_TRUE_MESSAGE(strstr(error.text, expected) != NULL, error.text);
+    TEST_ASSERT_TRUE(format == RECORDER_CSV || exists("run.csv"));
+    TEST_ASSERT_TRUE(format == RECORDER_MAT || exists("run.mat"));
+    TEST_ASSERT_TRUE(format == RECORDER_VCD || exists("run.vcd"));
+    TEST_ASSERT_EQUAL(3, files_left());
+}
+
+static void test_full_disk_is_told_for_csv(void)
+{
+    expect_full(RECORDER_CSV, "csv", "No space left on device", true);
+}
+
+static void test_full_disk_is_told_for_a_csv_smaller_than_any_buffer(void)
+{
+    expect_full(RECORDER_CSV, "csv", "No space left on device", false);
+}
+
+static void test_full_disk_is_told_for_vcd(void)
+{
+    expect_full(RECORDER_VCD, "vcd", "No space left on device", true);
+}
+
+static void test_full_disk_is_told_for_mat(void)
+{
+    expect_full(RECORDER_MAT, "mat", "the disk did not take all of it", true);
+}
+
+static void test_full_disk_is_told_for_a_small_mat(void)
+{
+    expect_full(RECORDER_MAT, "mat", "the disk did not take all of it", false);
+}
+
+/* The disk takes the first `octets` of each file only. */
+static void expect_cut(uint32_t format, rlim_t octets)
+{
+    struct rlimit before;
+    getrlimit(RLIMIT_FSIZE, &before);
+    void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    options.formats = format;
+    recorder_t *recorder = opened();
+    for (uint32_t k = 0; k < 20000; k++) {
+        sample(recorder, k, 0.1f * (float)k, 0, k);
+        recorder_edge(recorder, UINT64_C(15000) * k, RIG_EDGE_GATES, k % 2u);
+    }
+    const struct rlimit limit = {.rlim_cur = octets, .rlim_max = before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const bool good = recorder_close(recorder, "complete", &error);
+    setrlimit(RLIMIT_FSIZE, &before);
+    signal(SIGXFSZ, handler);
+    TEST_ASSERT_FALSE(good);
+    expect_part(error.text, ".partial: ");
+    TEST_ASSERT_EQUAL(1, files_left());
+    TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd"));
+}
+
+static void test_a_disk_that_fills_up_halfway_is_told(void)
+{
+    static const uint32_t formats[] = {RECORDER_CSV, RECORDER_MAT, RECORDER_VCD};
+    static const rlim_t octets[] = {1000, 100000,
+                                    250000}; /* in the header, in the middle, in the last column of MAT */
+    for (int n = 0; n < 3; n++) {
+        for (int m = 0; m < 3; m++) {
+            expect_cut(formats[n], octets[m]);
+            tearDown();
+            setUp();
+        }
+    }
+}
+
+static void test_a_final_name_that_is_taken_is_told(void)
+{
+    char path[256];
+    path_of(path, "run.csv");
+    TEST_ASSERT_EQUAL(0, mkdir(path, 0700));
+    recorder_t *recorder = opened();
+    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
+    expect_part(error.text, "run.csv: Is a directory: it keeps the name ");
+    TEST_ASSERT_TRUE(exists("run.csv.partial"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_csv_has_header_units_and_a_line_a_sample);
+    RUN_TEST(test_csv_begins_with_what_it_takes_to_run_it_again);
+    RUN_TEST(test_no_text_can_leave_its_comment);
+    RUN_TEST(test_a_name_of_two_tables_is_qualified);
+    RUN_TEST(test_no_cell_of_a_header_needs_quotes);
+    RUN_TEST(test_same_samples_same_bytes);
+    RUN_TEST(test_chunks_join_without_a_seam);
+    RUN_TEST(test_going_back_in_time_takes_back_samples);
+    RUN_TEST(test_going_back_to_the_start_keeps_only_what_follows);
+    RUN_TEST(test_the_rigs_tap_feeds_it);
+    RUN_TEST(test_vcd_shows_edges_in_nanoseconds);
+    RUN_TEST(test_vcd_gates_are_unknown_until_told);
+    RUN_TEST(test_vcd_interrupt_lasts_until_its_exit);
+    RUN_TEST(test_vcd_short_interrupt_ends_before_the_mark_of_the_adc);
+    RUN_TEST(test_vcd_going_back_to_an_interrupt_shows_it_once);
+    RUN_TEST(test_vcd_ends_with_the_last_samples_period);
+    RUN_TEST(test_vcd_ends_when_the_last_interrupt_has_ended);
+    RUN_TEST(test_vcd_going_back_in_time_takes_back_edges);
+    RUN_TEST(test_vcd_comment_cannot_be_ended_by_a_text);
+    RUN_TEST(test_options_out_of_range_are_refused);
+    RUN_TEST(test_rows_must_exist_and_differ);
+    RUN_TEST(test_settings_must_differ);
+    RUN_TEST(test_sixty_four_rows_are_accepted);
+    RUN_TEST(test_missing_folder_is_named);
+    RUN_TEST(test_one_file_that_cannot_be_made_takes_the_others_with_it);
+    RUN_TEST(test_plan_that_does_not_fit_is_refused_with_what_would);
+    RUN_TEST(test_plan_counts_edges);
+    RUN_TEST(test_abandon_removes_everything);
+    RUN_TEST(test_abandon_leaves_the_recording_before);
+    RUN_TEST(test_used_up_memory_is_told_and_the_file_stays_partial);
+    RUN_TEST(test_memory_used_to_the_last_octet_is_no_loss);
+    RUN_TEST(test_going_back_gives_memory_back);
+    RUN_TEST(test_going_back_before_a_loss_mends_it);
+    RUN_TEST(test_going_back_after_a_loss_does_not);
+    RUN_TEST(test_lost_edges_are_told_and_samples_kept);
+    RUN_TEST(test_full_disk_is_told_for_csv);
+    RUN_TEST(test_full_disk_is_told_for_a_csv_smaller_than_any_buffer);
+    RUN_TEST(test_full_disk_is_told_for_vcd);
+    RUN_TEST(test_full_disk_is_told_for_mat);
+    RUN_TEST(test_full_disk_is_told_for_a_small_mat);
+    RUN_TEST(test_a_disk_that_fills_up_halfway_is_told);
+    RUN_TEST(test_a_final_name_that_is_taken_is_told);
+    return UNITY_END();
+}

@@ -139,7 +139,7 @@ static size_t placed(char *to, uint32_t digits, int32_t exponent)
         digits /= 10u;
         exponent++;
     }
-    char text[RECORDER_NUMBER_SIZE];
+    char text[RECORDER_NUMBER_SIZE] = "";
     const int32_t count = (int32_t)recorder_uint_text(text, digits);
     const int32_t point = count + exponent; /* digits before the point */
     char *end = to;

@@ -64,7 +64,7 @@ bool scenario_fail(scenario_error_t *error, scenario_place_t place, const char *
     va_start(arguments, format);
     vsnprintf(error->message, sizeof error->message, format, arguments);
     va_end(arguments);
-    snprintf(error->name, sizeof error->name, "%s", name);
+    snprintf(error->name, sizeof error->name, "%s", name[0] != '\0' ? name : "\"\"");
     error->place = place;
     flatten(error->message);
     flatten(error->name);

@@ -233,7 +233,7 @@ struct scanner_t {
     void step(size_t octets)
     {
         for (; octets > 0 && at != end; octets--, at++) {
-            place.column++;
+            place.column += (static_cast<unsigned char>(*at) & 0xC0u) != 0x80u ? 1u : 0u; /* code points */
             if (*at == '\n') {
                 place = {place.line + 1u, 1u};
             }
@@ -278,6 +278,7 @@ bool is_readable(const char *text, size_t octets, toml_error_t *error)
     uint32_t dots = 0;
     bool line_begins = true;
     place_t place{};
+    scanner.at += scanner.looking_at("\xEF\xBB\xBF") ? 3 : 0; /* byte order mark */
     while (scanner.at != scanner.end) {
         const char c = *scanner.at;
         if (c == '[' && line_begins && brackets == 0u && !is_header(scanner, place)) {
@@ -292,6 +293,11 @@ bool is_readable(const char *text, size_t octets, toml_error_t *error)
             scanner.skip_text("'''", false, true);
         } else if (c == '"' || c == '\'') {
             scanner.skip_text(c == '"' ? "\"" : "'", c == '"', false);
+        } else if (static_cast<unsigned char>(c) >= 0x80u) {
+            /* no TOML 1.0, and toml++ 3.3 runs into undefined behaviour on some */
+            say(error, scanner.place, key_on_line(text, octets, scanner.place.line).name,
+                "not TOML: a character outside of ASCII; accepted only in text and comments");
+            return false;
         } else if (c == '#') {
             const auto *newline = std::find(scanner.at, scanner.end, '\n');
             scanner.step(static_cast<size_t>(newline - scanner.at));

@@ -160,6 +160,28 @@ static void test_file_of_nothing_but_a_nul(void)
     unlink(path);
 }
 
+static void expect_text_refused(const char *text, const char *expected)
+{
+    char line[LINE_SIZE];
+    scenario_error_t error;
+    TEST_ASSERT_NULL(scenario_read_text("x", text, strlen(text), &error));
+    scenario_error_text(&error, line, sizeof line);
+    TEST_ASSERT_EQUAL_STRING_LEN(expected, line, strlen(expected));
+}
+
+/* Found by fuzzing: on these toml++ 3.3 fails an assertion or runs into undefined behaviour. */
+static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
+{
+    expect_text_refused("a = 1\n[.]\n", "x:2:2: TOML: not TOML: the name of a table is expected here");
+    expect_text_refused("[[ =\n", "x:1:4: TOML: not TOML: the name of a table is expected here");
+    expect_text_refused("[\n", "x:1:2: TOML: not TOML: the name of a table is expected here");
+    expect_text_refused("schema\xEF\xBB\xBE"
+                        "1 = 1\n",
+                        "x:1:7: schema: not TOML: a character outside of ASCII");
+    expect_text_refused("a = \"\xC3\xA4\xC3\xB6\" \xC3\xBC\n",
+                        "x:1:10: a: not TOML: a character outside of ASCII");
+}
+
 static void test_windows_lines_and_byte_order_mark_are_fine(void)
 {
     const char content[] = "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n";
@@ -263,6 +285,7 @@ int main(void)
     RUN_TEST(test_file_without_permission);
     RUN_TEST(test_empty_file);
     RUN_TEST(test_file_of_nothing_but_a_nul);
+    RUN_TEST(test_what_the_parser_can_not_stand_is_kept_from_it);
     RUN_TEST(test_windows_lines_and_byte_order_mark_are_fine);
     RUN_TEST(test_file_that_is_too_large);
     RUN_TEST(test_deep_nesting_is_refused);

@@ -12,7 +12,7 @@
 #include "unity.h"
 
 #define SEED            UINT64_C(0x9E3779B97F4A7C15)
-#define ROUNDS          20u /* of each file */
+#define ROUNDS          10000u
 #define FILES           200u
 #define FILE_OCTETS_MAX 16384u
 
@@ -117,11 +117,13 @@ static void test_damaged_files_are_read_or_refused_in_one_line(void)
     unsigned accepted = 0;
     unsigned refused = 0;
     TEST_ASSERT_NOT_NULL(text);
-    load(LAGLESS_BROKEN);
     load(LAGLESS_SCENARIOS);
-    for (size_t n = 0; n < file_count * ROUNDS; n++) {
-        size_t octets = files[n % file_count].octets;
-        memcpy(text, files[n % file_count].text, octets);
+    const size_t good_count = file_count;
+    load(LAGLESS_BROKEN);
+    for (size_t n = 0; n < ROUNDS; n++) {
+        const size_t which = n % 2u == 0u ? any((uint32_t)good_count) : any((uint32_t)file_count);
+        size_t octets = files[which].octets;
+        memcpy(text, files[which].text, octets);
         for (uint32_t times = 1u + any(4); times > 0u && octets > 0u; times--) {
             octets = damage(text, octets);
         }
@@ -144,8 +146,8 @@ static void test_damaged_files_are_read_or_refused_in_one_line(void)
         refused++;
     }
     printf("seed %llx: %u accepted, %u refused\n", (unsigned long long)SEED, accepted, refused);
-    /* both ways were gone: many damages hit a comment or a number that stays in its range */
-    TEST_ASSERT_TRUE(accepted > 50u && refused > 500u);
+    /* both ways were gone: some damages hit a comment or a number that stays in its range */
+    TEST_ASSERT_TRUE(accepted > 100u && refused > 5000u);
     for (size_t n = 0; n < file_count; n++) {
         free(files[n].text);
     }

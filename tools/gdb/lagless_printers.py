@@ -52,7 +52,7 @@ def reason_row(value):
     """(name, text, remedy) of a reason number."""
     try:
         reasons = global_value("reasons")
-        count = reasons.type.range()[1] + 1
+        count = int(global_value("reasons_count"))  # the array may be seen through its header, without a length
     except (gdb.error, gdb.GdbError):  # the linker leaves out what a program does not use
         return f"reason {int(value)}", "this program does not carry the table of reasons", "see drive/reasons.h"
     for n in range(count):

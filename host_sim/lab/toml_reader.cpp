@@ -210,7 +210,8 @@ key_t key_on_line(const char *text, size_t octets, uint32_t line)
                c == '-' || c == '.';
     });
     const auto length = std::min<size_t>(static_cast<size_t>(stop - begin), 60u);
-    return {length == 0 ? "TOML" : std::string(begin, length), static_cast<uint32_t>(begin - at) + 1u};
+    return {length == 0 || *begin == '.' ? "TOML" : std::string(begin, length),
+            static_cast<uint32_t>(begin - at) + 1u};
 }
 
 /* toml++ limits how deep brackets nest, but not how many tables one dotted key makes, and takes all of them
@@ -264,10 +265,12 @@ bool is_header(scanner_t scanner, place_t &place)
             scanner.step(1u);
         }
     };
-    scanner.step(scanner.looking_at("[[") ? 2u : 1u);
+    const bool array = scanner.looking_at("[[");
+    scanner.step(array ? 2u : 1u);
     skip_blanks();
     place = scanner.place;
-    return scanner.at == scanner.end || is_key_begin(*scanner.at) || *scanner.at == ']' || *scanner.at == '[';
+    return scanner.at == scanner.end || is_key_begin(*scanner.at) || *scanner.at == ']' ||
+           (*scanner.at == '[' && !array);
 }
 
 /* What toml++ can not be trusted with; false: said why. What is no TOML at all is left to it. */

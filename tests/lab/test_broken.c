@@ -174,6 +174,7 @@ static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
 {
     expect_text_refused("a = 1\n[.]\n", "x:2:2: TOML: not TOML: the name of a table is expected here");
     expect_text_refused("[[ =\n", "x:1:4: TOML: not TOML: the name of a table is expected here");
+    expect_text_refused("[[[a]]]\n", "x:1:3: a: not TOML: the name of a table is expected here");
     expect_text_refused("[\n", "x:1:2: TOML: not TOML: the name of a table is expected here");
     expect_text_refused("schema\xEF\xBB\xBE"
                         "1 = 1\n",

@@ -21,8 +21,8 @@
  *
  * VCD: timescale 1 ns. A tick of 20/3 ns is rounded by at most 1/3 ns, so tick = round(0.15 x time) is exact.
  * Wires upper_a lower_a upper_b lower_b upper_c lower_c (1 = the switch is told to be on; x until the first
- * RIG_EDGE_GATES), isr, adc_start (marked by a pulse of RECORDER_ADC_TICKS), trip. Changes within one tick show
- * their outcome. Only the switched fidelity has edges.
+ * RIG_EDGE_GATES), isr, adc_start (marked by a pulse of RECORDER_ADC_TICKS), trip. Changes within one tick
+ * show their outcome. Only the switched fidelity has edges.
  *
  * A row whose name two tables have is called table.row in CSV. Going back in time (rig_load of an earlier
  * state) takes back what was recorded after it. Not handled: gaps; every recording is one run. */

@@ -1,3 +1,4 @@
+/* clang-format off */
 /* A run described in a TOML file: who turns which knob when, and what must come of it.
  *
  *   schema = 1
@@ -20,9 +21,11 @@
  *   signal = "true_omega_m"                # a row of any table
  *   minus = "omega_m_ref"                  # optional: the difference counts
  *   statistic = "mean"                     # mean, min, max, peak (largest magnitude), sd, rms or last
- *   from = "1 s"                           # the samples of periods with from <= t_k < to; default the whole
- * run to = "2 s" at_least = "-1 r/min"                  # one of them or both at_most = "1 r/min" name =
- * "speed holds"                   # optional
+ *   from = "1 s"                           # the samples of periods with from <= t_k < to; default the whole run
+ *   to = "2 s"
+ *   at_least = "-1 r/min"                  # one of them or both
+ *   at_most = "1 r/min"
+ *   name = "speed holds"                   # optional
  *
  * Time is simulated time since power-on; period k begins at k x 100 us, and times are rounded to the nearest
  * period. An event acts before the first period at or after its time; events of one time act in the order of
@@ -37,6 +40,7 @@
  * between rows (on a rig that stands still, event by event; a ramp at its ends and at one point between),
  * times, windows. Not judged: what depends on the drive's state, such as a parameter that changes only while
  * the bridge is off; the runner reports that. */
+/* clang-format on */
 #ifndef HOST_SIM_LAB_SCENARIO_H
 #define HOST_SIM_LAB_SCENARIO_H
 

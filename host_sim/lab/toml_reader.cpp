@@ -13,8 +13,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* toml++ asserts things that a broken file can break (3.3: "[.]"), and with NDEBUG assumes them. Here they
- * are refused: those that are known with their place, by is_readable(), any other by this exception. */
+/* toml++ 3.3 asserts things that a broken file can break ("[.]"), and with NDEBUG assumes them. Here it is an
+ * exception. */
 struct toml_defect_t {
 };
 static constexpr void toml_demand(bool holds)
@@ -250,46 +250,15 @@ struct scanner_t {
     }
 };
 
-bool is_key_begin(char c)
-{
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '"' || c == '\'';
-}
-
-/* Table header at the scanner: after its one or two brackets a key must begin. toml++ itself finds it empty
- * or unfinished. */
-bool is_header(scanner_t scanner, place_t &place)
-{
-    const auto skip_blanks = [&scanner] {
-        while (scanner.at != scanner.end && (*scanner.at == ' ' || *scanner.at == '\t')) {
-            scanner.step(1u);
-        }
-    };
-    const bool array = scanner.looking_at("[[");
-    scanner.step(array ? 2u : 1u);
-    skip_blanks();
-    place = scanner.place;
-    return scanner.at == scanner.end || is_key_begin(*scanner.at) || *scanner.at == ']' ||
-           (*scanner.at == '[' && !array);
-}
-
 /* What toml++ can not be trusted with; false: said why. What is no TOML at all is left to it. */
 bool is_readable(const char *text, size_t octets, toml_error_t *error)
 {
     scanner_t scanner{text, text + octets};
     uint32_t brackets = 0;
     uint32_t dots = 0;
-    bool line_begins = true;
-    place_t place{};
     scanner.at += scanner.looking_at("\xEF\xBB\xBF") ? 3 : 0; /* byte order mark */
     while (scanner.at != scanner.end) {
         const char c = *scanner.at;
-        if (c == '[' && line_begins && brackets == 0u && !is_header(scanner, place)) {
-            say(error, place, key_on_line(text, octets, place.line).name,
-                "not TOML: the name of a table is expected here");
-            return false;
-        }
-        line_begins = c == '\n' || (line_begins && (c == ' ' || c == '\t' || c == '\r'));
         if (scanner.looking_at("\"\"\"")) {
             scanner.skip_text("\"\"\"", true, true);
         } else if (scanner.looking_at("'''")) {
@@ -318,6 +287,35 @@ bool is_readable(const char *text, size_t octets, toml_error_t *error)
         }
     }
     return true;
+}
+
+/* Does toml++ trip over itself on this text? */
+bool trips(const char *text, size_t octets)
+{
+    try {
+        (void)toml::parse(std::string_view(text, octets));
+    } catch (const toml_defect_t &) {
+        return true;
+    }
+    return false;
+}
+
+/* Where it trips: the last octet of the shortest beginning on which it does. */
+void say_trip(const char *text, size_t octets, toml_error_t *error)
+{
+    size_t good = 0;
+    for (size_t bad = octets; bad - good > 1u;) {
+        const size_t middle = good + (bad - good) / 2u;
+        if (trips(text, middle)) {
+            bad = middle;
+        } else {
+            good = middle;
+        }
+    }
+    scanner_t scanner{text, text + octets};
+    scanner.step(good);
+    say(error, scanner.place, key_on_line(text, octets, scanner.place.line).name,
+        "not TOML: something else is expected here");
 }
 
 toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
@@ -396,10 +394,12 @@ toml_file_t *guarded(const char *path, const char *text, size_t octets, toml_err
                 "is too large: accepted up to " + std::to_string(TOML_OCTETS_MAX) + " octets");
             return nullptr;
         }
-        return parse(text, octets, error);
-    } catch (const toml_defect_t &) {
-        say(error, {1u, 1u}, "TOML", "not TOML, in a way that the reader can not name");
-        return nullptr;
+        try {
+            return parse(text, octets, error);
+        } catch (const toml_defect_t &) {
+            say_trip(text, octets, error);
+            return nullptr;
+        }
     } catch (const std::exception &) {
         std::snprintf(error->name, sizeof error->name, "file");
         std::snprintf(error->message, sizeof error->message, "not enough memory to read it");

@@ -6,6 +6,7 @@ else()
 endif()
 
 add_executable(lagless
+    cli/arguments.c
     cli/bench.c
     cli/demo.c
     cli/explain.c

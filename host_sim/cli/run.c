@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "drive/reasons.h"
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/names.h"
@@ -135,26 +136,10 @@ static bool scenario_path(char path[PATH_SIZE], const char *name)
     return false;
 }
 
-static error_t parse_list(int key, char *argument, struct argp_state *state)
-{
-    if (key == 'j') {
-        *(bool *)state->input = true;
-        return 0;
-    }
-    if (key == ARGP_KEY_ARG) {
-        argp_error(state, "%s: no argument is expected", argument);
-        return 0;
-    }
-    return ARGP_ERR_UNKNOWN;
-}
-
 int command_scenarios(int argc, char **argv)
 {
-    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
-    static const struct argp argp = {
-        rows, parse_list, NULL, "The scenarios that `lagless run` knows by name.", NULL, NULL, NULL};
-    bool json = false;
-    if (argp_parse(&argp, argc, argv, 0, NULL, &json) != 0) {
+    bool json;
+    if (!arguments_json(argc, argv, "The scenarios that `lagless run` knows by name.", &json)) {
         return EXIT_USAGE;
     }
     struct dirent **entries = NULL;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/units.h"
@@ -133,26 +134,10 @@ static void print_markdown(void)
     }
 }
 
-static error_t parse(int key, char *argument, struct argp_state *state)
-{
-    if (key == 'j') {
-        *(bool *)state->input = true;
-        return 0;
-    }
-    if (key == ARGP_KEY_ARG) {
-        argp_error(state, "%s: no argument is expected", argument);
-        return 0;
-    }
-    return ARGP_ERR_UNKNOWN;
-}
-
-static const struct argp_option json_row[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
-
 static int print_tables(int argc, char **argv, const char *doc, bool with_settable)
 {
-    const struct argp argp = {json_row, parse, NULL, doc, NULL, NULL, NULL};
-    bool json = false;
-    if (argp_parse(&argp, argc, argv, 0, NULL, &json) != 0) {
+    bool json;
+    if (!arguments_json(argc, argv, doc, &json)) {
         return EXIT_USAGE;
     }
     if (json) {

@@ -293,7 +293,7 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
                              scenario_error_t *error)
 {
     if (row->kind == SLOT_ENUM) {
-        const int32_t choice = strchr(text, '|') == NULL ? table_choice(row, text) : -1;
+        const int32_t choice = table_choice(row, text);
         if (choice < 0) {
             names_search_t search = names_search(text);
             names_consider_choices(&search, row->choices);

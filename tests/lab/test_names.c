@@ -89,6 +89,20 @@ static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
     expect_nearest("current_bandwidth", "bandwidth");
 }
 
+static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
+{
+    names_search_t search = names_search("abcdef");
+    names_consider(&search, "abcXYZ"); /* 3 of 6 */
+    TEST_ASSERT_NULL(names_found(&search));
+    names_consider(&search, "abcdXY"); /* 2 of 6 */
+    TEST_ASSERT_EQUAL_STRING("abcdXY", names_found(&search));
+    names_consider(&search, "abcdefghi"); /* 3 of 9, but farther than what is found */
+    TEST_ASSERT_EQUAL_STRING("abcdXY", names_found(&search));
+    search = names_search("abcdef");
+    names_consider(&search, "abcdefghi");
+    TEST_ASSERT_EQUAL_STRING("abcdefghi", names_found(&search));
+}
+
 static void test_nothing_near_is_said(void)
 {
     expect_nearest(NULL, "xyzzy_frobnicate");
@@ -117,6 +131,7 @@ int main(void)
     RUN_TEST(test_names_that_are_too_long_are_near_to_nothing);
     RUN_TEST(test_slips_find_the_row_that_was_meant);
     RUN_TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer);
+    RUN_TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not);
     RUN_TEST(test_nothing_near_is_said);
     RUN_TEST(test_choices);
     return UNITY_END();

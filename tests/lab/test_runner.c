@@ -234,6 +234,22 @@ static void test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other(void)
     TEST_ASSERT_TRUE(taken.value[29][1] == 301.0f);
 }
 
+static void test_a_ramp_replaces_a_longer_one_that_is_under_way(void)
+{
+    const uint32_t ids[1] = {rig_row_by_name("load_torque")->id};
+    given(HEAD "[run]\nduration = \"3 ms\"\n"
+               "[[at]]\ntime = \"1 ms\"\nramp = \"1 ms\"\nplant.load_torque = 10\n"
+               "[[at]]\ntime = \"1.4 ms\"\nramp = \"0.2 ms\"\nplant.load_torque = 2\n");
+    record(ids, 1u, 1u);
+    run();
+    TEST_ASSERT_TRUE(taken.value[13][0] == 3.0f);
+    TEST_ASSERT_TRUE(taken.value[14][0] == 3.0f); /* the new one starts from there */
+    TEST_ASSERT_TRUE(taken.value[15][0] == 2.5f);
+    TEST_ASSERT_TRUE(taken.value[16][0] == 2.0f);
+    TEST_ASSERT_TRUE(taken.value[18][0] == 2.0f);
+    TEST_ASSERT_TRUE(taken.value[29][0] == 2.0f);
+}
+
 static void test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("speed_request")->id,
@@ -547,6 +563,7 @@ int main(void)
     RUN_TEST(test_of_two_events_at_one_time_the_later_in_the_file_wins);
     RUN_TEST(test_a_ramp_is_straight_and_ends_on_its_value);
     RUN_TEST(test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other);
+    RUN_TEST(test_a_ramp_replaces_a_longer_one_that_is_under_way);
     RUN_TEST(test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch);
     RUN_TEST(test_parameters_can_ramp);
     RUN_TEST(test_what_the_rig_refuses_on_the_way_names_line_and_time);

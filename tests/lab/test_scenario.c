@@ -186,6 +186,44 @@ static void test_a_parameter_set_is_judged_as_one(void)
     given(RUN "[params]\novercurrent_trip = 7\ncurrent_limit = 5\n");
 }
 
+static void test_a_broken_rule_points_at_the_row_that_breaks_it(void)
+{
+    expect_error(RUN "[params]\nspeed_kp = 0.4\novercurrent_trip = 11\nspeed_ki = 2\n",
+                 "test.toml:7:1: overcurrent_trip: 11 A");
+}
+
+/* As many rows as the tap holds, recorded; and one more expected. */
+static void test_recorded_and_expected_rows_share_the_tap(void)
+{
+    char text[8000] = HEAD "[run]\nduration = 1\nrecord = [\n";
+    uint32_t count = 0;
+    for (uint32_t t = 0; count < RIG_TAP_MAX; t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count && count < RIG_TAP_MAX; n++) {
+            if (strcmp(table->rows[n].name, "i_q") != 0) {
+                char line[160];
+                snprintf(line, sizeof line, "\"%s.%s\",\n", table->name, table->rows[n].name);
+                strcat(text, line);
+                count++;
+            }
+        }
+    }
+    strcat(
+        text,
+        "]\n[[expect]]\nsignal = \"speed_kp\"\nstatistic = \"mean\"\nat_most = 1\n"); /* among the recorded */
+    given(text);
+    TEST_ASSERT_EQUAL_UINT32(RIG_TAP_MAX, scenario->record_count);
+    strcat(text, "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 1\n");
+    expect_error(text,
+                 "i_q: too many rows in record and [[expect]] together; accepted: up to 64 different ones");
+}
+
+static void test_the_first_mistake_of_a_file_is_told_first(void)
+{
+    expect_error(RUN "zebra = 1\napple = 2\n", "test.toml:5:1: zebra: no such key");
+    expect_error(RUN "[plant]\nzebra = 1\napple = 2\n", "test.toml:6:1: zebra: no such row in plant");
+}
+
 static void test_settings_that_wait_for_each_other_find_their_order(void)
 {
     /* a reference above the old limit, written before the limit */
@@ -422,6 +460,9 @@ int main(void)
     RUN_TEST(test_sub_tables_and_dotted_keys_mean_the_same);
     RUN_TEST(test_settings_know_their_place);
     RUN_TEST(test_a_parameter_set_is_judged_as_one);
+    RUN_TEST(test_a_broken_rule_points_at_the_row_that_breaks_it);
+    RUN_TEST(test_recorded_and_expected_rows_share_the_tap);
+    RUN_TEST(test_the_first_mistake_of_a_file_is_told_first);
     RUN_TEST(test_settings_that_wait_for_each_other_find_their_order);
     RUN_TEST(test_events_are_judged_in_the_order_of_time);
     RUN_TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not);

@@ -89,15 +89,25 @@ void adc_trigger(chip_t *chip, uint64_t cycle, uint32_t mask)
     chip_report(chip, CHIP_ADC_OVERRUN, ADC_AT + OFFSET(adc_regs_t, ADCTRL2));
 }
 
-/* floor(4096 V/3), exactly and without dividing: the estimate is off by one at most, and 3 code and 4096 V
- * are exact. Not-a-number gives 0. */
+/* floor(4096 V/3), exactly and without dividing: the estimate is off by one at most and only next to a whole
+ * number; there 3 code and 4096 V, both exact, decide. Not-a-number gives 0. */
 static inline uint32_t code_of(double volts)
 {
     double scaled = 4096.0 * volts;
-    int32_t code = scaled > 0.0 ? (scaled < 3.0 * 4095.0 ? (int32_t)(scaled * (1.0 / 3.0)) : 4095) : 0;
-    code -= 3.0 * code > scaled;
-    code += code < 4095 && 3.0 * (code + 1) <= scaled;
-    return (uint32_t)(code > 0 ? code : 0);
+    if (!(scaled >= 3.0)) {
+        return 0u;
+    }
+    if (scaled >= 3.0 * 4095.0) {
+        return 4095u;
+    }
+    double quotient = scaled * (1.0 / 3.0);
+    int32_t code = (int32_t)quotient;
+    double rest = quotient - (double)code;
+    if (rest < 1e-9 || rest > 1.0 - 1e-9) {
+        code -= 3.0 * code > scaled;
+        code += 3.0 * (code + 1) <= scaled;
+    }
+    return (uint32_t)code;
 }
 
 /* What is not the plain conversion of the pin's voltage. */

@@ -457,11 +457,14 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
     return 0.0;
 }
 
-/* floor(), for what fits 64 bits. */
+/* floor(), for what fits 64 bits; the usual sign is the short way. */
 static int64_t floor_of(double x)
 {
+    if (x >= 0.0) {
+        return (int64_t)x;
+    }
     int64_t n = (int64_t)x;
-    return n - (x < (double)n);
+    return n - ((double)n > x);
 }
 
 static int64_t encoder_counts(const plant_t *plant, double theta_e)

@@ -391,16 +391,24 @@ static bool refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
     return false;
 }
 
+/* " ohm"; nothing for pure numbers. */
+static const char *unit_after(const table_row_t *row, char text[24])
+{
+    snprintf(text, 24, " %s", row->unit);
+    return strcmp(row->unit, "-") == 0 ? "" : text;
+}
+
 static bool refuse_value(rig_t *rig, const params_error_t *why)
 {
-    const table_row_t *row = rig_row(why->id);
     char text[sizeof rig->error];
+    char buffer[24];
+    const char *unit = unit_after(rig_row(why->id), buffer);
     if (why->reason == REASON_BRIDGE_ON) {
-        snprintf(text, sizeof text, "%s = %.7g %s: it changes only while the bridge is off; now %.7g %s",
-                 why->field, (double)why->value, row->unit, (double)why->min, row->unit);
+        snprintf(text, sizeof text, "%s = %.7g%s: it changes only while the bridge is off; now %.7g%s",
+                 why->field, (double)why->value, unit, (double)why->min, unit);
     } else {
-        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", why->field,
-                 (double)why->value, row->unit, (double)why->min, (double)why->max, row->unit, why->rule);
+        snprintf(text, sizeof text, "%s = %.7g%s: accepted %.7g to %.7g%s (%s)", why->field,
+                 (double)why->value, unit, (double)why->min, (double)why->max, unit, why->rule);
     }
     return refuse(rig, why->id, why->reason, text);
 }
@@ -408,9 +416,10 @@ static bool refuse_value(rig_t *rig, const params_error_t *why)
 static bool refuse_range(rig_t *rig, const table_row_t *row, double value)
 {
     char text[sizeof rig->error];
-    snprintf(text, sizeof text, "%s = %.7g %s: accepted %s%.7g to %.7g %s", row->name, value, row->unit,
-             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row),
-             row->unit);
+    char buffer[24];
+    const char *unit = unit_after(row, buffer);
+    snprintf(text, sizeof text, "%s = %.7g%s: accepted %s%.7g to %.7g%s", row->name, value, unit,
+             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row), unit);
     return refuse(rig, row->id, REASON_OUT_OF_RANGE, text);
 }
 
@@ -482,10 +491,14 @@ static bool set_plant(rig_t *rig, const table_row_t *row, float value)
     const plant_params_t params = rig_plant_params(&next);
     plant_params_error_t why;
     if (!plant_params_check(&params, &why)) {
+        /* A rule between rows may speak of another one than was set. */
+        const table_row_t *named = table_by_name(&plant_table, why.field);
         char text[sizeof rig->error];
-        snprintf(text, sizeof text, "%s = %.7g %s: accepted %.7g to %.7g %s (%s)", row->name, why.value,
-                 row->unit, why.minimum, why.maximum, row->unit, why.rule);
-        return refuse(rig, row->id, REASON_CROSS_RULE, text);
+        char buffer[24];
+        const char *unit = unit_after(named, buffer);
+        snprintf(text, sizeof text, "%s = %.7g%s: accepted %.7g to %.7g%s (%s)", named->name, why.value, unit,
+                 why.minimum, why.maximum, unit, why.rule);
+        return refuse(rig, named->id, REASON_CROSS_RULE, text);
     }
     state->plant_values = next;
     plant_set_params(&state->plant, &params);

@@ -1,0 +1,239 @@
+#include "estimator/smo.h"
+
+#include <assert.h>
+
+#include "math/exponential.h"
+#include "math/tanh.h"
+
+/* Below this mean square of the error [A^2] there is nothing to weight with. */
+#define SQUARE_FLOOR 1e-24f
+
+/* Largest (|emf|/k_s)^2 that smo_reset inverts the switching function for. */
+#define RESET_SQUARE_MAX 0.98f
+
+/* Newton's method on tanh^2: seven steps reach float accuracy from the worst start. */
+#define RESET_STEPS 10
+
+static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max)
+{
+    why->field = field;
+    why->rule = rule;
+    why->value = value;
+    why->min = min;
+    why->max = max;
+    why->id = 0;
+    why->reason = 0;
+    return false;
+}
+
+static bool within(params_error_t *why, const char *field, float value, float min, float max)
+{
+    if (value >= min && value <= max) { /* also refuses NaN */
+        return true;
+    }
+    return refuse(why, field, "range of the parameter", value, min, max);
+}
+
+bool smo_params_check(const smo_params_t *params, params_error_t *why)
+{
+    if (!within(why, "resistance", params->resistance, 1e-3f, 100.0f) ||
+        !within(why, "inductance", params->inductance, 1e-6f, 1.0f) ||
+        !within(why, "gain", params->gain, 0.1f, 1e4f) || !within(why, "slope", params->slope, 1e-3f, 1e3f) ||
+        !within(why, "emf_cutoff", params->emf_cutoff, 0.0f, 1e5f) ||
+        !within(why, "period", params->period, 1e-6f, 1e-2f) ||
+        !within(why, "switching", (float)params->switching, (float)SMO_SIGN, (float)SMO_SIGMOID_VECTOR)) {
+        return false;
+    }
+
+    float period_max = 0.5f * params->inductance / params->resistance;
+    if (params->period > period_max) {
+        return refuse(why, "period", "period <= inductance / (2 resistance)", params->period, 1e-6f,
+                      period_max);
+    }
+
+    if (params->switching != SMO_SIGN) {
+        float voltage_gain =
+            exponential_rest(params->resistance * params->period / params->inductance) / params->resistance;
+        float gain_max = 2.0f * SMO_LOOP_GAIN_MAX / (voltage_gain * params->slope);
+        if (params->gain > gain_max) {
+            return refuse(why, "gain", "loop gain per sample: b gain slope / 2 <= 1.2", params->gain, 0.1f,
+                          gain_max);
+        }
+    }
+    return true;
+}
+
+void smo_retune(smo_t *smo, const smo_params_t *params)
+{
+    float decay = params->resistance * params->period / params->inductance;
+    float rest = exponential_rest(decay);
+    smo->resistance = params->resistance;
+    smo->inductance = params->inductance;
+    smo->period = params->period;
+    smo->current_decay = 1.0f - rest;
+    smo->voltage_gain = rest / params->resistance;
+    smo->gain = params->gain;
+    smo->half_slope = 0.5f * params->slope;
+    smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
+    smo->emf_share = 1.0f - smo->emf_decay;
+    smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
+    smo->hold_delay = params->period * (0.5f + decay * (1.0f / 12.0f - decay * decay * (1.0f / 720.0f)));
+    smo->hold_delay_rise = params->period * decay * (1.0f / 720.0f);
+    smo->hold_curvature = 1.0f / 24.0f - decay * decay * (1.0f / 480.0f);
+    smo->switching = (int32_t)params->switching;
+}
+
+static float sign_of(float x)
+{
+    return x > 0.0f ? 1.0f : (x < 0.0f ? -1.0f : 0.0f);
+}
+
+static float sign_gain(float x)
+{
+    float length = x < 0.0f ? -x : x;
+    return length * SMO_SIGN_GAIN_MAX > 1.0f ? 1.0f / length : SMO_SIGN_GAIN_MAX;
+}
+
+/* v and the k_f of each axis from the present error. */
+static void switch_voltage(smo_t *smo)
+{
+    ab_t x = smo->current_err;
+    float h = smo->half_slope;
+    ab_t k_f = {SMO_SIGN_GAIN_MAX, SMO_SIGN_GAIN_MAX};
+    ab_t f = {0.0f, 0.0f};
+    switch ((smo_switching_t)smo->switching) {
+    case SMO_SIGN:
+        k_f.alpha = sign_gain(x.alpha);
+        k_f.beta = sign_gain(x.beta);
+        f.alpha = sign_of(x.alpha);
+        f.beta = sign_of(x.beta);
+        break;
+    case SMO_SIGMOID: {
+        float alpha = h * x.alpha;
+        float beta = h * x.beta;
+        k_f.alpha = h * tanh_ratio(alpha * alpha);
+        k_f.beta = h * tanh_ratio(beta * beta);
+        f.alpha = k_f.alpha * x.alpha;
+        f.beta = k_f.beta * x.beta;
+        break;
+    }
+    case SMO_SIGMOID_VECTOR:
+        k_f.alpha = h * tanh_ratio(h * h * (x.alpha * x.alpha + x.beta * x.beta));
+        k_f.beta = k_f.alpha;
+        f.alpha = k_f.alpha * x.alpha;
+        f.beta = k_f.beta * x.beta;
+        break;
+    }
+    smo->gain_axis = k_f;
+    smo->switched.alpha = smo->gain * f.alpha;
+    smo->switched.beta = smo->gain * f.beta;
+}
+
+/* The gain of both axes; `share` of the present sample goes into the means. */
+static void weight_gain(smo_t *smo, float share)
+{
+    ab_t x = smo->current_err;
+    float square = x.alpha * x.alpha + x.beta * x.beta;
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo->mean_square = square;
+        smo->mean_product = smo->gain_axis.alpha * square;
+        smo->gain_mean = smo->gain_axis.alpha;
+        return;
+    }
+
+    bool sign = smo->switching == (int32_t)SMO_SIGN;
+    float product = sign ? sign_of(x.alpha) * x.alpha + sign_of(x.beta) * x.beta
+                         : smo->gain_axis.alpha * x.alpha * x.alpha + smo->gain_axis.beta * x.beta * x.beta;
+    smo->mean_product += share * (product - smo->mean_product);
+    smo->mean_square += share * (square - smo->mean_square);
+    float largest = sign ? SMO_SIGN_GAIN_MAX : smo->half_slope;
+    bool known = smo->mean_square > SQUARE_FLOOR && smo->mean_product < largest * smo->mean_square;
+    smo->gain_mean = known ? smo->mean_product / smo->mean_square : largest;
+}
+
+void smo_init(smo_t *smo, const smo_params_t *params)
+{
+    params_error_t why;
+    assert(smo_params_check(params, &why));
+    (void)why;
+    smo_retune(smo, params);
+    smo_reset(smo, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
+}
+
+/* tanh(sqrt z)/sqrt z at the z where tanh(sqrt z)^2 = `square`. tanh^2 is concave in z and not above it, so
+ * Newton's method from z = square climbs to the root without passing it; no square root is needed. */
+static float settled_ratio(float square)
+{
+    float target = square < RESET_SQUARE_MAX ? square : RESET_SQUARE_MAX;
+    float z = target;
+    float ratio = tanh_ratio(z);
+    for (int32_t n = 0; n < RESET_STEPS; n++) {
+        float reached = z * ratio * ratio;
+        z += (target - reached) / (ratio * (1.0f - reached));
+        ratio = tanh_ratio(z);
+    }
+    return ratio;
+}
+
+void smo_reset(smo_t *smo, ab_t current, ab_t emf)
+{
+    float per_volt = 1.0f / smo->gain;
+    ab_t f = {emf.alpha * per_volt, emf.beta * per_volt};
+    ab_t x = {0.0f, 0.0f};
+    switch ((smo_switching_t)smo->switching) {
+    case SMO_SIGN:
+        break;
+    case SMO_SIGMOID:
+        x.alpha = f.alpha / (smo->half_slope * settled_ratio(f.alpha * f.alpha));
+        x.beta = f.beta / (smo->half_slope * settled_ratio(f.beta * f.beta));
+        break;
+    case SMO_SIGMOID_VECTOR: {
+        float per_unit = 1.0f / (smo->half_slope * settled_ratio(f.alpha * f.alpha + f.beta * f.beta));
+        x.alpha = per_unit * f.alpha;
+        x.beta = per_unit * f.beta;
+        break;
+    }
+    }
+
+    smo->current_err = x;
+    smo->current_hat.alpha = current.alpha + x.alpha;
+    smo->current_hat.beta = current.beta + x.beta;
+    switch_voltage(smo);
+    if (smo->switching == (int32_t)SMO_SIGN) {
+        smo->switched = emf;
+    }
+    smo->emf_hat = smo->switched;
+    smo->mean_product = 0.0f;
+    smo->mean_square = 0.0f;
+    weight_gain(smo, 1.0f);
+}
+
+ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
+{
+    ab_t hat = smo->current_hat;
+    ab_t v = smo->switched;
+
+    /* a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
+    hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
+    hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
+    ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
+    if (!(x.alpha * x.alpha + x.beta * x.beta <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
+        return smo->emf_hat;
+    }
+
+    smo->current_hat = hat;
+    smo->current_err = x;
+    switch_voltage(smo);
+    weight_gain(smo, smo->mean_share);
+
+    v = smo->switched;
+    smo->emf_hat.alpha = v.alpha + smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
+    smo->emf_hat.beta = v.beta + smo->emf_decay * (smo->emf_hat.beta - v.beta);
+    return smo->emf_hat;
+}
+
+float smo_equivalent_gain(const smo_t *smo)
+{
+    return smo->gain_mean;
+}

@@ -1,0 +1,450 @@
+/* Fed with exact data of a turning machine (oracle), open loop. Float against double: current_hat of up to 15
+ * A rounds by 1e-6 A, times b^-1 = 125 V/A is 1e-4 V on an EMF of 7.7 V and more: 0.02 mrad at worst in a
+ * mean. */
+#include <math.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "estimator/smo.h"
+#include "tests/oracle/smo_oracle.h"
+
+#define PI          3.14159265358979323846
+#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
+#define FLOAT_MRAD  0.03
+
+static const smo_params_t PAPER = {.resistance = 0.95f,
+                                   .inductance = 0.0125f,
+                                   .gain = 200.0f,
+                                   .slope = 1.0f,
+                                   .emf_cutoff = 0.0f,
+                                   .period = 1e-4f,
+                                   .switching = SMO_SIGMOID};
+
+static smo_t smo;
+
+static smo_params_t with(smo_switching_t switching, float gain, float emf_cutoff)
+{
+    smo_params_t params = PAPER;
+    params.switching = switching;
+    params.gain = gain;
+    params.emf_cutoff = emf_cutoff;
+    return params;
+}
+
+static smo_oracle_case_t paper_case(double rpm, double current_q)
+{
+    smo_oracle_case_t rig = {0.95, 0.0125, 0.183, 1e-4, rpm * RAD_PER_RPM, 0.3, current_q};
+    return rig;
+}
+
+static ab_t as_float(const double value[2])
+{
+    ab_t pair = {(float)value[0], (float)value[1]};
+    return pair;
+}
+
+typedef struct {
+    double mean, sd; /* [mrad] */
+} deviation_t;
+
+/* `early` periods too new a voltage. */
+static deviation_t deviation(const smo_params_t *params, const smo_oracle_case_t *rig, long early)
+{
+    long settle = 3000;
+    long count = 6000; /* whole revolutions at 100, 500, 1000 and 1500 r/min */
+    double sum = 0.0;
+    double squares = 0.0;
+    smo_init(&smo, params);
+    for (long k = 1; k <= settle + count; k++) {
+        smo_oracle_sample_t now;
+        smo_oracle_sample_t then;
+        smo_oracle_sample(rig, k, &now);
+        smo_oracle_sample(rig, k + early, &then);
+        ab_t emf = smo_step(&smo, as_float(then.voltage), as_float(now.current));
+        if (k > settle) {
+            double a = (double)emf.alpha;
+            double b = (double)emf.beta;
+            double angle = 1e3 * atan2(b * now.emf[0] - a * now.emf[1], a * now.emf[0] + b * now.emf[1]);
+            sum += angle;
+            squares += angle * angle;
+        }
+    }
+    deviation_t result = {sum / (double)count, 0.0};
+    result.sd = sqrt(squares / (double)count - result.mean * result.mean);
+    return result;
+}
+
+void setUp(void)
+{
+    smo_init(&smo, &PAPER);
+}
+
+void tearDown(void)
+{
+}
+
+/* paper Fig. 11, numbers of the reference study (one decimal, after a PLL); both directions are mirror
+ * images. */
+static void test_lag_of_the_sigmoid_grows_with_speed_as_published(void)
+{
+    static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
+    static const double per_axis[] = {-3.1, -15.8, -33.1, -54.1};
+    static const double vector[] = {-3.1, -15.9, -33.8, -57.0};
+    for (int n = 0; n < 4; n++) {
+        for (double way = -1.0; way <= 1.0; way += 2.0) {
+            smo_oracle_case_t rig = paper_case(way * rpm[n], way * 4.0);
+            smo_params_t params = with(SMO_SIGMOID, 200.0f, 0.0f);
+            deviation_t axis = deviation(&params, &rig, 0);
+            params.switching = SMO_SIGMOID_VECTOR;
+            deviation_t both = deviation(&params, &rig, 0);
+            printf("%6.0f r/min: per axis %.2f sd %.2f, vector %.3f sd %.4f mrad\n", way * rpm[n], axis.mean,
+                   axis.sd, both.mean, both.sd);
+            TEST_ASSERT_DOUBLE_WITHIN(1.0, way * per_axis[n], axis.mean);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 + FLOAT_MRAD, way * vector[n], both.mean);
+            TEST_ASSERT_TRUE(both.sd < 0.05);
+        }
+    }
+}
+
+static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
+{
+    smo_oracle_case_t rig = paper_case(1500.0, 4.0);
+    smo_params_t params = with(SMO_SIGMOID, 162.0f, 0.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(3.0, -80.0, deviation(&params, &rig, 0).mean);
+}
+
+static void test_runs_as_the_same_observer_in_double_precision(void)
+{
+    static const float cutoffs[] = {0.0f, 2000.0f};
+    for (int n = 0; n < 2; n++) {
+        for (double rpm = -1500.0; rpm <= 1500.0; rpm += 1000.0) {
+            smo_oracle_case_t rig = paper_case(rpm, 6.0);
+            smo_oracle_observer_t observer = {200.0, 1.0, (double)cutoffs[n]};
+            smo_oracle_run_t axis = smo_oracle_run(&rig, &observer, SMO_ORACLE_SIGMOID, 3000, 6000);
+            smo_oracle_run_t both = smo_oracle_run(&rig, &observer, SMO_ORACLE_VECTOR, 3000, 6000);
+            smo_params_t params = with(SMO_SIGMOID, 200.0f, cutoffs[n]);
+            deviation_t found = deviation(&params, &rig, 0);
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.mean, found.mean);
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.sd, found.sd);
+            /* The mean gain ripples with the sixth harmonic of the speed behind 100 rad/s: below 1 %. */
+            TEST_ASSERT_DOUBLE_WITHIN(0.01 * axis.product / axis.square, axis.product / axis.square,
+                                      (double)smo_equivalent_gain(&smo));
+            params.switching = SMO_SIGMOID_VECTOR;
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * both.mean, deviation(&params, &rig, 0).mean);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, both.product / both.square, (double)smo_equivalent_gain(&smo));
+        }
+    }
+}
+
+/* Chatter is chaotic, so only sizes agree with the double-precision run. */
+static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
+{
+    smo_oracle_case_t rig = paper_case(1000.0, 4.0);
+    smo_params_t params = with(SMO_SIGN, 200.0f, 2000.0f);
+    deviation_t rough = deviation(&params, &rig, 0);
+    params.switching = SMO_SIGMOID_VECTOR;
+    deviation_t smooth = deviation(&params, &rig, 0);
+    printf("sign sd %.1f mrad, vector %.4f mrad\n", rough.sd, smooth.sd);
+    TEST_ASSERT_TRUE(rough.sd > 20.0 && rough.sd > 20.0 * smooth.sd);
+}
+
+/* omega T = 62.83 mrad at 1500 r/min; without current the voltage is the EMF's mean and shifts it exactly. */
+static void test_voltage_one_period_off_is_seen(void)
+{
+    smo_oracle_case_t rig = paper_case(1500.0, 0.0);
+    smo_params_t params = with(SMO_SIGMOID_VECTOR, 200.0f, 0.0f);
+    double right = deviation(&params, &rig, 0).mean;
+    TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, right + 62.832, deviation(&params, &rig, 1).mean);
+    TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, right - 62.832, deviation(&params, &rig, -1).mean);
+}
+
+/* Two steps from rest, by hand: i_hat = b (u - v), v = k_s tanh(x/2), e_hat filtered. */
+static void test_two_steps_by_hand(void)
+{
+    double b = -expm1(-0.95 * 1e-4 / 0.0125) / 0.95;
+    double a = exp(-0.95 * 1e-4 / 0.0125);
+    double c = exp(-0.2);
+    smo_params_t params = with(SMO_SIGMOID, 200.0f, 2000.0f);
+    smo_init(&smo, &params);
+
+    double x1 = b * 50.0 - 0.1;
+    double y1 = b * -30.0 + 0.3;
+    ab_t first = smo_step(&smo, (ab_t){50.0f, -30.0f}, (ab_t){0.1f, -0.3f});
+    double v1 = 200.0 * tanh(x1 / 2.0);
+    double w1 = 200.0 * tanh(y1 / 2.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, (1.0 - c) * v1, (double)first.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, (1.0 - c) * w1, (double)first.beta);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(x1 / 2.0) / x1, (double)smo.gain_axis.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(y1 / 2.0) / y1, (double)smo.gain_axis.beta);
+
+    double x2 = a * (x1 + 0.1) + b * (20.0 - v1) - 0.4;
+    double y2 = a * (y1 - 0.3) + b * (10.0 - w1) + 0.2;
+    ab_t second = smo_step(&smo, (ab_t){20.0f, 10.0f}, (ab_t){0.4f, -0.2f});
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, c * (1.0 - c) * v1 + (1.0 - c) * 200.0 * tanh(x2 / 2.0),
+                              (double)second.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, c * (1.0 - c) * w1 + (1.0 - c) * 200.0 * tanh(y2 / 2.0),
+                              (double)second.beta);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, x2, (double)smo.current_err.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, y2, (double)smo.current_err.beta);
+}
+
+static void test_vector_form_turns_with_its_error(void)
+{
+    /* From rest, x = -i: v = -k_s f(|i|) i/|i|, whatever the direction. */
+    smo_params_t params = with(SMO_SIGMOID_VECTOR, 200.0f, 0.0f);
+    for (int n = 0; n < 16; n++) {
+        double angle = 0.4 * n;
+        ab_t current = {(float)(1.5 * cos(angle)), (float)(1.5 * sin(angle))};
+        smo_init(&smo, &params);
+        ab_t emf = smo_step(&smo, (ab_t){0.0f, 0.0f}, current);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-4, -200.0 * tanh(0.75) * cos(angle), (double)emf.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-4, -200.0 * tanh(0.75) * sin(angle), (double)emf.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(0.75) / 1.5, (double)smo_equivalent_gain(&smo));
+        TEST_ASSERT_TRUE(smo.gain_axis.alpha == smo.gain_axis.beta);
+    }
+}
+
+static void test_mean_gain_is_the_describing_function(void)
+{
+    /* Currents chosen such that the error is a circle of 1.2 A. Its gain ripples with the fourth harmonic,
+     * 2513 rad/s behind the low-pass of 100 rad/s: less than 1e-3. */
+    for (int k = 0; k < 4000; k++) {
+        float alpha = smo.current_hat.alpha * (1.0f - smo.voltage_gain * smo.resistance) -
+                      smo.voltage_gain * smo.switched.alpha;
+        float beta = smo.current_hat.beta * (1.0f - smo.voltage_gain * smo.resistance) -
+                     smo.voltage_gain * smo.switched.beta;
+        double angle = 2.0 * PI * 0.01 * k;
+        ab_t current = {alpha - (float)(1.2 * cos(angle)), beta - (float)(1.2 * sin(angle))};
+        (void)smo_step(&smo, (ab_t){0.0f, 0.0f}, current);
+    }
+    double expected = smo_oracle_describing_gain(1.0, 1.2);
+    TEST_ASSERT_DOUBLE_WITHIN(0.001 * expected, expected, (double)smo_equivalent_gain(&smo));
+}
+
+static void test_gains_without_error(void)
+{
+    ab_t zero = {0.0f, 0.0f};
+    for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
+        smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
+        smo_init(&smo, &params);
+        float expected = s == SMO_SIGN ? SMO_SIGN_GAIN_MAX : 0.5f;
+        TEST_ASSERT_TRUE(smo_equivalent_gain(&smo) == expected);
+        for (int n = 0; n < 10; n++) {
+            ab_t emf = smo_step(&smo, zero, zero);
+            TEST_ASSERT_TRUE(emf.alpha == 0.0f && emf.beta == 0.0f);
+        }
+        TEST_ASSERT_TRUE(smo_equivalent_gain(&smo) == expected);
+        TEST_ASSERT_TRUE(smo.gain_axis.alpha == expected && smo.gain_axis.beta == expected);
+    }
+}
+
+static void test_gain_of_the_sign_is_capped(void)
+{
+    smo_params_t params = with(SMO_SIGN, 200.0f, 0.0f);
+    smo_init(&smo, &params);
+    ab_t emf = smo_step(&smo, (ab_t){0.0f, 0.0f}, (ab_t){0.0005f, -0.25f});
+    TEST_ASSERT_TRUE(emf.alpha == -200.0f && emf.beta == 200.0f);
+    TEST_ASSERT_TRUE(smo.gain_axis.alpha == SMO_SIGN_GAIN_MAX);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 4.0, (double)smo.gain_axis.beta);
+    /* <f x>/<x x> = 0.2505/(0.0625 + 2.5e-7). */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.2505 / 0.06250025, (double)smo_equivalent_gain(&smo));
+}
+
+static void test_reset_is_settled(void)
+{
+    ab_t current = {-7.0f, 3.0f};
+    ab_t emf = {60.0f, -97.0f};
+    for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
+        smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
+        smo_init(&smo, &params);
+        smo_reset(&smo, current, emf);
+        ab_t hat = smo.current_hat;
+        ab_t voltage = {0.95f * hat.alpha + emf.alpha, 0.95f * hat.beta + emf.beta};
+        /* tanh to 1e-6 relative and the same on the way back: 2e-4 V; gain stays too. */
+        float gain = smo_equivalent_gain(&smo);
+        for (int n = 0; n < 50; n++) {
+            ab_t result = smo_step(&smo, voltage, current);
+            TEST_ASSERT_FLOAT_WITHIN(5e-4f, emf.alpha, result.alpha);
+            TEST_ASSERT_FLOAT_WITHIN(5e-4f, emf.beta, result.beta);
+            TEST_ASSERT_FLOAT_WITHIN(1e-5f, gain, smo_equivalent_gain(&smo));
+        }
+    }
+    /* tanh(x/2) = 0.3 and -0.485 on the axes. */
+    smo_init(&smo, &PAPER);
+    smo_reset(&smo, current, emf);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.0 * atanh(0.3), (double)smo.current_err.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.0 * atanh(-0.485), (double)smo.current_err.beta);
+}
+
+static void test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond(void)
+{
+    smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){197.8f, 0.0f});
+    /* Near the end the inverse is steep: 1e-6 of tanh is 1e-6/(1 - 0.98) of its argument. */
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, 2.0 * atanh(0.989), (double)smo.current_err.alpha);
+    smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){1000.0f, -1000.0f});
+    TEST_ASSERT_TRUE(smo.emf_hat.alpha > 190.0f && smo.emf_hat.alpha < 200.001f);
+    TEST_ASSERT_TRUE(smo.emf_hat.beta == -smo.emf_hat.alpha);
+    TEST_ASSERT_TRUE(smo.current_hat.alpha > 5.0f && smo.current_hat.beta < -5.0f);
+}
+
+static void test_reset_of_the_sign_continues_the_emf(void)
+{
+    smo_params_t params = with(SMO_SIGN, 200.0f, 2000.0f);
+    smo_init(&smo, &params);
+    smo_reset(&smo, (ab_t){1.0f, 0.0f}, (ab_t){60.0f, -20.0f});
+    TEST_ASSERT_TRUE(smo.emf_hat.alpha == 60.0f && smo.emf_hat.beta == -20.0f);
+    TEST_ASSERT_TRUE(smo.current_err.alpha == 0.0f && smo.current_hat.alpha == 1.0f);
+}
+
+static void test_retune_keeps_the_state(void)
+{
+    smo_reset(&smo, (ab_t){2.0f, 1.0f}, (ab_t){50.0f, 20.0f});
+    smo_t before = smo;
+    smo_params_t params = with(SMO_SIGMOID_VECTOR, 150.0f, 500.0f);
+    smo_retune(&smo, &params);
+    TEST_ASSERT_EQUAL_MEMORY(&before.current_hat, &smo.current_hat,
+                             sizeof smo - (size_t)((char *)&smo.current_hat - (char *)&smo));
+    TEST_ASSERT_TRUE(smo.gain == 150.0f && smo.switching == SMO_SIGMOID_VECTOR);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, exp(-0.05), (double)smo.emf_decay);
+}
+
+static void test_bad_sample_is_passed_over(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY, 1e38f};
+    for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
+        for (int n = 0; n < 16; n++) {
+            smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
+            smo_init(&smo, &params);
+            smo_reset(&smo, (ab_t){2.0f, 1.0f}, (ab_t){50.0f, 20.0f});
+            smo_t before = smo;
+            ab_t voltage = {1.0f, 2.0f};
+            ab_t current = {2.0f, 1.0f};
+            float *slots[] = {&voltage.alpha, &voltage.beta, &current.alpha, &current.beta};
+            *slots[n / 4] = bad[n % 4];
+            ab_t emf = smo_step(&smo, voltage, current);
+            TEST_ASSERT_TRUE(emf.alpha == before.emf_hat.alpha && emf.beta == before.emf_hat.beta);
+            TEST_ASSERT_EQUAL_MEMORY(&before, &smo, sizeof smo);
+        }
+    }
+}
+
+static void test_params_check_names_field_value_and_range(void)
+{
+    static const struct {
+        size_t offset;
+        const char *field;
+        float min, max;
+    } rows[] = {{offsetof(smo_params_t, resistance), "resistance", 1e-3f, 100.0f},
+                {offsetof(smo_params_t, inductance), "inductance", 1e-6f, 1.0f},
+                {offsetof(smo_params_t, gain), "gain", 0.1f, 1e4f},
+                {offsetof(smo_params_t, slope), "slope", 1e-3f, 1e3f},
+                {offsetof(smo_params_t, emf_cutoff), "emf_cutoff", 0.0f, 1e5f},
+                {offsetof(smo_params_t, period), "period", 1e-6f, 1e-2f}};
+    params_error_t why;
+    TEST_ASSERT_TRUE(smo_params_check(&PAPER, &why));
+    for (unsigned n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        const float bad[] = {nextafterf(rows[n].min, -1.0f), nextafterf(rows[n].max, INFINITY), NAN};
+        for (int m = 0; m < 3; m++) {
+            smo_params_t params = PAPER;
+            memcpy((char *)&params + rows[n].offset, &bad[m], sizeof bad[m]);
+            TEST_ASSERT_FALSE(smo_params_check(&params, &why));
+            TEST_ASSERT_EQUAL_STRING(rows[n].field, why.field);
+            TEST_ASSERT_TRUE(m == 2 ? isnan(why.value) : why.value == bad[m]);
+            TEST_ASSERT_TRUE(why.min == rows[n].min && why.max == rows[n].max);
+        }
+        /* At the limits: this rule holds, at most a later cross-rule refuses. */
+        for (int m = 0; m < 2; m++) {
+            smo_params_t params = PAPER;
+            float limit = m == 0 ? rows[n].min : rows[n].max;
+            memcpy((char *)&params + rows[n].offset, &limit, sizeof limit);
+            TEST_ASSERT_TRUE(smo_params_check(&params, &why) ||
+                             strcmp(why.rule, "range of the parameter") != 0);
+        }
+    }
+    smo_params_t params = PAPER;
+    params.switching = (smo_switching_t)3;
+    TEST_ASSERT_FALSE(smo_params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("switching", why.field);
+}
+
+static void test_params_check_refuses_too_much_loop_gain(void)
+{
+    params_error_t why;
+    double b = -expm1(-0.95 * 1e-4 / 0.0125) / 0.95;
+    float largest = (float)(1.2 / (b * 0.5)); /* 301.1 V */
+    smo_params_t params = with(SMO_SIGMOID_VECTOR, largest * 0.99999f, 0.0f);
+    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
+    params.gain = largest * 1.00001f;
+    TEST_ASSERT_FALSE(smo_params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("gain", why.field);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f * largest, largest, why.max);
+    params.gain = why.max;
+    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
+    params.gain = 2.0f * largest;
+    params.switching = SMO_SIGN; /* no slope, no such limit */
+    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
+}
+
+static void test_params_check_refuses_a_period_longer_than_half_the_time_constant(void)
+{
+    params_error_t why;
+    smo_params_t params = with(SMO_SIGMOID, 1.0f, 0.0f);
+    params.inductance = 1e-3f;
+    params.resistance = 5.0f;
+    params.period = 1e-4f;
+    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
+    params.resistance = 5.001f;
+    TEST_ASSERT_FALSE(smo_params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("period", why.field);
+    params.resistance = 4.999f;
+    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
+}
+
+static jmp_buf back;
+
+static void aborted(int signal_number)
+{
+    (void)signal_number;
+    longjmp(back, 1);
+}
+
+static void test_init_asserts_on_a_set_that_the_check_refuses(void)
+{
+    smo_params_t params = with(SMO_SIGMOID, 480.0f, 0.0f);
+    (void)signal(SIGABRT, aborted);
+    if (setjmp(back) == 0) {
+        smo_init(&smo, &params);
+        (void)signal(SIGABRT, SIG_DFL);
+        TEST_FAIL_MESSAGE("smo_init took a loop gain of 1.9");
+    }
+    (void)signal(SIGABRT, SIG_DFL);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_lag_of_the_sigmoid_grows_with_speed_as_published);
+    RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
+    RUN_TEST(test_runs_as_the_same_observer_in_double_precision);
+    RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
+    RUN_TEST(test_voltage_one_period_off_is_seen);
+    RUN_TEST(test_two_steps_by_hand);
+    RUN_TEST(test_vector_form_turns_with_its_error);
+    RUN_TEST(test_mean_gain_is_the_describing_function);
+    RUN_TEST(test_gains_without_error);
+    RUN_TEST(test_gain_of_the_sign_is_capped);
+    RUN_TEST(test_reset_is_settled);
+    RUN_TEST(test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond);
+    RUN_TEST(test_reset_of_the_sign_continues_the_emf);
+    RUN_TEST(test_retune_keeps_the_state);
+    RUN_TEST(test_bad_sample_is_passed_over);
+    RUN_TEST(test_params_check_names_field_value_and_range);
+    RUN_TEST(test_params_check_refuses_too_much_loop_gain);
+    RUN_TEST(test_params_check_refuses_a_period_longer_than_half_the_time_constant);
+    RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
+    return UNITY_END();
+}

@@ -1,0 +1,130 @@
+/* Phase-locked loop on the estimated back-EMF: conventional and feed-forward PLL, paper eqs. (15)-(27). One
+ * step per `period`; the EMF is that of t_k and so is the result.
+ *
+ * In the frame of the loop's own angle, e = (e_d, e_q), locked when e_d = 0 (then e_q = psi_f omega_e):
+ *
+ *     w_s   = I + F                                               smooth speed: integrator + feed-forward
+ *     s     = clamp(w_s / 20 rad/s, -1, 1)                        soft sign: nothing jumps at zero speed
+ *     eps   = -e_d s / max(|e|, floor)                            detector (15), normalised (17) with sign
+ * (erratum 6) w_emf = (|w_s| < 80 rad/s ? e_q : sign(w_s) |e|) speed_per_volt          speed from the EMF
+ * (3), signed F    += (1 - exp(-omega_c T)) (w_emf - F) + T acceleration  feed-forward, Fig. 7, and the
+ * torque's share omega = I + kp eps + F theta(k+1) = theta(k) + T omega,   I(k+1) = I(k) + ki T eps
+ *
+ * For small errors the loop is type III with Phi_1 = (22), error function (23) (erratum 7: the denominator of
+ * (21) is s^3); without feed-forward it is the type-II loop (19). While the electrical acceleration is a
+ * [rad/s^2] the angle is late by asin(a/ki) without and by (1 - gamma) a/ki with feed-forward, gamma being
+ * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
+ * them.
+ *
+ * |e| is the amplitude of this sample, not filtered again: any filter of its own would lag the speed. It is
+ * longer (1 + x) P(x) with x = (shorter/longer)^2 of e_d, e_q and a polynomial P = 1/sqrt(1 + x), whose
+ * reciprocal form the detector uses too: relative error within 3e-6, exactly |e_q| when e_d = 0.
+ *
+ * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
+ * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
+ * speed/(ki T). F stops in the same way short of w_emf, which the integrator then makes up without an angle
+ * error.
+ *
+ * Does not handle: a lag or an attenuation of the EMF (estimator/lag.h, speed_per_volt); the search for the
+ * rotor at standstill; passing zero speed slowly, where the EMF and with it the detector fade. In particular
+ * a conventional loop whose w_s has come to rest at zero has no detector any more and stays there until it is
+ * reset; started below 20 rad/s it needs the right direction and about the right angle. With a feed-forward,
+ * e_q gets it away. */
+#ifndef ESTIMATOR_PLL_H
+#define ESTIMATOR_PLL_H
+
+#include <stdbool.h>
+
+#include "estimator/position.h"
+#include "math/filter.h"
+#include "math/frames.h"
+#include "math/params_error.h"
+
+/* The soft sign is whole from here on [rad/s]. */
+#define PLL_SIGN_SPEED 20.0f
+
+/* Below this smooth speed [rad/s] e_q, which has a sign of its own, stands for the amplitude. */
+#define PLL_SIGNED_SPEED 80.0f
+
+/* Largest angle that the feed-forward may turn in one period [rad]; the integrator may turn twice this, so
+ * that it can still oppose a feed-forward that is at its limit. */
+#define PLL_TURN_LIMIT 1.0f
+
+typedef struct {
+    float kp;                 /* [rad/s], on the normalised detector (17): ki T < kp < 2/T + ki T/2 */
+    float ki;                 /* [rad/s^2], 0 < ki < 4/T^2 */
+    float feedforward_cutoff; /* omega_c [rad/s], 0..1/T; 0 = conventional */
+    float
+        amplitude_floor; /* [V], 1e-3..1e4: below it the detector is divided by the floor; psi_f * 11 rad/s */
+    float period;        /* T [s], 1e-6..1e-2 */
+} pll_params_t;
+
+typedef struct {
+    /* coefficients, from pll_init */
+    float kp;              /* [rad/s] */
+    float ki_period;       /* ki T [rad/s] */
+    float amplitude_floor; /* [V] */
+    float inverse_floor;   /* 1/amplitude_floor [1/V] */
+    float speed_limit;     /* PLL_TURN_LIMIT/T [rad/s] */
+    float period;          /* T [s] */
+    /* coefficient and state */
+    lowpass_t feedforward; /* F [rad/s] */
+    /* state */
+    float theta_e;  /* angle of the next step's result [rad], [-pi, pi) */
+    float integral; /* I [rad/s] */
+    float
+        omega_smooth; /* w_s = I + F after the last step [rad/s]: the speed for lag_angle, lag_attenuation */
+    float direction;  /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
+    float detector;   /* eps of the last step [-], -1..1 */
+    float amplitude;  /* |e| of the last step [V] */
+} pll_t;
+
+/* Good, or the first violated rule in `why` (untouched if good): the ranges above and, for kp and ki, the
+ * stability of the sampled loop z^2 + (kp T - 2) z + 1 - kp T + ki T^2 (Jury). A loop that is stable with s =
+ * 1 is so with every smaller s; the feed-forward is outside the loop and always stable. */
+bool pll_params_check(const pll_params_t *params, params_error_t *why);
+
+/* Coefficients; angle 0, speed 0. The set must be good (asserted). Two divisions. */
+void pll_init(pll_t *pll, const pll_params_t *params);
+
+/* Coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its share
+ * of kp. If the feed-forward is switched off its last value stays, and the integrator works against it: reset
+ * then. */
+void pll_retune(pll_t *pll, const pll_params_t *params);
+
+/* As if the loop had been locked at `start`, the angle [rad] and speed [rad/s] of the EMF: with that EMF the
+ * next step returns just these. The speed, cut to +-PLL_TURN_LIMIT/T, goes to the feed-forward if there is
+ * one (integrator 0), else to the integrator. Its sign is the direction, zero counts as positive; below 20
+ * rad/s the detector keeps that direction, at full gain, until the loop has once been faster. `start` must be
+ * finite. */
+void pll_reset(pll_t *pll, position_t start);
+
+/* Angle and speed of the EMF at t_k from its estimate [V]: theta_e where e_d was zero, in [-pi, pi), and
+ * omega_e the loop's whole frequency, k_p term included. Add lag_angle() to the angle to get the rotor's.
+ * `speed_per_volt` = 1/(psi_f attenuation) [rad/(s V)]; without effect on a conventional loop.
+ * `acceleration` [rad/s^2]: the torque's share K i_q, 0 = the paper. On a conventional loop nothing ever
+ * forgets its integral, which then ends at the limit while the integrator opposes it: use it with a
+ * feed-forward.
+ *
+ * feedforward_cutoff = 0 with acceleration = 0 is the conventional PLL bit for bit. For any input, non-finite
+ * ones too, result and state stay finite: an EMF that is not finite or beyond 1e30 V counts as detector 0 and
+ * amplitude 0 and leaves F alone, as does a w_emf beyond +-PLL_TURN_LIMIT/T; an acceleration that would
+ * change F by more than that in one step counts as 0. F is cut to +-PLL_TURN_LIMIT/T, I to twice that. Zero
+ * EMF: detector 0, F decays.
+ *
+ * One sine and cosine, one division, no loop. */
+position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
+
+/* kp, ki, feedforward_cutoff and period for a -3 dB bandwidth of the closed loop (22) of `bandwidth` [rad/s]:
+ * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping
+ *
+ *     (1 + c^2) u^4 + [4 z^2 + 2 + c^2 (4 z^2 - 2)] u^2 + 8 z c u = 1 - c^2           (|Phi_1|^2 = 1/2)
+ *
+ * so gains fall as the cutoff rises (erratum 11; the paper's comparison has damping 1). For c < 1 and damping
+ * >= 0.5 there is exactly one such u, and |Phi_1| crosses -3 dB only there. As built, with sample and hold,
+ * the bandwidth is off by a share of at most about bandwidth T/2. amplitude_floor is left as it is. False,
+ * and `params` untouched, if damping is not within 0.5..5, the cutoff not below the bandwidth, or the result
+ * breaks a rule of pll_params_check() (amplitude_floor apart). A Newton iteration of 24 steps: for init. */
+bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period);
+
+#endif

@@ -1,0 +1,760 @@
+/* A rotating EMF whose angle and speed are known in double precision is given to the loop. Small deviations
+ * are held against the linear oracle (pll_oracle.h), large ones against the numbers of the reference study
+ * (physics.md section 8) and closed forms.
+ *
+ * Rounding: theta_e, its sine and the angle's increment are good to 4e-7 rad a step, which the loop (kp T >=
+ * 0.005) turns into less than 1e-5 rad in the mean. An integrator that carries the whole speed (conventional
+ * loop) moves only when ki T eps exceeds half of its last digit, 1.6e-5 rad/s below 512 rad/s: it may rest
+ * STALL/(ki T) off. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "estimator/pll.h"
+#include "tests/oracle/pll_oracle.h"
+
+#define PSI      0.183
+#define T        1e-4
+#define COUNT    20000
+#define SPEED    335.0 /* 800 r/min, electrical [rad/s] */
+#define ROUNDING 1e-5
+#define STALL    1.6e-5
+
+static const double PI = 3.14159265358979323846;
+
+static double angle_in[COUNT], speed_in[COUNT], error_out[COUNT], omega_out[COUNT];
+static double error_expected[COUNT], omega_expected[COUNT];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double circle(double difference)
+{
+    return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
+}
+
+static pll_params_t design(float bandwidth, float cutoff)
+{
+    pll_params_t params = {.amplitude_floor = 2.0f};
+    params_error_t why;
+    TEST_ASSERT_TRUE(pll_design(&params, bandwidth, 1.0f, cutoff, 1e-4f));
+    TEST_ASSERT_TRUE(pll_params_check(&params, &why));
+    return params;
+}
+
+static pll_oracle_t oracle_of(const pll_params_t *params, double gamma)
+{
+    pll_oracle_t loop = {(double)params->kp, (double)params->ki, (double)params->feedforward_cutoff, gamma,
+                         (double)params->period};
+    return loop;
+}
+
+static double tolerance(const pll_params_t *params)
+{
+    return ROUNDING + (params->feedforward_cutoff > 0.0f ? 0.0 : 2.0 * STALL / ((double)params->ki * T));
+}
+
+static ab_t emf_at(double theta, double omega)
+{
+    ab_t emf = {(float)(-PSI * omega * sin(theta)), (float)(PSI * omega * cos(theta))};
+    return emf;
+}
+
+/* Around `speed`, turned by `direction`: angle and speed deviations in angle_in, speed_in; error_out = true
+ * minus tracked, omega_out the frequency's deviation, both turned back. */
+static void run(pll_t *pll, double direction, double speed, double gamma, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        double theta = direction * (speed * (double)k * T + angle_in[k]);
+        ab_t emf = emf_at(theta, direction * (speed + speed_in[k]));
+        position_t p = pll_step(pll, emf, (float)(gamma / PSI), 0.0f);
+        TEST_ASSERT_TRUE(p.theta_e >= -3.1415927f && p.theta_e < 3.1415926f);
+        error_out[k] = direction * circle(theta - (double)p.theta_e);
+        omega_out[k] = direction * (double)p.omega_e - speed;
+    }
+}
+
+static void start(pll_t *pll, const pll_params_t *params, double theta, double omega)
+{
+    position_t at = {(float)theta, (float)omega};
+    pll_init(pll, params);
+    pll_reset(pll, at);
+}
+
+/* scale t^n/n!; a step of the angle is an impulse of the speed. */
+static void input(int n, double scale)
+{
+    for (size_t k = 0; k < COUNT; k++) {
+        double t = (double)k * T;
+        angle_in[k] = scale;
+        speed_in[k] = n == 0 && k == 0 ? scale / T : 0.0;
+        for (int m = 1; m <= n; m++) {
+            speed_in[k] = m == n ? angle_in[k] : 0.0;
+            angle_in[k] *= t / m;
+        }
+    }
+}
+
+static double largest_difference(const double *a, const double *b, size_t from, size_t to)
+{
+    double largest = 0.0;
+    for (size_t k = from; k < to; k++) {
+        largest = fmax(largest, fabs(a[k] - b[k]));
+    }
+    return largest;
+}
+
+static void check_below(double value, double limit, const char *what)
+{
+    char text[120];
+    snprintf(text, sizeof text, "%s: %.9g, limit %.9g", what, value, limit);
+    TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
+}
+
+static const float LOOPS[][2] = {{100.0f, 0.0f}, {100.0f, 8.0f},  {100.0f, 25.0f},
+                                 {200.0f, 0.0f}, {200.0f, 50.0f}, {200.0f, 121.0f}};
+#define LOOP_COUNT (sizeof LOOPS / sizeof LOOPS[0])
+
+/* (22) + (23) = 1, with and without omega_c (19): two different evaluations of the print. */
+static void test_oracle_polynomials_belong_together(void)
+{
+    for (size_t n = 0; n < LOOP_COUNT; n++) {
+        pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
+        pll_oracle_t loop = oracle_of(&params, 1.0);
+        for (double w = 1.0; w < 2000.0; w *= 1.7) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, pll_oracle_gain(&loop, w), pll_oracle_error_gain(&loop, w));
+        }
+        if (loop.wc == 0.0) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.0 / loop.ki, pll_oracle_error_coefficient(&loop, 2));
+        } else {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.0, pll_oracle_error_coefficient(&loop, 2));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 / (loop.ki * loop.wc),
+                                      pll_oracle_error_coefficient(&loop, 3));
+            /* erratum 9 */
+            double c4 = -(loop.ki + loop.kp * loop.wc) / pow(loop.ki * loop.wc, 2.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9 * fabs(c4), c4, pll_oracle_error_coefficient(&loop, 4));
+        }
+    }
+}
+
+/* Steps of the angle, its speed, its acceleration: the linear sampled loop. sin x differs from x by x^3/6 <
+ * 1e-6 below 18 mrad. F stops STALL/(omega_c T) rad/s before its goal, a step of speed that costs at most
+ * 0.74 of itself over kp before the integrator has it. Speed: kp times the angle's tolerance, that stop, and
+ * two last digits of 400 rad/s. */
+static void check_responses(double direction)
+{
+    static const double scale[3] = {0.01, 1.0, 20.0};
+    for (size_t n = 0; n < LOOP_COUNT; n++) {
+        pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
+        pll_oracle_t loop = oracle_of(&params, 1.0);
+        double stop = loop.wc > 0.0 ? STALL / (loop.wc * T) : 0.0;
+        double allowed = 2e-6 + tolerance(&params) + stop / loop.kp;
+        for (int order = 0; order < 3; order++) {
+            pll_t pll;
+            input(order, scale[order]);
+            start(&pll, &params, 0.0, direction * SPEED);
+            run(&pll, direction, SPEED, 1.0, COUNT / 2);
+            pll_oracle_sampled(&loop, angle_in, speed_in, COUNT / 2, error_expected, omega_expected);
+            check_below(largest_difference(error_out, error_expected, 0, COUNT / 2), allowed,
+                        "sampled, angle");
+            check_below(largest_difference(omega_out, omega_expected, 0, COUNT / 2),
+                        loop.kp * allowed + stop + 6e-5, "sampled, speed");
+
+            /* The continuous loop of (19), (23): sample and hold shift the response by up to T, in which the
+             * error changes by at most its largest slope: (kp + wc) step, once the step itself is over, or
+             * the ramp. */
+            pll_oracle_continuous(&loop, order, scale[order], COUNT / 2, error_expected);
+            double slope = order == 0   ? (loop.kp + loop.wc) * scale[0]
+                           : order == 1 ? scale[1]
+                                        : 0.1 * scale[2];
+            check_below(largest_difference(error_out, error_expected, 1, COUNT / 2), slope * T + allowed,
+                        "continuous");
+        }
+    }
+}
+
+static void test_responses_are_those_of_the_polynomials_forward(void)
+{
+    check_responses(1.0);
+}
+
+static void test_responses_are_those_of_the_polynomials_backward(void)
+{
+    check_responses(-1.0);
+}
+
+/* Amplitude and phase of the tracked angle for a sinusoidal deviation of 10 mrad, against (22) at the
+ * design's bandwidth; sample and hold change the gain by about omega T/2 = 1 %. */
+static void test_designs_have_their_bandwidth_in_the_sampled_loop(void)
+{
+    for (size_t n = 0; n < LOOP_COUNT; n++) {
+        pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
+        pll_t pll;
+        size_t samples = LOOPS[n][0] < 150.0f ? 628 : 314;
+        double w = 2.0 * PI / ((double)samples * T);
+        for (size_t k = 0; k < COUNT; k++) {
+            angle_in[k] = 0.01 * sin(w * (double)k * T);
+            speed_in[k] = 0.01 * w * cos(w * (double)k * T);
+        }
+        start(&pll, &params, 0.0, SPEED);
+        run(&pll, 1.0, SPEED, 1.0, COUNT);
+        double re = 0.0, im = 0.0;
+        for (size_t k = COUNT - 10 * samples; k < COUNT; k++) {
+            re += (angle_in[k] - error_out[k]) * sin(w * (double)k * T);
+            im += (angle_in[k] - error_out[k]) * cos(w * (double)k * T);
+        }
+        double gain = 2.0 * sqrt(re * re + im * im) / (10.0 * (double)samples) / 0.01;
+        pll_oracle_t loop = oracle_of(&params, 1.0);
+        printf("B %.0f wc %.0f: gain at B %.5f, continuous %.5f\n", (double)LOOPS[n][0], (double)LOOPS[n][1],
+               gain, pll_oracle_gain(&loop, w));
+        TEST_ASSERT_DOUBLE_WITHIN(0.5 * w * T, 1.0, gain / pll_oracle_gain(&loop, w));
+    }
+}
+
+/* The paper's claim and erratum 10. Half of the rest of the transient is over after 0.02 s; 2 s leave
+ * nothing. */
+static void check_acceleration(float bandwidth, float cutoff, double gamma, double direction, double a)
+{
+    pll_params_t params = design(bandwidth, cutoff);
+    pll_oracle_t loop = oracle_of(&params, gamma);
+    pll_t pll;
+    input(2, a);
+    start(&pll, &params, 0.0, direction * SPEED);
+    run(&pll, direction, SPEED, gamma, COUNT);
+    double expected = a * pll_oracle_error_coefficient(&loop, 2);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, a / loop.ki * (cutoff > 0.0f ? 1.0 - gamma : 1.0), expected);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected) + tolerance(&params), expected, error_out[COUNT - 1]);
+}
+
+static void test_conventional_error_in_acceleration_is_a_over_ki(void)
+{
+    check_acceleration(100.0f, 0.0f, 1.0, 1.0, 80.0);
+    check_acceleration(100.0f, 0.0f, 1.0, -1.0, 80.0);
+    check_acceleration(100.0f, 0.0f, 1.0, 1.0, -80.0);
+    check_acceleration(200.0f, 0.0f, 1.0, -1.0, -80.0);
+}
+
+static void test_feedforward_leaves_no_error_in_acceleration(void)
+{
+    check_acceleration(100.0f, 25.0f, 1.0, 1.0, 80.0);
+    check_acceleration(100.0f, 25.0f, 1.0, -1.0, 80.0);
+    check_acceleration(200.0f, 50.0f, 1.0, 1.0, -80.0);
+}
+
+static void test_wrong_speed_per_volt_leaves_its_share_of_the_error(void)
+{
+    check_acceleration(100.0f, 25.0f, 0.9, 1.0, 80.0);
+    check_acceleration(100.0f, 25.0f, 1.1, 1.0, 80.0);
+    check_acceleration(200.0f, 50.0f, 1.2, -1.0, -80.0);
+}
+
+/* Third coefficient of (24): an acceleration that grows by j per second leaves j/(ki omega_c). */
+static void test_feedforward_error_for_growing_acceleration_is_that_of_c3(void)
+{
+    pll_params_t params = design(100.0f, 25.0f);
+    pll_oracle_t loop = oracle_of(&params, 1.0);
+    pll_t pll;
+    input(3, 80.0);
+    start(&pll, &params, 0.0, SPEED);
+    run(&pll, 1.0, SPEED, 1.0, COUNT);
+    double expected = 80.0 * pll_oracle_error_coefficient(&loop, 3);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected + ROUNDING, expected, error_out[COUNT - 1]);
+}
+
+/* physics.md section 3, wn within 1 %: omega_c and wn are printed rounded (60 may be 60.45, 11.4 half a digit
+ * is 0.4 %); ki is the square. */
+static void test_designs_are_those_of_the_reference_study(void)
+{
+    static const double table[][3] = {{100, 0, 40.3},  {100, 8, 35.3},  {100, 20, 28.5}, {100, 25, 25.9},
+                                      {100, 40, 18.9}, {100, 60, 11.4}, {200, 0, 80.6},  {200, 16, 70.7},
+                                      {200, 40, 57.0}, {200, 50, 51.8}, {200, 81, 37.9}, {200, 121, 22.7}};
+    for (size_t n = 0; n < sizeof table / sizeof table[0]; n++) {
+        pll_params_t params = design((float)table[n][0], (float)table[n][1]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, (double)params.kp / (2.0 * table[n][2]));
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, (double)params.ki / (table[n][2] * table[n][2]));
+        TEST_ASSERT_EQUAL_FLOAT((float)table[n][1], params.feedforward_cutoff);
+    }
+}
+
+/* Float arithmetic of about 20 operations: 1e-5 relative, unless the root itself is a small difference (c
+ * near 1). */
+static void test_designs_have_one_crossing_at_their_bandwidth(void)
+{
+    static const float damping[] = {0.5f, 0.7071f, 1.0f, 2.0f, 5.0f};
+    static const float cutoff[] = {0.0f, 0.01f, 0.3f, 0.6f, 0.9f, 0.99f};
+    for (size_t n = 0; n < 5; n++) {
+        for (size_t m = 0; m < 6; m++) {
+            pll_params_t params = {.amplitude_floor = 3.0f};
+            int crossings;
+            TEST_ASSERT_TRUE(pll_design(&params, 150.0f, damping[n], 150.0f * cutoff[m], 1e-4f));
+            pll_oracle_t loop = oracle_of(&params, 1.0);
+            TEST_ASSERT_DOUBLE_WITHIN(150.0 * 2e-5, 150.0, pll_oracle_bandwidth(&loop, &crossings));
+            TEST_ASSERT_EQUAL_INT(1, crossings);
+            double ratio = loop.kp / (2.0 * sqrt(loop.ki));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 * ratio, (double)damping[n], ratio);
+            TEST_ASSERT_EQUAL_FLOAT(3.0f, params.amplitude_floor);
+        }
+    }
+}
+
+static void test_impossible_designs_are_refused_and_change_nothing(void)
+{
+    static const float wanted[][4] = {
+        {100.0f, 0.499f, 0.0f, 1e-4f}, {100.0f, 5.01f, 0.0f, 1e-4f}, {100.0f, 1.0f, 100.0f, 1e-4f},
+        {100.0f, 1.0f, 101.0f, 1e-4f}, {100.0f, 1.0f, -1.0f, 1e-4f}, {0.0f, 1.0f, 0.0f, 1e-4f},
+        {-9.0f, 1.0f, 0.0f, 1e-4f},    {NAN, 1.0f, 0.0f, 1e-4f},     {100.0f, NAN, 0.0f, 1e-4f},
+        {100.0f, 1.0f, NAN, 1e-4f},    {100.0f, 1.0f, 0.0f, NAN},    {INFINITY, 1.0f, 0.0f, 1e-4f},
+        {100.0f, 1.0f, 0.0f, 0.0f},    {100.0f, 1.0f, 0.0f, 1.1e-2f}};
+    pll_params_t params = design(100.0f, 25.0f);
+    pll_params_t before = params;
+    for (size_t n = 0; n < sizeof wanted / sizeof wanted[0]; n++) {
+        TEST_ASSERT_FALSE(pll_design(&params, wanted[n][0], wanted[n][1], wanted[n][2], wanted[n][3]));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
+    }
+    /* Damping 1: both poles lie at 1 - wn T, stable for wn T < 2, and wn = bandwidth sqrt(sqrt(10) - 3). */
+    float edge = (float)(2.0 / T / sqrt(sqrt(10.0) - 3.0));
+    TEST_ASSERT_FALSE(pll_design(&params, 1.001f * edge, 1.0f, 0.0f, 1e-4f));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
+    TEST_ASSERT_TRUE(pll_design(&params, 0.99f * edge, 1.0f, 0.0f, 1e-4f));
+}
+
+static void test_check_accepts_exactly_the_stable_loops(void)
+{
+    int good = 0, bad = 0;
+    for (int n = 1; n < 60; n++) {
+        for (int m = 1; m < 60; m++) {
+            pll_params_t params = {(float)(0.083 * n / T), (float)(0.077 * m / (T * T)), 10.0f, 2.0f, 1e-4f};
+            pll_oracle_t loop = oracle_of(&params, 1.0);
+            double radius = pll_oracle_radius(&loop);
+            params_error_t why;
+            if (fabs(radius - 1.0) < 1e-5) {
+                continue;
+            }
+            TEST_ASSERT_EQUAL_INT(radius < 1.0, pll_params_check(&params, &why));
+            good += radius < 1.0;
+            bad += radius > 1.0;
+        }
+    }
+    TEST_ASSERT_TRUE(good > 300 && bad > 300);
+}
+
+static void check_field(pll_params_t params, const char *field, float value)
+{
+    params_error_t why;
+    memset(&why, 0, sizeof why);
+    bool good = pll_params_check(&params, &why);
+    if (field == NULL) {
+        TEST_ASSERT_TRUE(good);
+        return;
+    }
+    TEST_ASSERT_FALSE(good);
+    TEST_ASSERT_EQUAL_STRING(field, why.field);
+    TEST_ASSERT_NOT_NULL(why.rule);
+    if (!isnan(value)) {
+        TEST_ASSERT_EQUAL_FLOAT(value, why.value);
+        TEST_ASSERT_TRUE(value <= why.min || value >= why.max);
+    }
+    TEST_ASSERT_TRUE(why.min < why.max);
+}
+
+static void test_check_names_the_broken_rule(void)
+{
+    const pll_params_t good = {161.0f, 6495.0f, 50.0f, 2.0f, 1e-4f};
+    pll_params_t p;
+    check_field(good, NULL, 0.0f);
+#define TRY(member, value, expected)                                                                         \
+    p = good;                                                                                                \
+    p.member = (value);                                                                                      \
+    check_field(p, expected, p.member)
+    TRY(period, 0.9e-6f, "period");
+    TRY(period, 1.0e-6f, NULL);
+    TRY(period, 1.01e-2f, "period");
+    TRY(period, NAN, "period");
+    TRY(feedforward_cutoff, -1e-6f, "feedforward_cutoff");
+    TRY(feedforward_cutoff, 0.0f, NULL);
+    TRY(feedforward_cutoff, 9999.0f, NULL);
+    TRY(feedforward_cutoff, 10001.0f, "feedforward_cutoff");
+    TRY(feedforward_cutoff, NAN, "feedforward_cutoff");
+    TRY(ki, 0.0f, "ki");
+    TRY(ki, 1e-3f, NULL);
+    TRY(ki, 4.001e8f, "ki");
+    TRY(ki, NAN, "ki");
+    TRY(kp, 0.649f, "kp");
+    TRY(kp, 0.650f, NULL);
+    TRY(kp, 20000.0f, NULL);
+    TRY(kp, 20001.0f, "kp");
+    TRY(kp, INFINITY, "kp");
+    TRY(amplitude_floor, 0.9e-3f, "amplitude_floor");
+    TRY(amplitude_floor, 1.0e-3f, NULL);
+    TRY(amplitude_floor, 1.0e4f, NULL);
+    TRY(amplitude_floor, 1.01e4f, "amplitude_floor");
+#undef TRY
+}
+
+/* eps = sin(theta - theta_hat) min(1, |e|/floor), whichever way it turns; |e| within 3e-6, plus float input.
+ */
+static void test_detector_is_the_sine_of_the_error_at_any_amplitude(void)
+{
+    pll_params_t params = design(200.0f, 0.0f);
+    static const double amplitude[] = {1e-35, 1e-6, 0.5, 1.9999, 2.0001, 2.5, 61.0, 1e6, 1e29};
+    for (int direction = -1; direction <= 1; direction += 2) {
+        for (size_t n = 0; n < sizeof amplitude / sizeof amplitude[0]; n++) {
+            for (int m = -90; m < 90; m++) {
+                pll_t pll;
+                double theta_hat = 0.7, theta = theta_hat + m * PI / 90.0;
+                start(&pll, &params, theta_hat, direction * 400.0);
+                (void)pll_step(&pll, emf_at(theta, direction * amplitude[n] / PSI), 0.0f, 0.0f);
+                double expected = sin(theta - theta_hat) * fmin(1.0, amplitude[n] / 2.0);
+                TEST_ASSERT_DOUBLE_WITHIN(4e-6, expected, (double)pll.detector);
+                if (amplitude[n] > 1e-29) {
+                    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 1.0, (double)pll.amplitude / amplitude[n]);
+                }
+            }
+        }
+    }
+}
+
+/* With the angle 0.5 rad off, e_q = |e| cos 0.5 shows which of the two was taken. */
+static void test_feedforward_takes_the_signed_emf_below_its_speed(void)
+{
+    static const double speed[] = {30.0, 79.9, 80.0, 80.1, -79.9, -80.0, -80.1};
+    pll_params_t params = design(200.0f, 50.0f);
+    double share = 1.0 - exp(-50.0 * T);
+    for (size_t n = 0; n < sizeof speed / sizeof speed[0]; n++) {
+        pll_t pll;
+        start(&pll, &params, 1.0, speed[n]);
+        (void)pll_step(&pll, emf_at(1.5, speed[n]), (float)(1.0 / PSI), 100.0f);
+        double taken = fabs(speed[n]) < 79.95 ? cos(0.5) : 1.0;
+        double expected = speed[n] + share * (taken - 1.0) * speed[n] + 100.0 * T;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, expected, (double)pll.feedforward.value);
+    }
+}
+
+static void test_sign_is_soft_around_zero_speed(void)
+{
+    static const double speed[] = {-25.0, -20.0, -19.0, -5.0, 0.0, 5.0, 19.0, 20.0, 25.0};
+    pll_params_t params = design(200.0f, 0.0f);
+    for (size_t n = 0; n < sizeof speed / sizeof speed[0]; n++) {
+        pll_t pll;
+        start(&pll, &params, 0.0, 30.0);
+        pll.omega_smooth = (float)speed[n];
+        ab_t emf = {-10.0f, 0.0f};
+        (void)pll_step(&pll, emf, 0.0f, 0.0f);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, fmax(-1.0, fmin(1.0, speed[n] / 20.0)), (double)pll.detector);
+    }
+}
+
+static void test_reset_takes_its_direction_from_the_start_speed(void)
+{
+    static const double speed[] = {-20.1, -19.0, -1.0, 0.0, 1.0, 19.0, 20.1};
+    pll_params_t params = design(200.0f, 0.0f);
+    for (size_t n = 0; n < sizeof speed / sizeof speed[0]; n++) {
+        pll_t pll;
+        start(&pll, &params, 0.0, speed[n]);
+        ab_t emf = {-10.0f, 0.0f};
+        (void)pll_step(&pll, emf, 0.0f, 0.0f);
+        TEST_ASSERT_EQUAL_FLOAT(speed[n] < 0.0 ? -1.0f : 1.0f, pll.detector);
+    }
+}
+
+/* Started at rest, it finds an EMF of either direction; the conventional loop from the right angle, told the
+ * direction, and a speed below kp/2, so that it catches it without a slip. 2 s are ten times the pull-in of
+ * physics.md section 8. */
+static void test_start_from_zero_speed_catches_both_directions(void)
+{
+    for (int n = 0; n < 4; n++) {
+        pll_params_t params = design(200.0f, n < 2 ? 0.0f : 50.0f);
+        double direction = n % 2 ? -1.0 : 1.0;
+        pll_t pll;
+        input(0, 0.0);
+        start(&pll, &params, n < 2 ? 0.0 : 2.0, n == 1 ? -1.0 : 0.0);
+        run(&pll, direction, n < 2 ? 60.0 : 150.0, 1.0, COUNT);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, error_out[COUNT - 1]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.2, 0.0, omega_out[COUNT - 1]);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.direction);
+    }
+}
+
+/* +209 -> -209 rad/s (500 r/min) in 0.1 s with the torque's share: F follows w by itself, the loop has
+ * nothing to do. The order of sampling leaves a T/2 of speed to the integrator, and the trapezoid of F a few
+ * of them. */
+static void test_torque_feedforward_passes_zero_speed_locked(void)
+{
+    for (int n = 0; n < 2; n++) {
+        double direction = n ? -1.0 : 1.0, theta = 0.0, largest = 0.0, a = -4180.0;
+        pll_params_t params = design(200.0f, 50.0f);
+        pll_t pll;
+        start(&pll, &params, 0.0, direction * 209.0);
+        for (int k = 0; k < 3000; k++) {
+            double t = (k - 1000) * T;
+            double w = t < 0.0 ? 209.0 : t < 0.1 ? 209.0 + a * t : -209.0;
+            double ramp = t >= 0.0 && t < 0.1 ? a : 0.0;
+            position_t p = pll_step(&pll, emf_at(direction * theta, direction * w), (float)(1.0 / PSI),
+                                    (float)(direction * ramp));
+            largest = fmax(largest, fabs(circle(direction * theta - (double)p.theta_e)));
+            theta += T * (w + 0.5 * ramp * T);
+        }
+        check_below(largest, 5e-3, "reversal");
+        TEST_ASSERT_DOUBLE_WITHIN(0.2, -209.0, direction * (double)pll.omega_smooth);
+    }
+}
+
+/* Without the torque's share the same reversal, slower, still ends locked in the other direction. */
+static void test_reversal_without_torque_feedforward_ends_locked(void)
+{
+    double theta = 0.0, error = 9.0;
+    pll_params_t params = design(200.0f, 50.0f);
+    pll_t pll;
+    start(&pll, &params, 0.0, 209.0);
+    for (int k = 0; k < 10000; k++) {
+        double t = k * T, w = t < 0.2 ? 209.0 - 2090.0 * t : -209.0;
+        position_t p = pll_step(&pll, emf_at(theta, w), (float)(1.0 / PSI), 0.0f);
+        error = circle(theta - (double)p.theta_e);
+        theta += T * (w + (t < 0.2 ? -0.5 * 2090.0 * T : 0.0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, error);
+}
+
+/* Torque's share wrong by rho: rho times the error without it (physics.md section 10). Large errors are
+ * avoided. */
+static void test_error_is_proportional_to_the_error_of_the_torque_share(void)
+{
+    double peak[3];
+    static const double share[3] = {0.0, 0.7, 1.0};
+    for (int n = 0; n < 3; n++) {
+        pll_params_t params = design(200.0f, 50.0f);
+        pll_t pll;
+        input(2, 100.0);
+        start(&pll, &params, 0.0, SPEED);
+        peak[n] = 0.0;
+        for (int k = 0; k < 5000; k++) {
+            double theta = SPEED * k * T + angle_in[k];
+            position_t p = pll_step(&pll, emf_at(theta, SPEED + speed_in[k]), (float)(1.0 / PSI),
+                                    (float)(100.0 * share[n]));
+            peak[n] = fmax(peak[n], fabs(circle(theta - (double)p.theta_e)));
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * peak[0], 0.3 * peak[0], peak[1]);
+    check_below(peak[2], 0.03 * peak[0], "right share");
+}
+
+/* Pull-in with the allowance of physics.md section 8: 20 % over the reference. */
+static void test_wrong_angle_is_pulled_in_in_time(void)
+{
+    static const double cases[][4] = {{200, 50, 1.0, 0.125}, {200, 50, 3.0, 0.196}, {100, 25, 1.0, 0.250},
+                                      {100, 25, 3.0, 0.384}, {100, 0, 1.0, 0.168},  {100, 0, 3.0, 0.248}};
+    for (size_t n = 0; n < 12; n++) {
+        const double *c = cases[n / 2];
+        double direction = n % 2 ? -1.0 : 1.0;
+        pll_params_t params = design((float)c[0], (float)c[1]);
+        pll_t pll;
+        input(0, 0.0);
+        start(&pll, &params, c[2], direction * SPEED);
+        run(&pll, direction, SPEED, 1.0, COUNT / 2);
+        size_t last = 0;
+        for (size_t k = 0; k < COUNT / 2; k++) {
+            last = fabs(error_out[k]) > 0.02 ? k : last;
+        }
+        printf("pull-in B %.0f wc %.0f from %.0f rad: %.0f ms\n", c[0], c[1], c[2], 1e3 * (double)last * T);
+        check_below((double)last * T, c[3], "pull-in");
+        TEST_ASSERT_TRUE(last > 100);
+    }
+}
+
+static void test_reset_is_bumpless(void)
+{
+    static const double speed[] = {-3000.0, -628.0, -42.0, -10.0, 10.0, 42.0, 628.0, 3000.0};
+    for (size_t n = 0; n < LOOP_COUNT; n++) {
+        for (size_t m = 0; m < sizeof speed / sizeof speed[0]; m++) {
+            pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
+            pll_t pll;
+            input(0, 0.0);
+            start(&pll, &params, 1.0, 77.0);
+            run(&pll, 1.0, 500.0, 1.0, 300);
+            pll_reset(&pll, (position_t){0.0f, (float)speed[m]});
+            TEST_ASSERT_EQUAL_FLOAT((float)speed[m], pll.omega_smooth);
+            run(&pll, speed[m] < 0.0 ? -1.0 : 1.0, fabs(speed[m]), 1.0, 2000);
+            for (size_t k = 0; k < 2000; k++) {
+                check_below(fabs(error_out[k]), 5e-4, "after reset");
+                check_below(fabs(omega_out[k]), 0.2, "speed after reset");
+            }
+        }
+    }
+}
+
+static void test_retune_keeps_the_state(void)
+{
+    pll_params_t params = design(200.0f, 50.0f), other = design(100.0f, 25.0f);
+    pll_t pll;
+    input(0, 0.0);
+    start(&pll, &params, 0.0, SPEED);
+    run(&pll, 1.0, SPEED, 1.0, 1000);
+    pll_t before = pll;
+    pll_retune(&pll, &other);
+    TEST_ASSERT_EQUAL_FLOAT(other.kp, pll.kp);
+    TEST_ASSERT_EQUAL_FLOAT(before.theta_e, pll.theta_e);
+    TEST_ASSERT_EQUAL_FLOAT(before.integral, pll.integral);
+    TEST_ASSERT_EQUAL_FLOAT(before.feedforward.value, pll.feedforward.value);
+    pll_retune(&pll, &params);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &pll, sizeof pll);
+}
+
+/* The two recursions of (18) alone, in the same float operations, from the same detector; whatever
+ * speed_per_volt. */
+static void test_without_feedforward_it_is_the_conventional_loop_bit_for_bit(void)
+{
+    static const float scale[] = {0.0f, 5.4644809f, -3e9f, INFINITY, NAN};
+    pll_params_t params = design(200.0f, 0.0f);
+    for (size_t n = 0; n < 5; n++) {
+        pll_t pll;
+        start(&pll, &params, 1.0, SPEED);
+        float theta = pll.theta_e, integral = (float)SPEED;
+        float ki_period = params.ki * params.period;
+        for (int k = 0; k < 5000; k++) {
+            double speed = SPEED + 40.0 * sin(0.003 * k);
+            position_t p = pll_step(&pll, emf_at(SPEED * k * T, speed), scale[n], 0.0f);
+            float omega = integral + params.kp * pll.detector;
+            TEST_ASSERT_EQUAL_MEMORY(&theta, &p.theta_e, sizeof theta);
+            TEST_ASSERT_EQUAL_MEMORY(&omega, &p.omega_e, sizeof omega);
+            theta += params.period * omega;
+            theta = theta > 3.1415925f ? (float)circle((double)theta) : theta;
+            if (theta != pll.theta_e) { /* wrapped: rounded once more */
+                TEST_ASSERT_DOUBLE_WITHIN(5e-7, 0.0, circle((double)theta - (double)pll.theta_e));
+                theta = pll.theta_e;
+            }
+            integral += ki_period * pll.detector;
+            TEST_ASSERT_EQUAL_MEMORY(&integral, &pll.omega_smooth, sizeof integral);
+        }
+    }
+}
+
+/* The mirrored EMF gives the mirrored position, to the last bit: no direction is preferred anywhere. */
+static void test_backward_is_the_mirror_of_forward(void)
+{
+    pll_params_t params = design(200.0f, 50.0f);
+    pll_t forward, backward;
+    start(&forward, &params, 2.0, 300.0);
+    start(&backward, &params, -2.0, -300.0);
+    for (int k = 0; k < 8000; k++) {
+        double t = k * T, theta = 300.0 * t - 500.0 * t * t;
+        ab_t emf = emf_at(theta, 300.0 - 1000.0 * t);
+        ab_t mirrored = {emf.alpha, -emf.beta};
+        position_t p = pll_step(&forward, emf, 5.4f, -700.0f);
+        position_t q = pll_step(&backward, mirrored, 5.4f, 700.0f);
+        TEST_ASSERT_EQUAL_FLOAT(p.theta_e, -q.theta_e);
+        TEST_ASSERT_EQUAL_FLOAT(p.omega_e, -q.omega_e);
+    }
+}
+
+static void check_finite(const pll_t *pll, position_t p)
+{
+    TEST_ASSERT_TRUE(isfinite(p.theta_e) && isfinite(p.omega_e));
+    TEST_ASSERT_TRUE(fabsf(pll->theta_e) <= 3.1415926f && isfinite(pll->detector) &&
+                     isfinite(pll->amplitude));
+    TEST_ASSERT_TRUE(fabsf(pll->feedforward.value) <= pll->speed_limit);
+    TEST_ASSERT_TRUE(fabsf(pll->integral) <= 2.0f * pll->speed_limit && isfinite(pll->omega_smooth));
+}
+
+/* One bad sample of any kind in each place: finite, and nothing but kp eps lost: locked within 1 mrad right
+ * after. */
+static void test_non_finite_input_is_kept_out(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f};
+    for (int place = 0; place < 4; place++) {
+        for (size_t n = 0; n < 5; n++) {
+            pll_params_t params = design(200.0f, 50.0f);
+            pll_t pll;
+            start(&pll, &params, 0.0, SPEED);
+            for (int k = 0; k < 500; k++) {
+                ab_t emf = emf_at(SPEED * k * T, SPEED);
+                float scale = (float)(1.0 / PSI), acceleration = 0.0f;
+                if (k == 200) {
+                    emf.alpha = place == 0 ? bad[n] : emf.alpha;
+                    emf.beta = place == 1 ? bad[n] : emf.beta;
+                    scale = place == 2 ? bad[n] : scale;
+                    acceleration = place == 3 ? bad[n] : acceleration;
+                }
+                position_t p = pll_step(&pll, emf, scale, acceleration);
+                check_finite(&pll, p);
+                check_below(fabs(circle(SPEED * k * T - (double)p.theta_e)), 1e-3, "after a bad sample");
+            }
+        }
+    }
+}
+
+static void test_zero_emf_is_finite_and_lets_the_feedforward_fade(void)
+{
+    for (int n = 0; n < 2; n++) {
+        pll_params_t params = design(200.0f, n ? 50.0f : 0.0f);
+        pll_t pll;
+        start(&pll, &params, 0.0, SPEED);
+        for (int k = 0; k < 5000; k++) {
+            ab_t none = {0.0f, 0.0f};
+            position_t p = pll_step(&pll, none, (float)(1.0 / PSI), 0.0f);
+            check_finite(&pll, p);
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector);
+        }
+        /* exp(-25) of 335 rad/s, or all of it */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, n ? 0.0 : SPEED, (double)pll.omega_smooth);
+    }
+}
+
+/* Held off its angle for ever, and pushed by an acceleration for ever, it ends at the limits and comes back.
+ */
+static void test_limits_hold(void)
+{
+    pll_params_t params = design(200.0f, 0.0f);
+    pll_t pll;
+    start(&pll, &params, 0.0, SPEED);
+    for (int k = 0; k < 100000; k++) {
+        ab_t emf = emf_at((double)pll.theta_e + 1.5, 300.0);
+        position_t p = pll_step(&pll, emf, 0.0f, 3e6f);
+        check_finite(&pll, p);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(20000.0f, pll.integral);
+    TEST_ASSERT_EQUAL_FLOAT(10000.0f, pll.feedforward.value);
+    pll_reset(&pll, (position_t){7.0f, 1e9f});
+    TEST_ASSERT_EQUAL_FLOAT(10000.0f, pll.integral);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 7.0 - 2.0 * PI, (double)pll.theta_e);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_oracle_polynomials_belong_together);
+    RUN_TEST(test_responses_are_those_of_the_polynomials_forward);
+    RUN_TEST(test_responses_are_those_of_the_polynomials_backward);
+    RUN_TEST(test_designs_have_their_bandwidth_in_the_sampled_loop);
+    RUN_TEST(test_conventional_error_in_acceleration_is_a_over_ki);
+    RUN_TEST(test_feedforward_leaves_no_error_in_acceleration);
+    RUN_TEST(test_wrong_speed_per_volt_leaves_its_share_of_the_error);
+    RUN_TEST(test_feedforward_error_for_growing_acceleration_is_that_of_c3);
+    RUN_TEST(test_designs_are_those_of_the_reference_study);
+    RUN_TEST(test_designs_have_one_crossing_at_their_bandwidth);
+    RUN_TEST(test_impossible_designs_are_refused_and_change_nothing);
+    RUN_TEST(test_check_accepts_exactly_the_stable_loops);
+    RUN_TEST(test_check_names_the_broken_rule);
+    RUN_TEST(test_detector_is_the_sine_of_the_error_at_any_amplitude);
+    RUN_TEST(test_feedforward_takes_the_signed_emf_below_its_speed);
+    RUN_TEST(test_sign_is_soft_around_zero_speed);
+    RUN_TEST(test_reset_takes_its_direction_from_the_start_speed);
+    RUN_TEST(test_start_from_zero_speed_catches_both_directions);
+    RUN_TEST(test_torque_feedforward_passes_zero_speed_locked);
+    RUN_TEST(test_reversal_without_torque_feedforward_ends_locked);
+    RUN_TEST(test_error_is_proportional_to_the_error_of_the_torque_share);
+    RUN_TEST(test_wrong_angle_is_pulled_in_in_time);
+    RUN_TEST(test_reset_is_bumpless);
+    RUN_TEST(test_retune_keeps_the_state);
+    RUN_TEST(test_without_feedforward_it_is_the_conventional_loop_bit_for_bit);
+    RUN_TEST(test_backward_is_the_mirror_of_forward);
+    RUN_TEST(test_non_finite_input_is_kept_out);
+    RUN_TEST(test_zero_emf_is_finite_and_lets_the_feedforward_fade);
+    RUN_TEST(test_limits_hold);
+    return UNITY_END();
+}

@@ -57,9 +57,9 @@ double pll_oracle_error_gain(const pll_oracle_t *loop, double omega)
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings)
 {
     const Vector4 p = 2.0 * square(numerator(*loop)) - square(denominator(*loop));
-    Eigen::Matrix3d companion;
+    Eigen::MatrixXd companion(3, 3);
     companion << -p(2) / p(3), -p(1) / p(3), -p(0) / p(3), 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;
-    const Eigen::Vector3cd roots = companion.eigenvalues();
+    const Eigen::VectorXcd roots = companion.eigenvalues();
     double largest = 0.0;
     *crossings = 0;
     for (int n = 0; n < 3; n++) {
@@ -120,9 +120,9 @@ void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const dou
      * in. */
     const double t = loop->period;
     const double share = -std::expm1(-loop->wc * t);
-    Eigen::Matrix3d a;
+    Eigen::MatrixXd a(3, 3);
     a << 1.0 - t * loop->kp, t, t * (1.0 - share), -t * loop->ki, 1.0, 0.0, 0.0, 0.0, 1.0 - share;
-    Eigen::Matrix<double, 3, 2> b;
+    Eigen::MatrixXd b(3, 2);
     b << t * loop->kp, t * share * loop->gamma, t * loop->ki, 0.0, 0.0, share * loop->gamma;
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (size_t k = 0; k < count; k++) {
@@ -136,7 +136,7 @@ void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const dou
 double pll_oracle_radius(const pll_oracle_t *loop)
 {
     const double t = loop->period;
-    Eigen::Matrix2d a;
+    Eigen::MatrixXd a(2, 2);
     a << 1.0 - t * loop->kp, t, -t * loop->ki, 1.0;
     return a.eigenvalues().cwiseAbs().maxCoeff();
 }

@@ -3,9 +3,9 @@
 #include <argp.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/output.h"
 #include "host_sim/rig/rig.h"
 
 #define RUNS           5
@@ -39,13 +39,6 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     default:
         return ARGP_ERR_UNKNOWN;
     }
-}
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
 static int ascending(const void *a, const void *b)
@@ -84,9 +77,9 @@ static double times_realtime(bool averaged, double seconds)
         return 0.0;
     }
     for (int n = 0; n < RUNS; n++) {
-        const double start = now();
+        const double start = output_seconds();
         rig_run(rig, (uint32_t)(seconds / RIG_PERIOD_SECONDS));
-        values[n] = seconds / (now() - start);
+        values[n] = seconds / (output_seconds() - start);
     }
     rig_free(rig);
     return median(values);

@@ -7,6 +7,9 @@
 
 #define PATH_SIZE 4096
 
+/* Wall clock [s] from some fixed instant, for durations. */
+double output_seconds(void);
+
 /* Makes the folder with all that lead to it. false: said why on stderr. */
 bool output_folder(const char *path);
 

@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "drive/reasons.h"
@@ -383,17 +382,10 @@ typedef struct {
     bool shown;
 } progress_t;
 
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 static void show_progress(void *context, double fraction)
 {
     progress_t *progress = context;
-    const double elapsed = now() - progress->started;
+    const double elapsed = output_seconds() - progress->started;
     /* Shown when the whole run will take longer than one cares to wait without a sign. */
     if (!progress->shown && (elapsed < 0.2 || elapsed < PATIENCE * fraction)) {
         return;
@@ -536,7 +528,7 @@ static int run(const options_t *options, scenario_t *scenario)
 {
     recording_t recording = {.folder = options->folder != NULL ? options->folder : ""};
     runner_options_t how = {.stop = &stop};
-    progress_t progress = {now(), false};
+    progress_t progress = {output_seconds(), false};
     runner_result_t result;
     uint64_t seed = scenario->seed;
     uint64_t stop_period = 0;

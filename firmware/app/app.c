@@ -23,7 +23,7 @@ static float temperature_of(uint16_t code)
     return ((float)code + BOARD_HALF_CODE) * BOARD_TEMPERATURE_PER_CODE + BOARD_TEMPERATURE_ZERO;
 }
 
-static void app_read(drive_samples_t *samples)
+void app_read(drive_samples_t *samples)
 {
     hal_samples_t counts;
     hal_read(&counts);
@@ -41,7 +41,7 @@ static uint16_t compare_of(float duty)
     return (uint16_t)(duty * (float)HAL_PERIOD_COUNT + 0.5f);
 }
 
-static void app_write(const drive_command_t *command)
+void app_write(const drive_command_t *command)
 {
     hal_write_compare(compare_of(command->duty.a), compare_of(command->duty.b), compare_of(command->duty.c));
     switch ((drive_gates_t)command->gates) {

@@ -33,6 +33,14 @@ void app_background(void);
 HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_trip(void);
 
+/* The two ends of the sample interrupt; the drive's step goes between them. Whoever has better samples than
+ * the board's (the desk's ideal sensors) runs the same three calls and changes them after the first.
+ * app_read: this period's conversions, encoder and flags, turned from counts into SI; once per period, for it
+ * clears what the flags tell of. app_write: duties, rounded to whole counts, to the compare registers, where
+ * they wait for the next carrier zero; gates; and the interrupt is acknowledged, so it comes last. */
+void app_read(drive_samples_t *samples);
+void app_write(const drive_command_t *command);
+
 /* From the background: judge the staged set and take it over between two interrupts. false: the old set runs
  * on, `why` says what was wrong. */
 bool app_apply(params_error_t *why);

@@ -24,12 +24,40 @@ static float saturated(float value)
     return value < -1.0f ? -1.0f : value;
 }
 
+static float magnitude(float value)
+{
+    return value < 0.0f ? -value : value;
+}
+
+static float greater(float x, float y)
+{
+    return x > y ? x : y;
+}
+
+static float lesser(float x, float y)
+{
+    return x < y ? x : y;
+}
+
+dead_time_loss_t dead_time_loss(const dead_time_t *dead_time, ab_t current, float u_dc)
+{
+    abc_t phases = frames_inverse_clarke(current);
+    float a = magnitude(phases.a);
+    float b = magnitude(phases.b);
+    float c = magnitude(phases.c);
+
+    dead_time_loss_t loss;
+    loss.leg = dead_time->volt_per_volt * u_dc + dead_time->drop;
+    loss.smallest = lesser(lesser(a, b), c);
+    loss.largest = greater(greater(a, b), c);
+    phases.a = loss.leg * saturated(phases.a * dead_time->per_zone);
+    phases.b = loss.leg * saturated(phases.b * dead_time->per_zone);
+    phases.c = loss.leg * saturated(phases.c * dead_time->per_zone);
+    loss.voltage = frames_clarke(phases);
+    return loss;
+}
+
 ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc)
 {
-    float leg = dead_time->volt_per_volt * u_dc + dead_time->drop;
-    abc_t lost = frames_inverse_clarke(current);
-    lost.a = leg * saturated(lost.a * dead_time->per_zone);
-    lost.b = leg * saturated(lost.b * dead_time->per_zone);
-    lost.c = leg * saturated(lost.c * dead_time->per_zone);
-    return frames_clarke(lost);
+    return dead_time_loss(dead_time, current, u_dc).voltage;
 }

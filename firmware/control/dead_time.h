@@ -40,6 +40,18 @@ typedef struct {
 void dead_time_init(dead_time_t *dead_time, const dead_time_params_t *params);
 void dead_time_retune(dead_time_t *dead_time, const dead_time_params_t *params);
 
+/* What is lost, and how sure that is: near its zero crossing a current's sign, and with it a whole leg's
+ * loss, is at the mercy of a sensor's offset. */
+typedef struct {
+    ab_t voltage;   /* stationary frame [V] */
+    float leg;      /* of a leg whose sign is certain [V] */
+    float smallest; /* of the three phase currents' amounts [A] */
+    float largest;  /* likewise [A] */
+} dead_time_loss_t;
+
+/* For the `current` [A] and the DC link `u_dc` [V]. No division, straight line. */
+dead_time_loss_t dead_time_loss(const dead_time_t *dead_time, ab_t current, float u_dc);
+
 /* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. No division, six
  * compares. */
 ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc);

@@ -13,7 +13,13 @@
 #define TEMPERATURE_LIMIT 1000.0f  /* [degC] likewise */
 #define SETTLE_PERIODS    64u      /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS     200u     /* [periods] 20 ms: fault line high for so long before a reset */
-#define STANDSTILL        2.0f     /* [rad/s] mechanical: quick stop ends below */
+#define ESTIMATE_SIGNS    (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
+#define DOUBT_SHARE       0.2f /* [-] of the largest phase current: above it no current is in doubt */
+#define DOUBT_EMF         6.0f /* [-] EMF over a leg's loss from which no doubt matters */
+#define DOUBT_DECAY       2.0f /* [-] time constants of the EMF filter until a doubtful voltage is forgotten */
+#define DOUBT_EMF_CUTOFF  200.0f /* [rad/s] a slower filter than this, or none, is not waited for */
+#define DOUBT_LEAST       3.0f   /* [periods] that the observer itself remembers */
+#define STANDSTILL        2.0f   /* [rad/s] mechanical: quick stop ends below */
 
 static void retune(drive_t *drive, const params_t *params)
 {
@@ -23,6 +29,10 @@ static void retune(drive_t *drive, const params_t *params)
     drive->pole_pairs = (float)params->motor_pole_pairs;
     drive->pole_pairs_inverse = 1.0f / drive->pole_pairs;
     drive->calibration_weight = 1.0f / (float)params->calibration_periods;
+    drive->doubt_periods =
+        (uint32_t)(DOUBT_LEAST + (params->observer_emf_cutoff > DOUBT_EMF_CUTOFF
+                                      ? DOUBT_DECAY / (params->observer_emf_cutoff * DRIVE_PERIOD)
+                                      : 0.0f));
 
     const encoder_params_t encoder = {
         .count_per_turn = 4.0f * (float)params->encoder_lines,
@@ -51,7 +61,7 @@ static void retune(drive_t *drive, const params_t *params)
     };
     current_control_retune(&drive->current_control, &current);
 
-    const dead_time_params_t dead_time = {
+    dead_time_params_t dead_time = {
         .dead_time = params->dead_time,
         .turn_on_delay = params->turn_on_delay,
         .turn_off_delay = params->turn_off_delay,
@@ -61,6 +71,12 @@ static void retune(drive_t *drive, const params_t *params)
         .period = DRIVE_PERIOD,
     };
     dead_time_retune(&drive->dead_time, &dead_time);
+    dead_time.gain = 1.0f;
+    dead_time_retune(&drive->dead_time_model, &dead_time);
+
+    estimator_params_t estimator;
+    (void)params_estimator(params, &estimator); /* params_check has judged it */
+    estimator_retune(&drive->estimator, &estimator);
 
     const protection_limits_t limits = {
         .overcurrent = params->overcurrent_trip,
@@ -80,6 +96,7 @@ void drive_init(drive_t *drive, const params_t *params)
     (void)why;
     memset(drive, 0, sizeof *drive);
     retune(drive, params);
+    estimator_reset(&drive->estimator, drive->position, drive->current_ab);
     requests_defaults(&drive->requests);
     drive->state = DRIVE_NOT_READY;
 }
@@ -135,6 +152,11 @@ static uint32_t take_samples(drive_t *drive, const drive_samples_t *samples)
     return !good;
 }
 
+static bool sensorless(const drive_t *drive)
+{
+    return drive->params.position_source == (int32_t)POSITION_SENSORLESS;
+}
+
 static uint32_t judge(drive_t *drive, uint32_t bad_sample)
 {
     const uint32_t flags = drive->sample_flags;
@@ -149,6 +171,7 @@ static uint32_t judge(drive_t *drive, uint32_t bad_sample)
         .encoder_error = (flags & DRIVE_SAMPLE_ENCODER) != 0u,
         .late = (flags & DRIVE_SAMPLE_LATE) != 0u,
         .bad_sample = bad_sample,
+        .estimate = sensorless(drive) ? drive->estimator.invalid & ESTIMATE_SIGNS : 0u,
         .bridge_on = gates_expected,
     };
     const uint32_t faults = protection_step(&drive->protection, &input);
@@ -223,6 +246,9 @@ static int32_t why_not_on(const drive_t *drive)
     if (drive->u_dc < drive->params.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }
+    if (sensorless(drive) && within(drive->omega_m, drive->params.start_speed)) {
+        return REASON_TOO_SLOW;
+    }
     return REASON_NONE;
 }
 
@@ -288,6 +314,8 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
             return GATES_OFF;
         }
         preset_control(drive);
+        estimator_reset(&drive->estimator, drive->encoder_position, drive->current_ab);
+        drive->estimating = 1u;
         enter(drive, DRIVE_OPERATION_ENABLED);
         return GATES_KEEP;
     case DRIVE_OPERATION_ENABLED:
@@ -359,6 +387,53 @@ static abc_t control(drive_t *drive)
     return modulated.duty;
 }
 
+/* Is the voltage of the last period too uncertain to track by? Around a zero crossing of a phase current the
+ * sign of its leg's loss hangs on the sensor's offset; that matters while the loss is no small part of the
+ * EMF. Small currents, whose whole turn is near a crossing, are tracked all the same for most of it. */
+static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
+{
+    if (loss->smallest < drive->params.doubtful_current && loss->smallest < DOUBT_SHARE * loss->largest &&
+        drive->estimator.pll.amplitude < DOUBT_EMF * loss->leg) {
+        drive->doubt = drive->doubt_periods;
+    } else if (drive->doubt > 0u) {
+        drive->doubt--;
+    }
+    return drive->doubt > 0u;
+}
+
+/* Position at t_k. While the bridge is off nothing is known of the voltage: the estimator rests, and the
+ * encoder shows the rotor. */
+static void locate(drive_t *drive)
+{
+    drive->encoder_position = encoder_step(&drive->encoder, drive->encoder_count);
+    drive->position = drive->encoder_position;
+    if (drive->estimating == 0u) {
+        return;
+    }
+
+    const float u_dc = 0.5f * (drive->u_dc + drive->u_dc_prev);
+    const ab_t middle = {0.5f * (drive->current_ab.alpha + drive->current_ab_prev.alpha),
+                         0.5f * (drive->current_ab.beta + drive->current_ab_prev.beta)};
+    const dead_time_loss_t loss = dead_time_loss(&drive->dead_time_model, middle, u_dc);
+    const ab_t voltage = {drive->duty_prev[1].alpha * u_dc - loss.voltage.alpha,
+                          drive->duty_prev[1].beta * u_dc - loss.voltage.beta};
+    drive->observer_voltage = voltage;
+    drive->estimate = in_doubt(drive, &loss) ? estimator_coast(&drive->estimator, voltage, drive->current_ab)
+                                             : estimator_step(&drive->estimator, voltage, drive->current_ab);
+    if (sensorless(drive)) {
+        drive->position = drive->estimate;
+    }
+}
+
+/* What the next step will want to know of this one. */
+static void remember(drive_t *drive)
+{
+    drive->current_ab_prev = drive->current_ab;
+    drive->u_dc_prev = drive->u_dc;
+    drive->duty_prev[1] = drive->duty_prev[0];
+    drive->duty_prev[0] = frames_clarke(drive->command.duty);
+}
+
 void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     drive->period++;
@@ -367,9 +442,9 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     if (drive->period == 1u) {
         encoder_reset(&drive->encoder, drive->encoder_count);
     }
-    drive->position = encoder_step(&drive->encoder, drive->encoder_count);
-    drive->omega_m = drive->position.omega_e * drive->pole_pairs_inverse;
     drive->current_ab = frames_clarke(drive->current_abc);
+    locate(drive);
+    drive->omega_m = drive->position.omega_e * drive->pole_pairs_inverse;
     drive->current = frames_park(drive->current_ab, trig_rotation(drive->position.theta_e));
 
     const uint32_t faults = judge(drive, bad_sample);
@@ -383,7 +458,9 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
         drive->voltage = (dq_t){0.0f, 0.0f};
         drive->omega_m_ref = 0.0f;
         drive->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
+        drive->estimating = 0u;
     }
+    remember(drive);
     drive->command.gates = (int32_t)gates;
     *command = drive->command;
 }

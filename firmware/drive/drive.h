@@ -3,7 +3,11 @@
  *
  * Timing (design): the step of period k gets the currents and the encoder at t_k; the duties it returns act
  * on [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e + 1.5 T_s
- * omega_e.
+ * omega_e, and the estimator gets the duties of two steps ago: their voltage less what dead time and drops
+ * took of it at the mean of the currents at t_{k-1} and t_k.
+ *
+ * Position: the encoder or the estimator, as position_source says. The estimator runs whenever the bridge is
+ * on; it starts from the encoder's angle, which stands for the start that a drive without one needs.
  *
  * States carry the names of DS-402:
  *   not ready           current offsets are being measured, gates off
@@ -27,6 +31,7 @@
 #include "drive/protection.h"
 #include "drive/requests.h"
 #include "estimator/encoder.h"
+#include "estimator/estimator.h"
 #include "estimator/position.h"
 #include "math/frames.h"
 
@@ -85,12 +90,15 @@ typedef struct {
     float pole_pairs;         /* [-] */
     float pole_pairs_inverse; /* [-] */
     float calibration_weight; /* [-] 1 / calibration_periods */
+    uint32_t doubt_periods;   /* [periods] for which the EMF filter remembers a doubtful voltage */
 
     /* modules */
     encoder_t encoder;
+    estimator_t estimator;
     speed_control_t speed_control;
     current_control_t current_control;
-    dead_time_t dead_time;
+    dead_time_t dead_time;       /* what the modulator compensates */
+    dead_time_t dead_time_model; /* what the inverter takes: all of it, whatever share is compensated */
     protection_t protection;
 
     /* from outside */
@@ -107,21 +115,29 @@ typedef struct {
     drive_fault_t fault;
 
     /* signals of this period */
-    abc_t current_abc;       /* [A] offsets removed */
-    abc_t offset;            /* [A] measured at zero current; c follows from a and b */
-    ab_t current_ab;         /* [A] */
-    dq_t current;            /* [A] */
-    dq_t current_ref;        /* [A] */
-    dq_t voltage_ref;        /* [V] what the current control asked for */
-    dq_t voltage;            /* [V] what the modulator will really apply, dead time accounted for */
-    position_t position;     /* at t_k */
-    float omega_m;           /* [rad/s] mechanical */
-    float omega_m_ref;       /* [rad/s] mechanical */
-    float u_dc;              /* [V] */
-    float sink_temperature;  /* [degC] */
-    float motor_temperature; /* [degC] */
-    uint32_t encoder_count;  /* [counts] */
-    uint32_t sample_flags;   /* [-] DRIVE_SAMPLE_... */
+    abc_t current_abc;           /* [A] offsets removed */
+    abc_t offset;                /* [A] measured at zero current; c follows from a and b */
+    ab_t current_ab;             /* [A] */
+    ab_t current_ab_prev;        /* [A] one period ago */
+    dq_t current;                /* [A] */
+    dq_t current_ref;            /* [A] */
+    dq_t voltage_ref;            /* [V] what the current control asked for */
+    dq_t voltage;                /* [V] what the modulator will really apply, dead time accounted for */
+    position_t position;         /* at t_k, what the control uses */
+    position_t estimate;         /* at t_k, of the estimator */
+    position_t encoder_position; /* at t_k, of the encoder */
+    ab_t observer_voltage;       /* [V] on the winding in [t_{k-1}, t_k) */
+    ab_t duty_prev[2];           /* [-] duties in the stationary frame, of one and two steps ago */
+    float u_dc_prev;             /* [V] one period ago */
+    uint32_t estimating;         /* [-] 1: the estimator runs */
+    uint32_t doubt;              /* [periods] for which the tracking loop still coasts */
+    float omega_m;               /* [rad/s] mechanical */
+    float omega_m_ref;           /* [rad/s] mechanical */
+    float u_dc;                  /* [V] */
+    float sink_temperature;      /* [degC] */
+    float motor_temperature;     /* [degC] */
+    uint32_t encoder_count;      /* [counts] */
+    uint32_t sample_flags;       /* [-] DRIVE_SAMPLE_... */
     drive_command_t command;
 } drive_t;
 

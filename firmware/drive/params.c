@@ -1,15 +1,25 @@
 #include "drive/params.h"
 
+#include <string.h>
+
 #include "drive/reasons.h"
+
+/* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
+ * motor, what its dead time leaves after compensation. */
+#define FLOOR_SPEED 11.0f
 
 static const table_row_t rows[] = {
 #define ROW_FLOAT(id, name, unit, initial, min, max, access, text)                                           \
     {id, SLOT_FLOAT, access, offsetof(params_t, name), #name, unit, text, "", initial, min, max},
 #define ROW_INT(id, name, unit, initial, min, max, access, text)                                             \
     {id, SLOT_INT, access, offsetof(params_t, name), #name, unit, text, "", initial, min, max},
-    DRIVE_PARAMS(ROW_FLOAT, ROW_INT)
+#define ROW_ENUM(id, name, choices, initial, access, text)                                                   \
+    {id,   SLOT_ENUM, access, offsetof(params_t, name), #name, "-", text, choices, (float)(initial),         \
+     0.0f, 0.0f},
+    DRIVE_PARAMS(ROW_FLOAT, ROW_INT, ROW_ENUM)
 #undef ROW_FLOAT
 #undef ROW_INT
+#undef ROW_ENUM
 };
 
 const table_t params_table = {"params", rows, sizeof rows / sizeof rows[0]};
@@ -61,6 +71,90 @@ static bool rule_holds(params_error_t *why, const char *field, const char *rule,
     return params_check_rule(&params_table, field, rule, value, min, max, why);
 }
 
+bool params_estimator(const params_t *params, estimator_params_t *estimator)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float psi_f = params->motor_flux_linkage;
+    *estimator = (estimator_params_t){
+        .smo =
+            {
+                .resistance = params->motor_resistance,
+                .inductance = params->motor_inductance_q,
+                .gain = params->observer_gain,
+                .slope = params->observer_slope,
+                .emf_cutoff = params->observer_emf_cutoff,
+                .period = DRIVE_PERIOD,
+                .switching = (smo_switching_t)params->observer_switching,
+            },
+        .lag = (lag_mode_t)params->lag_compensation,
+        .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
+        .flux_linkage = psi_f,
+        .flux_adaptation = params->flux_adaptation,
+        .torque_feedforward =
+            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / params->motor_inertia,
+        .validity =
+            {
+                .amplitude_min = params->estimate_amplitude_min,
+                .amplitude_max =
+                    params->estimate_amplitude_max > 1.0f ? params->estimate_amplitude_max : 0.0f,
+                .amplitude_time = params->estimate_time,
+                .detector_max = params->estimate_detector_max,
+                .detector_time = params->estimate_time,
+                .current_max = params->estimate_current_max,
+                .current_time = params->estimate_time,
+                .speed_min = pole_pairs * params->estimate_speed_min,
+                .speed_max = pole_pairs * params->overspeed_trip,
+                .speed_time = params->estimate_time,
+            },
+    };
+    return pll_design(&estimator->pll, params->pll_bandwidth, params->pll_damping, params->feedforward_cutoff,
+                      DRIVE_PERIOD);
+}
+
+/* What the estimator's checks call by their own names, as rows. */
+static const char *row_of(const char *field)
+{
+    static const char *const names[][2] = {
+        {"resistance", "motor_resistance"},
+        {"inductance", "motor_inductance_q"},
+        {"period", "motor_resistance"},
+        {"gain", "observer_gain"},
+        {"slope", "observer_slope"},
+        {"amplitude_floor", "motor_flux_linkage"},
+        {"flux_linkage", "motor_flux_linkage"},
+        {"torque_feedforward", "torque_feedforward"},
+        {"speed_min", "estimate_speed_min"},
+    };
+    for (uint32_t n = 0; n < sizeof names / sizeof names[0]; n++) {
+        if (strcmp(names[n][0], field) == 0) {
+            return names[n][1];
+        }
+    }
+    return "pll_bandwidth";
+}
+
+static bool estimator_holds(const params_t *params, params_error_t *why)
+{
+    estimator_params_t estimator;
+    const bool designed = params_estimator(params, &estimator);
+    if (!rule_holds(why, "motor_resistance", "motor_resistance <= motor_inductance_q / (2 T_s)",
+                    params->motor_resistance, 1e-3f, 0.5f * params->motor_inductance_q / DRIVE_PERIOD) ||
+        !rule_holds(why, "feedforward_cutoff", "feedforward_cutoff <= 0.95 pll_bandwidth",
+                    params->feedforward_cutoff, 0.0f, 0.95f * params->pll_bandwidth)) {
+        return false;
+    }
+    if (!designed) {
+        return refuse(why, table_by_name(&params_table, "pll_bandwidth"), REASON_CROSS_RULE,
+                      "a stable loop exists at this damping and cutoff", params->pll_bandwidth, 1.0f,
+                      0.2f / DRIVE_PERIOD);
+    }
+    if (!estimator_params_check(&estimator, why)) {
+        return refuse(why, table_by_name(&params_table, row_of(why->field)), REASON_CROSS_RULE, why->rule,
+                      why->value, why->min, why->max);
+    }
+    return true;
+}
+
 bool params_check(const params_t *params, params_error_t *why)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
@@ -84,7 +178,9 @@ bool params_check(const params_t *params, params_error_t *why)
            /* One sample must not turn the frame by more than half a radian: the delays of the loop are made
             * up for to first order only. */
            rule_holds(why, "overspeed_trip", "overspeed_trip motor_pole_pairs T_s <= 0.5 rad",
-                      params->overspeed_trip, 1.0f, 0.5f / ((float)params->motor_pole_pairs * DRIVE_PERIOD));
+                      params->overspeed_trip, 1.0f,
+                      0.5f / ((float)params->motor_pole_pairs * DRIVE_PERIOD)) &&
+           estimator_holds(params, why);
 }
 
 bool params_check_live(const params_t *active, const params_t *next, params_error_t *why)

@@ -9,16 +9,20 @@
 #include <stdint.h>
 
 #include "drive/table.h"
+#include "estimator/estimator.h"
 #include "math/params_error.h"
 
 /* The board's rates and sensor range: fixed by hardware and HAL, not parameters. */
 #define DRIVE_PERIOD        1e-4f /* T_s [s] */
 #define DRIVE_CURRENT_RANGE 20.0f /* [A] the current sensors' full scale, either sign */
 
+typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
+
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
+ * E(id, name, choices, default, access, text): int32_t with named values
  * Defaults: the paper's Table I motor and rig; the power stage of facts on PM50RL1A060. */
-#define DRIVE_PARAMS(F, I)                                                                                   \
+#define DRIVE_PARAMS(F, I, E)                                                                                \
     I(1, motor_pole_pairs, "-", 4, 1, 64, TABLE_OFF, "pole pairs p")                                         \
     F(2, motor_resistance, "ohm", 0.95f, 1e-3f, 100.0f, TABLE_LIVE, "stator resistance R of a phase")        \
     F(3, motor_inductance_d, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "direct-axis inductance L_d")           \
@@ -61,14 +65,55 @@
       "natural frequency of the speed tracking")                                                             \
     I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
     F(27, current_offset_max, "A", 1.0f, 0.01f, 5.0f, TABLE_LIVE,                                            \
-      "largest offset of a current sensor that is accepted")
+      "largest offset of a current sensor that is accepted")                                                 \
+    E(28, position_source, "encoder|sensorless", POSITION_ENCODER, TABLE_LIVE,                               \
+      "where the control's angle comes from; the estimator runs in either case")                             \
+    F(29, start_speed, "rad/s", 8.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
+      "mechanical speed that the rotor must have for a sensorless start")                                    \
+    F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
+      "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
+    F(31, observer_slope, "1/A", 1.0f, 1e-3f, 1e3f, TABLE_LIVE,                                              \
+      "a_f of the sigmoid tanh(a_f x/2); rule: 1.6 L/(k_s T_s)")                                             \
+    F(32, observer_emf_cutoff, "rad/s", 2000.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
+      "omega_s of the back-EMF filter; 0: no filter")                                                        \
+    E(33, observer_switching, "sign|sigmoid|sigmoid_vector", SMO_SIGMOID_VECTOR, TABLE_OFF,                  \
+      "switching function of the observer")                                                                  \
+    E(34, lag_compensation, "none|printed|corrected|exact", LAG_EXACT, TABLE_LIVE,                           \
+      "phase self-compensation: paper eq. (14) as printed, as mended, or of the sampled observer")           \
+    F(35, pll_bandwidth, "rad/s", 200.0f, 1.0f, 5000.0f, TABLE_LIVE,                                         \
+      "-3 dB bandwidth of the closed tracking loop")                                                         \
+    F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
+    F(37, feedforward_cutoff, "rad/s", 50.0f, 0.0f, 5000.0f, TABLE_LIVE,                                     \
+      "omega_c of the speed feed-forward; 0: conventional PLL")                                              \
+    F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
+      "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
+    F(39, torque_feedforward, "-", 0.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
+      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
+    F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
+      "everything that turns, for the torque feed-forward")                                                  \
+    F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
+      "least EMF over psi_f omega_e of a valid estimate; 0: not judged")                                     \
+    F(42, estimate_amplitude_max, "-", 1.5f, 1.0f, 100.0f, TABLE_LIVE,                                       \
+      "largest EMF over psi_f omega_e of a valid estimate; 1: not judged")                                   \
+    F(43, estimate_detector_max, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                          \
+      "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
+    F(44, estimate_current_max, "A", 4.0f, 0.0f, 100.0f, TABLE_LIVE,                                         \
+      "largest current error of a valid estimate; 0: not judged")                                            \
+    F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
+      "least mechanical speed of a valid estimate; 0: not judged")                                           \
+    F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
+      "for how long on balance a sign must fail before the estimate counts as lost")                         \
+    F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
+      "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
 #define PARAMS_INT(id, name, unit, initial, min, max, access, text)   int32_t name; /* [unit of its row] */
-    DRIVE_PARAMS(PARAMS_FLOAT, PARAMS_INT)
+#define PARAMS_ENUM(id, name, choices, initial, access, text)         int32_t name; /* [-] */
+    DRIVE_PARAMS(PARAMS_FLOAT, PARAMS_INT, PARAMS_ENUM)
 #undef PARAMS_FLOAT
 #undef PARAMS_INT
+#undef PARAMS_ENUM
 } params_t;
 
 extern const table_t params_table;
@@ -89,6 +134,10 @@ bool params_check_live(const params_t *active, const params_t *next, params_erro
 bool params_check_range(const table_row_t *row, const void *base, params_error_t *why);
 bool params_check_rule(const table_t *table, const char *field, const char *rule, float value, float min,
                        float max, params_error_t *why);
+
+/* The estimator's part of a set that is in its ranges. false: no stable tracking loop has this bandwidth,
+ * damping and cutoff at the drive's rate; `estimator` is then without its loop. */
+bool params_estimator(const params_t *params, estimator_params_t *estimator);
 
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. The largest is one minus this. */
 float params_duty_min(const params_t *params);

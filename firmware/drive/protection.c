@@ -10,10 +10,11 @@ typedef struct {
 /* Gravest first. A current over its limit or a trip stops at once; what is slow by nature may take its time,
  * so that one disturbed conversion does not stop a drive. */
 static const fault_row_t faults[PROTECTION_FAULTS] = {
-    {REASON_MODULE_FAULT, 1},     {REASON_OVERCURRENT, 1},   {REASON_BAD_SAMPLE, 3},
-    {REASON_DC_OVERVOLTAGE, 2},   {REASON_OVERSPEED, 10},    {REASON_LATE, 3},
-    {REASON_DC_UNDERVOLTAGE, 10}, {REASON_ENCODER_PHASE, 1}, {REASON_SINK_HOT, 1000},
-    {REASON_MOTOR_HOT, 1000},
+    {REASON_MODULE_FAULT, 1},     {REASON_OVERCURRENT, 1},        {REASON_BAD_SAMPLE, 3},
+    {REASON_DC_OVERVOLTAGE, 2},   {REASON_OVERSPEED, 10},         {REASON_LATE, 3},
+    {REASON_DC_UNDERVOLTAGE, 10}, {REASON_ENCODER_PHASE, 1},      {REASON_SINK_HOT, 1000},
+    {REASON_MOTOR_HOT, 1000},     {REASON_ESTIMATE_AMPLITUDE, 1}, {REASON_ESTIMATE_DETECTOR, 1},
+    {REASON_ESTIMATE_CURRENT, 1}, {REASON_ESTIMATE_SPEED, 1},
 };
 
 void protection_retune(protection_t *protection, const protection_limits_t *limits)
@@ -54,7 +55,8 @@ uint32_t protection_step(protection_t *protection, const protection_input_t *inp
         (beyond(input->omega_m, limits->overspeed) & on) << 4 | (input->late & on) << 5 |
         ((uint32_t)(input->u_dc < limits->undervoltage) & on) << 6 | (input->encoder_error & on) << 7 |
         (uint32_t)(input->sink_temperature > limits->sink_temperature_max) << 8 |
-        (uint32_t)(input->motor_temperature > limits->motor_temperature_max) << 9;
+        (uint32_t)(input->motor_temperature > limits->motor_temperature_max) << 9 |
+        (on != 0u ? input->estimate << 10 : 0u);
 
     /* Nothing there and nothing counted: the way of almost every period. */
     if ((present | protection->counting) == 0u) {

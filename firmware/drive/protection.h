@@ -23,6 +23,7 @@ typedef struct {
     uint32_t encoder_error;  /* [-] 1: quadrature phase error since the last sample */
     uint32_t late;           /* [-] 1: this interrupt came too late for its period */
     uint32_t bad_sample;     /* [-] 1: not a number, or a current sensor at its rail */
+    uint32_t estimate;       /* [-] bits of the signs by which the estimate in use is lost, debounced */
     uint32_t bridge_on;      /* [-] 1: the drive drives the motor; some faults count only then */
 } protection_input_t;
 
@@ -35,7 +36,7 @@ typedef struct {
     float overspeed;             /* [rad/s] mechanical */
 } protection_limits_t;
 
-#define PROTECTION_FAULTS 10
+#define PROTECTION_FAULTS 14
 
 typedef struct {
     protection_limits_t limits;

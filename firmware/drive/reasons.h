@@ -50,7 +50,21 @@
     R(30, BAD_SAMPLE, "bad_sample", "a sample was not a number or a current sensor was at its rail",         \
       "check sensor supply, wiring and range")                                                               \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
-      "check the fault line of the power module")
+      "check the fault line of the power module")                                                            \
+    R(32, ESTIMATE_AMPLITUDE, "estimate_amplitude",                                                          \
+      "the estimated back-EMF did not fit the estimated speed: the rotor is lost",                           \
+      "check motor_flux_linkage, dead time and load; below 50 r/min there is too little EMF")                \
+    R(33, ESTIMATE_DETECTOR, "estimate_detector",                                                            \
+      "the tracking error of the estimator stayed too large: the rotor is lost",                             \
+      "raise pll_bandwidth or use the torque feed-forward; check dead time and motor data")                  \
+    R(34, ESTIMATE_CURRENT, "estimate_current",                                                              \
+      "the observed current stayed far from the measured one: the observer is lost",                         \
+      "raise observer_gain; check motor_resistance, motor_inductance_q and wiring")                          \
+    R(35, ESTIMATE_SPEED, "estimate_speed",                                                                  \
+      "the speed stayed below estimate_speed_min or above overspeed_trip: nothing to see or to follow",      \
+      "keep sensorless operation faster, or run with the encoder")                                           \
+    R(36, TOO_SLOW, "too_slow", "the rotor turns slower than start_speed: there is no back-EMF to start on", \
+      "bring it to start_speed first, or run with the encoder")
 
 typedef enum {
 #define REASON_VALUE(number, NAME, name, text, remedy) REASON_##NAME = number,

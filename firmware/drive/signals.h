@@ -43,7 +43,30 @@
     F(2041, offset_b, offset.b, "A", "offset of current sensor b, measured at zero current")                 \
     F(2042, sink_temperature, sink_temperature, "degC", "heat sink")                                         \
     F(2043, motor_temperature, motor_temperature, "degC", "motor winding")                                   \
-    U(2044, sample_flags, sample_flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")
+    U(2044, sample_flags, sample_flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")       \
+    F(2050, theta_hat, estimate.theta_e, "rad", "electrical angle of the estimator at t_k")                  \
+    F(2051, omega_hat, estimate.omega_e, "rad/s", "electrical speed of the estimator, k_p term included")    \
+    F(2052, omega_smooth, estimator.pll.omega_smooth, "rad/s", "its integrator and feed-forward alone")      \
+    U(2053, estimator_invalid, estimator.invalid, "-",                                                       \
+      "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
+    F(2054, e_hat_alpha, estimator.smo.emf_hat.alpha, "V", "back-EMF as observed, filtered, with its lag")   \
+    F(2055, e_hat_beta, estimator.smo.emf_hat.beta, "V", "back-EMF as observed, filtered, with its lag")     \
+    F(2056, e_alpha, estimator.emf.alpha, "V", "back-EMF at t_k, lag undone")                                \
+    F(2057, e_beta, estimator.emf.beta, "V", "back-EMF at t_k, lag undone")                                  \
+    F(2058, e_amplitude, estimator.pll.amplitude, "V", "its length")                                         \
+    F(2059, k_f_alpha, estimator.smo.gain_axis.alpha, "1/A",                                                 \
+      "equivalent gain of the alpha axis; vector form: of both")                                             \
+    F(2060, k_f_beta, estimator.smo.gain_axis.beta, "1/A",                                                   \
+      "equivalent gain of the beta axis; vector form: of both")                                              \
+    F(2061, k_f, estimator.smo.gain_mean, "1/A", "equivalent gain that the compensation uses")               \
+    F(2062, i_err_alpha, estimator.smo.current_err.alpha, "A", "observed minus measured current")            \
+    F(2063, i_err_beta, estimator.smo.current_err.beta, "A", "observed minus measured current")              \
+    F(2064, detector, estimator.pll.detector, "-", "detector of the tracking loop: sine of its error")       \
+    F(2065, psi_f_hat, estimator.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")            \
+    F(2066, u_alpha, observer_voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                \
+    F(2067, u_beta, observer_voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                  \
+    F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
+    F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 
 extern const table_t signals_table;
 

@@ -1,37 +1,61 @@
 #include "estimator/lag.h"
 
-#include "math/angle.h"
-#include "math/tanh.h"
+#include "math/root.h"
 #include "math/trig.h"
 
-/* A vector: what the sampled observer and its filter divide by. */
+/* A vector, or what multiplies one. */
 typedef struct {
     float re, im;
 } complex_t;
 
-/* (z - p)(1 - c/z) with z = exp(j x), from 1 - cos x = 2 sin(x/2)^2 so that nothing cancels at low speed. */
-static complex_t denominator(const smo_t *smo, float x)
+static complex_t product(complex_t a, complex_t b)
 {
-    rotation_t half = trig_rotation(0.5f * x);
-    float versine = 2.0f * half.sin * half.sin;
-    float sine = 2.0f * half.sin * half.cos;
-
-    float g = smo->gain * smo_equivalent_gain(smo);
-    complex_t observer = {smo->voltage_gain * (smo->resistance + g) - versine, sine};
-    complex_t filter = {smo->emf_share + smo->emf_decay * versine, smo->emf_decay * sine};
-    complex_t both = {observer.re * filter.re - observer.im * filter.im,
-                      observer.re * filter.im + observer.im * filter.re};
-    return both;
+    complex_t result = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+    return result;
 }
 
-static float exact_angle(const smo_t *smo, float omega_e)
+/* Polynomials for |h| <= LAG_TURN_LIMIT/2: tan h within 4e-7 of it, and (cos h)^3 h/sin h within 6e-6, its
+ * first coefficient apart (smo_t has it). */
+#define TAN_1  1.00000763f
+#define TAN_3  0.33276332f
+#define TAN_5  0.14390343f
+#define SIZE_4 0.62474806f
+
+static float limited(float x)
 {
-    float x = omega_e * smo->period;
-    if (!(x > -ANGLE_PI && x < ANGLE_PI)) {
-        return 0.0f;
+    if (x > 0.5f * LAG_TURN_LIMIT) {
+        return 0.5f * LAG_TURN_LIMIT;
     }
-    complex_t vector = denominator(smo, x);
-    return trig_atan2(vector.im, vector.re) - omega_e * (smo->hold_delay + x * x * smo->hold_delay_rise);
+    return x < -0.5f * LAG_TURN_LIMIT ? -0.5f * LAG_TURN_LIMIT : x;
+}
+
+/* The filter's share times (1 + t^2), t = tan(x/2): (1 - c/z)/(1 - c) = 1 + c/(1 - c) (1 - 1/z). */
+static complex_t filter_of(const smo_t *smo, float t)
+{
+    complex_t vector = {1.0f + smo->filter_even * t * t, smo->filter_odd * t};
+    return vector;
+}
+
+/* e/e_hat: angle and length of all that observer, hold and filter do to the EMF, backwards. With h = x/2 and
+ * t = tan h, (z - p) = z^1/2 cos h ((1 - p) + j (1 + p) t); the half period in z^1/2 is that of the hold,
+ * whose rest `lead` turns the vector a little; what is left of the lengths is one even series in h. */
+static complex_t undoing(const smo_t *smo, float omega_e)
+{
+    float h = limited(omega_e * smo->half_period);
+    float square = h * h;
+    float t = h * (TAN_1 + square * (TAN_3 + square * TAN_5));
+    float lead = h * (smo->hold_lead + square * smo->hold_lead_rise);
+
+    float loop_gain = smo->loop_gain_unit * smo_equivalent_gain(smo); /* b g */
+    float real = loop_gain + smo->current_loss;                       /* 1 - p = b (g + R) */
+    float imag = (2.0f - real) * t;
+    complex_t observer = {real + lead * imag, imag - lead * real};
+
+    complex_t both = product(observer, filter_of(smo, t));
+    float size = (1.0f - square * (smo->hold_size - square * SIZE_4)) / loop_gain;
+    both.re *= size;
+    both.im *= size;
+    return both;
 }
 
 float lag_angle(const smo_t *smo, lag_mode_t mode, float omega_e)
@@ -44,24 +68,47 @@ float lag_angle(const smo_t *smo, lag_mode_t mode, float omega_e)
         return trig_atan2(omega_e * smo->inductance, g * smo->resistance + smo->resistance);
     case LAG_CORRECTED:
         return trig_atan2(omega_e * smo->inductance, g + smo->resistance);
-    case LAG_EXACT:
-        return exact_angle(smo, omega_e);
+    case LAG_EXACT: {
+        complex_t vector = undoing(smo, omega_e);
+        return trig_atan2(vector.im, vector.re);
+    }
     }
     return 0.0f;
 }
 
 float lag_attenuation(const smo_t *smo, float omega_e)
 {
-    float x = omega_e * smo->period;
-    if (!(x > -ANGLE_PI && x < ANGLE_PI)) {
-        return 1.0f;
-    }
-    complex_t vector = denominator(smo, x);
+    complex_t vector = undoing(smo, omega_e);
+    return inverse_root(vector.re * vector.re + vector.im * vector.im);
+}
 
-    /* |(z - a) lambda/((1 - a)(lambda + j omega))|, the EMF's mean over the hold: a series, sin(x/2)/(x/2)
-     * for d = 0. */
-    float square = x * x;
-    float hold = 1.0f - square * (smo->hold_curvature - square * (1.0f / 1920.0f - square * 3.1001984e-6f));
-    float numerator = smo->voltage_gain * smo->gain * smo_equivalent_gain(smo) * smo->emf_share * hold;
-    return numerator * inverse_root(vector.re * vector.re + vector.im * vector.im);
+/* The paper's modes turn by their angle and stretch by the true attenuation. */
+static complex_t undoing_of_paper(const smo_t *smo, lag_mode_t mode, float omega_e)
+{
+    rotation_t turned = trig_rotation(lag_angle(smo, mode, omega_e));
+    float size = 1.0f / lag_attenuation(smo, omega_e);
+    complex_t vector = {size * turned.cos, size * turned.sin};
+    return vector;
+}
+
+ab_t lag_undo(const smo_t *smo, lag_mode_t mode, float omega_e, ab_t emf_hat)
+{
+    complex_t undo = mode == LAG_EXACT ? undoing(smo, omega_e) : undoing_of_paper(smo, mode, omega_e);
+    complex_t emf = product(undo, (complex_t){emf_hat.alpha, emf_hat.beta});
+    return (ab_t){emf.re, emf.im};
+}
+
+void lag_make(const smo_t *smo, float omega_e, ab_t emf, ab_t *switched, ab_t *emf_hat)
+{
+    complex_t undo = undoing(smo, omega_e);
+    float size = 1.0f / (undo.re * undo.re + undo.im * undo.im);
+    complex_t make = {size * undo.re, -size * undo.im};
+    complex_t late = product(make, (complex_t){emf.alpha, emf.beta});
+
+    float h = limited(omega_e * smo->half_period);
+    float t = h * (TAN_1 + h * h * (TAN_3 + h * h * TAN_5));
+    complex_t before = product(late, filter_of(smo, t));
+    float cosine_square = 1.0f / (1.0f + t * t);
+    *switched = (ab_t){before.re * cosine_square, before.im * cosine_square};
+    *emf_hat = (ab_t){late.re, late.im};
 }

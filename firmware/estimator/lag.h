@@ -14,10 +14,12 @@
  * one, of the product of the two vectors. The terms in x and d come from the EMF that turns while the voltage
  * is held: its mean over a period is (z - a) lambda/((1 - a)(lambda + j omega)) of its value, z = e^jx,
  * lambda = R/L, whose phase is x/2 + x d/12 - x d (d^2 - x^2)/720 (the formula above with one more term of
- * its series).
+ * its series) and whose length is a series in x^2 too.
+ *
+ * The interrupt needs neither the angle nor a root: lag_undo() multiplies by those vectors.
  *
  * No state of its own, no sample time; exact for a constant speed and the vector form, whose k_f is the same
- * at every sample. Does not handle: |omega_e| T of pi and more (0 and 1 come back), acceleration. */
+ * at every sample. Does not handle: |omega_e| T beyond LAG_TURN_LIMIT, acceleration. */
 #ifndef ESTIMATOR_LAG_H
 #define ESTIMATOR_LAG_H
 
@@ -25,12 +27,24 @@
 
 typedef enum { LAG_NONE, LAG_PRINTED, LAG_CORRECTED, LAG_EXACT } lag_mode_t;
 
-/* What to add to the tracked angle [rad] at this electrical speed [rad/s]; not wrapped. Odd in the speed bit
- * for bit, positive for forward. Within 1e-5 rad of the formula for |omega_e| T <= 0.6. One division. */
+/* Largest |omega_e| T that is answered [rad], about ten samples a turn; beyond it as at it. */
+#define LAG_TURN_LIMIT 0.63f
+
+/* What to add to the angle of e_hat [rad] at this electrical speed [rad/s]; not wrapped. Odd in the speed bit
+ * for bit, positive for forward. Within 1e-5 rad of the formula. Two divisions. */
 float lag_angle(const smo_t *smo, lag_mode_t mode, float omega_e);
 
 /* |e_hat|/|e| [-] of the sampled observer with its EMF filter at this electrical speed [rad/s]; even in it;
- * at standstill g/(g + R). Within 1e-5 of its value for |omega_e| T <= 0.6. No division. */
+ * at standstill g/(g + R). Within 1e-5 of its value. One division. */
 float lag_attenuation(const smo_t *smo, float omega_e);
+
+/* The EMF of t_k itself [V] from its estimate [V]: turned by lag_angle() and divided by lag_attenuation();
+ * within 1e-5 of both. LAG_EXACT: straight line, one division; the other modes three, with a sine, a cosine
+ * and an arc tangent. */
+ab_t lag_undo(const smo_t *smo, lag_mode_t mode, float omega_e, ab_t emf_hat);
+
+/* What the switching voltage v and its filtered value e_hat [V] are when the observer has settled on the EMF
+ * `emf` [V] that turns at omega_e [rad/s], given the k_f of the moment. LAG_EXACT backwards: for resets. */
+void lag_make(const smo_t *smo, float omega_e, ab_t emf, ab_t *switched, ab_t *emf_hat);
 
 #endif

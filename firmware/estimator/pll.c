@@ -3,11 +3,11 @@
 #include <assert.h>
 
 #include "math/angle.h"
+#include "math/root.h"
 #include "math/trig.h"
 
-/* What has a reciprocal and squares that stay in range [V]. */
-#define EMF_SMALLEST 1.0e-30f
-#define EMF_LARGEST  1.0e30f
+/* What has a square that stays in range [V]. */
+#define EMF_LARGEST 1.0e15f
 
 #define DESIGN_ITERATIONS 24
 
@@ -22,18 +22,6 @@ static float clamp(float value, float limit)
 static float magnitude(float value)
 {
     return value < 0.0f ? -value : value;
-}
-
-/* 1/sqrt(1 + x) for x in [0, 1]: relative error within 2.2e-6, exactly 1 at 0. */
-static float inverse_root(float x)
-{
-    float p = 0.0204282453f;
-    p = p * x - 0.0929059831f;
-    p = p * x + 0.198966138f;
-    p = p * x - 0.291646407f;
-    p = p * x + 0.372129648f;
-    p = p * x - 0.49986338f;
-    return p * x + 1.0f;
 }
 
 static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
@@ -107,13 +95,20 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
 }
 
+/* The angle of the next result, and what comes with it. */
+static void move_to(pll_t *pll, float theta_e)
+{
+    pll->theta_e = angle_wrap(theta_e);
+    pll->rotation = trig_rotation(pll->theta_e);
+}
+
 void pll_reset(pll_t *pll, position_t start)
 {
     bool has_feedforward = pll->feedforward.alpha > 0.0f;
     float omega_e = clamp(start.omega_e, pll->speed_limit);
     lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
     pll->integral = has_feedforward ? 0.0f : omega_e;
-    pll->theta_e = angle_wrap(start.theta_e);
+    move_to(pll, start.theta_e);
     pll->omega_smooth = omega_e;
     pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     pll->detector = 0.0f;
@@ -123,56 +118,51 @@ void pll_reset(pll_t *pll, position_t start)
     }
 }
 
+position_t pll_coast(pll_t *pll)
+{
+    position_t position = {pll->theta_e, pll->omega_smooth};
+    move_to(pll, position.theta_e + pll->period * position.omega_e);
+    return position;
+}
+
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    dq_t e = frames_park(emf, trig_rotation(pll->theta_e));
-    float length_d = magnitude(e.d);
-    float length_q = magnitude(e.q);
-    bool usable = length_d <= EMF_LARGEST && length_q <= EMF_LARGEST;
+    dq_t e = frames_park(emf, pll->rotation);
+    float square = e.d * e.d + e.q * e.q;
+    if (!(square <= EMF_LARGEST * EMF_LARGEST)) { /* a comparison that fails for a NaN too */
+        pll->detector = 0.0f;
+        pll->amplitude = 0.0f;
+        return pll_coast(pll);
+    }
+    float inverse = inverse_root(square);
+    float amplitude = square * inverse;
+    if (amplitude < pll->amplitude_floor) {
+        inverse = pll->inverse_floor;
+    }
 
-    float longer = length_d > length_q ? length_d : length_q;
-    float shorter = length_d > length_q ? length_q : length_d;
-    float amplitude = 0.0f;
-    float inverse = pll->inverse_floor;
-    if (usable && longer > EMF_SMALLEST) {
-        float reciprocal = 1.0f / longer;
-        float ratio = shorter * reciprocal;
-        float square = ratio * ratio;
-        float root = inverse_root(square);
-        amplitude = longer * (1.0f + square) * root;
-        if (amplitude > pll->amplitude_floor) {
-            inverse = reciprocal * root;
+    float sign = pll->direction;
+    float signed_emf = e.q;
+    if (sign == 0.0f) {
+        sign = clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+        if (magnitude(pll->omega_smooth) >= PLL_SIGNED_SPEED) {
+            signed_emf = sign * amplitude;
         }
     }
+    float detector = -e.d * inverse * sign;
 
-    float omega_smooth = pll->omega_smooth;
-    float sign = pll->direction;
-    if (sign == 0.0f) {
-        sign = clamp(omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+    float before = pll->feedforward.value;
+    float feedforward =
+        lowpass_step(&pll->feedforward, signed_emf * speed_per_volt) + pll->period * acceleration;
+    if (!(magnitude(feedforward) <= pll->speed_limit)) {
+        feedforward = before;
     }
-    float detector = usable ? clamp(-e.d * inverse, 1.0f) * sign : 0.0f;
-
-    /* A comparison that fails for a NaN keeps it out of the state. */
-    float signed_emf = e.q;
-    if (magnitude(omega_smooth) >= PLL_SIGNED_SPEED) {
-        signed_emf = omega_smooth < 0.0f ? -amplitude : amplitude;
-    }
-    float omega_emf = signed_emf * speed_per_volt;
-    if (!(usable && magnitude(omega_emf) <= pll->speed_limit)) {
-        omega_emf = pll->feedforward.value;
-    }
-    float gain = pll->period * acceleration;
-    if (!(magnitude(gain) <= pll->speed_limit)) {
-        gain = 0.0f;
-    }
-    float feedforward = clamp(lowpass_step(&pll->feedforward, omega_emf) + gain, pll->speed_limit);
     lowpass_reset(&pll->feedforward, feedforward);
 
     position_t position;
     position.theta_e = pll->theta_e;
     position.omega_e = pll->integral + pll->kp * detector + feedforward;
 
-    pll->theta_e = angle_wrap(position.theta_e + pll->period * position.omega_e);
+    move_to(pll, position.theta_e + pll->period * position.omega_e);
     pll->integral = clamp(pll->integral + pll->ki_period * detector, 2.0f * pll->speed_limit);
     pll->omega_smooth = pll->integral + feedforward;
     if (magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {

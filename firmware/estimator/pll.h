@@ -16,9 +16,8 @@
  * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
  * them.
  *
- * |e| is the amplitude of this sample, not filtered again: any filter of its own would lag the speed. It is
- * longer (1 + x) P(x) with x = (shorter/longer)^2 of e_d, e_q and a polynomial P = 1/sqrt(1 + x), whose
- * reciprocal form the detector uses too: relative error within 3e-6, exactly |e_q| when e_d = 0.
+ * |e| is the amplitude of this sample, not filtered again: any filter of its own would lag the speed. It
+ * comes from the reciprocal root that the detector uses too, relative error within 1e-6.
  *
  * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
  * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
@@ -70,8 +69,9 @@ typedef struct {
     /* coefficient and state */
     lowpass_t feedforward; /* F [rad/s] */
     /* state */
-    float theta_e;  /* angle of the next step's result [rad], [-pi, pi) */
-    float integral; /* I [rad/s] */
+    float theta_e;       /* angle of the next step's result [rad], [-pi, pi) */
+    rotation_t rotation; /* its sine and cosine [-] */
+    float integral;      /* I [rad/s] */
     float
         omega_smooth; /* w_s = I + F after the last step [rad/s]: the speed for lag_angle, lag_attenuation */
     float direction;  /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
@@ -107,13 +107,15 @@ void pll_reset(pll_t *pll, position_t start);
  * feed-forward.
  *
  * feedforward_cutoff = 0 with acceleration = 0 is the conventional PLL bit for bit. For any input, non-finite
- * ones too, result and state stay finite: an EMF that is not finite or beyond 1e30 V counts as detector 0 and
- * amplitude 0 and leaves F alone, as does a w_emf beyond +-PLL_TURN_LIMIT/T; an acceleration that would
- * change F by more than that in one step counts as 0. F is cut to +-PLL_TURN_LIMIT/T, I to twice that. Zero
- * EMF: detector 0, F decays.
+ * ones too, result and state stay finite: with an EMF that is not finite or beyond 1e15 V the loop coasts; an
+ * F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice that
+ * limit. Zero EMF: detector 0, F decays.
  *
- * One sine and cosine, one division, no loop. */
+ * Straight line, one sine and cosine, no division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
+
+/* A period without an EMF: position at t_k from the smooth speed alone, which goes on. */
+position_t pll_coast(pll_t *pll);
 
 /* kp, ki, feedforward_cutoff and period for a -3 dB bandwidth of the closed loop (22) of `bandwidth` [rad/s]:
  * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping

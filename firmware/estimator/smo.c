@@ -78,9 +78,14 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
     smo->emf_share = 1.0f - smo->emf_decay;
     smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
-    smo->hold_delay = params->period * (0.5f + decay * (1.0f / 12.0f - decay * decay * (1.0f / 720.0f)));
-    smo->hold_delay_rise = params->period * decay * (1.0f / 720.0f);
-    smo->hold_curvature = 1.0f / 24.0f - decay * decay * (1.0f / 480.0f);
+    smo->half_period = 0.5f * params->period;
+    smo->loop_gain_unit = smo->voltage_gain * params->gain;
+    smo->current_loss = rest;
+    smo->hold_lead = decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f));
+    smo->hold_lead_rise = decay * (1.0f / 90.0f);
+    smo->hold_size = 1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
+    smo->filter_odd = 2.0f * smo->emf_decay / smo->emf_share;
+    smo->filter_even = 1.0f + smo->filter_odd;
     smo->switching = (int32_t)params->switching;
 }
 
@@ -95,61 +100,60 @@ static float sign_gain(float x)
     return length * SMO_SIGN_GAIN_MAX > 1.0f ? 1.0f / length : SMO_SIGN_GAIN_MAX;
 }
 
-/* v and the k_f of each axis from the present error. */
-static void switch_voltage(smo_t *smo)
+static void switch_sign(smo_t *smo, ab_t x)
 {
-    ab_t x = smo->current_err;
-    float h = smo->half_slope;
-    ab_t k_f = {SMO_SIGN_GAIN_MAX, SMO_SIGN_GAIN_MAX};
-    ab_t f = {0.0f, 0.0f};
-    switch ((smo_switching_t)smo->switching) {
-    case SMO_SIGN:
-        k_f.alpha = sign_gain(x.alpha);
-        k_f.beta = sign_gain(x.beta);
-        f.alpha = sign_of(x.alpha);
-        f.beta = sign_of(x.beta);
-        break;
-    case SMO_SIGMOID: {
-        float alpha = h * x.alpha;
-        float beta = h * x.beta;
-        k_f.alpha = h * tanh_ratio(alpha * alpha);
-        k_f.beta = h * tanh_ratio(beta * beta);
-        f.alpha = k_f.alpha * x.alpha;
-        f.beta = k_f.beta * x.beta;
-        break;
-    }
-    case SMO_SIGMOID_VECTOR:
-        k_f.alpha = h * tanh_ratio(h * h * (x.alpha * x.alpha + x.beta * x.beta));
-        k_f.beta = k_f.alpha;
-        f.alpha = k_f.alpha * x.alpha;
-        f.beta = k_f.beta * x.beta;
-        break;
-    }
-    smo->gain_axis = k_f;
-    smo->switched.alpha = smo->gain * f.alpha;
-    smo->switched.beta = smo->gain * f.beta;
+    smo->gain_axis = (ab_t){sign_gain(x.alpha), sign_gain(x.beta)};
+    smo->switched = (ab_t){smo->gain * sign_of(x.alpha), smo->gain * sign_of(x.beta)};
 }
 
-/* The gain of both axes; `share` of the present sample goes into the means. */
+static void switch_sigmoid(smo_t *smo, ab_t x)
+{
+    float h = smo->half_slope;
+    float alpha = h * x.alpha;
+    float beta = h * x.beta;
+    smo->gain_axis = (ab_t){h * tanh_ratio(alpha * alpha), h * tanh_ratio(beta * beta)};
+    smo->switched =
+        (ab_t){smo->gain * smo->gain_axis.alpha * x.alpha, smo->gain * smo->gain_axis.beta * x.beta};
+}
+
+static void switch_vector(smo_t *smo, ab_t x)
+{
+    float h = smo->half_slope;
+    float k_f = h * tanh_ratio(h * h * smo->error_square);
+    float g = smo->gain * k_f;
+    smo->gain_axis = (ab_t){k_f, k_f};
+    smo->gain_mean = k_f;
+    smo->switched = (ab_t){g * x.alpha, g * x.beta};
+}
+
+/* The power-weighted gain of both axes; `share` of the present sample goes into the means. */
 static void weight_gain(smo_t *smo, float share)
 {
     ab_t x = smo->current_err;
-    float square = x.alpha * x.alpha + x.beta * x.beta;
-    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo->mean_square = square;
-        smo->mean_product = smo->gain_axis.alpha * square;
-        smo->gain_mean = smo->gain_axis.alpha;
-        return;
-    }
-
     bool sign = smo->switching == (int32_t)SMO_SIGN;
     float product = sign ? sign_of(x.alpha) * x.alpha + sign_of(x.beta) * x.beta
                          : smo->gain_axis.alpha * x.alpha * x.alpha + smo->gain_axis.beta * x.beta * x.beta;
     smo->mean_product += share * (product - smo->mean_product);
-    smo->mean_square += share * (square - smo->mean_square);
+    smo->mean_square += share * (smo->error_square - smo->mean_square);
     float largest = sign ? SMO_SIGN_GAIN_MAX : smo->half_slope;
     bool known = smo->mean_square > SQUARE_FLOOR && smo->mean_product < largest * smo->mean_square;
     smo->gain_mean = known ? smo->mean_product / smo->mean_square : largest;
+}
+
+/* v and k_f from the present error; `share` as in weight_gain. */
+static void switch_voltage(smo_t *smo, float share)
+{
+    ab_t x = smo->current_err;
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        switch_vector(smo, x);
+        return;
+    }
+    if (smo->switching == (int32_t)SMO_SIGMOID) {
+        switch_sigmoid(smo, x);
+    } else {
+        switch_sign(smo, x);
+    }
+    weight_gain(smo, share);
 }
 
 void smo_init(smo_t *smo, const smo_params_t *params)
@@ -176,10 +180,10 @@ static float settled_ratio(float square)
     return ratio;
 }
 
-void smo_reset(smo_t *smo, ab_t current, ab_t emf)
+void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat)
 {
     float per_volt = 1.0f / smo->gain;
-    ab_t f = {emf.alpha * per_volt, emf.beta * per_volt};
+    ab_t f = {switched.alpha * per_volt, switched.beta * per_volt};
     ab_t x = {0.0f, 0.0f};
     switch ((smo_switching_t)smo->switching) {
     case SMO_SIGN:
@@ -199,14 +203,21 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
     smo->current_err = x;
     smo->current_hat.alpha = current.alpha + x.alpha;
     smo->current_hat.beta = current.beta + x.beta;
-    switch_voltage(smo);
-    if (smo->switching == (int32_t)SMO_SIGN) {
-        smo->switched = emf;
-    }
-    smo->emf_hat = smo->switched;
+    smo->error_square = x.alpha * x.alpha + x.beta * x.beta;
     smo->mean_product = 0.0f;
     smo->mean_square = 0.0f;
-    weight_gain(smo, 1.0f);
+    switch_voltage(smo, 1.0f);
+    if (smo->switching == (int32_t)SMO_SIGN) {
+        smo->switched = switched;
+    }
+    smo->emf_hat = emf_hat;
+    smo->passed_over = 0u;
+}
+
+void smo_reset(smo_t *smo, ab_t current, ab_t emf)
+{
+    smo_preset(smo, current, emf, emf);
+    smo->emf_hat = smo->switched;
 }
 
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
@@ -218,14 +229,17 @@ ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
     hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
     hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
-    if (!(x.alpha * x.alpha + x.beta * x.beta <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
+    float square = x.alpha * x.alpha + x.beta * x.beta;
+    if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
+        smo->passed_over = 1u;
         return smo->emf_hat;
     }
 
+    smo->passed_over = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
-    switch_voltage(smo);
-    weight_gain(smo, smo->mean_share);
+    smo->error_square = square;
+    switch_voltage(smo, smo->mean_share);
 
     v = smo->switched;
     smo->emf_hat.alpha = v.alpha + smo->emf_decay * (smo->emf_hat.alpha - v.alpha);

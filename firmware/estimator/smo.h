@@ -61,29 +61,36 @@ typedef struct {
 
 typedef struct {
     /* coefficients, from smo_init */
-    float resistance;      /* R [ohm] */
-    float inductance;      /* L [H] */
-    float period;          /* T [s] */
-    float current_decay;   /* a = exp(-R T/L) [-] */
-    float voltage_gain;    /* b = (1 - a)/R [A/V] */
-    float gain;            /* k_s [V] */
-    float half_slope;      /* a_f/2 [1/A] */
-    float emf_decay;       /* exp(-omega_s T) [-]; 0 = no filter */
-    float emf_share;       /* 1 - exp(-omega_s T) [-]; 1 = no filter */
-    float mean_share;      /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
-    float hold_delay;      /* by which the voltage's hold shortens the lag [s], see lag.h */
-    float hold_delay_rise; /* its growth over (omega T)^2 [s], see lag.h */
-    float hold_curvature;  /* of the hold's attenuation over (omega T)^2 [-], see lag.h */
-    int32_t switching;     /* smo_switching_t */
+    float resistance;     /* R [ohm] */
+    float inductance;     /* L [H] */
+    float period;         /* T [s] */
+    float current_decay;  /* a = exp(-R T/L) [-] */
+    float voltage_gain;   /* b = (1 - a)/R [A/V] */
+    float gain;           /* k_s [V] */
+    float half_slope;     /* a_f/2 [1/A] */
+    float emf_decay;      /* exp(-omega_s T) [-]; 0 = no filter */
+    float emf_share;      /* 1 - exp(-omega_s T) [-]; 1 = no filter */
+    float mean_share;     /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
+    float half_period;    /* T/2 [s] */
+    float loop_gain_unit; /* b k_s [A]; b g = this times k_f */
+    float current_loss;   /* b R = 1 - a [-] */
+    float hold_lead;      /* what the held voltage adds to half a period of lead, over omega T/2 [-], lag.h */
+    float hold_lead_rise; /* its growth over (omega T/2)^2 [-] */
+    float hold_size;      /* of the vector's length over (omega T/2)^2 [-], lag.h */
+    float filter_even;    /* 1 + 2 c/(1 - c), c = emf_decay [-], lag.h */
+    float filter_odd;     /* 2 c/(1 - c) [-] */
+    int32_t switching;    /* smo_switching_t */
     /* state */
-    ab_t current_hat;   /* i_hat at t_k [A] */
-    ab_t current_err;   /* x at t_k [A] */
-    ab_t switched;      /* v [V], acts from t_k on */
-    ab_t emf_hat;       /* e_hat at t_k [V] */
-    ab_t gain_axis;     /* k_f of each axis at t_k [1/A]; the vector form has one */
-    float mean_product; /* low-passed f x, both axes [A] */
-    float mean_square;  /* low-passed x x, both axes [A^2] */
-    float gain_mean;    /* k_f: power-weighted; vector form: of the sample [1/A] */
+    ab_t current_hat;     /* i_hat at t_k [A] */
+    ab_t current_err;     /* x at t_k [A] */
+    float error_square;   /* |x|^2 [A^2] */
+    ab_t switched;        /* v [V], acts from t_k on */
+    ab_t emf_hat;         /* e_hat at t_k [V] */
+    ab_t gain_axis;       /* k_f of each axis at t_k [1/A]; the vector form has one */
+    float mean_product;   /* low-passed f x, both axes [A] */
+    float mean_square;    /* low-passed x x, both axes [A^2] */
+    float gain_mean;      /* k_f: power-weighted; vector form: of the sample [1/A] */
+    uint32_t passed_over; /* [-] 1: the last sample was no measurement */
 } smo_t;
 
 /* Whether the set can run: ranges, T <= L/(2 R), and for the sigmoids the loop gain b k_s a_f/2 <=
@@ -105,6 +112,10 @@ void smo_retune(smo_t *smo, const smo_params_t *params);
  * the error of 99 %, stretched likewise, makes. Both must be finite. 22 divisions per axis or vector; not for
  * every period. */
 void smo_reset(smo_t *smo, ab_t current, ab_t emf);
+
+/* The same where v and its filtered value differ because both turn: `switched` is the v to continue,
+ * `emf_hat` the result of the filter [V]. */
+void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat);
 
 /* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. Finite for
  * every input. Divisions: one for the vector form, three for the others (each axis and the mean

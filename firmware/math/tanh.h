@@ -7,13 +7,9 @@
  * All coefficients are positive (the poles and zeros of tanh(x)/x interlace on the negative z axis), so
  * nothing cancels. No state, no libm.
  *
- * Does not handle NaN in tanh_ratio and inverse_root; tanh_value gives 0 there. */
+ * Does not handle NaN in tanh_ratio; tanh_value gives 0 there. */
 #ifndef MATH_TANH_H
 #define MATH_TANH_H
-
-/* The widest range of inverse_root(). */
-#define INVERSE_ROOT_SMALLEST 1e-30f
-#define INVERSE_ROOT_LARGEST  1e30f
 
 /* tanh(x)/x [-] from `square` = x^2 in [0, 1e30]: relative error <= 1e-6, exactly 1 at 0, falling. Below 0 (a
  * rounding) as 0; above 1e30 as there. At most one division. */
@@ -22,10 +18,5 @@ float tanh_ratio(float square);
 /* tanh(x) [-]: relative and absolute error <= 1e-6, odd bit for bit, never beyond +-1, exactly +-1 for |x| >
  * 8 (infinity included); NaN: 0. At most one division. */
 float tanh_value(float x);
-
-/* 1/sqrt(square) for `square` in [1e-30, 1e30], relative error <= 3e-7; outside as at the nearer end. Powers
- * of four are taken out until [1, 4) is left, where a cubic (error 7.1e-3) and two Newton steps do the rest.
- * No division, a loop of six. */
-float inverse_root(float square);
 
 #endif

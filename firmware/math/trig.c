@@ -1,36 +1,14 @@
 #include "math/trig.h"
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #include "math/angle.h"
 
-#define QUARTERS_PER_RADIAN 0.636619772f
-#define HALF_PI             1.57079633f
-
-/* pi/2 = HIGH + LOW. HIGH = 102944/65536 has 17 bits, a number of quarters below TRIG_LIMIT has 7: exact
- * products. */
-#define HALF_PI_HIGH 1.57080078125f
-#define HALF_PI_LOW  -4.45445510e-6f
+#define HALF_PI 1.57079633f
 
 /* Outside these |x| + |y| the quotient of the two is not to be trusted (denormal or infinite). */
 #define ATAN2_SHORTEST 1e-37f
 #define ATAN2_LONGEST  1e38f
-
-/* Minimax on |r| <= pi/4, error 2e-9. */
-static float sine_near_zero(float r)
-{
-    float square = r * r;
-    return r + r * square * (-0.166666494f + square * (8.33190875e-3f - square * 1.94868531e-4f));
-}
-
-/* Minimax on |r| <= pi/4, error 1e-10. */
-static float cosine_near_zero(float r)
-{
-    float square = r * r;
-    float rest = 0.0416666453f + square * (-1.38872889e-3f + square * 2.44292130e-5f);
-    return 1.0f - 0.5f * square + square * square * rest;
-}
 
 rotation_t trig_rotation(float theta)
 {
@@ -39,22 +17,17 @@ rotation_t trig_rotation(float theta)
         return rotation;
     }
 
-    int32_t quarters = (int32_t)(theta * QUARTERS_PER_RADIAN + (theta < 0.0f ? -0.5f : 0.5f));
-    float turned = (float)quarters;
-    float r = (theta - turned * HALF_PI_HIGH) - turned * HALF_PI_LOW;
-    float sine = sine_near_zero(r);
-    float cosine = cosine_near_zero(r);
-
-    uint32_t quadrant = (uint32_t)quarters & UINT32_C(3);
-    bool swapped = (quadrant & UINT32_C(1)) != 0;
-    rotation.sin = swapped ? cosine : sine;
-    rotation.cos = swapped ? sine : cosine;
-    if ((quadrant & UINT32_C(2)) != 0) {
-        rotation.sin = -rotation.sin;
-    }
-    if (quadrant == 1 || quadrant == 2) {
-        rotation.cos = -rotation.cos;
-    }
+    float half = 0.5f * theta;
+    float z = half * half;
+    float sine =
+        half * (0.999999746f +
+                z * (-0.16666539f + z * (8.33153559e-3f + z * (-1.97376511e-4f + z * 2.49249290e-6f))));
+    float cosine =
+        1.0f + z * (-0.49999993f +
+                    z * (0.0416664622f + z * (-1.38866962e-3f + z * (2.46950458e-5f - z * 2.51549356e-7f))));
+    float twice = 2.0f * sine;
+    rotation.sin = twice * cosine;
+    rotation.cos = 1.0f - twice * sine;
     return rotation;
 }
 

@@ -1,9 +1,10 @@
 /* Sine, cosine and arc tangent by polynomials, for the interrupt.
  *
- * The angle is brought to within +-pi/4 of a multiple of pi/2 (subtracted in two parts, exactly), where
- * minimax polynomials of degree 7 and 8 give sine and cosine; the quadrant decides which is which and their
- * signs. atan2 divides the shorter component by the longer, so that one odd polynomial of degree 11 on [0, 1]
- * covers the plane.
+ *     h = theta/2,   sin theta = 2 sin h cos h,   cos theta = 1 - 2 (sin h)^2
+ *
+ * with minimax polynomials of degree 9 for sin h and 10 for cos h on |h| <= 2: a wrapped angle and what it
+ * moves in a period and a half need no reduction and no quadrants. atan2 divides the shorter component by the
+ * longer, so that one odd polynomial of degree 11 on [0, 1] covers the plane.
  *
  * No state, no libm, no loop. Does not handle angles beyond TRIG_LIMIT: wrap first. */
 #ifndef MATH_TRIG_H
@@ -12,11 +13,11 @@
 #include "math/frames.h"
 
 /* The widest angle [rad]. */
-#define TRIG_LIMIT 100.0f
+#define TRIG_LIMIT 4.0f
 
-/* Sine and cosine of `theta` [rad], |theta| <= TRIG_LIMIT: within 2e-7 each. Beyond that and for a non-finite
- * angle both are 0, a rotation that turns every vector into none: no voltage on an unknown angle. No
- * division. */
+/* Sine and cosine of `theta` [rad], |theta| <= TRIG_LIMIT: within 4e-7 each. Beyond that and for a non-finite
+ * angle both are 0, a rotation that turns every vector into none: no voltage on an unknown angle. Straight
+ * line, no division. */
 rotation_t trig_rotation(float theta);
 
 /* One of the two [-], at the price of both; same range, accuracy and edges. */

@@ -51,6 +51,9 @@ struct rig {
     char error[256];
 };
 
+/* The rig whose chip and application run on this thread: for the interrupts, which get no argument. */
+static __thread const rig_t *bound;
+
 rig_state_t *rig_state(rig_t *rig)
 {
     return &rig->state;
@@ -135,6 +138,7 @@ static int64_t on_encoder(void *context, uint64_t tick)
 
 void rig_bind(rig_t *rig)
 {
+    bound = rig;
     app = &rig->state.app;
     chip_bind(&rig->state.chip, &rig->world);
 }
@@ -216,6 +220,7 @@ void rig_step(rig_t *rig)
     take_truth(rig);
     chip_run(begin + PERIOD_TICKS);
     state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
+    state->truth.theta_hat_err = angle_between(state->app.drive.estimate.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
         app_background();
     }
@@ -267,7 +272,36 @@ uint32_t rig_period(const rig_t *rig)
     return rig->state.period;
 }
 
-/* ---- the cost of the interrupt ---- */
+/* ---- the sample interrupt ---- */
+
+/* Ideal sensors: what app_interrupt does, on the truth of t_k. The drive takes off the zero that it has
+ * measured of the real sensors; it is put on, so that sensors may change at any time after that. */
+static void exact_interrupt(void)
+{
+    const rig_truth_t *truth = &bound->state.truth;
+    const drive_t *drive = &app->drive;
+    const bool measuring = drive->state == (int32_t)DRIVE_NOT_READY;
+    drive_samples_t samples;
+    drive_command_t command;
+    app_read(&samples);
+    samples.i_a = truth->true_i_a + (measuring ? 0.0f : drive->offset.a);
+    samples.i_b = truth->true_i_b + (measuring ? 0.0f : drive->offset.b);
+    samples.u_dc = truth->true_u_dc;
+    drive_step(&app->drive, &samples, &command);
+    app_write(&command);
+}
+
+static bus_isr_t interrupt_in_force(const rig_t *rig)
+{
+    return rig->state.conditions.sensors != 0 ? exact_interrupt : app_interrupt;
+}
+
+static void point_interrupt_to(bus_isr_t isr)
+{
+    bus_allow();
+    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(isr));
+    bus_protect();
+}
 
 static __thread double timed_seconds; /* of the interrupts that this thread has timed */
 
@@ -280,16 +314,10 @@ static double clock_seconds(void)
 
 static void timed_interrupt(void)
 {
+    const bus_isr_t isr = interrupt_in_force(bound);
     const double start = clock_seconds();
-    app_interrupt();
+    isr();
     timed_seconds += clock_seconds() - start;
-}
-
-static void point_interrupt_to(bus_isr_t isr)
-{
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(isr));
-    bus_protect();
 }
 
 double rig_interrupt_seconds(rig_t *rig, uint32_t periods)
@@ -306,7 +334,7 @@ double rig_interrupt_seconds(rig_t *rig, uint32_t periods)
     timed_seconds = 0.0;
     rig_run(rig, periods);
     rig_bind(rig);
-    point_interrupt_to(app_interrupt);
+    point_interrupt_to(interrupt_in_force(rig));
     return timed_seconds / periods - empty / pairs;
 }
 
@@ -518,6 +546,9 @@ static void set_condition(rig_t *rig, const table_row_t *row, float value)
     chip_stick_adc(&state->chip, 1u, (int32_t)now->stuck_dc_link);
     if (row->offset == offsetof(rig_conditions_t, metering)) {
         plant_set_metering(&state->plant, now->metering != 0);
+    }
+    if (row->offset == offsetof(rig_conditions_t, sensors)) {
+        point_interrupt_to(interrupt_in_force(rig));
     }
 }
 

@@ -29,7 +29,7 @@ void rig_free(rig_t *rig);
 void rig_step(rig_t *rig);
 
 /* Runs so many periods and returns what the sample interrupt took on this machine, mean [s], clock overhead
- * taken off. */
+ * taken off. Changes nothing else: they are the periods that rig_run would have run. */
 double rig_interrupt_seconds(rig_t *rig, uint32_t periods);
 
 /* Up to n periods; fewer if the stop condition is met. Returns how many ran. */

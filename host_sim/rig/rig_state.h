@@ -1,5 +1,6 @@
-/* One state: chip, plant, drive, generators, clock. Copyable with memcpy, no pointers, no padding: what is in
- * here decides every bit of the future; what is not (tap, stop condition, texts) belongs to who looks on. */
+/* One state: chip, plant, drive, generators, clock. Copyable with memcpy, no pointers, no padding but a word
+ * at the end where the slots are odd in number, zero from creation on: what is in here decides every bit of
+ * the future; what is not (tap, stop condition, texts) belongs to who looks on. */
 #ifndef HOST_SIM_RIG_RIG_STATE_H
 #define HOST_SIM_RIG_RIG_STATE_H
 

@@ -20,7 +20,8 @@
     F(3009, true_u_dc, "V", "DC-link voltage at t_k")                                                        \
     F(3010, theta_err, "rad", "angle that the drive used minus true_theta_e, wrapped")                       \
     F(3011, shoot_throughs, "-", "how often both switches of a leg conducted")                               \
-    F(3012, chip_reports, "-", "how often the chip found a wrong use of itself")
+    F(3012, chip_reports, "-", "how often the chip found a wrong use of itself")                             \
+    F(3013, theta_hat_err, "rad", "angle of the estimator minus true_theta_e, wrapped")
 
 typedef struct {
 #define TRUTH_FIELD(id, name, unit, text) float name; /* [unit of its row] */
@@ -46,7 +47,9 @@ typedef struct {
     F(5003, stuck_current_b, "-", -1.0f, -1.0f, 4095.0f,                                                     \
       "code that the ADC gives for current b whatever flows; -1: none")                                      \
     F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for the DC link; -1: none")  \
-    E(5005, metering, "off|on", "energy meters of the plant; cost time")
+    E(5005, metering, "off|on", "energy meters of the plant; cost time")                                     \
+    E(5006, sensors, "adc|exact",                                                                            \
+      "exact: the drive gets the true currents and DC link of t_k, past sensor errors and ADC")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

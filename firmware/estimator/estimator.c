@@ -1,0 +1,287 @@
+#include "estimator/estimator.h"
+
+#include <assert.h>
+
+#include "math/angle.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+/* A limit that no finite quantity of the estimator reaches: the sign is not judged. */
+#define UNLIMITED 1e30f
+
+/* An EMF near zero speed is judged with this allowance [rad/s]. */
+#define AMPLITUDE_ALLOWANCE PLL_SIGN_SPEED
+
+/* The flux may move this far from the parameter, either way [-]. */
+#define ADAPTATION_RANGE 0.5f
+
+/* k_f depends on the EMF that the observer has to make, and that on k_f: a few rounds settle both. */
+#define RESET_ROUNDS 8
+
+static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max)
+{
+    *why = (params_error_t){field, rule, value, min, max, UINT32_C(0), INT32_C(0)};
+    return false;
+}
+
+static bool within(params_error_t *why, const char *field, float value, float min, float max)
+{
+    /* also refuses NaN */
+    return (value >= min && value <= max) || refuse(why, field, "range of the parameter", value, min, max);
+}
+
+static bool validity_check(const validity_params_t *limits, params_error_t *why)
+{
+    if (!within(why, "amplitude_min", limits->amplitude_min, 0.0f, 1.0f) ||
+        !within(why, "detector_max", limits->detector_max, 0.0f, 1.0f) ||
+        !within(why, "current_max", limits->current_max, 0.0f, 1e3f) ||
+        !within(why, "speed_max", limits->speed_max, 0.0f, 1e6f) ||
+        !within(why, "speed_min", limits->speed_min, 0.0f, 1e6f) ||
+        !within(why, "amplitude_time", limits->amplitude_time, 0.0f, 10.0f) ||
+        !within(why, "detector_time", limits->detector_time, 0.0f, 10.0f) ||
+        !within(why, "current_time", limits->current_time, 0.0f, 10.0f) ||
+        !within(why, "speed_time", limits->speed_time, 0.0f, 10.0f)) {
+        return false;
+    }
+    if (limits->amplitude_max != 0.0f && !(limits->amplitude_max > 1.0f && limits->amplitude_max <= 100.0f)) {
+        return refuse(why, "amplitude_max", "0 (not judged), or 1 < amplitude_max <= 100",
+                      limits->amplitude_max, 1.0f, 100.0f);
+    }
+    return limits->speed_max == 0.0f || limits->speed_min < limits->speed_max ||
+           refuse(why, "speed_min", "speed_min < speed_max", limits->speed_min, 0.0f, limits->speed_max);
+}
+
+bool estimator_params_check(const estimator_params_t *params, params_error_t *why)
+{
+    if (!smo_params_check(&params->smo, why) || !pll_params_check(&params->pll, why) ||
+        !within(why, "lag", (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
+        !within(why, "flux_linkage", params->flux_linkage, 1e-4f, 10.0f) ||
+        !within(why, "flux_adaptation", params->flux_adaptation, 0.0f, 100.0f) ||
+        !within(why, "torque_feedforward", params->torque_feedforward, 0.0f, 1e7f) ||
+        !validity_check(&params->validity, why)) {
+        return false;
+    }
+
+    float period = params->smo.period;
+    if (params->pll.period != period) {
+        return refuse(why, "period", "pll.period = smo.period", params->pll.period, period, period);
+    }
+    float gain_min = ESTIMATOR_GAIN_MARGIN * params->flux_linkage * params->validity.speed_max;
+    if (params->smo.gain < gain_min) {
+        return refuse(why, "gain", "gain >= 1.1 times the largest EMF, flux_linkage speed_max",
+                      params->smo.gain, gain_min, 1e4f);
+    }
+    if (params->torque_feedforward > 0.0f && params->pll.feedforward_cutoff == 0.0f) {
+        return refuse(why, "torque_feedforward",
+                      "0 with feedforward_cutoff = 0, else nothing forgets its error",
+                      params->torque_feedforward, 0.0f, 0.0f);
+    }
+    return true;
+}
+
+static float limit_of(float value)
+{
+    return value > 0.0f ? value : UNLIMITED;
+}
+
+static uint32_t periods_of(float time, float period)
+{
+    return (uint32_t)(time / period) + 1u;
+}
+
+static void set_flux(estimator_t *est, float flux_linkage)
+{
+    est->flux_linkage = flux_linkage;
+    est->speed_per_volt = 1.0f / flux_linkage;
+}
+
+void estimator_retune(estimator_t *est, const estimator_params_t *params)
+{
+    params_error_t why;
+    bool good = estimator_params_check(params, &why);
+    assert(good);
+    (void)good;
+
+    const validity_params_t *limits = &params->validity;
+    float period = params->smo.period;
+    est->amplitude_min = limits->amplitude_min;
+    est->amplitude_max = limit_of(limits->amplitude_max);
+    est->detector_max = limit_of(limits->detector_max);
+    est->error_square_max = limit_of(limits->current_max * limits->current_max);
+    est->speed_min = limits->speed_min;
+    est->speed_max = limit_of(limits->speed_max);
+    est->debounce[0] = periods_of(limits->amplitude_time, period);
+    est->debounce[1] = periods_of(limits->detector_time, period);
+    est->debounce[2] = periods_of(limits->current_time, period);
+    est->debounce[3] = periods_of(limits->speed_time, period);
+    est->lag = (int32_t)params->lag;
+    est->torque_feedforward = params->torque_feedforward;
+    est->adaptation_share = params->flux_adaptation * period;
+    lowpass_retune(&est->emf_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
+    lowpass_retune(&est->speed_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
+    if (params->flux_linkage != est->flux_linkage_set || params->flux_adaptation == 0.0f) {
+        est->flux_linkage_set = params->flux_linkage;
+        set_flux(est, params->flux_linkage);
+    }
+    smo_retune(&est->smo, &params->smo);
+    pll_retune(&est->pll, &params->pll);
+}
+
+void estimator_init(estimator_t *est, const estimator_params_t *params)
+{
+    const position_t origin = {0.0f, 0.0f};
+    const ab_t none = {0.0f, 0.0f};
+    est->flux_linkage_set = 0.0f;
+    estimator_retune(est, params);
+    set_flux(est, params->flux_linkage);
+    smo_init(&est->smo, &params->smo);
+    pll_init(&est->pll, &params->pll);
+    estimator_reset(est, origin, none);
+}
+
+void estimator_reset(estimator_t *est, position_t start, ab_t current)
+{
+    float length = est->flux_linkage * start.omega_e;
+    rotation_t rotor = trig_rotation(angle_wrap(start.theta_e));
+    ab_t emf = {-length * rotor.sin, length * rotor.cos};
+
+    smo_reset(&est->smo, current, emf);
+    for (int32_t n = 0; n < RESET_ROUNDS; n++) {
+        ab_t switched;
+        ab_t emf_hat;
+        lag_make(&est->smo, start.omega_e, emf, &switched, &emf_hat);
+        smo_preset(&est->smo, current, switched, emf_hat);
+    }
+
+    lag_mode_t lag = (lag_mode_t)est->lag;
+    float added = lag_angle(&est->smo, lag, start.omega_e) - lag_angle(&est->smo, LAG_EXACT, start.omega_e);
+    pll_reset(&est->pll, (position_t){start.theta_e + added, start.omega_e});
+    lowpass_reset(&est->emf_mean, length < 0.0f ? -length : length);
+    lowpass_reset(&est->speed_mean, start.omega_e < 0.0f ? -start.omega_e : start.omega_e);
+    est->emf = emf;
+    est->reset_current = current;
+    est->fresh = 1u;
+    for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
+        est->count[n] = 0u;
+    }
+    est->counting = 0u;
+    est->invalid = 0u;
+}
+
+/* Is the first sample after a reset that of the reset itself? Its current is then the same. Where the current
+ * does not change anyhow, the voltage leans to the EMF of the period before t_k or of that after it. */
+static bool of_reset(const estimator_t *est, ab_t voltage, ab_t current)
+{
+    if (current.alpha != est->reset_current.alpha || current.beta != est->reset_current.beta) {
+        return false;
+    }
+    ab_t emf = {voltage.alpha - est->smo.resistance * current.alpha,
+                voltage.beta - est->smo.resistance * current.beta};
+    return frames_park(emf, est->pll.rotation).d >= 0.0f;
+}
+
+static float magnitude(float value)
+{
+    return value < 0.0f ? -value : value;
+}
+
+/* Slow: psi_f = |e|/|omega_e|, both through the same low-pass, so that a ramp of the speed leaves no trace.
+ */
+static void adapt_flux(estimator_t *est)
+{
+    float speed = magnitude(est->pll.omega_smooth);
+    float emf_mean = lowpass_step(&est->emf_mean, est->pll.amplitude);
+    float speed_mean = lowpass_step(&est->speed_mean, speed);
+    if (speed < ESTIMATOR_ADAPTATION_SPEED || magnitude(est->pll.detector) > ESTIMATOR_ADAPTATION_DETECTOR) {
+        return;
+    }
+    float wanted = speed_mean * inverse_root(emf_mean * emf_mean);
+    float change = est->adaptation_share * (wanted - est->speed_per_volt);
+    float flux_linkage = est->flux_linkage * (1.0f - est->flux_linkage * change);
+    if (magnitude(flux_linkage - est->flux_linkage_set) > ADAPTATION_RANGE * est->flux_linkage_set) {
+        return;
+    }
+    est->speed_per_volt += change;
+    /* One Newton step towards 1/speed_per_volt per period follows a change as slow as this. */
+    est->flux_linkage = flux_linkage * (2.0f - flux_linkage * est->speed_per_volt);
+}
+
+static void count_failures(estimator_t *est, uint32_t failing)
+{
+    uint32_t invalid = est->invalid;
+    est->counting = 0u;
+    for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
+        uint32_t bit = UINT32_C(1) << n;
+        if ((failing & bit) != 0u) {
+            est->count[n] += est->count[n] < est->debounce[n];
+        } else {
+            est->count[n] -= est->count[n] > 0u;
+        }
+        if (est->count[n] >= est->debounce[n]) {
+            invalid |= bit;
+        }
+        if (est->count[n] == 0u) {
+            invalid &= ~bit;
+        }
+        est->counting |= est->count[n];
+    }
+    est->invalid = invalid;
+}
+
+static void judge(estimator_t *est)
+{
+    float speed = magnitude(est->pll.omega_smooth);
+    float speed_of_emf = est->pll.amplitude * est->speed_per_volt;
+    uint32_t amplitude = speed_of_emf < est->amplitude_min * speed ||
+                         speed_of_emf > est->amplitude_max * speed + AMPLITUDE_ALLOWANCE;
+    uint32_t detector = magnitude(est->pll.detector) > est->detector_max;
+    uint32_t current = est->smo.error_square > est->error_square_max;
+    uint32_t outside = speed < est->speed_min || speed > est->speed_max;
+    uint32_t failing = amplitude | detector << 1 | current << 2 | outside << 3;
+    est->invalid &= ~ESTIMATOR_SAMPLE;
+    if ((failing | est->counting) != 0u) {
+        count_failures(est, failing);
+    }
+}
+
+position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
+{
+    if (est->fresh != 0u) {
+        bool same = of_reset(est, voltage, current);
+        position_t start = pll_coast(&est->pll);
+        est->fresh = 0u;
+        if (same) {
+            return start;
+        }
+    }
+
+    ab_t emf_hat = smo_step(&est->smo, voltage, current);
+    if (est->smo.passed_over != 0u) {
+        est->invalid |= ESTIMATOR_SAMPLE;
+        return pll_coast(&est->pll);
+    }
+    est->emf = lag_undo(&est->smo, (lag_mode_t)est->lag, est->pll.omega_smooth, emf_hat);
+
+    float i_q = frames_park(current, est->pll.rotation).q;
+    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, est->torque_feedforward * i_q);
+    if (est->adaptation_share > 0.0f) {
+        adapt_flux(est);
+    }
+    judge(est);
+    return position;
+}
+
+position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
+{
+    if (est->fresh != 0u) {
+        return estimator_step(est, voltage, current);
+    }
+    (void)smo_step(&est->smo, voltage, current);
+    return pll_coast(&est->pll);
+}
+
+uint16_t estimator_invalid(const estimator_t *est)
+{
+    return (uint16_t)est->invalid;
+}

@@ -1,0 +1,467 @@
+/* Ideal sensors (`sensors` = exact): the drive gets the truth of t_k, at every period, in every order of
+ * switching. With an ideal inverter besides, the closed loop shows the timing convention to the tick: the
+ * voltage that the interrupt of period k commands acts on [t_{k+1}, t_{k+2}), all of it and nothing else. */
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "hal/f28335/bus.h"
+#include "hal/hal.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+
+#define SENSORS_ADC   0.0
+#define SENSORS_EXACT 1.0
+#define TICK          (1.0 / 150e6)   /* [s] */
+#define LSB           (40.0 / 4096.0) /* [A] of the current channels */
+#define SQRT_3        1.73205080756887729353
+
+/* Half an ulp of a float below 8, as phase currents are here. */
+#define HALF_ULP 2.4e-7
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* Turning at this speed already, under 5 N m, not yet enabled. */
+static rig_t *turning(double rpm)
+{
+    rig_t *rig = rig_create(61);
+    TEST_ASSERT_NOT_NULL(rig);
+    run_put(rig, "fidelity", 1.0);
+    run_put(rig, "load_torque", 5.0);
+    rig_set_motion(rig, 0.3, rpm * RPM);
+    run_put(rig, "speed_request", rpm * RPM);
+    return rig;
+}
+
+/* Bits, not numbers: what the drive holds is the truth's very slot. */
+static void expect_samples_are_the_truth(rig_t *rig, uint32_t periods)
+{
+    for (uint32_t n = 0; n < periods; n++) {
+        rig_step(rig);
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_a"), rig_value(rig, "i_a"));
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_b"), rig_value(rig, "i_b"));
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
+    }
+}
+
+/* Largest |i_a - true_i_a|, |i_b - true_i_b| over so many periods. */
+static double largest_sample_error(rig_t *rig, uint32_t periods)
+{
+    double largest = 0.0;
+    for (uint32_t n = 0; n < periods; n++) {
+        rig_step(rig);
+        largest = fmax(largest, fabs(rig_value(rig, "i_a") - rig_value(rig, "true_i_a")));
+        largest = fmax(largest, fabs(rig_value(rig, "i_b") - rig_value(rig, "true_i_b")));
+    }
+    return largest;
+}
+
+/* ---- the timing convention ---- */
+
+/* Each device at once and without drop; what the dead time costs comes back as turn-off delay, on both sides:
+ * plant and firmware's compensation. */
+static void make_inverter_ideal(rig_t *rig)
+{
+    static const char *const none[] = {"igbt_voltage",       "igbt_resistance",     "diode_voltage",
+                                       "diode_resistance",   "plant.turn_on_delay", "plant.current_zone",
+                                       "params.device_drop", "params.turn_on_delay"};
+    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
+        run_put(rig, none[n], 0.0);
+    }
+    run_put(rig, "plant.turn_off_delay", 2.5e-6);
+    run_put(rig, "params.turn_off_delay", 2.5e-6);
+    if (!rig_apply(rig)) {
+        TEST_FAIL_MESSAGE(rig_error(rig));
+    }
+}
+
+static double complex vector_of(double a, double b, double c)
+{
+    return CMPLX((2.0 * a - b - c) / 3.0, (b - c) / SQRT_3);
+}
+
+/* What the last interrupt wrote: shares of the link, as a vector [-]. They are the drive's duties to half a
+ * count. */
+static double complex share_written(rig_t *rig)
+{
+    static const char *const duties[] = {"duty_a", "duty_b", "duty_c"};
+    double count[3];
+    rig_bind(rig);
+    for (uint32_t n = 0; n < 3; n++) {
+        count[n] = EPWM(n + 1u)->CMPA;
+        TEST_ASSERT_DOUBLE_WITHIN(0.501, rig_value(rig, duties[n]) * HAL_PERIOD_COUNT, count[n]);
+    }
+    return vector_of(count[0], count[1], count[2]) / HAL_PERIOD_COUNT;
+}
+
+typedef struct {
+    double complex current; /* [A] */
+    double theta_e;         /* [rad] */
+    double omega_e;         /* [rad/s] */
+} instant_t;
+
+static instant_t instant_of(rig_t *rig)
+{
+    return (instant_t){
+        .current =
+            vector_of(rig_value(rig, "true_i_a"), rig_value(rig, "true_i_b"), rig_value(rig, "true_i_c")),
+        .theta_e = rig_value(rig, "true_theta_e"),
+        .omega_e = rig_value(rig, "true_omega_e"),
+    };
+}
+
+/* Current at t_{k+1} if u [V] stood from t_k on: L di/dt = u - R i - e, e = j omega psi exp(j theta), solved
+ * for constant omega. The EMF's share is its mean over the period, weighted as R and L do:
+ * 1/L int exp(-(R/L)(T - s)) e(s) ds = j omega psi/L exp(j theta) (exp(j omega T) - a)/(R/L + j omega). */
+static double complex current_next(const plant_params_t *motor, const instant_t *now, double omega_e,
+                                   double complex u)
+{
+    const double rate = motor->resistance / motor->inductance_d;
+    const double a = exp(-rate * RIG_PERIOD_SECONDS);
+    const double complex emf = CMPLX(0.0, omega_e * motor->flux_linkage) * cexp(CMPLX(0.0, now->theta_e));
+    const double complex turned = cexp(CMPLX(0.0, omega_e * RIG_PERIOD_SECONDS));
+    return a * now->current + (1.0 - a) / motor->resistance * u -
+           emf / motor->inductance_d * (turned - a) / CMPLX(rate, omega_e);
+}
+
+/* Bound of the prediction, 5 N m and 1500 r/min on the paper's rig, in A:
+ *   truth rows, floats: three currents below 8 A at either end move the vector by at most
+ *     sqrt((4/3)^2 + (2/sqrt 3)^2) 2.4e-7 = 4.2e-7 each                                               8.4e-7
+ *     angle, 1.2e-7 rad of half an ulp: omega psi T/L = 0.92 A times it                                1.1e-7
+ *     speeds, 3.1e-5 rad/s: psi T/L = 1.46e-3 A s times it                                             4.5e-8
+ *   the plant's series ends after four terms: (omega T)^5/120 = 8e-9 of some amperes                   1e-7
+ *   the plant holds one speed per period, carried on from the last torques; mean of both ends here:
+ *     1.5 T dT_m/J p, dT_m the change of torque between periods (asserted below 0.02 N m), times
+ *     1.46e-3 A s                                                                                      2.8e-7
+ * together 1.4e-6. One tick of 6.7 ns is worth more: it exchanges the voltages of two periods, some 7 V and
+ * more apart, for that long, 7 V 6.7 ns/12.5 mH = 4e-6 A (asserted for the run). */
+#define BOUND 1.4e-6
+
+static void expect_voltages_act_in_their_period(double rpm)
+{
+    rig_t *rig = turning(rpm);
+    make_inverter_ideal(rig);
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 2.0);
+    run_expect_no_fault(rig);
+
+    const plant_params_t *motor = &rig_state(rig)->plant.params;
+    double complex shares[3] = {0}; /* written in the last periods, newest first */
+    double error = 0.0;
+    double tick = 0.0;        /* largest error that a voltage late or early by a tick would make */
+    double early = INFINITY;  /* smallest error of the command one period too new */
+    double late = INFINITY;   /* smallest error of the command one period too old */
+    double frame = 0.0;       /* largest difference between i_alpha or i_beta and the truth */
+    double largest = 0.0;     /* phase current */
+    double torque_step = 0.0; /* largest change of the torque between periods */
+    double torque_mean = 0.0;
+    instant_t now = {0};
+    double torque = 0.0;
+    for (uint32_t n = 0; n < 803; n++) {
+        rig_step(rig);
+        const instant_t next = instant_of(rig);
+        const double u_dc = rig_value(rig, "true_u_dc");
+        const double torque_next = rig_value(rig, "true_torque");
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_a"), rig_value(rig, "i_a"));
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_b"), rig_value(rig, "i_b"));
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
+        frame = fmax(frame, fabs(rig_value(rig, "i_alpha") - creal(next.current)));
+        frame = fmax(frame, fabs(rig_value(rig, "i_beta") - cimag(next.current)));
+        largest = fmax(largest, cabs(next.current));
+        if (n >= 3) {
+            /* This step is period k; shares[1] is of its command of k - 2. */
+            const double omega = 0.5 * (now.omega_e + next.omega_e);
+            error = fmax(error, cabs(current_next(motor, &now, omega, shares[1] * u_dc) - next.current));
+            early = fmin(early, cabs(current_next(motor, &now, omega, shares[0] * u_dc) - next.current));
+            late = fmin(late, cabs(current_next(motor, &now, omega, shares[2] * u_dc) - next.current));
+            tick = fmax(tick, cabs(shares[1] - shares[2]) * u_dc * TICK / motor->inductance_d);
+            torque_step = fmax(torque_step, fabs(torque_next - torque));
+            torque_mean += torque_next / 800.0;
+        }
+        shares[2] = shares[1];
+        shares[1] = shares[0];
+        shares[0] = share_written(rig);
+        now = next;
+        torque = torque_next;
+    }
+    char message[200];
+    snprintf(
+        message, sizeof message,
+        "%g r/min: off by %.2g A; a tick %.2g, a period early %.2g, late %.2g A; torque %.3f N m, steps %.2g",
+        rpm, error, tick, early, late, torque_mean, torque_step);
+    printf("%s\n", message);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(5.0, rpm, rig_value(rig, "true_omega_m") / RPM);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1, copysign(6.32, rpm), torque_mean, message); /* load and friction */
+    TEST_ASSERT_TRUE_MESSAGE(largest < 8.0, message);
+    TEST_ASSERT_TRUE_MESSAGE(torque_step < 0.02, message);
+    /* In half ulps of a current, the larger axis: phase c, which the drive makes from a and b, 4/3;
+     * differences and their sum, twice and four times as large, 8/3; the constant 1/3 and the product 2. */
+    TEST_ASSERT_TRUE_MESSAGE(frame < 6.0 * HALF_ULP, message);
+    TEST_ASSERT_TRUE_MESSAGE(error < BOUND, message);
+    TEST_ASSERT_TRUE_MESSAGE(tick > 3.0 * BOUND, message);
+    TEST_ASSERT_TRUE_MESSAGE(early > 1e4 * BOUND, message);
+    TEST_ASSERT_TRUE_MESSAGE(late > 1e4 * BOUND, message);
+    rig_free(rig);
+}
+
+static void test_each_voltage_acts_from_the_second_carrier_zero_after_its_sample_to_the_third(void)
+{
+    expect_voltages_act_in_their_period(1500.0);
+}
+
+static void test_each_voltage_acts_in_its_period_in_reverse_too(void)
+{
+    expect_voltages_act_in_their_period(-1500.0);
+}
+
+/* ---- exact samples ---- */
+
+/* Everything wrong that a sensor can have, a link that moves, every gate edge: none of it shows. */
+static void test_exact_samples_are_past_all_sensor_errors(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_put(rig, "fidelity", 0.0);
+    run_put(rig, "current_gain_error_a", 0.02);
+    run_put(rig, "current_gain_error_b", -0.03);
+    run_put(rig, "current_offset_a", 0.3);
+    run_put(rig, "current_offset_b", -0.2);
+    run_put(rig, "current_noise", 0.1);
+    run_put(rig, "plant.current_bandwidth", 5000.0);
+    run_put(rig, "dc_gain_error", 0.02);
+    run_put(rig, "dc_noise", 2.0);
+    run_put(rig, "dc_resistance", 1.0);
+    run_put(rig, "dc_capacitance", 1e-3);
+    run_to_ready(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_b"));
+    run_put(rig, "enable", 1.0);
+    expect_samples_are_the_truth(rig, 3000);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_TRUE(fabs(rig_value(rig, "true_u_dc") - 311.0) > 0.5); /* the link did move */
+    rig_free(rig);
+}
+
+/* A current sample of the ADC is off by its step and the noise, which is bounded: popcount and fraction of
+ * one word end 24.5/sqrt(12 + 1/12) = 7.05 standard deviations out. Zero is measured too: at no current and
+ * no noise all samples lie on one code, half a step beside. */
+static void test_adc_samples_are_off_by_quantisation_and_noise_at_most(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "current_noise", 0.0);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.2);
+    const double quantised = largest_sample_error(rig, 2000);
+    TEST_ASSERT_TRUE(quantised <= LSB + 1e-5);
+    TEST_ASSERT_TRUE(quantised >
+                     0.8 * LSB); /* the steps are there: of 4000 samples some come to either end */
+
+    run_put(rig, "current_noise", 0.01);
+    const double noisy = largest_sample_error(rig, 2000);
+    TEST_ASSERT_TRUE(noisy <= LSB + 0.0705 + 1e-5);
+    TEST_ASSERT_TRUE(noisy > 0.025); /* 4000 samples of 10 mA rms */
+
+    run_put(rig, "sensors", SENSORS_EXACT);
+    /* offset put on and taken off again: two roundings */
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 2000) <= 2.0 * HALF_ULP);
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+/* ---- switching ---- */
+
+static void test_sensors_may_change_while_the_drive_runs_and_back(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "current_noise", 0.0);
+    run_put(rig, "current_offset_a", 0.3); /* measured by the drive and taken off */
+    run_put(rig, "current_offset_b", -0.2);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.2);
+    const double zero = rig_value(rig, "offset_a");
+    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.3, zero);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) > 1e-3);
+
+    run_put(rig, "sensors", SENSORS_EXACT);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) <= 2.0 * HALF_ULP);
+    TEST_ASSERT_EQUAL_DOUBLE(zero, rig_value(rig, "offset_a"));
+
+    run_put(rig, "sensors", SENSORS_ADC);
+    const double error = largest_sample_error(rig, 500);
+    TEST_ASSERT_TRUE(error > 1e-3);
+    TEST_ASSERT_TRUE(error <= LSB + 1e-5);
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+static void test_sensors_may_change_while_offsets_are_measured(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "current_offset_a", 0.5);
+    rig_run(rig, 300); /* of 64 that settle and 512 that are averaged */
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_to_ready(rig);
+    /* the mean of (300 - 64) samples of 0.5 A and of zeros */
+    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.5 * 236.0 / 512.0, rig_value(rig, "offset_a"));
+    run_put(rig, "enable", 1.0);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 1000) <= 2.0 * HALF_ULP);
+    run_expect_no_fault(rig);
+
+    /* A reset measures anew: of these sensors, which have no offset. */
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.01);
+    run_put(rig, "enable", 0.0);
+    run_put(rig, "force_fault", 0.0);
+    run_seconds(rig, 0.03);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
+    run_put(rig, "enable", 1.0);
+    expect_samples_are_the_truth(rig, 1000);
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+static void test_unknown_sensors_are_refused_and_those_in_force_stay(void)
+{
+    rig_t *rig = turning(700.0);
+    TEST_ASSERT_EQUAL_UINT32(5006, rig_row_by_name("sensors")->id);
+    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_ADC, rig_value(rig, "sensors"));
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_to_ready(rig);
+    const double wrong[] = {2.0, -1.0, 0.5, NAN};
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        TEST_ASSERT_FALSE(rig_put(rig, "sensors", wrong[n]));
+        TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, rig_error_reason(rig));
+        TEST_ASSERT_EQUAL_UINT32(5006, rig_error_id(rig));
+    }
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "accepted whole numbers 0 to 1"), rig_error(rig));
+    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_EXACT, rig_value(rig, "sensors"));
+    run_put(rig, "enable", 1.0);
+    expect_samples_are_the_truth(rig, 500);
+    rig_free(rig);
+}
+
+/* The vector of the interrupt is a protected register; the chip counts every misuse. */
+static void test_switching_is_no_misuse_of_the_chip(void)
+{
+    rig_t *rig = turning(700.0);
+    for (int n = 0; n < 10; n++) {
+        run_put(rig, "sensors", n % 2 == 0 ? SENSORS_EXACT : SENSORS_ADC);
+        rig_run(rig, 10);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
+    TEST_ASSERT_EQUAL_DOUBLE(100.0, rig_value(rig, "period"));
+    rig_free(rig);
+}
+
+/* ---- several rigs, saved states, timed runs ---- */
+
+static rig_t *running(double rpm, double sensors)
+{
+    rig_t *rig = turning(rpm);
+    run_put(rig, "sensors", sensors);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.1);
+    return rig;
+}
+
+static void test_rigs_in_turn_get_each_its_own_truth(void)
+{
+    rig_t *a = running(700.0, SENSORS_EXACT);
+    rig_t *b = running(-400.0, SENSORS_EXACT);
+    rig_t *c = running(700.0, SENSORS_ADC);
+    rig_t *alone = running(700.0, SENSORS_EXACT);
+    rig_run(alone, 500);
+    for (int n = 0; n < 500; n++) {
+        expect_samples_are_the_truth(a, 1);
+        expect_samples_are_the_truth(b, 1);
+        rig_step(c);
+    }
+    TEST_ASSERT_EQUAL_HEX64(rig_hash(alone), rig_hash(a));
+    TEST_ASSERT_TRUE(largest_sample_error(c, 500) > 1e-3);
+    rig_free(a);
+    rig_free(b);
+    rig_free(c);
+    rig_free(alone);
+}
+
+static void test_a_saved_state_goes_on_with_its_own_sensors(void)
+{
+    const double kinds[] = {SENSORS_EXACT, SENSORS_ADC};
+    for (size_t n = 0; n < 2; n++) {
+        rig_t *rig = running(1200.0, kinds[n]);
+        void *state = malloc(rig_state_size());
+        TEST_ASSERT_NOT_NULL(state);
+        rig_save(rig, state);
+        rig_run(rig, 1000);
+        const uint64_t end = rig_hash(rig);
+
+        rig_t *other = running(-300.0, kinds[1 - n]);
+        TEST_ASSERT_TRUE(rig_load(other, state, rig_state_size()));
+        TEST_ASSERT_EQUAL_DOUBLE(kinds[n], rig_value(other, "sensors"));
+        rig_run(other, 1000);
+        TEST_ASSERT_EQUAL_HEX64(end, rig_hash(other));
+
+        run_put(rig, "sensors", kinds[1 - n]); /* back in time over a change of sensors */
+        rig_run(rig, 100);
+        TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
+        rig_run(rig, 1000);
+        TEST_ASSERT_EQUAL_HEX64(end, rig_hash(rig));
+        free(state);
+        rig_free(rig);
+        rig_free(other);
+    }
+}
+
+static void test_timing_the_interrupt_changes_nothing(void)
+{
+    const double kinds[] = {SENSORS_EXACT, SENSORS_ADC};
+    for (size_t n = 0; n < 2; n++) {
+        rig_t *timed = running(700.0, kinds[n]);
+        rig_t *plain = running(700.0, kinds[n]);
+        TEST_ASSERT_TRUE(rig_interrupt_seconds(timed, 500) > 0.0);
+        rig_run(plain, 500);
+        TEST_ASSERT_EQUAL_HEX64(rig_hash(plain), rig_hash(timed));
+        rig_run(timed, 500);
+        rig_run(plain, 500);
+        TEST_ASSERT_EQUAL_HEX64(rig_hash(plain), rig_hash(timed));
+        rig_bind(timed);
+        const uint32_t vector = PIE_VECTORS->vector[PIE_SEQ1INT];
+        rig_bind(plain);
+        TEST_ASSERT_EQUAL_HEX32(PIE_VECTORS->vector[PIE_SEQ1INT], vector);
+        rig_free(timed);
+        rig_free(plain);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_voltage_acts_from_the_second_carrier_zero_after_its_sample_to_the_third);
+    RUN_TEST(test_each_voltage_acts_in_its_period_in_reverse_too);
+    RUN_TEST(test_exact_samples_are_past_all_sensor_errors);
+    RUN_TEST(test_adc_samples_are_off_by_quantisation_and_noise_at_most);
+    RUN_TEST(test_sensors_may_change_while_the_drive_runs_and_back);
+    RUN_TEST(test_sensors_may_change_while_offsets_are_measured);
+    RUN_TEST(test_unknown_sensors_are_refused_and_those_in_force_stay);
+    RUN_TEST(test_switching_is_no_misuse_of_the_chip);
+    RUN_TEST(test_rigs_in_turn_get_each_its_own_truth);
+    RUN_TEST(test_a_saved_state_goes_on_with_its_own_sensors);
+    RUN_TEST(test_timing_the_interrupt_changes_nothing);
+    return UNITY_END();
+}

@@ -14,12 +14,16 @@
 #define SETTLE_PERIODS    64u      /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS     200u     /* [periods] 20 ms: fault line high for so long before a reset */
 #define ESTIMATE_SIGNS    (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
-#define DOUBT_SHARE       0.2f /* [-] of the largest phase current: above it no current is in doubt */
-#define DOUBT_EMF         6.0f /* [-] EMF over a leg's loss from which no doubt matters */
-#define DOUBT_DECAY       2.0f /* [-] time constants of the EMF filter until a doubtful voltage is forgotten */
-#define DOUBT_EMF_CUTOFF  200.0f /* [rad/s] a slower filter than this, or none, is not waited for */
-#define DOUBT_LEAST       3.0f   /* [periods] that the observer itself remembers */
-#define STANDSTILL        2.0f   /* [rad/s] mechanical: quick stop ends below */
+#define DOUBT_SHARE       0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
+#define DOUBT_EMF         5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
+#define DOUBT_SPEED       30.0f /* [rad/s] slower, a current is near zero for too long to coast */
+#define DOUBT_SPEED_SHARE                                                                                    \
+    0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
+#define DOUBT_ANGLE      0.005f /* [rad] */
+#define DOUBT_DECAY      2.0f /* [-] time constants of the EMF filter until a doubtful voltage is forgotten */
+#define DOUBT_EMF_CUTOFF 200.0f /* [rad/s] a slower filter than this, or none, is not waited for */
+#define DOUBT_LEAST      3.0f   /* [periods] that the observer itself remembers */
+#define STANDSTILL       2.0f   /* [rad/s] mechanical: quick stop ends below */
 
 static void retune(drive_t *drive, const params_t *params)
 {
@@ -52,7 +56,7 @@ static void retune(drive_t *drive, const params_t *params)
     speed_control_retune(&drive->speed_control, &speed);
 
     const current_control_params_t current = {
-        .resistance = params->motor_resistance,
+        .resistance = params_resistance(params),
         .inductance_d = params->motor_inductance_d,
         .inductance_q = params->motor_inductance_q,
         .flux_linkage = params->motor_flux_linkage,
@@ -73,6 +77,9 @@ static void retune(drive_t *drive, const params_t *params)
     dead_time_retune(&drive->dead_time, &dead_time);
     dead_time.gain = 1.0f;
     dead_time_retune(&drive->dead_time_model, &dead_time);
+
+    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_PERIOD};
+    offset_trim_retune(&drive->offset_trim, &trim);
 
     estimator_params_t estimator;
     (void)params_estimator(params, &estimator); /* params_check has judged it */
@@ -219,6 +226,7 @@ static void calibrate(drive_t *drive, const drive_samples_t *samples, uint32_t b
 {
     if (drive->state_periods == 0u) {
         drive->offset = (abc_t){0.0f, 0.0f, 0.0f};
+        offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
     }
     if (bad_sample != 0u || drive->state_periods < SETTLE_PERIODS) {
         drive->state_periods += bad_sample == 0u;
@@ -345,6 +353,11 @@ static float clamp(float value, float limit)
     return value > limit ? limit : (value < -limit ? -limit : value);
 }
 
+static float magnitude(float value)
+{
+    return value < 0.0f ? -value : value;
+}
+
 /* References of this period; in switched on they are zero, so that the gates come on without a current. */
 static dq_t references(drive_t *drive)
 {
@@ -388,12 +401,20 @@ static abc_t control(drive_t *drive)
 }
 
 /* Is the voltage of the last period too uncertain to track by? Around a zero crossing of a phase current the
- * sign of its leg's loss hangs on the sensor's offset; that matters while the loss is no small part of the
- * EMF. Small currents, whose whole turn is near a crossing, are tracked all the same for most of it. */
+ * sign of its leg's loss hangs on the sensor's offset, for as long as the current takes to pass. That matters
+ * while the flux lost in this time could turn that of the rotor by more than DOUBT_ANGLE, and the whole loss
+ * is no small part of the EMF. Not while the speed changes: then every sample counts. */
 static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
 {
-    if (loss->smallest < drive->params.doubtful_current && loss->smallest < DOUBT_SHARE * loss->largest &&
-        drive->estimator.pll.amplitude < DOUBT_EMF * loss->leg) {
+    const float missing = drive->omega_m_ref - drive->omega_m;
+    const float doubtful = drive->params.doubtful_current;
+    const float amplitude = drive->estimator.pll.amplitude;
+    if (within(drive->estimate.omega_e, DOUBT_SPEED) ||
+        !within(missing, DOUBT_SPEED_SHARE * magnitude(drive->omega_m))) {
+        drive->doubt = 0u;
+    } else if (loss->smallest < doubtful && doubtful < DOUBT_SHARE * loss->largest &&
+               amplitude < DOUBT_EMF * loss->leg &&
+               loss->leg * doubtful > DOUBT_ANGLE * amplitude * loss->largest) {
         drive->doubt = drive->doubt_periods;
     } else if (drive->doubt > 0u) {
         drive->doubt--;
@@ -423,6 +444,8 @@ static void locate(drive_t *drive)
     if (sensorless(drive)) {
         drive->position = drive->estimate;
     }
+    (void)offset_trim_step(&drive->offset_trim, drive->estimator.smo.emf_hat, drive->estimate.theta_e,
+                           drive->estimator.pll.omega_smooth, drive->current_ab);
 }
 
 /* What the next step will want to know of this one. */
@@ -442,7 +465,9 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     if (drive->period == 1u) {
         encoder_reset(&drive->encoder, drive->encoder_count);
     }
-    drive->current_ab = frames_clarke(drive->current_abc);
+    const ab_t measured = frames_clarke(drive->current_abc);
+    drive->current_ab = (ab_t){measured.alpha - drive->offset_trim.offset.alpha,
+                               measured.beta - drive->offset_trim.offset.beta};
     locate(drive);
     drive->omega_m = drive->position.omega_e * drive->pole_pairs_inverse;
     drive->current = frames_park(drive->current_ab, trig_rotation(drive->position.theta_e));

@@ -25,6 +25,7 @@
 
 #include "control/current_control.h"
 #include "control/dead_time.h"
+#include "control/offset_trim.h"
 #include "control/speed_control.h"
 #include "control/svpwm.h"
 #include "drive/params.h"
@@ -95,6 +96,7 @@ typedef struct {
     /* modules */
     encoder_t encoder;
     estimator_t estimator;
+    offset_trim_t offset_trim;
     speed_control_t speed_control;
     current_control_t current_control;
     dead_time_t dead_time;       /* what the modulator compensates */

@@ -71,6 +71,11 @@ static bool rule_holds(params_error_t *why, const char *field, const char *rule,
     return params_check_rule(&params_table, field, rule, value, min, max, why);
 }
 
+float params_resistance(const params_t *params)
+{
+    return params->motor_resistance + params->device_resistance;
+}
+
 bool params_estimator(const params_t *params, estimator_params_t *estimator)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -78,7 +83,7 @@ bool params_estimator(const params_t *params, estimator_params_t *estimator)
     *estimator = (estimator_params_t){
         .smo =
             {
-                .resistance = params->motor_resistance,
+                .resistance = params_resistance(params),
                 .inductance = params->motor_inductance_q,
                 .gain = params->observer_gain,
                 .slope = params->observer_slope,
@@ -137,8 +142,10 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
 {
     estimator_params_t estimator;
     const bool designed = params_estimator(params, &estimator);
-    if (!rule_holds(why, "motor_resistance", "motor_resistance <= motor_inductance_q / (2 T_s)",
-                    params->motor_resistance, 1e-3f, 0.5f * params->motor_inductance_q / DRIVE_PERIOD) ||
+    if (!rule_holds(why, "motor_resistance",
+                    "motor_resistance + device_resistance <= motor_inductance_q / (2 T_s)",
+                    params->motor_resistance, 1e-3f,
+                    0.5f * params->motor_inductance_q / DRIVE_PERIOD - params->device_resistance) ||
         !rule_holds(why, "feedforward_cutoff", "feedforward_cutoff <= 0.95 pll_bandwidth",
                     params->feedforward_cutoff, 0.0f, 0.95f * params->pll_bandwidth)) {
         return false;

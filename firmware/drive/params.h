@@ -104,7 +104,11 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
       "for how long on balance a sign must fail before the estimate counts as lost")                         \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
-      "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")
+      "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
+    F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
+      "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
+    F(49, device_resistance, "ohm", 0.0215f, 0.0f, 1.0f, TABLE_LIVE,                                         \
+      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
@@ -138,6 +142,9 @@ bool params_check_rule(const table_t *table, const char *field, const char *rule
 /* The estimator's part of a set that is in its ranges. false: no stable tracking loop has this bandwidth,
  * damping and cutoff at the drive's rate; `estimator` is then without its loop. */
 bool params_estimator(const params_t *params, estimator_params_t *estimator);
+
+/* What a phase of motor and inverter drops in proportion to its current [ohm]. */
+float params_resistance(const params_t *params);
 
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. The largest is one minus this. */
 float params_duty_min(const params_t *params);

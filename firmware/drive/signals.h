@@ -65,6 +65,8 @@
     F(2065, psi_f_hat, estimator.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")            \
     F(2066, u_alpha, observer_voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                \
     F(2067, u_beta, observer_voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                  \
+    F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
+    F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
     F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 

@@ -245,11 +245,17 @@ static void judge(estimator_t *est)
     }
 }
 
+/* The torque's share: K i_q, i_q of the rotor as the loop sees it. */
+static float acceleration_of(const estimator_t *est, ab_t current)
+{
+    return est->torque_feedforward * frames_park(current, est->pll.rotation).q;
+}
+
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
     if (est->fresh != 0u) {
         bool same = of_reset(est, voltage, current);
-        position_t start = pll_coast(&est->pll);
+        position_t start = pll_coast(&est->pll, 0.0f);
         est->fresh = 0u;
         if (same) {
             return start;
@@ -259,9 +265,9 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
     ab_t emf_hat = smo_step(&est->smo, voltage, current);
     if (est->smo.passed_over != 0u) {
         est->invalid |= ESTIMATOR_SAMPLE;
-        return pll_coast(&est->pll);
+        return pll_coast(&est->pll, 0.0f);
     }
-    est->emf = lag_undo(&est->smo, (lag_mode_t)est->lag, est->pll.omega_smooth, emf_hat);
+    est->emf = lag_undo(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e, emf_hat);
 
     float i_q = frames_park(current, est->pll.rotation).q;
     position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, est->torque_feedforward * i_q);
@@ -278,7 +284,7 @@ position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
         return estimator_step(est, voltage, current);
     }
     (void)smo_step(&est->smo, voltage, current);
-    return pll_coast(&est->pll);
+    return pll_coast(&est->pll, acceleration_of(est, current));
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

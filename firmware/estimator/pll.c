@@ -95,11 +95,17 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
 }
 
-/* The angle of the next result, and what comes with it. */
-static void move_to(pll_t *pll, float theta_e)
+static void place(pll_t *pll, float theta_e)
 {
     pll->theta_e = angle_wrap(theta_e);
     pll->rotation = trig_rotation(pll->theta_e);
+}
+
+/* To the angle of the next result, at this speed. */
+static void move(pll_t *pll, float omega_e)
+{
+    place(pll, pll->theta_e + pll->period * omega_e);
+    pll->omega_e = omega_e;
 }
 
 void pll_reset(pll_t *pll, position_t start)
@@ -108,7 +114,8 @@ void pll_reset(pll_t *pll, position_t start)
     float omega_e = clamp(start.omega_e, pll->speed_limit);
     lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
     pll->integral = has_feedforward ? 0.0f : omega_e;
-    move_to(pll, start.theta_e);
+    place(pll, start.theta_e);
+    pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
     pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     pll->detector = 0.0f;
@@ -118,10 +125,16 @@ void pll_reset(pll_t *pll, position_t start)
     }
 }
 
-position_t pll_coast(pll_t *pll)
+position_t pll_coast(pll_t *pll, float acceleration)
 {
     position_t position = {pll->theta_e, pll->omega_smooth};
-    move_to(pll, position.theta_e + pll->period * position.omega_e);
+    move(pll, position.omega_e);
+    float feedforward = pll->feedforward.value + pll->period * acceleration;
+    if (magnitude(feedforward) <= pll->speed_limit) {
+        lowpass_reset(&pll->feedforward, feedforward);
+        pll->omega_smooth = pll->integral + feedforward;
+    }
+    pll->detector = 0.0f;
     return position;
 }
 
@@ -130,9 +143,8 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
     dq_t e = frames_park(emf, pll->rotation);
     float square = e.d * e.d + e.q * e.q;
     if (!(square <= EMF_LARGEST * EMF_LARGEST)) { /* a comparison that fails for a NaN too */
-        pll->detector = 0.0f;
         pll->amplitude = 0.0f;
-        return pll_coast(pll);
+        return pll_coast(pll, acceleration);
     }
     float inverse = inverse_root(square);
     float amplitude = square * inverse;
@@ -162,7 +174,7 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
     position.theta_e = pll->theta_e;
     position.omega_e = pll->integral + pll->kp * detector + feedforward;
 
-    move_to(pll, position.theta_e + pll->period * position.omega_e);
+    move(pll, position.omega_e);
     pll->integral = clamp(pll->integral + pll->ki_period * detector, 2.0f * pll->speed_limit);
     pll->omega_smooth = pll->integral + feedforward;
     if (magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {

@@ -72,11 +72,11 @@ typedef struct {
     float theta_e;       /* angle of the next step's result [rad], [-pi, pi) */
     rotation_t rotation; /* its sine and cosine [-] */
     float integral;      /* I [rad/s] */
-    float
-        omega_smooth; /* w_s = I + F after the last step [rad/s]: the speed for lag_angle, lag_attenuation */
-    float direction;  /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
-    float detector;   /* eps of the last step [-], -1..1 */
-    float amplitude;  /* |e| of the last step [V] */
+    float omega_e;       /* whole frequency of the last step [rad/s]: the speed for lag_undo */
+    float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
+    float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
+    float detector;  /* eps of the last step [-], -1..1 */
+    float amplitude; /* |e| of the last step [V] */
 } pll_t;
 
 /* Good, or the first violated rule in `why` (untouched if good): the ranges above and, for kp and ki, the
@@ -114,8 +114,9 @@ void pll_reset(pll_t *pll, position_t start);
  * Straight line, one sine and cosine, no division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
 
-/* A period without an EMF: position at t_k from the smooth speed alone, which goes on. */
-position_t pll_coast(pll_t *pll);
+/* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
+ * [rad/s^2]. */
+position_t pll_coast(pll_t *pll, float acceleration);
 
 /* kp, ki, feedforward_cutoff and period for a -3 dB bandwidth of the closed loop (22) of `bandwidth` [rad/s]:
  * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping

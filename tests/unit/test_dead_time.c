@@ -143,6 +143,45 @@ static void test_zone_of_no_width_is_a_hard_sign(void)
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, -4.0 / 3.0 * LEG, creal(lost(&params, -1e-6, 0.0, 311.0)));
 }
 
+/* i_a = A cos, i_b and i_c a third of a turn behind and ahead; smallest and largest of their amounts. */
+static void test_loss_tells_how_sure_it_is(void)
+{
+    dead_time_t dead_time;
+    dead_time_params_t params = PARAMS;
+    params.gain = 0.5f;
+    dead_time_init(&dead_time, &params);
+    for (int degree = -180; degree < 180; degree += 7) {
+        for (double amplitude = 0.05; amplitude < 20.0; amplitude *= 3.0) {
+            const double angle = degree * PI / 180.0;
+            double smallest = 100.0;
+            double largest = 0.0;
+            for (int leg = 0; leg < 3; leg++) {
+                const double current = fabs(amplitude * cos(angle - leg * 2.0 * PI / 3.0));
+                smallest = fmin(smallest, current);
+                largest = fmax(largest, current);
+            }
+            const ab_t current = {(float)(amplitude * cos(angle)), (float)(amplitude * sin(angle))};
+            const dead_time_loss_t loss = dead_time_loss(&dead_time, current, 200.0f);
+            /* half an ulp of the larger terms, of which the smallest is a difference: 4 x 6e-8 each */
+            TEST_ASSERT_DOUBLE_WITHIN(2.4e-7 * amplitude, smallest, (double)loss.smallest);
+            TEST_ASSERT_DOUBLE_WITHIN(2.4e-7 * amplitude, largest, (double)loss.largest);
+            TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.5 * (0.023 * 200.0 + 0.875), (double)loss.leg);
+            const ab_t voltage = dead_time_voltage(&dead_time, current, 200.0f);
+            TEST_ASSERT_TRUE(voltage.alpha == loss.voltage.alpha && voltage.beta == loss.voltage.beta);
+        }
+    }
+}
+
+static void test_no_current_is_lost_on_and_is_the_least_sure(void)
+{
+    dead_time_t dead_time;
+    dead_time_init(&dead_time, &PARAMS);
+    const dead_time_loss_t loss = dead_time_loss(&dead_time, (ab_t){0.0f, 0.0f}, 311.0f);
+    TEST_ASSERT_TRUE(loss.smallest == 0.0f && loss.largest == 0.0f);
+    TEST_ASSERT_TRUE(loss.voltage.alpha == 0.0f && loss.voltage.beta == 0.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, LEG, (double)loss.leg); /* of a leg that would carry some */
+}
+
 static void test_retune_is_init(void)
 {
     dead_time_t dead_time;
@@ -166,6 +205,8 @@ int main(void)
     RUN_TEST(test_timing_part_scales_with_the_link_and_drops_do_not);
     RUN_TEST(test_gain_scales_all_of_it);
     RUN_TEST(test_zone_of_no_width_is_a_hard_sign);
+    RUN_TEST(test_loss_tells_how_sure_it_is);
+    RUN_TEST(test_no_current_is_lost_on_and_is_the_least_sure);
     RUN_TEST(test_retune_is_init);
     return UNITY_END();
 }

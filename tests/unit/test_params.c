@@ -33,15 +33,27 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
     TEST_ASSERT_EQUAL_FLOAT(10.0f, params.current_limit);
 }
 
+/* Largest value of a row: of named values the number of the last name. */
+static float largest_of(const table_row_t *row)
+{
+    float bars = 0.0f;
+    for (const char *c = row->choices; *c != '\0'; c++) {
+        bars += *c == '|' ? 1.0f : 0.0f;
+    }
+    return row->kind == SLOT_ENUM ? bars : row->max;
+}
+
 /* Every row, just below and just above its range, and not a number: refused by its own name with its own
- * limits. */
+ * limits. What is stored whole has no slot for a number that is none. */
 static void test_every_row_is_refused_outside_its_range_by_name(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
         const table_row_t *row = &params_table.rows[n];
+        const float max = largest_of(row);
         const bool whole = row->kind != SLOT_FLOAT;
         const float outside[] = {whole ? row->min - 1.0f : nextafterf(row->min, -INFINITY),
-                                 whole ? row->max + 1.0f : nextafterf(row->max, INFINITY), NAN};
+                                 whole ? max + 1.0f : nextafterf(max, INFINITY), NAN};
+        TEST_ASSERT_FALSE_MESSAGE(table_accepts(row, NAN), row->name);
         for (size_t m = 0; m < (whole ? 2u : 3u); m++) {
             params_defaults(&params);
             table_set(row, &params, outside[m]);
@@ -50,17 +62,37 @@ static void test_every_row_is_refused_outside_its_range_by_name(void)
             TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
             TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, why.reason);
             TEST_ASSERT_EQUAL_FLOAT(row->min, why.min);
-            TEST_ASSERT_EQUAL_FLOAT(row->max, why.max);
+            TEST_ASSERT_EQUAL_FLOAT(max, why.max);
+            TEST_ASSERT_TRUE(m == 2 ? isnan(why.value) : why.value == outside[m]);
+        }
+    }
+}
+
+/* Both ends belong to the range: at most a rule between rows refuses them. */
+static void test_every_row_takes_both_ends_of_its_range(void)
+{
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        const table_row_t *row = &params_table.rows[n];
+        const float ends[] = {row->min, largest_of(row)};
+        for (size_t m = 0; m < 2u; m++) {
+            params_defaults(&params);
+            table_set(row, &params, ends[m]);
+            TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why) || why.reason == REASON_CROSS_RULE,
+                                     row->name);
         }
     }
 }
 
 static void expect_rule(const char *field, float min, float max)
 {
+    const table_row_t *row = table_by_name(&params_table, field);
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING(field, why.field);
+    /* what was given, in the row's unit */
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f * fabsf(table_get(row, &params)), table_get(row, &params), why.value);
+    TEST_ASSERT_TRUE(why.rule != NULL && strlen(why.rule) > 0);
     TEST_ASSERT_EQUAL_INT32(REASON_CROSS_RULE, why.reason);
-    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, field)->id, why.id);
+    TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * (fabsf(min) + 1e-9f), min, why.min);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * (fabsf(max) + 1e-9f), max, why.max);
 }
@@ -104,10 +136,162 @@ static void test_encoder_must_resolve_a_pole_pair(void)
 
 static void test_speed_must_not_turn_the_frame_half_a_radian_in_a_period(void)
 {
+    /* The observer must be able to follow: 1.1 x 0.183 Wb x 4 x 1250 rad/s = 1006.5 V, slope by its rule. */
+    params.observer_gain = 1010.0f;
+    params.observer_slope = 0.19f;
     params.overspeed_trip = 1249.0f; /* 0.5 rad / (4 pole pairs x 100 us) = 1250 rad/s */
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.overspeed_trip = 1251.0f;
     expect_rule("overspeed_trip", 1.0f, 1250.0f);
+}
+
+/* What a rule gives as its limit is accepted itself. */
+static void expect_accepted_at(const char *field, float limit)
+{
+    table_set(table_by_name(&params_table, field), &params, limit);
+    TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), field);
+}
+
+static void test_a_sample_must_not_be_longer_than_half_the_windings_time_constant(void)
+{
+    params.motor_resistance = 62.4f; /* 12.5 mH / (2 x 100 us) = 62.5 ohm */
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.motor_resistance = 62.6f;
+    expect_rule("motor_resistance", 1e-3f, 62.5f);
+    expect_accepted_at("motor_resistance", why.max);
+}
+
+static void test_feedforward_must_be_slower_than_the_loop_that_it_is_part_of(void)
+{
+    params.pll_bandwidth = 100.0f;
+    params.feedforward_cutoff = 94.9f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.feedforward_cutoff = 95.1f;
+    expect_rule("feedforward_cutoff", 0.0f, 95.0f);
+    expect_accepted_at("feedforward_cutoff", why.max);
+}
+
+/* Every corner of bandwidth, damping and cutoff, and what lies between: the loop that has them is stable at
+ * 10 kHz. Damping 0.5, no feed-forward, 5000 rad/s: wn = 2750 rad/s, far from 2/T. */
+static void test_every_tracking_loop_that_the_ranges_allow_is_stable(void)
+{
+    static const float bandwidth[] = {1.0f, 5.0f, 100.0f, 1000.0f, 5000.0f};
+    static const float damping[] = {0.5f, 0.7f, 1.0f, 2.0f, 5.0f};
+    static const float share[] = {0.0f, 0.1f, 0.5f, 0.9f, 0.9499f};
+    for (int n = 0; n < 125; n++) {
+        estimator_params_t estimator;
+        params.pll_bandwidth = bandwidth[n % 5];
+        params.pll_damping = damping[n / 5 % 5];
+        params.feedforward_cutoff = share[n / 25] * params.pll_bandwidth;
+        TEST_ASSERT_TRUE(params_check(&params, &why));
+        TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
+        /* poles of z^2 + (kp T - 2) z + 1 - kp T + ki T^2, both inside the unit circle (Jury) */
+        const double a = (double)estimator.pll.kp * 1e-4;
+        const double b = (double)estimator.pll.ki * 1e-8;
+        TEST_ASSERT_TRUE(b > 0.0 && fabs(1.0 - a + b) < 1.0 && 4.0 - 2.0 * a + b > 0.0);
+    }
+}
+
+/* 1.1 x 0.183 Wb x 4 x 220 rad/s = 177.144 V */
+static void test_observer_must_reach_the_largest_emf(void)
+{
+    params.observer_gain = 177.2f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.observer_gain = 177.1f;
+    expect_rule("observer_gain", 177.144f, 1e4f);
+    expect_accepted_at("observer_gain", why.min);
+    params.motor_flux_linkage = 0.21f; /* the same from the other side */
+    expect_rule("observer_gain", 1.1f * 0.21f * 4.0f * 220.0f, 1e4f);
+}
+
+/* b k_s a_f/2 <= 1.2 with b = (1 - exp(-R T/L))/R = 7.97 mA/V: 301.1 V with a slope of 1. */
+static void test_observer_must_not_ring(void)
+{
+    const float largest = (float)(1.2 / (0.5 * -expm1(-0.95 * 1e-4 / 0.0125) / 0.95));
+    params.observer_gain = 0.999f * largest;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.observer_gain = 1.001f * largest;
+    expect_rule("observer_gain", 0.1f, largest);
+    expect_accepted_at("observer_gain", why.max);
+    params.observer_slope = 1.02f;
+    expect_rule("observer_gain", 0.1f, largest / 1.02f);
+    params.observer_switching = SMO_SIGN; /* has no slope */
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+static void test_slowest_valid_speed_must_lie_below_the_fastest(void)
+{
+    params.estimate_speed_min = 219.9f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.estimate_speed_min = 220.0f;
+    expect_rule("estimate_speed_min", 0.0f, 220.0f);
+    params.estimate_speed_min = 221.0f;
+    expect_rule("estimate_speed_min", 0.0f, 220.0f);
+}
+
+static void test_torque_feedforward_needs_a_feedforward_that_forgets_its_error(void)
+{
+    params.feedforward_cutoff = 0.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.torque_feedforward = 0.5f;
+    expect_rule("torque_feedforward", 0.0f, 0.0f);
+    params.feedforward_cutoff = 1.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+/* The estimator takes up to 10^7 rad/s^2 per A, a tenth of a radian a period for each ampere; the row is the
+ * share of 1.5 p^2 psi_f/J = 4.392 Wb/J. */
+static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
+{
+    params.torque_feedforward = 1.0f;
+    params.motor_inertia = 4.4e-7f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.motor_inertia = 4.3e-7f;
+    expect_rule("torque_feedforward", 0.0f, (float)(1e7 * 4.3e-7 / 4.392));
+}
+
+/* The paper's motor and rig. */
+static void test_estimators_set_is_made_of_the_rows(void)
+{
+    estimator_params_t estimator;
+    params.torque_feedforward = 0.5f;
+    params.estimate_amplitude_max = 1.0f;
+    params.motor_inductance_d = 10e-3f; /* the observer lives on L_q */
+    params.lag_compensation = LAG_PRINTED;
+    params.observer_switching = SMO_SIGMOID;
+    TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
+    TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
+    TEST_ASSERT_EQUAL_FLOAT(0.95f, estimator.smo.resistance);
+    TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, estimator.smo.inductance);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, estimator.smo.gain);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, estimator.smo.slope);
+    TEST_ASSERT_EQUAL_FLOAT(2000.0f, estimator.smo.emf_cutoff);
+    TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.smo.period);
+    TEST_ASSERT_EQUAL_INT(SMO_SIGMOID, estimator.smo.switching);
+    TEST_ASSERT_EQUAL_INT(LAG_PRINTED, estimator.lag);
+    pll_params_t loop = {.amplitude_floor = 2.0f};
+    TEST_ASSERT_TRUE(pll_design(&loop, 200.0f, 1.0f, 50.0f, 1e-4f));
+    TEST_ASSERT_EQUAL_FLOAT(loop.kp, estimator.pll.kp);
+    TEST_ASSERT_EQUAL_FLOAT(loop.ki, estimator.pll.ki);
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, estimator.pll.feedforward_cutoff);
+    TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.pll.period);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 2.0f, estimator.pll.amplitude_floor); /* 0.183 Wb at 11 rad/s */
+    TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_linkage);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.flux_adaptation);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f * 4.392f / 0.0636f, estimator.torque_feedforward);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, estimator.validity.amplitude_min);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.validity.amplitude_max); /* 1: not judged */
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, estimator.validity.detector_max);
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, estimator.validity.current_max);
+    TEST_ASSERT_EQUAL_FLOAT(12.0f, estimator.validity.speed_min);  /* electrical */
+    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* likewise */
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.amplitude_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.detector_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.current_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.speed_time);
+    params.estimate_amplitude_max = 1.01f;
+    TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
+    TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
 }
 
 static void test_only_live_rows_change_while_the_bridge_is_on(void)
@@ -115,7 +299,7 @@ static void test_only_live_rows_change_while_the_bridge_is_on(void)
     for (uint32_t n = 0; n < params_table.count; n++) {
         const table_row_t *row = &params_table.rows[n];
         params_t next = params;
-        table_set(row, &next, row->initial != row->max ? row->max : row->min);
+        table_set(row, &next, row->initial != largest_of(row) ? largest_of(row) : row->min);
         const bool live = params_check_live(&params, &next, &why);
         TEST_ASSERT_EQUAL_MESSAGE(row->access == TABLE_LIVE, live, row->name);
         if (!live) {
@@ -181,11 +365,21 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_defaults_are_the_papers_motor_and_are_accepted);
     RUN_TEST(test_every_row_is_refused_outside_its_range_by_name);
+    RUN_TEST(test_every_row_takes_both_ends_of_its_range);
     RUN_TEST(test_overcurrent_trip_must_leave_room_above_the_current_limit);
     RUN_TEST(test_dc_limits_must_be_in_order);
     RUN_TEST(test_turn_off_must_be_over_before_the_other_switch_turns_on);
     RUN_TEST(test_encoder_must_resolve_a_pole_pair);
     RUN_TEST(test_speed_must_not_turn_the_frame_half_a_radian_in_a_period);
+    RUN_TEST(test_a_sample_must_not_be_longer_than_half_the_windings_time_constant);
+    RUN_TEST(test_feedforward_must_be_slower_than_the_loop_that_it_is_part_of);
+    RUN_TEST(test_every_tracking_loop_that_the_ranges_allow_is_stable);
+    RUN_TEST(test_observer_must_reach_the_largest_emf);
+    RUN_TEST(test_observer_must_not_ring);
+    RUN_TEST(test_slowest_valid_speed_must_lie_below_the_fastest);
+    RUN_TEST(test_torque_feedforward_needs_a_feedforward_that_forgets_its_error);
+    RUN_TEST(test_torque_feedforward_of_next_to_no_inertia_is_refused);
+    RUN_TEST(test_estimators_set_is_made_of_the_rows);
     RUN_TEST(test_only_live_rows_change_while_the_bridge_is_on);
     RUN_TEST(test_smallest_duty_holds_dead_time_and_shortest_pulse);
     RUN_TEST(test_requests_start_off_and_harmless);

@@ -130,11 +130,46 @@ static void test_with_the_bridge_off_only_lasting_dangers_count(void)
     input.omega_m = 1000.0f;
     input.encoder_error = 1u;
     input.late = 1u;
+    input.estimate = 15u;
     for (int n = 0; n < 2000; n++) {
         TEST_ASSERT_EQUAL_HEX32(0, protection_step(&protection, &input));
     }
     input.u_dc = 401.0f;
     TEST_ASSERT_EQUAL_UINT32(2, periods_until(&input, REASON_DC_OVERVOLTAGE));
+}
+
+/* The estimator counts by itself; here each of its signs stops at once, below every other fault. */
+static void test_each_sign_of_a_lost_estimate_stops_at_once(void)
+{
+    static const int32_t lost[] = {REASON_ESTIMATE_AMPLITUDE, REASON_ESTIMATE_DETECTOR,
+                                   REASON_ESTIMATE_CURRENT, REASON_ESTIMATE_SPEED};
+    protection_input_t input = healthy;
+    for (uint32_t n = 0; n < 4u; n++) {
+        input.estimate = UINT32_C(1) << n;
+        expect_fault(&input, lost[n], 1);
+        TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << (10u + n), protection_step(&protection, &input));
+        TEST_ASSERT_EQUAL_HEX32(0, protection_step(&protection, &healthy));
+    }
+    input.estimate = 15u;
+    TEST_ASSERT_EQUAL_HEX32(15u << 10, protection_step(&protection, &input));
+    TEST_ASSERT_EQUAL_INT32(REASON_ESTIMATE_AMPLITUDE, protection_reason(15u << 10));
+    input.motor_temperature = 131.0f; /* whatever else is wrong is named first */
+    for (int n = 0; n < 1000; n++) {
+        (void)protection_step(&protection, &input);
+    }
+    TEST_ASSERT_EQUAL_INT32(REASON_MOTOR_HOT, protection_reason(protection_step(&protection, &input)));
+}
+
+static void test_every_row_of_the_fault_table_has_a_reason_of_its_own(void)
+{
+    for (uint32_t n = 0; n < PROTECTION_FAULTS; n++) {
+        const int32_t reason = protection_reason(UINT32_C(1) << n);
+        TEST_ASSERT_NOT_NULL(reason_by_number(reason));
+        TEST_ASSERT_TRUE(reason >= REASON_MODULE_FAULT && protection_debounce(reason) > 0u);
+        for (uint32_t m = 0; m < n; m++) {
+            TEST_ASSERT_TRUE(protection_reason(UINT32_C(1) << m) != reason);
+        }
+    }
 }
 
 static void test_a_break_starts_the_debounce_again(void)
@@ -182,6 +217,8 @@ int main(void)
     RUN_TEST(test_overspeed_in_either_direction);
     RUN_TEST(test_flags_stop_the_drive);
     RUN_TEST(test_with_the_bridge_off_only_lasting_dangers_count);
+    RUN_TEST(test_each_sign_of_a_lost_estimate_stops_at_once);
+    RUN_TEST(test_every_row_of_the_fault_table_has_a_reason_of_its_own);
     RUN_TEST(test_a_break_starts_the_debounce_again);
     RUN_TEST(test_a_lasting_fault_stays_reported);
     RUN_TEST(test_the_gravest_of_several_is_named_and_all_are_shown);

@@ -300,6 +300,31 @@ static void test_reset_of_the_sign_continues_the_emf(void)
     TEST_ASSERT_TRUE(smo.current_err.alpha == 0.0f && smo.current_hat.alpha == 1.0f);
 }
 
+/* The voltage that holds current and v: v stays, and the filter goes from its own value towards it. Rounding
+ * as in test_reset_is_settled. */
+static void test_preset_continues_v_and_the_filter_each(void)
+{
+    const ab_t current = {-7.0f, 3.0f};
+    const ab_t switched = {60.0f, -97.0f};
+    const ab_t filtered = {20.0f, -50.0f};
+    const double c = exp(-0.2);
+    for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
+        smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
+        smo_init(&smo, &params);
+        smo_preset(&smo, current, switched, filtered);
+        TEST_ASSERT_TRUE(smo.emf_hat.alpha == filtered.alpha && smo.emf_hat.beta == filtered.beta);
+        const ab_t hat = smo.current_hat;
+        const ab_t voltage = {0.95f * hat.alpha + switched.alpha, 0.95f * hat.beta + switched.beta};
+        double rest = 1.0;
+        for (int n = 0; n < 50; n++) {
+            ab_t result = smo_step(&smo, voltage, current);
+            rest *= c;
+            TEST_ASSERT_DOUBLE_WITHIN(5e-4, 60.0 - 40.0 * rest, (double)result.alpha);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-4, -97.0 + 47.0 * rest, (double)result.beta);
+        }
+    }
+}
+
 static void test_retune_keeps_the_state(void)
 {
     smo_reset(&smo, (ab_t){2.0f, 1.0f}, (ab_t){50.0f, 20.0f});
@@ -327,8 +352,31 @@ static void test_bad_sample_is_passed_over(void)
             *slots[n / 4] = bad[n % 4];
             ab_t emf = smo_step(&smo, voltage, current);
             TEST_ASSERT_TRUE(emf.alpha == before.emf_hat.alpha && emf.beta == before.emf_hat.beta);
+            TEST_ASSERT_EQUAL_UINT32(0u, before.passed_over);
+            before.passed_over = 1u; /* and nothing else */
             TEST_ASSERT_EQUAL_MEMORY(&before, &smo, sizeof smo);
         }
+    }
+}
+
+/* SMO_ERROR_LIMIT, 1e6 A, from a zero state: the error is minus the current. */
+static void test_passed_over_tells_of_the_last_sample_alone(void)
+{
+    ab_t zero = {0.0f, 0.0f};
+    for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
+        smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
+        smo_init(&smo, &params);
+        (void)smo_step(&smo, zero, (ab_t){6e5f, -8e5f});
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over); /* the length is the limit itself */
+        smo_reset(&smo, zero, zero);
+        (void)smo_step(&smo, zero, (ab_t){6.001e5f, -8e5f});
+        TEST_ASSERT_EQUAL_UINT32(1u, smo.passed_over);
+        (void)smo_step(&smo, zero, zero);
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over);
+        (void)smo_step(&smo, zero, (ab_t){NAN, 0.0f});
+        TEST_ASSERT_EQUAL_UINT32(1u, smo.passed_over);
+        smo_reset(&smo, zero, zero);
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over);
     }
 }
 
@@ -440,8 +488,10 @@ int main(void)
     RUN_TEST(test_reset_is_settled);
     RUN_TEST(test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond);
     RUN_TEST(test_reset_of_the_sign_continues_the_emf);
+    RUN_TEST(test_preset_continues_v_and_the_filter_each);
     RUN_TEST(test_retune_keeps_the_state);
     RUN_TEST(test_bad_sample_is_passed_over);
+    RUN_TEST(test_passed_over_tells_of_the_last_sample_alone);
     RUN_TEST(test_params_check_names_field_value_and_range);
     RUN_TEST(test_params_check_refuses_too_much_loop_gain);
     RUN_TEST(test_params_check_refuses_a_period_longer_than_half_the_time_constant);

@@ -83,6 +83,10 @@ static void test_choices_are_found_by_whole_name_and_bound_the_value(void)
     TEST_ASSERT_TRUE(table_accepts(&rows[3], 2.0f));
     TEST_ASSERT_FALSE(table_accepts(&rows[3], 3.0f));
     TEST_ASSERT_FALSE(table_accepts(&rows[3], -1.0f));
+    TEST_ASSERT_FALSE(table_accepts(&rows[3], 1.5f));
+    TEST_ASSERT_FALSE(table_accepts(&rows[3], NAN));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, table_max(&rows[3]));
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, table_max(&rows[2]));
 }
 
 static void test_rows_are_found_by_id_and_name(void)
@@ -139,6 +143,44 @@ static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
     }
 }
 
+/* A default is one of the accepted values, whatever its kind. */
+static void test_defaults_of_the_drive_are_accepted_by_their_rows(void)
+{
+    const table_t *const tables[] = {&params_table, &requests_table};
+    for (size_t t = 0; t < 2; t++) {
+        for (uint32_t n = 0; n < tables[t]->count; n++) {
+            const table_row_t *row = &tables[t]->rows[n];
+            TEST_ASSERT_TRUE_MESSAGE(table_accepts(row, row->initial), row->name);
+        }
+    }
+}
+
+/* The numbers of the named values are those that the code switches on. */
+static void test_choices_of_the_drive_are_in_the_order_of_their_enumerations(void)
+{
+    static const struct {
+        const char *row, *choice;
+        int32_t value;
+    } pairs[] = {
+        {"position_source", "encoder", POSITION_ENCODER},
+        {"position_source", "sensorless", POSITION_SENSORLESS},
+        {"observer_switching", "sign", SMO_SIGN},
+        {"observer_switching", "sigmoid", SMO_SIGMOID},
+        {"observer_switching", "sigmoid_vector", SMO_SIGMOID_VECTOR},
+        {"lag_compensation", "none", LAG_NONE},
+        {"lag_compensation", "printed", LAG_PRINTED},
+        {"lag_compensation", "corrected", LAG_CORRECTED},
+        {"lag_compensation", "exact", LAG_EXACT},
+    };
+    for (size_t n = 0; n < sizeof pairs / sizeof pairs[0]; n++) {
+        const table_row_t *row = table_by_name(&params_table, pairs[n].row);
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(pairs[n].value, table_choice(row, pairs[n].choice), pairs[n].choice);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, table_max(table_by_name(&params_table, "position_source")));
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, table_max(table_by_name(&params_table, "observer_switching")));
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, table_max(table_by_name(&params_table, "lag_compensation")));
+}
+
 static void test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy(void)
 {
     for (uint32_t n = 0; n < reasons_count; n++) {
@@ -162,6 +204,8 @@ int main(void)
     RUN_TEST(test_hash_notices_id_name_unit_kind_and_choices_but_not_text);
     RUN_TEST(test_hash_is_fnv_1a);
     RUN_TEST(test_ids_and_names_of_the_drive_are_unique_and_in_their_bands);
+    RUN_TEST(test_defaults_of_the_drive_are_accepted_by_their_rows);
+    RUN_TEST(test_choices_of_the_drive_are_in_the_order_of_their_enumerations);
     RUN_TEST(test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy);
     return UNITY_END();
 }

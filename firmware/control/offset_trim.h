@@ -1,0 +1,60 @@
+/* Trims what calibration at standstill left of the current sensors' offsets, while the motor turns.
+ *
+ * The EMF of a turning rotor has no mean over whole turns. An offset o of the sensors gives its estimate one:
+ * the control makes the currents it sees sinusoidal, so the true ones carry -o, of which the observer's model
+ * knows neither the drop R o nor that the inverter's dead-time loss changes sign a little early or late,
+ *
+ *     mean e_hat = -(R + 2 V_leg/(pi |i|)) o
+ *
+ * (the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
+ * TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a share of it.
+ *
+ * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean and is trimmed
+ * away as if it were an offset: the estimate profits, the current carries what remains. Does not handle:
+ * speed below TRIM_SPEED_MIN or changing, currents so small that they never leave the zone of the dead time.
+ */
+#ifndef CONTROL_OFFSET_TRIM_H
+#define CONTROL_OFFSET_TRIM_H
+
+#include <stdint.h>
+
+#include "math/frames.h"
+
+#define TRIM_SPEED_MIN   30.0f  /* [rad/s] electrical */
+#define TRIM_SPEED_DRIFT 0.005f /* [-] of the speed, over a window: more is not steady */
+#define TRIM_CURRENT_MIN 0.5f   /* [A] |i| */
+#define TRIM_WINDOW      0.1f   /* [s] */
+#define TRIM_LIMIT       0.2f   /* [A] of either component: an offset beyond this is a fault, not a rest */
+
+typedef struct {
+    float gain;   /* share of o per mean volt and window [A/V], 0..0.1; 0 = off */
+    float period; /* T [s] */
+} offset_trim_params_t;
+
+typedef struct {
+    /* coefficients, from offset_trim_init */
+    float gain;              /* [A/V] */
+    uint32_t window_periods; /* [periods] */
+    /* state */
+    ab_t sum;         /* of e_hat in this window [V] */
+    uint32_t count;   /* samples in it [-] */
+    float theta_prev; /* [rad] */
+    float omega;      /* speed when it began [rad/s] */
+    ab_t offset;      /* o [A] */
+} offset_trim_t;
+
+/* Coefficients; no offset known. One division. */
+void offset_trim_init(offset_trim_t *trim, const offset_trim_params_t *params);
+
+/* Coefficients alone. */
+void offset_trim_retune(offset_trim_t *trim, const offset_trim_params_t *params);
+
+/* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
+void offset_trim_reset(offset_trim_t *trim, ab_t offset);
+
+/* o [A], stationary frame, to be subtracted from the measured currents, after a period with this estimated
+ * EMF [V], whose angle and speed are theta_e [rad] and omega_e [rad/s], and this current [A]. Straight line
+ * but at the end of a window, one division there. */
+ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e, ab_t current);
+
+#endif

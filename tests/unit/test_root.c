@@ -1,0 +1,117 @@
+/* Against sqrt() in double precision. After the first Newton step the error is within +-6.5e-4; the second
+ * leaves 1.5 times its square, centred: 3.2e-7. The roundings of the second step are three of 2^-24 in a
+ * product of 1/2, one in the difference and one in the last product, 2.1e-7 if all were worst at once; that
+ * they are not is what the exhaustive test is for. A factor of 4 in the argument is one of 2 in the result,
+ * exactly, so that [1, 4) tells all, down to where products become denormal (2.4e-38). */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <unity.h>
+
+#include "math/root.h"
+
+#define TOLERANCE 5e-7
+
+static double worst;
+
+static void look_at(float square)
+{
+    double error = fabs((double)inverse_root(square) * sqrt((double)square) - 1.0);
+    if (!(error <= worst)) {
+        worst = error;
+    }
+}
+
+static void check(void)
+{
+    char text[48];
+    snprintf(text, sizeof text, "largest relative error %.3e", worst);
+    TEST_ASSERT_TRUE_MESSAGE(worst <= TOLERANCE, text);
+    puts(text);
+}
+
+void setUp(void)
+{
+    worst = 0.0;
+}
+
+void tearDown(void)
+{
+}
+
+static void test_every_float_from_one_to_four(void)
+{
+    for (float square = 1.0f; square < 4.0f; square = nextafterf(square, 4.0f)) {
+        look_at(square);
+    }
+    check();
+}
+
+static void test_whole_range(void)
+{
+    for (double square = 1e-30; square < 1e30; square *= 1.00003) {
+        look_at((float)square);
+    }
+    look_at(1e-30f);
+    look_at(1e30f);
+    check();
+}
+
+static void test_ends_of_the_float_range(void)
+{
+    for (float square = 1e-37f; square < 1e-28f; square *= 1.0003f) {
+        look_at(square);
+    }
+    for (float square = FLT_MAX; square > 1e28f; square /= 1.0003f) {
+        look_at(square);
+    }
+    check();
+}
+
+static void test_factor_of_four_is_a_factor_of_two_exactly(void)
+{
+    int unequal = 0;
+    for (int k = 0; k < 10000; k++) {
+        float square = 1.0f + 3e-4f * (float)k;
+        for (int power = -50; power <= 60; power++) {
+            float moved = inverse_root(ldexpf(square, 2 * power));
+            if (moved != ldexpf(inverse_root(square), -power)) {
+                unequal++;
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(0, unequal);
+}
+
+static void check_below_range(float square)
+{
+    float root = inverse_root(square);
+    char text[64];
+    snprintf(text, sizeof text, "inverse_root(%g) = %g", (double)square, (double)root);
+    TEST_ASSERT_TRUE_MESSAGE(root >= 1e18f && root <= 3e19f, text);
+}
+
+static void test_zero_and_denormals_give_something_finite_and_positive(void)
+{
+    check_below_range(0.0f);
+    for (float square = nextafterf(0.0f, 1.0f); square < 1e-37f; square = nextafterf(square * 1.01f, 1.0f)) {
+        check_below_range(square);
+    }
+}
+
+static void test_vector_without_length_has_length_zero(void)
+{
+    TEST_ASSERT_TRUE(0.0f * inverse_root(0.0f) == 0.0f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_float_from_one_to_four);
+    RUN_TEST(test_whole_range);
+    RUN_TEST(test_ends_of_the_float_range);
+    RUN_TEST(test_factor_of_four_is_a_factor_of_two_exactly);
+    RUN_TEST(test_zero_and_denormals_give_something_finite_and_positive);
+    RUN_TEST(test_vector_without_length_has_length_zero);
+    return UNITY_END();
+}

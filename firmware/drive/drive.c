@@ -17,6 +17,7 @@
 #define DOUBT_SHARE       0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_EMF         5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_SPEED       30.0f /* [rad/s] slower, a current is near zero for too long to coast */
+#define DOUBT_DETECTOR 0.03f /* [-] a loop with an error to work off shall work */
 #define DOUBT_SPEED_SHARE                                                                                    \
     0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
 #define DOUBT_ANGLE      0.005f /* [rad] */
@@ -410,6 +411,7 @@ static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
     const float doubtful = drive->params.doubtful_current;
     const float amplitude = drive->estimator.pll.amplitude;
     if (within(drive->estimate.omega_e, DOUBT_SPEED) ||
+        !within(drive->estimator.pll.detector, DOUBT_DETECTOR) ||
         !within(missing, DOUBT_SPEED_SHARE * magnitude(drive->omega_m))) {
         drive->doubt = 0u;
     } else if (loss->smallest < doubtful && doubtful < DOUBT_SHARE * loss->largest &&

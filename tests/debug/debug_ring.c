@@ -1,13 +1,14 @@
 /* What the debugger's test debugs: the ring with a fixed set-up, stepped one period at a time as a scenario's
  * run does it. Honours LAGLESS_STOP.
  *
- * usage: debug_ring PERIODS [FAULT_PERIOD]
+ * usage: debug_ring PERIODS [FAULT_PERIOD] [exact]
  * The drive is told to turn at 600 r/min from the start; 2 N m from period 4000 on; the power module reports
- * a fault from FAULT_PERIOD on. */
+ * a fault from FAULT_PERIOD on. exact: with ideal sensors, whose interrupt is another one. */
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "drive/reasons.h"
 #include "host_sim/rig/rig.h"
@@ -40,10 +41,12 @@ int main(int argc, char **argv)
     uint32_t fault = UINT32_MAX;
     uint32_t stop = 0;
     const char *const stop_text = getenv("LAGLESS_STOP");
+    const bool exact = argc > 2 && strcmp(argv[argc - 1], "exact") == 0;
+    argc -= exact;
     if (argc < 2 || argc > 3 || !read_period(argv[1], &periods) ||
         (argc == 3 && !read_period(argv[2], &fault)) ||
         (stop_text != NULL && !read_period(stop_text, &stop))) {
-        fputs("usage: [LAGLESS_STOP=PERIOD] debug_ring PERIODS [FAULT_PERIOD]\n", stderr);
+        fputs("usage: [LAGLESS_STOP=PERIOD] debug_ring PERIODS [FAULT_PERIOD] [exact]\n", stderr);
         return 2;
     }
 
@@ -51,6 +54,7 @@ int main(int argc, char **argv)
     if (rig == NULL) {
         return 3;
     }
+    put(rig, "sensors", exact ? 1.0 : 0.0);
     put(rig, "speed_request", SPEED);
     put(rig, "enable", 1.0);
     if (stop_text != NULL) {

@@ -146,6 +146,54 @@ class TravelTest(unittest.TestCase):
         self.assertIn("app_read(&samples);", text)
 
 
+class ExactSensorsTest(unittest.TestCase):
+    """With the rig's sensors = exact the sample interrupt is another function, in the rig."""
+
+    def test_period_forward_and_back_stops_on_its_first_line(self):
+        shown, _, hash_1, back, hash_2, _, hash_3, here = session(
+            "period 1234", "where-time", "rig-hash", "period -2", "rig-hash", "period +2", "rig-hash", "period 1234",
+            arguments=("2000", "exact"),
+        )
+        self.assertRegex(shown, r"^period 1234, 0\.1234 s \+ \d\.\d\d us\n#0  exact_interrupt \(\)")
+        for line in ("app_read(&samples);", "samples.i_a = truth->true_i_a", "drive_step(&app->drive, &samples, &command);"):
+            self.assertEqual(shown.count(line), 1, shown)
+        self.assertRegex(back, r"^period 1232, ")
+        self.assertEqual(hash_3, hash_1)
+        self.assertNotEqual(hash_2, hash_1)
+        self.assertEqual(here.splitlines()[:2], shown.splitlines()[:2])
+
+    def test_interrupt_of_the_period_is_the_one_that_counts_it(self):
+        _, count, _, after = session(
+            "period 700", "print app->drive.period", "finish", "print app->drive.period", arguments=("1000", "exact")
+        )
+        self.assertRegex(count, r"= 700$")
+        self.assertRegex(after, r"= 701$")
+
+    def test_until_fault_finds_trip_and_step(self):
+        text, where = session("until-fault", "where-time", arguments=("30000", "2000", "exact"))
+        self.assertEqual(place(where)[0], 2000)
+        self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
+        _, _, text, where, why = session(
+            "period 3000", "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
+            "why", arguments=("30000", "exact"),
+        )
+        self.assertEqual(place(where)[0], 3000)
+        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(advance < )?drive_step\n")
+        self.assertIn("exact_interrupt ()", text)
+        self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
+
+    def test_until_fault_stops_at_its_limit(self):
+        text, where = session("until-fault 300", "where-time", arguments=("2000", "exact"))
+        self.assertTrue(text.startswith("no fault before period 300"), text)
+        self.assertIn("#0  exact_interrupt ()", text)
+        self.assertEqual(place(where)[0], 300)
+
+    def test_stop_by_environment_needs_no_command(self):
+        _, text = session("set environment LAGLESS_STOP 77", "run", arguments=("100", "exact"))
+        self.assertIn("period 77, 0.0077 s", text)
+        self.assertIn("exact_interrupt ()", text)
+
+
 class FaultTest(unittest.TestCase):
     def test_until_fault_stops_in_the_period_of_an_injected_trip_and_why_names_it(self):
         text, where, why, state = session(
@@ -170,6 +218,16 @@ class FaultTest(unittest.TestCase):
         self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(advance < )?drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
+
+    def test_until_fault_finds_a_fault_of_the_calibration(self):
+        # An offset of 10 A while none is accepted: the period in which the last of 64 + 512 samples is taken.
+        _, _, text, where, why = session(
+            "period 100", "set variable app->drive.params.current_offset_max = 0.0f", "until-fault", "where-time", "why"
+        )
+        self.assertEqual(place(where)[0], 575)
+        self.assertRegex(text, r"^fault 27, current_offset, by (enter_fault < )?(calibrate < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"#0  app_interrupt \(\)")
+        self.assertIn("fault 27, current_offset: ", why)
 
     def test_until_fault_stops_at_its_limit(self):
         text, where, refused = session("until-fault 3000", "where-time", "until-fault 3000")

@@ -86,7 +86,7 @@ static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
 {
     expect_nearest("load_kind", "load"); /* that and load_torque begin with it: the first wins */
     expect_nearest("shaft_locked", "locked");
-    expect_nearest("current_bandwidth", "bandwidth");
+    expect_nearest("calibration_periods", "calibration");
 }
 
 static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)

@@ -14,6 +14,7 @@ import lagless_time as time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 CLOCK = 150e6  # [Hz]
+INTERRUPTS = ("app_interrupt", "exact_interrupt")  # the sample interrupt; the second with the rig's sensors = exact
 NO_RIG = (gdb.error, gdb.GdbError)  # what looking at the rig raises before there is one
 
 
@@ -75,8 +76,8 @@ def place_text():
 class Entry(gdb.Breakpoint):
     """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
 
-    def __init__(self):
-        super().__init__(function="app_interrupt", internal=True)
+    def __init__(self, interrupt):
+        super().__init__(function=interrupt, internal=True)
         self.enabled = False
         self.silent = True  # the commands tell where
         self.hit = False
@@ -102,8 +103,25 @@ class Gate(gdb.Breakpoint):
             self.rig = gdb.newest_frame().read_var("rig")
         except (ValueError, gdb.error):
             self.rig = None
-        entry.enabled = True
+        for entry in entries:
+            entry.enabled = True
         return False
+
+
+def within_its_function(frame):
+    """Does the frame's line belong to its function? Not at an inlined copy whose first instruction the compiler has
+    moved forward, in front of the question whether there is anything to do at all."""
+    symbol, here = frame.function(), frame.find_sal()
+    if symbol is None or here.symtab is None or here.symtab.filename != symbol.symtab.filename:
+        return True
+    blocks = (symbol.symtab.static_block(), symbol.symtab.global_block())
+    begins = [
+        other.line
+        for block in blocks
+        for other in block
+        if other.is_function and other.symtab.filename == here.symtab.filename and other.line > symbol.line
+    ]
+    return symbol.line <= here.line < min(begins, default=here.line + 1)
 
 
 class Fault(gdb.Breakpoint):
@@ -114,10 +132,33 @@ class Fault(gdb.Breakpoint):
         self.enabled = False
         self.silent = True
         self.hit = False
+        self.sure = {}  # by pc, of this run
 
     def stop(self):
+        frame = gdb.newest_frame()
+        if frame.pc() not in self.sure:
+            self.sure[frame.pc()] = within_its_function(frame)
+        if not self.sure[frame.pc()]:
+            written.enabled = True
+            return False
         self.hit = True
         return True
+
+
+class Written(gdb.Breakpoint):
+    """Right after the drive's step: did it enter fault? On only where Fault could not tell."""
+
+    def __init__(self):
+        super().__init__(function="app_write", internal=True)
+        self.enabled = False
+        self.silent = True
+        self.hit = False
+
+    def stop(self):
+        self.enabled = False
+        drive = ring()["app"]["drive"]
+        self.hit = int(drive["fault"]["reason"]) != 0 and int(drive["fault"]["period"]) == int(drive["period"])
+        return self.hit
 
 
 class Landing(gdb.Breakpoint):
@@ -134,21 +175,26 @@ class Landing(gdb.Breakpoint):
 
 
 def disarm():
-    for breakpoint in (entry, fault):
+    for breakpoint in (*entries, fault, written):
         if breakpoint.enabled:
             breakpoint.enabled = False
 
 
 def on_stop(_):
     """After every stop. One that no command of this file waits for: the program was started with LAGLESS_STOP by hand."""
-    armed = entry.enabled
+    armed = any(entry.enabled for entry in entries)
     disarm()
-    if armed and entry.hit and not travelling:
+    if armed and entry_hit() and not travelling:
         tell_place()
+
+
+def entry_hit():
+    return any(entry.hit for entry in entries)
 
 
 def forget_rig(_):
     gate.rig = None
+    fault.sure.clear()
 
 
 class FrontEnd(gdb.Parameter):
@@ -164,7 +210,8 @@ before the old one ends, since such a program ends its session with the last pro
         self.value = "cli"
 
     def get_set_string(self):
-        entry.silent = fault.silent = self.value == "cli"
+        for breakpoint in (*entries, fault, written):
+            breakpoint.silent = self.value == "cli"
         return ""
 
     def get_show_string(self, value):
@@ -225,7 +272,8 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    entry.hit = gate.hit = fault.hit = False
+    for breakpoint in (*entries, gate, fault, written):
+        breakpoint.hit = False
     try:
         if again or not program_lives():
             run_again(stop_before)
@@ -243,7 +291,7 @@ def tell_place():
     gdb.execute("frame")
     here = gdb.selected_frame().find_sal()
     function = gdb.selected_frame().function()
-    if here.symtab and function is not None and function.name == "app_interrupt":
+    if here.symtab and function is not None and function.name in INTERRUPTS:
         block = gdb.selected_frame().block()
         while block.function is None or block.function.name != function.name:
             block = block.superblock
@@ -264,10 +312,10 @@ def stopped_on_the_way():
 
 
 def at_entry_of(period):
+    frame = gdb.newest_frame()
     return (
-        entry.pc is not None
-        and gdb.newest_frame().pc() == entry.pc
-        and gdb.newest_frame().name() == "app_interrupt"
+        any(frame.pc() == entry.pc for entry in entries)
+        and frame.name() in INTERRUPTS
         and present_period() == period
     )
 
@@ -291,7 +339,7 @@ def go_to(period):
             f"the program ended before period {period} "
             "(if it had that many: does it honour LAGLESS_STOP, as 'lagless run' does?)"
         )
-    if not entry.hit:
+    if not entry_hit():
         stopped_on_the_way()
         return
     tell_place()
@@ -403,11 +451,15 @@ period LIMIT. A program that is not running is started."""
             disarm()
         if not program_lives():
             raise gdb.GdbError("the program ended without a fault")
-        if entry.hit:
+        if entry_hit():
             gdb.write(f"no fault before period {limit}\n")
             tell_place()
         elif fault.hit:
             self.leave_drive()
+        elif written.hit:
+            frame = gdb.newest_frame()
+            (frame.older() if frame.name() == "app_write" else frame).select()
+            self.tell_fault("drive_step")
         else:
             stopped_on_the_way()
 
@@ -427,9 +479,12 @@ period LIMIT. A program that is not running is started."""
             landing.delete()
             stopped_on_the_way()
             return
-        drive = ring()["app"]["drive"]
-        reason = int(drive["fault"]["reason"])
-        gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {' < '.join(names)}\n")
+        UntilFault.tell_fault(" < ".join(names))
+
+    @staticmethod
+    def tell_fault(names):
+        reason = int(ring()["app"]["drive"]["fault"]["reason"])
+        gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {names}\n")
         tell_place()
 
 
@@ -732,7 +787,8 @@ For example: print $rig()->state.chip.tick"""
 
 
 travelling = False
-entry, gate, fault = Entry(), Gate(), Fault()
+entries = [Entry(interrupt) for interrupt in INTERRUPTS]
+gate, fault, written = Gate(), Fault(), Written()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)
 front_end = FrontEnd()

@@ -17,7 +17,7 @@
 #define DOUBT_SHARE       0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_EMF         5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_SPEED       30.0f /* [rad/s] slower, a current is near zero for too long to coast */
-#define DOUBT_DETECTOR 0.03f /* [-] a loop with an error to work off shall work */
+#define DOUBT_DETECTOR    0.03f /* [-] a loop with an error to work off shall work */
 #define DOUBT_SPEED_SHARE                                                                                    \
     0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
 #define DOUBT_ANGLE      0.005f /* [rad] */

@@ -6,11 +6,14 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* A limit that no finite quantity of the estimator reaches: the sign is not judged. */
-#define UNLIMITED 1e30f
+/* Limits that nothing reaches: the sign is not judged. */
+#define UNLIMITED           1e30f
+#define AMPLITUDE_UNLIMITED 1e4f /* [-] */
+#define SPEED_UNLIMITED     1e7f /* [rad/s] */
 
-/* An EMF near zero speed is judged with this allowance [rad/s]. */
-#define AMPLITUDE_ALLOWANCE PLL_SIGN_SPEED
+/* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
+ */
+#define AMPLITUDE_ALLOWANCE 10.0f
 
 /* The flux may move this far from the parameter, either way [-]. */
 #define ADAPTATION_RANGE 0.5f
@@ -80,9 +83,15 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
     return true;
 }
 
-static float limit_of(float value)
+static float limit_of(float value, float unlimited)
 {
-    return value > 0.0f ? value : UNLIMITED;
+    return value > 0.0f ? value : unlimited;
+}
+
+static band_t band_of(float min, float max)
+{
+    band_t band = {0.5f * (max + min), 0.5f * (max - min)};
+    return band;
 }
 
 static uint32_t periods_of(float time, float period)
@@ -105,12 +114,10 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
 
     const validity_params_t *limits = &params->validity;
     float period = params->smo.period;
-    est->amplitude_min = limits->amplitude_min;
-    est->amplitude_max = limit_of(limits->amplitude_max);
-    est->detector_max = limit_of(limits->detector_max);
-    est->error_square_max = limit_of(limits->current_max * limits->current_max);
-    est->speed_min = limits->speed_min;
-    est->speed_max = limit_of(limits->speed_max);
+    est->amplitude = band_of(limits->amplitude_min, limit_of(limits->amplitude_max, AMPLITUDE_UNLIMITED));
+    est->detector_max = limit_of(limits->detector_max, UNLIMITED);
+    est->error_square_max = limit_of(limits->current_max * limits->current_max, UNLIMITED);
+    est->speed = band_of(limits->speed_min, limit_of(limits->speed_max, SPEED_UNLIMITED));
     est->debounce[0] = periods_of(limits->amplitude_time, period);
     est->debounce[1] = periods_of(limits->detector_time, period);
     est->debounce[2] = periods_of(limits->current_time, period);
@@ -209,7 +216,7 @@ static void adapt_flux(estimator_t *est)
 
 static void count_failures(estimator_t *est, uint32_t failing)
 {
-    uint32_t invalid = est->invalid;
+    uint32_t invalid = est->invalid & ~ESTIMATOR_SAMPLE;
     est->counting = 0u;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         uint32_t bit = UINT32_C(1) << n;
@@ -229,17 +236,29 @@ static void count_failures(estimator_t *est, uint32_t failing)
     est->invalid = invalid;
 }
 
+static bool outside(float value, band_t band)
+{
+    return !(magnitude(value - band.middle) <= band.half);
+}
+
 static void judge(estimator_t *est)
 {
     float speed = magnitude(est->pll.omega_smooth);
     float speed_of_emf = est->pll.amplitude * est->speed_per_volt;
-    uint32_t amplitude = speed_of_emf < est->amplitude_min * speed ||
-                         speed_of_emf > est->amplitude_max * speed + AMPLITUDE_ALLOWANCE;
-    uint32_t detector = magnitude(est->pll.detector) > est->detector_max;
-    uint32_t current = est->smo.error_square > est->error_square_max;
-    uint32_t outside = speed < est->speed_min || speed > est->speed_max;
-    uint32_t failing = amplitude | detector << 1 | current << 2 | outside << 3;
-    est->invalid &= ~ESTIMATOR_SAMPLE;
+    band_t fitting = {est->amplitude.middle * speed, est->amplitude.half * speed + AMPLITUDE_ALLOWANCE};
+    uint32_t failing = 0u;
+    if (outside(speed_of_emf, fitting)) {
+        failing |= ESTIMATOR_AMPLITUDE;
+    }
+    if (outside(est->pll.detector, (band_t){0.0f, est->detector_max})) {
+        failing |= ESTIMATOR_DETECTOR;
+    }
+    if (est->smo.error_square > est->error_square_max) {
+        failing |= ESTIMATOR_CURRENT;
+    }
+    if (outside(speed, est->speed)) {
+        failing |= ESTIMATOR_SPEED;
+    }
     if ((failing | est->counting) != 0u) {
         count_failures(est, failing);
     }
@@ -265,6 +284,7 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
     ab_t emf_hat = smo_step(&est->smo, voltage, current);
     if (est->smo.passed_over != 0u) {
         est->invalid |= ESTIMATOR_SAMPLE;
+        est->counting |= 1u;
         return pll_coast(&est->pll, 0.0f);
     }
     est->emf = lag_undo(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e, emf_hat);

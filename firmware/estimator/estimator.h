@@ -72,14 +72,17 @@ typedef struct {
 
 #define ESTIMATOR_SIGNS 4
 
+/* A range that is judged with one comparison. */
+typedef struct {
+    float middle, half;
+} band_t;
+
 typedef struct {
     /* coefficients, from estimator_init */
-    float amplitude_min;                /* [-] */
-    float amplitude_max;                /* [-] */
+    band_t amplitude;                   /* of |e|/(psi_f |omega_e|) [-] */
     float detector_max;                 /* [-] */
     float error_square_max;             /* current_max^2 [A^2] */
-    float speed_min;                    /* [rad/s] */
-    float speed_max;                    /* [rad/s] */
+    band_t speed;                       /* of |omega_e| [rad/s] */
     uint32_t debounce[ESTIMATOR_SIGNS]; /* [periods], at least 1, in the order of the bits */
     int32_t lag;                        /* lag_mode_t */
     float flux_linkage_set;             /* psi_f of the parameters [Wb] */
@@ -98,7 +101,7 @@ typedef struct {
     ab_t reset_current;              /* of estimator_reset [A] */
     uint32_t fresh;                  /* [-] 1: no step yet since the reset */
     uint32_t count[ESTIMATOR_SIGNS]; /* [periods] */
-    uint32_t counting;               /* [-] 1: a count is not zero */
+    uint32_t counting;               /* [-] not 0: a count is not zero, or the last sample was bad */
     uint32_t invalid;                /* [-] bits */
 } estimator_t;
 

@@ -138,6 +138,18 @@ position_t pll_coast(pll_t *pll, float acceleration)
     return position;
 }
 
+/* The detector's sign at low speed; from there on a start's direction is no longer needed. */
+static float soft_sign(pll_t *pll)
+{
+    if (magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
+        pll->direction = 0.0f;
+    }
+    if (pll->direction != 0.0f) {
+        return pll->direction;
+    }
+    return clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+}
+
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
     dq_t e = frames_park(emf, pll->rotation);
@@ -152,13 +164,12 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
         inverse = pll->inverse_floor;
     }
 
-    float sign = pll->direction;
-    float signed_emf = e.q;
-    if (sign == 0.0f) {
-        sign = clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
-        if (magnitude(pll->omega_smooth) >= PLL_SIGNED_SPEED) {
-            signed_emf = sign * amplitude;
-        }
+    float omega_smooth = pll->omega_smooth;
+    float sign = omega_smooth < 0.0f ? -1.0f : 1.0f;
+    float signed_emf = sign * amplitude;
+    if (magnitude(omega_smooth) < PLL_SIGNED_SPEED) {
+        sign = soft_sign(pll);
+        signed_emf = e.q;
     }
     float detector = -e.d * inverse * sign;
 
@@ -177,9 +188,6 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
     move(pll, position.omega_e);
     pll->integral = clamp(pll->integral + pll->ki_period * detector, 2.0f * pll->speed_limit);
     pll->omega_smooth = pll->integral + feedforward;
-    if (magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
-        pll->direction = 0.0f;
-    }
     pll->detector = detector;
     pll->amplitude = amplitude;
     return position;

@@ -9,11 +9,8 @@
 #define TWO_PI_HIGH 6.283203125f
 #define TWO_PI_LOW  -1.78178204e-5f
 
-float angle_wrap(float angle)
+float angle_wrap_far(float angle)
 {
-    if (angle >= -ANGLE_LARGEST && angle <= ANGLE_LARGEST) {
-        return angle;
-    }
     if (!(angle >= -ANGLE_WRAP_LIMIT && angle <= ANGLE_WRAP_LIMIT)) {
         return 0.0f;
     }

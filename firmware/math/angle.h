@@ -18,11 +18,17 @@
 /* The largest result [rad]: the float next below pi. The float nearest to pi, ANGLE_PI, is larger than pi. */
 #define ANGLE_LARGEST 3.14159250f
 
+/* The way of an angle that is outside: for angle_wrap(). */
+float angle_wrap_far(float angle);
+
 /* `angle` [rad] plus the multiple of 2 pi that brings it into [-pi, pi); within 4e-7 rad of the exact value
  * for |angle| <= 1e4 rad (distance on the circle: an input within rounding of +-pi may come out at either
  * end). The result is always within +-ANGLE_LARGEST, hence inside [-pi, pi) for the true pi too. What is
  * inside already comes back bit for bit. Beyond 1e4 rad and for a non-finite angle: 0. One multiplication by
  * 1/(2 pi), two compares, no division. */
-float angle_wrap(float angle);
+static inline float angle_wrap(float angle)
+{
+    return angle >= -ANGLE_LARGEST && angle <= ANGLE_LARGEST ? angle : angle_wrap_far(angle);
+}
 
 #endif

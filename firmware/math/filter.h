@@ -23,9 +23,16 @@ void lowpass_init(lowpass_t *filter, float cutoff, float period);
 void lowpass_retune(lowpass_t *filter, float cutoff, float period);
 
 /* As if the input had been `value` for ever. */
-void lowpass_reset(lowpass_t *filter, float value);
+static inline void lowpass_reset(lowpass_t *filter, float value)
+{
+    filter->value = value;
+}
 
 /* One sample in, the filtered value out, in the unit of the input. One multiplication. */
-float lowpass_step(lowpass_t *filter, float input);
+static inline float lowpass_step(lowpass_t *filter, float input)
+{
+    filter->value += filter->alpha * (input - filter->value);
+    return filter->value;
+}
 
 #endif

@@ -10,9 +10,13 @@
  *
  * Values only: no state, no sample time, any unit. Power is 3/2 (d d' + q q'). The zero sequence (a + b +
  * c)/3 is dropped on the way in and is 0 on the way out. All functions are straight lines of a few
- * multiplications. */
+ * multiplications, inline because a C28x passes structs through memory. */
 #ifndef MATH_FRAMES_H
 #define MATH_FRAMES_H
+
+#define FRAMES_ONE_THIRD       0.333333333f
+#define FRAMES_ONE_OVER_SQRT_3 0.577350269f
+#define FRAMES_HALF_OF_SQRT_3  0.866025404f
 
 /* Phase quantities, in the unit of what they hold. */
 typedef struct {
@@ -35,18 +39,52 @@ typedef struct {
 } rotation_t;
 
 /* Phases to the stationary frame; whatever the three have in common disappears. */
-ab_t frames_clarke(abc_t phases);
+static inline ab_t frames_clarke(abc_t phases)
+{
+    ab_t stationary;
+    /* Differences first: what is common to the three cancels without rounding. */
+    stationary.alpha = ((phases.a - phases.b) + (phases.a - phases.c)) * FRAMES_ONE_THIRD;
+    stationary.beta = (phases.b - phases.c) * FRAMES_ONE_OVER_SQRT_3;
+    return stationary;
+}
 
 /* The same from two sensors: c = -a - b, exact for a floating star point. */
-ab_t frames_clarke_two(float a, float b);
+static inline ab_t frames_clarke_two(float a, float b)
+{
+    ab_t stationary;
+    stationary.alpha = a;
+    stationary.beta = (a + 2.0f * b) * FRAMES_ONE_OVER_SQRT_3;
+    return stationary;
+}
 
 /* Stationary frame to phases whose sum is zero. */
-abc_t frames_inverse_clarke(ab_t stationary);
+static inline abc_t frames_inverse_clarke(ab_t stationary)
+{
+    float along = -0.5f * stationary.alpha;
+    float across = FRAMES_HALF_OF_SQRT_3 * stationary.beta;
+    abc_t phases;
+    phases.a = stationary.alpha;
+    phases.b = along + across;
+    phases.c = along - across;
+    return phases;
+}
 
 /* Stationary frame to the frame turned by `angle`. */
-dq_t frames_park(ab_t stationary, rotation_t angle);
+static inline dq_t frames_park(ab_t stationary, rotation_t angle)
+{
+    dq_t rotor;
+    rotor.d = stationary.alpha * angle.cos + stationary.beta * angle.sin;
+    rotor.q = stationary.beta * angle.cos - stationary.alpha * angle.sin;
+    return rotor;
+}
 
 /* Frame turned by `angle` to the stationary frame. */
-ab_t frames_inverse_park(dq_t rotor, rotation_t angle);
+static inline ab_t frames_inverse_park(dq_t rotor, rotation_t angle)
+{
+    ab_t stationary;
+    stationary.alpha = rotor.d * angle.cos - rotor.q * angle.sin;
+    stationary.beta = rotor.d * angle.sin + rotor.q * angle.cos;
+    return stationary;
+}
 
 #endif

@@ -220,7 +220,7 @@ class FaultTest(unittest.TestCase):
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
     def test_until_fault_finds_a_fault_of_the_calibration(self):
-        # An offset of 10 A while none is accepted: the period in which the last of 64 + 512 samples is taken.
+        # No offset at all is accepted any more: found in the period that takes the last of 64 + 512 samples.
         _, _, text, where, why = session(
             "period 100", "set variable app->drive.params.current_offset_max = 0.0f", "until-fault", "where-time", "why"
         )

@@ -1,9 +1,9 @@
 /* Against the oracle's state space (response) and, in time, against exact data of a turning machine.
  *
  * The header's 1e-5 rad: atan2 3e-6, tangent 4e-7, the gain and coefficients 1e-6; of the hold's phase, as a
- * series in h = x/2 and d, the next terms are (h d/6)^3/3 = 1.3e-6 and below at x = 0.63, d = 0.3. The length:
- * 6e-6 of its polynomial, and the first term that mixes both, (4/3 - 1/3 + ...) h^4 d^2/45, under 0.03 h^4 d^2
- * (2.7e-5 at x = 0.63, d = 0.3, where it meets the polynomial's error with the other sign). */
+ * series in h = x/2 and d, the next terms are (h d/6)^3/3 = 1.3e-6 and below at x = 0.63, d = 0.3. The
+ * length: 6e-6 of its polynomial, and the first term that mixes both, (4/3 - 1/3 + ...) h^4 d^2/45, under
+ * 0.03 h^4 d^2 (2.7e-5 at x = 0.63, d = 0.3, where it meets the polynomial's error with the other sign). */
 #include <math.h>
 #include <stdio.h>
 #include <unity.h>
@@ -241,7 +241,8 @@ static void test_turn_limit_by_hand(void)
     const double bg = (1.0 - a) / 30.0 * (double)params.gain * 0.5 * (double)params.slope;
     const double p = a - bg;
     const double lag = atan2(sin(x), cos(x) - p) - atan2(sin(x), cos(x) - a) + atan2(x, d);
-    const double ratio = bg / hypot(cos(x) - p, sin(x)) * d / (1.0 - a) * hypot(cos(x) - a, sin(x)) / hypot(d, x);
+    const double ratio =
+        bg / hypot(cos(x) - p, sin(x)) * d / (1.0 - a) * hypot(cos(x) - a, sin(x)) / hypot(d, x);
     for (int way = -1; way <= 1; way += 2) {
         const float omega = (float)(way * x / 1e-4);
         TEST_ASSERT_DOUBLE_WITHIN(ANGLE, way * lag, (double)lag_angle(&smo, LAG_EXACT, omega));
@@ -266,8 +267,8 @@ static void test_attenuation_at_standstill_is_g_over_g_plus_r(void)
     }
 }
 
-/* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300 rad/s
- * times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
+/* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300
+ * rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
 static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
 {
     static const float beyond[] = {6300.01f, 6500.0f, 15708.0f, 31416.0f, 1e30f, INFINITY};
@@ -278,7 +279,8 @@ static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
             smo_init(&smo, &params);
             const double lag = (double)lag_angle(&smo, LAG_EXACT, 6299.99f);
             const double ratio = (double)lag_attenuation(&smo, 6299.99f);
-            TEST_ASSERT_TRUE(lag != (double)lag_angle(&smo, LAG_EXACT, 6290.0f)); /* it is not limited before */
+            TEST_ASSERT_TRUE(lag !=
+                             (double)lag_angle(&smo, LAG_EXACT, 6290.0f)); /* it is not limited before */
             for (int n = 0; n < 12; n++) {
                 const float way = n < 6 ? 1.0f : -1.0f;
                 const float omega = way * beyond[n % 6];
@@ -325,7 +327,8 @@ static void test_undo_turns_by_the_angle_and_divides_by_the_attenuation(void)
 }
 
 /* v and e_hat that an EMF of 5 V makes: e_hat by the response, and v what the filter, in its own formula,
- * turns into that e_hat. The filter's inverse makes up to 27 V of the 5 V, times 5e-7 of tangent and rounding. */
+ * turns into that e_hat. The filter's inverse makes up to 27 V of the 5 V, times 5e-7 of tangent and
+ * rounding. */
 static void test_make_is_the_response_before_and_after_the_filter(void)
 {
     for (int n = 0; n < MOTOR_COUNT; n++) {

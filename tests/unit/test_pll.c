@@ -432,10 +432,10 @@ static void check_finite(const pll_t *pll, position_t p)
     TEST_ASSERT_TRUE(fabsf(pll->integral) <= 2.0f * pll->speed_limit && isfinite(pll->omega_smooth));
 }
 
-/* Without an EMF, or with one beyond 1e15 V: the angle goes on at the smooth speed, which grows by the torque's
- * share alone, a T a period; the angle of period k is then late by nothing but a T^2 k/2 against the parabola.
- * angle_wrap and the products are good to 4e-7 rad a period and the speed to half its last digit, 1.5e-5 rad/s,
- * whose sum over k periods turns the angle by at most 1.5e-5 T k^2/2. */
+/* Without an EMF, or with one beyond 1e15 V: the angle goes on at the smooth speed, which grows by the
+ * torque's share alone, a T a period; the angle of period k is then late by nothing but a T^2 k/2 against the
+ * parabola. angle_wrap and the products are good to 4e-7 rad a period and the speed to half its last
+ * digit, 1.5e-5 rad/s, whose sum over k periods turns the angle by at most 1.5e-5 T k^2/2. */
 static void test_without_an_emf_it_coasts(void)
 {
     static const ab_t beyond[] = {{NAN, 0.0f}, {0.0f, -INFINITY}, {1.001e15f, 0.0f}, {0.8e15f, -0.8e15f}};

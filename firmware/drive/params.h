@@ -74,7 +74,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
     F(31, observer_slope, "1/A", 1.0f, 1e-3f, 1e3f, TABLE_LIVE,                                              \
       "a_f of the sigmoid tanh(a_f x/2); rule: 1.6 L/(k_s T_s)")                                             \
-    F(32, observer_emf_cutoff, "rad/s", 2000.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
+    F(32, observer_emf_cutoff, "rad/s", 2500.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
       "omega_s of the back-EMF filter; 0: no filter")                                                        \
     E(33, observer_switching, "sign|sigmoid|sigmoid_vector", SMO_SIGMOID_VECTOR, TABLE_OFF,                  \
       "switching function of the observer")                                                                  \

@@ -55,9 +55,27 @@ static bool validity_check(const validity_params_t *limits, params_error_t *why)
            refuse(why, "speed_min", "speed_min < speed_max", limits->speed_min, 0.0f, limits->speed_max);
 }
 
+/* With LAG_EXACT the EMF filter acts in the frame of the loop, in which the EMF stands still: there it has no
+ * lag. The paper's modes have it where the paper has it. */
+typedef struct {
+    smo_params_t smo;
+    pll_params_t pll;
+} parts_t;
+
+static parts_t parts_of(const estimator_params_t *params)
+{
+    parts_t parts = {params->smo, params->pll};
+    if (params->lag == LAG_EXACT) {
+        parts.pll.emf_cutoff = params->smo.emf_cutoff;
+        parts.smo.emf_cutoff = 0.0f;
+    }
+    return parts;
+}
+
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why)
 {
-    if (!smo_params_check(&params->smo, why) || !pll_params_check(&params->pll, why) ||
+    const parts_t parts = parts_of(params);
+    if (!smo_params_check(&params->smo, why) || !pll_params_check(&parts.pll, why) ||
         !within(why, "lag", (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
         !within(why, "flux_linkage", params->flux_linkage, 1e-4f, 10.0f) ||
         !within(why, "flux_adaptation", params->flux_adaptation, 0.0f, 100.0f) ||
@@ -113,6 +131,7 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     (void)good;
 
     const validity_params_t *limits = &params->validity;
+    const parts_t parts = parts_of(params);
     float period = params->smo.period;
     est->amplitude = band_of(limits->amplitude_min, limit_of(limits->amplitude_max, AMPLITUDE_UNLIMITED));
     est->detector_max = limit_of(limits->detector_max, UNLIMITED);
@@ -131,19 +150,20 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
         est->flux_linkage_set = params->flux_linkage;
         set_flux(est, params->flux_linkage);
     }
-    smo_retune(&est->smo, &params->smo);
-    pll_retune(&est->pll, &params->pll);
+    smo_retune(&est->smo, &parts.smo);
+    pll_retune(&est->pll, &parts.pll);
 }
 
 void estimator_init(estimator_t *est, const estimator_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};
     const ab_t none = {0.0f, 0.0f};
+    const parts_t parts = parts_of(params);
     est->flux_linkage_set = 0.0f;
     estimator_retune(est, params);
     set_flux(est, params->flux_linkage);
-    smo_init(&est->smo, &params->smo);
-    pll_init(&est->pll, &params->pll);
+    smo_init(&est->smo, &parts.smo);
+    pll_init(&est->pll, &parts.pll);
     estimator_reset(est, origin, none);
 }
 
@@ -270,6 +290,19 @@ static float acceleration_of(const estimator_t *est, ab_t current)
     return est->torque_feedforward * frames_park(current, est->pll.rotation).q;
 }
 
+/* The EMF of t_k; false: the sample is none. */
+static bool observe(estimator_t *est, ab_t voltage, ab_t current)
+{
+    (void)smo_step(&est->smo, voltage, current);
+    if (est->smo.passed_over != 0u) {
+        est->invalid |= ESTIMATOR_SAMPLE;
+        est->counting |= 1u;
+        return false;
+    }
+    est->emf = lag_emf(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e);
+    return true;
+}
+
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
     if (est->fresh != 0u) {
@@ -281,16 +314,10 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
         }
     }
 
-    ab_t emf_hat = smo_step(&est->smo, voltage, current);
-    if (est->smo.passed_over != 0u) {
-        est->invalid |= ESTIMATOR_SAMPLE;
-        est->counting |= 1u;
+    if (!observe(est, voltage, current)) {
         return pll_coast(&est->pll, 0.0f);
     }
-    est->emf = lag_undo(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e, emf_hat);
-
-    float i_q = frames_park(current, est->pll.rotation).q;
-    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, est->torque_feedforward * i_q);
+    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration_of(est, current));
     if (est->adaptation_share > 0.0f) {
         adapt_flux(est);
     }
@@ -303,8 +330,10 @@ position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
     if (est->fresh != 0u) {
         return estimator_step(est, voltage, current);
     }
-    (void)smo_step(&est->smo, voltage, current);
-    return pll_coast(&est->pll, acceleration_of(est, current));
+    if (!observe(est, voltage, current)) {
+        return pll_coast(&est->pll, 0.0f);
+    }
+    return pll_watch(&est->pll, est->emf, acceleration_of(est, current));
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

@@ -91,10 +91,36 @@ static complex_t undoing_of_paper(const smo_t *smo, lag_mode_t mode, float omega
     return vector;
 }
 
-ab_t lag_undo(const smo_t *smo, lag_mode_t mode, float omega_e, ab_t emf_hat)
+/* Of the observer alone, to be multiplied by its current error. */
+static complex_t undoing_of_observer(const smo_t *smo, float omega_e)
 {
-    complex_t undo = mode == LAG_EXACT ? undoing(smo, omega_e) : undoing_of_paper(smo, mode, omega_e);
-    complex_t emf = product(undo, (complex_t){emf_hat.alpha, emf_hat.beta});
+    float h = limited(omega_e * smo->half_period);
+    float square = h * h;
+    float t = h * (TAN_1 + square * (TAN_3 + square * TAN_5));
+    float lead = h * (smo->hold_lead + square * smo->hold_lead_rise);
+
+    float g = smo->gain * smo->gain_mean;
+    float size = 1.0f - square * smo->hold_size_observer;
+    float real = size * (g + smo->resistance);
+    float imag = size * (smo->lag_resistance - g) * t;
+    complex_t vector = {real + lead * imag, imag - lead * real};
+    return vector;
+}
+
+ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
+{
+    complex_t emf;
+    if (mode != LAG_EXACT) {
+        emf =
+            product(undoing_of_paper(smo, mode, omega_e), (complex_t){smo->emf_hat.alpha, smo->emf_hat.beta});
+    } else if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        emf = product(undoing_of_observer(smo, omega_e),
+                      (complex_t){smo->current_err.alpha, smo->current_err.beta});
+    } else {
+        float per_g = 1.0f / (smo->gain * smo->gain_mean);
+        emf = product(undoing_of_observer(smo, omega_e),
+                      (complex_t){per_g * smo->switched.alpha, per_g * smo->switched.beta});
+    }
     return (ab_t){emf.re, emf.im};
 }
 

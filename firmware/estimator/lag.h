@@ -16,7 +16,7 @@
  * lambda = R/L, whose phase is x/2 + x d/12 - x d (d^2 - x^2)/720 (the formula above with one more term of
  * its series) and whose length is a series in x^2 too.
  *
- * The interrupt needs neither the angle nor a root: lag_undo() multiplies by those vectors.
+ * The interrupt takes lag_emf().
  *
  * No state of its own, no sample time; exact for a constant speed and the vector form, whose k_f is the same
  * at every sample. Does not handle: |omega_e| T beyond LAG_TURN_LIMIT, acceleration. */
@@ -38,10 +38,17 @@ float lag_angle(const smo_t *smo, lag_mode_t mode, float omega_e);
  * at standstill g/(g + R). Within 1e-5 of its value. One division. */
 float lag_attenuation(const smo_t *smo, float omega_e);
 
-/* The EMF of t_k itself [V] from its estimate [V]: turned by lag_angle() and divided by lag_attenuation();
- * within 1e-5 of both. LAG_EXACT: straight line, one division; the other modes three, with a sine, a cosine
- * and an arc tangent. */
-ab_t lag_undo(const smo_t *smo, lag_mode_t mode, float omega_e, ab_t emf_hat);
+/* The EMF of t_k itself [V], lag and attenuation undone, from the observer's state.
+ *
+ * LAG_EXACT takes the switching voltage before its filter. As v = g x, what has to be undone is linear in g,
+ * and neither k_f nor an angle nor a root has to be computed (t = tan(x/2) with the x of above):
+ *
+ *     e = ((g + R) + j (2/b - R - g) t) e^(-j lead) (current error) size
+ *
+ * The vector form: straight line, no division. Per axis, with the power-weighted k_f: one division.
+ * The other modes take the filtered e_hat, turn it by lag_angle() and divide by lag_attenuation(): three
+ * divisions, a sine, a cosine and an arc tangent. */
+ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
 
 /* What the switching voltage v and its filtered value e_hat [V] are when the observer has settled on the EMF
  * `emf` [V] that turns at omega_e [rad/s], given the k_f of the moment. LAG_EXACT backwards: for resets. */

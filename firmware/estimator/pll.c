@@ -3,6 +3,7 @@
 #include <assert.h>
 
 #include "math/angle.h"
+#include "math/exponential.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -63,7 +64,9 @@ static bool loop_check(const pll_params_t *params, params_error_t *why)
                   params->feedforward_cutoff, 0.0f, rate) &&
            inside(why, "ki", "0 < ki < 4/period^2", params->ki, 0.0f, 4.0f * rate * rate) &&
            inside(why, "kp", "ki period < kp < 2/period + ki period/2", params->kp, ki_period,
-                  2.0f * rate + 0.5f * ki_period);
+                  2.0f * rate + 0.5f * ki_period) &&
+           (params->emf_cutoff == 0.0f || within(why, "emf_cutoff", "0, or 4 kp <= emf_cutoff <= 1e5",
+                                                 params->emf_cutoff, 4.0f * params->kp, 1e5f));
 }
 
 bool pll_params_check(const pll_params_t *params, params_error_t *why)
@@ -92,6 +95,7 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     pll->inverse_floor = 1.0f / params->amplitude_floor;
     pll->speed_limit = PLL_TURN_LIMIT / params->period;
     pll->period = params->period;
+    pll->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
 }
 
@@ -120,6 +124,8 @@ void pll_reset(pll_t *pll, position_t start)
     pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     pll->detector = 0.0f;
     pll->amplitude = 0.0f;
+    pll->emf = (dq_t){0.0f, 0.0f};
+    pll->emf_memory = 0.0f;
     if (magnitude(omega_e) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
     }
@@ -138,6 +144,28 @@ position_t pll_coast(pll_t *pll, float acceleration)
     return position;
 }
 
+/* The EMF in the frame of the loop, filtered; false: it is none and nothing has changed. */
+static bool take(pll_t *pll, ab_t emf)
+{
+    dq_t e = frames_park(emf, pll->rotation);
+    e.d += pll->emf_memory * (pll->emf.d - e.d);
+    e.q += pll->emf_memory * (pll->emf.q - e.q);
+    float square = e.d * e.d + e.q * e.q;
+    if (!(square <= EMF_LARGEST * EMF_LARGEST)) { /* a comparison that fails for a NaN too */
+        return false;
+    }
+    pll->emf = e;
+    pll->emf_memory = pll->emf_decay;
+    pll->emf_square = square;
+    return true;
+}
+
+position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
+{
+    (void)take(pll, emf);
+    return pll_coast(pll, acceleration);
+}
+
 /* The detector's sign at low speed; from there on a start's direction is no longer needed. */
 static float soft_sign(pll_t *pll)
 {
@@ -152,12 +180,12 @@ static float soft_sign(pll_t *pll)
 
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    dq_t e = frames_park(emf, pll->rotation);
-    float square = e.d * e.d + e.q * e.q;
-    if (!(square <= EMF_LARGEST * EMF_LARGEST)) { /* a comparison that fails for a NaN too */
+    if (!take(pll, emf)) {
         pll->amplitude = 0.0f;
         return pll_coast(pll, acceleration);
     }
+    dq_t e = pll->emf;
+    float square = pll->emf_square;
     float inverse = inverse_root(square);
     float amplitude = square * inverse;
     if (amplitude < pll->amplitude_floor) {

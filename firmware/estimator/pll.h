@@ -56,6 +56,7 @@ typedef struct {
     float
         amplitude_floor; /* [V], 1e-3..1e4: below it the detector is divided by the floor; psi_f * 11 rad/s */
     float period;        /* T [s], 1e-6..1e-2 */
+    float emf_cutoff;    /* low-pass of the EMF in the loop's frame [rad/s], 4 kp..1e5; 0 = none */
 } pll_params_t;
 
 typedef struct {
@@ -66,13 +67,17 @@ typedef struct {
     float inverse_floor;   /* 1/amplitude_floor [1/V] */
     float speed_limit;     /* PLL_TURN_LIMIT/T [rad/s] */
     float period;          /* T [s] */
+    float emf_decay;       /* exp(-emf_cutoff T) [-]; 0 = no filter */
     /* coefficient and state */
     lowpass_t feedforward; /* F [rad/s] */
     /* state */
     float theta_e;       /* angle of the next step's result [rad], [-pi, pi) */
     rotation_t rotation; /* its sine and cosine [-] */
     float integral;      /* I [rad/s] */
+    dq_t emf;            /* in the frame of the loop, filtered [V] */
+    float emf_memory;    /* weight of the last EMF in the next [-]: emf_decay; 0 after a reset */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for lag_undo */
+    float emf_square;    /* its length squared [V^2] */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
@@ -117,6 +122,9 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */
 position_t pll_coast(pll_t *pll, float acceleration);
+
+/* A period whose EMF is in doubt: it goes into the filter, and the loop coasts. */
+position_t pll_watch(pll_t *pll, ab_t emf, float acceleration);
 
 /* kp, ki, feedforward_cutoff and period for a -3 dB bandwidth of the closed loop (22) of `bandwidth` [rad/s]:
  * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping

@@ -84,6 +84,8 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->hold_lead = decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f));
     smo->hold_lead_rise = decay * (1.0f / 90.0f);
     smo->hold_size = 1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
+    smo->hold_size_observer = 1.0f / 3.0f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
+    smo->lag_resistance = 2.0f / smo->voltage_gain - params->resistance;
     smo->filter_odd = 2.0f * smo->emf_decay / smo->emf_share;
     smo->filter_even = 1.0f + smo->filter_odd;
     smo->switching = (int32_t)params->switching;
@@ -100,30 +102,28 @@ static float sign_gain(float x)
     return length * SMO_SIGN_GAIN_MAX > 1.0f ? 1.0f / length : SMO_SIGN_GAIN_MAX;
 }
 
-static void switch_sign(smo_t *smo, ab_t x)
+static ab_t switch_vector(smo_t *smo, ab_t x, float square)
 {
-    smo->gain_axis = (ab_t){sign_gain(x.alpha), sign_gain(x.beta)};
-    smo->switched = (ab_t){smo->gain * sign_of(x.alpha), smo->gain * sign_of(x.beta)};
+    float k_f = smo->half_slope * tanh_ratio(smo->half_slope * smo->half_slope * square);
+    float g = smo->gain * k_f;
+    smo->gain_axis = (ab_t){k_f, k_f};
+    smo->gain_mean = k_f;
+    return (ab_t){g * x.alpha, g * x.beta};
 }
 
-static void switch_sigmoid(smo_t *smo, ab_t x)
+static ab_t switch_sign(smo_t *smo, ab_t x)
+{
+    smo->gain_axis = (ab_t){sign_gain(x.alpha), sign_gain(x.beta)};
+    return (ab_t){smo->gain * sign_of(x.alpha), smo->gain * sign_of(x.beta)};
+}
+
+static ab_t switch_sigmoid(smo_t *smo, ab_t x)
 {
     float h = smo->half_slope;
     float alpha = h * x.alpha;
     float beta = h * x.beta;
     smo->gain_axis = (ab_t){h * tanh_ratio(alpha * alpha), h * tanh_ratio(beta * beta)};
-    smo->switched =
-        (ab_t){smo->gain * smo->gain_axis.alpha * x.alpha, smo->gain * smo->gain_axis.beta * x.beta};
-}
-
-static void switch_vector(smo_t *smo, ab_t x)
-{
-    float h = smo->half_slope;
-    float k_f = h * tanh_ratio(h * h * smo->error_square);
-    float g = smo->gain * k_f;
-    smo->gain_axis = (ab_t){k_f, k_f};
-    smo->gain_mean = k_f;
-    smo->switched = (ab_t){g * x.alpha, g * x.beta};
+    return (ab_t){smo->gain * smo->gain_axis.alpha * x.alpha, smo->gain * smo->gain_axis.beta * x.beta};
 }
 
 /* The power-weighted gain of both axes; `share` of the present sample goes into the means. */
@@ -140,20 +140,12 @@ static void weight_gain(smo_t *smo, float share)
     smo->gain_mean = known ? smo->mean_product / smo->mean_square : largest;
 }
 
-/* v and k_f from the present error; `share` as in weight_gain. */
-static void switch_voltage(smo_t *smo, float share)
+/* v and k_f of the forms that act on each axis; `share` as in weight_gain. */
+static ab_t switch_axes(smo_t *smo, ab_t x, float share)
 {
-    ab_t x = smo->current_err;
-    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        switch_vector(smo, x);
-        return;
-    }
-    if (smo->switching == (int32_t)SMO_SIGMOID) {
-        switch_sigmoid(smo, x);
-    } else {
-        switch_sign(smo, x);
-    }
+    ab_t v = smo->switching == (int32_t)SMO_SIGN ? switch_sign(smo, x) : switch_sigmoid(smo, x);
     weight_gain(smo, share);
+    return v;
 }
 
 void smo_init(smo_t *smo, const smo_params_t *params)
@@ -206,7 +198,11 @@ void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat)
     smo->error_square = x.alpha * x.alpha + x.beta * x.beta;
     smo->mean_product = 0.0f;
     smo->mean_square = 0.0f;
-    switch_voltage(smo, 1.0f);
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo->switched = switch_vector(smo, x, smo->error_square);
+    } else {
+        smo->switched = switch_axes(smo, x, 1.0f);
+    }
     if (smo->switching == (int32_t)SMO_SIGN) {
         smo->switched = switched;
     }
@@ -239,12 +235,18 @@ ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
     smo->current_hat = hat;
     smo->current_err = x;
     smo->error_square = square;
-    switch_voltage(smo, smo->mean_share);
-
-    v = smo->switched;
-    smo->emf_hat.alpha = v.alpha + smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
-    smo->emf_hat.beta = v.beta + smo->emf_decay * (smo->emf_hat.beta - v.beta);
-    return smo->emf_hat;
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        v = switch_vector(smo, x, square);
+    } else {
+        v = switch_axes(smo, x, smo->mean_share);
+    }
+    smo->switched = v;
+    if (smo->emf_decay > 0.0f) {
+        v.alpha += smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
+        v.beta += smo->emf_decay * (smo->emf_hat.beta - v.beta);
+    }
+    smo->emf_hat = v;
+    return v;
 }
 
 float smo_equivalent_gain(const smo_t *smo)

@@ -11,6 +11,7 @@ add_executable(lagless
     cli/demo.c
     cli/explain.c
     cli/main.c
+    cli/map.c
     cli/output.c
     cli/run.c
     cli/shell.c

@@ -17,6 +17,8 @@ const cli_command_t cli_commands[] = {
     {"signals", command_signals, "", "--json", "what can be seen: signals and the plant's truth"},
     {"explain", command_explain, "[REASON]", "--json", "a fault or refusal: what happened, what to do"},
     {"demo", command_demo, "", "--json --out", "encoder-mode speed profile, as a table and a picture"},
+    {"map", command_map, "", "--speeds --ideal --averaged --json --out",
+     "error of the sensorless angle over speed, load and wrong beliefs, judged"},
     {"bench", command_bench, "", "--json --seconds", "speed of the ring and cost of the interrupt"},
     {"reference", command_reference, "", "", "all tables as Markdown"},
     {"completion", command_completion, "bash", "", "shell completion, for `source`"},

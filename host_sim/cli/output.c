@@ -85,7 +85,7 @@ static const char *setting(const char *variable, const char *standard)
     return value != NULL && value[0] != '\0' ? value : standard;
 }
 
-bool output_picture(const char *script, const char *csv, const char *png, const char *title)
+bool output_picture(const char *script, const char *data, const char *png, const char *title)
 {
     char path[PATH_SIZE];
     char *python = strdup(setting("LAGLESS_PYTHON", LAGLESS_PYTHON));
@@ -98,14 +98,14 @@ bool output_picture(const char *script, const char *csv, const char *png, const 
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        execlp(python, python, path, csv, png, "--title", title, (char *)NULL);
+        execlp(python, python, path, data, png, "--title", title, (char *)NULL);
         fprintf(stderr, "lagless: cannot run Python (%s): %s\n", python, strerror(errno));
         _exit(127);
     }
     const bool drawn =
         child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
     if (!drawn) {
-        fprintf(stderr, "lagless: no picture was drawn; the data are in %s\n", csv);
+        fprintf(stderr, "lagless: no picture was drawn; the data are in %s\n", data);
     }
     free(python);
     return drawn;

@@ -1,4 +1,4 @@
-/* What several commands write: a folder, a picture drawn from a CSV file. */
+/* What several commands write: a folder, a picture drawn from a data file. */
 #ifndef HOST_SIM_CLI_OUTPUT_H
 #define HOST_SIM_CLI_OUTPUT_H
 
@@ -34,7 +34,7 @@ bool output_colours(FILE *file);
 /* "did you mean NAME?" after a message; nothing without a near name. */
 void output_suggest(FILE *file, const char *near);
 
-/* Runs tools/plot/SCRIPT CSV PNG --title TITLE. false: no picture; said why on stderr, the CSV stays. */
-bool output_picture(const char *script, const char *csv, const char *png, const char *title);
+/* Runs tools/SCRIPT DATA PNG --title TITLE. false: no picture; said why on stderr, the data file stays. */
+bool output_picture(const char *script, const char *data, const char *png, const char *title);
 
 #endif

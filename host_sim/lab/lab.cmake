@@ -12,7 +12,11 @@ if(NOT MATIO_INCLUDE_DIR OR NOT MATIO_LIBRARY)
         "(Homebrew), or run tools/setup; or give MATIO_INCLUDE_DIR and MATIO_LIBRARY")
 endif()
 
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+
 add_library(lagless_lab STATIC
+    lab/map.c
     lab/names.c
     lab/recorder.c
     lab/recorder_csv.c
@@ -29,4 +33,4 @@ desk_room(lagless_lab)
 set_target_properties(lagless_lab PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
 target_compile_definitions(lagless_lab PRIVATE _GNU_SOURCE)
 target_include_directories(lagless_lab SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR} ${MATIO_INCLUDE_DIR})
-target_link_libraries(lagless_lab PUBLIC lagless_rig m PRIVATE ${MATIO_LIBRARY})
+target_link_libraries(lagless_lab PUBLIC lagless_rig m PRIVATE ${MATIO_LIBRARY} Threads::Threads)

@@ -65,6 +65,43 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(0, done.returncode, arguments)
             self.assertIsInstance(json.loads(done.stdout), dict)
 
+    def test_map_is_a_list_of_points_with_these_keys(self):
+        done = lagless("map", "--ideal", "--speeds", "1013,300", "--json")
+        self.expect(0, done)
+        points = json.loads(done.stdout)
+        self.assertEqual(7 * 2 * 2 * 2, len(points))
+        for point in points:
+            self.assertEqual(["rpm", "load_nm", "deviation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point))
+            self.assertIs(True, point["locked"])
+        self.assertEqual([-1013, -300, 300, 1013], [point["rpm"] for point in points[:4]])
+        # (5 + 1.32) N m / 1.098 N m/A = 5.756 A; -atan(2.5 mH 5.756 A / 0.183 Wb) = -78.5 mrad, against theory within 2
+        turned, = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
+        self.assertAlmostEqual(-78.5, turned, delta=2.0)
+
+    def test_map_prints_a_table_with_its_verdicts(self):
+        done = lagless("map", "--ideal", "--speeds", "500")
+        self.expect(0, done, "L +20 %", "theory", "met     L wrong", "met     psi_f, R wrong")
+        self.assertEqual(4, done.stdout.count("nominal   "))
+
+    def test_map_that_contradicts_theory_gives_1(self):
+        # 10 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
+        self.expect(1, lagless("map", "--ideal", "--speeds", "10"), "FAILED")
+        done = lagless("map", "--ideal", "--speeds", "10", "--json")
+        self.expect(1, done, "FAILED")
+        self.assertNotIn("FAILED", done.stdout)
+        self.assertIn(False, [point["locked"] for point in json.loads(done.stdout)])
+
+    def test_map_writes_its_points_also_if_the_picture_fails(self):
+        done = lagless("map", "--ideal", "--speeds", "500", "--out", self.folder,
+                       env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
+        self.expect(3, done, "no picture was drawn", "map.json")
+        with open(os.path.join(self.folder, "map.json")) as file:
+            points = json.load(file)
+        self.assertEqual({"nominal"}, {point["deviation"] for point in points} - {"L +20 %", "L -20 %", "R +50 %", "R -50 %",
+                                                                                "psi_f +10 %", "psi_f -10 %"})
+        for point in points:
+            self.assertEqual(point["deviation"].startswith("L "), point["theory_mrad"] is not None)
+
     def test_wrong_use_gives_2_and_says_what_is_accepted(self):
         path = self.scenario()
         for arguments, fragment in (
@@ -78,6 +115,12 @@ class CommandLine(unittest.TestCase):
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
                 (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
+                (["map", "x"], "no argument"),
+                (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
+                (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
+                (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
+                (["map", "--speeds", "200,100,200"], "200 is there twice"),
+                (["map", "--speeds", ",".join(str(n) for n in range(100, 117))], "at most 16"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
             self.expect(2, lagless(*arguments), fragment)
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
@@ -85,6 +128,7 @@ class CommandLine(unittest.TestCase):
     def test_unwritable_output_is_said_before_the_run(self):
         self.expect(2, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")
         self.expect(2, lagless("run", self.scenario(), "--out", "/dev/null/x"), "/dev/null")
+        self.expect(2, lagless("map", "--out", "/dev/null/x"), "/dev/null")
 
     def test_a_full_disk_gives_3(self):
         def limit():
@@ -135,11 +179,12 @@ class CommandLine(unittest.TestCase):
 
     def test_man_page_names_every_command(self):
         page = lagless("man").stdout
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "bench"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "bench"):
             self.assertIn("\\fB%s\\fR" % command, page)
 
     def test_every_command_has_help(self):
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "bench", "reference", "completion", "man"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "bench", "reference", "completion",
+                        "man"):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 

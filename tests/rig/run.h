@@ -1,8 +1,11 @@
-/* What closed-loop tests share: a rig brought to a speed, in words of the field. */
+/* What closed-loop tests share: a rig brought to a speed, in words of the field; what the estimator's angle
+ * is off, over a time. */
 #ifndef TESTS_RIG_RUN_H
 #define TESTS_RIG_RUN_H
 
+#include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "host_sim/rig/rig.h"
 #include "unity.h"
@@ -47,6 +50,92 @@ static inline void run_expect_no_fault(rig_t *rig)
 {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
     TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "state"));
+}
+
+/* ---- sensorless ---- */
+
+/* Inverter without dead time and drops, exact sensors; plant and firmware agree on it. What the dead band
+ * delays one edge by, the turn-off delays the other. Before ready. */
+static inline void run_ideal(rig_t *rig)
+{
+    static const char *const none[] = {
+        "igbt_voltage",         "igbt_resistance",         "diode_voltage", "diode_resistance",
+        "plant.turn_on_delay",  "plant.current_zone",      "current_noise", "params.device_drop",
+        "params.turn_on_delay", "params.device_resistance"};
+    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
+        run_put(rig, none[n], 0.0);
+    }
+    run_put(rig, "sensors", 1.0);
+    run_put(rig, "params.current_zone", 1e-3);
+    run_put(rig, "plant.turn_off_delay", 2.5e-6);
+    run_parameter(rig, "params.turn_off_delay", 2.5e-6);
+}
+
+/* What calibration leaves of the current sensors' errors, beside the defaults: dead time, drops and delays of
+ * the module, 12-bit ADC, 10 mA noise. After ready. */
+static inline void run_real(rig_t *rig)
+{
+    run_put(rig, "current_offset_a", 0.03);
+    run_put(rig, "current_gain_error_b", 0.002);
+}
+
+/* From power-on to ready on a rotor that turns at this speed; friction takes none of it away. */
+static inline void run_to_ready_at(rig_t *rig, double rpm)
+{
+    rig_set_motion(rig, 0.0, rpm * RPM);
+    run_to_ready(rig);
+    rig_set_motion(rig, 0.0, rpm * RPM);
+}
+
+/* The load is put on, or taken off, evenly over so many seconds: by a step at low speed the rotor would
+ * stop. */
+static inline void run_load(rig_t *rig, double torque, double seconds)
+{
+    const double before = rig_value(rig, "load_torque");
+    for (int32_t n = 1; n <= 50; n++) {
+        run_put(rig, "load_torque", before + (torque - before) * n / 50.0);
+        run_seconds(rig, seconds / 50.0);
+    }
+}
+
+/* theta_hat - true theta_e over a time [mrad electrical], and the mean speed [r/min]. */
+typedef struct {
+    double mean, sd, peak, speed_mean;
+} run_error_t;
+
+typedef struct {
+    double sum, square, peak, speed; /* [rad], [rad^2], [rad], [rad/s] */
+    uint32_t count;                  /* [-] */
+} run_sums_t;
+
+static inline void run_sum(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    run_sums_t *sums = context;
+    float value[2];
+    (void)period;
+    memcpy(value, slots, count * sizeof value[0]);
+    const double err = (double)value[0];
+    sums->sum += err;
+    sums->square += err * err;
+    sums->peak = fmax(sums->peak, fabs(err));
+    sums->speed += (double)value[1];
+    sums->count++;
+}
+
+static inline run_error_t run_error(rig_t *rig, double seconds)
+{
+    const uint32_t ids[] = {rig_row_by_name("theta_hat_err")->id, rig_row_by_name("true_omega_m")->id};
+    run_sums_t sums = {0};
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, 2u, 1u, run_sum, &sums));
+    run_seconds(rig, seconds);
+    TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
+    const double mean = sums.sum / sums.count;
+    return (run_error_t){
+        .mean = 1e3 * mean,
+        .sd = 1e3 * sqrt(fmax(0.0, sums.square / sums.count - mean * mean)),
+        .peak = 1e3 * sums.peak,
+        .speed_mean = sums.speed / sums.count / RPM,
+    };
 }
 
 #endif

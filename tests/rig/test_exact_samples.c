@@ -67,12 +67,15 @@ static double largest_sample_error(rig_t *rig, uint32_t periods)
 /* ---- the timing convention ---- */
 
 /* Each device at once and without drop; what the dead time costs comes back as turn-off delay, on both sides:
- * plant and firmware's compensation. */
+ * plant and firmware's compensation. The firmware trims no offsets: a turn is no whole number of samples, of
+ * which its mean of the EMF, and with it the current, feels a share. */
 static void make_inverter_ideal(rig_t *rig)
 {
-    static const char *const none[] = {"igbt_voltage",       "igbt_resistance",     "diode_voltage",
-                                       "diode_resistance",   "plant.turn_on_delay", "plant.current_zone",
-                                       "params.device_drop", "params.turn_on_delay"};
+    static const char *const none[] = {
+        "igbt_voltage",       "igbt_resistance",      "diode_voltage",
+        "diode_resistance",   "plant.turn_on_delay",  "plant.current_zone",
+        "params.device_drop", "params.turn_on_delay", "params.device_resistance",
+        "params.offset_trim"};
     for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
         run_put(rig, none[n], 0.0);
     }

@@ -252,9 +252,14 @@ static void test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle
     }
 }
 
-/* (13) corrected and its sampled counterpart: half a period of lag lies between them, another half with the
- * filter, and nothing as T goes to 0. What is left at 1500 r/min and T = 1e-4 is -0.48 mrad, with filter -1.5
- * (physics.md section 2); it falls with T^2. */
+/* (13) corrected and its sampled counterpart with k_f held: half a period of lag lies between them, another
+ * half with the filter, and nothing as T goes to 0. To first order in T, with z = 1 + j omega T - (omega
+ * T)^2/2 and a = 1 - d + d^2/2 put into the formula of lag.h, the observer of lag phi leads by
+ *
+ *     (omega T/2) (cos(phi)^2 - cos(phi) sin(phi) R/(omega L))
+ *
+ * and the filter by omega T/2; the next terms are smaller by (g T/L)(omega T) or so, 0.04 at T = 1e-4. At
+ * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (physics.md section 2). */
 static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes(void)
 {
     static const double cutoffs[] = {0.0, 2000.0};
@@ -264,28 +269,29 @@ static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanis
         smo_oracle_observer_t observer = {200.0, 1.0, cutoffs[n]};
         double k_f = 0.46;
         double g = 200.0 * k_f;
+        double tau = 0.0125 / (g + 0.95);
         double filter = cutoffs[n] > 0.0 ? omega / cutoffs[n] : 0.0;
-        double scale = 1.0;
         for (double period = 1e-4; period > 5e-8; period *= 0.1) {
             smo_oracle_case_t rig = {0.95, 0.0125, PSI, period, omega, 0.0, 0.0};
             smo_oracle_response_t continuous = smo_oracle_continuous(&rig, &observer, k_f);
             smo_oracle_response_t sampled = smo_oracle_response(&rig, &observer, k_f);
             /* k_c/(tau s + 1) by hand */
-            double tau = 0.0125 / (g + 0.95);
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, atan(omega * tau) + atan(filter), continuous.lag);
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, g / (g + 0.95) / hypot(1.0, omega * tau) / hypot(1.0, filter),
                                       continuous.attenuation);
-            double halves = cutoffs[n] > 0.0 ? 2.0 : 1.0;
+            double half = 0.5e3 * omega * period;
             double gap = 1e3 * (continuous.lag - sampled.lag);
-            double rest = gap - 1e3 * halves * 0.5 * omega * period;
-            printf("T %.0e ws %4.0f: continuous - sampled %.5f mrad, half periods apart %.5f\n", period,
-                   cutoffs[n], gap, rest);
-            if (scale == 1.0) {
-                TEST_ASSERT_DOUBLE_WITHIN(0.1, -known[n], rest < 0.0 ? -rest : rest);
+            double phi = atan(omega * tau);
+            double stages = cos(phi) * cos(phi) - cos(phi) * sin(phi) * 0.95 / (omega * 0.0125) +
+                            (cutoffs[n] > 0.0 ? 1.0 : 0.0);
+            printf("T %.0e ws %4.0f: continuous - sampled %.5f mrad = %.4f half periods, first order %.4f\n",
+                   period, cutoffs[n], gap, gap / half, stages);
+            TEST_ASSERT_DOUBLE_WITHIN(0.04 * period / 1e-4 + 1e-6, stages, gap / half);
+            if (period == 1e-4) {
+                double halves = cutoffs[n] > 0.0 ? 2.0 : 1.0;
+                TEST_ASSERT_DOUBLE_WITHIN(0.1, known[n], gap - halves * half);
             }
-            check_below(fabs(rest), 1.6 * scale * fabs(known[n]) + 1e-9, "beyond half a period");
             TEST_ASSERT_DOUBLE_WITHIN(0.02 * period / 1e-4, continuous.attenuation, sampled.attenuation);
-            scale *= 0.01;
         }
     }
 }
@@ -459,24 +465,26 @@ static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
 
 /* ---- 3. sign ---- */
 
+/* A conventional loop, as in the paper: |v| of the unfiltered sign is k_s sqrt 2 whatever the EMF, no speed
+ * for a feed-forward. Chatter is chaotic, so only sizes are known: SD 20 to 45 mrad with a filter. */
 static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
 {
     static const double cutoffs[] = {0.0, 2000.0};
-    for (int n = 0; n < 2; n++) {
-        for (double way = -1.0; way <= 1.0; way += 2.0) {
-            estimator_params_t params = paper_params(LAG_EXACT);
-            params.smo.emf_cutoff = (float)cutoffs[n];
-            estimator_oracle_case_t rig = rig_of(0, way * 1000.0 * RAD_PER_RPM, way * RATED);
-            deviation_t sigmoid = settled(&params, &rig);
-            params.smo.switching = SMO_SIGN;
-            deviation_t sign = settled(&params, &rig);
-            printf("ws %4.0f %+.0f: sign mean %+.1f sd %.1f, sigmoid sd %.3f mrad\n", cutoffs[n], way,
-                   sign.mean, sign.sd, sigmoid.sd);
-            check_below(20.0 * sigmoid.sd, sign.sd, "ratio");
-            /* locked, as in the reference study: -20 to +30 */
-            check_below(fabs(sign.mean), 100.0, "mean of the sign");
-            check_below(sign.sd, 200.0, "sd of the sign");
-        }
+    static const double rpm[] = {1000.0, 1003.0}; /* a whole number of samples a turn, and not */
+    for (int n = 0; n < 8; n++) {
+        double way = n % 2 ? -1.0 : 1.0;
+        estimator_params_t params = paper_params(LAG_EXACT);
+        tune(&params, 100.0, 0.0);
+        params.smo.emf_cutoff = (float)cutoffs[n / 4];
+        estimator_oracle_case_t rig = rig_of(0, way * rpm[n / 2 % 2] * RAD_PER_RPM, way * RATED);
+        deviation_t sigmoid = settled(&params, &rig);
+        params.smo.switching = SMO_SIGN;
+        deviation_t sign = settled(&params, &rig);
+        printf("ws %4.0f %+.0f r/min: sign mean %+.1f sd %.1f, sigmoid sd %.3f mrad\n", cutoffs[n / 4],
+               way * rpm[n / 2 % 2], sign.mean, sign.sd, sigmoid.sd);
+        check_below(20.0 * sigmoid.sd, sign.sd, "ratio");
+        check_below(fabs(sign.mean), 100.0, "mean of the sign");
+        check_below(sign.sd, 200.0, "sd of the sign");
     }
 }
 
@@ -594,50 +602,56 @@ static void test_wrong_flux_leaves_its_share_of_the_lag(void)
     }
 }
 
-/* 2 s at 1500 r/min, then 1 s down. psi_hat is off by exp(-2 s share) at most. */
+/* 2.2 s at 1500 r/min, then 0.9 s down. A psi_hat that moves is an acceleration to the loop: it rests while
+ * the detector is beyond 0.05, which makes d psi_hat/psi_hat at most 0.05 ki/omega a second, a fifth (B200)
+ * or a nineteenth (B100). */
 static void test_adapted_flux_leaves_little(void)
 {
     static const double shares[] = {2.0, 5.0};
-    for (int n = 0; n < 8; n++) {
+    for (int n = 0; n < 16; n++) {
         double wrong = n % 2 ? 1.1 : 0.9;
         double way = n / 2 % 2 ? -1.0 : 1.0;
-        double share = shares[n / 4];
+        double share = shares[n / 4 % 2];
+        bool slow = n / 8;
         estimator_params_t params = params_of(0);
-        tune(&params, 100.0, 25.0);
+        tune(&params, slow ? 100.0 : 200.0, slow ? 25.0 : 50.0);
         params.flux_linkage = (float)(wrong * PSI);
         params.flux_adaptation = (float)share;
         estimator_oracle_case_t rig = ramp_rig(way * 620.0, way * -RAMP);
         estimator_init(&est, &params);
         reset_near(&rig, -20000, 0.0, 0.0);
         (void)deviation(&rig, -19999, 20000 + RAMP_START - 1, 0);
-        double left = fabs(wrong - 1.0) * exp(-share * 2.2);
-        TEST_ASSERT_DOUBLE_WITHIN((left + 1e-3) * PSI, PSI, (double)est.flux_linkage);
+        double left = slow ? 0.01 : 0.1 * exp(-share * 2.0) + 5e-4;
+        TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)est.flux_linkage);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(est.flux_linkage * est.speed_per_volt));
         ramp_t r = ramp_from(&rig, RAMP_START);
-        printf("psi_hat from %.1f psi at %.0f rad/s: %.5f Wb, steady %+.2f, peak %.1f mrad\n", wrong, share,
-               (double)est.flux_linkage, r.steady, r.peak);
+        printf("psi_hat from %.1f psi at %.0f rad/s, wc %.0f: %.5f Wb, steady %+.2f, peak %.1f mrad\n", wrong,
+               share, slow ? 25.0 : 50.0, (double)est.flux_linkage, r.steady, r.peak);
         check_below(fabs(r.steady), 15.0, "steady");
         TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)est.flux_linkage);
     }
 }
 
-/* With the loop settled: psi_hat goes to psi like exp(-share t). The first 0.3 s are left out, in which the
- * means follow a wrong start of |e|. */
+/* With the loop settled: 1/psi_hat goes to 1/psi like exp(-rate t). To the loop a psi_hat that moves is an
+ * acceleration of rate times the error of F, which takes kp/ki of itself from the smooth speed, so that rate
+ * = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow a wrong start of |e|.
+ * The change per step is 10 to 25 last digits of 1/psi_hat: a hundredth. */
 static void test_flux_adapts_at_its_share(void)
 {
-    for (int n = 0; n < 2; n++) {
-        double wrong = n ? 1.2 : 0.8;
+    for (int n = 0; n < 4; n++) {
+        double wrong = n % 2 ? 1.02 : 0.98;
         estimator_params_t params = params_of(0);
         params.flux_linkage = (float)(wrong * PSI);
         params.flux_adaptation = 2.0f;
-        estimator_oracle_case_t rig = rig_of(0, 500.0, 2.0);
+        estimator_oracle_case_t rig = rig_of(0, n / 2 ? -500.0 : 500.0, 2.0);
         estimator_init(&est, &params);
         reset_near(&rig, 0, 0.0, 0.0);
         (void)deviation(&rig, 1, 3000, 0);
         double before = 1.0 / (double)est.flux_linkage - 1.0 / PSI;
         (void)deviation(&rig, 3001, 5000, 0);
         double after = 1.0 / (double)est.flux_linkage - 1.0 / PSI;
-        TEST_ASSERT_DOUBLE_WITHIN(0.02, exp(-1.0), after / before);
+        double rate = 2.0 / (1.0 - 2.0 * (double)params.pll.kp / (double)params.pll.ki);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, exp(-0.5 * rate), after / before);
     }
 }
 
@@ -844,10 +858,11 @@ static void test_reset_of_the_vector_form_goes_on_without_a_bump(void)
     check_reset(SMO_SIGMOID_VECTOR, 0.0f, 1.0);
 }
 
-static void test_reset_of_the_sigmoid_goes_on_without_a_bump(void)
+/* Its k_f starts from one sample instead of a mean over turns: 5 mrad of issue 4. */
+static void test_reset_of_the_sigmoid_goes_on_with_little(void)
 {
-    check_reset(SMO_SIGMOID, 2000.0f, 1.0);
-    check_reset(SMO_SIGMOID, 0.0f, 1.0);
+    check_reset(SMO_SIGMOID, 2000.0f, 5.0);
+    check_reset(SMO_SIGMOID, 0.0f, 5.0);
 }
 
 /* The same t_k again gives the start itself: rounding of the angle, and of what the lag mode adds. */
@@ -892,13 +907,15 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
     }
 }
 
-/* The sign's chatter is chaotic: two runs differ by as much as it is high. */
+/* The sign's chatter is chaotic: two runs differ by as much as it is high. Without feed-forward, to which the
+ * chatter's amplitude would be a speed. */
 static void test_reset_of_the_sign_stays_within_its_chatter(void)
 {
     static const double rpm[] = {500.0, 1000.0, 1500.0};
     for (int n = 0; n < 12; n++) {
         double way = n % 2 ? -1.0 : 1.0;
         estimator_params_t params = paper_params(LAG_EXACT);
+        tune(&params, 200.0, 0.0);
         params.smo.switching = SMO_SIGN;
         params.smo.emf_cutoff = 2000.0f;
         estimator_oracle_case_t rig = rig_of(0, way * rpm[n / 4] * RAD_PER_RPM, way * RATED);
@@ -1078,12 +1095,12 @@ static void test_integrators_end_at_their_limits(void)
 {
     for (double way = -1.0; way <= 1.0; way += 2.0) {
         estimator_params_t params = params_of(0);
-        params.torque_feedforward = 1e6f;
+        params.torque_feedforward = 1e4f;
         estimator_init(&est, &params);
         double largest = 0.0;
         for (int k = 0; k < 3000; k++) {
-            ab_t current = {-(float)way * 1e3f * est.pll.rotation.sin,
-                            (float)way * 1e3f * est.pll.rotation.cos};
+            ab_t current = {-(float)way * 100.0f * est.pll.rotation.sin,
+                            (float)way * 100.0f * est.pll.rotation.cos};
             check_finite(estimator_step(&est, (ab_t){0.0f, 0.0f}, current));
             largest = fmax(largest, way * (double)est.pll.feedforward.value);
         }
@@ -1114,23 +1131,25 @@ static validity_params_t limit_at(int n, double value)
 /* +1: at most this, -1: at least this. */
 static const double SIDE[] = {-1.0, 1.0, 1.0, 1.0, -1.0, 1.0};
 
-/* In a ramp, so that no sign is at rest: at 300 rad/s with a/ki = 0.05 and psi_hat 5 % off, too low for the
- * upper limit (there has to be more than the allowance of 20 rad/s) and too high for the lower one. */
+/* In a ramp, so that no sign is at rest: at 300 to 630 rad/s with a/ki = 0.05; psi_hat 15 % too large for the
+ * lower limit of the amplitude, which is at most 1, and a third too small for the upper, at least 1: between
+ * them an allowance of 10 rad/s either way. */
 static estimator_oracle_case_t validity_rig(double way)
 {
-    estimator_oracle_case_t rig = ramp_rig(way * 300.0, way * 0.05 * 6495.0);
-    return rig;
+    return ramp_rig(way * 300.0, way * 0.05 * 6495.0);
 }
 
 static estimator_params_t validity_params(int n)
 {
     estimator_params_t params = params_of(0);
     tune(&params, 200.0, 0.0);
-    params.flux_linkage = (float)(n == 1 ? PSI / 1.5 : PSI * 1.05);
+    params.smo.emf_cutoff = 0.0f;
+    params.flux_linkage = (float)(n == 1 ? PSI / 1.5 : PSI * 1.15);
     return params;
 }
 
-#define JUDGED 6000L
+#define JUDGED    6000L
+#define ALLOWANCE 10.0 /* [rad/s] */
 
 static void run_to_judged(int n, double way)
 {
@@ -1155,7 +1174,8 @@ static double judged(int n, double way)
     smo_oracle_case_t turning = {0.95, 0.0125, PSI, T, now.omega, 0.0, 0.0};
     smo_oracle_observer_t observer = {(double)params.smo.gain, (double)params.smo.slope, 0.0};
     double error = sqrt(smo_oracle_run(&turning, &observer, SMO_ORACLE_VECTOR, 300, 100).square);
-    const double values[] = {amplitude / speed, (amplitude - 20.0) / speed, ratio, error, speed, speed};
+    const double values[] = {
+        (amplitude + ALLOWANCE) / speed, (amplitude - ALLOWANCE) / speed, ratio, error, speed, speed};
     return values[n];
 }
 
@@ -1190,20 +1210,22 @@ static void test_at_its_limit_a_sign_still_holds(void)
         (void)step(&rig, JUDGED);
         double speed = (double)est.pll.omega_smooth;
         double amplitude = (double)est.pll.amplitude * (double)est.speed_per_volt;
-        const double values[] = {amplitude / speed,
-                                 (amplitude - 20.0) / speed,
+        const double values[] = {(amplitude + ALLOWANCE) / speed,
+                                 (amplitude - ALLOWANCE) / speed,
                                  fabs((double)est.pll.detector),
                                  sqrt((double)est.smo.error_square),
                                  speed,
                                  speed};
-        /* amplitude and current are products: six roundings */
-        static const double width[] = {4e-7, 4e-7, 1.2e-7, 4e-7, 1.2e-7, 1.2e-7};
+        /* Roundings of the products and of the middle of a range, whose other end is put at 2 and 750. */
+        static const double width[] = {2e-6, 2e-6, 1.2e-7, 4e-7, 4e-7, 4e-7};
         for (int m = -1; m <= 1; m++) {
-            if (m == 0 && (n == 0 || n == 1 || n == 3)) {
+            if (m == 0 && n != 2) {
                 continue;
             }
             est = before;
             params.validity = limit_at(n, values[n] * (1.0 - m * width[n] * SIDE[n]));
+            params.validity.amplitude_max = n == 0 ? 2.0f : params.validity.amplitude_max;
+            params.validity.speed_max = n == 4 ? 750.0f : params.validity.speed_max;
             estimator_retune(&est, &params);
             (void)step(&rig, JUDGED);
             TEST_ASSERT_EQUAL_UINT16(m > 0 ? BITS[n] : 0u, estimator_invalid(&est));
@@ -1861,7 +1883,7 @@ int main(void)
     RUN_TEST(test_pull_in_from_one_radian);
     RUN_TEST(test_pull_in_from_three_radians);
     RUN_TEST(test_reset_of_the_vector_form_goes_on_without_a_bump);
-    RUN_TEST(test_reset_of_the_sigmoid_goes_on_without_a_bump);
+    RUN_TEST(test_reset_of_the_sigmoid_goes_on_with_little);
     RUN_TEST(test_reset_gives_the_start_again_for_the_same_sample);
     RUN_TEST(test_reset_sees_that_a_period_has_passed);
     RUN_TEST(test_reset_of_the_other_machines_goes_on_without_a_bump);

@@ -154,10 +154,11 @@ static void expect_accepted_at(const char *field, float limit)
 
 static void test_a_sample_must_not_be_longer_than_half_the_windings_time_constant(void)
 {
-    params.motor_resistance = 62.4f; /* 12.5 mH / (2 x 100 us) = 62.5 ohm */
+    params.device_resistance = 0.5f;
+    params.motor_resistance = 61.9f; /* 12.5 mH / (2 x 100 us) = 62.5 ohm, of which the devices take 0.5 */
     TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.motor_resistance = 62.6f;
-    expect_rule("motor_resistance", 1e-3f, 62.5f);
+    params.motor_resistance = 62.1f;
+    expect_rule("motor_resistance", 1e-3f, 62.0f);
     expect_accepted_at("motor_resistance", why.max);
 }
 
@@ -204,10 +205,11 @@ static void test_observer_must_reach_the_largest_emf(void)
     expect_rule("observer_gain", 1.1f * 0.21f * 4.0f * 220.0f, 1e4f);
 }
 
-/* b k_s a_f/2 <= 1.2 with b = (1 - exp(-R T/L))/R = 7.97 mA/V: 301.1 V with a slope of 1. */
+/* b k_s a_f/2 <= 1.2 with b = (1 - exp(-R T/L))/R = 7.97 mA/V: 301.2 V with a slope of 1. */
 static void test_observer_must_not_ring(void)
 {
-    const float largest = (float)(1.2 / (0.5 * -expm1(-0.95 * 1e-4 / 0.0125) / 0.95));
+    const double resistance = 0.95 + 0.0215; /* of winding and devices */
+    const float largest = (float)(1.2 / (0.5 * -expm1(-resistance * 1e-4 / 0.0125) / resistance));
     params.observer_gain = 0.999f * largest;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.observer_gain = 1.001f * largest;
@@ -261,7 +263,8 @@ static void test_estimators_set_is_made_of_the_rows(void)
     params.observer_switching = SMO_SIGMOID;
     TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
     TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
-    TEST_ASSERT_EQUAL_FLOAT(0.95f, estimator.smo.resistance);
+    TEST_ASSERT_EQUAL_FLOAT(0.9715f, estimator.smo.resistance); /* 21.5 mohm of the devices */
+    TEST_ASSERT_EQUAL_FLOAT(0.9715f, params_resistance(&params));
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, estimator.smo.inductance);
     TEST_ASSERT_EQUAL_FLOAT(200.0f, estimator.smo.gain);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, estimator.smo.slope);

@@ -1,0 +1,380 @@
+#include "host_sim/lab/map.h"
+
+#include <assert.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/rig/rig.h"
+
+#define PI               3.14159265358979323846
+#define RPM              (2.0 * PI / 60.0) /* [rad/s] */
+#define MRAD             1e-3              /* [rad] */
+#define READY_PERIODS    10000u            /* [periods] offsets are measured by then, or never */
+#define LOCK_MRAD        250.0             /* limit of mean and SD */
+#define LOCK_SPEED       0.05              /* [-] of the reference */
+#define LOCK_RPM         10.0              /* [r/min] */
+#define INDUCTANCE_MAX   2.0               /* [mrad] */
+#define NO_EFFECT_MAX    0.3               /* [mrad] */
+#define CHANGES_MAX      12u
+#define CHANGES_OF_POINT 2u
+#define HOLD_PERIODS                                                                                         \
+    1000u /* [periods] current and estimator settle; five time constants of the PLL's bandwidth */
+#define FOLLOW_PERIODS 100u /* [periods] 15 time constants of the encoder's speed */
+#define THREADS_MAX    256u
+
+/* ---- what a point changes ---- */
+
+/* The row's value becomes factor times it plus shift. */
+typedef struct {
+    const char *row;
+    double factor; /* [-] */
+    double shift;  /* [unit of the row] */
+} change_t;
+
+typedef struct {
+    const char *name;
+    bool machine; /* a belief about the machine, meaningful with an ideal inverter too */
+    change_t changes[CHANGES_OF_POINT];
+} deviation_t;
+
+static const deviation_t deviations[MAP_DEVIATIONS] = {
+    [MAP_NOMINAL] = {"nominal", true, {{0}}},
+    [MAP_FLUX_LOW] = {"psi_f -10 %", true, {{"params.motor_flux_linkage", 0.9, 0.0}}},
+    [MAP_FLUX_HIGH] = {"psi_f +10 %", true, {{"params.motor_flux_linkage", 1.1, 0.0}}},
+    [MAP_RESISTANCE_LOW] = {"R -50 %", true, {{"params.motor_resistance", 0.5, 0.0}}},
+    [MAP_RESISTANCE_HIGH] = {"R +50 %", true, {{"params.motor_resistance", 1.5, 0.0}}},
+    [MAP_INDUCTANCE_LOW] =
+        {"L -20 %", true, {{"params.motor_inductance_d", 0.8, 0.0}, {"params.motor_inductance_q", 0.8, 0.0}}},
+    [MAP_INDUCTANCE_HIGH] =
+        {"L +20 %", true, {{"params.motor_inductance_d", 1.2, 0.0}, {"params.motor_inductance_q", 1.2, 0.0}}},
+    /* The drive's error voltage goes with dead_time + turn_on_delay - turn_off_delay; dead_time itself also
+     * sets the ePWM. */
+    [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_on_delay", 1.0, -0.5e-6}}},
+    [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
+    [MAP_OFFSET] = {"offset 50 mA", false, {{"plant.current_offset_a", 0.0, 0.05}}},
+    [MAP_NOISE] = {"noise 20 mA", false, {{"plant.current_noise", 0.0, 0.02}}},
+};
+
+/* Lists end at CHANGES_MAX or with an empty row. */
+static const change_t ideal_changes[CHANGES_MAX] = {
+    /* The arms switch off as late as the dead band lets the others switch on: no error voltage is left. */
+    {"plant.turn_on_delay", 0.0, 0.0},  {"plant.turn_off_delay", 0.0, 2.5e-6},
+    {"plant.igbt_voltage", 0.0, 0.0},   {"plant.igbt_resistance", 0.0, 0.0},
+    {"plant.diode_voltage", 0.0, 0.0},  {"plant.diode_resistance", 0.0, 0.0},
+    {"plant.current_zone", 0.0, 0.0},   {"plant.current_noise", 0.0, 0.0},
+    {"params.turn_on_delay", 0.0, 0.0}, {"params.turn_off_delay", 0.0, 2.5e-6},
+    {"params.device_drop", 0.0, 0.0},   {"rig.sensors", 0.0, 1.0},
+};
+static const change_t real_changes[CHANGES_MAX] = {
+    {"plant.current_offset_a", 0.0, 0.03}, /* after the calibration */
+    {"plant.current_gain_error_a", 0.0, 0.002},
+};
+
+static bool change(rig_t *rig, const change_t *changes, size_t count)
+{
+    for (size_t n = 0; n < count && changes[n].row != NULL; n++) {
+        const change_t *c = &changes[n];
+        if (!rig_put(rig, c->row, c->factor * rig_value(rig, c->row) + c->shift)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static double choice(const char *row, const char *name)
+{
+    return table_choice(rig_row_by_name(row), name);
+}
+
+/* The torque's current [A] at the point, as far as the drive may have it. */
+static double i_q_needed(rig_t *rig, const map_point_t *point)
+{
+    const double torque_per_ampere =
+        1.5 * rig_value(rig, "plant.pole_pairs") * rig_value(rig, "plant.flux_linkage");
+    const double needed = (point->load + rig_value(rig, "plant.friction_coulomb")) / torque_per_ampere;
+    return copysign(fmin(needed, rig_value(rig, "params.current_limit")), point->rpm);
+}
+
+/* The drive is ready, the bridge off. A dynamometer turns the rotor until the encoder, which starts the
+ * estimator, has followed and the drive gives the torque that the point asks for; then the speed control
+ * takes over from this current. A load that fell on the rotor all at once would stall it at 100 r/min. */
+static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point)
+{
+    const deviation_t *deviation = &deviations[point->deviation];
+    const double omega_m = point->rpm * RPM;
+    const bool changed = change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX) &&
+                         change(rig, deviation->changes, CHANGES_OF_POINT);
+    if (!changed || !rig_put(rig, "position_source", choice("position_source", "sensorless")) ||
+        !rig_put(rig, "start_speed", 0.0) || !rig_apply(rig) ||
+        !rig_put(rig, "plant.shaft_locked_speed", omega_m) || !rig_put(rig, "plant.shaft_locked", 1.0) ||
+        !rig_put(rig, "plant.load_torque", point->load)) {
+        return false;
+    }
+    rig_set_motion(rig, 0.0, omega_m);
+    rig_run(rig, FOLLOW_PERIODS);
+    if (!rig_put(rig, "mode", choice("mode", "current")) ||
+        !rig_put(rig, "i_q_request", i_q_needed(rig, point)) ||
+        !rig_put(rig, "enable", choice("enable", "on"))) {
+        return false;
+    }
+    rig_run(rig, HOLD_PERIODS);
+    return rig_put(rig, "speed_request", omega_m) && rig_put(rig, "mode", choice("mode", "speed")) &&
+           rig_put(rig, "plant.shaft_locked", 0.0);
+}
+
+/* ---- what a point measures ---- */
+
+enum { THETA_HAT_ERR, OMEGA_M, I_Q, TAPPED };
+static const char *const tapped[TAPPED] = {
+    [THETA_HAT_ERR] = "theta_hat_err", [OMEGA_M] = "true_omega_m", [I_Q] = "true_i_q"};
+
+typedef struct {
+    double mean, squares; /* of the angle's error [mrad], Welford's recurrence [mrad^2] */
+    double peak;          /* [mrad] */
+    double omega_m_sum;   /* [rad/s] */
+    double i_q_sum;       /* [A] */
+    uint32_t count;
+} window_t;
+
+static void take(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    window_t *w = context;
+    float value[TAPPED];
+    (void)period;
+    memcpy(value, slots, count * sizeof value[0]);
+
+    const double error = (double)value[THETA_HAT_ERR] / MRAD;
+    const double step = error - w->mean;
+    w->count++;
+    w->mean += step / w->count;
+    w->squares += step * (error - w->mean);
+    w->peak = fmax(w->peak, fabs(error));
+    w->omega_m_sum += (double)value[OMEGA_M];
+    w->i_q_sum += (double)value[I_Q];
+}
+
+static double theory_mrad(rig_t *rig, const map_point_t *point)
+{
+    if (!point->locked ||
+        (point->deviation != MAP_INDUCTANCE_LOW && point->deviation != MAP_INDUCTANCE_HIGH)) {
+        return (double)NAN;
+    }
+    const double d_l = rig_value(rig, "params.motor_inductance_q") - rig_value(rig, "plant.inductance_q");
+    return -atan(d_l * point->i_q / rig_value(rig, "plant.flux_linkage")) / MRAD;
+}
+
+static bool locked(rig_t *rig, const map_point_t *point)
+{
+    const int32_t on = table_choice(rig_row_by_name("state"), "operation_enabled");
+    return point->fault == 0 && (int32_t)rig_value(rig, "state") == on &&
+           fabs(point->mean_mrad) < LOCK_MRAD && point->sd_mrad < LOCK_MRAD &&
+           fabs(point->true_rpm - point->rpm) <= fmax(LOCK_SPEED * fabs(point->rpm), LOCK_RPM);
+}
+
+static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
+{
+    window_t w = {0};
+    uint32_t ids[TAPPED];
+    for (uint32_t n = 0; n < TAPPED; n++) {
+        ids[n] = rig_row_by_name(tapped[n])->id;
+    }
+    const table_row_t *state = rig_row_by_name("state");
+    const int32_t ready = table_choice(state, "ready");
+    if (!rig_put(rig, "fidelity", choice("fidelity", setup->averaged ? "averaged" : "switched")) ||
+        !rig_stop_when(rig, state->id, RIG_EQUAL, ready)) {
+        return false;
+    }
+    rig_run(rig, READY_PERIODS);
+    if (!rig_stop_when(rig, state->id, RIG_NEVER, 0.0) || !begin(rig, setup, point)) {
+        return false;
+    }
+    rig_run(rig, (uint32_t)(setup->settle / RIG_PERIOD_SECONDS + 0.5));
+    if (!rig_tap(rig, ids, TAPPED, 1u, take, &w)) {
+        return false;
+    }
+    rig_run(rig, map_window(setup, point->rpm));
+
+    point->mean_mrad = w.mean;
+    point->sd_mrad = sqrt(w.squares / w.count);
+    point->peak_mrad = w.peak;
+    point->true_rpm = w.omega_m_sum / w.count / RPM;
+    point->i_q = w.i_q_sum / w.count;
+    point->fault = (int32_t)rig_value(rig, "fault_reason");
+    point->locked = locked(rig, point);
+    point->theory_mrad = theory_mrad(rig, point);
+    return true;
+}
+
+static bool measure(const map_setup_t *setup, map_point_t *point, map_error_t *why)
+{
+    rig_t *rig = rig_create(setup->seed);
+    if (rig == NULL) {
+        snprintf(why->text, sizeof why->text, "no memory");
+        return false;
+    }
+    const bool measured = measure_on(rig, setup, point);
+    if (!measured) {
+        snprintf(why->text, sizeof why->text, "%s at %g r/min, %g N m: %s",
+                 map_deviation_name(point->deviation), point->rpm, point->load, rig_error(rig));
+    }
+    rig_free(rig);
+    return measured;
+}
+
+/* ---- all points ---- */
+
+map_setup_t map_setup_default(void)
+{
+    return (map_setup_t){
+        .speeds = {101.0, 307.0, 503.0, 1013.0, 1490.0},
+        .speed_count = 5,
+        .loads = {0.0, 5.0},
+        .load_count = 2,
+        .seed = 1,
+        .settle = 3.0,
+        .window = 3.0,
+    };
+}
+
+const char *map_deviation_name(map_deviation_t deviation)
+{
+    assert(deviation < MAP_DEVIATIONS);
+    return deviations[deviation].name;
+}
+
+static size_t lay_out(const map_setup_t *setup, map_point_t *points)
+{
+    size_t count = 0;
+    for (map_deviation_t d = MAP_NOMINAL; d < MAP_DEVIATIONS; d++) {
+        if (setup->ideal && !deviations[d].machine) {
+            continue;
+        }
+        for (size_t l = 0; l < setup->load_count; l++) {
+            for (size_t s = 0; s < 2u * setup->speed_count; s++) {
+                const double rpm = s < setup->speed_count ? -setup->speeds[setup->speed_count - 1u - s]
+                                                          : setup->speeds[s - setup->speed_count];
+                if (points != NULL) {
+                    points[count] = (map_point_t){.rpm = rpm, .load = setup->loads[l], .deviation = d};
+                }
+                count++;
+            }
+        }
+    }
+    return count;
+}
+
+size_t map_count(const map_setup_t *setup)
+{
+    return lay_out(setup, NULL);
+}
+
+uint32_t map_window(const map_setup_t *setup, double rpm)
+{
+    const double pole_pairs = (double)rig_row_by_name("plant.pole_pairs")->initial;
+    const double electrical = 60.0 / (fabs(rpm) * pole_pairs); /* [s] */
+    return (uint32_t)(ceil(setup->window / electrical) * electrical / RIG_PERIOD_SECONDS + 0.5);
+}
+
+typedef struct {
+    const map_setup_t *setup;
+    map_point_t *points;
+    size_t count;
+    atomic_size_t next; /* point that nobody has taken yet */
+    pthread_mutex_t lock;
+    bool failed;      /* behind the lock */
+    map_error_t *why; /* likewise, of the first failure */
+} work_t;
+
+static void *work_off(void *context)
+{
+    work_t *work = context;
+    for (size_t n = atomic_fetch_add(&work->next, 1u); n < work->count;
+         n = atomic_fetch_add(&work->next, 1u)) {
+        map_error_t why;
+        if (!measure(work->setup, &work->points[n], &why)) {
+            pthread_mutex_lock(&work->lock);
+            if (!work->failed) {
+                *work->why = why;
+                work->failed = true;
+            }
+            pthread_mutex_unlock(&work->lock);
+            atomic_store(&work->next, work->count); /* nobody need go on */
+        }
+    }
+    return NULL;
+}
+
+bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why)
+{
+    assert(setup->speed_count >= 1u && setup->speed_count <= MAP_SPEEDS_MAX);
+    assert(setup->load_count >= 1u && setup->load_count <= MAP_LOADS_MAX);
+    work_t work = {.setup = setup, .points = points, .count = lay_out(setup, points), .why = why};
+    atomic_init(&work.next, 0u);
+    pthread_mutex_init(&work.lock, NULL);
+
+    /* The calling thread works too; a thread that can not be had is done without. */
+    pthread_t helpers[THREADS_MAX];
+    unsigned helping = 0;
+    while (helping + 1u < threads && helping < THREADS_MAX &&
+           pthread_create(&helpers[helping], NULL, work_off, &work) == 0) {
+        helping++;
+    }
+    work_off(&work);
+    for (unsigned n = 0; n < helping; n++) {
+        pthread_join(helpers[n], NULL);
+    }
+    pthread_mutex_destroy(&work.lock);
+    return !work.failed;
+}
+
+/* ---- judgement ---- */
+
+/* NULL: the map has none. */
+static const map_point_t *nominal_of(const map_point_t *points, size_t count, const map_point_t *point)
+{
+    for (size_t n = 0; n < count; n++) {
+        if (points[n].deviation == MAP_NOMINAL && points[n].rpm == point->rpm &&
+            points[n].load == point->load) {
+            return &points[n];
+        }
+    }
+    return NULL;
+}
+
+static bool speaks_of(map_claim_t claim, map_deviation_t deviation)
+{
+    if (claim == MAP_CLAIM_INDUCTANCE) {
+        return deviation == MAP_INDUCTANCE_LOW || deviation == MAP_INDUCTANCE_HIGH;
+    }
+    return deviation == MAP_FLUX_LOW || deviation == MAP_FLUX_HIGH || deviation == MAP_RESISTANCE_LOW ||
+           deviation == MAP_RESISTANCE_HIGH;
+}
+
+map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t claim)
+{
+    map_verdict_t verdict = {.limit_mrad = claim == MAP_CLAIM_INDUCTANCE ? INDUCTANCE_MAX : NO_EFFECT_MAX};
+    for (size_t n = 0; n < count; n++) {
+        const map_point_t *point = &points[n];
+        const map_point_t *nominal = nominal_of(points, count, point);
+        if (!speaks_of(claim, point->deviation)) {
+            continue;
+        }
+        if (!point->locked || nominal == NULL || !nominal->locked) {
+            verdict.lost++;
+            continue;
+        }
+        const double added = claim == MAP_CLAIM_INDUCTANCE ? point->theory_mrad : 0.0;
+        const double distance = fabs(point->mean_mrad - nominal->mean_mrad - added);
+        verdict.judged++;
+        if (verdict.worst == NULL || distance > verdict.worst_mrad) {
+            verdict.worst = point;
+            verdict.worst_mrad = distance;
+        }
+    }
+    verdict.met = verdict.judged > 0u && verdict.lost == 0u && verdict.worst_mrad <= verdict.limit_mrad;
+    return verdict;
+}

@@ -1,5 +1,7 @@
 #include "control/dead_time.h"
 
+#include "math/bounds.h"
+
 /* 1/zone of a zone of no width: any current but 0 has its full sign [1/A]. */
 #define HARD_SIGN 1e30f
 
@@ -16,19 +18,6 @@ void dead_time_retune(dead_time_t *dead_time, const dead_time_params_t *params)
     dead_time->per_zone = params->current_zone > 0.0f ? 1.0f / params->current_zone : HARD_SIGN;
 }
 
-static float saturated(float value)
-{
-    if (value > 1.0f) {
-        return 1.0f;
-    }
-    return value < -1.0f ? -1.0f : value;
-}
-
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
-
 static float greater(float x, float y)
 {
     return x > y ? x : y;
@@ -42,17 +31,17 @@ static float lesser(float x, float y)
 dead_time_loss_t dead_time_loss(const dead_time_t *dead_time, ab_t current, float u_dc)
 {
     abc_t phases = frames_inverse_clarke(current);
-    float a = magnitude(phases.a);
-    float b = magnitude(phases.b);
-    float c = magnitude(phases.c);
+    float a = bounds_magnitude(phases.a);
+    float b = bounds_magnitude(phases.b);
+    float c = bounds_magnitude(phases.c);
 
     dead_time_loss_t loss;
     loss.leg = dead_time->volt_per_volt * u_dc + dead_time->drop;
     loss.smallest = lesser(lesser(a, b), c);
     loss.largest = greater(greater(a, b), c);
-    phases.a = loss.leg * saturated(phases.a * dead_time->per_zone);
-    phases.b = loss.leg * saturated(phases.b * dead_time->per_zone);
-    phases.c = loss.leg * saturated(phases.c * dead_time->per_zone);
+    phases.a = loss.leg * bounds_clamp(phases.a * dead_time->per_zone, 1.0f);
+    phases.b = loss.leg * bounds_clamp(phases.b * dead_time->per_zone, 1.0f);
+    phases.c = loss.leg * bounds_clamp(phases.c * dead_time->per_zone, 1.0f);
     loss.voltage = frames_clarke(phases);
     return loss;
 }

@@ -2,6 +2,8 @@
 
 #include <stdbool.h>
 
+#include "math/bounds.h"
+
 void offset_trim_init(offset_trim_t *trim, const offset_trim_params_t *params)
 {
     const ab_t none = {0.0f, 0.0f};
@@ -29,28 +31,18 @@ void offset_trim_reset(offset_trim_t *trim, ab_t offset)
     trim->offset = offset;
 }
 
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
-
-static float limited(float value)
-{
-    return value > TRIM_LIMIT ? TRIM_LIMIT : (value < -TRIM_LIMIT ? -TRIM_LIMIT : value);
-}
-
 static bool steady(const offset_trim_t *trim, float omega_e, ab_t current)
 {
     float square = current.alpha * current.alpha + current.beta * current.beta;
-    return magnitude(omega_e) > TRIM_SPEED_MIN &&
-           magnitude(omega_e - trim->omega) < TRIM_SPEED_DRIFT * magnitude(omega_e) &&
+    return bounds_magnitude(omega_e) > TRIM_SPEED_MIN &&
+           bounds_magnitude(omega_e - trim->omega) < TRIM_SPEED_DRIFT * bounds_magnitude(omega_e) &&
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
 
 ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e, ab_t current)
 {
     /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
-    bool turned = magnitude(theta_e - trim->theta_prev) > 3.14159265f;
+    bool turned = bounds_magnitude(theta_e - trim->theta_prev) > 3.14159265f;
     trim->theta_prev = theta_e;
     trim->sum.alpha += emf_hat.alpha;
     trim->sum.beta += emf_hat.beta;
@@ -58,8 +50,8 @@ ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float om
     if (turned && trim->count >= trim->window_periods) {
         if (steady(trim, omega_e, current)) {
             float share = trim->gain / (float)trim->count;
-            trim->offset.alpha = limited(trim->offset.alpha - share * trim->sum.alpha);
-            trim->offset.beta = limited(trim->offset.beta - share * trim->sum.beta);
+            trim->offset.alpha = bounds_clamp(trim->offset.alpha - share * trim->sum.alpha, TRIM_LIMIT);
+            trim->offset.beta = bounds_clamp(trim->offset.beta - share * trim->sum.beta, TRIM_LIMIT);
         }
         begin_window(trim, omega_e);
     }

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "math/angle.h"
+#include "math/bounds.h"
 #include "math/trig.h"
 
 #define CURRENT_RAIL                                                                                         \
@@ -135,18 +137,13 @@ bool drive_request(drive_t *drive, const requests_t *next, params_error_t *why)
     return true;
 }
 
-static bool within(float value, float limit)
-{
-    return value > -limit && value < limit; /* false for NaN */
-}
-
 /* A sample that is no measurement is replaced by the last good one; the return value says so. */
 static uint32_t take_samples(drive_t *drive, const drive_samples_t *samples)
 {
-    const bool good = within(samples->i_a, CURRENT_RAIL) && within(samples->i_b, CURRENT_RAIL) &&
-                      within(samples->u_dc, U_DC_LIMIT) &&
-                      within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
-                      within(samples->motor_temperature, TEMPERATURE_LIMIT);
+    const bool good = bounds_within(samples->i_a, CURRENT_RAIL) &&
+                      bounds_within(samples->i_b, CURRENT_RAIL) && bounds_within(samples->u_dc, U_DC_LIMIT) &&
+                      bounds_within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
+                      bounds_within(samples->motor_temperature, TEMPERATURE_LIMIT);
     if (good) {
         const float i_a = samples->i_a - drive->offset.a;
         const float i_b = samples->i_b - drive->offset.b;
@@ -239,7 +236,7 @@ static void calibrate(drive_t *drive, const drive_samples_t *samples, uint32_t b
     if (drive->state_periods >= SETTLE_PERIODS + (uint32_t)drive->params.calibration_periods) {
         drive->offset.c = -drive->offset.a - drive->offset.b;
         const float limit = drive->params.current_offset_max;
-        if (within(drive->offset.a, limit) && within(drive->offset.b, limit)) {
+        if (bounds_within(drive->offset.a, limit) && bounds_within(drive->offset.b, limit)) {
             enter(drive, DRIVE_READY);
         } else {
             enter_fault(drive, REASON_CURRENT_OFFSET);
@@ -255,7 +252,7 @@ static int32_t why_not_on(const drive_t *drive)
     if (drive->u_dc < drive->params.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }
-    if (sensorless(drive) && within(drive->omega_m, drive->params.start_speed)) {
+    if (sensorless(drive) && bounds_within(drive->omega_m, drive->params.start_speed)) {
         return REASON_TOO_SLOW;
     }
     return REASON_NONE;
@@ -337,7 +334,7 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
         }
         return GATES_KEEP;
     case DRIVE_QUICK_STOP:
-        if (enable == REQUEST_OFF || within(drive->omega_m, STANDSTILL)) {
+        if (enable == REQUEST_OFF || bounds_within(drive->omega_m, STANDSTILL)) {
             drive->stopped = 1u;
             enter(drive, DRIVE_READY);
             return GATES_OFF;
@@ -349,16 +346,6 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
     return GATES_OFF;
 }
 
-static float clamp(float value, float limit)
-{
-    return value > limit ? limit : (value < -limit ? -limit : value);
-}
-
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
-
 /* References of this period; in switched on they are zero, so that the gates come on without a current. */
 static dq_t references(drive_t *drive)
 {
@@ -367,9 +354,9 @@ static dq_t references(drive_t *drive)
         return (dq_t){0.0f, 0.0f};
     }
     const bool stopping = drive->state == DRIVE_QUICK_STOP;
-    const float i_d = clamp(drive->requests.i_d_request, limit);
+    const float i_d = bounds_clamp(drive->requests.i_d_request, limit);
     if (drive->requests.mode == MODE_CURRENT && !stopping) {
-        const float i_q = clamp(drive->requests.i_q_request, limit);
+        const float i_q = bounds_clamp(drive->requests.i_q_request, limit);
         speed_control_reset(&drive->speed_control, i_q);
         drive->omega_m_ref = drive->omega_m;
         return (dq_t){i_d, i_q};
@@ -382,7 +369,8 @@ static dq_t references(drive_t *drive)
 static abc_t control(drive_t *drive)
 {
     const float omega_e = drive->position.omega_e;
-    const rotation_t applied_at = trig_rotation(drive->position.theta_e + 1.5f * DRIVE_PERIOD * omega_e);
+    const rotation_t applied_at =
+        trig_rotation(angle_wrap(drive->position.theta_e + 1.5f * DRIVE_PERIOD * omega_e));
 
     drive->current_ref = references(drive);
     drive->voltage_ref =
@@ -410,9 +398,9 @@ static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
     const float missing = drive->omega_m_ref - drive->omega_m;
     const float doubtful = drive->params.doubtful_current;
     const float amplitude = drive->estimator.pll.amplitude;
-    if (within(drive->estimate.omega_e, DOUBT_SPEED) ||
-        !within(drive->estimator.pll.detector, DOUBT_DETECTOR) ||
-        !within(missing, DOUBT_SPEED_SHARE * magnitude(drive->omega_m))) {
+    if (bounds_within(drive->estimate.omega_e, DOUBT_SPEED) ||
+        !bounds_within(drive->estimator.pll.detector, DOUBT_DETECTOR) ||
+        !bounds_within(missing, DOUBT_SPEED_SHARE * bounds_magnitude(drive->omega_m))) {
         drive->doubt = 0u;
     } else if (loss->smallest < doubtful && doubtful < DOUBT_SHARE * loss->largest &&
                amplitude < DOUBT_EMF * loss->leg &&

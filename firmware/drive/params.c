@@ -116,19 +116,15 @@ bool params_estimator(const params_t *params, estimator_params_t *estimator)
                       DRIVE_PERIOD);
 }
 
-/* What the estimator's checks call by their own names, as rows. */
+/* Rules that the rows obey in their own names and units; what the estimator itself demands beyond these has
+ * the same unit here and there. */
 static const char *row_of(const char *field)
 {
     static const char *const names[][2] = {
-        {"resistance", "motor_resistance"},
-        {"inductance", "motor_inductance_q"},
-        {"period", "motor_resistance"},
         {"gain", "observer_gain"},
         {"slope", "observer_slope"},
+        {"emf_cutoff", "observer_emf_cutoff"},
         {"amplitude_floor", "motor_flux_linkage"},
-        {"flux_linkage", "motor_flux_linkage"},
-        {"torque_feedforward", "torque_feedforward"},
-        {"speed_min", "estimate_speed_min"},
     };
     for (uint32_t n = 0; n < sizeof names / sizeof names[0]; n++) {
         if (strcmp(names[n][0], field) == 0) {
@@ -142,13 +138,27 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
 {
     estimator_params_t estimator;
     const bool designed = params_estimator(params, &estimator);
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float share_max = ESTIMATOR_TORQUE_FEEDFORWARD_MAX * params->motor_inertia /
+                            (1.5f * pole_pairs * pole_pairs * params->motor_flux_linkage);
     if (!rule_holds(why, "motor_resistance",
                     "motor_resistance + device_resistance <= motor_inductance_q / (2 T_s)",
                     params->motor_resistance, 1e-3f,
                     0.5f * params->motor_inductance_q / DRIVE_PERIOD - params->device_resistance) ||
         !rule_holds(why, "feedforward_cutoff", "feedforward_cutoff <= 0.95 pll_bandwidth",
-                    params->feedforward_cutoff, 0.0f, 0.95f * params->pll_bandwidth)) {
+                    params->feedforward_cutoff, 0.0f, 0.95f * params->pll_bandwidth) ||
+        !rule_holds(why, "torque_feedforward",
+                    "0 with feedforward_cutoff = 0, else nothing forgets its error",
+                    params->torque_feedforward, 0.0f, params->feedforward_cutoff > 0.0f ? 2.0f : 0.0f) ||
+        !rule_holds(why, "torque_feedforward",
+                    "torque_feedforward 1.5 p^2 psi_f / motor_inertia <= 1e7 rad/s^2 per A",
+                    params->torque_feedforward, 0.0f, share_max)) {
         return false;
+    }
+    if (!(params->estimate_speed_min < params->overspeed_trip)) {
+        return refuse(why, table_by_name(&params_table, "estimate_speed_min"), REASON_CROSS_RULE,
+                      "estimate_speed_min < overspeed_trip", params->estimate_speed_min, 0.0f,
+                      params->overspeed_trip);
     }
     if (!designed) {
         return refuse(why, table_by_name(&params_table, "pll_bandwidth"), REASON_CROSS_RULE,

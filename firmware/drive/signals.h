@@ -55,9 +55,9 @@
     F(2057, e_beta, estimator.emf.beta, "V", "back-EMF at t_k, lag undone")                                  \
     F(2058, e_amplitude, estimator.pll.amplitude, "V", "its length")                                         \
     F(2059, k_f_alpha, estimator.smo.gain_axis.alpha, "1/A",                                                 \
-      "equivalent gain of the alpha axis; vector form: of both")                                             \
+      "equivalent gain of the alpha axis; the vector form has k_f alone")                                    \
     F(2060, k_f_beta, estimator.smo.gain_axis.beta, "1/A",                                                   \
-      "equivalent gain of the beta axis; vector form: of both")                                              \
+      "equivalent gain of the beta axis; the vector form has k_f alone")                                     \
     F(2061, k_f, estimator.smo.gain_mean, "1/A", "equivalent gain that the compensation uses")               \
     F(2062, i_err_alpha, estimator.smo.current_err.alpha, "A", "observed minus measured current")            \
     F(2063, i_err_beta, estimator.smo.current_err.beta, "A", "observed minus measured current")              \

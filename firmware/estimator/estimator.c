@@ -3,6 +3,7 @@
 #include <assert.h>
 
 #include "math/angle.h"
+#include "math/bounds.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -79,7 +80,8 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
         !within(why, "lag", (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
         !within(why, "flux_linkage", params->flux_linkage, 1e-4f, 10.0f) ||
         !within(why, "flux_adaptation", params->flux_adaptation, 0.0f, 100.0f) ||
-        !within(why, "torque_feedforward", params->torque_feedforward, 0.0f, 1e7f) ||
+        !within(why, "torque_feedforward", params->torque_feedforward, 0.0f,
+                ESTIMATOR_TORQUE_FEEDFORWARD_MAX) ||
         !validity_check(&params->validity, why)) {
         return false;
     }
@@ -144,6 +146,7 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     est->lag = (int32_t)params->lag;
     est->torque_feedforward = params->torque_feedforward;
     est->adaptation_share = params->flux_adaptation * period;
+    est->adapting = params->flux_adaptation > 0.0f;
     lowpass_retune(&est->emf_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     lowpass_retune(&est->speed_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     if (params->flux_linkage != est->flux_linkage_set || params->flux_adaptation == 0.0f) {
@@ -184,6 +187,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     lag_mode_t lag = (lag_mode_t)est->lag;
     float added = lag_angle(&est->smo, lag, start.omega_e) - lag_angle(&est->smo, LAG_EXACT, start.omega_e);
     pll_reset(&est->pll, (position_t){start.theta_e + added, start.omega_e});
+    pll_settle(&est->pll, bounds_magnitude(length));
     lowpass_reset(&est->emf_mean, length < 0.0f ? -length : length);
     lowpass_reset(&est->speed_mean, start.omega_e < 0.0f ? -start.omega_e : start.omega_e);
     est->emf = emf;
@@ -208,25 +212,21 @@ static bool of_reset(const estimator_t *est, ab_t voltage, ab_t current)
     return frames_park(emf, est->pll.rotation).d >= 0.0f;
 }
 
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
-
 /* Slow: psi_f = |e|/|omega_e|, both through the same low-pass, so that a ramp of the speed leaves no trace.
  */
 static void adapt_flux(estimator_t *est)
 {
-    float speed = magnitude(est->pll.omega_smooth);
+    float speed = bounds_magnitude(est->pll.omega_smooth);
     float emf_mean = lowpass_step(&est->emf_mean, est->pll.amplitude);
     float speed_mean = lowpass_step(&est->speed_mean, speed);
-    if (speed < ESTIMATOR_ADAPTATION_SPEED || magnitude(est->pll.detector) > ESTIMATOR_ADAPTATION_DETECTOR) {
+    if (speed < ESTIMATOR_ADAPTATION_SPEED ||
+        bounds_magnitude(est->pll.detector) > ESTIMATOR_ADAPTATION_DETECTOR) {
         return;
     }
     float wanted = speed_mean * inverse_root(emf_mean * emf_mean);
     float change = est->adaptation_share * (wanted - est->speed_per_volt);
     float flux_linkage = est->flux_linkage * (1.0f - est->flux_linkage * change);
-    if (magnitude(flux_linkage - est->flux_linkage_set) > ADAPTATION_RANGE * est->flux_linkage_set) {
+    if (bounds_magnitude(flux_linkage - est->flux_linkage_set) > ADAPTATION_RANGE * est->flux_linkage_set) {
         return;
     }
     est->speed_per_volt += change;
@@ -234,13 +234,13 @@ static void adapt_flux(estimator_t *est)
     est->flux_linkage = flux_linkage * (2.0f - flux_linkage * est->speed_per_volt);
 }
 
-static void count_failures(estimator_t *est, uint32_t failing)
+static void count_failures(estimator_t *est, uint32_t signs)
 {
     uint32_t invalid = est->invalid & ~ESTIMATOR_SAMPLE;
     est->counting = 0u;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         uint32_t bit = UINT32_C(1) << n;
-        if ((failing & bit) != 0u) {
+        if ((signs & bit) != 0u) {
             est->count[n] += est->count[n] < est->debounce[n];
         } else {
             est->count[n] -= est->count[n] > 0u;
@@ -258,29 +258,27 @@ static void count_failures(estimator_t *est, uint32_t failing)
 
 static bool outside(float value, band_t band)
 {
-    return !(magnitude(value - band.middle) <= band.half);
+    return !(bounds_magnitude(value - band.middle) <= band.half);
+}
+
+/* The signs that fail in this period. */
+static uint32_t failing(const estimator_t *est, float speed, float speed_of_emf, band_t fitting)
+{
+    return (outside(speed_of_emf, fitting) ? ESTIMATOR_AMPLITUDE : 0u) |
+           (bounds_magnitude(est->pll.detector) > est->detector_max ? ESTIMATOR_DETECTOR : 0u) |
+           (est->smo.error_square > est->error_square_max ? ESTIMATOR_CURRENT : 0u) |
+           (outside(speed, est->speed) ? ESTIMATOR_SPEED : 0u);
 }
 
 static void judge(estimator_t *est)
 {
-    float speed = magnitude(est->pll.omega_smooth);
+    float speed = bounds_magnitude(est->pll.omega_smooth);
     float speed_of_emf = est->pll.amplitude * est->speed_per_volt;
     band_t fitting = {est->amplitude.middle * speed, est->amplitude.half * speed + AMPLITUDE_ALLOWANCE};
-    uint32_t failing = 0u;
-    if (outside(speed_of_emf, fitting)) {
-        failing |= ESTIMATOR_AMPLITUDE;
-    }
-    if (outside(est->pll.detector, (band_t){0.0f, est->detector_max})) {
-        failing |= ESTIMATOR_DETECTOR;
-    }
-    if (est->smo.error_square > est->error_square_max) {
-        failing |= ESTIMATOR_CURRENT;
-    }
-    if (outside(speed, est->speed)) {
-        failing |= ESTIMATOR_SPEED;
-    }
-    if ((failing | est->counting) != 0u) {
-        count_failures(est, failing);
+    if (est->counting != 0u || outside(speed_of_emf, fitting) ||
+        bounds_magnitude(est->pll.detector) > est->detector_max ||
+        est->smo.error_square > est->error_square_max || outside(speed, est->speed)) {
+        count_failures(est, failing(est, speed, speed_of_emf, fitting));
     }
 }
 
@@ -318,7 +316,7 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
         return pll_coast(&est->pll, 0.0f);
     }
     position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration_of(est, current));
-    if (est->adaptation_share > 0.0f) {
+    if (est->adapting != 0u) {
         adapt_flux(est);
     }
     judge(est);

@@ -35,6 +35,9 @@
  * voltage error that the observer has to take as well. */
 #define ESTIMATOR_GAIN_MARGIN 1.1f
 
+/* Largest K [rad/s^2 per A]. */
+#define ESTIMATOR_TORQUE_FEEDFORWARD_MAX 1e7f
+
 /* The flux adapts only when the EMF is large enough to be measured and the loop has settled. */
 #define ESTIMATOR_ADAPTATION_SPEED    60.0f /* [rad/s] */
 #define ESTIMATOR_ADAPTATION_DETECTOR 0.05f /* [-] */
@@ -88,6 +91,7 @@ typedef struct {
     float flux_linkage_set;             /* psi_f of the parameters [Wb] */
     float torque_feedforward;           /* K [rad/s^2 per A] */
     float adaptation_share;             /* flux_adaptation T [-] */
+    uint32_t adapting;                  /* [-] 1: it is on */
     float period;                       /* T [s] */
     /* coefficients and state */
     smo_t smo;

@@ -94,15 +94,15 @@ static complex_t undoing_of_paper(const smo_t *smo, lag_mode_t mode, float omega
 /* Of the observer alone, to be multiplied by its current error. */
 static complex_t undoing_of_observer(const smo_t *smo, float omega_e)
 {
-    float h = limited(omega_e * smo->half_period);
+    float h = omega_e * smo->half_period;
     float square = h * h;
     float t = h * (TAN_1 + square * (TAN_3 + square * TAN_5));
-    float lead = h * (smo->hold_lead + square * smo->hold_lead_rise);
+    float lead = h * smo->hold_lead;
 
     float g = smo->gain * smo->gain_mean;
     float size = 1.0f - square * smo->hold_size_observer;
     float real = size * (g + smo->resistance);
-    float imag = size * (smo->lag_resistance - g) * t;
+    float imag = size * t * (smo->lag_resistance - g);
     complex_t vector = {real + lead * imag, imag - lead * real};
     return vector;
 }

@@ -45,7 +45,8 @@ float lag_attenuation(const smo_t *smo, float omega_e);
  *
  *     e = ((g + R) + j (2/b - R - g) t) e^(-j lead) (current error) size
  *
- * The vector form: straight line, no division. Per axis, with the power-weighted k_f: one division.
+ * Within 1e-5 rad and 1e-4 of its length up to |omega_e| T = 0.3, 1e-3 each up to LAG_TURN_LIMIT; beyond it
+ * finite. The vector form: straight line, no division. Per axis, with the power-weighted k_f: one division.
  * The other modes take the filtered e_hat, turn it by lag_angle() and divide by lag_attenuation(): three
  * divisions, a sine, a cosine and an arc tangent. */
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e);

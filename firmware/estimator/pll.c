@@ -3,6 +3,7 @@
 #include <assert.h>
 
 #include "math/angle.h"
+#include "math/bounds.h"
 #include "math/exponential.h"
 #include "math/root.h"
 #include "math/trig.h"
@@ -11,19 +12,6 @@
 #define EMF_LARGEST 1.0e15f
 
 #define DESIGN_ITERATIONS 24
-
-static float clamp(float value, float limit)
-{
-    if (value > limit) {
-        return limit;
-    }
-    return value < -limit ? -limit : value;
-}
-
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
 
 static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
                    float max)
@@ -115,7 +103,7 @@ static void move(pll_t *pll, float omega_e)
 void pll_reset(pll_t *pll, position_t start)
 {
     bool has_feedforward = pll->feedforward.alpha > 0.0f;
-    float omega_e = clamp(start.omega_e, pll->speed_limit);
+    float omega_e = bounds_clamp(start.omega_e, pll->speed_limit);
     lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
     pll->integral = has_feedforward ? 0.0f : omega_e;
     place(pll, start.theta_e);
@@ -125,10 +113,15 @@ void pll_reset(pll_t *pll, position_t start)
     pll->detector = 0.0f;
     pll->amplitude = 0.0f;
     pll->emf = (dq_t){0.0f, 0.0f};
-    pll->emf_memory = 0.0f;
-    if (magnitude(omega_e) >= PLL_SIGN_SPEED) {
+    if (bounds_magnitude(omega_e) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
     }
+}
+
+void pll_settle(pll_t *pll, float amplitude)
+{
+    pll->emf = (dq_t){0.0f, pll->omega_smooth < 0.0f ? -amplitude : amplitude};
+    pll->amplitude = amplitude;
 }
 
 position_t pll_coast(pll_t *pll, float acceleration)
@@ -136,7 +129,7 @@ position_t pll_coast(pll_t *pll, float acceleration)
     position_t position = {pll->theta_e, pll->omega_smooth};
     move(pll, position.omega_e);
     float feedforward = pll->feedforward.value + pll->period * acceleration;
-    if (magnitude(feedforward) <= pll->speed_limit) {
+    if (bounds_magnitude(feedforward) <= pll->speed_limit) {
         lowpass_reset(&pll->feedforward, feedforward);
         pll->omega_smooth = pll->integral + feedforward;
     }
@@ -144,48 +137,54 @@ position_t pll_coast(pll_t *pll, float acceleration)
     return position;
 }
 
-/* The EMF in the frame of the loop, filtered; false: it is none and nothing has changed. */
-static bool take(pll_t *pll, ab_t emf)
+/* The EMF in the frame of the loop, filtered. */
+static dq_t filtered(const pll_t *pll, ab_t emf)
 {
     dq_t e = frames_park(emf, pll->rotation);
-    e.d += pll->emf_memory * (pll->emf.d - e.d);
-    e.q += pll->emf_memory * (pll->emf.q - e.q);
-    float square = e.d * e.d + e.q * e.q;
-    if (!(square <= EMF_LARGEST * EMF_LARGEST)) { /* a comparison that fails for a NaN too */
-        return false;
-    }
-    pll->emf = e;
-    pll->emf_memory = pll->emf_decay;
-    pll->emf_square = square;
-    return true;
+    e.d += pll->emf_decay * (pll->emf.d - e.d);
+    e.q += pll->emf_decay * (pll->emf.q - e.q);
+    return e;
+}
+
+static float square_of(dq_t e)
+{
+    return e.d * e.d + e.q * e.q;
 }
 
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
 {
-    (void)take(pll, emf);
+    dq_t e = filtered(pll, emf);
+    if (square_of(e) <= EMF_LARGEST * EMF_LARGEST) {
+        pll->emf = e;
+    }
     return pll_coast(pll, acceleration);
 }
 
 /* The detector's sign at low speed; from there on a start's direction is no longer needed. */
 static float soft_sign(pll_t *pll)
 {
-    if (magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
+    if (bounds_magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
     }
     if (pll->direction != 0.0f) {
         return pll->direction;
     }
-    return clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+    return bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+}
+
+/* F and I after this step, if one of them would leave its limits or is no number: as they should be then. */
+static void limit(pll_t *pll, float *feedforward, float *integral)
+{
+    if (!(bounds_magnitude(*feedforward) <= pll->speed_limit)) {
+        *feedforward = pll->feedforward.value;
+    }
+    *integral = bounds_clamp(*integral, 2.0f * pll->speed_limit);
 }
 
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    if (!take(pll, emf)) {
-        pll->amplitude = 0.0f;
-        return pll_coast(pll, acceleration);
-    }
-    dq_t e = pll->emf;
-    float square = pll->emf_square;
+    dq_t e = filtered(pll, emf);
+    float square = square_of(e);
     float inverse = inverse_root(square);
     float amplitude = square * inverse;
     if (amplitude < pll->amplitude_floor) {
@@ -193,29 +192,35 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
     }
 
     float omega_smooth = pll->omega_smooth;
-    float sign = omega_smooth < 0.0f ? -1.0f : 1.0f;
-    float signed_emf = sign * amplitude;
-    if (magnitude(omega_smooth) < PLL_SIGNED_SPEED) {
-        sign = soft_sign(pll);
+    float signed_emf = omega_smooth < 0.0f ? -amplitude : amplitude;
+    float detector = omega_smooth < 0.0f ? e.d * inverse : -e.d * inverse;
+    if (bounds_magnitude(omega_smooth) < PLL_SIGNED_SPEED) {
         signed_emf = e.q;
+        detector = -e.d * inverse * soft_sign(pll);
     }
-    float detector = -e.d * inverse * sign;
 
-    float before = pll->feedforward.value;
-    float feedforward =
-        lowpass_step(&pll->feedforward, signed_emf * speed_per_volt) + pll->period * acceleration;
-    if (!(magnitude(feedforward) <= pll->speed_limit)) {
-        feedforward = before;
+    float feedforward = pll->feedforward.value;
+    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
+    feedforward += pll->period * acceleration;
+    float integral = pll->integral + pll->ki_period * detector;
+    if (!(bounds_magnitude(feedforward) + bounds_magnitude(integral) <=
+          pll->speed_limit)) { /* or no number */
+        if (!(square <= EMF_LARGEST * EMF_LARGEST)) {
+            pll->amplitude = 0.0f;
+            return pll_coast(pll, acceleration);
+        }
+        limit(pll, &feedforward, &integral);
     }
-    lowpass_reset(&pll->feedforward, feedforward);
 
     position_t position;
     position.theta_e = pll->theta_e;
     position.omega_e = pll->integral + pll->kp * detector + feedforward;
 
     move(pll, position.omega_e);
-    pll->integral = clamp(pll->integral + pll->ki_period * detector, 2.0f * pll->speed_limit);
-    pll->omega_smooth = pll->integral + feedforward;
+    pll->emf = e;
+    lowpass_reset(&pll->feedforward, feedforward);
+    pll->integral = integral;
+    pll->omega_smooth = integral + feedforward;
     pll->detector = detector;
     pll->amplitude = amplitude;
     return position;

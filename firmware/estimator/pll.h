@@ -75,9 +75,7 @@ typedef struct {
     rotation_t rotation; /* its sine and cosine [-] */
     float integral;      /* I [rad/s] */
     dq_t emf;            /* in the frame of the loop, filtered [V] */
-    float emf_memory;    /* weight of the last EMF in the next [-]: emf_decay; 0 after a reset */
-    float omega_e;       /* whole frequency of the last step [rad/s]: the speed for lag_undo */
-    float emf_square;    /* its length squared [V^2] */
+    float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
@@ -118,6 +116,10 @@ void pll_reset(pll_t *pll, position_t start);
  *
  * Straight line, one sine and cosine, no division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
+
+/* After a reset: as if the filter had settled on an EMF of this amplitude [V] too. Without it the filter
+ * starts from zero and the feed-forward dips for some of its time constants. */
+void pll_settle(pll_t *pll, float amplitude);
 
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */

@@ -77,6 +77,7 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->half_slope = 0.5f * params->slope;
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
     smo->emf_share = 1.0f - smo->emf_decay;
+    smo->filtering = params->emf_cutoff > 0.0f;
     smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
     smo->half_period = 0.5f * params->period;
     smo->loop_gain_unit = smo->voltage_gain * params->gain;
@@ -106,7 +107,6 @@ static ab_t switch_vector(smo_t *smo, ab_t x, float square)
 {
     float k_f = smo->half_slope * tanh_ratio(smo->half_slope * smo->half_slope * square);
     float g = smo->gain * k_f;
-    smo->gain_axis = (ab_t){k_f, k_f};
     smo->gain_mean = k_f;
     return (ab_t){g * x.alpha, g * x.beta};
 }
@@ -241,7 +241,7 @@ ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
         v = switch_axes(smo, x, smo->mean_share);
     }
     smo->switched = v;
-    if (smo->emf_decay > 0.0f) {
+    if (smo->filtering != 0u) {
         v.alpha += smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
         v.beta += smo->emf_decay * (smo->emf_hat.beta - v.beta);
     }

@@ -81,6 +81,7 @@ typedef struct {
     float lag_resistance;     /* 2/b - R [ohm], lag.h */
     float filter_even;        /* 1 + 2 c/(1 - c), c = emf_decay [-], lag.h */
     float filter_odd;         /* 2 c/(1 - c) [-] */
+    uint32_t filtering;       /* [-] 1: there is a filter */
     int32_t switching;        /* smo_switching_t */
     /* state */
     ab_t current_hat;     /* i_hat at t_k [A] */
@@ -88,7 +89,7 @@ typedef struct {
     float error_square;   /* |x|^2 [A^2] */
     ab_t switched;        /* v [V], acts from t_k on */
     ab_t emf_hat;         /* e_hat at t_k [V] */
-    ab_t gain_axis;       /* k_f of each axis at t_k [1/A]; the vector form has one */
+    ab_t gain_axis;       /* k_f of each axis at t_k [1/A]; the vector form leaves it alone */
     float mean_product;   /* low-passed f x, both axes [A] */
     float mean_square;    /* low-passed x x, both axes [A^2] */
     float gain_mean;      /* k_f: power-weighted; vector form: of the sample [1/A] */

@@ -79,12 +79,14 @@ static inline void run_real(rig_t *rig)
     run_put(rig, "current_gain_error_b", 0.002);
 }
 
-/* From power-on to ready on a rotor that turns at this speed; friction takes none of it away. */
+/* From power-on to ready on a rotor that turns at this speed; friction waits, so that it keeps it. */
 static inline void run_to_ready_at(rig_t *rig, double rpm)
 {
+    const double friction = rig_value(rig, "friction_coulomb");
+    run_put(rig, "friction_coulomb", 0.0);
     rig_set_motion(rig, 0.0, rpm * RPM);
     run_to_ready(rig);
-    rig_set_motion(rig, 0.0, rpm * RPM);
+    run_put(rig, "friction_coulomb", friction);
 }
 
 /* The load is put on, or taken off, evenly over so many seconds: by a step at low speed the rotor would

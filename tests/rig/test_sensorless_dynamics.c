@@ -27,6 +27,9 @@
 #define PLATEAU_BEGIN    0.75 /* share of a speed change: the transient is over, the limit still holds */
 #define PLATEAU_END      0.85
 #define SETTLED_PERIODS  1000u /* the last 0.1 s */
+/* Where braking at the limit ends [r/min]. Leaving it, the speed control of the paper's gains undershoots by about
+ * 100 r/min: from 1500 to 100 r/min the rotor would come to a stop on the way. */
+#define SLOW 300.0
 #define SETTLING_SECONDS 3.0   /* of the offset trim, at 100 r/min */
 
 static rig_t *rig;
@@ -80,6 +83,7 @@ static void start(const drive_case_t *drive, double rpm)
     if (drive->real) {
         run_real(rig);
     }
+    run_seconds(rig, 0.01); /* the encoder, which the estimator starts from, sees the motion */
     run_on(rig, drive->direction * rpm);
     run_seconds(rig, 0.5);
     run_expect_no_fault(rig);
@@ -263,9 +267,9 @@ static void test_conventional_loop_is_late_by_acceleration_over_ki(void)
         start(&drive, 100.0);
         for (int32_t loaded = 0; loaded < 2; loaded++) {
             run_load(rig, loaded * RATED_TORQUE, 0.5);
-            const change_t up = change_speed(drive.direction * 1500.0, loaded == 0 ? 2.5 : 4.0);
+            const change_t up = change_speed(drive.direction * 1500.0, loaded == 0 ? 3.5 : 5.0);
             expect_lag_of_conventional_loop(loaded == 0 ? "up, no load" : "up, 5 N m", &drive, &up);
-            const change_t down = change_speed(drive.direction * 100.0, 2.5);
+            const change_t down = change_speed(drive.direction * SLOW, 3.0);
             expect_lag_of_conventional_loop(loaded == 0 ? "down, no load" : "down, 5 N m", &drive, &down);
         }
     }
@@ -299,8 +303,8 @@ static void test_feed_forward_loop_has_no_steady_error_while_accelerating(void)
                                     .bandwidth = n < 2 ? 100.0 : 200.0,
                                     .cutoff = n < 2 ? 25.0 : 50.0};
         start(&drive, 100.0);
-        const change_t up = change_speed(drive.direction * 1500.0, 2.5);
-        const change_t down = change_speed(drive.direction * 100.0, 2.5);
+        const change_t up = change_speed(drive.direction * 1500.0, 3.5);
+        const change_t down = change_speed(drive.direction * SLOW, 3.0);
         printf(
             "  feed-forward %.0f rad/s, omega_c %.0f, %s: up %.2f (peak %.1f), down %.2f (peak %.1f) mrad\n",
             drive.bandwidth, drive.cutoff, name_of(&drive), LATE(up.plateau), LATE(up.peak),
@@ -325,7 +329,7 @@ static void test_wrong_flux_linkage_leaves_its_share_of_the_conventional_lag(voi
         start(&drive, 100.0);
         run_seconds(rig, 0.5);
         const change_t up = change_speed(drive.direction * 1500.0, 3.0);
-        const change_t down = change_speed(drive.direction * 100.0, 2.5);
+        const change_t down = change_speed(drive.direction * SLOW, 3.0);
         const double share = 1.0 - 1.0 / (1.0 + drive.flux_error);
         const double up_expected = -asin(share * up.acceleration / (wn * wn));
         const double down_expected = -asin(share * down.acceleration / (wn * wn));
@@ -353,7 +357,7 @@ static void test_flux_adaptation_takes_the_lag_away_within_two_seconds(void)
         start(&drive, 1500.0); /* half a second */
         run_seconds(rig, 1.5);
         const double psi_f = rig_value(rig, "psi_f_hat");
-        const change_t down = change_speed(drive.direction * 100.0, 2.5);
+        const change_t down = change_speed(drive.direction * SLOW, 3.0);
         printf("  psi_f %+.0f %%, adaptation %.0f rad/s, %s: psi_f_hat %.5f Wb after 2 s, then down %.2f "
                "mrad (peak %.1f)\n",
                100.0 * drive.flux_error, drive.adaptation, name_of(&drive), psi_f, LATE(down.plateau),
@@ -457,7 +461,7 @@ static void test_steps_before_the_offset_trim_has_settled(void)
             paper_rig(true, n % 2 == 0 ? FORWARD : BACKWARD, n < 2 ? 0.0 : ALL_OF_IT, 0.0);
         start(&drive, 100.0);
         run_seconds(rig, 0.5);
-        const change_t up = change_speed(drive.direction * 1500.0, 2.5);
+        const change_t up = change_speed(drive.direction * 1500.0, 3.5);
         printf("  after 1 s at 100 r/min, %s, K %.0f: peak %.1f mrad\n", name_of(&drive), drive.torque_share,
                LATE(up.peak));
         expect_at_most("on the way up", 2.0, up.plateau);

@@ -17,23 +17,27 @@ typedef struct {
     double pole_pairs, resistance, inductance, flux_linkage; /* [-], [ohm], [H], [Wb] */
     double inertia, friction, load;                          /* [kg m^2], [N m], [N m] */
     double speed;                                            /* [rad/s] largest, mechanical */
+    double bandwidth;                                        /* [rad/s] of the speed control */
     double current, dc_voltage;                              /* [A] limit, [V] */
 } motor_t;
 
-/* The paper's Table I in its rig. */
-static const motor_t paper = {"paper", 4.0, 0.95, 12.5e-3, 0.183, 0.0636, 1.32, 5.0, 1500.0 * RPM, 10.0, 311.0};
+/* Table I in its rig. */
+static const motor_t paper = {"paper", 4.0, 0.95,         12.5e-3, 0.183, 0.0636,
+                              1.32,    5.0, 1500.0 * RPM, 8.0,     10.0,  311.0};
 
 /* Fast and light: omega_e T_s = 0.3 with one pole pair, 28648 r/min. */
-static const motor_t spindle = {"spindle", 1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 0.3, 3000.0, 10.0, 250.0};
+static const motor_t spindle = {"spindle", 1.0, 0.4,    0.6e-3, 0.03, 5e-5,
+                                0.03,      0.3, 3000.0, 40.0,   10.0, 200.0};
 
-/* The same frequency from many poles; hardly any inductance. */
-static const motor_t hub = {"hub", 15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 2.5, 200.0, 12.0, 120.0};
+/* The same frequency from many poles, and hardly any inductance. */
+static const motor_t hub = {"hub", 15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 2.5, 200.0, 20.0, 12.0, 100.0};
 
 /* Slow, with much of everything. */
-static const motor_t torque = {"torque", 20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 30.0, 13.0, 3.0, 400.0};
+static const motor_t direct = {"direct", 20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 30.0, 13.0, 20.0, 3.0, 400.0};
 
-/* Resistance rules: R T_s/L = 0.4 (the observer's limit is 0.5). */
-static const motor_t miniature = {"miniature", 2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 0.06, 1000.0, 1.5, 100.0};
+/* Resistance rules: R T_s/L = 0.4, where 0.5 is the observer's limit. */
+static const motor_t miniature = {"miniature", 2.0,  8.0,    2e-3, 0.02, 2e-5,
+                                  0.01,        0.06, 1000.0, 40.0, 1.5,  100.0};
 
 static void put_motor(rig_t *rig, const motor_t *m)
 {
@@ -66,9 +70,8 @@ static void put_motor(rig_t *rig, const motor_t *m)
         {"overspeed_trip", 1.15 * m->speed},
         {"start_speed", 0.05 * m->speed},
         {"estimate_speed_min", 0.02 * m->speed},
-        /* bandwidth of the speed control 8 rad/s, its corner a quarter of that: as the paper's */
-        {"speed_kp", 8.0 * m->inertia / torque_per_ampere},
-        {"speed_ki", 16.0 * m->inertia / torque_per_ampere},
+        {"speed_kp", m->bandwidth * m->inertia / torque_per_ampere},
+        {"speed_ki", 0.25 * m->bandwidth * m->bandwidth * m->inertia / torque_per_ampere},
         {"observer_gain", gain},
         {"observer_slope", slope},
         /* the error at 96 % of k_s */
@@ -79,14 +82,19 @@ static void put_motor(rig_t *rig, const motor_t *m)
     }
 }
 
-/* A motor in the loop: as many rows changed as the case wants, then a point is driven to and measured. */
+/* ---- points ---- */
+
 typedef struct {
     const char *name;
     double value;
 } change_t;
 
-static run_error_t measure(const motor_t *m, double fidelity, const change_t *changes, size_t count, double rpm,
-                           double load)
+#define AVERAGED 1.0
+#define SWITCHED 0.0
+
+/* Rows are changed, the motor is driven to a point, and what the estimate is off there is measured. */
+static run_error_t measure(const char *what, const motor_t *m, double fidelity, const change_t *changes,
+                           size_t count, double rpm, double load)
 {
     rig_t *rig = rig_create(7);
     TEST_ASSERT_NOT_NULL(rig);
@@ -105,20 +113,197 @@ static run_error_t measure(const motor_t *m, double fidelity, const change_t *ch
     }
     run_seconds(rig, 1.5);
     const run_error_t err = run_error(rig, 1.5);
-    printf("%s %.0f r/min, %g N m: mean %.3f, SD %.3f, peak %.3f mrad, speed %.1f r/min\n", m->name, rpm, load,
-           err.mean, err.sd, err.peak, err.speed_mean);
+    printf("%s, %s, %.0f r/min, %g N m: mean %.3f, SD %.3f, peak %.3f mrad\n", m->name, what, rpm, load,
+           err.mean, err.sd, err.peak);
     run_expect_no_fault(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(rpm) + 0.5, rpm, err.speed_mean);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(rpm), rpm, err.speed_mean);
     rig_free(rig);
     return err;
 }
 
-static void probe(void){
- const motor_t *all[]={&paper,&spindle,&hub,&torque,&miniature};
- for(int f=1;f>=0;f--) for(size_t m=0;m<5;m++) for(int d=1;d>=-1;d-=2) for(int l=0;l<2;l++) for(int s=0;s<4;s++){
-  static const double share[]={1/15.,1/3.,2/3.,1.};
-  printf("%s ", f?"avg":"sw");
-  measure(all[m],f,NULL,0,d*share[s]*all[m]->speed/RPM,l?all[m]->load:0.0);
- }
+static void expect_within(double limit, double wanted, double value, const char *what)
+{
+    char message[120];
+    snprintf(message, sizeof message, "%s: %.3f mrad is not %.3f +- %.3f", what, value, wanted, limit);
+    TEST_ASSERT_TRUE_MESSAGE(fabs(value - wanted) <= limit, message);
 }
-int main(void){ UNITY_BEGIN(); RUN_TEST(probe); return UNITY_END(); }
+
+/* ---- the default: vector sigmoid, exact lag ---- */
+
+/* Both directions, with load and without. The limits are those that were asked for: the lag's algebra leaves
+ * nothing, the floats less than 0.1 mrad. */
+static void expect_no_error(const motor_t *m)
+{
+    static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
+    for (int32_t point = 0; point < 16; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const double load = (point & 2) != 0 ? m->load : 0.0;
+        const double rpm = direction * shares[point / 4] * m->speed / RPM;
+        const run_error_t err = measure("default", m, AVERAGED, NULL, 0, rpm, load);
+        expect_within(0.3, 0.0, err.mean, "mean");
+        expect_within(0.5, 0.0, err.peak, "peak");
+    }
+}
+
+static void test_paper_motor_from_100_to_1500_rpm(void)
+{
+    expect_no_error(&paper);
+}
+
+static void test_spindle_up_to_0_3_rad_per_sample(void)
+{
+    expect_no_error(&spindle);
+}
+
+static void test_hub_motor_up_to_0_3_rad_per_sample(void)
+{
+    expect_no_error(&hub);
+}
+
+static void test_slow_motor_of_large_inductance(void)
+{
+    expect_no_error(&direct);
+}
+
+static void test_motor_of_large_resistance(void)
+{
+    expect_no_error(&miniature);
+}
+
+/* With edges instead of mean voltages the "ideal" inverter is late by tau = 2.5 us, dead band and turn-off
+ * delay alike. The pulses of a period still end in it, so their volt-seconds are right, but they have tau
+ * less to decay: the observer sees u too large by R tau/L, of which j omega_e L i_q lies across the EMF,
+ *
+ *     mean = -R tau i_q/psi_f     whatever the speed
+ *
+ * 0.01 to 1.2 mrad here. The rest, of second order in R tau/L and from the ripple, stays below the limit of
+ * the averaged inverter. */
+static void test_late_edges_turn_the_estimate_by_what_theory_says(void)
+{
+    static const motor_t *const motors[] = {&paper, &spindle, &hub, &direct, &miniature};
+    for (int32_t point = 0; point < 20; point++) {
+        const motor_t *m = motors[point / 4];
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const double load = (point & 2) != 0 ? m->load : 0.0;
+        const double i_q = direction * (m->friction + load) / (1.5 * m->pole_pairs * m->flux_linkage);
+        const double wanted = -1e3 * m->resistance * 2.5e-6 * i_q / m->flux_linkage;
+        const run_error_t err =
+            measure("switched", m, SWITCHED, NULL, 0, direction * 0.8 * m->speed / RPM, load);
+        expect_within(0.1, wanted, err.mean, "mean");
+        expect_within(0.5 + fabs(wanted), 0.0, err.peak, "peak");
+    }
+}
+
+/* ---- the paper's configuration ---- */
+
+#define LAG_NONE      0.0
+#define LAG_PRINTED   1.0
+#define LAG_CORRECTED 2.0
+#define LAG_EXACT     3.0
+
+static run_error_t measure_paper(const char *what, double gain, double lag, double rpm, double load)
+{
+    const change_t changes[] = {
+        {"observer_switching", 1.0}, {"observer_emf_cutoff", 0.0}, {"observer_gain", gain},
+        {"observer_slope", 1.0},     {"lag_compensation", lag},
+    };
+    return measure(what, &paper, AVERAGED, changes, sizeof changes / sizeof changes[0], rpm, load);
+}
+
+static const double speeds[] = {100.0, 500.0, 1000.0, 1500.0};
+
+/* Four means, one for each speed, in both directions, with load and without. */
+static void expect_means(const char *what, double gain, double lag, const double wanted[4], double limit,
+                         double sd_limit)
+{
+    for (int32_t point = 0; point < 16; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const run_error_t err = measure_paper(what, gain, lag, direction * speeds[point / 4],
+                                              (point & 2) != 0 ? paper.load : 0.0);
+        expect_within(limit, direction * wanted[point / 4], err.mean, "mean");
+        TEST_ASSERT_TRUE(err.sd <= sd_limit);
+    }
+}
+
+/* Means of the reference study, physics of the describing function: with SD up to 1 mrad, the paper's
+ * harmonics. */
+static void test_paper_uncompensated(void)
+{
+    static const double wanted[] = {-3.1, -15.8, -33.1, -54.1};
+    expect_means("none", 200.0, LAG_NONE, wanted, 1.0, 1.0);
+}
+
+static void test_paper_corrected_leaves_half_a_sample(void)
+{
+    static const double wanted[] = {2.1, 10.4, 20.7, 31.1};
+    expect_means("corrected", 200.0, LAG_CORRECTED, wanted, 1.5, 1.0);
+}
+
+static void test_paper_exact_leaves_nothing(void)
+{
+    static const double wanted[] = {0.0, 0.0, 0.0, 0.0};
+    expect_means("exact", 200.0, LAG_EXACT, wanted, 0.5, 1.0);
+}
+
+static void test_paper_printed_over_compensates(void)
+{
+    for (int32_t point = 0; point < 4; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const run_error_t err = measure_paper("printed", 200.0, LAG_PRINTED, direction * 1500.0,
+                                              (point & 2) != 0 ? paper.load : 0.0);
+        expect_within(1.5, direction * 35.5, err.mean, "mean");
+    }
+}
+
+/* The 0.08 rad of the paper's Fig. 10 need k_s = 162 V with this timing. */
+static void test_paper_deviation_of_its_fig_10(void)
+{
+    for (int32_t point = 0; point < 4; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const run_error_t err = measure_paper("k_s 162 V", 162.0, LAG_NONE, direction * 1500.0,
+                                              (point & 2) != 0 ? paper.load : 0.0);
+        expect_within(3.0, direction * -80.0, err.mean, "mean");
+    }
+}
+
+/* ---- sign ---- */
+
+static run_error_t measure_switching(const char *what, double switching, double rpm, double load)
+{
+    const change_t changes[] = {{"observer_switching", switching}};
+    return measure(what, &paper, AVERAGED, changes, 1, rpm, load);
+}
+
+/* The mean is less than half a sample, omega_e T_s/2, which is what a switch that acts once per sample can be
+ * late or early by. At 1000 r/min a turn is 150 samples and the chatter locks to it, at 1013 it does not. */
+static void test_sign_chatters_where_the_sigmoid_rests(void)
+{
+    for (int32_t point = 0; point < 8; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const double load = (point & 2) != 0 ? paper.load : 0.0;
+        const double rpm = direction * (point / 4 > 0 ? 1013.0 : 1000.0);
+        const run_error_t sigmoid = measure_switching("sigmoid", 1.0, rpm, load);
+        const run_error_t sign = measure_switching("sign", 0.0, rpm, load);
+        expect_within(1e3 * 0.5 * RIG_PERIOD_SECONDS * paper.pole_pairs * fabs(rpm) * RPM, 0.0, sign.mean,
+                      "mean of the sign");
+        TEST_ASSERT_TRUE(sign.sd >= 20.0 * sigmoid.sd);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_paper_motor_from_100_to_1500_rpm);
+    RUN_TEST(test_spindle_up_to_0_3_rad_per_sample);
+    RUN_TEST(test_hub_motor_up_to_0_3_rad_per_sample);
+    RUN_TEST(test_slow_motor_of_large_inductance);
+    RUN_TEST(test_motor_of_large_resistance);
+    RUN_TEST(test_late_edges_turn_the_estimate_by_what_theory_says);
+    RUN_TEST(test_paper_uncompensated);
+    RUN_TEST(test_paper_corrected_leaves_half_a_sample);
+    RUN_TEST(test_paper_exact_leaves_nothing);
+    RUN_TEST(test_paper_printed_over_compensates);
+    RUN_TEST(test_paper_deviation_of_its_fig_10);
+    RUN_TEST(test_sign_chatters_where_the_sigmoid_rests);
+    return UNITY_END();
+}

@@ -179,6 +179,7 @@ static void test_every_tracking_loop_that_the_ranges_allow_is_stable(void)
     static const float bandwidth[] = {1.0f, 5.0f, 100.0f, 1000.0f, 5000.0f};
     static const float damping[] = {0.5f, 0.7f, 1.0f, 2.0f, 5.0f};
     static const float share[] = {0.0f, 0.1f, 0.5f, 0.9f, 0.9499f};
+    params.observer_emf_cutoff = 0.0f;
     for (int n = 0; n < 125; n++) {
         estimator_params_t estimator;
         params.pll_bandwidth = bandwidth[n % 5];
@@ -191,6 +192,29 @@ static void test_every_tracking_loop_that_the_ranges_allow_is_stable(void)
         const double b = (double)estimator.pll.ki * 1e-8;
         TEST_ASSERT_TRUE(b > 0.0 && fabs(1.0 - a + b) < 1.0 && 4.0 - 2.0 * a + b > 0.0);
     }
+}
+
+/* kp = 2 wn of the default loop, 104 rad/s: the filter in front of it shall be four times as fast. The
+ * paper's modes have their filter elsewhere. */
+static void test_emf_filter_must_be_faster_than_the_loop(void)
+{
+    pll_params_t loop;
+    memset(&loop, 0, sizeof loop);
+    TEST_ASSERT_TRUE(pll_design(&loop, 200.0f, 1.0f, 50.0f, 1e-4f));
+    TEST_ASSERT_FLOAT_WITHIN(1.0f, 104.0f, loop.kp);
+    params.observer_emf_cutoff = 4.001f * loop.kp;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.observer_emf_cutoff = 3.999f * loop.kp;
+    expect_rule("observer_emf_cutoff", 4.0f * loop.kp, 1e5f);
+    expect_accepted_at("observer_emf_cutoff", why.min);
+    params.pll_bandwidth = 210.0f; /* the same from the other side */
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("observer_emf_cutoff", why.field);
+    params.lag_compensation = LAG_CORRECTED;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.lag_compensation = LAG_EXACT;
+    params.observer_emf_cutoff = 0.0f; /* none */
+    TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
 /* 1.1 x 0.183 Wb x 4 x 220 rad/s = 177.144 V */
@@ -261,6 +285,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     params.motor_inductance_d = 10e-3f; /* the observer lives on L_q */
     params.lag_compensation = LAG_PRINTED;
     params.observer_switching = SMO_SIGMOID;
+    params.observer_emf_cutoff = 1800.0f;
     TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
     TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
     TEST_ASSERT_EQUAL_FLOAT(0.9715f, estimator.smo.resistance); /* 21.5 mohm of the devices */
@@ -268,7 +293,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, estimator.smo.inductance);
     TEST_ASSERT_EQUAL_FLOAT(200.0f, estimator.smo.gain);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, estimator.smo.slope);
-    TEST_ASSERT_EQUAL_FLOAT(2000.0f, estimator.smo.emf_cutoff);
+    TEST_ASSERT_EQUAL_FLOAT(1800.0f, estimator.smo.emf_cutoff);
     TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.smo.period);
     TEST_ASSERT_EQUAL_INT(SMO_SIGMOID, estimator.smo.switching);
     TEST_ASSERT_EQUAL_INT(LAG_PRINTED, estimator.lag);
@@ -377,6 +402,7 @@ int main(void)
     RUN_TEST(test_a_sample_must_not_be_longer_than_half_the_windings_time_constant);
     RUN_TEST(test_feedforward_must_be_slower_than_the_loop_that_it_is_part_of);
     RUN_TEST(test_every_tracking_loop_that_the_ranges_allow_is_stable);
+    RUN_TEST(test_emf_filter_must_be_faster_than_the_loop);
     RUN_TEST(test_observer_must_reach_the_largest_emf);
     RUN_TEST(test_observer_must_not_ring);
     RUN_TEST(test_slowest_valid_speed_must_lie_below_the_fastest);

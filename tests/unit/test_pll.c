@@ -329,7 +329,11 @@ static void test_check_accepts_exactly_the_stable_loops(void)
     int good = 0, bad = 0;
     for (int n = 1; n < 60; n++) {
         for (int m = 1; m < 60; m++) {
-            pll_params_t params = {(float)(0.083 * n / T), (float)(0.077 * m / (T * T)), 10.0f, 2.0f, 1e-4f};
+            pll_params_t params = {.kp = (float)(0.083 * n / T),
+                                   .ki = (float)(0.077 * m / (T * T)),
+                                   .feedforward_cutoff = 10.0f,
+                                   .amplitude_floor = 2.0f,
+                                   .period = 1e-4f};
             pll_oracle_t loop = oracle_of(&params, 1.0);
             double radius = pll_oracle_radius(&loop);
             params_error_t why;
@@ -365,7 +369,12 @@ static void check_field(pll_params_t params, const char *field, float value)
 
 static void test_check_names_the_broken_rule(void)
 {
-    const pll_params_t good = {161.0f, 6495.0f, 50.0f, 2.0f, 1e-4f};
+    const pll_params_t good = {.kp = 161.0f,
+                               .ki = 6495.0f,
+                               .feedforward_cutoff = 50.0f,
+                               .amplitude_floor = 2.0f,
+                               .period = 1e-4f,
+                               .emf_cutoff = 1e5f};
     pll_params_t p;
     check_field(good, NULL, 0.0f);
 #define TRY(member, value, expected)                                                                         \
@@ -390,6 +399,12 @@ static void test_check_names_the_broken_rule(void)
     TRY(kp, 20000.0f, NULL);
     TRY(kp, 20001.0f, "kp");
     TRY(kp, INFINITY, "kp");
+    TRY(emf_cutoff, 643.0f, "emf_cutoff"); /* 4 x 161 rad/s */
+    TRY(emf_cutoff, 644.0f, NULL);
+    TRY(emf_cutoff, 0.0f, NULL);
+    TRY(emf_cutoff, -1.0f, "emf_cutoff");
+    TRY(emf_cutoff, 1.01e5f, "emf_cutoff");
+    TRY(emf_cutoff, NAN, "emf_cutoff");
     TRY(amplitude_floor, 0.9e-3f, "amplitude_floor");
     TRY(amplitude_floor, 1.0e-3f, NULL);
     TRY(amplitude_floor, 1.0e4f, NULL);
@@ -464,6 +479,113 @@ static void test_without_an_emf_it_coasts(void)
         if (n >= 2) {
             TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.amplitude);
         }
+    }
+}
+
+/* In the frame of the loop the EMF stands still: a filter there neither turns nor shrinks it, not even one
+ * that is slower than the rotor; |e| within 3e-6. */
+static void test_emf_filter_makes_no_lag(void)
+{
+    for (int direction = -1; direction <= 1; direction += 2) {
+        pll_params_t params = design(50.0f, 0.0f);
+        pll_t pll;
+        params.emf_cutoff = 200.0f;
+        input(0, 0.0);
+        start(&pll, &params, 0.0, direction * SPEED);
+        pll_settle(&pll, (float)(PSI * SPEED));
+        run(&pll, direction, SPEED, 1.0, 5000);
+        for (int k = 0; k < 5000; k++) {
+            check_below(fabs(error_out[k]), tolerance(&params), "filtered, turning");
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(4e-6, 1.0, (double)pll.amplitude / (PSI * SPEED));
+    }
+}
+
+/* A step of 10 mrad: the linear loop with the filter between detector and loop filter, y = c y + (1 - c) e.
+ * At 4 kp, the slowest that is accepted, it is still damped: nothing is left after ten time constants. sin x
+ * as in check_responses. */
+static void test_emf_filter_is_in_front_of_the_loop(void)
+{
+    static const double times_kp[] = {4.0, 20.0};
+    for (int n = 0; n < 4; n++) {
+        pll_params_t params = design(200.0f, n < 2 ? 0.0f : 50.0f);
+        const double kp = (double)params.kp, ki = (double)params.ki;
+        params.emf_cutoff = (float)(1.00001 * times_kp[n % 2] * kp);
+        const double c = exp(-(double)params.emf_cutoff * T);
+        pll_t pll;
+        input(0, 0.01);
+        speed_in[0] = 0.0; /* the amplitude does not see the step */
+        start(&pll, &params, 0.0, SPEED);
+        pll_settle(&pll, (float)(PSI * SPEED));
+        run(&pll, 1.0, SPEED, 1.0, 3000);
+        double theta = 0.0, integral = 0.0, y = 0.0, feedforward = 0.0;
+        const double share = n < 2 ? 0.0 : 1.0 - exp(-50.0 * T);
+        double largest = 0.0;
+        for (size_t k = 0; k < 3000; k++) {
+            y = c * y + (1.0 - c) * (angle_in[k] - theta);
+            feedforward -= share * feedforward;
+            largest = fmax(largest, fabs(error_out[k] - (angle_in[k] - theta)));
+            theta += T * (integral + kp * y + feedforward);
+            integral += ki * T * y;
+        }
+        check_below(largest, 2e-6 + tolerance(&params), "filtered step");
+        check_below(fabs(error_out[2999]), 2e-6 + tolerance(&params), "settled");
+    }
+}
+
+/* Watched, an error of 0.1 rad is not worked off, but the filter learns it: of m periods it knows 1 - c^m. */
+static void test_watching_fills_the_filter_and_coasts(void)
+{
+    pll_params_t params = design(200.0f, 0.0f);
+    const double c = exp(-0.1);
+    params.emf_cutoff = 1000.0f;
+    for (int m = 0; m < 20; m += 3) {
+        pll_t pll;
+        start(&pll, &params, 0.0, SPEED);
+        pll_settle(&pll, (float)(PSI * SPEED));
+        for (int k = 0; k < 50; k++) {
+            (void)pll_step(&pll, emf_at(SPEED * k * T, SPEED), 0.0f, 0.0f);
+        }
+        const float smooth = pll.omega_smooth;
+        for (int k = 0; k < m; k++) {
+            position_t p = pll_watch(&pll, emf_at((double)pll.theta_e + 0.1, SPEED), 0.0f);
+            TEST_ASSERT_EQUAL_FLOAT(smooth, p.omega_e);
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector);
+        }
+        TEST_ASSERT_EQUAL_FLOAT(smooth, pll.omega_smooth);
+        if (m == 6) { /* what is no EMF teaches nothing */
+            (void)pll_watch(&pll, (ab_t){NAN, 1.0f}, 0.0f);
+            (void)pll_watch(&pll, (ab_t){0.0f, INFINITY}, 0.0f);
+        }
+        (void)pll_step(&pll, emf_at((double)pll.theta_e + 0.1, SPEED), 0.0f, 0.0f);
+        const double known = 1.0 - pow(c, m + 1.0);
+        const double sine = sin(0.1) * known, cosine = 1.0 - (1.0 - cos(0.1)) * known;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, sine / hypot(sine, cosine), (double)pll.detector);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, hypot(sine, cosine), (double)pll.amplitude / (PSI * SPEED));
+    }
+}
+
+/* After a reset the filter starts from nothing, or from what it is told to have settled on, in either
+ * direction; the direction of the EMF is right at once. */
+static void test_filter_starts_empty_or_settled(void)
+{
+    pll_params_t params = design(200.0f, 50.0f);
+    params.emf_cutoff = 1000.0f;
+    for (int n = 0; n < 4; n++) {
+        const double direction = n % 2 ? -1.0 : 1.0;
+        pll_t pll;
+        start(&pll, &params, 0.0, SPEED);
+        for (int k = 0; k < 50; k++) {
+            (void)pll_step(&pll, emf_at(SPEED * k * T, SPEED), 5.5f, 0.0f);
+        }
+        pll_reset(&pll, (position_t){2.0f, (float)(direction * 100.0)});
+        if (n >= 2) {
+            pll_settle(&pll, (float)(PSI * 100.0));
+        }
+        (void)pll_step(&pll, emf_at(2.0, direction * 100.0), (float)(1.0 / PSI), 0.0f);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, (double)pll.detector);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-6, n >= 2 ? 1.0 : 1.0 - exp(-0.1),
+                                  (double)pll.amplitude / (PSI * 100.0));
     }
 }
 
@@ -803,6 +925,10 @@ int main(void)
     RUN_TEST(test_detector_is_the_sine_of_the_error_at_any_amplitude);
     RUN_TEST(test_without_an_emf_it_coasts);
     RUN_TEST(test_coasting_keeps_its_limits);
+    RUN_TEST(test_emf_filter_makes_no_lag);
+    RUN_TEST(test_emf_filter_is_in_front_of_the_loop);
+    RUN_TEST(test_watching_fills_the_filter_and_coasts);
+    RUN_TEST(test_filter_starts_empty_or_settled);
     RUN_TEST(test_feedforward_takes_the_signed_emf_below_its_speed);
     RUN_TEST(test_sign_is_soft_around_zero_speed);
     RUN_TEST(test_reset_takes_its_direction_from_the_start_speed);

@@ -36,6 +36,9 @@ void app_read(drive_samples_t *samples)
     samples->flags = drive_flags(counts.flags);
 }
 
+/* A drive that rounds to other steps than the timer has would tell its observer the wrong voltage. */
+typedef char duty_steps_agree[(int)DRIVE_DUTY_COUNTS == HAL_PERIOD_COUNT ? 1 : -1];
+
 static uint16_t compare_of(float duty)
 {
     return (uint16_t)(duty * (float)HAL_PERIOD_COUNT + 0.5f);

@@ -365,6 +365,12 @@ static dq_t references(drive_t *drive)
     return (dq_t){i_d, speed_control_step(&drive->speed_control, drive->omega_m_ref, drive->omega_m)};
 }
 
+/* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
+static float whole_counts(float duty)
+{
+    return (float)(int32_t)(duty * DRIVE_DUTY_COUNTS + 0.5f) * (1.0f / DRIVE_DUTY_COUNTS);
+}
+
 /* Field-oriented control: references in, duties out. */
 static abc_t control(drive_t *drive)
 {
@@ -386,7 +392,8 @@ static abc_t control(drive_t *drive)
     drive->voltage = frames_park(
         (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
     current_control_applied(&drive->current_control, drive->voltage);
-    return modulated.duty;
+    return (abc_t){whole_counts(modulated.duty.a), whole_counts(modulated.duty.b),
+                   whole_counts(modulated.duty.c)};
 }
 
 /* Is the voltage of the last period too uncertain to track by? Around a zero crossing of a phase current the

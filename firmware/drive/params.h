@@ -13,8 +13,9 @@
 #include "math/params_error.h"
 
 /* The board's rates and sensor range: fixed by hardware and HAL, not parameters. */
-#define DRIVE_PERIOD        1e-4f /* T_s [s] */
-#define DRIVE_CURRENT_RANGE 20.0f /* [A] the current sensors' full scale, either sign */
+#define DRIVE_PERIOD        1e-4f   /* T_s [s] */
+#define DRIVE_DUTY_COUNTS   7500.0f /* [-] steps of a duty from 0 to 1 */
+#define DRIVE_CURRENT_RANGE 20.0f   /* [A] the current sensors' full scale, either sign */
 
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
 
@@ -95,7 +96,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "least EMF over psi_f omega_e of a valid estimate; 0: not judged")                                     \
     F(42, estimate_amplitude_max, "-", 1.5f, 1.0f, 100.0f, TABLE_LIVE,                                       \
       "largest EMF over psi_f omega_e of a valid estimate; 1: not judged")                                   \
-    F(43, estimate_detector_max, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                          \
+    F(43, estimate_detector_max, "-", 0.6f, 0.0f, 1.0f, TABLE_LIVE,                                          \
       "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
     F(44, estimate_current_max, "A", 4.0f, 0.0f, 100.0f, TABLE_LIVE,                                         \
       "largest current error of a valid estimate; 0: not judged")                                            \

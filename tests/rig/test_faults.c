@@ -110,6 +110,57 @@ static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runawa
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_OVERSPEED, rig_value(rig, "fault_reason"));
 }
 
+/* From rest there is no EMF to start on; brought to speed by somebody else, the same request starts it. */
+static void test_sensorless_start_from_rest_is_refused_until_the_rotor_turns(void)
+{
+    rig_free(rig);
+    rig = rig_create(34);
+    run_parameter(rig, "position_source", 1.0);
+    run_to_ready(rig);
+    run_on(rig, 300.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_TOO_SLOW, rig_value(rig, "refusal"));
+    rig_set_motion(rig, 0.5, 300.0 * RPM);
+    run_seconds(rig, 2.0);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "refusal"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 300.0, rig_value(rig, "true_omega_m") / RPM);
+}
+
+/* The shaft seizes: without EMF the estimated speed falls with the feed-forward's 50 rad/s below 12 rad/s in
+ * 61 ms, and 100 ms later the estimate counts as lost. */
+static void test_seized_shaft_loses_the_estimate_and_stops_the_drive(void)
+{
+    run_parameter(rig, "position_source", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, rig_value(rig, "theta_hat_err"));
+    const double period = rig_value(rig, "period");
+    run_put(rig, "shaft_locked", 1.0);
+    run_seconds(rig, 0.25);
+    TEST_ASSERT_DOUBLE_WITHIN(200.0, period + 1610.0, rig_value(rig, "fault_period"));
+    expect_stopped(REASON_ESTIMATE_SPEED);
+}
+
+/* A phase that breaks while the estimate drives: whatever is noticed first, the motor is let go. */
+static void test_open_phase_without_the_encoder_stops_the_drive(void)
+{
+    run_parameter(rig, "position_source", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+    run_put(rig, "open_phase_a", 1.0);
+    double peak = 0.0;
+    for (int n = 0; n < 20000; n++) {
+        rig_step(rig);
+        peak = fmax(peak, fabs(rig_value(rig, "true_i_b")));
+    }
+    printf("fault %g after %.4f s, largest current %.2f A\n", rig_value(rig, "fault_reason"),
+           (rig_value(rig, "fault_period") - rig_value(rig, "period")) * 1e-4 + 2.0, peak);
+    TEST_ASSERT_TRUE(peak < 16.0);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+}
+
 static void test_late_interrupt_is_noticed(void)
 {
     run_put(rig, "interrupt_delay", 99.5e-6); /* past the zero of the next period */
@@ -153,6 +204,18 @@ static void test_quick_stop_brings_the_motor_to_standstill(void)
     TEST_ASSERT_DOUBLE_WITHIN(2.1, 0.0, rig_value(rig, "true_omega_m"));
 }
 
+/* The last rad/s pass in 5 ms; the estimate is not blind for long enough to count as lost. */
+static void test_quick_stop_without_the_encoder_ends_ready_too(void)
+{
+    run_parameter(rig, "position_source", 1.0);
+    run_seconds(rig, 0.5);
+    run_put(rig, "enable", 2.0);
+    run_seconds(rig, 0.5);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_DOUBLE_WITHIN(2.1, 0.0, rig_value(rig, "true_omega_m"));
+}
+
 static void test_switching_on_at_speed_makes_no_current_surge(void)
 {
     run_put(rig, "enable", 0.0);
@@ -185,11 +248,15 @@ int main(void)
     RUN_TEST(test_hot_heat_sink);
     RUN_TEST(test_hot_motor);
     RUN_TEST(test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway);
+    RUN_TEST(test_sensorless_start_from_rest_is_refused_until_the_rotor_turns);
+    RUN_TEST(test_seized_shaft_loses_the_estimate_and_stops_the_drive);
+    RUN_TEST(test_open_phase_without_the_encoder_stops_the_drive);
     RUN_TEST(test_late_interrupt_is_noticed);
     RUN_TEST(test_interrupt_that_is_delayed_but_in_time_does_no_harm);
     RUN_TEST(test_open_phase_is_survived_without_overcurrent);
     RUN_TEST(test_offsets_of_the_sensors_are_measured_at_the_start);
     RUN_TEST(test_quick_stop_brings_the_motor_to_standstill);
+    RUN_TEST(test_quick_stop_without_the_encoder_ends_ready_too);
     RUN_TEST(test_switching_on_at_speed_makes_no_current_surge);
     return UNITY_END();
 }

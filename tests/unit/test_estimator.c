@@ -33,9 +33,12 @@ static const struct {
                 {0.2, 0.0008, 0.02, 3000.0},
                 {5.0, 0.03, 0.3, 1000.0},
                 {0.01, 0.0001, 0.008, 3000.0},
-                {30.0, 0.01, 0.05, 2000.0}};
+                {30.0, 0.01, 0.05, 2000.0},
+                {50.0, 0.01, 0.05, 6000.0}};
 
-#define MACHINE_COUNT ((int)(sizeof MACHINES / sizeof MACHINES[0]))
+/* The last is at the limits: R T/L = 0.5, omega T = 0.6. */
+#define MACHINE_COUNT ((int)(sizeof MACHINES / sizeof MACHINES[0]) - 1)
+#define EXTREME       MACHINE_COUNT
 
 static estimator_t est;
 
@@ -393,6 +396,78 @@ static void test_current_on_the_d_axis_does_not_matter(void)
     }
 }
 
+/* lag.h: within 1e-3 rad and 1e-3 of the length beyond omega T = 0.3. */
+static void check_extreme(double way)
+{
+    for (double part = 0.55; part < 1.01; part += 0.15) {
+        estimator_params_t params = params_of(EXTREME);
+        estimator_oracle_case_t rig = rig_of(EXTREME, way * part * MACHINES[EXTREME].omega_max, way * 2.0);
+        deviation_t d = settled(&params, &rig);
+        double length = hypot((double)est.emf.alpha, (double)est.emf.beta);
+        double ratio = length / fabs(rig.flux_linkage * rig.omega_start);
+        printf("omega T %.2f: mean %+.4f, peak %.4f mrad, length %+.1e\n", rig.omega_start * T, d.mean,
+               d.peak, ratio - 1.0);
+        check_below(d.peak, 1.0, "peak");
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, ratio);
+    }
+}
+
+static void test_ten_samples_a_turn_leave_a_milliradian_forward(void)
+{
+    check_extreme(1.0);
+}
+
+static void test_ten_samples_a_turn_leave_a_milliradian_backward(void)
+{
+    check_extreme(-1.0);
+}
+
+/* lag.h: within 1e-4 of the length up to omega T = 0.3, R T/L up to 0.5; the feed-forward is that length
+ * over psi_f. */
+static void check_length(double way)
+{
+    double worst = 0.0;
+    for (int n = 0; n <= EXTREME; n++) {
+        for (double part = 0.1; part < 1.01; part += 0.3) {
+            double omega = way * part * fmin(3000.0, MACHINES[n].omega_max);
+            estimator_params_t params = params_of(n);
+            estimator_oracle_case_t rig = rig_of(n, omega, 2.0);
+            (void)settled(&params, &rig);
+            double length = hypot((double)est.emf.alpha, (double)est.emf.beta);
+            double off = length / fabs(rig.flux_linkage * omega) - 1.0;
+            worst = fmax(worst, fabs(off));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, off);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)est.pll.amplitude / fabs(rig.flux_linkage * omega));
+        }
+    }
+    printf("length of the EMF within %.1e\n", worst);
+}
+
+static void test_emf_has_its_length_forward(void)
+{
+    check_length(1.0);
+}
+
+static void test_emf_has_its_length_backward(void)
+{
+    check_length(-1.0);
+}
+
+/* F stops half a last digit over omega_c T = 0.005 short: 2.4e-4 rad/s at 3000, less than 1e-6 of it. */
+static void test_feedforward_carries_the_whole_speed(void)
+{
+    for (int n = 0; n <= EXTREME; n++) {
+        for (double way = -1.0; way <= 1.0; way += 2.0) {
+            double omega = way * fmin(3000.0, MACHINES[n].omega_max);
+            estimator_params_t params = params_of(n);
+            estimator_oracle_case_t rig = rig_of(n, omega, 2.0);
+            (void)settled(&params, &rig);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)est.pll.feedforward.value / omega);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(omega), 0.0, (double)est.pll.integral);
+        }
+    }
+}
+
 /* ---- 2. the paper's configuration: numbers of physics.md section 2 and issue 4, after the PLL ---- */
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
@@ -485,6 +560,41 @@ static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
         check_below(20.0 * sigmoid.sd, sign.sd, "ratio");
         check_below(fabs(sign.mean), 100.0, "mean of the sign");
         check_below(sign.sd, 200.0, "sd of the sign");
+    }
+}
+
+/* (12) on each axis: k_f = 1/|x|, whichever the sign of x, and v = k_s k_f x. */
+static void test_gain_of_the_sign_is_one_over_the_error(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = paper_params(LAG_EXACT);
+        tune(&params, 100.0, 0.0);
+        params.smo.switching = SMO_SIGN;
+        estimator_oracle_case_t rig = rig_of(0, way * 500.0, 3.0);
+        (void)settled(&params, &rig);
+        for (long k = 11001; k < 11200; k++) {
+            (void)step(&rig, k);
+            const ab_t x = est.smo.current_err;
+            const double alpha = fmax(1e-3, fabs((double)x.alpha));
+            const double beta = fmax(1e-3, fabs((double)x.beta));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, alpha * (double)est.smo.gain_axis.alpha);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, beta * (double)est.smo.gain_axis.beta);
+        }
+    }
+}
+
+/* Four errors of the same lengths: from rest x = -i. */
+static void test_gain_of_the_sign_is_the_same_in_all_quadrants(void)
+{
+    estimator_params_t params = paper_params(LAG_EXACT);
+    params.smo.switching = SMO_SIGN;
+    for (int n = 0; n < 4; n++) {
+        smo_init(&est.smo, &params.smo);
+        ab_t current = {n % 2 ? -0.5f : 0.5f, n / 2 ? -2.0f : 2.0f};
+        ab_t v = smo_step(&est.smo, (ab_t){0.0f, 0.0f}, current);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, (double)est.smo.gain_axis.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, (double)est.smo.gain_axis.beta);
+        TEST_ASSERT_TRUE(v.alpha == (n % 2 ? 200.0f : -200.0f) && v.beta == (n / 2 ? 200.0f : -200.0f));
     }
 }
 
@@ -678,6 +788,46 @@ static void test_flux_rests_where_it_cannot_be_seen(void)
         double ratio = (double)est.flux_linkage / PSI;
         check_below(ratio, cases[n / 2].highest * 1.000001, "flux, highest");
         check_below(cases[n / 2].lowest * 0.999999, ratio, "flux, lowest");
+    }
+}
+
+/* The machine's flux is not that of the parameter: psi_hat goes half of it either way and not a step more. */
+static void flux_at_its_limit(double factor, double way)
+{
+    estimator_params_t params = params_of(0);
+    params.flux_adaptation = 5.0f;
+    estimator_oracle_case_t rig = rig_of(0, way * 300.0, 0.0);
+    rig.flux_linkage = factor * PSI;
+    estimator_init(&est, &params);
+    reset_near(&rig, 0, 0.0, 0.0);
+    (void)deviation(&rig, 1, 30000, 0);
+}
+
+static void test_flux_stops_at_half(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        flux_at_its_limit(0.4, way);
+        check_below(0.5 * PSI * (1.0 - 1e-6), (double)est.flux_linkage, "lowest");
+        check_below((double)est.flux_linkage, 0.501 * PSI, "highest");
+    }
+}
+
+static void test_flux_stops_at_one_and_a_half(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        flux_at_its_limit(2.0, way);
+        check_below((double)est.flux_linkage, 1.5 * PSI * (1.0 + 1e-6), "highest");
+        check_below(1.497 * PSI, (double)est.flux_linkage, "lowest");
+    }
+}
+
+static void test_flux_comes_back_from_its_limits(void)
+{
+    for (int n = 0; n < 2; n++) {
+        flux_at_its_limit(n ? 2.0 : 0.4, 1.0);
+        estimator_oracle_case_t rig = rig_of(0, 300.0, 0.0);
+        (void)deviation(&rig, 30001, 30000, 0);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3 * PSI, PSI, (double)est.flux_linkage);
     }
 }
 
@@ -905,6 +1055,46 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
             check_below(bump(&params, &rig, 4000 + 31 * n, n % 3 != 0), 1.0, "after the reset");
         }
     }
+}
+
+/* The observer's switching function is inverted where it is flat: EMF of 95 % of k_s, |x| of 3.7/slope. */
+static void test_reset_near_saturation_goes_on_without_a_bump(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = params_of(0);
+        params.smo.gain = 115.0f / 0.95f;
+        estimator_oracle_case_t rig = rig_of(0, way * 628.3, way * RATED);
+        check_below(bump(&params, &rig, 4000, false), 1.0, "after the reset");
+        check_below(bump(&params, &rig, 4000, true), 1.0, "after the reset");
+    }
+}
+
+/* What the filter makes of a fast EMF is in the preset, for the modes that leave it in the observer. At ten
+ * samples a turn lag.h allows a milliradian, and so does the reset. */
+static void check_fast_reset(double way)
+{
+    static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};
+    double worst = 0.0;
+    for (int n = 0; n < 12; n++) {
+        int machine = n % 2 ? EXTREME : 1;
+        estimator_params_t params = params_of(machine);
+        params.lag = modes[n / 4];
+        params.smo.emf_cutoff = n / 2 % 2 ? 600.0f : 2000.0f;
+        estimator_oracle_case_t rig = rig_of(machine, 0.98 * way * MACHINES[machine].omega_max, way * 2.0);
+        worst = fmax(worst, bump(&params, &rig, 4000 + 17 * n, n % 3));
+    }
+    printf("fast resets of the paper's modes: within %.3f mrad\n", worst);
+    check_below(worst, 2.0, "after the reset");
+}
+
+static void test_reset_at_high_speed_makes_the_filters_lag_forward(void)
+{
+    check_fast_reset(1.0);
+}
+
+static void test_reset_at_high_speed_makes_the_filters_lag_backward(void)
+{
+    check_fast_reset(-1.0);
 }
 
 /* The sign starts from no error and the cap's k_f: its first samples all lean to one side, 40 of them at k_s
@@ -1399,6 +1589,88 @@ static void test_reset_starts_validity_anew(void)
     }
 }
 
+/* ---- the EMF filter acts in the frame of the loop ---- */
+
+#define REST 0.81873075 /* exp(-2000 rad/s T): what is left of a step after one sample */
+
+/* In lock on 50 V, then one EMF that is longer or turned: the filter lets 1 - REST of it through. */
+static void check_filter(float d, float q)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = params_of(0);
+        estimator_init(&est, &params);
+        pll_reset(&est.pll, (position_t){0.4f, (float)(way * 50.0 / PSI)});
+        pll_settle(&est.pll, 50.0f);
+        float e_q = (float)way * 50.0f + q;
+        ab_t emf = {d * est.pll.rotation.cos - e_q * est.pll.rotation.sin,
+                    d * est.pll.rotation.sin + e_q * est.pll.rotation.cos};
+        (void)pll_step(&est.pll, emf, (float)(1.0 / PSI), 0.0f);
+        double through_d = (1.0 - REST) * (double)d;
+        double through_q = way * 50.0 + (1.0 - REST) * (double)q;
+        double length = hypot(through_d, through_q);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6, -way * through_d / length, (double)est.pll.detector);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * length, length, (double)est.pll.amplitude);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * 50.0, through_q, (double)est.pll.emf.q);
+    }
+}
+
+static void test_filter_lets_its_share_of_a_turn_through(void)
+{
+    check_filter(5.0f, 0.0f);
+    check_filter(-5.0f, 0.0f);
+}
+
+static void test_filter_lets_its_share_of_a_length_through(void)
+{
+    check_filter(0.0f, 5.0f);
+    check_filter(0.0f, -5.0f);
+}
+
+typedef struct {
+    double amplitude, detector, speed; /* SD [V], [-], [rad/s] */
+} noise_t;
+
+/* Of noise on the current, +-20 mA evenly. */
+static noise_t noise_behind(float emf_cutoff)
+{
+    estimator_params_t params = params_of(0);
+    params.smo.emf_cutoff = emf_cutoff;
+    estimator_oracle_case_t rig = rig_of(0, 200.0, 2.0);
+    (void)settled(&params, &rig);
+    uint32_t seed = UINT32_C(5);
+    double squares[3] = {0.0, 0.0, 0.0};
+    for (long k = 11001; k < 15001; k++) {
+        estimator_oracle_sample_t now;
+        estimator_oracle_sample(&rig, k, &now);
+        for (int axis = 0; axis < 2; axis++) {
+            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+            now.current[axis] += 0.02 * ((double)(seed >> 8) / 8388608.0 - 1.0);
+        }
+        position_t position = estimator_step(&est, as_float(now.voltage), as_float(now.current));
+        squares[0] += pow((double)est.pll.amplitude - PSI * 200.0, 2.0);
+        squares[1] += pow((double)est.pll.detector, 2.0);
+        squares[2] += pow((double)position.omega_e - 200.0, 2.0);
+    }
+    return (noise_t){sqrt(squares[0] / 4000.0), sqrt(squares[1] / 4000.0), sqrt(squares[2] / 4000.0)};
+}
+
+/* White noise behind the filter has sqrt((1 - c)/(1 + c)) = 0.32 of its SD, c = REST. That of the EMF is the
+ * current's difference from sample to sample, mostly, so less: a third at most. */
+static void test_filter_smooths_the_amplitude(void)
+{
+    check_below(noise_behind(2000.0f).amplitude, 0.33 * noise_behind(0.0f).amplitude, "SD of the amplitude");
+}
+
+static void test_filter_smooths_the_detector(void)
+{
+    check_below(noise_behind(2000.0f).detector, 0.33 * noise_behind(0.0f).detector, "SD of the detector");
+}
+
+static void test_filter_smooths_the_speed(void)
+{
+    check_below(noise_behind(2000.0f).speed, 0.33 * noise_behind(0.0f).speed, "SD of the speed");
+}
+
 /* ---- 9. parameters ---- */
 
 static estimator_params_t full_params(void)
@@ -1597,10 +1869,41 @@ static void test_check_passes_on_what_observer_and_loop_refuse(void)
     params.pll.kp = 3e4f;
     TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
     TEST_ASSERT_TRUE(named(why.field, "kp"));
+    /* 2/T + ki T/2 = 20000.134 */
+    params = full_params();
+    params.pll.kp = 20000.05f;
+    params.smo.emf_cutoff = 0.0f;
+    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
+    params.pll.kp = 20000.2f;
+    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
     params = full_params();
     params.pll.ki = -1.0f;
     TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
     TEST_ASSERT_TRUE(named(why.field, "ki"));
+}
+
+/* What the estimator is tuned by: -3 dB where it was asked for, by the polynomials (oracle); 24 steps of a
+ * Newton iteration in float leave 2e-5. */
+static void check_bandwidth(double damping)
+{
+    for (double cutoff = 0.0; cutoff < 0.95; cutoff += 0.3) {
+        pll_params_t params = {.amplitude_floor = 2.0f};
+        TEST_ASSERT_TRUE(pll_design(&params, 200.0f, (float)damping, (float)(200.0 * cutoff), (float)T));
+        pll_oracle_t loop = {(double)params.kp, (double)params.ki, 200.0 * cutoff, 1.0, T};
+        int crossings;
+        TEST_ASSERT_DOUBLE_WITHIN(200.0 * 2e-5, 200.0, pll_oracle_bandwidth(&loop, &crossings));
+        TEST_ASSERT_EQUAL_INT(1, crossings);
+    }
+}
+
+static void test_bandwidth_is_as_wished_for_little_damping(void)
+{
+    check_bandwidth(0.5);
+}
+
+static void test_bandwidth_is_as_wished_for_the_papers_damping(void)
+{
+    check_bandwidth(1.0);
 }
 
 static jmp_buf back;
@@ -1789,6 +2092,8 @@ static void check_mirror(int n)
                              : estimator_step(&mirrored, u_mirrored, current_mirrored);
         TEST_ASSERT_TRUE(p.theta_e == -q.theta_e && p.omega_e == -q.omega_e);
         TEST_ASSERT_TRUE(est.flux_linkage == mirrored.flux_linkage);
+        TEST_ASSERT_TRUE(est.smo.gain_axis.alpha == mirrored.smo.gain_axis.alpha);
+        TEST_ASSERT_TRUE(est.smo.gain_axis.beta == mirrored.smo.gain_axis.beta);
         TEST_ASSERT_EQUAL_UINT16(estimator_invalid(&est), estimator_invalid(&mirrored));
     }
 }
@@ -1839,6 +2144,39 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
     }
 }
 
+/* With the torque's share the speed goes on changing: 20 periods at 565 rad/s^2 without it are 1.1 mrad. */
+static void check_coast_in_ramp(double way)
+{
+    for (int n = 0; n < 2; n++) {
+        double a = n ? -RAMP : RAMP;
+        estimator_params_t params = params_of(0);
+        params.torque_feedforward = 69.0f;
+        estimator_oracle_case_t rig = ramp_rig(way * 600.0, way * a);
+        estimator_init(&est, &params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        (void)deviation(&rig, 1, RAMP_START + 4000, 0);
+        long k = RAMP_START + 4001;
+        double before = error_of(&rig, k, step(&rig, k));
+        for (long end = k + 20; k < end;) {
+            estimator_oracle_sample_t now;
+            estimator_oracle_sample(&rig, ++k, &now);
+            position_t position = estimator_coast(&est, as_float(now.voltage), as_float(now.current));
+            TEST_ASSERT_DOUBLE_WITHIN(0.1, before, error_of(&rig, k, position));
+            TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)position.omega_e);
+        }
+    }
+}
+
+static void test_coast_goes_on_with_the_torque_forward(void)
+{
+    check_coast_in_ramp(1.0);
+}
+
+static void test_coast_goes_on_with_the_torque_backward(void)
+{
+    check_coast_in_ramp(-1.0);
+}
+
 /* Whatever the voltage, the loop is not moved by it. */
 static void test_coast_does_not_track(void)
 {
@@ -1869,12 +2207,19 @@ int main(void)
     RUN_TEST(test_default_is_exact_for_a_machine_of_low_inductance);
     RUN_TEST(test_default_is_exact_for_a_machine_of_high_resistance);
     RUN_TEST(test_current_on_the_d_axis_does_not_matter);
+    RUN_TEST(test_ten_samples_a_turn_leave_a_milliradian_forward);
+    RUN_TEST(test_ten_samples_a_turn_leave_a_milliradian_backward);
+    RUN_TEST(test_emf_has_its_length_forward);
+    RUN_TEST(test_emf_has_its_length_backward);
+    RUN_TEST(test_feedforward_carries_the_whole_speed);
     RUN_TEST(test_paper_uncompensated_lags_as_published);
     RUN_TEST(test_paper_corrected_overcompensates_as_published);
     RUN_TEST(test_paper_printed_overcompensates_as_published);
     RUN_TEST(test_paper_with_the_exact_lag_has_no_deviation);
     RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
     RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
+    RUN_TEST(test_gain_of_the_sign_is_one_over_the_error);
+    RUN_TEST(test_gain_of_the_sign_is_the_same_in_all_quadrants);
     RUN_TEST(test_conventional_pll_lags_in_acceleration_by_a_over_ki);
     RUN_TEST(test_emf_filter_does_not_change_the_lag_in_acceleration);
     RUN_TEST(test_feedforward_leaves_nothing_in_acceleration);
@@ -1882,6 +2227,9 @@ int main(void)
     RUN_TEST(test_adapted_flux_leaves_little);
     RUN_TEST(test_flux_adapts_at_its_share);
     RUN_TEST(test_flux_rests_where_it_cannot_be_seen);
+    RUN_TEST(test_flux_stops_at_half);
+    RUN_TEST(test_flux_stops_at_one_and_a_half);
+    RUN_TEST(test_flux_comes_back_from_its_limits);
     RUN_TEST(test_flux_rests_while_the_detector_is_off);
     RUN_TEST(test_torque_feedforward_takes_the_error_away);
     RUN_TEST(test_error_of_a_swinging_speed_is_that_of_the_loop_alone);
@@ -1892,6 +2240,9 @@ int main(void)
     RUN_TEST(test_reset_gives_the_start_again_for_the_same_sample);
     RUN_TEST(test_reset_sees_that_a_period_has_passed);
     RUN_TEST(test_reset_of_the_other_machines_goes_on_without_a_bump);
+    RUN_TEST(test_reset_near_saturation_goes_on_without_a_bump);
+    RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_forward);
+    RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_backward);
     RUN_TEST(test_reset_of_the_sign_stays_locked);
     RUN_TEST(test_zero_inputs_stay_finite_and_are_not_valid);
     RUN_TEST(test_zero_error_vector_from_the_start_is_finite);
@@ -1911,6 +2262,11 @@ int main(void)
     RUN_TEST(test_sample_bit_is_not_debounced);
     RUN_TEST(test_lost_emf_is_noticed);
     RUN_TEST(test_reset_starts_validity_anew);
+    RUN_TEST(test_filter_lets_its_share_of_a_turn_through);
+    RUN_TEST(test_filter_lets_its_share_of_a_length_through);
+    RUN_TEST(test_filter_smooths_the_amplitude);
+    RUN_TEST(test_filter_smooths_the_detector);
+    RUN_TEST(test_filter_smooths_the_speed);
     RUN_TEST(test_check_names_each_field_value_and_range);
     RUN_TEST(test_check_refuses_what_is_no_lag_mode);
     RUN_TEST(test_check_refuses_a_gain_below_the_largest_emf);
@@ -1919,6 +2275,8 @@ int main(void)
     RUN_TEST(test_check_wants_speed_limits_in_order);
     RUN_TEST(test_check_wants_the_upper_amplitude_above_one_or_off);
     RUN_TEST(test_check_passes_on_what_observer_and_loop_refuse);
+    RUN_TEST(test_bandwidth_is_as_wished_for_little_damping);
+    RUN_TEST(test_bandwidth_is_as_wished_for_the_papers_damping);
     RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
     RUN_TEST(test_retune_keeps_the_state);
     RUN_TEST(test_retune_keeps_an_adapted_flux_while_it_is_meant);
@@ -1929,6 +2287,8 @@ int main(void)
     RUN_TEST(test_backward_is_the_mirror_of_forward_bit_for_bit);
     RUN_TEST(test_backward_is_the_mirror_of_forward_with_the_sign);
     RUN_TEST(test_coast_keeps_the_error_and_the_observer_going);
+    RUN_TEST(test_coast_goes_on_with_the_torque_forward);
+    RUN_TEST(test_coast_goes_on_with_the_torque_backward);
     RUN_TEST(test_coast_does_not_track);
     return UNITY_END();
 }

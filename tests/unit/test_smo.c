@@ -204,7 +204,6 @@ static void test_vector_form_turns_with_its_error(void)
         TEST_ASSERT_DOUBLE_WITHIN(3e-4, -200.0 * tanh(0.75) * cos(angle), (double)emf.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(3e-4, -200.0 * tanh(0.75) * sin(angle), (double)emf.beta);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(0.75) / 1.5, (double)smo_equivalent_gain(&smo));
-        TEST_ASSERT_TRUE(smo.gain_axis.alpha == smo.gain_axis.beta);
     }
 }
 
@@ -238,7 +237,9 @@ static void test_gains_without_error(void)
             TEST_ASSERT_TRUE(emf.alpha == 0.0f && emf.beta == 0.0f);
         }
         TEST_ASSERT_TRUE(smo_equivalent_gain(&smo) == expected);
-        TEST_ASSERT_TRUE(smo.gain_axis.alpha == expected && smo.gain_axis.beta == expected);
+        if (s != SMO_SIGMOID_VECTOR) { /* which has no axes */
+            TEST_ASSERT_TRUE(smo.gain_axis.alpha == expected && smo.gain_axis.beta == expected);
+        }
     }
 }
 

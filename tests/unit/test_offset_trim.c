@@ -1,0 +1,367 @@
+/* EMFs made of a turning vector and a constant: the constant is what an offset leaves, and what is found. */
+#include <complex.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "control/offset_trim.h"
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+#define GAIN   0.05f
+#define PERIOD 1e-4f
+#define WINDOW 1000 /* periods */
+
+static const offset_trim_params_t PARAMS = {.gain = GAIN, .period = PERIOD};
+static const ab_t NONE = {0.0f, 0.0f};
+static const ab_t CURRENT = {0.8f, -0.9f}; /* 1.2 A */
+
+/* A rotor as the drive sees it. */
+typedef struct {
+    offset_trim_t trim;
+    double theta;            /* [rad] not wrapped */
+    double samples_per_turn; /* negative: backwards */
+    double amplitude;        /* of the turning EMF [V] */
+    ab_t current;            /* [A] */
+    float omega;             /* [rad/s] what the trim is told */
+} rotor_t;
+
+static rotor_t rotor;
+
+static float omega_of(double samples_per_turn)
+{
+    return (float)(2.0 * PI / (samples_per_turn * 1e-4));
+}
+
+/* Not turning yet; its samples lie evenly around the wrap of the angle. */
+static void start(double samples_per_turn)
+{
+    memset(&rotor, 0x55, sizeof rotor);
+    rotor = (rotor_t){.theta = PI / samples_per_turn,
+                      .samples_per_turn = samples_per_turn,
+                      .amplitude = 60.0,
+                      .current = CURRENT,
+                      .omega = omega_of(samples_per_turn)};
+    offset_trim_init(&rotor.trim, &PARAMS);
+}
+
+/* 314 rad/s; five turns of 200 samples are a window. */
+void setUp(void)
+{
+    start(200.0);
+}
+
+void tearDown(void)
+{
+}
+
+static ab_t step(double complex constant)
+{
+    const double complex emf =
+        constant + rotor.amplitude * J * cexp(J * rotor.theta) * (rotor.samples_per_turn > 0.0 ? 1.0 : -1.0);
+    const double wrapped = rotor.theta - 2.0 * PI * floor(rotor.theta / (2.0 * PI) + 0.5);
+    const ab_t offset = offset_trim_step(&rotor.trim, (ab_t){(float)creal(emf), (float)cimag(emf)},
+                                         (float)wrapped, rotor.omega, rotor.current);
+    rotor.theta += 2.0 * PI / rotor.samples_per_turn;
+    return offset;
+}
+
+static ab_t steps(double complex constant, int32_t count)
+{
+    ab_t offset = rotor.trim.offset;
+    for (int32_t n = 0; n < count; n++) {
+        offset = step(constant);
+    }
+    return offset;
+}
+
+/* The window that a reset begins has no speed to compare with and ends without a change; the window after it
+ * begins where the angle wraps. */
+static void begin_window(void)
+{
+    int32_t n = 0;
+    do {
+        (void)step(0.0);
+        n++;
+    } while (rotor.trim.count != 0u && n < 4 * WINDOW);
+    TEST_ASSERT_EQUAL_UINT32(0u, rotor.trim.count);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.offset.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.offset.beta);
+}
+
+/* Sums stay below 16 kV and round by 2^-11 V at most; 1500 such errors, of either sign, make 0.02 V, gain
+ * over count of which is 7e-7 A. Three windows and a wide margin: */
+#define ROUNDING 6e-6
+
+static void expect_offset(double complex wanted, double tolerance, ab_t offset)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(tolerance, creal(wanted), (double)offset.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(tolerance, cimag(wanted), (double)offset.beta);
+}
+
+static const double complex CONSTANT = -0.31 + 0.17 * J;
+
+/* ---- what is found ---- */
+
+static void test_starts_with_no_offset(void)
+{
+    expect_offset(0.0, 0.0, rotor.trim.offset);
+}
+
+static void test_finds_the_constant_of_a_turning_emf(void)
+{
+    begin_window();
+    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW - 1));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
+}
+
+static void test_finds_the_same_when_turning_backwards(void)
+{
+    start(-200.0);
+    begin_window();
+    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW - 1));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
+}
+
+/* Each window adds its share. */
+static void test_windows_add_up(void)
+{
+    begin_window();
+    expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, 3 * WINDOW));
+}
+
+/* The EMF that the header derives, mean = -Z (o - found): found goes to o with exp decay 1 - gain Z. */
+static void converges(double samples_per_turn)
+{
+    const double complex offset = 0.03 + 0.0173 * J;
+    const double ohm = 4.8;
+    start(samples_per_turn);
+    begin_window();
+    double complex found = 0.0;
+    for (int32_t window = 1; window <= 30; window++) {
+        const ab_t now = steps(-ohm * (offset - found), WINDOW);
+        found = (double)now.alpha + (double)now.beta * J;
+        const double complex wanted = offset * (1.0 - pow(1.0 - 0.05 * ohm, window));
+        /* errors of the windows, each forgotten likewise: 1/(0.05 ohm) of one */
+        expect_offset(wanted, ROUNDING / (0.05 * ohm), now);
+    }
+    TEST_ASSERT_TRUE(cabs(found - offset) < 1e-4);
+}
+
+static void test_converges_on_the_offset_forwards(void)
+{
+    converges(200.0);
+}
+
+static void test_converges_on_the_offset_backwards(void)
+{
+    converges(-200.0);
+}
+
+/* A turn that is no whole number of samples leaves less than one sample of the turning EMF in the mean. */
+static void test_broken_turns_leave_at_most_a_sample(void)
+{
+    static const double turns[] = {42.93, -42.93, 157.3, -333.3};
+    for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
+        start(turns[n]);
+        begin_window();
+        ab_t offset = NONE;
+        int32_t count = 0;
+        while (offset.alpha == 0.0f && count < 2 * WINDOW) {
+            offset = step(CONSTANT);
+            count++;
+        }
+        TEST_ASSERT_TRUE(count >= WINDOW && count <= WINDOW + (int32_t)fabs(turns[n]) + 1);
+        expect_offset(-0.05 * CONSTANT, 0.05 * rotor.amplitude / WINDOW, offset);
+    }
+}
+
+/* Slower than a turn in TRIM_WINDOW, a window is one turn: 1500 samples, 41.9 rad/s. */
+static void test_a_slow_window_is_a_whole_turn(void)
+{
+    start(1500.0);
+    begin_window();
+    expect_offset(0.0, 0.0, steps(CONSTANT, 1499));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
+}
+
+/* ---- when nothing may be concluded ---- */
+
+static void test_first_window_after_a_reset_only_looks(void)
+{
+    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW + 101));
+    TEST_ASSERT_TRUE(rotor.trim.count < 2u);
+}
+
+/* One window in which the trim is told these speeds at its beginning and end. */
+static ab_t window_of_speeds(float begin, float end)
+{
+    setUp();
+    rotor.omega = begin;
+    begin_window();
+    rotor.omega = end;
+    return steps(CONSTANT, WINDOW);
+}
+
+static void test_too_slow_is_left_alone(void)
+{
+    const float limit = TRIM_SPEED_MIN;
+    for (int32_t sign = -1; sign <= 1; sign += 2) {
+        const float s = (float)sign;
+        expect_offset(0.0, 0.0, window_of_speeds(s * 0.999f * limit, s * 0.999f * limit));
+        expect_offset(0.0, 0.0, window_of_speeds(s * limit, s * limit));
+        expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_speeds(s * 1.001f * limit, s * 1.001f * limit));
+    }
+}
+
+/* The speed may move by TRIM_SPEED_DRIFT of itself, either way; 512 and half a per cent of it are floats. */
+static void test_a_changing_speed_is_left_alone(void)
+{
+    for (int32_t sign = -1; sign <= 1; sign += 2) {
+        const float s = (float)sign;
+        for (int32_t up = -1; up <= 1; up += 2) {
+            const float drift = (float)up * TRIM_SPEED_DRIFT * 512.0f;
+            const float end = s * 512.0f;
+            expect_offset(0.0, 0.0, window_of_speeds(s * (512.0f - 1.01f * drift), end));
+            expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_speeds(s * (512.0f - 0.99f * drift), end));
+        }
+    }
+}
+
+static void test_a_reversal_is_left_alone(void)
+{
+    expect_offset(0.0, 0.0, window_of_speeds(300.0f, -300.0f));
+}
+
+static void test_after_a_change_the_next_steady_window_counts(void)
+{
+    expect_offset(0.0, 0.0, window_of_speeds(300.0f, 400.0f));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
+}
+
+static ab_t window_of_current(float alpha, float beta)
+{
+    setUp();
+    begin_window();
+    rotor.current = (ab_t){alpha, beta};
+    return steps(CONSTANT, WINDOW);
+}
+
+static void test_a_small_current_is_left_alone(void)
+{
+    const float limit = TRIM_CURRENT_MIN; /* 0.5: its square is a float */
+    expect_offset(0.0, 0.0, window_of_current(0.99f * limit, 0.0f));
+    expect_offset(0.0, 0.0, window_of_current(0.0f, -limit));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(-1.01f * limit, 0.0f));
+    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(0.0f, 1.01f * limit));
+    /* both components count: 0.71^2 + 0.71^2 > 1 */
+    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(0.71f * limit, 0.71f * limit));
+    expect_offset(0.0, 0.0, window_of_current(0.7f * limit, -0.7f * limit));
+}
+
+static void test_gain_zero_is_off(void)
+{
+    const offset_trim_params_t off = {.gain = 0.0f, .period = PERIOD};
+    offset_trim_init(&rotor.trim, &off);
+    expect_offset(0.0, 0.0, steps(CONSTANT, 10 * WINDOW));
+}
+
+/* ---- limits, reset, retune ---- */
+
+static void test_each_component_stops_at_the_limit(void)
+{
+    begin_window();
+    const ab_t offset = steps(-4.1 + 0.9 * J, 4 * WINDOW);
+    TEST_ASSERT_EQUAL_FLOAT(TRIM_LIMIT, offset.alpha);
+    TEST_ASSERT_FLOAT_WITHIN(4.0f * (float)ROUNDING, -0.18f, offset.beta);
+    /* and comes back from it at once: nothing has wound up */
+    const ab_t back = steps(1.0 + 3.0 * J, WINDOW);
+    TEST_ASSERT_FLOAT_WITHIN((float)ROUNDING, TRIM_LIMIT - 0.05f, back.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(-TRIM_LIMIT, back.beta);
+}
+
+static void test_limit_below_at_and_above(void)
+{
+    static const double shares[] = {0.99, 1.0, 1.01};
+    static const double wanted[] = {0.99, 1.0, 1.0};
+    for (size_t n = 0; n < 3; n++) {
+        setUp();
+        begin_window();
+        const ab_t offset = steps(-20.0 * shares[n] * (double)TRIM_LIMIT, WINDOW);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * ROUNDING, wanted[n] * (double)TRIM_LIMIT, (double)offset.alpha);
+        TEST_ASSERT_TRUE(offset.alpha <= TRIM_LIMIT);
+    }
+}
+
+static void test_reset_takes_the_offset_and_forgets_the_window(void)
+{
+    begin_window();
+    (void)steps(CONSTANT, WINDOW / 2);
+    offset_trim_reset(&rotor.trim, (ab_t){0.02f, -0.01f});
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.sum.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.sum.beta);
+    TEST_ASSERT_EQUAL_UINT32(0u, rotor.trim.count);
+    /* nor does the speed of that window count for the one that is begun */
+    const ab_t offset = steps(CONSTANT, WINDOW + WINDOW / 2);
+    TEST_ASSERT_EQUAL_FLOAT(0.02f, offset.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(-0.01f, offset.beta);
+    /* the next one adds to what was given */
+    expect_offset(0.02 - 0.01 * J - 0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
+}
+
+static void test_retune_keeps_the_state(void)
+{
+    const offset_trim_params_t twice = {.gain = 2.0f * GAIN, .period = PERIOD};
+    begin_window();
+    (void)steps(CONSTANT, WINDOW);
+    const ab_t before = steps(CONSTANT, WINDOW / 2);
+    offset_trim_retune(&rotor.trim, &twice);
+    TEST_ASSERT_EQUAL_FLOAT(before.alpha, rotor.trim.offset.alpha);
+    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.count);
+    expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, WINDOW / 2));
+}
+
+static void test_window_is_a_time(void)
+{
+    const offset_trim_params_t slow = {.gain = GAIN, .period = 2.0f * PERIOD};
+    offset_trim_retune(&rotor.trim, &slow);
+    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.window_periods);
+}
+
+static void test_result_is_the_offset(void)
+{
+    begin_window();
+    const ab_t offset = steps(CONSTANT, WINDOW);
+    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.alpha, offset.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_starts_with_no_offset);
+    RUN_TEST(test_finds_the_constant_of_a_turning_emf);
+    RUN_TEST(test_finds_the_same_when_turning_backwards);
+    RUN_TEST(test_windows_add_up);
+    RUN_TEST(test_converges_on_the_offset_forwards);
+    RUN_TEST(test_converges_on_the_offset_backwards);
+    RUN_TEST(test_broken_turns_leave_at_most_a_sample);
+    RUN_TEST(test_a_slow_window_is_a_whole_turn);
+    RUN_TEST(test_first_window_after_a_reset_only_looks);
+    RUN_TEST(test_too_slow_is_left_alone);
+    RUN_TEST(test_a_changing_speed_is_left_alone);
+    RUN_TEST(test_a_reversal_is_left_alone);
+    RUN_TEST(test_after_a_change_the_next_steady_window_counts);
+    RUN_TEST(test_a_small_current_is_left_alone);
+    RUN_TEST(test_gain_zero_is_off);
+    RUN_TEST(test_each_component_stops_at_the_limit);
+    RUN_TEST(test_limit_below_at_and_above);
+    RUN_TEST(test_reset_takes_the_offset_and_forgets_the_window);
+    RUN_TEST(test_retune_keeps_the_state);
+    RUN_TEST(test_window_is_a_time);
+    RUN_TEST(test_result_is_the_offset);
+    return UNITY_END();
+}

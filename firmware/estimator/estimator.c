@@ -22,38 +22,26 @@
 /* k_f depends on the EMF that the observer has to make, and that on k_f: a few rounds settle both. */
 #define RESET_ROUNDS 8
 
-static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
-                   float max)
-{
-    *why = (params_error_t){field, rule, value, min, max, UINT32_C(0), INT32_C(0)};
-    return false;
-}
-
-static bool within(params_error_t *why, const char *field, float value, float min, float max)
-{
-    /* also refuses NaN */
-    return (value >= min && value <= max) || refuse(why, field, "range of the parameter", value, min, max);
-}
-
 static bool validity_check(const validity_params_t *limits, params_error_t *why)
 {
-    if (!within(why, "amplitude_min", limits->amplitude_min, 0.0f, 1.0f) ||
-        !within(why, "detector_max", limits->detector_max, 0.0f, 1.0f) ||
-        !within(why, "current_max", limits->current_max, 0.0f, 1e3f) ||
-        !within(why, "speed_max", limits->speed_max, 0.0f, 1e6f) ||
-        !within(why, "speed_min", limits->speed_min, 0.0f, 1e6f) ||
-        !within(why, "amplitude_time", limits->amplitude_time, 0.0f, 10.0f) ||
-        !within(why, "detector_time", limits->detector_time, 0.0f, 10.0f) ||
-        !within(why, "current_time", limits->current_time, 0.0f, 10.0f) ||
-        !within(why, "speed_time", limits->speed_time, 0.0f, 10.0f)) {
+    if (!params_within(why, "amplitude_min", PARAMS_RANGE, limits->amplitude_min, 0.0f, 1.0f) ||
+        !params_within(why, "detector_max", PARAMS_RANGE, limits->detector_max, 0.0f, 1.0f) ||
+        !params_within(why, "current_max", PARAMS_RANGE, limits->current_max, 0.0f, 1e3f) ||
+        !params_within(why, "speed_max", PARAMS_RANGE, limits->speed_max, 0.0f, 1e6f) ||
+        !params_within(why, "speed_min", PARAMS_RANGE, limits->speed_min, 0.0f, 1e6f) ||
+        !params_within(why, "amplitude_time", PARAMS_RANGE, limits->amplitude_time, 0.0f, 10.0f) ||
+        !params_within(why, "detector_time", PARAMS_RANGE, limits->detector_time, 0.0f, 10.0f) ||
+        !params_within(why, "current_time", PARAMS_RANGE, limits->current_time, 0.0f, 10.0f) ||
+        !params_within(why, "speed_time", PARAMS_RANGE, limits->speed_time, 0.0f, 10.0f)) {
         return false;
     }
     if (limits->amplitude_max != 0.0f && !(limits->amplitude_max > 1.0f && limits->amplitude_max <= 100.0f)) {
-        return refuse(why, "amplitude_max", "0 (not judged), or 1 < amplitude_max <= 100",
-                      limits->amplitude_max, 1.0f, 100.0f);
+        return params_refuse(why, "amplitude_max", "0 (not judged), or 1 < amplitude_max <= 100",
+                             limits->amplitude_max, 1.0f, 100.0f);
     }
     return limits->speed_max == 0.0f || limits->speed_min < limits->speed_max ||
-           refuse(why, "speed_min", "speed_min < speed_max", limits->speed_min, 0.0f, limits->speed_max);
+           params_refuse(why, "speed_min", "speed_min < speed_max", limits->speed_min, 0.0f,
+                         limits->speed_max);
 }
 
 /* With LAG_EXACT the EMF filter acts in the frame of the loop, in which the EMF stands still: there it has no
@@ -77,28 +65,28 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
 {
     const parts_t parts = parts_of(params);
     if (!smo_params_check(&params->smo, why) || !pll_params_check(&parts.pll, why) ||
-        !within(why, "lag", (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
-        !within(why, "flux_linkage", params->flux_linkage, 1e-4f, 10.0f) ||
-        !within(why, "flux_adaptation", params->flux_adaptation, 0.0f, 100.0f) ||
-        !within(why, "torque_feedforward", params->torque_feedforward, 0.0f,
-                ESTIMATOR_TORQUE_FEEDFORWARD_MAX) ||
+        !params_within(why, "lag", PARAMS_RANGE, (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
+        !params_within(why, "flux_linkage", PARAMS_RANGE, params->flux_linkage, 1e-4f, 10.0f) ||
+        !params_within(why, "flux_adaptation", PARAMS_RANGE, params->flux_adaptation, 0.0f, 100.0f) ||
+        !params_within(why, "torque_feedforward", PARAMS_RANGE, params->torque_feedforward, 0.0f,
+                       ESTIMATOR_TORQUE_FEEDFORWARD_MAX) ||
         !validity_check(&params->validity, why)) {
         return false;
     }
 
     float period = params->smo.period;
     if (params->pll.period != period) {
-        return refuse(why, "period", "pll.period = smo.period", params->pll.period, period, period);
+        return params_refuse(why, "period", "pll.period = smo.period", params->pll.period, period, period);
     }
     float gain_min = ESTIMATOR_GAIN_MARGIN * params->flux_linkage * params->validity.speed_max;
     if (params->smo.gain < gain_min) {
-        return refuse(why, "gain", "gain >= 1.1 times the largest EMF, flux_linkage speed_max",
-                      params->smo.gain, gain_min, 1e4f);
+        return params_refuse(why, "gain", "gain >= 1.1 times the largest EMF, flux_linkage speed_max",
+                             params->smo.gain, gain_min, 1e4f);
     }
     if (params->torque_feedforward > 0.0f && params->pll.feedforward_cutoff == 0.0f) {
-        return refuse(why, "torque_feedforward",
-                      "0 with feedforward_cutoff = 0, else nothing forgets its error",
-                      params->torque_feedforward, 0.0f, 0.0f);
+        return params_refuse(why, "torque_feedforward",
+                             "0 with feedforward_cutoff = 0, else nothing forgets its error",
+                             params->torque_feedforward, 0.0f, 0.0f);
     }
     return true;
 }

@@ -13,54 +13,27 @@
 
 #define DESIGN_ITERATIONS 24
 
-static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
-                   float max)
-{
-    why->field = field;
-    why->rule = rule;
-    why->value = value;
-    why->min = min;
-    why->max = max;
-    why->id = UINT32_C(0);
-    why->reason = INT32_C(0);
-    return false;
-}
-
-/* True if min <= value <= max, never for a NaN; else the refusal. */
-static bool within(params_error_t *why, const char *field, const char *rule, float value, float min,
-                   float max)
-{
-    return (value >= min && value <= max) || refuse(why, field, rule, value, min, max);
-}
-
-/* The same with both ends excluded. */
-static bool inside(params_error_t *why, const char *field, const char *rule, float value, float min,
-                   float max)
-{
-    return (value > min && value < max) || refuse(why, field, rule, value, min, max);
-}
-
 static bool loop_check(const pll_params_t *params, params_error_t *why)
 {
-    if (!within(why, "period", "1e-6 <= period <= 1e-2", params->period, 1.0e-6f, 1.0e-2f)) {
+    if (!params_within(why, "period", "1e-6 <= period <= 1e-2", params->period, 1.0e-6f, 1.0e-2f)) {
         return false;
     }
 
     float rate = 1.0f / params->period;
     float ki_period = params->ki * params->period;
-    return within(why, "feedforward_cutoff", "0 <= feedforward_cutoff <= 1/period",
-                  params->feedforward_cutoff, 0.0f, rate) &&
-           inside(why, "ki", "0 < ki < 4/period^2", params->ki, 0.0f, 4.0f * rate * rate) &&
-           inside(why, "kp", "ki period < kp < 2/period + ki period/2", params->kp, ki_period,
-                  2.0f * rate + 0.5f * ki_period) &&
-           (params->emf_cutoff == 0.0f || within(why, "emf_cutoff", "0, or 4 kp <= emf_cutoff <= 1e5",
-                                                 params->emf_cutoff, 4.0f * params->kp, 1e5f));
+    return params_within(why, "feedforward_cutoff", "0 <= feedforward_cutoff <= 1/period",
+                         params->feedforward_cutoff, 0.0f, rate) &&
+           params_inside(why, "ki", "0 < ki < 4/period^2", params->ki, 0.0f, 4.0f * rate * rate) &&
+           params_inside(why, "kp", "ki period < kp < 2/period + ki period/2", params->kp, ki_period,
+                         2.0f * rate + 0.5f * ki_period) &&
+           (params->emf_cutoff == 0.0f || params_within(why, "emf_cutoff", "0, or 4 kp <= emf_cutoff <= 1e5",
+                                                        params->emf_cutoff, 4.0f * params->kp, 1e5f));
 }
 
 bool pll_params_check(const pll_params_t *params, params_error_t *why)
 {
-    return loop_check(params, why) && within(why, "amplitude_floor", "1e-3 <= amplitude_floor <= 1e4",
-                                             params->amplitude_floor, 1.0e-3f, 1.0e4f);
+    return loop_check(params, why) && params_within(why, "amplitude_floor", "1e-3 <= amplitude_floor <= 1e4",
+                                                    params->amplitude_floor, 1.0e-3f, 1.0e4f);
 }
 
 void pll_init(pll_t *pll, const pll_params_t *params)

@@ -14,42 +14,23 @@
 /* Newton's method on tanh^2: seven steps reach float accuracy from the worst start. */
 #define RESET_STEPS 10
 
-static bool refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
-                   float max)
-{
-    why->field = field;
-    why->rule = rule;
-    why->value = value;
-    why->min = min;
-    why->max = max;
-    why->id = 0;
-    why->reason = 0;
-    return false;
-}
-
-static bool within(params_error_t *why, const char *field, float value, float min, float max)
-{
-    if (value >= min && value <= max) { /* also refuses NaN */
-        return true;
-    }
-    return refuse(why, field, "range of the parameter", value, min, max);
-}
-
 bool smo_params_check(const smo_params_t *params, params_error_t *why)
 {
-    if (!within(why, "resistance", params->resistance, 1e-3f, 100.0f) ||
-        !within(why, "inductance", params->inductance, 1e-6f, 1.0f) ||
-        !within(why, "gain", params->gain, 0.1f, 1e4f) || !within(why, "slope", params->slope, 1e-3f, 1e3f) ||
-        !within(why, "emf_cutoff", params->emf_cutoff, 0.0f, 1e5f) ||
-        !within(why, "period", params->period, 1e-6f, 1e-2f) ||
-        !within(why, "switching", (float)params->switching, (float)SMO_SIGN, (float)SMO_SIGMOID_VECTOR)) {
+    if (!params_within(why, "resistance", PARAMS_RANGE, params->resistance, 1e-3f, 100.0f) ||
+        !params_within(why, "inductance", PARAMS_RANGE, params->inductance, 1e-6f, 1.0f) ||
+        !params_within(why, "gain", PARAMS_RANGE, params->gain, 0.1f, 1e4f) ||
+        !params_within(why, "slope", PARAMS_RANGE, params->slope, 1e-3f, 1e3f) ||
+        !params_within(why, "emf_cutoff", PARAMS_RANGE, params->emf_cutoff, 0.0f, 1e5f) ||
+        !params_within(why, "period", PARAMS_RANGE, params->period, 1e-6f, 1e-2f) ||
+        !params_within(why, "switching", PARAMS_RANGE, (float)params->switching, (float)SMO_SIGN,
+                       (float)SMO_SIGMOID_VECTOR)) {
         return false;
     }
 
     float period_max = 0.5f * params->inductance / params->resistance;
     if (params->period > period_max) {
-        return refuse(why, "period", "period <= inductance / (2 resistance)", params->period, 1e-6f,
-                      period_max);
+        return params_refuse(why, "period", "period <= inductance / (2 resistance)", params->period, 1e-6f,
+                             period_max);
     }
 
     if (params->switching != SMO_SIGN) {
@@ -57,8 +38,8 @@ bool smo_params_check(const smo_params_t *params, params_error_t *why)
             exponential_rest(params->resistance * params->period / params->inductance) / params->resistance;
         float gain_max = 2.0f * SMO_LOOP_GAIN_MAX / (voltage_gain * params->slope);
         if (params->gain > gain_max) {
-            return refuse(why, "gain", "loop gain per sample: b gain slope / 2 <= 1.2", params->gain, 0.1f,
-                          gain_max);
+            return params_refuse(why, "gain", "loop gain per sample: b gain slope / 2 <= 1.2", params->gain,
+                                 0.1f, gain_max);
         }
     }
     return true;

@@ -3,6 +3,7 @@
 #ifndef MATH_PARAMS_ERROR_H
 #define MATH_PARAMS_ERROR_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct {
@@ -13,5 +14,17 @@ typedef struct {
     uint32_t id;       /* of the field in the parameter table; 0 below the drive */
     int32_t reason;    /* of the drive's reason table; 0 below the drive */
 } params_error_t;
+
+#define PARAMS_RANGE "range of the parameter"
+
+/* False, with the refusal in `why` (id and reason 0). */
+bool params_refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max);
+
+/* True if min <= value <= max (inside: min < value < max), never for a NaN; else the refusal. */
+bool params_within(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max);
+bool params_inside(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max);
 
 #endif

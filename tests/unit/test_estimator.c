@@ -1069,22 +1069,24 @@ static void test_reset_near_saturation_goes_on_without_a_bump(void)
     }
 }
 
-/* What the filter makes of a fast EMF is in the preset, for the modes that leave it in the observer. At ten
- * samples a turn lag.h allows a milliradian, and so does the reset. */
+/* What the filter makes of a fast EMF is in the preset, for the modes that leave it in the observer. A length
+ * that is off by r is a step of r omega for the feed-forward, of which 0.74/kp is the angle: r = 1e-6 of
+ * float at omega T = 0.3, and 2e-4 at 0.6 (test_ten_samples_a_turn...), where this makes 8 mrad; half of it.
+ */
 static void check_fast_reset(double way)
 {
     static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};
-    double worst = 0.0;
     for (int n = 0; n < 12; n++) {
         int machine = n % 2 ? EXTREME : 1;
         estimator_params_t params = params_of(machine);
         params.lag = modes[n / 4];
         params.smo.emf_cutoff = n / 2 % 2 ? 600.0f : 2000.0f;
         estimator_oracle_case_t rig = rig_of(machine, 0.98 * way * MACHINES[machine].omega_max, way * 2.0);
-        worst = fmax(worst, bump(&params, &rig, 4000 + 17 * n, n % 3));
+        double largest = bump(&params, &rig, 4000 + 17 * n, n % 3);
+        printf("reset of lag mode %d at omega T %.2f: within %.3f mrad\n", (int)params.lag,
+               rig.omega_start * T, largest);
+        check_below(largest, n % 2 ? 4.0 : 0.05, "after the reset");
     }
-    printf("fast resets of the paper's modes: within %.3f mrad\n", worst);
-    check_below(worst, 2.0, "after the reset");
 }
 
 static void test_reset_at_high_speed_makes_the_filters_lag_forward(void)
@@ -2144,7 +2146,8 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
     }
 }
 
-/* With the torque's share the speed goes on changing: 20 periods at 565 rad/s^2 without it are 1.1 mrad. */
+/* With the torque's share the speed goes on changing: 20 periods at 565 rad/s^2 without it are 1.1 mrad. One
+ * period late is a T^2 a period, 0.11 mrad. */
 static void check_coast_in_ramp(double way)
 {
     for (int n = 0; n < 2; n++) {
@@ -2161,7 +2164,7 @@ static void check_coast_in_ramp(double way)
             estimator_oracle_sample_t now;
             estimator_oracle_sample(&rig, ++k, &now);
             position_t position = estimator_coast(&est, as_float(now.voltage), as_float(now.current));
-            TEST_ASSERT_DOUBLE_WITHIN(0.1, before, error_of(&rig, k, position));
+            TEST_ASSERT_DOUBLE_WITHIN(0.2, before, error_of(&rig, k, position));
             TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)position.omega_e);
         }
     }

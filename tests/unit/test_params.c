@@ -276,7 +276,7 @@ static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
     expect_rule("torque_feedforward", 0.0f, (float)(1e7 * 4.3e-7 / 4.392));
 }
 
-/* The paper's motor and rig. */
+/* The paper's motor; every row that the estimator reads has another value than its neighbours. */
 static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
@@ -286,13 +286,21 @@ static void test_estimators_set_is_made_of_the_rows(void)
     params.lag_compensation = LAG_PRINTED;
     params.observer_switching = SMO_SIGMOID;
     params.observer_emf_cutoff = 1800.0f;
+    params.observer_gain = 190.0f;
+    params.observer_slope = 0.9f;
+    params.flux_adaptation = 2.0f;
+    params.estimate_amplitude_min = 0.4f;
+    params.estimate_detector_max = 0.45f;
+    params.estimate_current_max = 3.5f;
+    params.estimate_speed_min = 2.5f;
+    params.estimate_time = 0.07f;
     TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
     TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
     TEST_ASSERT_EQUAL_FLOAT(0.9715f, estimator.smo.resistance); /* 21.5 mohm of the devices */
     TEST_ASSERT_EQUAL_FLOAT(0.9715f, params_resistance(&params));
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, estimator.smo.inductance);
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, estimator.smo.gain);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, estimator.smo.slope);
+    TEST_ASSERT_EQUAL_FLOAT(190.0f, estimator.smo.gain);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, estimator.smo.slope);
     TEST_ASSERT_EQUAL_FLOAT(1800.0f, estimator.smo.emf_cutoff);
     TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.smo.period);
     TEST_ASSERT_EQUAL_INT(SMO_SIGMOID, estimator.smo.switching);
@@ -305,18 +313,18 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.pll.period);
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 2.0f, estimator.pll.amplitude_floor); /* 0.183 Wb at 11 rad/s */
     TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.flux_adaptation);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, estimator.flux_adaptation);
     TEST_ASSERT_EQUAL_FLOAT(0.5f * 4.392f / 0.0636f, estimator.torque_feedforward);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, estimator.validity.amplitude_min);
+    TEST_ASSERT_EQUAL_FLOAT(0.4f, estimator.validity.amplitude_min);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.validity.amplitude_max); /* 1: not judged */
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, estimator.validity.detector_max);
-    TEST_ASSERT_EQUAL_FLOAT(4.0f, estimator.validity.current_max);
-    TEST_ASSERT_EQUAL_FLOAT(12.0f, estimator.validity.speed_min);  /* electrical */
+    TEST_ASSERT_EQUAL_FLOAT(0.45f, estimator.validity.detector_max);
+    TEST_ASSERT_EQUAL_FLOAT(3.5f, estimator.validity.current_max);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, estimator.validity.speed_min);  /* electrical */
     TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* likewise */
-    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.amplitude_time);
-    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.detector_time);
-    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.current_time);
-    TEST_ASSERT_EQUAL_FLOAT(0.1f, estimator.validity.speed_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.amplitude_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.detector_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);
+    TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.speed_time);
     params.estimate_amplitude_max = 1.01f;
     TEST_ASSERT_TRUE(params_estimator(&params, &estimator));
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);

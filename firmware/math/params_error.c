@@ -1,0 +1,20 @@
+#include "math/params_error.h"
+
+bool params_refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max)
+{
+    *why = (params_error_t){field, rule, value, min, max, UINT32_C(0), INT32_C(0)};
+    return false;
+}
+
+bool params_within(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max)
+{
+    return (value >= min && value <= max) || params_refuse(why, field, rule, value, min, max);
+}
+
+bool params_inside(params_error_t *why, const char *field, const char *rule, float value, float min,
+                   float max)
+{
+    return (value > min && value < max) || params_refuse(why, field, rule, value, min, max);
+}

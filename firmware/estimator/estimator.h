@@ -1,13 +1,16 @@
 /* The rotor's position from voltage and current: observer, phase self-compensation and PLL in a row.
  *
- *     u, i --> smo: e_hat --> lag_undo: e --> pll: theta_e, omega_e
- *               eqs. (5), (11)   eq. (14)       eqs. (15)-(27), speed of the feed-forward from |e| (3)
+ *     u, i --> smo: v, x --> lag_emf: e --> pll: theta_e, omega_e
+ *               eqs. (5), (12)   eq. (14)      eqs. (15)-(27), speed of the feed-forward from |e| (3)
  *
  * The compensation acts on the EMF, not on the tracked angle: what the PLL sees is the EMF of t_k itself, in
- * angle and length, so its angle is the rotor's, its amplitude psi_f |omega_e|, and neither an angle nor a
- * root has to be computed for the lag. The speed that the compensation needs is the PLL's smooth one of the
- * last period. While the rotor accelerates at a, a change of the lag goes through the loop, which shifts kp
- * by ki times the lag per speed (under 2 % at a bandwidth of 200 rad/s).
+ * angle and length, so its angle is the rotor's and its amplitude psi_f |omega_e|. The lag belongs to the
+ * loop's whole frequency of the last period: with the integrator's speed alone a loop that is late by a/ki
+ * would be late by the lag of its missing kp a/ki on top. As that feeds the frequency back, kp and ki act as
+ * if divided by 1 - kp times the lag per speed (1 % at a bandwidth of 200 rad/s).
+ *
+ * With LAG_EXACT the EMF filter (11) acts in the frame of the loop (pll.h), with the paper's modes in the
+ * stationary frame (smo.h).
  *
  * Validity: four signs that do not depend on each other, each with its own limits and debounce. A sign that
  * fails counts one up per period, else one down; it is raised when the count reaches the debounce and falls

@@ -3,12 +3,17 @@
  *
  * In the frame of the loop's own angle, e = (e_d, e_q), locked when e_d = 0 (then e_q = psi_f omega_e):
  *
- *     w_s   = I + F                                               smooth speed: integrator + feed-forward
- *     s     = clamp(w_s / 20 rad/s, -1, 1)                        soft sign: nothing jumps at zero speed
- *     eps   = -e_d s / max(|e|, floor)                            detector (15), normalised (17) with sign
- * (erratum 6) w_emf = (|w_s| < 80 rad/s ? e_q : sign(w_s) |e|) speed_per_volt          speed from the EMF
- * (3), signed F    += (1 - exp(-omega_c T)) (w_emf - F) + T acceleration  feed-forward, Fig. 7, and the
- * torque's share omega = I + kp eps + F theta(k+1) = theta(k) + T omega,   I(k+1) = I(k) + ki T eps
+ *     w_s   = I + F                                       smooth speed: integrator + feed-forward
+ *     s     = clamp(w_s / 20 rad/s, -1, 1)                soft sign: nothing jumps at zero speed
+ *     eps   = -e_d s / max(|e|, floor)                    detector (15), normalised (17), signed (erratum 6)
+ *     w_emf = (e_q or sign(w_s) |e|) speed_per_volt       speed from the EMF (3): e_q below 80 rad/s
+ *     F    += (1 - exp(-omega_c T)) (w_emf - F)           feed-forward, Fig. 7,
+ *             + T acceleration                            and the torque's share
+ *     omega = I + kp eps + F
+ *     theta(k+1) = theta(k) + T omega,   I(k+1) = I(k) + ki T eps
+ *
+ * With emf_cutoff the EMF is low-passed in this frame first, where it stands still at constant speed and the
+ * filter has no lag, unlike that of eq. (11); it is one more pole of the loop.
  *
  * For small errors the loop is type III with Phi_1 = (22), error function (23) (erratum 7: the denominator of
  * (21) is s^3); without feed-forward it is the type-II loop (19). While the electrical acceleration is a
@@ -16,8 +21,8 @@
  * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
  * them.
  *
- * |e| is the amplitude of this sample, not filtered again: any filter of its own would lag the speed. It
- * comes from the reciprocal root that the detector uses too, relative error within 1e-6.
+ * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed. It comes
+ * from the reciprocal root that the detector uses too, relative error within 1e-6.
  *
  * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
  * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
@@ -102,9 +107,10 @@ void pll_retune(pll_t *pll, const pll_params_t *params);
  * finite. */
 void pll_reset(pll_t *pll, position_t start);
 
-/* Angle and speed of the EMF at t_k from its estimate [V]: theta_e where e_d was zero, in [-pi, pi), and
- * omega_e the loop's whole frequency, k_p term included. Add lag_angle() to the angle to get the rotor's.
- * `speed_per_volt` = 1/(psi_f attenuation) [rad/(s V)]; without effect on a conventional loop.
+/* Angle and speed of the EMF [V] at t_k: theta_e where e_d was zero, in [-pi, pi), and omega_e the loop's
+ * whole frequency, k_p term included. The rotor's angle, if the EMF has no lag (lag_emf); else add
+ * lag_angle(). `speed_per_volt` = 1/psi_f [rad/(s V)], over the EMF's attenuation if it has one; without
+ * effect on a conventional loop.
  * `acceleration` [rad/s^2]: the torque's share K i_q, 0 = the paper. On a conventional loop nothing ever
  * forgets its integral, which then ends at the limit while the integrator opposes it: use it with a
  * feed-forward.

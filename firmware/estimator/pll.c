@@ -26,8 +26,8 @@ static bool loop_check(const pll_params_t *params, params_error_t *why)
            params_inside(why, "ki", "0 < ki < 4/period^2", params->ki, 0.0f, 4.0f * rate * rate) &&
            params_inside(why, "kp", "ki period < kp < 2/period + ki period/2", params->kp, ki_period,
                          2.0f * rate + 0.5f * ki_period) &&
-           (params->emf_cutoff == 0.0f || params_within(why, "emf_cutoff", "0, or 4 kp <= emf_cutoff <= 1e5",
-                                                        params->emf_cutoff, 4.0f * params->kp, 1e5f));
+           (params->emf_cutoff == 0.0f || params_within(why, "emf_cutoff", "0, or kp <= emf_cutoff <= 1e5",
+                                                        params->emf_cutoff, params->kp, 1e5f));
 }
 
 bool pll_params_check(const pll_params_t *params, params_error_t *why)

@@ -61,7 +61,7 @@ typedef struct {
     float
         amplitude_floor; /* [V], 1e-3..1e4: below it the detector is divided by the floor; psi_f * 11 rad/s */
     float period;        /* T [s], 1e-6..1e-2 */
-    float emf_cutoff;    /* low-pass of the EMF in the loop's frame [rad/s], 4 kp..1e5; 0 = none */
+    float emf_cutoff;    /* low-pass of the EMF in the loop's frame [rad/s], kp..1e5; 0 = none */
 } pll_params_t;
 
 typedef struct {

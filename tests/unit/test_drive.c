@@ -781,6 +781,7 @@ static void test_estimate_that_does_not_keep_up_is_lost(void)
         setUp();
         params.pll_bandwidth = 20.0f;
         params.feedforward_cutoff = 0.0f;
+        params.estimate_detector_max = 0.5f;
         given_sensorless(way * 400.0);
         machine.acceleration = way * 50.0;
         expect_lost(REASON_ESTIMATE_DETECTOR, ESTIMATOR_DETECTOR, 0.6);
@@ -881,6 +882,7 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         machine.loss = 0.023 * U_DC + 0.875;
+        params.observer_emf_cutoff = 2000.0f;
         given_running_machine(way * 41.89, way * 5.76);
         const coasting_t found = coasting(3000.0); /* two turns, twelve zeros */
         printf("coasted %u of 3000 periods, %u near zero\n", (unsigned)found.coasted,

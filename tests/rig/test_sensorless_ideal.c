@@ -1,5 +1,5 @@
-/* The estimate closes the loop; inverter and sensors are ideal, so what is left is the method, the floats and
- * the resolution of the PWM counter. */
+/* The estimate closes the loop; inverter and sensors are ideal, so what is left is the method and its floats.
+ */
 #include "tests/rig/run.h"
 
 void setUp(void)
@@ -10,7 +10,7 @@ void tearDown(void)
 {
 }
 
-/* ---- points ---- */
+/* ---- motors ---- */
 
 typedef struct {
     const char *name;
@@ -22,23 +22,76 @@ typedef struct {
 } motor_t;
 
 /* Table I in its rig. */
-static const motor_t paper = {"paper", 4.0, 0.95,         12.5e-3, 0.183, 0.0636,
-                              1.32,    5.0, 1500.0 * RPM, 8.0,     10.0,  311.0};
+static const motor_t paper = {.name = "paper",
+                              .pole_pairs = 4.0,
+                              .resistance = 0.95,
+                              .inductance = 12.5e-3,
+                              .flux_linkage = 0.183,
+                              .inertia = 0.0636,
+                              .friction = 1.32,
+                              .load = 5.0,
+                              .speed = 1500.0 * RPM,
+                              .bandwidth = 8.0,
+                              .current = 10.0,
+                              .dc_voltage = 311.0};
 
 /* Fast and light: omega_e T_s = 0.3 with one pole pair, 28648 r/min. */
-static const motor_t spindle = {"spindle", 1.0, 0.4,    0.6e-3, 0.03, 5e-5,
-                                0.03,      0.3, 3000.0, 40.0,   10.0, 200.0};
+static const motor_t spindle = {.name = "spindle",
+                                .pole_pairs = 1.0,
+                                .resistance = 0.4,
+                                .inductance = 0.6e-3,
+                                .flux_linkage = 0.03,
+                                .inertia = 5e-5,
+                                .friction = 0.03,
+                                .load = 0.3,
+                                .speed = 3000.0,
+                                .bandwidth = 40.0,
+                                .current = 10.0,
+                                .dc_voltage = 200.0};
 
 /* The same frequency from many poles, and hardly any inductance. */
-static const motor_t hub = {"hub", 15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 2.5, 200.0, 20.0, 12.0, 100.0};
+static const motor_t hub = {.name = "hub",
+                            .pole_pairs = 15.0,
+                            .resistance = 0.12,
+                            .inductance = 0.35e-3,
+                            .flux_linkage = 0.015,
+                            .inertia = 0.02,
+                            .friction = 0.3,
+                            .load = 2.5,
+                            .speed = 200.0,
+                            .bandwidth = 20.0,
+                            .current = 12.0,
+                            .dc_voltage = 100.0};
 
 /* Slow, with much of everything. */
-static const motor_t direct = {"direct", 20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 30.0, 13.0, 20.0, 3.0, 400.0};
+static const motor_t direct = {.name = "direct",
+                               .pole_pairs = 20.0,
+                               .resistance = 12.0,
+                               .inductance = 60e-3,
+                               .flux_linkage = 0.55,
+                               .inertia = 0.5,
+                               .friction = 3.0,
+                               .load = 30.0,
+                               .speed = 13.0,
+                               .bandwidth = 20.0,
+                               .current = 3.0,
+                               .dc_voltage = 400.0};
 
 /* Resistance rules: R T_s/L = 0.4, where 0.5 is the observer's limit. */
-static const motor_t miniature = {"miniature", 2.0,  8.0,    2e-3, 0.02, 2e-5,
-                                  0.01,        0.06, 1000.0, 40.0, 1.5,  100.0};
+static const motor_t miniature = {.name = "miniature",
+                                  .pole_pairs = 2.0,
+                                  .resistance = 8.0,
+                                  .inductance = 2e-3,
+                                  .flux_linkage = 0.02,
+                                  .inertia = 2e-5,
+                                  .friction = 0.01,
+                                  .load = 0.06,
+                                  .speed = 1000.0,
+                                  .bandwidth = 40.0,
+                                  .current = 1.5,
+                                  .dc_voltage = 100.0};
 
+/* Plant and firmware get the motor; the observer by the rule k_s = 1.75 e_max, slope 1.6 L/(k_s T_s). */
 static void put_motor(rig_t *rig, const motor_t *m)
 {
     const double emf = m->flux_linkage * m->pole_pairs * m->speed;
@@ -130,8 +183,8 @@ static void expect_within(double limit, double wanted, double value, const char 
 
 /* ---- the default: vector sigmoid, exact lag ---- */
 
-/* Both directions, with load and without. The limits are those that were asked for: the lag's algebra leaves
- * nothing, the floats less than 0.1 mrad. */
+/* Both directions, with load and without. The limits are those that were asked for; algebra and floats leave
+ * less than 0.15 mrad. */
 static void expect_no_error(const motor_t *m)
 {
     static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
@@ -168,6 +221,19 @@ static void test_slow_motor_of_large_inductance(void)
 static void test_motor_of_large_resistance(void)
 {
     expect_no_error(&miniature);
+}
+
+/* A step of the PWM counter is 1/7500 of the link, 41 mV, and the EMF at 100 r/min is 7.7 V: unknown to the
+ * observer, steps of 5 mrad in every sample, of which the loop lets an SD of 0.1 mrad through. It knows them.
+ */
+static void test_steps_of_the_counter_do_not_show(void)
+{
+    for (int32_t point = 0; point < 4; point++) {
+        const run_error_t err =
+            measure("default", &paper, AVERAGED, NULL, 0, (point & 1) != 0 ? -100.0 : 100.0,
+                    (point & 2) != 0 ? paper.load : 0.0);
+        expect_within(0.03, 0.0, err.sd, "SD");
+    }
 }
 
 /* With edges instead of mean voltages the "ideal" inverter is late by tau = 2.5 us, dead band and turn-off
@@ -298,6 +364,7 @@ int main(void)
     RUN_TEST(test_hub_motor_up_to_0_3_rad_per_sample);
     RUN_TEST(test_slow_motor_of_large_inductance);
     RUN_TEST(test_motor_of_large_resistance);
+    RUN_TEST(test_steps_of_the_counter_do_not_show);
     RUN_TEST(test_late_edges_turn_the_estimate_by_what_theory_says);
     RUN_TEST(test_paper_uncompensated);
     RUN_TEST(test_paper_corrected_leaves_half_a_sample);

@@ -115,6 +115,14 @@ static estimator_oracle_case_t rig_of(int machine, double omega, double current_
     return rig;
 }
 
+/* The asserts of the firmware would end the program. */
+static void retune(const estimator_params_t *params)
+{
+    params_error_t why;
+    TEST_ASSERT_TRUE(estimator_params_check(params, &why));
+    estimator_retune(&est, params);
+}
+
 static position_t step(const estimator_oracle_case_t *rig, long k)
 {
     estimator_oracle_sample_t now;
@@ -1099,6 +1107,59 @@ static void test_reset_at_high_speed_makes_the_filters_lag_backward(void)
     check_fast_reset(-1.0);
 }
 
+/* What turns in the stationary frame is behind the filter (1 - c)/(1 - c/z), z = exp(j omega T): v and e_hat
+ * of the preset, up to ten samples a turn. 1e-5 each of tangent, cosine and the inverted sigmoid. */
+static void check_preset(double way)
+{
+    for (double part = 0.1; part < 1.01; part += 0.1) {
+        estimator_params_t params = params_of(EXTREME);
+        params.lag = LAG_CORRECTED;
+        double omega = way * part * MACHINES[EXTREME].omega_max;
+        estimator_init(&est, &params);
+        estimator_reset(&est, (position_t){0.7f, (float)omega}, (ab_t){1.0f, -2.0f});
+        /* (1 - c/z) e_hat = (1 - c) v */
+        double c = exp(-2000.0 * T);
+        double re = 1.0 - c * cos(omega * T);
+        double im = c * sin(omega * T);
+        ab_t e = est.smo.emf_hat;
+        ab_t v = est.smo.switched;
+        double scale = hypot((double)v.alpha, (double)v.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-5 * scale, (double)v.alpha,
+                                  (re * (double)e.alpha - im * (double)e.beta) / (1.0 - c));
+        TEST_ASSERT_DOUBLE_WITHIN(3e-5 * scale, (double)v.beta,
+                                  (re * (double)e.beta + im * (double)e.alpha) / (1.0 - c));
+    }
+}
+
+static void test_reset_presets_the_filter_as_settled_forward(void)
+{
+    check_preset(1.0);
+}
+
+static void test_reset_presets_the_filter_as_settled_backward(void)
+{
+    check_preset(-1.0);
+}
+
+/* Beyond LAG_TURN_LIMIT the observer's preset is that of the limit, either way. */
+static void test_reset_beyond_the_turn_limit_is_finite_and_mirrored(void)
+{
+    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
+        estimator_params_t params = params_of(1);
+        params.lag = (lag_mode_t)mode;
+        estimator_init(&est, &params);
+        estimator_reset(&est, (position_t){0.7f, 7000.0f}, (ab_t){1.0f, -2.0f});
+        estimator_t forward = est;
+        estimator_reset(&est, (position_t){-0.7f, -7000.0f}, (ab_t){1.0f, 2.0f});
+        TEST_ASSERT_TRUE(isfinite(est.smo.switched.alpha) && isfinite(est.smo.emf_hat.alpha));
+        TEST_ASSERT_TRUE(forward.smo.switched.alpha == est.smo.switched.alpha);
+        TEST_ASSERT_TRUE(forward.smo.switched.beta == -est.smo.switched.beta);
+        TEST_ASSERT_TRUE(forward.smo.emf_hat.alpha == est.smo.emf_hat.alpha);
+        TEST_ASSERT_TRUE(forward.smo.emf_hat.beta == -est.smo.emf_hat.beta);
+        TEST_ASSERT_TRUE(forward.pll.theta_e == -est.pll.theta_e);
+    }
+}
+
 /* The sign starts from no error and the cap's k_f: its first samples all lean to one side, 40 of them at k_s
  * 5 times the EMF. It stays locked, and is back in its chatter after 0.05 s (kp 161: exp(-8)): SD 20 to 45.
  * Without feed-forward, to which the chatter's amplitude would be a speed. */
@@ -1388,7 +1449,7 @@ static void test_each_sign_fails_beyond_its_limit_and_not_before(void)
                 params.validity = limit_at(n, value * factor);
                 estimator_oracle_case_t rig = validity_rig(way);
                 run_to_judged(n, way);
-                estimator_retune(&est, &params);
+                retune(&params);
                 (void)step(&rig, JUDGED);
                 TEST_ASSERT_EQUAL_UINT16(m ? 0u : BITS[n], estimator_invalid(&est));
             }
@@ -1423,7 +1484,7 @@ static void test_at_its_limit_a_sign_still_holds(void)
             params.validity = limit_at(n, values[n] * (1.0 - m * width[n] * SIDE[n]));
             params.validity.amplitude_max = n == 0 ? 2.0f : params.validity.amplitude_max;
             params.validity.speed_max = n == 4 ? 750.0f : params.validity.speed_max;
-            estimator_retune(&est, &params);
+            retune(&params);
             (void)step(&rig, JUDGED);
             TEST_ASSERT_EQUAL_UINT16(m > 0 ? BITS[n] : 0u, estimator_invalid(&est));
         }
@@ -1470,7 +1531,7 @@ static void check_debounce(int n)
     int changes = 0;
     for (long k = 0; pattern[k] != '\0'; k++) {
         bool fails = pattern[k] == 'F';
-        estimator_retune(&est, fails ? &strict : &loose);
+        retune(fails ? &strict : &loose);
         (void)step(&rig, JUDGED + k);
         count = fails ? (count < 5 ? count + 1 : 5) : (count > 0 ? count - 1 : 0);
         bool was = raised;
@@ -1512,7 +1573,7 @@ static void test_signs_are_independent(void)
     params.validity =
         (validity_params_t){1.0f, 0.0f, 0.5e-4f, 0.01f, 2.5e-4f, 1e-3f, 4.5e-4f, 900.0f, 0.0f, 7.5e-4f};
     for (long k = 1; k <= 20; k++) {
-        estimator_retune(&est, &params);
+        retune(&params);
         (void)step(&rig, JUDGED + k - 1);
         uint32_t expected = (k >= 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k >= 3 ? ESTIMATOR_DETECTOR : 0u) |
                             (k >= 5 ? ESTIMATOR_CURRENT : 0u) | (k >= 8 ? ESTIMATOR_SPEED : 0u);
@@ -1523,7 +1584,7 @@ static void test_signs_are_independent(void)
     params.validity.current_max = 100.0f;
     params.validity.speed_min = 1.0f;
     for (long k = 1; k <= 20; k++) {
-        estimator_retune(&est, &params);
+        retune(&params);
         (void)step(&rig, JUDGED + 19 + k);
         uint32_t expected = (k < 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k < 3 ? ESTIMATOR_DETECTOR : 0u) |
                             (k < 5 ? ESTIMATOR_CURRENT : 0u) | (k < 8 ? ESTIMATOR_SPEED : 0u);
@@ -1539,7 +1600,7 @@ static void test_sample_bit_is_not_debounced(void)
     params.validity.speed_time = 2.5e-4f;
     estimator_oracle_case_t rig = validity_rig(1.0);
     run_to_judged(4, 1.0);
-    estimator_retune(&est, &params);
+    retune(&params);
     uint16_t seen[7];
     for (long k = 0; k < 7; k++) {
         if (k == 1 || k == 2 || k == 5) {
@@ -1578,7 +1639,7 @@ static void test_reset_starts_validity_anew(void)
     run_to_judged(0, 1.0);
     params.validity =
         (validity_params_t){1.0f, 0.0f, 2.5e-4f, 0.01f, 2.5e-4f, 1e-3f, 2.5e-4f, 900.0f, 0.0f, 2.5e-4f};
-    estimator_retune(&est, &params);
+    retune(&params);
     for (int n = 0; n < 2; n++) {
         for (long k = 0; k < 3; k++) {
             TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
@@ -1939,10 +2000,10 @@ static void test_retune_keeps_the_state(void)
     tune(&other, 100.0, 25.0);
     other.smo.gain = 150.0f;
     other.flux_adaptation = 3.0f;
-    estimator_retune(&est, &other);
+    retune(&other);
     TEST_ASSERT_TRUE(est.pll.kp == other.pll.kp && est.smo.gain == 150.0f);
     TEST_ASSERT_TRUE(est.pll.theta_e == before.pll.theta_e && est.pll.integral == before.pll.integral);
-    estimator_retune(&est, &params);
+    retune(&params);
     TEST_ASSERT_EQUAL_MEMORY(&before, &est, sizeof est);
 }
 
@@ -1957,18 +2018,18 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
     float adapted = est.flux_linkage;
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)PSI, adapted);
     params.flux_adaptation = 3.0f;
-    estimator_retune(&est, &params);
+    retune(&params);
     TEST_ASSERT_TRUE(est.flux_linkage == adapted);
     reset_near(&rig, 20000, 0.0, 0.0);
     TEST_ASSERT_TRUE(est.flux_linkage == adapted);
     params.flux_linkage = 0.19f;
-    estimator_retune(&est, &params);
+    retune(&params);
     TEST_ASSERT_TRUE(est.flux_linkage == 0.19f);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 0.19f, est.speed_per_volt);
     (void)deviation(&rig, 20001, 5000, 0);
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, (float)PSI, est.flux_linkage);
     params.flux_adaptation = 0.0f;
-    estimator_retune(&est, &params);
+    retune(&params);
     TEST_ASSERT_TRUE(est.flux_linkage == 0.19f);
     estimator_init(&est, &params);
     TEST_ASSERT_TRUE(est.flux_linkage == 0.19f);
@@ -2246,6 +2307,9 @@ int main(void)
     RUN_TEST(test_reset_near_saturation_goes_on_without_a_bump);
     RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_forward);
     RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_backward);
+    RUN_TEST(test_reset_presets_the_filter_as_settled_forward);
+    RUN_TEST(test_reset_presets_the_filter_as_settled_backward);
+    RUN_TEST(test_reset_beyond_the_turn_limit_is_finite_and_mirrored);
     RUN_TEST(test_reset_of_the_sign_stays_locked);
     RUN_TEST(test_zero_inputs_stay_finite_and_are_not_valid);
     RUN_TEST(test_zero_error_vector_from_the_start_is_finite);

@@ -308,10 +308,10 @@ static turn_t turn_of(ab_t from, ab_t to)
 }
 
 /* What the interrupt takes. With LAG_EXACT the switching voltage of the observer, turned and stretched by the
- * response without the filter, whatever the filter holds; by shorter series than the angle's. Up to x = 0.3 of
- * the angle only h^3 d/90 of the hold's phase is missing, 1.1e-5 rad at h = x/2 = 0.15 and d = R T/L = 0.3, and
- * 1e-6 of rounding; of the length 1e-4; up to the turn limit 1e-3 of both. In the paper's modes the filtered
- * estimate, turned by the mode's angle and stretched by the whole response. */
+ * response without the filter, whatever the filter holds; by shorter series than the angle's. Up to x = 0.3
+ * of the angle only h^3 d/90 of the hold's phase is missing, 1.1e-5 rad at h = x/2 = 0.15 and d = R T/L =
+ * 0.3, and 1e-6 of rounding; of the length 1e-4; up to the turn limit 1e-3 of both. In the paper's modes the
+ * filtered estimate, turned by the mode's angle and stretched by the whole response. */
 static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
 {
     double worst = 0.0;

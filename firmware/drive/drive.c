@@ -9,17 +9,19 @@
 #include "math/trig.h"
 
 #define CURRENT_RAIL                                                                                         \
-    (0.995f * DRIVE_CURRENT_RANGE) /* [A] a sensor that reads this is at its end or broken                   \
-                                    */
-#define U_DC_LIMIT        1000.0f  /* [V] no sensor of the board reads this: not a number */
-#define TEMPERATURE_LIMIT 1000.0f  /* [degC] likewise */
-#define SETTLE_PERIODS    64u      /* [periods] after the start before offsets are averaged */
-#define REARM_PERIODS     200u     /* [periods] 20 ms: fault line high for so long before a reset */
-#define ESTIMATE_SIGNS    (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
-#define DOUBT_SHARE       0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
-#define DOUBT_EMF         5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
-#define DOUBT_SPEED       30.0f /* [rad/s] slower, a current is near zero for too long to coast */
-#define DOUBT_DETECTOR    0.03f /* [-] a loop with an error to work off shall work */
+    (0.995f * DRIVE_CURRENT_RANGE)   /* [A] a sensor that reads this is at its end or broken                 \
+                                      */
+#define U_DC_LIMIT           1000.0f /* [V] no sensor of the board reads this: not a number */
+#define TEMPERATURE_LIMIT    1000.0f /* [degC] likewise */
+#define SETTLE_PERIODS       64u     /* [periods] after the start before offsets are averaged */
+#define REARM_PERIODS        200u    /* [periods] 20 ms: fault line high for so long before a reset */
+#define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
+#define DOUBT_SHARE          0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
+#define DOUBT_EMF            5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
+#define DOUBT_SHARE_FORESEEN 0.02f /* [-] likewise, while the speed changes */
+#define DOUBT_SPEED_STEADY   30.0f /* [rad/s] slower, a current is near zero for too long to coast */
+#define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] likewise, while the speed changes */
+#define DOUBT_DETECTOR       0.03f /* [-] a loop with an error to work off shall work */
 #define DOUBT_SPEED_SHARE                                                                                    \
     0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
 #define DOUBT_ANGLE      0.005f /* [rad] */
@@ -85,7 +87,7 @@ static void retune(drive_t *drive, const params_t *params)
     offset_trim_retune(&drive->offset_trim, &trim);
 
     estimator_params_t estimator;
-    (void)params_estimator(params, &estimator); /* params_check has judged it */
+    params_estimator(params, &estimator);
     estimator_retune(&drive->estimator, &estimator);
 
     const protection_limits_t limits = {
@@ -399,15 +401,20 @@ static abc_t control(drive_t *drive)
 /* Is the voltage of the last period too uncertain to track by? Around a zero crossing of a phase current the
  * sign of its leg's loss hangs on the sensor's offset, for as long as the current takes to pass. That matters
  * while the flux lost in this time could turn that of the rotor by more than DOUBT_ANGLE, and the whole loss
- * is no small part of the EMF. Not while the speed changes: then every sample counts. */
+ * is no small part of the EMF. Coasting needs a speed that stays, or large currents whose torque the tracking
+ * loop is told of. */
 static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
 {
     const float missing = drive->omega_m_ref - drive->omega_m;
     const float doubtful = drive->params.doubtful_current;
     const float amplitude = drive->estimator.pll.amplitude;
-    if (bounds_within(drive->estimate.omega_e, DOUBT_SPEED) ||
-        !bounds_within(drive->estimator.pll.detector, DOUBT_DETECTOR) ||
-        !bounds_within(missing, DOUBT_SPEED_SHARE * bounds_magnitude(drive->omega_m))) {
+    const bool steady = bounds_within(drive->estimator.pll.detector, DOUBT_DETECTOR) &&
+                        bounds_within(missing, DOUBT_SPEED_SHARE * bounds_magnitude(drive->omega_m)) &&
+                        !bounds_within(drive->estimate.omega_e, DOUBT_SPEED_STEADY);
+    const bool foreseen = drive->params.torque_feedforward > 0.0f &&
+                          doubtful < DOUBT_SHARE_FORESEEN * loss->largest &&
+                          !bounds_within(drive->estimate.omega_e, DOUBT_SPEED_FORESEEN);
+    if (!steady && !foreseen) {
         drive->doubt = 0u;
     } else if (loss->smallest < doubtful && doubtful < DOUBT_SHARE * loss->largest &&
                amplitude < DOUBT_EMF * loss->leg &&

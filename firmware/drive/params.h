@@ -99,7 +99,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(43, estimate_detector_max, "-", 0.6f, 0.0f, 1.0f, TABLE_LIVE,                                          \
       "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
     F(44, estimate_current_max, "A", 4.0f, 0.0f, 100.0f, TABLE_LIVE,                                         \
-      "largest current error of a valid estimate; 0: not judged")                                            \
+      "largest current error of a valid estimate, 0: not judged; rule: 4/observer_slope")                    \
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
@@ -140,9 +140,9 @@ bool params_check_range(const table_row_t *row, const void *base, params_error_t
 bool params_check_rule(const table_t *table, const char *field, const char *rule, float value, float min,
                        float max, params_error_t *why);
 
-/* The estimator's part of a set that is in its ranges. false: no stable tracking loop has this bandwidth,
- * damping and cutoff at the drive's rate; `estimator` is then without its loop. */
-bool params_estimator(const params_t *params, estimator_params_t *estimator);
+/* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
+ * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */
+void params_estimator(const params_t *params, estimator_params_t *estimator);
 
 /* What a phase of motor and inverter drops in proportion to its current [ohm]. */
 float params_resistance(const params_t *params);

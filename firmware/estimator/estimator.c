@@ -10,7 +10,7 @@
 /* Limits that nothing reaches: the sign is not judged. */
 #define UNLIMITED           1e30f
 #define AMPLITUDE_UNLIMITED 1e4f /* [-] */
-#define SPEED_UNLIMITED     1e7f /* [rad/s] */
+#define TURN_UNLIMITED      4.0f /* [rad] in a period */
 
 /* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
  */
@@ -126,7 +126,7 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     est->amplitude = band_of(limits->amplitude_min, limit_of(limits->amplitude_max, AMPLITUDE_UNLIMITED));
     est->detector_max = limit_of(limits->detector_max, UNLIMITED);
     est->error_square_max = limit_of(limits->current_max * limits->current_max, UNLIMITED);
-    est->speed = band_of(limits->speed_min, limit_of(limits->speed_max, SPEED_UNLIMITED));
+    est->speed = band_of(limits->speed_min, limit_of(limits->speed_max, TURN_UNLIMITED / period));
     est->debounce[0] = periods_of(limits->amplitude_time, period);
     est->debounce[1] = periods_of(limits->detector_time, period);
     est->debounce[2] = periods_of(limits->current_time, period);
@@ -188,16 +188,19 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->invalid = 0u;
 }
 
-/* Is the first sample after a reset that of the reset itself? Its current is then the same. Where the current
- * does not change anyhow, the voltage leans to the EMF of the period before t_k or of that after it. */
+/* Is the first sample after a reset that of the reset itself? Its current is then the same. Only a machine
+ * without current has the same one a period later too; there the voltage is the EMF, of the period before t_k
+ * or of that after it. */
 static bool of_reset(const estimator_t *est, ab_t voltage, ab_t current)
 {
     if (current.alpha != est->reset_current.alpha || current.beta != est->reset_current.beta) {
         return false;
     }
-    ab_t emf = {voltage.alpha - est->smo.resistance * current.alpha,
-                voltage.beta - est->smo.resistance * current.beta};
-    return frames_park(emf, est->pll.rotation).d >= 0.0f;
+    if (current.alpha != 0.0f || current.beta != 0.0f) {
+        return true;
+    }
+    float ahead = est->emf.alpha * voltage.beta - est->emf.beta * voltage.alpha;
+    return est->pll.omega_smooth < 0.0f ? ahead >= 0.0f : ahead <= 0.0f;
 }
 
 /* Slow: psi_f = |e|/|omega_e|, both through the same low-pass, so that a ramp of the speed leaves no trace.

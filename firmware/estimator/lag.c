@@ -1,5 +1,6 @@
 #include "estimator/lag.h"
 
+#include "math/bounds.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -21,12 +22,9 @@ static complex_t product(complex_t a, complex_t b)
 #define TAN_5  0.14390343f
 #define SIZE_4 0.62474806f
 
-static float limited(float x)
+static float limited(float h)
 {
-    if (x > 0.5f * LAG_TURN_LIMIT) {
-        return 0.5f * LAG_TURN_LIMIT;
-    }
-    return x < -0.5f * LAG_TURN_LIMIT ? -0.5f * LAG_TURN_LIMIT : x;
+    return bounds_clamp(h, 0.5f * LAG_TURN_LIMIT);
 }
 
 /* The filter's share times (1 + t^2), t = tan(x/2): (1 - c/z)/(1 - c) = 1 + c/(1 - c) (1 - 1/z). */

@@ -35,7 +35,7 @@ typedef enum { LAG_NONE, LAG_PRINTED, LAG_CORRECTED, LAG_EXACT } lag_mode_t;
 float lag_angle(const smo_t *smo, lag_mode_t mode, float omega_e);
 
 /* |e_hat|/|e| [-] of the sampled observer with its EMF filter at this electrical speed [rad/s]; even in it;
- * at standstill g/(g + R). Within 1e-5 of its value. One division. */
+ * at standstill g/(g + R). Within 3e-5 of its value for R T/L <= 0.3, 1e-4 else. One division. */
 float lag_attenuation(const smo_t *smo, float omega_e);
 
 /* The EMF of t_k itself [V], lag and attenuation undone, from the observer's state.
@@ -45,10 +45,10 @@ float lag_attenuation(const smo_t *smo, float omega_e);
  *
  *     e = ((g + R) + j (2/b - R - g) t) e^(-j lead) (current error) size
  *
- * Within 1e-5 rad and 1e-4 of its length up to |omega_e| T = 0.3, 1e-3 each up to LAG_TURN_LIMIT; beyond it
- * finite. The vector form: straight line, no division. Per axis, with the power-weighted k_f: one division.
- * The other modes take the filtered e_hat, turn it by lag_angle() and divide by lag_attenuation(): three
- * divisions, a sine, a cosine and an arc tangent. */
+ * Within 1.2e-5 rad and 1e-4 of its length up to |omega_e| T = 0.3 and R T/L = 0.3, 1e-3 each up to
+ * LAG_TURN_LIMIT; beyond it finite. The vector form: straight line, no division. Per axis, with the
+ * power-weighted k_f: one division. The other modes take the filtered e_hat, turn it by lag_angle() and
+ * divide by lag_attenuation(): three divisions, a sine, a cosine and an arc tangent. */
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
 
 /* What the switching voltage v and its filtered value e_hat [V] are when the observer has settled on the EMF

@@ -99,13 +99,13 @@ void pll_settle(pll_t *pll, float amplitude)
 
 position_t pll_coast(pll_t *pll, float acceleration)
 {
-    position_t position = {pll->theta_e, pll->omega_smooth};
-    move(pll, position.omega_e);
     float feedforward = pll->feedforward.value + pll->period * acceleration;
     if (bounds_magnitude(feedforward) <= pll->speed_limit) {
         lowpass_reset(&pll->feedforward, feedforward);
         pll->omega_smooth = pll->integral + feedforward;
     }
+    position_t position = {pll->theta_e, pll->omega_smooth};
+    move(pll, position.omega_e);
     pll->detector = 0.0f;
     return position;
 }

@@ -116,9 +116,9 @@ void pll_reset(pll_t *pll, position_t start);
  * feed-forward.
  *
  * feedforward_cutoff = 0 with acceleration = 0 is the conventional PLL bit for bit. For any input, non-finite
- * ones too, result and state stay finite: with an EMF that is not finite or beyond 1e15 V the loop coasts; an
- * F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice that
- * limit. Zero EMF: detector 0, F decays.
+ * ones too, result and state stay finite: with an EMF that is not finite or, filtered, beyond 1e15 V the loop
+ * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice
+ * that limit. Zero EMF: detector 0, F decays.
  *
  * Straight line, one sine and cosine, no division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);

@@ -52,7 +52,6 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->resistance = params->resistance;
     smo->inductance = params->inductance;
     smo->period = params->period;
-    smo->current_decay = 1.0f - rest;
     smo->voltage_gain = rest / params->resistance;
     smo->gain = params->gain;
     smo->half_slope = 0.5f * params->slope;

@@ -64,7 +64,6 @@ typedef struct {
     float resistance;     /* R [ohm] */
     float inductance;     /* L [H] */
     float period;         /* T [s] */
-    float current_decay;  /* a = exp(-R T/L) [-] */
     float voltage_gain;   /* b = (1 - a)/R [A/V] */
     float gain;           /* k_s [V] */
     float half_slope;     /* a_f/2 [1/A] */

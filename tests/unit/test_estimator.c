@@ -4,7 +4,7 @@
  * What float leaves: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which L/T
  * makes a voltage: 125 V/A 5e-7 A = 6e-5 V on 7.7 V and more (paper's machine at 100 r/min), 0.01 mrad; for
  * the other machines L i_q/(T psi_f omega) is at most ten times that of the paper's, 0.1 mrad a sample, which
- * the PLL averages. lag_undo: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are the
+ * the PLL averages. lag_emf: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are the
  * sums. */
 #include <math.h>
 #include <setjmp.h>
@@ -36,7 +36,7 @@ static const struct {
                 {30.0, 0.01, 0.05, 2000.0},
                 {50.0, 0.01, 0.05, 6000.0}};
 
-/* The last is at the limits: R T/L = 0.5, omega T = 0.6. */
+/* The last one, apart from the others, is at the limits: R T/L = 0.5, omega T = 0.6. */
 #define MACHINE_COUNT ((int)(sizeof MACHINES / sizeof MACHINES[0]) - 1)
 #define EXTREME       MACHINE_COUNT
 

@@ -465,10 +465,11 @@ static void test_without_an_emf_it_coasts(void)
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDING, 0.0, circle(direction * SPEED * 2000 * T - (double)pll.theta_e));
         for (int k = 0; k < 200; k++) {
             const double theta = (double)before.theta_e + (double)before.omega_smooth * k * T +
-                                 direction * 0.5 * a * k * (k - 1) * T * T;
+                                 direction * 0.5 * a * k * (k + 1) * T * T;
             const float share = (float)(direction * a);
             position_t p = n < 2 ? pll_coast(&pll, share) : pll_step(&pll, beyond[n % 4], 5.5f, share);
-            TEST_ASSERT_DOUBLE_WITHIN(1.6e-5 * (k + 1), (double)before.omega_smooth + direction * a * k * T,
+            TEST_ASSERT_DOUBLE_WITHIN(1.6e-5 * (k + 1),
+                                      (double)before.omega_smooth + direction * a * (k + 1) * T,
                                       (double)p.omega_e);
             TEST_ASSERT_DOUBLE_WITHIN(4e-7 * (k + 1) + 7.5e-6 * k * k * T, 0.0,
                                       circle(theta - (double)p.theta_e));

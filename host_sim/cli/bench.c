@@ -1,8 +1,16 @@
-/* `lagless bench`: how much faster than real time the whole ring runs, and what the interrupt costs on this
- * machine. */
+/* `lagless bench`: how much faster than real time the whole ring runs, and what the interrupt and one step of
+ * the estimator cost on this machine: time, and instructions.
+ *
+ * Instructions are counted by callgrind, on this very program: it runs itself under valgrind with the hidden
+ * option --replay, once with the estimator and once with an empty function in its place, and takes the
+ * difference. The same build gives the same number every time. */
 #include <argp.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
@@ -11,12 +19,15 @@
 #define RUNS           5
 #define SPEED_RPM      1000.0
 #define LOAD_NM        5.0
+#define WORST_RPM      165.0 /* 69 rad/s electrical: slow enough for the signed EMF, fast enough to adapt */
 #define SETTLE_PERIODS 5000u
 #define RPM            (2.0 * 3.14159265358979 / 60.0) /* [rad/s] */
+#define NOT_INSTALLED  127
 
 typedef struct {
     bool json;
     double seconds;
+    const char *replay; /* "estimator" or "empty", in the process that valgrind watches; else NULL */
 } options_t;
 
 static error_t parse(int key, char *argument, struct argp_state *state)
@@ -32,6 +43,9 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         if (end == argument || *end != '\0' || !(options->seconds >= 0.01 && options->seconds <= 1000.0)) {
             argp_error(state, "--seconds %s: accepted 0.01 to 1000", argument);
         }
+        return 0;
+    case 'r':
+        options->replay = argument;
         return 0;
     case ARGP_KEY_ARG:
         argp_error(state, "%s: no argument is expected", argument);
@@ -54,17 +68,22 @@ static double median(double values[RUNS])
     return values[RUNS / 2];
 }
 
-static rig_t *running_rig(bool averaged)
+typedef enum { ENCODER, SENSORLESS } source_t;
+
+static rig_t *running_rig(bool averaged, source_t source, double rpm)
 {
     rig_t *rig = rig_create(1);
     if (rig == NULL) {
         return NULL;
     }
     rig_put(rig, "fidelity", averaged ? 1.0 : 0.0);
-    rig_put(rig, "load_torque", LOAD_NM);
-    rig_set_motion(rig, 0.0, SPEED_RPM * RPM);
-    rig_put(rig, "speed_request", SPEED_RPM * RPM);
+    rig_put(rig, "position_source", source == SENSORLESS ? 1.0 : 0.0);
+    rig_apply(rig);
+    rig_set_motion(rig, 0.0, rpm * RPM);
+    rig_put(rig, "speed_request", rpm * RPM);
     rig_put(rig, "enable", 1.0);
+    rig_run(rig, SETTLE_PERIODS);
+    rig_put(rig, "load_torque", LOAD_NM);
     rig_run(rig, SETTLE_PERIODS);
     return rig;
 }
@@ -72,7 +91,7 @@ static rig_t *running_rig(bool averaged)
 static double times_realtime(bool averaged, double seconds)
 {
     double values[RUNS];
-    rig_t *rig = running_rig(averaged);
+    rig_t *rig = running_rig(averaged, ENCODER, SPEED_RPM);
     if (rig == NULL) {
         return 0.0;
     }
@@ -88,7 +107,7 @@ static double times_realtime(bool averaged, double seconds)
 static double interrupt_ns(void)
 {
     double values[RUNS];
-    rig_t *rig = running_rig(true);
+    rig_t *rig = running_rig(true, ENCODER, SPEED_RPM);
     if (rig == NULL) {
         return 0.0;
     }
@@ -99,33 +118,228 @@ static double interrupt_ns(void)
     return median(values);
 }
 
+/* ---- one step of the estimator ---- */
+
+/* A running sensorless drive's estimator and what it gets; NULL: said why. `worst`: everything that may be
+ * switched on is, and a sign of validity fails in every period, too short for the drive to give up. */
+static void *estimator_record(bool worst)
+{
+    static const struct {
+        const char *name;
+        double value;
+    } settings[] = {
+        {"flux_adaptation", 2.0},       /* on */
+        {"torque_feedforward", 1.0},    /* on */
+        {"estimate_current_max", 1e-3}, /* [A] less than any step has */
+        {"estimate_time", 10.0},        /* [s] */
+        {"doubtful_current", 0.0},      /* [A] every period is a step of the estimator, none is coasted */
+    };
+    rig_t *rig = running_rig(true, SENSORLESS, worst ? WORST_RPM : SPEED_RPM);
+    void *record = malloc(rig_estimator_size());
+    bool good = rig != NULL && record != NULL;
+    for (size_t n = 0; good && worst && n < sizeof settings / sizeof settings[0]; n++) {
+        good = rig_put(rig, settings[n].name, settings[n].value);
+    }
+    if (good && rig_apply(rig)) {
+        rig_estimator_record(rig, record);
+        good = rig_value(rig, "fault_reason") == 0.0;
+    }
+    if (!good) {
+        fprintf(stderr, "lagless bench: the sensorless drive does not run: %s\n",
+                rig != NULL ? rig_error(rig) : "no memory");
+        free(record);
+        record = NULL;
+    }
+    rig_free(rig);
+    return record;
+}
+
+static double estimator_ns(const void *record)
+{
+    double values[RUNS];
+    for (int n = 0; n < RUNS; n++) {
+        values[n] = 1e9 * rig_estimator_seconds(record);
+    }
+    return median(values);
+}
+
+/* In the process that valgrind watches; the record comes on standard input. */
+static int replay(const char *what)
+{
+    const size_t size = rig_estimator_size();
+    const bool empty = strcmp(what, "empty") == 0;
+    void *record = malloc(size);
+    const bool good = record != NULL && fread(record, 1, size, stdin) == size;
+    if (good) {
+        (void)rig_estimator_replay(record, empty);
+    } else {
+        fprintf(stderr, "lagless bench: --replay is for bench itself: no record on standard input\n");
+    }
+    free(record);
+    return good ? EXIT_DONE : EXIT_USAGE;
+}
+
+static void become_valgrind(const char *what, int input, int messages)
+{
+    char program[PATH_SIZE];
+    const ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1u);
+    if (length < 0 || dup2(input, STDIN_FILENO) < 0 || dup2(messages, STDERR_FILENO) < 0) {
+        _exit(EXIT_INTERNAL);
+    }
+    program[length] = '\0';
+    execlp("valgrind", "valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null",
+           "--toggle-collect=rig_estimator_replay*", program, "bench", "--replay", what, (char *)NULL);
+    _exit(NOT_INSTALLED);
+}
+
+/* What callgrind says it has collected; NAN: nothing. */
+static double collected(int messages)
+{
+    char line[512];
+    double count = NAN;
+    FILE *file = fdopen(messages, "r");
+    if (file == NULL) {
+        close(messages);
+        return NAN;
+    }
+    while (fgets(line, sizeof line, file) != NULL) {
+        (void)sscanf(line, "==%*d== Collected : %lf", &count);
+    }
+    fclose(file);
+    return count;
+}
+
+/* Instructions of a replay; NAN: `why` says what was missing. */
+static double instructions_of(const char *what, FILE *record, const char **why)
+{
+    int messages[2];
+    int status = -1;
+    rewind(record);
+    fflush(NULL);
+    if (pipe(messages) != 0) {
+        *why = "no pipe could be had";
+        return NAN;
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+        close(messages[0]);
+        become_valgrind(what, fileno(record), messages[1]);
+    }
+    close(messages[1]);
+    const double count = collected(messages[0]);
+    const bool ended = child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status);
+    if (ended && WEXITSTATUS(status) == NOT_INSTALLED) {
+        *why = "valgrind is not installed";
+    } else if (!ended || WEXITSTATUS(status) != 0 || !(count > 0.0)) {
+        *why = "this build does not run under valgrind";
+    } else {
+        return count;
+    }
+    return NAN;
+}
+
+/* Of one step, mean over the record; NAN: `why` says why not. */
+static double estimator_instructions(const void *record, const char **why)
+{
+    FILE *file = tmpfile();
+    double count = NAN;
+    if (file == NULL || fwrite(record, 1, rig_estimator_size(), file) != rig_estimator_size()) {
+        *why = "no temporary file could be written";
+    } else {
+        count = instructions_of("estimator", file, why);
+        count -= isnan(count) ? 0.0 : instructions_of("empty", file, why);
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    return count / RIG_ESTIMATOR_STEPS;
+}
+
+/* ---- all of it ---- */
+
+typedef struct {
+    double ns;           /* [ns] a step */
+    double instructions; /* [-] a step; NAN: not counted */
+} step_cost_t;
+
+static bool measure(bool worst, step_cost_t *cost, const char **why)
+{
+    void *record = estimator_record(worst);
+    if (record == NULL) {
+        return false;
+    }
+    cost->ns = estimator_ns(record);
+    cost->instructions = estimator_instructions(record, why);
+    free(record);
+    return true;
+}
+
+static void print_cost(const char *name, const step_cost_t *cost, const char *conditions)
+{
+    printf("  %-10s %7.0f ns   ", name, cost->ns);
+    if (isnan(cost->instructions)) {
+        printf("     not counted");
+    } else {
+        printf("%4.0f instructions", cost->instructions);
+    }
+    printf("   %s\n", conditions);
+}
+
 int command_bench(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"seconds", 's', "S", 0, "simulated time of each run (default 2)", 0},
+        {"replay", 'r', "WHAT", OPTION_HIDDEN, NULL, 0},
         {0},
     };
-    static const struct argp argp = {
-        rows, parse, NULL, "Speed of the ring and cost of the interrupt, median of 5 runs.",
-        NULL, NULL,  NULL};
-    options_t options = {false, 2.0};
+    static const struct argp argp = {rows,
+                                     parse,
+                                     NULL,
+                                     "Speed of the ring, cost of the interrupt and of a step of the "
+                                     "estimator, median of 5 runs; instructions are counted where valgrind "
+                                     "is installed.",
+                                     NULL,
+                                     NULL,
+                                     NULL};
+    options_t options = {.seconds = 2.0};
     if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
         return EXIT_USAGE;
+    }
+    if (options.replay != NULL) {
+        return replay(options.replay);
     }
 
     const double switched = times_realtime(false, options.seconds);
     const double averaged = times_realtime(true, options.seconds);
     const double isr_ns = interrupt_ns();
-    if (options.json) {
-        printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f}\n", switched,
-               averaged, isr_ns);
-    } else {
-        printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM,
-               RUNS, options.seconds);
-        printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched, 1e5 / switched);
-        printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged, 1e5 / averaged);
-        printf("  interrupt  %7.0f ns\n", isr_ns);
+    const char *why = NULL;
+    step_cost_t typical;
+    step_cost_t worst;
+    if (!(switched > 0.0 && averaged > 0.0) || !measure(false, &typical, &why) ||
+        !measure(true, &worst, &why)) {
+        return EXIT_INTERNAL;
     }
-    return switched > 0.0 && averaged > 0.0 ? EXIT_DONE : EXIT_INTERNAL;
+    if (why != NULL) {
+        fprintf(stderr, "lagless bench: instructions were not counted: %s\n", why);
+    }
+    if (options.json) {
+        printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f, "
+               "\"estimator_ns\": %.1f, \"estimator_ns_worst\": %.1f, \"estimator_instructions\": ",
+               switched, averaged, isr_ns, typical.ns, worst.ns);
+        output_json_number(stdout, typical.instructions);
+        printf(", \"estimator_instructions_worst\": ");
+        output_json_number(stdout, worst.instructions);
+        printf(", \"build\": \"" LAGLESS_BUILD "\"}\n");
+        return EXIT_DONE;
+    }
+    printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM, RUNS,
+           options.seconds);
+    printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched, 1e5 / switched);
+    printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged, 1e5 / averaged);
+    printf("  interrupt  %7.0f ns\n", isr_ns);
+    printf("one estimator_step, " LAGLESS_BUILD "\n");
+    print_cost("typical", &typical, "1000 r/min, 5 N m");
+    print_cost("worst", &worst, "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a sign failing");
+    return EXIT_DONE;
 }

@@ -29,6 +29,9 @@ if(NOT LAGLESS_COMMIT)
 endif()
 set_source_files_properties(cli/run.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
+# What the instructions that bench counts are those of.
+set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS
+    "LAGLESS_BUILD=\"${CMAKE_C_COMPILER_ID} ${CMAKE_C_COMPILER_VERSION}, ${CMAKE_SYSTEM_PROCESSOR}, $<CONFIG>\"")
 # Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_PYTHON=\"${LAGLESS_PYTHON}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")

@@ -32,6 +32,22 @@ void rig_step(rig_t *rig);
  * taken off. Changes nothing else: they are the periods that rig_run would have run. */
 double rig_interrupt_seconds(rig_t *rig, uint32_t periods);
 
+/* The estimator by itself. A record is a block of rig_estimator_size() octets, aligned like any that malloc
+ * gives, good in every process of the same program: the drive's estimator as it stands, and what
+ * estimator_step gets in the next RIG_ESTIMATOR_STEPS periods, which rig_estimator_record runs. The bridge
+ * must be on. */
+#define RIG_ESTIMATOR_STEPS 20000u
+size_t rig_estimator_size(void);
+void rig_estimator_record(rig_t *rig, void *record);
+
+/* Takes these steps again on a copy of that estimator, by a call that no compiler sees through, so that an
+ * instruction counter may count between entry and return; or as many empty functions of the same shape, to be
+ * subtracted. Returns theta_hat of the last step [rad]. */
+float rig_estimator_replay(const void *record, bool empty);
+
+/* What a step took on this machine, mean of one replay [s], loop and call taken off. */
+double rig_estimator_seconds(const void *record);
+
 /* Up to n periods; fewer if the stop condition is met. Returns how many ran. */
 uint32_t rig_run(rig_t *rig, uint32_t periods);
 

@@ -29,6 +29,14 @@ def lagless(*arguments, **settings):
     return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, **settings)
 
 
+def runs_under_valgrind():
+    """False without valgrind, and for a build with sanitizers."""
+    try:
+        return subprocess.run(["valgrind", LAGLESS, "--version"], capture_output=True).returncode == 0
+    except FileNotFoundError:
+        return False
+
+
 class CommandLine(unittest.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "cli_work")
@@ -64,6 +72,52 @@ class CommandLine(unittest.TestCase):
             done = lagless(*arguments, "--json")
             self.assertEqual(0, done.returncode, arguments)
             self.assertIsInstance(json.loads(done.stdout), dict)
+
+    def test_bench_counts_instructions_of_the_estimator(self):
+        done = lagless("bench", "--seconds", "0.01", "--json")
+        self.expect(0, done)
+        result = json.loads(done.stdout)
+        for key in ("switched_x_realtime", "averaged_x_realtime", "isr_ns", "estimator_ns", "estimator_ns_worst"):
+            self.assertGreater(result[key], 0.0, key)
+        typical, worst = result["estimator_instructions"], result["estimator_instructions_worst"]
+        if not runs_under_valgrind():
+            self.assertIn("not counted", done.stderr)
+            self.assertEqual((None, None), (typical, worst))
+            self.skipTest(done.stderr)
+        # A sine, a cosine, a root and a hyperbolic tangent, of some ten operations each, are in any step; the worst one has
+        # the adaptation besides, two low-passes and one more root: more than thirty operations.
+        self.assertGreater(typical, 50)
+        self.assertGreater(worst, typical + 30)
+        again = json.loads(lagless("bench", "--seconds", "0.01", "--json").stdout)
+        self.assertEqual((typical, worst), (again["estimator_instructions"], again["estimator_instructions_worst"]))
+
+    def test_bench_without_valgrind_says_so(self):
+        nowhere = {**os.environ, "PATH": self.folder}
+        done = lagless("bench", "--seconds", "0.01", "--json", env=nowhere)
+        self.expect(0, done, "not counted: valgrind is not installed")
+        result = json.loads(done.stdout)
+        self.assertEqual((None, None), (result["estimator_instructions"], result["estimator_instructions_worst"]))
+        self.assertGreater(result["estimator_ns"], 0.0)
+        self.expect(0, lagless("bench", "--seconds", "0.01", env=nowhere), "not counted   1000 r/min")
+
+    def bench_with_valgrind(self, script):
+        """Under a valgrind that is this shell script, whose arguments end with --replay estimator or --replay empty."""
+        with open(os.path.join(self.folder, "valgrind"), "w") as file:
+            file.write("#!/bin/sh\n" + script)
+        os.chmod(file.name, 0o755)
+        done = lagless("bench", "--seconds", "0.01", "--json", env={**os.environ, "PATH": self.folder})
+        self.assertEqual(0, done.returncode, done.stderr)
+        return json.loads(done.stdout)["estimator_instructions"], done.stderr
+
+    def test_bench_takes_loop_and_call_off_and_divides_by_20000_steps(self):
+        count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\n'
+        self.assertEqual((200.0, ""), self.bench_with_valgrind(count + 'echo "==12== Collected : $n" >&2\n'))
+
+    def test_bench_with_a_valgrind_that_fails_says_so(self):
+        for script in ("echo '==12== Collected : 5' >&2\nexit 1\n", "echo '==12== Collected : 0' >&2\n", "exit 0\n"):
+            number, said = self.bench_with_valgrind(script)
+            self.assertIsNone(number, script)
+            self.assertIn("not counted: this build does not run under valgrind", said)
 
     def test_map_is_a_list_of_points_with_these_keys(self):
         done = lagless("map", "--ideal", "--speeds", "1013,300", "--json")

@@ -13,6 +13,7 @@ add_executable(lagless
     cli/main.c
     cli/map.c
     cli/output.c
+    cli/paper.c
     cli/run.c
     cli/shell.c
     cli/tables.c

@@ -31,6 +31,7 @@ int command_demo(int argc, char **argv);
 int command_explain(int argc, char **argv);
 int command_man(int argc, char **argv);
 int command_map(int argc, char **argv);
+int command_paper(int argc, char **argv);
 int command_params(int argc, char **argv);
 int command_reference(int argc, char **argv);
 int command_run(int argc, char **argv);

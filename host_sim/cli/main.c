@@ -19,6 +19,8 @@ const cli_command_t cli_commands[] = {
     {"demo", command_demo, "", "--json --out", "encoder-mode speed profile, as a table and a picture"},
     {"map", command_map, "", "--speeds --ideal --averaged --json --out",
      "error of the sensorless angle over speed, load and wrong beliefs, judged"},
+    {"paper", command_paper, "[FIG...]", "--json --out",
+     "the paper's figures measured again, judged against its numbers"},
     {"bench", command_bench, "", "--json --seconds",
      "speed of the ring, cost of the interrupt and of the estimator"},
     {"reference", command_reference, "", "", "all tables as Markdown"},

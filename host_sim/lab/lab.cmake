@@ -18,6 +18,7 @@ find_package(Threads REQUIRED)
 add_library(lagless_lab STATIC
     lab/map.c
     lab/names.c
+    lab/paper.c
     lab/recorder.c
     lab/recorder_csv.c
     lab/recorder_mat.c

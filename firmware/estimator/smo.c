@@ -56,7 +56,6 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->gain = params->gain;
     smo->half_slope = 0.5f * params->slope;
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
-    smo->emf_share = 1.0f - smo->emf_decay;
     smo->filtering = params->emf_cutoff > 0.0f;
     smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
     smo->half_period = 0.5f * params->period;
@@ -67,7 +66,7 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->hold_size = 1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
     smo->hold_size_observer = 1.0f / 3.0f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
     smo->lag_resistance = 2.0f / smo->voltage_gain - params->resistance;
-    smo->filter_odd = 2.0f * smo->emf_decay / smo->emf_share;
+    smo->filter_odd = 2.0f * smo->emf_decay / (1.0f - smo->emf_decay);
     smo->filter_even = 1.0f + smo->filter_odd;
     smo->switching = (int32_t)params->switching;
 }

@@ -68,7 +68,6 @@ typedef struct {
     float gain;           /* k_s [V] */
     float half_slope;     /* a_f/2 [1/A] */
     float emf_decay;      /* exp(-omega_s T) [-]; 0 = no filter */
-    float emf_share;      /* 1 - exp(-omega_s T) [-]; 1 = no filter */
     float mean_share;     /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
     float half_period;    /* T/2 [s] */
     float loop_gain_unit; /* b k_s [A]; b g = this times k_f */

@@ -1,6 +1,5 @@
 /* Amount and limits of a number, in forms that every target has an instruction for: absolute value, minimum,
- * maximum, sign of one number on another. The functions of <math.h> used here are exact and inline on every
- * compiler; no library is called.
+ * maximum. The functions of <math.h> used here are exact and inline on every compiler; no library is called.
  *
  * No state. NaN: bounds_clamp() gives the upper limit, bounds_within() false. */
 #ifndef MATH_BOUNDS_H
@@ -26,12 +25,6 @@ static inline float bounds_clamp(float value, float limit)
 static inline bool bounds_within(float value, float limit)
 {
     return fabsf(value) < limit;
-}
-
-/* `amount` >= 0 with the sign of `of`. */
-static inline float bounds_signed(float amount, float of)
-{
-    return of < 0.0f ? -amount : amount;
 }
 
 #endif

@@ -19,6 +19,7 @@ add_library(lagless_lab STATIC
     lab/map.c
     lab/names.c
     lab/paper.c
+    lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c
     lab/recorder_mat.c

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/pool.h"
 #include "host_sim/rig/rig.h"
 
 #define PI               3.14159265358979323846
@@ -24,7 +25,6 @@
 #define HOLD_PERIODS                                                                                         \
     1000u /* [periods] current and estimator settle; five time constants of the PLL's bandwidth */
 #define FOLLOW_PERIODS 100u /* [periods] 15 time constants of the encoder's speed */
-#define THREADS_MAX    256u
 
 /* ---- what a point changes ---- */
 
@@ -316,17 +316,7 @@ bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, ma
     atomic_init(&work.next, 0u);
     pthread_mutex_init(&work.lock, NULL);
 
-    /* The calling thread works too; a thread that can not be had is done without. */
-    pthread_t helpers[THREADS_MAX];
-    unsigned helping = 0;
-    while (helping + 1u < threads && helping < THREADS_MAX &&
-           pthread_create(&helpers[helping], NULL, work_off, &work) == 0) {
-        helping++;
-    }
-    work_off(&work);
-    for (unsigned n = 0; n < helping; n++) {
-        pthread_join(helpers[n], NULL);
-    }
+    pool_run(threads, work_off, &work);
     pthread_mutex_destroy(&work.lock);
     return !work.failed;
 }

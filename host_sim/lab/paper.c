@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/pool.h"
 #include "host_sim/rig/rig.h"
 
 #define PI             3.14159265358979323846
@@ -18,7 +19,6 @@
 #define FOLLOW_PERIODS 100u              /* [periods] the encoder's speed follows the rotor's */
 #define SLICE_PERIODS  10u               /* [periods] grid of the events */
 #define TRACE_EVERY    4u                /* [periods] */
-#define THREADS_MAX    256u
 #define J              ((double complex)I)
 #define PLATEAU_BEGIN  0.75 /* share of a speed change: the transient is over, the limit still holds */
 #define PLATEAU_END    0.85
@@ -750,17 +750,7 @@ static bool run_all(paper_t *paper, uint64_t seed, unsigned threads, paper_progr
     atomic_init(&work.next, 0u);
     pthread_mutex_init(&work.lock, NULL);
 
-    /* The calling thread works too; a thread that can not be had is done without. */
-    pthread_t helpers[THREADS_MAX];
-    unsigned helping = 0;
-    while (helping + 1u < threads && helping < THREADS_MAX &&
-           pthread_create(&helpers[helping], NULL, work_off, &work) == 0) {
-        helping++;
-    }
-    work_off(&work);
-    for (unsigned n = 0; n < helping; n++) {
-        pthread_join(helpers[n], NULL);
-    }
+    pool_run(threads, work_off, &work);
     pthread_mutex_destroy(&work.lock);
     return !work.failed;
 }

@@ -17,7 +17,7 @@
 #define REARM_PERIODS        200u    /* [periods] 20 ms: fault line high for so long before a reset */
 #define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
 #define DOUBT_SHARE          0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
-#define DOUBT_EMF            5.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
+#define DOUBT_EMF            4.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_SHARE_FORESEEN 0.02f /* [-] likewise, while the speed changes */
 #define DOUBT_SPEED_STEADY   30.0f /* [rad/s] slower, a current is near zero for too long to coast */
 #define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] likewise, while the speed changes */

@@ -14,6 +14,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
 #include "host_sim/rig/rig.h"
 
 #define RUNS           5
@@ -327,9 +328,9 @@ int command_bench(int argc, char **argv)
         printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f, "
                "\"estimator_ns\": %.1f, \"estimator_ns_worst\": %.1f, \"estimator_instructions\": ",
                switched, averaged, isr_ns, typical.ns, worst.ns);
-        output_json_number(stdout, typical.instructions);
+        json_number(stdout, typical.instructions);
         printf(", \"estimator_instructions_worst\": ");
-        output_json_number(stdout, worst.instructions);
+        json_number(stdout, worst.instructions);
         printf(", \"build\": \"" LAGLESS_BUILD "\"}\n");
         return EXIT_DONE;
     }

@@ -7,6 +7,7 @@
 #include "drive/reasons.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 
 typedef struct {
@@ -54,9 +55,9 @@ static void print(const reason_row_t *row, bool json)
         return;
     }
     printf("{\"number\": %ld, \"name\": \"%s\", \"text\": ", (long)row->number, row->name);
-    output_json_text(stdout, row->text);
+    json_text(stdout, row->text);
     printf(", \"remedy\": ");
-    output_json_text(stdout, row->remedy);
+    json_text(stdout, row->remedy);
     printf("}");
 }
 

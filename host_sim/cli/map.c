@@ -9,6 +9,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
 #include "host_sim/lab/map.h"
 
 #define CONDITIONS_SIZE 128
@@ -94,7 +95,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 static void print_key(FILE *file, const char *key, double value)
 {
     fprintf(file, ", \"%s\": ", key);
-    output_json_number(file, value);
+    json_number(file, value);
 }
 
 /* All: with what the picture needs besides. */
@@ -103,10 +104,10 @@ static void print_points(FILE *file, const map_point_t *points, size_t count, bo
     for (size_t n = 0; n < count; n++) {
         const map_point_t *point = &points[n];
         fprintf(file, "%s{\"rpm\": ", n == 0 ? "[" : ",\n ");
-        output_json_number(file, point->rpm);
+        json_number(file, point->rpm);
         print_key(file, "load_nm", point->load);
         fprintf(file, ", \"deviation\": ");
-        output_json_text(file, map_deviation_name(point->deviation));
+        json_text(file, map_deviation_name(point->deviation));
         print_key(file, "mean_mrad", point->mean_mrad);
         print_key(file, "sd_mrad", point->sd_mrad);
         print_key(file, "peak_mrad", point->peak_mrad);

@@ -1,7 +1,6 @@
 #include "host_sim/cli/output.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -98,7 +97,7 @@ bool output_picture(const char *script, const char *data, const char *png, const
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        execlp(python, python, path, data, png, "--title", title, (char *)NULL);
+        execlp(python, python, "-B", path, data, png, "--title", title, (char *)NULL); /* png NULL: ends there */
         fprintf(stderr, "lagless: cannot run Python (%s): %s\n", python, strerror(errno));
         _exit(127);
     }
@@ -109,34 +108,6 @@ bool output_picture(const char *script, const char *data, const char *png, const
     }
     free(python);
     return drawn;
-}
-
-void output_json_text(FILE *file, const char *text)
-{
-    if (text == NULL) {
-        fputs("null", file);
-        return;
-    }
-    fputc('"', file);
-    for (const unsigned char *c = (const unsigned char *)text; *c != '\0'; c++) {
-        if (*c == '"' || *c == '\\') {
-            fprintf(file, "\\%c", *c);
-        } else if (*c < 0x20u) {
-            fprintf(file, "\\u%04x", *c);
-        } else {
-            fputc(*c, file);
-        }
-    }
-    fputc('"', file);
-}
-
-void output_json_number(FILE *file, double number)
-{
-    if (isfinite(number)) {
-        fprintf(file, "%.9g", number);
-    } else {
-        fputs("null", file);
-    }
 }
 
 bool output_colours(FILE *file)

@@ -22,19 +22,14 @@ FILE *output_open(const char *path);
 /* Closes and judges what was written; false: the disk did not take it all (said on stderr). */
 bool output_close(FILE *file, const char *path);
 
-/* Text as a JSON string, quotes included; NULL: null. */
-void output_json_text(FILE *file, const char *text);
-
-/* A number as JSON: null if it is not finite. */
-void output_json_number(FILE *file, double number);
-
 /* Does this stream want colours: a terminal, and NO_COLOR is not set. */
 bool output_colours(FILE *file);
 
 /* "did you mean NAME?" after a message; nothing without a near name. */
 void output_suggest(FILE *file, const char *near);
 
-/* Runs tools/SCRIPT DATA PNG --title TITLE. false: no picture; said why on stderr, the data file stays. */
+/* Runs tools/SCRIPT DATA PNG --title TITLE, or tools/SCRIPT DATA if png is NULL. false: no picture; said why
+ * on stderr, the data stay. */
 bool output_picture(const char *script, const char *data, const char *png, const char *title);
 
 #endif

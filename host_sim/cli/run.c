@@ -13,6 +13,7 @@
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/recorder.h"
 #include "host_sim/lab/runner.h"
@@ -162,7 +163,7 @@ int command_scenarios(int argc, char **argv)
         } else if (json) {
             printf("%s\n  {\"name\": \"%s\", \"duration_s\": %.9g, \"title\": ", n == 0 ? "" : ",",
                    entries[n]->d_name, scenario->duration);
-            output_json_text(stdout, scenario->title);
+            json_text(stdout, scenario->title);
             printf("}");
         } else {
             printf("%-26s %6.2f s  %s\n", entries[n]->d_name, scenario->duration, scenario->title);
@@ -452,7 +453,7 @@ static void print_text(const scenario_t *scenario, const runner_result_t *result
 static void print_limit(const char *key, double limit)
 {
     printf(", \"%s\": ", key);
-    output_json_number(stdout, limit);
+    json_number(stdout, limit);
 }
 
 static void print_json(const scenario_t *scenario, const runner_result_t *result,
@@ -460,14 +461,14 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
 {
     static const char *const words[] = {"met", "failed", "not_judged"};
     printf("{\"scenario\": ");
-    output_json_text(stdout, scenario->path);
+    json_text(stdout, scenario->path);
     printf(", \"title\": ");
-    output_json_text(stdout, scenario->title);
+    json_text(stdout, scenario->title);
     printf(", \"end\": \"%s\", \"seed\": %" PRIu64 ", \"periods\": %" PRIu32 ", \"seconds\": %.9g",
            result->end == RUNNER_COMPLETE ? "complete" : "interrupted", result->seed, result->periods,
            result->periods * RIG_PERIOD_SECONDS);
     printf(", \"seconds_per_second\": ");
-    output_json_number(stdout, result->periods * RIG_PERIOD_SECONDS / result->seconds);
+    json_number(stdout, result->periods * RIG_PERIOD_SECONDS / result->seconds);
     printf(", \"state\": \"%s\", \"fault_reason\": \"%s\", \"fault_period\": %" PRIu32
            ", \"refusal\": \"%s\"",
            state_name(result->state), reason_name(result->fault_reason), result->fault_period,
@@ -478,14 +479,14 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
         const runner_verdict_t *verdict = &result->verdicts[n];
         const scenario_expect_t *expect = verdict->expect;
         printf("%s\n  {\"name\": ", n == 0 ? "" : ",");
-        output_json_text(stdout, expect->name);
+        json_text(stdout, expect->name);
         printf(", \"signal\": \"%s\", \"minus\": ", expect->row->name);
-        output_json_text(stdout, expect->minus != NULL ? expect->minus->name : NULL);
+        json_text(stdout, expect->minus != NULL ? expect->minus->name : NULL);
         printf(", \"statistic\": \"%s\", \"unit\": ", statistic_text(expect->statistic));
-        output_json_text(stdout, expect->row->unit);
+        json_text(stdout, expect->row->unit);
         printf(", \"from_s\": %.9g, \"to_s\": %.9g, \"value\": ", expect->begin * RIG_PERIOD_SECONDS,
                expect->end * RIG_PERIOD_SECONDS);
-        output_json_number(stdout, verdict->value);
+        json_number(stdout, verdict->value);
         print_limit("at_least", expect->at_least);
         print_limit("at_most", expect->at_most);
         printf(", \"verdict\": \"%s\"}", words[verdict->judgement]);
@@ -498,7 +499,7 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
         if ((recording->formats >> n & 1u) != 0u) {
             snprintf(path, sizeof path, "%.3800s/%.200s.%s", recording->folder, recording->name, endings[n]);
             printf("%s", separator);
-            output_json_text(stdout, path);
+            json_text(stdout, path);
             separator = ", ";
         }
     }

@@ -8,6 +8,7 @@
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
 
@@ -35,14 +36,14 @@ static void print_json(bool with_settable)
                    "\"%s\", \"text\": ",
                    separator, (unsigned long)row->id, table->name, row->name, row->unit,
                    kind_text(row->kind));
-            output_json_text(stdout, row->text);
+            json_text(stdout, row->text);
             if (with_settable) {
                 printf(", \"default\": ");
-                output_json_number(stdout, (double)row->initial);
+                json_number(stdout, (double)row->initial);
                 printf(", \"min\": ");
-                output_json_number(stdout, (double)row->min);
+                json_number(stdout, (double)row->min);
                 printf(", \"max\": ");
-                output_json_number(stdout, (double)table_max(row));
+                json_number(stdout, (double)table_max(row));
                 printf(", \"while_running\": %s", row->access == TABLE_LIVE ? "true" : "false");
             }
             if (row->kind == SLOT_ENUM) {

@@ -16,9 +16,18 @@ set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
 add_library(lagless_lab STATIC
+    lab/json.c
     lab/map.c
     lab/names.c
     lab/paper.c
+    lab/paper_beyond.c
+    lab/paper_claims.c
+    lab/paper_manifest.c
+    lab/paper_measure.c
+    lab/paper_rows.c
+    lab/paper_runs.c
+    lab/paper_theory.c
+    lab/paper_write.c
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c

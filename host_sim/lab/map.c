@@ -2,8 +2,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -209,17 +207,17 @@ static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
     return true;
 }
 
-static bool measure(const map_setup_t *setup, map_point_t *point, map_error_t *why)
+static bool measure(const map_setup_t *setup, map_point_t *point, char why[POOL_WHY])
 {
     rig_t *rig = rig_create(setup->seed);
     if (rig == NULL) {
-        snprintf(why->text, sizeof why->text, "no memory");
+        snprintf(why, POOL_WHY, "no memory");
         return false;
     }
     const bool measured = measure_on(rig, setup, point);
     if (!measured) {
-        snprintf(why->text, sizeof why->text, "%s at %g r/min, %g N m: %s",
-                 map_deviation_name(point->deviation), point->rpm, point->load, rig_error(rig));
+        snprintf(why, POOL_WHY, "%s at %g r/min, %g N m: %s", map_deviation_name(point->deviation),
+                 point->rpm, point->load, rig_error(rig));
     }
     rig_free(rig);
     return measured;
@@ -282,43 +280,21 @@ uint32_t map_window(const map_setup_t *setup, double rpm)
 typedef struct {
     const map_setup_t *setup;
     map_point_t *points;
-    size_t count;
-    atomic_size_t next; /* point that nobody has taken yet */
-    pthread_mutex_t lock;
-    bool failed;      /* behind the lock */
-    map_error_t *why; /* likewise, of the first failure */
 } work_t;
 
-static void *work_off(void *context)
+static bool measure_point(void *context, size_t n, char why[POOL_WHY])
 {
-    work_t *work = context;
-    for (size_t n = atomic_fetch_add(&work->next, 1u); n < work->count;
-         n = atomic_fetch_add(&work->next, 1u)) {
-        map_error_t why;
-        if (!measure(work->setup, &work->points[n], &why)) {
-            pthread_mutex_lock(&work->lock);
-            if (!work->failed) {
-                *work->why = why;
-                work->failed = true;
-            }
-            pthread_mutex_unlock(&work->lock);
-            atomic_store(&work->next, work->count); /* nobody need go on */
-        }
-    }
-    return NULL;
+    const work_t *work = context;
+    return measure(work->setup, &work->points[n], why);
 }
 
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why)
 {
     assert(setup->speed_count >= 1u && setup->speed_count <= MAP_SPEEDS_MAX);
     assert(setup->load_count >= 1u && setup->load_count <= MAP_LOADS_MAX);
-    work_t work = {.setup = setup, .points = points, .count = lay_out(setup, points), .why = why};
-    atomic_init(&work.next, 0u);
-    pthread_mutex_init(&work.lock, NULL);
-
-    pool_run(threads, work_off, &work);
-    pthread_mutex_destroy(&work.lock);
-    return !work.failed;
+    work_t work = {.setup = setup, .points = points};
+    const pool_t pool = {.count = lay_out(setup, points), .piece = measure_point, .work = &work};
+    return pool_run(&pool, threads, why->text);
 }
 
 /* ---- judgement ---- */

@@ -30,6 +30,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "host_sim/lab/pool.h"
+
 #define MAP_SPEEDS_MAX 16u
 #define MAP_LOADS_MAX  4u
 #define MAP_RPM_MIN    10.0   /* [r/min] slower, one electrical period takes seconds */
@@ -97,7 +99,7 @@ typedef enum {
 } map_claim_t;
 
 typedef struct {
-    char text[320]; /* one line */
+    char text[POOL_WHY]; /* one line */
 } map_error_t;
 
 /* The map as the command line draws it without options: 101 to 1490 r/min, no load and 5 N m. None of the

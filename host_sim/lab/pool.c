@@ -1,20 +1,60 @@
 #include "host_sim/lab/pool.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
+#include <string.h>
 
 /* More than any machine that this runs on has cores. */
 #define THREADS_MAX 256u
 
-void pool_run(unsigned threads, void *(*work_off)(void *work), void *work)
+typedef struct {
+    const pool_t *pool;
+    atomic_size_t next; /* piece that nobody has taken yet */
+    pthread_mutex_t lock;
+    size_t done; /* behind the lock */
+    bool failed; /* likewise */
+    char *why;   /* likewise, of the first failure */
+} queue_t;
+
+static void *work_off(void *argument)
+{
+    queue_t *queue = argument;
+    const pool_t *pool = queue->pool;
+    for (size_t n = atomic_fetch_add(&queue->next, 1u); n < pool->count;
+         n = atomic_fetch_add(&queue->next, 1u)) {
+        char why[POOL_WHY];
+        const bool done = pool->piece(pool->work, n, why);
+        pthread_mutex_lock(&queue->lock);
+        queue->done++;
+        if (done && pool->progress != NULL && !queue->failed) {
+            pool->progress(pool->work, queue->done);
+        }
+        if (!done && !queue->failed) {
+            memcpy(queue->why, why, sizeof why);
+            queue->failed = true;
+            atomic_store(&queue->next, pool->count); /* nobody need go on */
+        }
+        pthread_mutex_unlock(&queue->lock);
+    }
+    return NULL;
+}
+
+bool pool_run(const pool_t *pool, unsigned threads, char why[POOL_WHY])
 {
     pthread_t helpers[THREADS_MAX];
     unsigned helping = 0;
+    queue_t queue = {.pool = pool, .why = why};
+    atomic_init(&queue.next, 0u);
+    pthread_mutex_init(&queue.lock, NULL);
+
     while (helping + 1u < threads && helping < THREADS_MAX &&
-           pthread_create(&helpers[helping], NULL, work_off, work) == 0) {
+           pthread_create(&helpers[helping], NULL, work_off, &queue) == 0) {
         helping++;
     }
-    (void)work_off(work);
+    (void)work_off(&queue);
     for (unsigned n = 0; n < helping; n++) {
         pthread_join(helpers[n], NULL);
     }
+    pthread_mutex_destroy(&queue.lock);
+    return !queue.failed;
 }

@@ -3,8 +3,23 @@
 #ifndef HOST_SIM_LAB_POOL_H
 #define HOST_SIM_LAB_POOL_H
 
-/* Runs `work_off(work)` on the calling thread and on up to threads - 1 more, and returns when all have come
- * back; work_off takes pieces until none is left. A thread that can not be had is done without. */
-void pool_run(unsigned threads, void *(*work_off)(void *work), void *work);
+#include <stdbool.h>
+#include <stddef.h>
+
+#define POOL_WHY 320u
+
+typedef struct {
+    size_t count; /* [-] pieces */
+    /* Does piece n; false: says in `why`, one line, why it could not. */
+    bool (*piece)(void *work, size_t n, char why[POOL_WHY]);
+    /* Called after each piece, by one thread at a time; may be NULL. */
+    void (*progress)(void *work, size_t done);
+    void *work; /* what both get */
+} pool_t;
+
+/* Does all pieces, in ascending order, on the calling thread and on up to threads - 1 more; a thread that can
+ * not be had is done without. false: a piece could not be done, `why` has the text of the first, and those
+ * not yet begun were left. */
+bool pool_run(const pool_t *pool, unsigned threads, char why[POOL_WHY]);
 
 #endif

@@ -9,7 +9,7 @@ import sys
 import time
 import unittest
 
-LAGLESS, FOLDER = sys.argv[1], sys.argv[2]
+LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 
 STEP = """schema = 1
 title = "a test"
@@ -156,6 +156,33 @@ class CommandLine(unittest.TestCase):
         for point in points:
             self.assertEqual(point["deviation"].startswith("L "), point["theory_mrad"] is not None)
 
+    def test_paper_is_a_list_of_rows_with_these_keys(self):
+        done = lagless("paper", "fig08", "fig12", "--json", cwd=self.folder)
+        self.expect(0, done)
+        rows = json.loads(done.stdout)
+        for row in rows:
+            self.assertEqual(["id", "claim", "paper", "ours", "unit", "verdict", "condition"], list(row))
+            self.assertRegex(row["verdict"], "^(reproduced|(reproduced in kind|not reproduced), because .+)$")
+        self.assertEqual({"fig08", "fig12"}, {row["id"].split(".")[0] for row in rows})
+        ours = {row["id"]: row["ours"] for row in rows}
+        self.assertAlmostEqual(0.32, ours["fig12.i_d.ideal"], delta=0.02)  # 4 A sin(0.08)
+        self.assertEqual([], os.listdir(self.folder))  # no report unless told where
+
+    def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
+        done = lagless("paper", "fig12", cwd=self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/true"})
+        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts", "report/index.html")
+        line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))
+        self.assertEqual(3, line.count("0.32"))  # paper, ours, ideal
+
+    def test_paper_keeps_its_results_also_without_python(self):
+        done = lagless("paper", "fig04", "fig12", "--out", self.folder + "/a/b",
+                       env={**os.environ, "LAGLESS_PYTHON": "/nonexistent/python"})
+        self.expect(3, done, "cannot run Python (/nonexistent/python)", "no picture was drawn", "i_q falls")
+        self.assertEqual(["data", "report.json", "rows.json"], sorted(os.listdir(self.folder + "/a/b")))
+        self.assertEqual(["fig04.csv", "fig12.csv"], sorted(os.listdir(self.folder + "/a/b/data")))
+        with open(self.folder + "/a/b/report.json") as file:
+            self.assertEqual(["fig04", "fig12"], [figure["id"] for figure in json.load(file)["figures"]])
+
     def test_wrong_use_gives_2_and_says_what_is_accepted(self):
         path = self.scenario()
         for arguments, fragment in (
@@ -175,6 +202,8 @@ class CommandLine(unittest.TestCase):
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
                 (["map", "--speeds", "200,100,200"], "200 is there twice"),
                 (["map", "--speeds", ",".join(str(n) for n in range(100, 117))], "at most 16"),
+                (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
+                (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
             self.expect(2, lagless(*arguments), fragment)
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
@@ -183,6 +212,7 @@ class CommandLine(unittest.TestCase):
         self.expect(2, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")
         self.expect(2, lagless("run", self.scenario(), "--out", "/dev/null/x"), "/dev/null")
         self.expect(2, lagless("map", "--out", "/dev/null/x"), "/dev/null")
+        self.expect(2, lagless("paper", "--out", "/dev/null/x"), "/dev/null")
 
     def test_a_full_disk_gives_3(self):
         def limit():
@@ -233,12 +263,12 @@ class CommandLine(unittest.TestCase):
 
     def test_man_page_names_every_command(self):
         page = lagless("man").stdout
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "bench"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "paper", "bench"):
             self.assertIn("\\fB%s\\fR" % command, page)
 
     def test_every_command_has_help(self):
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "bench", "reference", "completion",
-                        "man"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "paper", "bench", "reference",
+                        "completion", "man"):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 

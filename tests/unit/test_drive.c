@@ -896,11 +896,11 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
 static void test_no_doubt_where_the_emf_is_large_or_the_limit_is_zero(void)
 {
     machine.loss = 0.023 * U_DC + 0.875;
-    given_running_machine(230.0, 2.0); /* 42.1 V, more than five times 8.03 V: 40.1 V */
+    given_running_machine(185.0, 2.0); /* 33.9 V, more than four times 8.03 V: 32.1 V */
     TEST_ASSERT_EQUAL_UINT32(0u, coasting(1000.0).coasted);
     setUp();
     machine.loss = 0.023 * U_DC + 0.875;
-    given_running_machine(210.0, 2.0); /* 38.4 V */
+    given_running_machine(165.0, 2.0); /* 30.2 V */
     TEST_ASSERT_TRUE(coasting(1000.0).coasted > 0u);
     setUp();
     machine.loss = 0.023 * U_DC + 0.875;

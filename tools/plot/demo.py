@@ -10,62 +10,35 @@ CSV: first line `name[unit],...`, then numbers. Columns in any order; unknown on
 Ends with 0 done, 2 wrong use or input, 3 matplotlib missing or picture cannot be written. Python 3.9 and matplotlib.
 """
 import argparse
-import csv
-import math
 import pathlib
 import sys
 import textwrap
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+import style
+from style import BLACK, BLUE, GREEN, ORANGE, PURPLE, outline
+from table import InputError, number, rows
 
 NEEDED = {"time": "s", "speed_ref": "r/min", "speed": "r/min", "i_d": "A", "i_q": "A", "i_a": "A", "theta_err": "mrad"}
 OPTIONAL = {"i_d_ref": "A", "i_q_ref": "A", "i_b": "A", "i_c": "A", "torque": "N m", "load_torque": "N m",
             "duty_a": "-", "duty_b": "-", "duty_c": "-"}
 ZOOM = 0.040  # [s]
 
-# Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
-BLUE, ORANGE, GREEN, PURPLE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
-
-
-class InputError(Exception):
-    pass
-
 
 def read_recording(path):
     """Columns by name, as lists of numbers; every problem is an InputError that names file and line."""
-    units = {**NEEDED, **OPTIONAL}
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = csv.reader(file)
-            header = next(rows, None)
-            if header is None:
-                raise InputError(f"{path}: empty")
-            names = []
-            for cell in header:
-                name, _, unit = cell.strip().partition("[")
-                unit = unit[:-1] if unit.endswith("]") else None
-                if name in units and unit != units[name]:
-                    raise InputError(f"{path}:1: column `{cell.strip()}`: expected {name}[{units[name]}]")
-                if name in names:
-                    raise InputError(f"{path}:1: column `{name}` is there twice")
-                names.append(name)
-            missing = [f"{name}[{unit}]" for name, unit in NEEDED.items() if name not in names]
-            if missing:
-                raise InputError(f"{path}:1: missing: {', '.join(missing)}")
-            columns = {name: [] for name in names}
-            for cells in rows:
-                if not cells:
-                    continue
-                if len(cells) != len(names):
-                    raise InputError(f"{path}:{rows.line_num}: {len(cells)} values, but {len(names)} columns")
-                for name, cell in zip(names, cells):
-                    try:
-                        value = float(cell)
-                    except ValueError:
-                        value = math.nan
-                    if not math.isfinite(value):
-                        raise InputError(f"{path}:{rows.line_num}: {name}: `{cell}` is no finite number")
-                    columns[name].append(value)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from None
+    lines = rows(path)
+    units = next(lines)
+    for name, unit in {**NEEDED, **OPTIONAL}.items():
+        if name in units and units[name] != unit:
+            raise InputError(f"{path}:1: column `{name}`: expected {name}[{unit}]")
+    missing = [f"{name}[{unit}]" for name, unit in NEEDED.items() if name not in units]
+    if missing:
+        raise InputError(f"{path}:1: missing: {', '.join(missing)}")
+    columns = {name: [] for name in units}
+    for line, cells in lines:
+        for name, cell in zip(units, cells):
+            columns[name].append(number(path, line, name, cell))
     time = columns["time"]
     if len(time) < 2:
         raise InputError(f"{path}: {len(time)} rows; a picture needs two or more")
@@ -74,34 +47,12 @@ def read_recording(path):
     return columns
 
 
-def outline(time, values, most=4000):
-    """The same curve with fewer points: least and largest of each stretch, so that no peak is lost."""
-    count = len(time)
-    if count <= most:
-        return time, values
-    kept = {0, count - 1}
-    stretch = math.ceil(2 * count / most)
-    for begin in range(0, count, stretch):
-        indices = range(begin, min(begin + stretch, count))
-        kept.add(min(indices, key=values.__getitem__))
-        kept.add(max(indices, key=values.__getitem__))
-    order = sorted(kept)
-    return [time[i] for i in order], [values[i] for i in order]
-
-
 def draw(data, title, png):
     try:
-        import matplotlib
+        pyplot = style.pyplot()
     except ImportError:
-        print("demo.py: matplotlib is missing: run tools/setup demo, or install python3-matplotlib", file=sys.stderr)
+        print(f"demo.py: {style.MISSING}", file=sys.stderr)
         return 3
-    matplotlib.use("Agg")
-    matplotlib.rcParams.update({
-        "font.size": 9, "axes.grid": True, "grid.color": "#DDDDDD", "grid.linewidth": 0.6, "axes.axisbelow": True,
-        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.8, "lines.linewidth": 1.1,
-        "legend.frameon": False, "svg.hashsalt": "lagless", "svg.fonttype": "path",
-    })
-    from matplotlib import pyplot
 
     time = data["time"]
     has_torque = "torque" in data or "load_torque" in data
@@ -125,22 +76,21 @@ def draw(data, title, png):
             axes[name] = figure.add_subplot(grid[row], sharex=first)
             axes[name].tick_params(labelbottom=name in (panels[-1], zooms[-1]))
 
-    def line(panel, name, colour, label, **style):
+    def line(panel, name, colour, label, **look):
         if name in data:
-            axes[panel].plot(*outline(time, data[name]), color=colour, label=label, **style)
+            axes[panel].plot(*outline(time, data[name]), color=colour, label=label, **look)
 
-    wanted = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}
     line("speed", "speed", BLUE, "speed")
-    line("speed", "speed_ref", BLACK, "reference", **wanted)
+    line("speed", "speed_ref", BLACK, "reference", **style.WANTED)
     axes["speed"].set_ylabel("speed [r/min]")
     line("current", "i_q", BLUE, "$i_q$")
     line("current", "i_d", ORANGE, "$i_d$")
-    line("current", "i_q_ref", BLACK, "references", **wanted)
-    line("current", "i_d_ref", BLACK, "_" if "i_q_ref" in data else "reference", **wanted)
+    line("current", "i_q_ref", BLACK, "references", **style.WANTED)
+    line("current", "i_d_ref", BLACK, "_" if "i_q_ref" in data else "reference", **style.WANTED)
     axes["current"].set_ylabel("current [A]")
     if has_torque:
         line("torque", "torque", GREEN, "motor")
-        line("torque", "load_torque", BLACK, "load", **wanted)
+        line("torque", "load_torque", BLACK, "load", **style.WANTED)
         axes["torque"].set_ylabel("torque [N m]")
     line("angle", "theta_err", PURPLE, "used - true")
     axes["angle"].set_ylabel("angle error\n[mrad, electrical]")
@@ -165,9 +115,7 @@ def draw(data, title, png):
     figure.align_ylabels(list(axes.values()))
     figure.suptitle(title, fontsize=10.5, x=0.48, y=1.0 - 0.12 / height, va="top", parse_math=False)
     try:
-        png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(png, metadata={"Software": None})
-        figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})
+        style.save(figure, png)
     except OSError as error:
         print(f"demo.py: {error}", file=sys.stderr)
         return 3

@@ -18,12 +18,13 @@ import pathlib
 import sys
 import textwrap
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+import style
+from table import InputError
+
 NUMBERS = ("rpm", "load_nm", "mean_mrad", "sd_mrad", "peak_mrad")
+FRAMED = {"axes.grid": False, "axes.spines.top": True, "axes.spines.right": True, "hatch.linewidth": 0.6}
 LEAST, MOST = 0.3, 100.0  # [mrad] ends of the scale: lighter and darker than these there is nothing
-
-
-class InputError(Exception):
-    pass
 
 
 def is_number(value):
@@ -85,13 +86,11 @@ def ink(red, green, blue):
 
 def draw(points, title, png):
     try:
-        import matplotlib
+        pyplot = style.pyplot(**FRAMED)
     except ImportError:
-        print("map.py: matplotlib is missing: run tools/setup demo, or install python3-matplotlib", file=sys.stderr)
+        print(f"map.py: {style.MISSING}", file=sys.stderr)
         return 3
-    matplotlib.use("Agg")
-    matplotlib.rcParams.update({"font.size": 9, "svg.hashsalt": "lagless", "svg.fonttype": "path", "hatch.linewidth": 0.6})
-    from matplotlib import cm, colors, pyplot, ticker
+    from matplotlib import cm, colors, ticker
 
     rows = list(dict.fromkeys(point["deviation"] for point in points))
     loads = sorted({point["load_nm"] for point in points})
@@ -160,9 +159,7 @@ def draw(points, title, png):
     figure.text((names + 0.42) / width, 0.25 / height, "not locked", fontsize=8, va="center")
     figure.suptitle(title, fontsize=10.5, x=0.5, y=1.0 - 0.1 / height, va="top", parse_math=False)
     try:
-        png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(png, metadata={"Software": None})
-        figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})
+        style.save(figure, png)
     except OSError as error:
         print(f"map.py: {error}", file=sys.stderr)
         return 3

@@ -1,0 +1,267 @@
+/* The data as CSV. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "host_sim/lab/paper_parts.h"
+
+#define DEGREE (RPM / 6.0) /* [rad] */
+
+static const char *const column_names[COLUMNS] = {
+    [C_SPEED] = "speed[r/min]",
+    [C_SPEED_HAT] = "speed_hat[r/min]",
+    [C_THETA] = "theta[rad]",
+    [C_THETA_HAT] = "theta_hat[rad]",
+    [C_ERROR] = "theta_err[mrad]",
+    [C_THEORY] = "theory_err[mrad]",
+    [C_I_Q] = "i_q[A]",
+    [C_I_D] = "true_i_d[A]",
+    [C_K_F] = "k_f_alpha[1/A]",
+};
+
+static const char *flavour(const result_t *result)
+{
+    return result->real ? "real" : "ideal";
+}
+
+/* ---- formulas ---- */
+
+static void write_fig04(FILE *file)
+{
+    fprintf(file, "x[A],sign[-],sigmoid[-],k_f_sign[1/A],k_f_sigmoid[1/A]\n");
+    for (int n = -1000; n <= 1000; n++) {
+        const double x = 0.01 * n;
+        fprintf(file, "%.2f,%d,%.6g,", x, (n > 0) - (n < 0), paper_sigmoid(x));
+        if (n != 0) { /* where the sign's has no value */
+            fprintf(file, "%.6g", paper_sign_gain(x));
+        }
+        fprintf(file, ",%.6g\n", paper_sigmoid_gain(x));
+    }
+}
+
+static void write_fig08(FILE *file)
+{
+    fprintf(file, "omega[rad/s]");
+    for (int b = 0; b < 2; b++) {
+        for (int c = 0; c < BODE_CUTOFFS; c++) {
+            fprintf(file, ",b%g_wc%g_gain[dB],b%g_wc%g_phase[deg]", bode_bandwidths[b], bode_cutoffs[b][c],
+                    bode_bandwidths[b], bode_cutoffs[b][c]);
+        }
+    }
+    fprintf(file, "\n");
+    for (int n = 0; n < BODE_POINTS; n++) {
+        const double omega = bode_frequency(n);
+        fprintf(file, "%.6g", omega);
+        for (int b = 0; b < 2; b++) {
+            for (int c = 0; c < BODE_CUTOFFS; c++) {
+                double gain = 0.0;
+                double phase = 0.0;
+                paper_loop_filter(bode_bandwidths[b], bode_cutoffs[b][c], omega, &gain, &phase);
+                fprintf(file, ",%.6g,%.6g", 20.0 * log10(gain), phase / DEGREE);
+            }
+        }
+        fprintf(file, "\n");
+    }
+}
+
+/* ---- tables, a line a run ---- */
+
+static void write_fig16(const paper_t *paper, FILE *file)
+{
+    fprintf(file, "flavour[text],bandwidth[rad/s],omega_c[rad/s],load[N m],lost[-],sd_100[mrad],"
+                  "sd_1500[mrad],speed_sd_100[r/min],speed_sd_1500[r/min],overshoot_accelerating[mrad],"
+                  "overshoot_decelerating[mrad],speed_overshoot_accelerating[r/min],"
+                  "speed_overshoot_decelerating[r/min],steady_accelerating[mrad]\n");
+    for (size_t n = 0; n < paper->result_count; n++) {
+        const result_t *result = &paper->results[n];
+        if (paper_of_figure(result, FIG16)) {
+            const numbers_t *to = result->numbers;
+            fprintf(file, "%s,%g,%g,%g,%d,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g\n", flavour(result),
+                    result->run.bandwidth, result->run.omega_c, result->run.load, result->lost, to[SLOW].sd,
+                    to[FAST].sd, to[SLOW].speed_sd, to[FAST].speed_sd, to[UP].peak, to[DOWN].peak,
+                    to[UP].speed_peak, to[DOWN].speed_peak, to[UP].plateau);
+        }
+    }
+}
+
+/* A number that a lost run may not have is left out. */
+static void write_number(FILE *file, double number)
+{
+    fputc(',', file);
+    if (isfinite(number)) {
+        fprintf(file, "%.5g", number);
+    }
+}
+
+static void write_beyond_speed(const paper_t *paper, FILE *file)
+{
+    fprintf(file,
+            "flavour[text],variant[text],load[N m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],lost[-]\n");
+    for (size_t n = 0; n < paper->result_count; n++) {
+        const result_t *result = &paper->results[n];
+        if (paper_of_figure(result, BEYOND_SPEED)) {
+            fprintf(file, "%s,%s,%g,%g", flavour(result), paper_variant(&result->run), result->run.load,
+                    result->run.rpm);
+            write_number(file, result->numbers[0].mean);
+            write_number(file, result->numbers[0].sd);
+            write_number(file, result->numbers[0].peak);
+            fprintf(file, ",%d\n", result->lost);
+        }
+    }
+}
+
+static void write_beyond_bandwidth(const paper_t *paper, FILE *file)
+{
+    fprintf(file, "flavour[text],variant[text],bandwidth[rad/s],omega_c[rad/s],load[N m],"
+                  "steady_accelerating[mrad],peak_accelerating[mrad],peak_decelerating[mrad],sd_100[mrad],"
+                  "lost[-]\n");
+    for (size_t n = 0; n < paper->result_count; n++) {
+        const result_t *result = &paper->results[n];
+        if (paper_of_figure(result, BEYOND_BANDWIDTH)) {
+            fprintf(file, "%s,%s,%g,%g,%g", flavour(result), paper_variant(&result->run),
+                    result->run.bandwidth, result->run.omega_c, result->run.load);
+            write_number(file, result->numbers[UP].plateau);
+            write_number(file, result->numbers[UP].peak);
+            write_number(file, result->numbers[DOWN].peak);
+            write_number(file, result->numbers[SLOW].sd);
+            fprintf(file, ",%d\n", result->lost);
+        }
+    }
+}
+
+static void write_beyond_map(const paper_t *paper, FILE *file)
+{
+    fprintf(file,
+            "deviation[text],load[N m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],theory[mrad],lost[-]\n");
+    for (size_t n = 0; n < paper->point_count; n++) {
+        const map_point_t *point = &paper->points[n];
+        fprintf(file, "%s,%g,%g", map_deviation_name(point->deviation), point->load, point->rpm);
+        write_number(file, point->mean_mrad);
+        write_number(file, point->sd_mrad);
+        write_number(file, point->peak_mrad);
+        write_number(file, point->theory_mrad);
+        fprintf(file, ",%d\n", !point->locked);
+    }
+}
+
+void paper_write_dead_time(const paper_t *paper, FILE *file)
+{
+    if (!paper->wanted[FIG15]) {
+        return;
+    }
+    fprintf(file, "run[text],dead_time[us],lost[-]\n");
+    for (int loop = 0; loop < LOOPS_15; loop++) {
+        for (int n = 0; n < DEAD_TIMES_15; n++) {
+            double lost = 0.0;
+            for (int seed = 0; seed < SEEDS_15; seed++) {
+                lost += paper_dead_time_run(paper, loop, n, seed)->lost;
+            }
+            fprintf(file, "%s,%g,%.3g\n", loops_15[loop], dead_times_15[n], lost / SEEDS_15);
+        }
+    }
+}
+
+/* ---- traces over time ---- */
+
+/* The speed that is asked for at this time [r/min]. */
+static double reference(const course_t *course, double time)
+{
+    double rpm = course->rpm;
+    for (size_t n = 0; n < course->event_count; n++) {
+        if (course->events[n].kind == SPEED && course->events[n].time <= time) {
+            rpm = course->events[n].value;
+        }
+    }
+    return rpm;
+}
+
+#define REFERENCES_MAX 2
+
+/* The different courses of a figure's runs, told apart by their speed at the start. */
+static size_t find_references(const paper_t *paper, size_t figure, course_t references[REFERENCES_MAX])
+{
+    size_t count = 0;
+    for (size_t n = 0; n < paper->result_count; n++) {
+        const course_t course = paper_course(&paper->results[n].run);
+        bool known = !paper_of_figure(&paper->results[n], figure);
+        for (size_t r = 0; r < count; r++) {
+            known = known || references[r].rpm == course.rpm;
+        }
+        if (!known) {
+            assert(count < REFERENCES_MAX);
+            references[count++] = course;
+        }
+    }
+    return count;
+}
+
+static void write_traces(const paper_t *paper, size_t figure, FILE *file)
+{
+    const shown_t *shown = &paper_shown[figure];
+    const size_t columns = paper_columns(figure);
+    course_t references[REFERENCES_MAX];
+    const size_t count =
+        (shown->columns & BIT(C_SPEED)) != 0u ? find_references(paper, figure, references) : 0u;
+    size_t rows = 0;
+    fprintf(file, "time[s]");
+    for (size_t n = 0; n < count; n++) {
+        if (count == 1u) {
+            fprintf(file, ",speed_ref[r/min]");
+        } else {
+            fprintf(file, ",speed_ref_%g[r/min]", references[n].rpm);
+        }
+    }
+    for (size_t n = 0; n < paper->result_count; n++) {
+        const result_t *result = &paper->results[n];
+        if (paper_of_figure(result, figure)) {
+            rows = result->rows > rows ? result->rows : rows;
+            for (unsigned c = 0; c < COLUMNS; c++) {
+                if ((shown->columns & BIT(c)) != 0u) {
+                    fprintf(file, ",%s_%s_%s", result->run.name, flavour(result), column_names[c]);
+                }
+            }
+        }
+    }
+    fprintf(file, "\n");
+    for (size_t row = 0; row < rows; row++) {
+        const double time = (double)row * shown->every * RIG_PERIOD_SECONDS;
+        fprintf(file, "%.4f", time);
+        for (size_t n = 0; n < count; n++) {
+            fprintf(file, ",%g", reference(&references[n], time + 0.5 * RIG_PERIOD_SECONDS));
+        }
+        for (size_t n = 0; n < paper->result_count; n++) {
+            const result_t *result = &paper->results[n];
+            for (size_t c = 0; c < columns && paper_of_figure(result, figure); c++) {
+                if (row < result->rows) {
+                    write_number(file, (double)result->trace[columns * row + c]);
+                } else {
+                    fputc(',', file);
+                }
+            }
+        }
+        fprintf(file, "\n");
+    }
+}
+
+void paper_write_csv(const paper_t *paper, size_t figure, FILE *file)
+{
+    assert(figure < PAPER_FIGURES);
+    if (!paper->wanted[figure]) {
+        return;
+    }
+    if (figure == FIG04) {
+        write_fig04(file);
+    } else if (figure == FIG08) {
+        write_fig08(file);
+    } else if (figure == FIG16) {
+        write_fig16(paper, file);
+    } else if (figure == BEYOND_SPEED) {
+        write_beyond_speed(paper, file);
+    } else if (figure == BEYOND_BANDWIDTH) {
+        write_beyond_bandwidth(paper, file);
+    } else if (figure == BEYOND_MAP) {
+        write_beyond_map(paper, file);
+    } else {
+        write_traces(paper, figure, file);
+    }
+}

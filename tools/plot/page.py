@@ -1,0 +1,383 @@
+"""index.html of the paper report: verdicts, pictures, conditions, and plots to zoom into, in one file that asks nobody
+for anything: style, script, pictures and data are inside. uPlot draws the plots if it was found (tools/get-uplot)."""
+import base64
+import dataclasses
+import functools
+import gzip
+import html
+import json
+import math
+import os
+import pathlib
+import re
+import string
+import struct
+
+import numpy
+
+PARTS = pathlib.Path(__file__).resolve().with_name("page")
+SIGNS = {  # verdict: sign and class; the sign and the word stand beside the colour, for who sees no colour
+    "reproduced": ("✓", "good"), "reproduced in kind": ("≈", "kind"), "not reproduced": ("✗", "bad"),
+    "holds": ("✓", "good"), "does not hold": ("✗", "bad"),
+}
+MEANINGS = {
+    "reproduced": "agrees with the paper's number within the tolerance",
+    "reproduced in kind": "the behaviour is the paper's; the number differs or the print has none",
+    "not reproduced": "the paper's statement was not found",
+    "holds": "a claim beyond the paper that our runs confirm",
+    "does not hold": "a claim beyond the paper that our runs refute",
+}
+RUN_UNITS = {"bandwidth": "rad/s", "omega_c": "rad/s", "kp": "rad/s", "ki": "rad/s²", "load": "N m", "gain": "V",
+             "omega_s": "rad/s"}
+SYMBOLS = {"omega_c": "ω<sub>c</sub>", "omega_s": "ω<sub>s</sub>", "kp": "k<sub>p</sub>", "ki": "k<sub>i</sub>",
+           "gain": "k<sub>s</sub>"}
+OPEN_ROWS = 40  # a longer table is folded
+
+
+# ---- what uPlot gets: each column as whole multiples of a power of ten, which compresses well ----
+
+def pack(values, logarithmic=False):
+    """({base, exponent}, octets) of a column. Value = (base + code - 1) 10^exponent; code 0 is no number. The step is
+    1/20000 to 1/200000 of the column's range, on a logarithmic axis at most 1/100 of its least number. Octets: the
+    codes' differences, sign in the lowest bit, as four planes of n octets, lowest first."""
+    finite = numpy.isfinite(values)
+    some = values[finite] if finite.any() else numpy.zeros(1)
+    low = float(some.min())
+    span = float(some.max()) - low or abs(low) or 1.0
+    exponent = math.floor(math.log10(span / 20000.0))
+    if logarithmic and low > 0.0:
+        finest = math.ceil(math.log10(span)) - 9  # 31 bits hold 10^9
+        exponent = max(min(exponent, math.floor(math.log10(low)) - 2), finest)
+    multiples = numpy.zeros(len(values), dtype=numpy.int64)
+    multiples[finite] = numpy.rint(scaled(values[finite], -exponent))
+    base = int(multiples[finite].min()) if finite.any() else 0
+    steps = numpy.diff(numpy.where(finite, multiples - base + 1, 0), prepend=0)
+    folded = ((steps << 1) ^ (steps >> 63)).astype("<u4")
+    return {"base": base, "exponent": exponent}, folded.view(numpy.uint8).reshape(-1, 4).T.tobytes()
+
+
+def scaled(values, exponent):
+    """values 10^exponent; dividing by the exact 10^n gives the nearest float, multiplying by its inverse does not."""
+    return values * 10.0 ** exponent if exponent >= 0 else values / 10.0 ** -exponent
+
+
+def axis_of(values):
+    """Start and step of an even axis, else all of its values."""
+    count = len(values)
+    if count > 1:
+        start, step = float(values[0]), round((float(values[-1]) - float(values[0])) / (count - 1), 12)
+        if step > 0 and numpy.abs(start + step * numpy.arange(count) - values).max() < 1e-3 * step:
+            return {"start": start, "step": step, "count": count}
+    return {"values": [float(f"{value:.9g}") for value in values], "count": count}
+
+
+def plain(label):
+    """matplotlib's $i_q$ and \\omega as plain text."""
+    text = re.sub(r"\\(hat|mathrm)\b", "", re.sub(r"[${}]", "", label))
+    return re.sub(r"\\?omega(?=_|\b)", "ω", text).replace("\\", "").replace("\n", " ")
+
+
+def plots(layouts, data):
+    """One dictionary per layout: what page.js needs to draw it."""
+    result = []
+    for layout in layouts:
+        if not layout.interactive:
+            continue
+        columns, octets = {}, []
+        for panel in layout.panels:
+            for trace in panel.traces:
+                if trace.column not in columns:
+                    meta, packed = pack(data.columns[trace.column], panel.log_y)
+                    columns[trace.column] = {"index": len(octets), "unit": data.units[trace.column], **meta}
+                    octets.append(packed)
+        panels = [dataclasses.asdict(panel) for panel in layout.panels]
+        for panel in panels:
+            for text in [panel] + panel["traces"]:
+                text.update({key: plain(text[key]) for key in ("ylabel", "title", "label") if key in text})
+        result.append({
+            "id": layout.id, "xlabel": plain(layout.xlabel), "title": plain(layout.title), "log": layout.log_x,
+            "x": axis_of(data.columns[layout.x]), "x_unit": data.units[layout.x], "columns": columns, "panels": panels,
+            "data": base64.b64encode(gzip.compress(b"".join(octets), 9, mtime=0)).decode("ascii"),
+        })
+    return result
+
+
+# ---- text ----
+
+def escape(text):
+    return html.escape(str(text), quote=True)
+
+
+def number(value):
+    """Four significant digits, as an engineer writes them."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, (int, float)):
+        return escape(value)
+    if value != 0 and not 1e-3 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.3e}".split("e")
+        return f"{trimmed(mantissa)}e{int(exponent)}".replace("-", "−")
+    text = f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}" if value else "0"
+    return trimmed(text).replace("-", "−")
+
+
+def trimmed(text):
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def unit(text):
+    return "" if text in ("-", "text") else escape(text)
+
+
+def verdict(name):
+    sign, kind = SIGNS[name]
+    return f'<span class="verdict {kind}"><span class="sign">{sign}</span> {escape(name)}</span>'
+
+
+def leading(flavour):
+    """Sorts flavours: the real inverter and sensors first, then formulas, then ideal ones. Also (flavour, anything)."""
+    flavour = flavour if isinstance(flavour, str) else flavour[0]
+    return {"real": 0, "formula": 1, "ideal": 2}.get(flavour, 3), flavour
+
+
+def claims(rows):
+    """(row, ideal row or None) of each claim: most were measured with a real inverter and with an ideal one."""
+    groups = {}
+    for row in rows:
+        key = row["id"][:-len(row["flavour"]) - 1] if row["id"].endswith("." + row["flavour"]) else row["id"]
+        groups.setdefault(key, {})[row["flavour"]] = row
+    for group in groups.values():
+        first = group.pop(min(group, key=leading))
+        yield first, group.pop("ideal", None)
+        yield from ((row, None) for row in group.values())
+
+
+def heading(name, of_unit="", kind="number"):
+    """Column head: the symbol where there is one, and the unit."""
+    text = SYMBOLS.get(name) or escape(re.sub(r"\bsd\b", "SD", name.replace("_", " ")))
+    bracket = f' <span class="unit">[{unit(of_unit)}]</span>' if unit(of_unit) else ""
+    return f'<th class="{kind}">{text}{bracket}</th>'
+
+
+def cell(kind, text, label=""):
+    name = f' data-label="{label}"' if label else ""  # shown where the window is too narrow for a head
+    return f'<td class="{kind}"{name}>{text}</td>'
+
+
+def ours_cells(row, ideal):
+    """What was measured: with the real inverter or by formula, and with the ideal inverter beside it."""
+    if row["flavour"] == "ideal":
+        row, ideal = None, row
+    return "".join(
+        f'<td class="{kind}" data-label="{label}" data-row="{escape(each["id"])}">{number(each["ours"])}</td>' if each
+        else cell("none", "") for each, label, kind in ((row, "ours", "number ours"), (ideal, "ideal", "number")))
+
+
+def verdict_cell(row, ideal, note="", ideal_note=""):
+    text = verdict(row["verdict"]) + note
+    if ideal and (ideal["verdict"] != row["verdict"] or ideal_note != note):
+        text += f'<span class="other">ideal: {verdict(ideal["verdict"])}{ideal_note}</span>'
+    return cell("judged", text)
+
+
+def counts(rows):
+    parts = []
+    flavours = sorted({row["flavour"] for row in rows}, key=leading)
+    for name, (_, kind) in SIGNS.items():
+        of = [row["flavour"] for row in rows if row["verdict"] == name]
+        if of:
+            split = ", ".join(f"{of.count(flavour)} {flavour}" for flavour in flavours if flavour in of)
+            parts.append(f'<li class="{kind}"><b>{len(of)}</b> {verdict(name)}<small>{escape(split)}</small>'
+                         f'<small>{escape(MEANINGS[name])}</small></li>')
+    return f'<ul class="counts">{"".join(parts)}</ul>'
+
+
+def figure_name(figure):
+    return figure["paper"] or "Beyond"
+
+
+def verdict_table(manifest):
+    body = []
+    for figure in manifest["figures"]:
+        rows = [row for row in manifest["rows"] if row["figure"] == figure["id"]]
+        body.append(f'<tbody><tr class="group"><th colspan="6" scope="rowgroup"><a href="#{figure["id"]}">'
+                    f'{escape(figure_name(figure))}</a> {escape(figure["title"])}</th></tr>')
+        for row, ideal in claims(rows):
+            body.append(f'<tr>{cell("claim", escape(row["claim"]))}{cell("number", number(row["paper"]), "paper")}'
+                        f'{ours_cells(row, ideal)}{cell("unit", unit(row["unit"]))}{verdict_cell(row, ideal)}</tr>')
+        body.append("</tbody>")
+    return ('<table class="verdicts"><thead><tr><th>claim</th><th>paper</th><th>ours</th><th>ours, ideal</th>'
+            f'<th>unit</th><th>verdict</th></tr></thead>{"".join(body)}</table>')
+
+
+def expected(row):
+    if row["expected"] is None:
+        return "–"
+    return number(row["expected"]) + (f" ± {number(row['tolerance'])}" if row["tolerance"] is not None else "")
+
+
+def figure_rows(rows):
+    """The rows of one figure; below them the reasons, of which many rows share one, and folded the conditions."""
+    reasons, body, conditions = {}, [], {}
+
+    def note(row):
+        if not row or not row["because"]:
+            return ""
+        return f'<sup>{reasons.setdefault(row["because"], len(reasons) + 1)}</sup>'
+    for row, ideal in claims(rows):
+        body.append(f'<tr>{cell("claim", escape(row["claim"]))}{cell("number", number(row["paper"]), "paper")}'
+                    f'{cell("number", expected(row), "expected")}{ours_cells(row, ideal)}'
+                    f'{cell("unit", unit(row["unit"]))}{verdict_cell(row, ideal, note(row), note(ideal))}</tr>')
+        for each in filter(None, (row, ideal)):
+            conditions.setdefault(each["condition"], []).append(each["id"].split(".", 1)[-1])
+    notes = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
+    listed = "".join(f"<dt>{escape(', '.join(names))}</dt><dd>{escape(text)}</dd>"
+                     for text, names in conditions.items())
+    notes = f'<ol class="notes">{notes}</ol>' if notes else ""
+    return ('<table class="rows"><thead><tr><th>claim</th><th>paper</th><th>expected</th><th>ours</th>'
+            f'<th>ours, ideal</th><th>unit</th><th>verdict</th></tr></thead><tbody>{"".join(body)}</tbody></table>'
+            f'{notes}<details><summary>under which conditions each number was measured</summary><dl>{listed}</dl>'
+            '</details>')
+
+
+def run_table(runs):
+    """Gains and settings of a figure's runs; flavours with the same settings share a line."""
+    if not runs:
+        return ""
+    keys = [key for key in dict.fromkeys(key for run in runs for key in run)
+            if key not in ("name", "flavour", "condition")]
+    lines = {}
+    for run in runs:
+        lines.setdefault((run["name"], *(run.get(key) for key in keys)), []).append(run["flavour"])
+    head = "<th>run</th><th>flavour</th>" + "".join(heading(key, RUN_UNITS.get(key, "")) for key in keys)
+    body = "".join(f'<tr><th scope="row">{escape(line[0])}</th><td>{escape(", ".join(flavours))}</td>'
+                   + "".join(cell("number", number(value)) for value in line[1:]) + "</tr>"
+                   for line, flavours in lines.items())
+    texts = "".join(f"<li>{escape(text)}</li>" for text in dict.fromkeys(run["condition"] for run in runs))
+    return (f'<details><summary>conditions of the {len(runs)} runs</summary><div class="wide"><table class="data">'
+            f'<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div><ul class="texts">{texts}</ul>'
+            '</details>')
+
+
+def data_tables(data):
+    """A CSV as tables, one per flavour where it has them, the real one first."""
+    names = list(data.columns)
+    count = len(data.columns[names[0]])
+    if "flavour" not in names:
+        return data_table(data, names, range(count), "all")
+    flavours = sorted(set(data.columns["flavour"]), key=leading)
+    return "".join(data_table(data, [name for name in names if name != "flavour"],
+                              [k for k in range(count) if data.columns["flavour"][k] == flavour], flavour)
+                   for flavour in flavours)
+
+
+def data_table(data, names, lines, what):
+    def value(name, k):
+        if data.units[name] == "text":
+            return f"<td>{escape(data.columns[name][k])}</td>"
+        content = float(data.columns[name][k])
+        if name == "lost":
+            return '<td class="lost">lost</td>' if content else "<td>no</td>"
+        return cell("number", number(content if math.isfinite(content) else None))
+    head = "".join(heading(name, data.units[name], "text" if data.units[name] == "text" or name == "lost" else "number")
+                   for name in names)
+    body = "".join(f'<tr>{"".join(value(name, k) for name in names)}</tr>' for k in lines)
+    is_open = " open" if what != "ideal" and len(lines) <= OPEN_ROWS else ""
+    return (f'<details{is_open}><summary>all numbers as a table: {escape(what)}, {len(lines)} lines</summary>'
+            f'<div class="wide tall"><table class="data"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+            '</div></details>')
+
+
+# ---- the page ----
+
+def picture(figure, folder):
+    png = (folder / "pictures" / f'{figure["id"]}.png').read_bytes()
+    width, height = struct.unpack(">II", png[16:24])
+    return (f'<img width="{width}" height="{height}" decoding="async" alt="{escape(figure_name(figure))}: '
+            f'{escape(figure["title"])}" src="data:image/png;base64,{base64.b64encode(png).decode("ascii")}">')
+
+
+def embedded(value):
+    """JSON that is safe inside <script>."""
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+
+
+def interactive(figure, drawn):
+    parts = []
+    for plot in drawn:
+        height = 60 + sum(round(70 + 150 * panel["height"]) for panel in plot["panels"])  # so that nothing jumps later
+        parts.append(f'<div class="plots" data-figure="{figure["id"]}" style="min-height:{height}px">'
+                     '<button type="button" class="draw">draw the plots to zoom into</button>'
+                     f'<script type="application/json">{embedded({**plot, "events": figure["events"]})}</script></div>')
+    return "".join(parts)
+
+
+def section(figure, rows, folder, drawn, table):
+    """One figure: claim, picture, rows, plots, conditions, links to the data."""
+    name = pathlib.PurePosixPath(figure["csv"])
+    more = sorted(path.name for path in (folder / name.parent).glob(f"{name.stem}_*.csv"))
+    links = [figure["csv"]] + [str(name.parent / other) for other in more]
+    links = [f'<a href="{escape(link)}">{escape(pathlib.PurePosixPath(link).name)}</a>' for link in links]
+    links.append(f'<a href="pictures/{figure["id"]}.svg">the picture as SVG</a>')
+    return (f'<section class="figure" id="{figure["id"]}"><h2><a href="#{figure["id"]}">{escape(figure_name(figure))}'
+            f'</a> {escape(figure["title"])}</h2><p class="lead">{escape(figure["claim"])}</p>'
+            f'<div class="picture">{picture(figure, folder)}</div>{figure_rows(rows)}{interactive(figure, drawn)}'
+            f'{table}{run_table(figure["runs"])}<p class="links">Data: {", ".join(links)}. '
+            '<a href="#verdicts">Back to the verdicts</a></p></section>')
+
+
+@functools.lru_cache(maxsize=1)
+def uplot():
+    """{script, style, licence} of uPlot, or None where it is not there."""
+    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache")
+    for folder in (os.environ.get("UPLOT_DIR"), cache / "lagless" / "uplot"):
+        try:
+            if folder:
+                files = (("script", "uPlot.iife.min.js"), ("style", "uPlot.min.css"), ("licence", "LICENSE"))
+                return {key: (pathlib.Path(folder) / name).read_text(encoding="utf-8") for key, name in files}
+        except OSError:
+            pass
+    return None
+
+
+def condition_table(manifest):
+    body = "".join(f'<tr><th scope="row">{escape(each["name"])}</th>{cell("number", number(each["value"]))}'
+                   f'{cell("unit", unit(each["unit"]))}<td>{escape(each["text"])}</td></tr>'
+                   for each in manifest["conditions"])
+    return ('<div class="wide"><table class="data shared"><thead><tr><th>name</th><th class="number">value</th>'
+            f'<th>unit</th><th>what it is</th></tr></thead><tbody>{body}</tbody></table></div>')
+
+
+def write(folder, manifest, drawn, tables):
+    """folder/index.html. `drawn` and `tables` by figure id: result of plots(), and of data_tables() or ''."""
+    library = uplot()
+    figures = manifest["figures"]
+    if not any(drawn.values()):
+        how = ""
+    elif library:
+        how = ("Below a picture are plots to zoom into, down to single lines of the CSV files: drag across one, double "
+               "click to see all. They show the flavour real, with values rounded to 1/20000 of each trace's range or "
+               "finer; the CSV files have them in full.")
+    else:
+        how = "Plots to zoom into are missing, for want of uPlot: run tools/get-uplot and make the report again."
+    sections = "".join(
+        section(figure, [row for row in manifest["rows"] if row["figure"] == figure["id"]], folder,
+                drawn[figure["id"]] if library else [], tables[figure["id"]]) for figure in figures)
+    text = string.Template((PARTS / "page.html").read_text(encoding="utf-8")).substitute(
+        style=(library["style"] if library else "") + (PARTS / "page.css").read_text(encoding="utf-8"),
+        script=(library["script"] + "\n" if library else "") + (PARTS / "page.js").read_text(encoding="utf-8"),
+        flavours="".join(f"<dt>{escape(name)}</dt><dd>{escape(line)}</dd>"
+                         for name, line in sorted(manifest["flavours"].items(), key=leading)),
+        links="".join(f'<a href="#{figure["id"]}" title="{escape(figure["title"])}">'
+                      f'{escape(figure["paper"] or figure["id"].replace("_", " "))}</a> ' for figure in figures),
+        how=escape(how), counts=counts(manifest["rows"]), verdicts=verdict_table(manifest), sections=sections,
+        conditions=condition_table(manifest), seed=escape(manifest["seed"]), commit=escape(manifest["commit"]),
+        seconds=number(manifest["seconds"]),
+        licence=f"<details><summary>uPlot draws the plots; its licence</summary><pre>{escape(library['licence'])}</pre>"
+                "</details>" if library else "")
+    fresh = folder / "index.html.new"  # so that a report that cannot be finished leaves the last one in place
+    fresh.write_text(text, encoding="utf-8")
+    os.replace(fresh, folder / "index.html")
+    return folder / "index.html"

@@ -1,0 +1,42 @@
+"""The look that all pictures share: palette, matplotlib's settings, curves of few points, saving."""
+import math
+
+# Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
+BLUE, ORANGE, GREEN, PURPLE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
+WANTED = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}  # references and theory, over what follows them
+MISSING = "matplotlib is missing: run tools/setup demo, or install python3-matplotlib"
+
+
+def pyplot(**settings):
+    """matplotlib's pyplot in our look, `settings` besides; ImportError where it is missing."""
+    import matplotlib
+    matplotlib.use("Agg")
+    matplotlib.rcParams.update({
+        "font.size": 9, "axes.grid": True, "grid.color": "#DDDDDD", "grid.linewidth": 0.6, "axes.axisbelow": True,
+        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.8, "lines.linewidth": 1.1,
+        "legend.frameon": False, "svg.hashsalt": "lagless", "svg.fonttype": "path", **settings,
+    })
+    from matplotlib import pyplot as module
+    return module
+
+
+def outline(time, values, most=4000):
+    """The same curve with fewer points: least and largest of each stretch, so that no peak is lost."""
+    count = len(time)
+    if count <= most:
+        return time, values
+    kept = {0, count - 1}
+    stretch = math.ceil(2 * count / most)
+    for begin in range(0, count, stretch):
+        indices = range(begin, min(begin + stretch, count))
+        kept.add(min(indices, key=values.__getitem__))
+        kept.add(max(indices, key=values.__getitem__))
+    order = sorted(kept)
+    return [time[i] for i in order], [values[i] for i in order]
+
+
+def save(figure, png):
+    """PNG, and beside it the same picture as SVG; the same octets each time. OSError where it cannot be written."""
+    png.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(png, metadata={"Software": None})
+    figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})

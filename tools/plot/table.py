@@ -1,0 +1,47 @@
+"""CSV whose first line names each column with its unit: `name[unit],...`; of demo.py and figures.py."""
+import csv
+import math
+
+
+class InputError(Exception):
+    """Names the file, and the line or column, that is wrong."""
+
+
+def units_of(path, cells):
+    """{name: unit} of a first line, in its order; the unit is None where there is none."""
+    units = {}
+    for cell in cells:
+        name, _, unit = cell.strip().partition("[")
+        if name in units:
+            raise InputError(f"{path}:1: column `{name}` is there twice")
+        units[name] = unit[:-1] if unit.endswith("]") else None
+    return units
+
+
+def rows(path):
+    """First {name: unit}, then (line, cells) of each line that is not empty."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            reader = csv.reader(file)
+            header = next(reader, None)
+            if not header:
+                raise InputError(f"{path}: empty")
+            units = units_of(path, header)
+            yield units
+            for cells in reader:
+                if cells and len(cells) != len(units):
+                    raise InputError(f"{path}:{reader.line_num}: {len(cells)} values, but {len(units)} columns")
+                if cells:
+                    yield reader.line_num, cells
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def number(path, line, name, cell):
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{path}:{line}: {name}: `{cell}` is no finite number")
+    return value

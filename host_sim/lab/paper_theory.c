@@ -100,13 +100,13 @@ double paper_sign_gain(double x)
 }
 
 /* Describing function of tanh(slope x/2) for a sine of this amplitude: the trapezoidal rule over a whole
- * period converges faster than any power. */
+ * period, whose four quarters are alike, converges faster than any power. */
 static double describing_gain(double slope, double amplitude)
 {
-    const int points = 64;
+    const int points = 8; /* of a quarter */
     double sum = 0.0;
     for (int n = 0; n < points; n++) {
-        const double sine = sin(2.0 * PI * (n + 0.5) / points);
+        const double sine = sin(0.5 * PI * (n + 0.5) / points);
         sum += tanh(0.5 * slope * amplitude * sine) * sine;
     }
     return 2.0 * sum / (points * amplitude);
@@ -127,9 +127,11 @@ static double settled_gain(double gain, double slope, double omega_e)
 {
     const double emf = paper_machine.flux_linkage * fabs(omega_e);
     double k_f = 0.5 * slope;
-    for (int n = 0; n < 100 && emf > 0.0; n++) {
+    double change = emf;
+    for (int n = 0; n < 100 && fabs(change) > 1e-12 * slope; n++) {
         const double amplitude = emf * cabs(sampled_response(gain * k_f, omega_e)) / (gain * k_f);
-        k_f += 0.5 * (describing_gain(slope, amplitude) - k_f);
+        change = describing_gain(slope, amplitude) - k_f;
+        k_f += change;
     }
     return k_f;
 }

@@ -22,6 +22,8 @@ static complex_t product(complex_t a, complex_t b)
 #define TAN_5  0.14390343f
 #define SIZE_4 0.62474806f
 
+#define ONE_THIRD 0.333333333f
+
 static float limited(float h)
 {
     return bounds_clamp(h, 0.5f * LAG_TURN_LIMIT);
@@ -93,15 +95,12 @@ static complex_t undoing_of_paper(const smo_t *smo, lag_mode_t mode, float omega
 static complex_t undoing_of_observer(const smo_t *smo, float omega_e)
 {
     float h = omega_e * smo->half_period;
-    float square = h * h;
-    float t = h * (TAN_1 + square * (TAN_3 + square * TAN_5));
-    float lead = h * smo->hold_lead;
-
     float g = smo->gain * smo->gain_mean;
-    float size = 1.0f - square * smo->hold_size_observer;
-    float real = size * (g + smo->resistance);
-    float imag = size * t * (smo->lag_resistance - g);
-    complex_t vector = {real + lead * imag, imag - lead * real};
+    float along = g + smo->resistance;
+    float across = smo->lag_resistance - g;
+    complex_t vector;
+    vector.re = along - h * h * (ONE_THIRD * along - smo->hold_lead * across);
+    vector.im = h * (across - smo->hold_lead * vector.re);
     return vector;
 }
 

@@ -41,9 +41,11 @@ float lag_attenuation(const smo_t *smo, float omega_e);
 /* The EMF of t_k itself [V], lag and attenuation undone, from the observer's state.
  *
  * LAG_EXACT takes the switching voltage before its filter. As v = g x, what has to be undone is linear in g,
- * and neither k_f nor an angle nor a root has to be computed (t = tan(x/2) with the x of above):
+ * and neither k_f nor an angle nor a root has to be computed. With h = x/2 and the hold's h/sin h in the
+ * length:
  *
- *     e = ((g + R) + j (2/b - R - g) t) e^(-j lead) (current error) size
+ *     e = ((g + R) h cot h + j (2/b - R - g) h) e^(-j lead) (current error),   h cot h = 1 - h^2/3,
+ *                                                                              lead = h d/6
  *
  * Within 1.2e-5 rad and 1e-4 of its length up to |omega_e| T = 0.3 and R T/L = 0.3, 1e-3 each up to
  * LAG_TURN_LIMIT; beyond it finite. The vector form: straight line, no division. Per axis, with the

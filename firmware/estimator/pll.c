@@ -63,14 +63,14 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
 static void place(pll_t *pll, float theta_e)
 {
     pll->theta_e = angle_wrap(theta_e);
-    pll->rotation = trig_rotation(pll->theta_e);
+    pll->rotation = trig_turn(pll->theta_e);
 }
 
 /* To the angle of the next result, at this speed. */
 static void move(pll_t *pll, float omega_e)
 {
-    place(pll, pll->theta_e + pll->period * omega_e);
     pll->omega_e = omega_e;
+    place(pll, pll->theta_e + pll->period * omega_e);
 }
 
 void pll_reset(pll_t *pll, position_t start)
@@ -82,7 +82,8 @@ void pll_reset(pll_t *pll, position_t start)
     place(pll, start.theta_e);
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
-    pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
+    pll->turning = omega_e < 0.0f ? -1.0f : 1.0f;
+    pll->direction = pll->turning;
     pll->detector = 0.0f;
     pll->amplitude = 0.0f;
     pll->emf = (dq_t){0.0f, 0.0f};
@@ -133,9 +134,11 @@ position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
     return pll_coast(pll, acceleration);
 }
 
-/* The detector's sign at low speed; from there on a start's direction is no longer needed. */
+/* The detector's sign at low speed, and which way the loop turns; once it is faster, a start's direction is no
+ * longer needed. */
 static float soft_sign(pll_t *pll)
 {
+    pll->turning = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;
     if (bounds_magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
     }
@@ -164,13 +167,13 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
         inverse = pll->inverse_floor;
     }
 
-    float omega_smooth = pll->omega_smooth;
-    float signed_emf = omega_smooth < 0.0f ? -amplitude : amplitude;
-    float detector = omega_smooth < 0.0f ? e.d * inverse : -e.d * inverse;
-    if (bounds_magnitude(omega_smooth) < PLL_SIGNED_SPEED) {
-        signed_emf = e.q;
-        detector = -e.d * inverse * soft_sign(pll);
+    float sign = pll->turning;
+    float signed_emf = sign * amplitude;
+    if (!(sign * pll->omega_smooth >= PLL_SIGNED_SPEED)) {
+        sign = soft_sign(pll);
+        signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
     }
+    float detector = -(sign * e.d) * inverse;
 
     float feedforward = pll->feedforward.value;
     feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);

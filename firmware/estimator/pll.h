@@ -82,6 +82,7 @@ typedef struct {
     dq_t emf;            /* in the frame of the loop, filtered [V] */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
+    float turning;       /* +-1: the sign of w_s, known to be that as long as |w_s| >= 80 rad/s [-] */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
     float amplitude; /* |e| of the last step [V] */

@@ -64,7 +64,6 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->hold_lead = decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f));
     smo->hold_lead_rise = decay * (1.0f / 90.0f);
     smo->hold_size = 1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
-    smo->hold_size_observer = 1.0f / 3.0f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
     smo->lag_resistance = 2.0f / smo->voltage_gain - params->resistance;
     smo->filter_odd = 2.0f * smo->emf_decay / (1.0f - smo->emf_decay);
     smo->filter_even = 1.0f + smo->filter_odd;

@@ -75,7 +75,6 @@ typedef struct {
     float hold_lead;      /* what the held voltage adds to half a period of lead, over omega T/2 [-], lag.h */
     float hold_lead_rise; /* its growth over (omega T/2)^2 [-] */
     float hold_size;      /* of the vector's length over (omega T/2)^2 [-], lag.h */
-    float hold_size_observer; /* the same for the observer without its filter [-] */
     float lag_resistance;     /* 2/b - R [ohm], lag.h */
     float filter_even;        /* 1 + 2 c/(1 - c), c = emf_decay [-], lag.h */
     float filter_odd;         /* 2 c/(1 - c) [-] */

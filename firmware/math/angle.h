@@ -9,6 +9,8 @@
 #ifndef MATH_ANGLE_H
 #define MATH_ANGLE_H
 
+#include "math/bounds.h"
+
 #define ANGLE_PI     3.14159265f
 #define ANGLE_TWO_PI 6.28318531f
 
@@ -25,10 +27,10 @@ float angle_wrap_far(float angle);
  * for |angle| <= 1e4 rad (distance on the circle: an input within rounding of +-pi may come out at either
  * end). The result is always within +-ANGLE_LARGEST, hence inside [-pi, pi) for the true pi too. What is
  * inside already comes back bit for bit. Beyond 1e4 rad and for a non-finite angle: 0. One multiplication by
- * 1/(2 pi), two compares, no division. */
+ * 1/(2 pi), one compare for what is inside, no division. */
 static inline float angle_wrap(float angle)
 {
-    return angle >= -ANGLE_LARGEST && angle <= ANGLE_LARGEST ? angle : angle_wrap_far(angle);
+    return bounds_magnitude(angle) <= ANGLE_LARGEST ? angle : angle_wrap_far(angle);
 }
 
 #endif

@@ -9,7 +9,7 @@
 
 /* 1/sqrt(square): relative error <= 5e-7 for every `square` from 1e-37 to the largest float; the error
  * repeats with every factor of 4. Smaller ones, denormal floats and zero included, give something between
- * 1e18 and 3e19, so that 0 inverse_root(0) is 0. Does not handle negative or non-finite input. Ten
+ * 1e18 and 3e19, so that 0 inverse_root(0) is 0. Does not handle negative or non-finite input. Nine
  * multiplications and subtractions. */
 float inverse_root(float square);
 

@@ -6,6 +6,8 @@
  * moves in a period and a half need no reduction and no quadrants. atan2 divides the shorter component by the
  * longer, so that one odd polynomial of degree 11 on [0, 1] covers the plane.
  *
+ * A tracking loop needs less, in every period: trig_turn().
+ *
  * No state, no libm, no loop. Does not handle angles beyond TRIG_LIMIT: wrap first. */
 #ifndef MATH_TRIG_H
 #define MATH_TRIG_H
@@ -20,6 +22,20 @@
  * 0; odd and even bit for bit. Beyond the limit and for a non-finite angle both are 0, a rotation that turns
  * every vector into none: no voltage on an unknown angle. Straight line after one compare, no division. */
 rotation_t trig_rotation(float theta);
+
+/* The same for a wrapped angle in fewer steps: angle and length of the rotation within 1.4e-6 of the true
+ * ones and the rounding, 3e-7. Exactly 0 and 1 at 0; odd and even bit for bit. Expects |theta| <= pi. With S
+ * = sqrt 2 sin(theta/2), C = sqrt 2 cos(theta/2): sin theta = S C, cos theta = 1 - S^2. 19 multiplications,
+ * additions and subtractions. */
+static inline rotation_t trig_turn(float theta)
+{
+    float z = theta * theta;
+    float s = theta * (0.707102309f + z * (-0.0294582966f + z * (3.66876518e-4f - z * 2.01757679e-6f)));
+    float c = 1.41422007f +
+              z * (-0.176781206f + z * (3.68393215e-3f + z * (-3.07711755e-5f + z * 1.34300054e-7f)));
+    rotation_t rotation = {s * c, 1.0f - s * s};
+    return rotation;
+}
 
 /* Angle of the vector (x, y) [rad], within +-ANGLE_LARGEST as angle_wrap() and within 3e-6 of the exact
  * angle, in all quadrants, for |x| + |y| between 1e-37 and 1e38. A shorter vector, (0, 0) included, a longer

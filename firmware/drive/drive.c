@@ -16,6 +16,7 @@
 #define SETTLE_PERIODS       64u     /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS        200u    /* [periods] 20 ms: fault line high for so long before a reset */
 #define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
+#define JUDGED_PERIODS       10u /* [periods] from one judgement of the estimator to the next */
 #define DOUBT_SHARE          0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_EMF            4.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_SHARE_FORESEEN 0.02f /* [-] likewise, while the speed changes */
@@ -443,8 +444,16 @@ static void locate(drive_t *drive)
     const ab_t voltage = {drive->duty_prev[1].alpha * u_dc - loss.voltage.alpha,
                           drive->duty_prev[1].beta * u_dc - loss.voltage.beta};
     drive->observer_voltage = voltage;
-    drive->estimate = in_doubt(drive, &loss) ? estimator_coast(&drive->estimator, voltage, drive->current_ab)
-                                             : estimator_step(&drive->estimator, voltage, drive->current_ab);
+    if (in_doubt(drive, &loss)) {
+        drive->estimate = estimator_coast(&drive->estimator, voltage, drive->current_ab);
+    } else {
+        drive->estimate = estimator_step(&drive->estimator, voltage, drive->current_ab);
+        drive->unjudged++;
+        if (drive->unjudged >= JUDGED_PERIODS) {
+            estimator_judge(&drive->estimator, drive->unjudged);
+            drive->unjudged = 0u;
+        }
+    }
     if (sensorless(drive)) {
         drive->position = drive->estimate;
     }

@@ -131,6 +131,7 @@ typedef struct {
     ab_t observer_voltage;       /* [V] on the winding in [t_{k-1}, t_k) */
     ab_t duty_prev[2];           /* [-] duties in the stationary frame, of one and two steps ago */
     float u_dc_prev;             /* [V] one period ago */
+    uint32_t unjudged;           /* [periods] that the estimator tracked since it was judged */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     uint32_t doubt;              /* [periods] for which the tracking loop still coasts */
     float omega_m;               /* [rad/s] mechanical */

@@ -22,6 +22,12 @@
 /* k_f depends on the EMF that the observer has to make, and that on k_f: a few rounds settle both. */
 #define RESET_ROUNDS 8
 
+/* Bits of `special`. */
+#define FRESH    UINT32_C(1) /* no step yet since the reset */
+#define COASTED  UINT32_C(2) /* the last period was not tracked */
+#define ADAPTING UINT32_C(4) /* the flux adapts */
+#define TORQUE   UINT32_C(8) /* the torque's share is fed forward */
+
 static bool validity_check(const validity_params_t *limits, params_error_t *why)
 {
     if (!params_within(why, "amplitude_min", PARAMS_RANGE, limits->amplitude_min, 0.0f, 1.0f) ||
@@ -132,9 +138,12 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     est->debounce[2] = periods_of(limits->current_time, period);
     est->debounce[3] = periods_of(limits->speed_time, period);
     est->lag = (int32_t)params->lag;
+    est->direct = params->lag == LAG_EXACT && params->smo.switching == SMO_SIGMOID_VECTOR;
     est->torque_feedforward = params->torque_feedforward;
     est->adaptation_share = params->flux_adaptation * period;
-    est->adapting = params->flux_adaptation > 0.0f;
+    est->special &= ~(ADAPTING | TORQUE);
+    est->special |= params->flux_adaptation > 0.0f ? ADAPTING : 0u;
+    est->special |= params->torque_feedforward > 0.0f ? TORQUE : 0u;
     lowpass_retune(&est->emf_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     lowpass_retune(&est->speed_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     if (params->flux_linkage != est->flux_linkage_set || params->flux_adaptation == 0.0f) {
@@ -151,6 +160,7 @@ void estimator_init(estimator_t *est, const estimator_params_t *params)
     const ab_t none = {0.0f, 0.0f};
     const parts_t parts = parts_of(params);
     est->flux_linkage_set = 0.0f;
+    est->special = 0u;
     estimator_retune(est, params);
     set_flux(est, params->flux_linkage);
     smo_init(&est->smo, &parts.smo);
@@ -180,7 +190,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     lowpass_reset(&est->speed_mean, start.omega_e < 0.0f ? -start.omega_e : start.omega_e);
     est->emf = emf;
     est->reset_current = current;
-    est->fresh = 1u;
+    est->special = (est->special & (ADAPTING | TORQUE)) | FRESH;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         est->count[n] = 0u;
     }
@@ -225,18 +235,19 @@ static void adapt_flux(estimator_t *est)
     est->flux_linkage = flux_linkage * (2.0f - flux_linkage * est->speed_per_volt);
 }
 
-static void count_failures(estimator_t *est, uint32_t signs)
+static void count_failures(estimator_t *est, uint32_t signs, uint32_t periods)
 {
-    uint32_t invalid = est->invalid & ~ESTIMATOR_SAMPLE;
+    uint32_t invalid = est->invalid;
     est->counting = 0u;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         uint32_t bit = UINT32_C(1) << n;
         if ((signs & bit) != 0u) {
-            est->count[n] += est->count[n] < est->debounce[n];
+            est->count[n] += periods;
         } else {
-            est->count[n] -= est->count[n] > 0u;
+            est->count[n] -= periods < est->count[n] ? periods : est->count[n];
         }
         if (est->count[n] >= est->debounce[n]) {
+            est->count[n] = est->debounce[n];
             invalid |= bit;
         }
         if (est->count[n] == 0u) {
@@ -261,15 +272,18 @@ static uint32_t failing(const estimator_t *est, float speed, float speed_of_emf,
            (outside(speed, est->speed) ? ESTIMATOR_SPEED : 0u);
 }
 
-static void judge(estimator_t *est)
+void estimator_judge(estimator_t *est, uint32_t periods)
 {
+    if ((est->special & (FRESH | COASTED)) != 0u) {
+        return;
+    }
     float speed = bounds_magnitude(est->pll.omega_smooth);
     float speed_of_emf = est->pll.amplitude * est->speed_per_volt;
     band_t fitting = {est->amplitude.middle * speed, est->amplitude.half * speed + AMPLITUDE_ALLOWANCE};
     if (est->counting != 0u || outside(speed_of_emf, fitting) ||
         bounds_magnitude(est->pll.detector) > est->detector_max ||
         est->smo.error_square > est->error_square_max || outside(speed, est->speed)) {
-        count_failures(est, failing(est, speed, speed_of_emf, fitting));
+        count_failures(est, failing(est, speed, speed_of_emf, fitting), periods);
     }
 }
 
@@ -279,50 +293,74 @@ static float acceleration_of(const estimator_t *est, ab_t current)
     return est->torque_feedforward * frames_park(current, est->pll.rotation).q;
 }
 
-/* The EMF of t_k; false: the sample is none. */
-static bool observe(estimator_t *est, ab_t voltage, ab_t current)
+/* The sample was none. */
+static position_t pass_over(estimator_t *est)
+{
+    est->invalid |= ESTIMATOR_SAMPLE;
+    est->special |= COASTED;
+    return pll_coast(&est->pll, 0.0f);
+}
+
+/* The EMF of t_k in the forms of the paper; false: the sample is none. */
+static bool observe(estimator_t *est, ab_t voltage, ab_t current, ab_t *emf)
 {
     (void)smo_step(&est->smo, voltage, current);
-    if (est->smo.passed_over != 0u) {
-        est->invalid |= ESTIMATOR_SAMPLE;
-        est->counting |= 1u;
-        return false;
+    *emf = lag_emf(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e);
+    return est->smo.passed_over == 0u;
+}
+
+/* The way of every period: observer, compensation, tracking loop, which may be told to coast. */
+static position_t follow(estimator_t *est, ab_t voltage, ab_t current, float acceleration, bool doubtful)
+{
+    ab_t emf;
+    if (est->direct != 0u) {
+        if (!smo_step_vector(&est->smo, voltage, current)) {
+            return pass_over(est);
+        }
+        emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
+    } else if (!observe(est, voltage, current, &emf)) {
+        return pass_over(est);
     }
-    est->emf = lag_emf(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e);
-    return true;
+    est->emf = emf;
+    return doubtful ? pll_watch(&est->pll, emf, acceleration)
+                    : pll_step(&est->pll, emf, est->speed_per_volt, acceleration);
+}
+
+/* What few periods or few parameter sets ask for, and then the way of every period. */
+static position_t follow_specially(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+{
+    if ((est->special & FRESH) != 0u) {
+        bool same = of_reset(est, voltage, current);
+        position_t start = pll_coast(&est->pll, 0.0f);
+        est->special &= ~FRESH;
+        if (same) {
+            est->special |= COASTED;
+            return start;
+        }
+        doubtful = false;
+    }
+    est->special &= ~COASTED;
+    est->invalid &= ~ESTIMATOR_SAMPLE;
+    position_t position = follow(est, voltage, current, acceleration_of(est, current), doubtful);
+    if (doubtful) {
+        est->special |= COASTED;
+    } else if ((est->special & (ADAPTING | COASTED)) == ADAPTING) {
+        adapt_flux(est);
+    }
+    return position;
 }
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    if (est->fresh != 0u) {
-        bool same = of_reset(est, voltage, current);
-        position_t start = pll_coast(&est->pll, 0.0f);
-        est->fresh = 0u;
-        if (same) {
-            return start;
-        }
+    if (est->special != 0u) {
+        return follow_specially(est, voltage, current, false);
     }
-
-    if (!observe(est, voltage, current)) {
-        return pll_coast(&est->pll, 0.0f);
-    }
-    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration_of(est, current));
-    if (est->adapting != 0u) {
-        adapt_flux(est);
-    }
-    judge(est);
-    return position;
+    return follow(est, voltage, current, 0.0f, false);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    if (est->fresh != 0u) {
-        return estimator_step(est, voltage, current);
-    }
-    if (!observe(est, voltage, current)) {
-        return pll_coast(&est->pll, 0.0f);
-    }
-    return pll_watch(&est->pll, est->emf, acceleration_of(est, current));
+    return follow_specially(est, voltage, current, true);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

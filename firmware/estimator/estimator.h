@@ -13,8 +13,9 @@
  * stationary frame (smo.h).
  *
  * Validity: four signs that do not depend on each other, each with its own limits and debounce. A sign that
- * fails counts one up per period, else one down; it is raised when the count reaches the debounce and falls
- * when it is back at zero.
+ * fails counts the periods up, else down; it is raised when the count reaches the debounce and falls when it
+ * is back at zero. Debounces are long against a period, so that judging, estimator_judge(), may be rarer than
+ * the steps.
  *
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
@@ -91,10 +92,10 @@ typedef struct {
     band_t speed;                       /* of |omega_e| [rad/s] */
     uint32_t debounce[ESTIMATOR_SIGNS]; /* [periods], at least 1, in the order of the bits */
     int32_t lag;                        /* lag_mode_t */
+    uint32_t direct;                    /* [-] 1: vector form, exact lag */
     float flux_linkage_set;             /* psi_f of the parameters [Wb] */
     float torque_feedforward;           /* K [rad/s^2 per A] */
     float adaptation_share;             /* flux_adaptation T [-] */
-    uint32_t adapting;                  /* [-] 1: it is on */
     float period;                       /* T [s] */
     /* coefficients and state */
     smo_t smo;
@@ -106,9 +107,9 @@ typedef struct {
     float flux_linkage;              /* psi_f as adapted [Wb] */
     float speed_per_volt;            /* 1/psi_f as adapted [rad/s/V] */
     ab_t reset_current;              /* of estimator_reset [A] */
-    uint32_t fresh;                  /* [-] 1: no step yet since the reset */
+    uint32_t special;                /* [-] bits of what few periods have to do: 0 is the shortest way */
     uint32_t count[ESTIMATOR_SIGNS]; /* [periods] */
-    uint32_t counting;               /* [-] not 0: a count is not zero, or the last sample was bad */
+    uint32_t counting;               /* [-] not 0: a count is not zero */
     uint32_t invalid;                /* [-] bits */
 } estimator_t;
 
@@ -137,11 +138,15 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
 /* Position at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. A sample that
  * is no number or beyond SMO_ERROR_LIMIT coasts on the last speed, raises ESTIMATOR_SAMPLE and changes
  * nothing else. Always finite. Straight line but for that, one division (vector form, exact lag), one sine
- * and cosine. */
+ * and cosine. Judges nothing. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
-/* The same for a sample whose voltage is in doubt (a phase current near zero in an inverter with dead time):
- * the observer goes on, the tracking loop coasts, nothing is judged. */
+/* Judges the last step, which stands for `periods` periods since the last judgement. A period that was
+ * coasted is not judged. Straight line while every sign holds. */
+void estimator_judge(estimator_t *est, uint32_t periods);
+
+/* The same as estimator_step for a sample whose voltage is in doubt (a phase current near zero in an inverter
+ * with dead time): the observer goes on, the tracking loop coasts, nothing is judged. */
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current);
 
 /* 0, or the bits of the signs that failed. */

@@ -22,8 +22,6 @@ static complex_t product(complex_t a, complex_t b)
 #define TAN_5  0.14390343f
 #define SIZE_4 0.62474806f
 
-#define ONE_THIRD 0.333333333f
-
 static float limited(float h)
 {
     return bounds_clamp(h, 0.5f * LAG_TURN_LIMIT);
@@ -91,34 +89,18 @@ static complex_t undoing_of_paper(const smo_t *smo, lag_mode_t mode, float omega
     return vector;
 }
 
-/* Of the observer alone, to be multiplied by its current error. */
-static complex_t undoing_of_observer(const smo_t *smo, float omega_e)
-{
-    float h = omega_e * smo->half_period;
-    float g = smo->gain * smo->gain_mean;
-    float along = g + smo->resistance;
-    float across = smo->lag_resistance - g;
-    complex_t vector;
-    vector.re = along - h * h * (ONE_THIRD * along - smo->hold_lead * across);
-    vector.im = h * (across - smo->hold_lead * vector.re);
-    return vector;
-}
-
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
 {
-    complex_t emf;
     if (mode != LAG_EXACT) {
-        emf =
+        complex_t emf =
             product(undoing_of_paper(smo, mode, omega_e), (complex_t){smo->emf_hat.alpha, smo->emf_hat.beta});
-    } else if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        emf = product(undoing_of_observer(smo, omega_e),
-                      (complex_t){smo->current_err.alpha, smo->current_err.beta});
-    } else {
-        float per_g = 1.0f / (smo->gain * smo->gain_mean);
-        emf = product(undoing_of_observer(smo, omega_e),
-                      (complex_t){per_g * smo->switched.alpha, per_g * smo->switched.beta});
+        return (ab_t){emf.re, emf.im};
     }
-    return (ab_t){emf.re, emf.im};
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        return lag_emf_exact(smo, smo->current_err, omega_e);
+    }
+    float per_g = 1.0f / (smo->gain * smo->gain_mean);
+    return lag_emf_exact(smo, (ab_t){per_g * smo->switched.alpha, per_g * smo->switched.beta}, omega_e);
 }
 
 void lag_make(const smo_t *smo, float omega_e, ab_t emf, ab_t *switched, ab_t *emf_hat)

@@ -60,14 +60,14 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
 }
 
-static void place(pll_t *pll, float theta_e)
+static inline void place(pll_t *pll, float theta_e)
 {
     pll->theta_e = angle_wrap(theta_e);
     pll->rotation = trig_turn(pll->theta_e);
 }
 
 /* To the angle of the next result, at this speed. */
-static void move(pll_t *pll, float omega_e)
+static inline void move(pll_t *pll, float omega_e)
 {
     pll->omega_e = omega_e;
     place(pll, pll->theta_e + pll->period * omega_e);
@@ -134,8 +134,8 @@ position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
     return pll_coast(pll, acceleration);
 }
 
-/* The detector's sign at low speed, and which way the loop turns; once it is faster, a start's direction is no
- * longer needed. */
+/* The detector's sign at low speed, and which way the loop turns; once it is faster, a start's direction is
+ * no longer needed. */
 static float soft_sign(pll_t *pll)
 {
     pll->turning = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;

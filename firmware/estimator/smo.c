@@ -3,7 +3,6 @@
 #include <assert.h>
 
 #include "math/exponential.h"
-#include "math/tanh.h"
 
 /* Below this mean square of the error [A^2] there is nothing to weight with. */
 #define SQUARE_FLOOR 1e-24f
@@ -55,6 +54,7 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->voltage_gain = rest / params->resistance;
     smo->gain = params->gain;
     smo->half_slope = 0.5f * params->slope;
+    smo->half_slope_square = smo->half_slope * smo->half_slope;
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
     smo->filtering = params->emf_cutoff > 0.0f;
     smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
@@ -64,6 +64,7 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->hold_lead = decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f));
     smo->hold_lead_rise = decay * (1.0f / 90.0f);
     smo->hold_size = 1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f);
+    smo->hold_cotangent = 1.0f / 3.0f + decay * decay * (1.0f / 90.0f);
     smo->lag_resistance = 2.0f / smo->voltage_gain - params->resistance;
     smo->filter_odd = 2.0f * smo->emf_decay / (1.0f - smo->emf_decay);
     smo->filter_even = 1.0f + smo->filter_odd;
@@ -83,7 +84,7 @@ static float sign_gain(float x)
 
 static ab_t switch_vector(smo_t *smo, ab_t x, float square)
 {
-    float k_f = smo->half_slope * tanh_ratio(smo->half_slope * smo->half_slope * square);
+    float k_f = smo->half_slope * tanh_ratio(smo->half_slope_square * square);
     float g = smo->gain * k_f;
     smo->gain_mean = k_f;
     return (ab_t){g * x.alpha, g * x.beta};
@@ -194,37 +195,37 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
     smo->emf_hat = smo->switched;
 }
 
-ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
+/* As smo_step_vector, for the forms that act on each axis. */
+static bool step_axes(smo_t *smo, ab_t voltage, ab_t current)
 {
     ab_t hat = smo->current_hat;
     ab_t v = smo->switched;
-
-    /* a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
     hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
     hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
     if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
-        smo->passed_over = 1u;
-        return smo->emf_hat;
+        return false;
     }
-
-    smo->passed_over = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
     smo->error_square = square;
-    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        v = switch_vector(smo, x, square);
-    } else {
-        v = switch_axes(smo, x, smo->mean_share);
+    smo->switched = switch_axes(smo, x, smo->mean_share);
+    smo->emf_hat = smo->switched;
+    return true;
+}
+
+ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
+{
+    ab_t late = smo->emf_hat;
+    bool good = smo->switching == (int32_t)SMO_SIGMOID_VECTOR ? smo_step_vector(smo, voltage, current)
+                                                              : step_axes(smo, voltage, current);
+    smo->passed_over = !good;
+    if (good && smo->filtering != 0u) {
+        smo->emf_hat.alpha += smo->emf_decay * (late.alpha - smo->emf_hat.alpha);
+        smo->emf_hat.beta += smo->emf_decay * (late.beta - smo->emf_hat.beta);
     }
-    smo->switched = v;
-    if (smo->filtering != 0u) {
-        v.alpha += smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
-        v.beta += smo->emf_decay * (smo->emf_hat.beta - v.beta);
-    }
-    smo->emf_hat = v;
-    return v;
+    return smo->emf_hat;
 }
 
 float smo_equivalent_gain(const smo_t *smo)

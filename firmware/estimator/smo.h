@@ -32,6 +32,7 @@
 
 #include "math/frames.h"
 #include "math/params_error.h"
+#include "math/tanh.h"
 
 /* Cap of the sign's equivalent gain [1/A]: an error below 1 mA is less than any sensor resolves. */
 #define SMO_SIGN_GAIN_MAX 1000.0f
@@ -61,25 +62,27 @@ typedef struct {
 
 typedef struct {
     /* coefficients, from smo_init */
-    float resistance;     /* R [ohm] */
-    float inductance;     /* L [H] */
-    float period;         /* T [s] */
-    float voltage_gain;   /* b = (1 - a)/R [A/V] */
-    float gain;           /* k_s [V] */
-    float half_slope;     /* a_f/2 [1/A] */
-    float emf_decay;      /* exp(-omega_s T) [-]; 0 = no filter */
-    float mean_share;     /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
-    float half_period;    /* T/2 [s] */
-    float loop_gain_unit; /* b k_s [A]; b g = this times k_f */
-    float current_loss;   /* b R = 1 - a [-] */
+    float resistance;        /* R [ohm] */
+    float inductance;        /* L [H] */
+    float period;            /* T [s] */
+    float voltage_gain;      /* b = (1 - a)/R [A/V] */
+    float gain;              /* k_s [V] */
+    float half_slope;        /* a_f/2 [1/A] */
+    float half_slope_square; /* its square [1/A^2] */
+    float emf_decay;         /* exp(-omega_s T) [-]; 0 = no filter */
+    float mean_share;        /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
+    float half_period;       /* T/2 [s] */
+    float loop_gain_unit;    /* b k_s [A]; b g = this times k_f */
+    float current_loss;      /* b R = 1 - a [-] */
     float hold_lead;      /* what the held voltage adds to half a period of lead, over omega T/2 [-], lag.h */
     float hold_lead_rise; /* its growth over (omega T/2)^2 [-] */
     float hold_size;      /* of the vector's length over (omega T/2)^2 [-], lag.h */
-    float lag_resistance;     /* 2/b - R [ohm], lag.h */
-    float filter_even;        /* 1 + 2 c/(1 - c), c = emf_decay [-], lag.h */
-    float filter_odd;         /* 2 c/(1 - c) [-] */
-    uint32_t filtering;       /* [-] 1: there is a filter */
-    int32_t switching;        /* smo_switching_t */
+    float hold_cotangent; /* 1/3 of h cot h, and what the hold adds [-], lag.h */
+    float lag_resistance; /* 2/b - R [ohm], lag.h */
+    float filter_even;    /* 1 + 2 c/(1 - c), c = emf_decay [-], lag.h */
+    float filter_odd;     /* 2 c/(1 - c) [-] */
+    uint32_t filtering;   /* [-] 1: there is a filter */
+    int32_t switching;    /* smo_switching_t */
     /* state */
     ab_t current_hat;     /* i_hat at t_k [A] */
     ab_t current_err;     /* x at t_k [A] */
@@ -121,6 +124,35 @@ void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat);
  * every input. Divisions: one for the vector form, three for the others (each axis and the mean
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
+
+/* The step of the vector form without filter, inline for the interrupt: e_hat is v then. false: the sample is
+ * passed over and nothing has changed. */
+static inline bool smo_step_vector(smo_t *smo, ab_t voltage, ab_t current)
+{
+    ab_t hat = smo->current_hat;
+    ab_t v = smo->switched;
+
+    /* a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
+    hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
+    hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
+    ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
+    float square = x.alpha * x.alpha + x.beta * x.beta;
+
+    /* Within the first piece of tanh an error is far from the limit, whatever the slope: one compare does. */
+    float z = smo->half_slope_square * square;
+    if (!(z <= TANH_SHORT_END) && !(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
+        return false;
+    }
+    smo->current_hat = hat;
+    smo->current_err = x;
+    smo->error_square = square;
+    smo->gain_mean = smo->half_slope * tanh_ratio(z);
+    float g = smo->gain * smo->gain_mean;
+    v = (ab_t){g * x.alpha, g * x.beta};
+    smo->switched = v;
+    smo->emf_hat = v;
+    return true;
+}
 
 /* k_f [1/A]: power-weighted, vector form of the sample; a_f/2 (sign: the cap) while there was no error. */
 float smo_equivalent_gain(const smo_t *smo);

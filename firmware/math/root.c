@@ -14,7 +14,8 @@ float inverse_root(float square)
     bits = GUESS - (bits >> 1);
     memcpy(&y, &bits, sizeof y);
 
-    /* The steps for y = c/sqrt(square): the c between them is the one that lets both take the same product. */
+    /* The steps for y = c/sqrt(square): the c between them is the one that lets both take the same product.
+     */
     float share = 0.646245922f * square;
     y *= 1.54404618f - share * y * y;
     y *= 1.63393192f - share * y * y;

@@ -12,9 +12,21 @@
 #ifndef MATH_TANH_H
 #define MATH_TANH_H
 
+/* The end of the first piece. */
+#define TANH_SHORT_END 2.0f
+
+/* The two pieces beyond it: for tanh_ratio(). */
+float tanh_ratio_far(float square);
+
 /* tanh(x)/x [-] from `square` = x^2 in [0, 1e30]: relative error <= 2e-6, exactly 1 at 0, falling (two
  * adjacent floats may round the other way by 3e-7). At most one division. */
-float tanh_ratio(float square);
+static inline float tanh_ratio(float square)
+{
+    if (!(square <= TANH_SHORT_END)) {
+        return tanh_ratio_far(square);
+    }
+    return (111.209503f + square * 10.4015303f) / (111.209503f + square * (47.4701691f + square));
+}
 
 /* tanh(x) [-]: relative and absolute error <= 2e-6, odd bit for bit, never beyond +-1, exactly +-1 for |x| >
  * 7 (infinity included); NaN: 0. At most one division. */

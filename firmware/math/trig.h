@@ -31,8 +31,8 @@ static inline rotation_t trig_turn(float theta)
 {
     float z = theta * theta;
     float s = theta * (0.707102309f + z * (-0.0294582966f + z * (3.66876518e-4f - z * 2.01757679e-6f)));
-    float c = 1.41422007f +
-              z * (-0.176781206f + z * (3.68393215e-3f + z * (-3.07711755e-5f + z * 1.34300054e-7f)));
+    float c =
+        1.41422007f + z * (-0.176781206f + z * (3.68393215e-3f + z * (-3.07711755e-5f + z * 1.34300054e-7f)));
     rotation_t rotation = {s * c, 1.0f - s * s};
     return rotation;
 }

@@ -123,11 +123,19 @@ static void retune(const estimator_params_t *params)
     estimator_retune(&est, params);
 }
 
+/* A step, judged by itself. */
+static position_t judged_step(estimator_t *estimator, ab_t voltage, ab_t current)
+{
+    position_t position = estimator_step(estimator, voltage, current);
+    estimator_judge(estimator, 1u);
+    return position;
+}
+
 static position_t step(const estimator_oracle_case_t *rig, long k)
 {
     estimator_oracle_sample_t now;
     estimator_oracle_sample(rig, k, &now);
-    return estimator_step(&est, as_float(now.voltage), as_float(now.current));
+    return judged_step(&est, as_float(now.voltage), as_float(now.current));
 }
 
 static double error_of(const estimator_oracle_case_t *rig, long k, position_t position)
@@ -159,7 +167,7 @@ static deviation_t deviation(const estimator_oracle_case_t *rig, long from, long
     for (long k = from; k < from + settle + count; k++) {
         estimator_oracle_sample_t now;
         estimator_oracle_sample(rig, k, &now);
-        position_t position = estimator_step(&est, as_float(now.voltage), as_float(now.current));
+        position_t position = judged_step(&est, as_float(now.voltage), as_float(now.current));
         if (k >= from + settle) {
             double error = 1e3 * circle((double)position.theta_e - now.theta);
             d.mean += error;
@@ -1231,7 +1239,7 @@ static void test_zero_inputs_stay_finite_and_are_not_valid(void)
             voltage = (ab_t){0.95f * current.alpha, 0.95f * current.beta};
         }
         for (int k = 0; k < 5000; k++) {
-            check_finite(estimator_step(&est, voltage, current));
+            check_finite(judged_step(&est, voltage, current));
         }
         TEST_ASSERT_TRUE(
             (estimator_invalid(&est) & (ESTIMATOR_AMPLITUDE | ESTIMATOR_SPEED | ESTIMATOR_DETECTOR)) != 0u);
@@ -1244,7 +1252,7 @@ static void test_zero_error_vector_from_the_start_is_finite(void)
         estimator_params_t params = any_params(n);
         estimator_init(&est, &params);
         for (int k = 0; k < 300; k++) {
-            check_finite(estimator_step(&est, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f}));
+            check_finite(judged_step(&est, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f}));
         }
         TEST_ASSERT_TRUE(est.smo.error_square == 0.0f);
         TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_SPEED, estimator_invalid(&est));
@@ -1275,7 +1283,7 @@ static void check_bad_samples(double way)
             ab_t current = as_float(now.current);
             float *slots[] = {&voltage.alpha, &voltage.beta, &current.alpha, &current.beta};
             *slots[n / 5] = bad[n % 5];
-            position_t position = estimator_step(&est, voltage, current);
+            position_t position = judged_step(&est, voltage, current);
             check_finite(position);
             TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_SAMPLE, estimator_invalid(&est));
             double moved = circle((double)position.theta_e - before);
@@ -1318,7 +1326,7 @@ static void test_bad_sample_changes_nothing_but_the_angle(void)
         reset_near(&rig, 0, 0.0, 0.0);
         (void)deviation(&rig, 1, 300, 0);
         estimator_t before = est;
-        (void)estimator_step(&est, (ab_t){NAN, 0.0f}, (ab_t){1.0f, 1.0f});
+        (void)judged_step(&est, (ab_t){NAN, 0.0f}, (ab_t){1.0f, 1.0f});
         TEST_ASSERT_EQUAL_MEMORY(&before.count, &est.count, sizeof est.count);
         TEST_ASSERT_TRUE(est.flux_linkage == before.flux_linkage);
         TEST_ASSERT_TRUE(est.pll.integral == before.pll.integral);
@@ -1342,7 +1350,7 @@ static void test_nonsense_for_ever_stays_finite(void)
                 seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
                 v[m] = values[(seed >> 16) % 10u];
             }
-            check_finite(estimator_step(&est, (ab_t){v[0], v[1]}, (ab_t){v[2], v[3]}));
+            check_finite(judged_step(&est, (ab_t){v[0], v[1]}, (ab_t){v[2], v[3]}));
             check_finite(estimator_coast(&est, (ab_t){v[3], v[1]}, (ab_t){v[2], v[0]}));
         }
     }
@@ -1359,7 +1367,7 @@ static void test_integrators_end_at_their_limits(void)
         for (int k = 0; k < 3000; k++) {
             ab_t current = {-(float)way * 100.0f * est.pll.rotation.sin,
                             (float)way * 100.0f * est.pll.rotation.cos};
-            check_finite(estimator_step(&est, (ab_t){0.0f, 0.0f}, current));
+            check_finite(judged_step(&est, (ab_t){0.0f, 0.0f}, current));
             largest = fmax(largest, way * (double)est.pll.feedforward.value);
         }
         check_below(5e3, largest, "feed-forward");
@@ -1499,7 +1507,7 @@ static void test_sign_switched_off_is_not_judged(void)
     for (int k = 0; k < 3000; k++) {
         seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
         float noise = (float)(seed >> 16) - 32768.0f;
-        (void)estimator_step(&est, (ab_t){noise, 100.0f}, (ab_t){1.0f, noise});
+        (void)judged_step(&est, (ab_t){noise, 100.0f}, (ab_t){1.0f, noise});
         TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
     }
 }
@@ -1604,7 +1612,7 @@ static void test_sample_bit_is_not_debounced(void)
     uint16_t seen[7];
     for (long k = 0; k < 7; k++) {
         if (k == 1 || k == 2 || k == 5) {
-            (void)estimator_step(&est, (ab_t){0.0f, NAN}, (ab_t){0.0f, 0.0f});
+            (void)judged_step(&est, (ab_t){0.0f, NAN}, (ab_t){0.0f, 0.0f});
         } else {
             (void)step(&rig, JUDGED + k);
         }
@@ -1625,7 +1633,7 @@ static void test_lost_emf_is_noticed(void)
     (void)deviation(&rig, 1, 2000, 0);
     long k = 0;
     while (k < 1000 && estimator_invalid(&est) == 0u) {
-        (void)estimator_step(&est, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
+        (void)judged_step(&est, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
         k++;
     }
     TEST_ASSERT_TRUE(k >= 100 && k <= 130);
@@ -1709,7 +1717,7 @@ static noise_t noise_behind(float emf_cutoff)
             seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
             now.current[axis] += 0.02 * ((double)(seed >> 8) / 8388608.0 - 1.0);
         }
-        position_t position = estimator_step(&est, as_float(now.voltage), as_float(now.current));
+        position_t position = judged_step(&est, as_float(now.voltage), as_float(now.current));
         squares[0] += pow((double)est.pll.amplitude - PSI * 200.0, 2.0);
         squares[1] += pow((double)est.pll.detector, 2.0);
         squares[2] += pow((double)position.omega_e - 200.0, 2.0);
@@ -2052,7 +2060,7 @@ static void check_voltage_off(double way, double current, double tolerance)
             estimator_oracle_sample_t now, then;
             estimator_oracle_sample(&rig, k, &now);
             estimator_oracle_sample(&rig, k + early, &then);
-            position_t position = estimator_step(&est, as_float(then.voltage), as_float(now.current));
+            position_t position = judged_step(&est, as_float(then.voltage), as_float(now.current));
             sum += k > 5000 ? 1e3 * circle((double)position.theta_e - now.theta) : 0.0;
         }
         printf("voltage %+ld periods off, %+.0f, %.2f A: %+.2f mrad\n", early, way, current, sum / 6000.0);
@@ -2106,7 +2114,7 @@ static void test_without_feedforward_it_is_conventional_bit_for_bit(void)
         rig.swing_rate = 40.0;
         memset(&est, 0, sizeof est);
         estimator_init(&est, &params);
-        est.fresh = 0u;
+        (void)step(&rig, 0);
         pll_reset(&est.pll, (position_t){0.7f, 400.0f});
         float integral = 400.0f;
         for (long k = 1; k < 3000; k++) {
@@ -2150,9 +2158,9 @@ static void check_mirror(int n)
         ab_t u_mirrored = {u.alpha, -u.beta};
         ab_t current_mirrored = {current.alpha, -current.beta};
         bool coast = k % 100 == 99;
-        position_t p = coast ? estimator_coast(&est, u, current) : estimator_step(&est, u, current);
+        position_t p = coast ? estimator_coast(&est, u, current) : judged_step(&est, u, current);
         position_t q = coast ? estimator_coast(&mirrored, u_mirrored, current_mirrored)
-                             : estimator_step(&mirrored, u_mirrored, current_mirrored);
+                             : judged_step(&mirrored, u_mirrored, current_mirrored);
         TEST_ASSERT_TRUE(p.theta_e == -q.theta_e && p.omega_e == -q.omega_e);
         TEST_ASSERT_TRUE(est.flux_linkage == mirrored.flux_linkage);
         TEST_ASSERT_TRUE(est.smo.gain_axis.alpha == mirrored.smo.gain_axis.alpha);

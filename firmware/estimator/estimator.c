@@ -22,11 +22,13 @@
 /* k_f depends on the EMF that the observer has to make, and that on k_f: a few rounds settle both. */
 #define RESET_ROUNDS 8
 
-/* Bits of `special`. */
-#define FRESH    UINT32_C(1) /* no step yet since the reset */
-#define COASTED  UINT32_C(2) /* the last period was not tracked */
-#define ADAPTING UINT32_C(4) /* the flux adapts */
-#define TORQUE   UINT32_C(8) /* the torque's share is fed forward */
+/* Bits of `special`: why a step is not the shortest one. The first two are of a period, the others of the
+ * parameters. */
+#define FRESH    UINT32_C(1)  /* no step yet since the reset */
+#define COASTED  UINT32_C(2)  /* the last period was not tracked */
+#define PAPER    UINT32_C(4)  /* a switching function per axis, or a lag of the paper */
+#define ADAPTING UINT32_C(8)  /* the flux adapts */
+#define TORQUE   UINT32_C(16) /* the torque's share is fed forward */
 
 static bool validity_check(const validity_params_t *limits, params_error_t *why)
 {
@@ -138,12 +140,12 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     est->debounce[2] = periods_of(limits->current_time, period);
     est->debounce[3] = periods_of(limits->speed_time, period);
     est->lag = (int32_t)params->lag;
-    est->direct = params->lag == LAG_EXACT && params->smo.switching == SMO_SIGMOID_VECTOR;
     est->torque_feedforward = params->torque_feedforward;
     est->adaptation_share = params->flux_adaptation * period;
-    est->special &= ~(ADAPTING | TORQUE);
-    est->special |= params->flux_adaptation > 0.0f ? ADAPTING : 0u;
-    est->special |= params->torque_feedforward > 0.0f ? TORQUE : 0u;
+    bool direct = params->lag == LAG_EXACT && params->smo.switching == SMO_SIGMOID_VECTOR;
+    est->special = (est->special & (FRESH | COASTED)) | (direct ? 0u : PAPER) |
+                   (params->flux_adaptation > 0.0f ? ADAPTING : 0u) |
+                   (params->torque_feedforward > 0.0f ? TORQUE : 0u);
     lowpass_retune(&est->emf_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     lowpass_retune(&est->speed_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     if (params->flux_linkage != est->flux_linkage_set || params->flux_adaptation == 0.0f) {
@@ -190,7 +192,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     lowpass_reset(&est->speed_mean, start.omega_e < 0.0f ? -start.omega_e : start.omega_e);
     est->emf = emf;
     est->reset_current = current;
-    est->special = (est->special & (ADAPTING | TORQUE)) | FRESH;
+    est->special = (est->special & ~COASTED) | FRESH;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         est->count[n] = 0u;
     }
@@ -301,33 +303,19 @@ static position_t pass_over(estimator_t *est)
     return pll_coast(&est->pll, 0.0f);
 }
 
-/* The EMF of t_k in the forms of the paper; false: the sample is none. */
-static bool observe(estimator_t *est, ab_t voltage, ab_t current, ab_t *emf)
+/* The EMF of t_k in every form; false: the sample is none. */
+static bool observe(estimator_t *est, ab_t voltage, ab_t current)
 {
     (void)smo_step(&est->smo, voltage, current);
-    *emf = lag_emf(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e);
-    return est->smo.passed_over == 0u;
-}
-
-/* The way of every period: observer, compensation, tracking loop, which may be told to coast. */
-static position_t follow(estimator_t *est, ab_t voltage, ab_t current, float acceleration, bool doubtful)
-{
-    ab_t emf;
-    if (est->direct != 0u) {
-        if (!smo_step_vector(&est->smo, voltage, current)) {
-            return pass_over(est);
-        }
-        emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
-    } else if (!observe(est, voltage, current, &emf)) {
-        return pass_over(est);
+    if (est->smo.passed_over != 0u) {
+        return false;
     }
-    est->emf = emf;
-    return doubtful ? pll_watch(&est->pll, emf, acceleration)
-                    : pll_step(&est->pll, emf, est->speed_per_volt, acceleration);
+    est->emf = lag_emf(&est->smo, (lag_mode_t)est->lag, est->pll.omega_e);
+    return true;
 }
 
-/* What few periods or few parameter sets ask for, and then the way of every period. */
-static position_t follow_specially(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+/* What few periods or few parameter sets ask for. */
+static position_t special_step(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
 {
     if ((est->special & FRESH) != 0u) {
         bool same = of_reset(est, voltage, current);
@@ -341,10 +329,16 @@ static position_t follow_specially(estimator_t *est, ab_t voltage, ab_t current,
     }
     est->special &= ~COASTED;
     est->invalid &= ~ESTIMATOR_SAMPLE;
-    position_t position = follow(est, voltage, current, acceleration_of(est, current), doubtful);
+    if (!observe(est, voltage, current)) {
+        return pass_over(est);
+    }
+    float acceleration = acceleration_of(est, current);
     if (doubtful) {
         est->special |= COASTED;
-    } else if ((est->special & (ADAPTING | COASTED)) == ADAPTING) {
+        return pll_watch(&est->pll, est->emf, acceleration);
+    }
+    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration);
+    if ((est->special & ADAPTING) != 0u) {
         adapt_flux(est);
     }
     return position;
@@ -353,14 +347,18 @@ static position_t follow_specially(estimator_t *est, ab_t voltage, ab_t current,
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
     if (est->special != 0u) {
-        return follow_specially(est, voltage, current, false);
+        return special_step(est, voltage, current, false);
     }
-    return follow(est, voltage, current, 0.0f, false);
+    if (!smo_step_vector(&est->smo, voltage, current)) {
+        return pass_over(est);
+    }
+    est->emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
+    return pll_step(&est->pll, est->emf, est->speed_per_volt, 0.0f);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return follow_specially(est, voltage, current, true);
+    return special_step(est, voltage, current, true);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

@@ -92,7 +92,6 @@ typedef struct {
     band_t speed;                       /* of |omega_e| [rad/s] */
     uint32_t debounce[ESTIMATOR_SIGNS]; /* [periods], at least 1, in the order of the bits */
     int32_t lag;                        /* lag_mode_t */
-    uint32_t direct;                    /* [-] 1: vector form, exact lag */
     float flux_linkage_set;             /* psi_f of the parameters [Wb] */
     float torque_feedforward;           /* K [rad/s^2 per A] */
     float adaptation_share;             /* flux_adaptation T [-] */

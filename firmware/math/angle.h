@@ -20,6 +20,21 @@
 /* The largest result [rad]: the float next below pi. The float nearest to pi, ANGLE_PI, is larger than pi. */
 #define ANGLE_LARGEST 3.14159250f
 
+/* 2 pi = HIGH + LOW. HIGH = 6434/1024 has 13 bits, a number of turns below ANGLE_WRAP_LIMIT has 11: their
+ * product is exact, and so is its difference from the angle. */
+#define ANGLE_TURN_HIGH 6.283203125f
+#define ANGLE_TURN_LOW  -1.78178204e-5f
+
+/* angle_wrap() for what is at most a turn outside: |angle| <= 3 pi. */
+static inline float angle_turn_back(float angle)
+{
+    if (bounds_magnitude(angle) <= ANGLE_LARGEST) {
+        return angle;
+    }
+    return angle > 0.0f ? (angle - ANGLE_TURN_HIGH) - ANGLE_TURN_LOW
+                        : (angle + ANGLE_TURN_HIGH) + ANGLE_TURN_LOW;
+}
+
 /* The way of an angle that is outside: for angle_wrap(). */
 float angle_wrap_far(float angle);
 

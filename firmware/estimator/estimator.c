@@ -314,9 +314,13 @@ static bool observe(estimator_t *est, ab_t voltage, ab_t current)
     return true;
 }
 
-/* What few periods or few parameter sets ask for. */
-static position_t special_step(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+/* What few periods or few parameter sets ask for. Single floats, because pairs that are passed on twice make
+ * the compiler put them into memory, on the short way as well. */
+static position_t special_step(estimator_t *est, float u_alpha, float u_beta, float i_alpha, float i_beta,
+                               bool doubtful)
 {
+    const ab_t voltage = {u_alpha, u_beta};
+    const ab_t current = {i_alpha, i_beta};
     if ((est->special & FRESH) != 0u) {
         bool same = of_reset(est, voltage, current);
         position_t start = pll_coast(&est->pll, 0.0f);
@@ -346,11 +350,8 @@ static position_t special_step(estimator_t *est, ab_t voltage, ab_t current, boo
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    if (est->special != 0u) {
-        return special_step(est, voltage, current, false);
-    }
-    if (!smo_step_vector(&est->smo, voltage, current)) {
-        return pass_over(est);
+    if (est->special != 0u || !smo_step_settled(&est->smo, voltage, current)) {
+        return special_step(est, voltage.alpha, voltage.beta, current.alpha, current.beta, false);
     }
     est->emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
     return pll_step(&est->pll, est->emf, est->speed_per_volt, 0.0f);
@@ -358,7 +359,7 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return special_step(est, voltage, current, true);
+    return special_step(est, voltage.alpha, voltage.beta, current.alpha, current.beta, true);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

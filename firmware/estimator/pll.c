@@ -148,15 +148,6 @@ static float soft_sign(pll_t *pll)
     return bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
 }
 
-/* F and I after this step, if one of them would leave its limits or is no number: as they should be then. */
-static void limit(pll_t *pll, float *feedforward, float *integral)
-{
-    if (!(bounds_magnitude(*feedforward) <= pll->speed_limit)) {
-        *feedforward = pll->feedforward.value;
-    }
-    *integral = bounds_clamp(*integral, 2.0f * pll->speed_limit);
-}
-
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
     dq_t e = filtered(pll, emf);
@@ -185,7 +176,10 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
             pll->amplitude = 0.0f;
             return pll_coast(pll, acceleration);
         }
-        limit(pll, &feedforward, &integral);
+        if (!(bounds_magnitude(feedforward) <= pll->speed_limit)) {
+            feedforward = pll->feedforward.value;
+        }
+        integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
     }
 
     position_t position;

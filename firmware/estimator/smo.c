@@ -56,6 +56,9 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->half_slope = 0.5f * params->slope;
     smo->half_slope_square = smo->half_slope * smo->half_slope;
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
+    if (smo->filtering == 0u) {
+        smo->switched = smo->emf_hat;
+    }
     smo->filtering = params->emf_cutoff > 0.0f;
     smo->mean_share = exponential_rest(SMO_GAIN_CUTOFF * params->period);
     smo->half_period = 0.5f * params->period;
@@ -132,6 +135,7 @@ void smo_init(smo_t *smo, const smo_params_t *params)
     params_error_t why;
     assert(smo_params_check(params, &why));
     (void)why;
+    smo->filtering = 1u;
     smo_retune(smo, params);
     smo_reset(smo, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
 }
@@ -195,37 +199,35 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
     smo->emf_hat = smo->switched;
 }
 
-/* As smo_step_vector, for the forms that act on each axis. */
-static bool step_axes(smo_t *smo, ab_t voltage, ab_t current)
+ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
 {
     ab_t hat = smo->current_hat;
-    ab_t v = smo->switched;
+    ab_t v = smo->filtering != 0u ? smo->switched : smo->emf_hat;
     hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
     hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
     if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
-        return false;
+        smo->passed_over = 1u;
+        return smo->emf_hat;
     }
+
+    smo->passed_over = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
     smo->error_square = square;
-    smo->switched = switch_axes(smo, x, smo->mean_share);
-    smo->emf_hat = smo->switched;
-    return true;
-}
-
-ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
-{
-    ab_t late = smo->emf_hat;
-    bool good = smo->switching == (int32_t)SMO_SIGMOID_VECTOR ? smo_step_vector(smo, voltage, current)
-                                                              : step_axes(smo, voltage, current);
-    smo->passed_over = !good;
-    if (good && smo->filtering != 0u) {
-        smo->emf_hat.alpha += smo->emf_decay * (late.alpha - smo->emf_hat.alpha);
-        smo->emf_hat.beta += smo->emf_decay * (late.beta - smo->emf_hat.beta);
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        v = switch_vector(smo, x, square);
+    } else {
+        v = switch_axes(smo, x, smo->mean_share);
     }
-    return smo->emf_hat;
+    smo->switched = v;
+    if (smo->filtering != 0u) {
+        v.alpha += smo->emf_decay * (smo->emf_hat.alpha - v.alpha);
+        v.beta += smo->emf_decay * (smo->emf_hat.beta - v.beta);
+    }
+    smo->emf_hat = v;
+    return v;
 }
 
 float smo_equivalent_gain(const smo_t *smo)

@@ -87,7 +87,7 @@ typedef struct {
     ab_t current_hat;     /* i_hat at t_k [A] */
     ab_t current_err;     /* x at t_k [A] */
     float error_square;   /* |x|^2 [A^2] */
-    ab_t switched;        /* v [V], acts from t_k on */
+    ab_t switched;        /* v [V], acts from t_k on; without filter emf_hat is it */
     ab_t emf_hat;         /* e_hat at t_k [V] */
     ab_t gain_axis;       /* k_f of each axis at t_k [1/A]; the vector form leaves it alone */
     float mean_product;   /* low-passed f x, both axes [A] */
@@ -125,32 +125,29 @@ void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat);
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
 
-/* The step of the vector form without filter, inline for the interrupt: e_hat is v then. false: the sample is
- * passed over and nothing has changed. */
-static inline bool smo_step_vector(smo_t *smo, ab_t voltage, ab_t current)
+/* The step of the vector form without filter, inline for the interrupt; v is e_hat then. false: nothing has
+ * changed, take smo_step(). So it is for an error beyond the first piece of tanh, which a settled observer
+ * has only close to its gain; a sample that is none is there too, whatever the slope. */
+static inline bool smo_step_settled(smo_t *smo, ab_t voltage, ab_t current)
 {
     ab_t hat = smo->current_hat;
-    ab_t v = smo->switched;
+    ab_t v = smo->emf_hat;
 
     /* a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
     hat.alpha += smo->voltage_gain * (voltage.alpha - v.alpha - smo->resistance * hat.alpha);
     hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
-
-    /* Within the first piece of tanh an error is far from the limit, whatever the slope: one compare does. */
     float z = smo->half_slope_square * square;
-    if (!(z <= TANH_SHORT_END) && !(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
+    if (!(z <= TANH_SHORT_END)) {
         return false;
     }
     smo->current_hat = hat;
     smo->current_err = x;
     smo->error_square = square;
-    smo->gain_mean = smo->half_slope * tanh_ratio(z);
+    smo->gain_mean = smo->half_slope * tanh_ratio_near(z);
     float g = smo->gain * smo->gain_mean;
-    v = (ab_t){g * x.alpha, g * x.beta};
-    smo->switched = v;
-    smo->emf_hat = v;
+    smo->emf_hat = (ab_t){g * x.alpha, g * x.beta};
     return true;
 }
 

@@ -15,6 +15,12 @@
 /* The end of the first piece. */
 #define TANH_SHORT_END 2.0f
 
+/* The first piece: tanh_ratio() up to there. */
+static inline float tanh_ratio_near(float square)
+{
+    return (111.209503f + square * 10.4015303f) / (111.209503f + square * (47.4701691f + square));
+}
+
 /* The two pieces beyond it: for tanh_ratio(). */
 float tanh_ratio_far(float square);
 
@@ -25,7 +31,7 @@ static inline float tanh_ratio(float square)
     if (!(square <= TANH_SHORT_END)) {
         return tanh_ratio_far(square);
     }
-    return (111.209503f + square * 10.4015303f) / (111.209503f + square * (47.4701691f + square));
+    return tanh_ratio_near(square);
 }
 
 /* tanh(x) [-]: relative and absolute error <= 2e-6, odd bit for bit, never beyond +-1, exactly +-1 for |x| >

@@ -182,18 +182,16 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
         integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
     }
 
-    position_t position;
-    position.theta_e = pll->theta_e;
-    position.omega_e = pll->integral + pll->kp * detector + feedforward;
-
-    move(pll, position.omega_e);
+    float theta_e = pll->theta_e;
+    float omega_e = pll->integral + pll->kp * detector + feedforward;
+    move(pll, omega_e);
     pll->emf = e;
     lowpass_reset(&pll->feedforward, feedforward);
     pll->integral = integral;
     pll->omega_smooth = integral + feedforward;
     pll->detector = detector;
     pll->amplitude = amplitude;
-    return position;
+    return (position_t){theta_e, omega_e};
 }
 
 bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period)

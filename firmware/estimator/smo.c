@@ -54,9 +54,14 @@ void smo_retune(smo_t *smo, const smo_params_t *params)
     smo->voltage_gain = rest / params->resistance;
     smo->gain = params->gain;
     smo->half_slope = 0.5f * params->slope;
-    smo->half_slope_square = smo->half_slope * smo->half_slope;
+    float unit = 1.0f / smo->half_slope; /* the error at which a_f |x|/2 is 1 [A] */
+    smo->settled_square = TANH_SHORT_END * unit * unit;
+    smo->settled_p0 = TANH_P0 * unit * unit * unit;
+    smo->settled_p1 = TANH_P1 * unit;
+    smo->settled_q0 = TANH_P0 * unit * unit * unit * unit;
+    smo->settled_q1 = TANH_Q1 * unit * unit;
     smo->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
-    if (smo->filtering == 0u) {
+    if (smo->filtering == 0u && params->emf_cutoff > 0.0f) {
         smo->switched = smo->emf_hat;
     }
     smo->filtering = params->emf_cutoff > 0.0f;
@@ -87,7 +92,9 @@ static float sign_gain(float x)
 
 static ab_t switch_vector(smo_t *smo, ab_t x, float square)
 {
-    float k_f = smo->half_slope * tanh_ratio(smo->half_slope_square * square);
+    float k_f = square <= smo->settled_square
+                    ? smo_settled_gain(smo, square)
+                    : smo->half_slope * tanh_ratio_far(smo->half_slope * smo->half_slope * square);
     float g = smo->gain * k_f;
     smo->gain_mean = k_f;
     return (ab_t){g * x.alpha, g * x.beta};

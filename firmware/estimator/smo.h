@@ -62,18 +62,20 @@ typedef struct {
 
 typedef struct {
     /* coefficients, from smo_init */
-    float resistance;        /* R [ohm] */
-    float inductance;        /* L [H] */
-    float period;            /* T [s] */
-    float voltage_gain;      /* b = (1 - a)/R [A/V] */
-    float gain;              /* k_s [V] */
-    float half_slope;        /* a_f/2 [1/A] */
-    float half_slope_square; /* its square [1/A^2] */
-    float emf_decay;         /* exp(-omega_s T) [-]; 0 = no filter */
-    float mean_share;        /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
-    float half_period;       /* T/2 [s] */
-    float loop_gain_unit;    /* b k_s [A]; b g = this times k_f */
-    float current_loss;      /* b R = 1 - a [-] */
+    float resistance;             /* R [ohm] */
+    float inductance;             /* L [H] */
+    float period;                 /* T [s] */
+    float voltage_gain;           /* b = (1 - a)/R [A/V] */
+    float gain;                   /* k_s [V] */
+    float half_slope;             /* a_f/2 [1/A] */
+    float settled_square;         /* |x|^2 up to which tanh(a_f |x|/2)/|x| is the quotient of these [A^2]: */
+    float settled_p0, settled_p1; /* P0 h^-3 [A^3] and P1/h [A], tanh.h, h = a_f/2 */
+    float settled_q0, settled_q1; /* P0 h^-4 [A^4] and Q1 h^-2 [A^2] */
+    float emf_decay;              /* exp(-omega_s T) [-]; 0 = no filter */
+    float mean_share;             /* 1 - exp(-SMO_GAIN_CUTOFF T) [-] */
+    float half_period;            /* T/2 [s] */
+    float loop_gain_unit;         /* b k_s [A]; b g = this times k_f */
+    float current_loss;           /* b R = 1 - a [-] */
     float hold_lead;      /* what the held voltage adds to half a period of lead, over omega T/2 [-], lag.h */
     float hold_lead_rise; /* its growth over (omega T/2)^2 [-] */
     float hold_size;      /* of the vector's length over (omega T/2)^2 [-], lag.h */
@@ -125,6 +127,13 @@ void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat);
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
 
+/* k_f [1/A] of the vector form for an error whose square is at most settled_square. */
+static inline float smo_settled_gain(const smo_t *smo, float square)
+{
+    return (smo->settled_p0 + square * smo->settled_p1) /
+           (smo->settled_q0 + square * (smo->settled_q1 + square));
+}
+
 /* The step of the vector form without filter, inline for the interrupt; v is e_hat then. false: nothing has
  * changed, take smo_step(). So it is for an error beyond the first piece of tanh, which a settled observer
  * has only close to its gain; a sample that is none is there too, whatever the slope. */
@@ -138,14 +147,13 @@ static inline bool smo_step_settled(smo_t *smo, ab_t voltage, ab_t current)
     hat.beta += smo->voltage_gain * (voltage.beta - v.beta - smo->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
-    float z = smo->half_slope_square * square;
-    if (!(z <= TANH_SHORT_END)) {
+    if (!(square <= smo->settled_square)) {
         return false;
     }
     smo->current_hat = hat;
     smo->current_err = x;
     smo->error_square = square;
-    smo->gain_mean = smo->half_slope * tanh_ratio_near(z);
+    smo->gain_mean = smo_settled_gain(smo, square);
     float g = smo->gain * smo->gain_mean;
     smo->emf_hat = (ab_t){g * x.alpha, g * x.beta};
     return true;

@@ -24,7 +24,7 @@
 rotation_t trig_rotation(float theta);
 
 /* The same for a wrapped angle in fewer steps: angle and length of the rotation within 1.4e-6 of the true
- * ones and the rounding, 4e-7. Exactly 0 and 1 at 0; odd and even bit for bit. Expects |theta| <= pi. With S
+ * ones and the rounding, 6e-7. Exactly 0 and 1 at 0; odd and even bit for bit. Expects |theta| <= pi. With S
  * = sqrt 2 sin(theta/2), C = sqrt 2 cos(theta/2): sin theta = S C, cos theta = 1 - S^2. 19 multiplications,
  * additions and subtractions. */
 static inline rotation_t trig_turn(float theta)

@@ -146,8 +146,8 @@ static void test_rotation_limit_below_at_above(void)
     }
 }
 
-/* For the tracking loop: 1.4e-6 of the polynomials and 4e-7 of rounding, in angle and length; exact at 0, odd
- * and even. */
+/* For the tracking loop: 1.4e-6 of the polynomials and 4e-7 of rounding of the angle, 6e-7 of the length (S^2
+ * is up to 2); exact at 0, odd and even. */
 static void test_turn_of_a_wrapped_angle(void)
 {
     double length = 0.0;
@@ -163,7 +163,7 @@ static void test_turn_of_a_wrapped_angle(void)
     }
     check("angle", 1.8e-6);
     keep_worst(length);
-    check("length", 1.8e-6);
+    check("length", 2e-6);
     rotation_t none = trig_turn(0.0f);
     TEST_ASSERT_TRUE(none.sin == 0.0f && none.cos == 1.0f);
 }

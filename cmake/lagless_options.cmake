@@ -17,8 +17,10 @@ option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 
 add_library(lagless_flags INTERFACE)
 target_compile_options(lagless_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off
-    $<$<COMPILE_LANGUAGE:C>:-Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla>
-    "-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=")
+    $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes -Wvla>)
+if(NOT LAGLESS_TARGET STREQUAL avr) # its GCC 5 lacks the one option, and has no wider double
+    target_compile_options(lagless_flags INTERFACE $<$<COMPILE_LANGUAGE:C>:-Wdouble-promotion> "-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=")
+endif()
 if(CMAKE_C_COMPILER_ID STREQUAL GNU)
     # GCC 12's straight-line vectoriser fuses multiply and add where the machine can, whatever is said about contraction.
     target_compile_options(lagless_flags INTERFACE -fno-tree-slp-vectorize)
@@ -36,7 +38,7 @@ endif()
 # The optimised build links the command line tool across rooms (a sixth faster). Objects carry both forms, so that tests
 # link the plain one in no time.
 add_library(lagless_fast INTERFACE)
-if(CMAKE_C_COMPILER_ID STREQUAL GNU AND NOT LAGLESS_SANITIZE AND NOT LAGLESS_COVERAGE)
+if(CMAKE_C_COMPILER_ID STREQUAL GNU AND NOT LAGLESS_TARGET AND NOT LAGLESS_SANITIZE AND NOT LAGLESS_COVERAGE)
     target_compile_options(lagless_fast INTERFACE "$<$<CONFIG:RelWithDebInfo,Release>:-O3;-flto=auto;-ffat-lto-objects>")
     set(LAGLESS_FAST_LINK $<$<CONFIG:RelWithDebInfo,Release>:-flto=auto>)
     set(LAGLESS_PLAIN_LINK $<$<CONFIG:RelWithDebInfo,Release>:-fno-lto>)

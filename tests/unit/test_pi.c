@@ -1,4 +1,5 @@
 #include <math.h>
+#include <stdint.h>
 #include <unity.h>
 
 #include "math/pi.h"
@@ -100,7 +101,7 @@ static void test_output_leaves_the_limit_as_soon_as_the_error_turns(void)
 {
     pi_t pi;
     pi_init(&pi, 2.0f, 300.0f, PERIOD);
-    for (int n = 0; n < 100000; n++) {
+    for (int32_t n = 0; n < 100000; n++) {
         pi_step(&pi, 50.0f, -10.0f, 10.0f);
     }
     TEST_ASSERT_TRUE(pi_step(&pi, -0.01f, -10.0f, 10.0f) < 10.0f);

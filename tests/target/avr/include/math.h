@@ -1,0 +1,13 @@
+/* What avr-libc's <math.h> lacks and the tests use. */
+#ifndef TARGET_MATH_H
+#define TARGET_MATH_H
+
+#include_next <math.h>
+
+float nextafterf(float from, float to);
+double expm1(double x);
+double atanh(double x);
+double nearbyint(double x);
+double remainder(double x, double y);
+
+#endif

@@ -1,0 +1,93 @@
+/* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the command with what
+ * the desk got, bit for bit. 0: no bit differs. */
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/target/recording.h"
+
+#ifdef REPLAY_FILE
+static FILE *input;
+#else
+#define input stdin /* the simulator's second argument */
+#endif
+
+static drive_t drive;
+static uint32_t differing, values;
+
+static uint32_t take(void)
+{
+    uint32_t word = 0u;
+    for (unsigned n = 0; n < 4u; n++) {
+        word |= (uint32_t)(getc(input) & 0xFF) << 8u * n;
+    }
+    return word;
+}
+
+static void take_words(void *slots, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t word = take();
+        memcpy((char *)slots + 4u * n, &word, 4);
+    }
+}
+
+static void take_table(const table_t *table, void *base)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        const uint32_t word = take();
+        memcpy((char *)base + table->rows[n].offset, &word, 4);
+    }
+}
+
+static void compare(const char *name, uint32_t here)
+{
+    const uint32_t there = take();
+    values++;
+    if (here == there) {
+        return;
+    }
+    if (differing < 10u) {
+        printf("period %lu, %s: %08lX, on the desk %08lX\n", (unsigned long)drive.period, name, (unsigned long)here,
+               (unsigned long)there);
+    }
+    for (uint32_t bits = here ^ there; bits != 0u; bits &= bits - 1u) {
+        differing++;
+    }
+}
+
+int main(void)
+{
+#ifdef REPLAY_FILE
+    input = fopen(REPLAY_FILE, "rb");
+    if (input == NULL) {
+        printf("replay: no file " REPLAY_FILE "; the preset host makes it\n");
+        return 2;
+    }
+#endif
+    params_t params;
+    if (take() != RECORDING_MAGIC || take() != recording_tables()) {
+        printf("replay: this is no recording, or one of other tables\n");
+        return 2;
+    }
+    const uint32_t periods = take();
+    take_table(&params_table, &params);
+    drive_init(&drive, &params);
+    for (uint32_t n = 0; n < periods; n++) {
+        drive_samples_t samples;
+        drive_command_t command;
+        uint32_t words[RECORDING_COMMAND];
+        take_table(&requests_table, &drive.requests);
+        take_words(&samples, RECORDING_SAMPLES);
+        drive_step(&drive, &samples, &command);
+        for (uint32_t row = 0; row < signals_table.count; row++) {
+            compare(signals_table.rows[row].name, table_bits(&signals_table.rows[row], &drive));
+        }
+        memcpy(words, &command, sizeof words);
+        for (uint32_t word = 0; word < RECORDING_COMMAND; word++) {
+            compare("command", words[word]);
+        }
+    }
+    printf("%lu interrupts, %lu values compared, %lu bits differ\n", (unsigned long)periods, (unsigned long)values,
+           (unsigned long)differing);
+    return differing == 0u ? 0 : 1;
+}

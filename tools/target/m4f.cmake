@@ -1,0 +1,11 @@
+# Cortex-M4F with hard float, simulated: QEMU's board mps2-an386; files, console and exit code by semihosting.
+set(CMAKE_SYSTEM_NAME Generic)
+set(CMAKE_SYSTEM_PROCESSOR cortex-m4)
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+set(CMAKE_C_COMPILER arm-none-eabi-gcc)
+set(CMAKE_C_FLAGS_INIT "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard")
+set(CMAKE_EXECUTABLE_SUFFIX_C .elf)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-system-arm -machine mps2-an386 -nodefaults -nographic -chardev stdio,id=console
+    -semihosting-config enable=on,target=native,chardev=console -kernel)
+set(LAGLESS_TARGET m4f)
+set(LAGLESS_SWEEP 499) # tests/unit/sweep.h

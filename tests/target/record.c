@@ -1,6 +1,6 @@
-/* Writes a recording: power-on, a rotor turning at 500 r/min, sensorless start, a speed step to 1000 r/min at 0.3 s, a load
- * step of 5 N m at 0.6 s. The linker passes the interrupt's drive_step through here (--wrap), so what is recorded is what the
- * real interrupt got and gave.
+/* Writes a recording: power-on, a rotor turning at 500 r/min, sensorless start, a speed step to 1000 r/min at
+ * 0.3 s, a load step of 5 N m at 0.6 s. The linker passes the interrupt's drive_step through here (--wrap),
+ * so what is recorded is what the real interrupt got and gave.
  *
  * usage: record FILE */
 #include <stdio.h>
@@ -75,7 +75,8 @@ int main(int argc, char **argv)
         return 2;
     }
     rig_t *rig = rig_create(1);
-    bool good = rig != NULL && rig_put(rig, "position_source", 1.0) && rig_put(rig, "torque_feedforward", 1.0) && rig_apply(rig);
+    bool good = rig != NULL && rig_put(rig, "position_source", 1.0) &&
+                rig_put(rig, "torque_feedforward", 1.0) && rig_apply(rig);
     if (good) {
         rig_set_motion(rig, 0.0, 500.0 * RPM);
         good = rig_put(rig, "speed_request", 500.0 * RPM) && rig_put(rig, "enable", 1.0);
@@ -87,12 +88,13 @@ int main(int argc, char **argv)
         while (recorded < RECORDING_PERIODS) {
             rig_step(rig); /* the interrupt of the last period */
         }
-        printf("%u interrupts, %.1f r/min, %.2f A, fault %g\n", (unsigned)recorded, rig_value(rig, "omega_m") / RPM,
-               rig_value(rig, "i_q"), rig_value(rig, "fault_reason"));
+        printf("%u interrupts, %.1f r/min, %.2f A, fault %g\n", (unsigned)recorded,
+               rig_value(rig, "omega_m") / RPM, rig_value(rig, "i_q"), rig_value(rig, "fault_reason"));
         good = good && rig_value(rig, "state") == 3.0 && rig_value(rig, "fault_reason") == 0.0;
     }
     if (!good) {
-        fprintf(stderr, "record: the drive did not run as wished: %s\n", rig != NULL ? rig_error(rig) : "no memory");
+        fprintf(stderr, "record: the drive did not run as wished: %s\n",
+                rig != NULL ? rig_error(rig) : "no memory");
     }
     rig_free(rig);
     return fclose(file) == 0 && good ? 0 : 3;

@@ -1,9 +1,10 @@
-/* One second of a drive's interrupt, for a replay on another machine. A file of 32-bit words, lowest octet first:
+/* One second of a drive's interrupt, for a replay on another machine. A file of 32-bit words, lowest octet
+ * first:
  *
  *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of periods
  *     every slot of the parameters the drive was made with
- *     for each period: every slot of the requests in force, the seven samples, every slot of the signals afterwards,
- *     and the command: duties and gates
+ *     for each period: every slot of the requests in force, the seven samples, every slot of the signals
+ * afterwards, and the command: duties and gates
  *
  * Slots are in the order of their table; a float is its bits. */
 #ifndef TESTS_TARGET_RECORDING_H
@@ -20,7 +21,8 @@ static inline uint32_t recording_tables(void)
     return table_hash(&signals_table, table_hash(&requests_table, table_hash(&params_table, 0u)));
 }
 
-/* Seven samples as words, and back; the command's four likewise. The structs are made of 32-bit slots on every target. */
+/* Seven samples as words, and back; the command's four likewise. The structs are made of 32-bit slots on
+ * every target. */
 #define RECORDING_SAMPLES 7u
 #define RECORDING_COMMAND 4u
 

@@ -1,5 +1,5 @@
-/* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the command with what
- * the desk got, bit for bit. 0: no bit differs. */
+/* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the
+ * command with what the desk got, bit for bit. 0: no bit differs. */
 #include <stdio.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@ static FILE *input;
 #endif
 
 static drive_t drive;
-static uint32_t differing, values;
+static uint32_t values, unequal, differing; /* values compared, values and bits that differ */
 
 static uint32_t take(void)
 {
@@ -46,9 +46,9 @@ static void compare(const char *name, uint32_t here)
     if (here == there) {
         return;
     }
-    if (differing < 10u) {
-        printf("period %lu, %s: %08lX, on the desk %08lX\n", (unsigned long)drive.period, name, (unsigned long)here,
-               (unsigned long)there);
+    if (unequal++ < 10u) {
+        printf("period %lu, %s: %08lX, on the desk %08lX\n", (unsigned long)drive.period, name,
+               (unsigned long)here, (unsigned long)there);
     }
     for (uint32_t bits = here ^ there; bits != 0u; bits &= bits - 1u) {
         differing++;
@@ -87,7 +87,7 @@ int main(void)
             compare("command", words[word]);
         }
     }
-    printf("%lu interrupts, %lu values compared, %lu bits differ\n", (unsigned long)periods, (unsigned long)values,
-           (unsigned long)differing);
+    printf("%lu interrupts, %lu values compared, %lu bits differ\n", (unsigned long)periods,
+           (unsigned long)values, (unsigned long)differing);
     return differing == 0u ? 0 : 1;
 }

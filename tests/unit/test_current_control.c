@@ -117,7 +117,7 @@ static void test_retune_keeps_the_integrals(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.25 + 6.25 + 10.0, (double)voltage.q);
 }
 
-enum { RUN = 1500 };
+enum { RUN = 1500 }; /* four of them fit into 64 K of a target with a 32-bit double */
 
 typedef struct {
     double current[RUN];  /* at t_k */

@@ -62,7 +62,7 @@ static void sweep(double u_dc, float duty_min, float duty_max)
 {
     double volts = ((double)duty_max - (double)duty_min) * u_dc;
     double middle = ((double)duty_max + (double)duty_min) / 2.0;
-    for (double angle = -PI; angle < PI; angle += SWEEP > 1 ? 0.101 : 0.0101) {
+    for (double angle = -PI; angle<PI; angle += SWEEP> 1 ? 0.101 : 0.0101) {
         for (double part = 0.0; part < 3.0; part += 0.0999) {
             double length = part * volts / sqrt(3.0);
             ab_t wanted = polar(length, angle);

@@ -12,6 +12,16 @@ endif()
 set(CMAKE_C_FLAGS_RELWITHDEBINFO "-O2 -g")
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g")
 
+# The chip's compiler has flags of its own: cmake/f28335.toolchain.cmake. Its headers are written for its extensions.
+if(CMAKE_C_COMPILER_ID STREQUAL TI)
+    set(CMAKE_C_EXTENSIONS ON)
+    add_library(lagless_flags INTERFACE)
+    target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
+    add_library(lagless_fast INTERFACE)
+    set(LAGLESS_FROM_RAM --ramfunc=on)
+    return()
+endif()
+
 option(LAGLESS_COVERAGE "Count executed lines" OFF)
 option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 

@@ -70,6 +70,10 @@ typedef struct {
     uint32_t encoder;           /* [counts] 0..encoder_count_max at t_k */
 } hal_samples_t;
 
+/* Silicon only, first statement of main: copies the code that runs from RAM to its place. Until then nothing
+ * but this function may be called. */
+void hal_boot(void);
+
 /* Bring the board up: watchdog off, clock 150 MHz, flash wait states, gates tripped and then connected to
  * their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty 1/2 and gates
  * tripped, and on_sample is called every period. On any other status no interrupt ever comes, the gates' pins

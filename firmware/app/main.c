@@ -5,6 +5,7 @@ static app_t the_app;
 
 int main(void)
 {
+    hal_boot();
     app = &the_app;
     app_start();
     for (;;) {

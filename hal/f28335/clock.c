@@ -1,7 +1,6 @@
 #include "hal/f28335/clock.h"
 
 #include "hal/f28335/bus.h"
-#include "hal/f28335/section.h"
 
 /* 30 MHz x 10 / 2 */
 #define PLL_TIMES_10 10u
@@ -23,7 +22,7 @@
 #define MODULE_CLOCKS_0 PCLKCR0_ADC
 #define MODULE_CLOCKS_1 (PCLKCR1_EPWM1 | PCLKCR1_EPWM2 | PCLKCR1_EPWM3 | PCLKCR1_EQEP1)
 
-HAL_IN_RAM(set_flash_waits)
+/* Runs from RAM on silicon (hal/CMakeLists.txt): the flash must not be read meanwhile. */
 static void set_flash_waits(void)
 {
     bus_allow();

@@ -4,9 +4,7 @@
  * matter. The loop is bounded by itself: a turn takes more than one cycle, so `cycles` turns are enough even
  * if the timer stood. */
 #include "hal/f28335/bus.h"
-#include "hal/f28335/section.h"
 
-HAL_IN_RAM(bus_wait)
 void bus_wait(uint32_t cycles)
 {
     const uint32_t start = CPU_TIMER(0u)->TIM;

@@ -1,0 +1,38 @@
+# The image for the F28335: lagless.out, its map, Intel hex, and what it takes of each memory.
+enable_language(ASM)
+
+set(LAGLESS_MEMORY flash CACHE STRING "Where the image lives: flash, or ram for a debugger")
+set(LAGLESS_GATES "" CACHE STRING "Level of a gate pin that turns its switch on: active_high or active_low")
+if(NOT LAGLESS_MEMORY MATCHES "^(flash|ram)$")
+    message(FATAL_ERROR "LAGLESS_MEMORY=${LAGLESS_MEMORY}: accepted are flash and ram")
+endif()
+if(NOT LAGLESS_GATES MATCHES "^active_(high|low)$")
+    message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted are active_high (inverting stage in front of the module's "
+        "inputs) and active_low. Only the schematic can tell, the wrong one turns on both switches of every leg, so there is no "
+        "default: -DLAGLESS_GATES=...")
+endif()
+string(COMPARE EQUAL "${LAGLESS_GATES}" active_high gate_active_high)
+target_compile_definitions(lagless_hal PRIVATE HAL_GATE_ACTIVE_HIGH=${gate_active_high})
+
+find_package(Python3 3.9 COMPONENTS Interpreter REQUIRED)
+set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_${LAGLESS_MEMORY}.cmd")
+
+# What has no place on the desk, which brings its own reset, waiting and background loop.
+add_executable(lagless
+    hal/f28335/codestart.asm
+    hal/f28335/boot.c
+    hal/f28335/wait.c
+    firmware/app/main.c
+)
+set_source_files_properties(hal/f28335/wait.c PROPERTIES COMPILE_OPTIONS "${LAGLESS_FROM_RAM}")
+set_target_properties(lagless PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON SUFFIX .out LINK_DEPENDS "${linker_file}")
+target_link_options(lagless PRIVATE
+    --rom_model --entry_point=code_start --stack_size=0x400 --heap_size=0 --warn_sections --reread_libs --priority
+    --search_path=${C2000_CGT}/lib --search_path=${C2000_FAST_RTS} ${linker_file})
+target_link_libraries(lagless PRIVATE lagless_app lagless_flags)
+
+add_custom_command(TARGET lagless POST_BUILD
+    COMMAND "${C2000_HEX}" --intel --memwidth=16 --romwidth=16 --outfile=lagless.hex lagless.out
+    COMMAND "${Python3_EXECUTABLE}" -B "${CMAKE_SOURCE_DIR}/tools/size-report" lagless.map
+    BYPRODUCTS lagless.hex lagless.map
+    WORKING_DIRECTORY "${CMAKE_BINARY_DIR}" VERBATIM)

@@ -1,0 +1,19 @@
+/* Start-up between the run-time library and main(), on silicon only. Before it: codestart.asm stops the
+ * watchdog, the library sets up the stack and the variables. The symbols are the linker command file's: values
+ * that have no storage, only an address. */
+#include "hal/hal.h"
+
+extern const uint16_t ramfunc_load_start[]; /* in flash; in the RAM image the place where it runs */
+extern const uint16_t ramfunc_load_size[];  /* [16-bit words] */
+extern uint16_t ramfunc_run_start[];
+
+/* By hand: the library's memcpy is not needed for it, and where that lives does not matter. */
+void hal_boot(void)
+{
+    const uint32_t words = (uint32_t)ramfunc_load_size;
+    uint32_t n;
+
+    for (n = 0u; n < words; n++) {
+        ramfunc_run_start[n] = ramfunc_load_start[n];
+    }
+}

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles nothing.
+It refuses options and inputs that the real tools would refuse, as far as TI's manuals tell, writes placeholders that say what
+they are, and appends each command line to the file that STAND_IN_LOG names. Called by the name of the tool it stands for."""
+import json
+import os
+import pathlib
+import re
+import sys
+
+TOOL = pathlib.Path(sys.argv[0]).name
+PLACEHOLDER = "STAND-IN placeholder, holds no code: "
+
+# SPRU514 and SPRU513. What follows --run_linker is the linker's.
+COMPILER = (
+    r"-v28|-ml|-mt|-g|-O[0-4]|--abi=(eabi|coffabi)|--float_support=fpu32|--ramfunc=on|--gen_func_subsections=on|--c99|--relaxed_ansi|"
+    r"--display_error_number|--diag_warning=\d+|--diag_wrap=off|--include_path=.+|-D\w+(=\S*)?|--compile_only|--(c|asm)_file=.+|"
+    r"--preproc_with_compile|--preproc_dependency=.+|--output_file=.+"
+)
+LINKER = (
+    r"--output_file=.+|--map_file=.+|--rom_model|--entry_point=\w+|--stack_size=\w+|--heap_size=\w+|--warn_sections|--reread_libs|"
+    r"--priority|--search_path=.+|--library=.+"
+)
+HEX = r"--intel|--memwidth=16|--romwidth=16|--outfile=.+"
+
+
+def fail(text):
+    sys.exit(f"stand-in {TOOL}: {text}")
+
+
+def options(words, known):
+    """The words that are no options; unknown options end it."""
+    inputs = []
+    for word in words:
+        if not word.startswith("-"):
+            inputs.append(word)
+        elif not re.fullmatch(known, word):
+            fail(f"unknown option {word}")
+    for word in inputs:
+        if not pathlib.Path(word).exists():
+            fail(f"{word} does not exist")
+    return inputs
+
+
+def value(words, option):
+    found = [word.partition("=")[2] for word in words if word.startswith(option + "=")]
+    if len(found) != 1:
+        fail(f"{option}= is there {len(found)} times")
+    return found[0]
+
+
+def compile_(words):
+    inputs = options(words, COMPILER)
+    sources = [word.partition("=")[2] for word in words if re.match(r"--(c|asm)_file=", word)]
+    if [pathlib.Path(name).name for name in inputs] == ["CMakeCCompilerId.c"]:
+        # What CMake reads of a compiler that it looks at for the first time.
+        about = "INFO:compiler[TI] INFO:compiler_version[00000022.00000006.00000001] INFO:arch[TMS320C28x] INFO:standard_default[90]"
+        pathlib.Path("CMakeCCompilerId.obj").write_text("\0".join(about.split(" ")) + "\0" + PLACEHOLDER, encoding="utf-8")
+        return
+    if inputs or len(sources) != 1 or "--compile_only" not in words:
+        fail(f"one source with --compile_only was expected, not {inputs + sources}")
+    output = pathlib.Path(value(words, "--output_file"))
+    output.write_text(PLACEHOLDER + sources[0] + "\n", encoding="utf-8")
+    if "--preproc_with_compile" in words:
+        pathlib.Path(value(words, "--preproc_dependency")).write_text(f"{output}: {sources[0]}\n", encoding="utf-8")
+
+
+def link(words):
+    inputs = options(words, LINKER)
+    if len([name for name in inputs if name.endswith(".cmd")]) != 1:
+        fail("a program needs one linker command file")
+    folders = [word.partition("=")[2] for word in words if word.startswith("--search_path=")]
+    for library in (word.partition("=")[2] for word in words if word.startswith("--library=")):
+        if not any(pathlib.Path(folder, library).exists() for folder in folders):
+            fail(f"{library} is in no --search_path")
+    pathlib.Path(value(words, "--output_file")).write_text(PLACEHOLDER + " ".join(inputs) + "\n", encoding="utf-8")
+    rows = "  STAND_IN              00000000   00000000  00000000  00000000  RWIX\n"
+    pathlib.Path(value(words, "--map_file")).write_text(f"{PLACEHOLDER}\nMEMORY CONFIGURATION\n\n{rows}", encoding="utf-8")
+
+
+def main():
+    words = sys.argv[1:]
+    with open(os.environ["STAND_IN_LOG"], "a", encoding="utf-8") as log:
+        log.write(json.dumps({"tool": TOOL, "words": words}) + "\n")
+    print(f"stand-in {TOOL}: records the command line, compiles nothing")
+    if TOOL == "cl2000" and "--run_linker" in words:
+        at = words.index("--run_linker")
+        if options(words[:at], COMPILER):
+            fail("inputs in front of --run_linker would be compiled")
+        link(words[at + 1:])
+    elif TOOL == "cl2000":
+        compile_(words)
+    elif TOOL == "ar2000":
+        if len(words) < 3 or words[0] != "qr":
+            fail(f"'qr ARCHIVE OBJECT...' was expected, not {words}")
+        options(words[2:], r"(?!)")
+        pathlib.Path(words[1]).write_text(PLACEHOLDER + " ".join(words[2:]) + "\n", encoding="utf-8")
+    elif TOOL == "hex2000":
+        (source,) = options(words, HEX)
+        pathlib.Path(value(words, "--outfile")).write_text(PLACEHOLDER + source + "\n", encoding="utf-8")
+    else:
+        fail("stands for cl2000, ar2000 and hex2000 only")
+
+
+if __name__ == "__main__":
+    main()

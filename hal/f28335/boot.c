@@ -1,6 +1,6 @@
 /* Start-up between the run-time library and main(), on silicon only. Before it: codestart.asm stops the
- * watchdog, the library sets up the stack and the variables. The symbols are the linker command file's: values
- * that have no storage, only an address. */
+ * watchdog, the library sets up the stack and the variables. The symbols are the linker command file's:
+ * values that have no storage, only an address. */
 #include "hal/hal.h"
 
 extern const uint16_t ramfunc_load_start[]; /* in flash; in the RAM image the place where it runs */

@@ -24,6 +24,23 @@ LINKER = (
 HEX = r"--intel|--memwidth=16|--romwidth=16|--outfile=.+"
 
 
+FAST_RTS = "libraries/math/FPUfastRTS/c28/lib/rts2800_fpu32_fast_supplement_eabi.lib"
+
+
+def install(folder):
+    """Puts the stand-ins where TI's installers put the tools. Returns the environment that leads a build there."""
+    tools, ware = folder / "cgt", folder / "ware"
+    for name in ("cl2000", "ar2000", "hex2000"):
+        (tools / "bin").mkdir(parents=True, exist_ok=True)
+        program = pathlib.Path(__file__).read_text(encoding="utf-8").partition("\n")[2]
+        (tools / "bin" / name).write_text(f"#!{sys.executable} -IB\n{program}", encoding="utf-8")
+        (tools / "bin" / name).chmod(0o755)
+    for library in (tools / "lib/rts2800_fpu32_eabi.lib", ware / FAST_RTS):
+        library.parent.mkdir(parents=True)
+        library.write_text(PLACEHOLDER + library.name + "\n", encoding="utf-8")
+    return {**os.environ, "C2000_CGT_ROOT": str(tools), "C2000WARE_ROOT": str(ware), "STAND_IN_LOG": str(folder / "log")}
+
+
 def fail(text):
     sys.exit(f"stand-in {TOOL}: {text}")
 

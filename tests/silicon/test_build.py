@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""The build description of the F28335 image, against stand-ins for TI's tools: every source once, with the right options, in the
+right order. What the options do, only the real tools can tell.
+
+usage: test_build.py [unittest options]
+"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import stand_in
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CHIP = ["-v28", "-ml", "-mt", "--abi=eabi", "--float_support=fpu32"]
+FLAGS = ["--gen_func_subsections=on", "--display_error_number", "--diag_warning=225", "--diag_wrap=off", "-O2", "-g"]
+
+
+def run(*command, **more):
+    return subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False, **more)
+
+
+class Build:
+    """One preset, configured and built by the stand-ins."""
+
+    def __init__(self, folder, memory, gates):
+        self.folder = folder / memory
+        self.environment = stand_in.install(folder / f"{memory}-tools")
+        self.tools = pathlib.Path(self.environment["C2000_CGT_ROOT"])
+        self.ware = pathlib.Path(self.environment["C2000WARE_ROOT"], stand_in.FAST_RTS).parent
+        self.configured = run("cmake", "--preset", f"f28335-{memory}", "-B", self.folder, f"-DLAGLESS_GATES={gates}",
+                              cwd=ROOT, env=self.environment)
+        log = pathlib.Path(self.environment["STAND_IN_LOG"])
+        log.write_text("", encoding="utf-8")  # what CMake tried out is no part of the build
+        self.built = run("cmake", "--build", self.folder, env=self.environment)
+        lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+        self.compiled, self.linked, self.archived, self.converted = {}, [], {}, []
+        for line in lines:
+            words = line["words"]
+            if line["tool"] == "ar2000":
+                self.archived[words[1]] = words[2:]
+            elif line["tool"] == "hex2000":
+                self.converted.append(words)
+            elif "--run_linker" in words:
+                self.linked.append(words)
+            else:
+                source = next(word for word in words if "_file=" in word).partition("=")[2]
+                self.compiled.setdefault(pathlib.Path(source).relative_to(ROOT).as_posix(), []).append(words)
+
+    def objects(self):
+        return [stand_in.value(lines[0], "--output_file") for lines in self.compiled.values()]
+
+
+class SiliconBuild(unittest.TestCase):
+    maxDiff = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.temporary.name)
+        cls.builds = {"flash": Build(folder, "flash", "active_high"), "ram": Build(folder, "ram", "active_low")}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def each(self):
+        for memory, build in self.builds.items():
+            with self.subTest(memory):
+                yield memory, build
+
+    def test_both_presets_configure_and_build(self):
+        for _, build in self.each():
+            self.assertEqual(build.configured.returncode, 0, build.configured.stdout)
+            self.assertIn("The C compiler identification is TI 22.6.1", build.configured.stdout)
+            self.assertEqual(build.built.returncode, 0, build.built.stdout)
+
+    def test_every_source_of_firmware_and_hal_is_compiled_once(self):
+        sources = [path.relative_to(ROOT).as_posix() for folder in ("firmware", "hal") for path in (ROOT / folder).rglob("*")
+                   if path.suffix in (".c", ".asm")]
+        for _, build in self.each():
+            self.assertEqual(sorted((name, len(lines)) for name, lines in build.compiled.items()),
+                             sorted((name, 1) for name in sources))
+
+    def test_c_is_compiled_with_these_options_in_this_order(self):
+        for memory, build in self.each():
+            for name, (words,) in build.compiled.items():
+                if not name.endswith(".c"):
+                    continue
+                own = [word for word in words if word.startswith("-D")]
+                where = [word for word in words if word == f"--include_path={ROOT}/firmware"]
+                gates = "-DHAL_GATE_ACTIVE_HIGH=1" if memory == "flash" else "-DHAL_GATE_ACTIVE_HIGH=0"
+                output = stand_in.value(words, "--output_file")
+                self.assertEqual(own, [gates] if name.startswith("hal/") and "lagless_hal" in output else [], name)
+                self.assertEqual(words, [
+                    "--compile_only", f"--c_file={ROOT}/{name}", *own, *where, f"--include_path={ROOT}", *CHIP,
+                    f"--include_path={build.tools}/include", *FLAGS, "--c99", "--relaxed_ansi",
+                    *[word for word in words if word == "--ramfunc=on"],
+                    "--preproc_with_compile", f"--preproc_dependency={output}.d", f"--output_file={output}"], name)
+
+    def test_the_entry_is_assembled_with_the_same_abi(self):
+        for _, build in self.each():
+            (words,) = build.compiled["hal/f28335/codestart.asm"]
+            self.assertEqual(words[:2], ["--compile_only", f"--asm_file={ROOT}/hal/f28335/codestart.asm"])
+            self.assertEqual([word for word in words if word in CHIP], CHIP)
+
+    def test_the_interrupt_runs_from_ram_and_the_parameters_do_not(self):
+        for _, build in self.each():
+            in_ram = {name for name, (words,) in build.compiled.items() if "--ramfunc=on" in words}
+            self.assertLessEqual({"firmware/app/app.c", "firmware/estimator/smo.c", "firmware/math/trig.c", "hal/f28335/clock.c",
+                                  "hal/f28335/wait.c"}, in_ram)
+            self.assertTrue(in_ram.isdisjoint({"firmware/drive/params.c", "firmware/app/main.c", "hal/f28335/boot.c"}))
+
+    def test_the_program_is_linked_by_this_command_line(self):
+        for memory, build in self.each():
+            (words,) = build.linked
+            objects = [name for name in build.objects() if "lagless.dir" in name]
+            self.assertEqual(words, [
+                *CHIP, f"--include_path={build.tools}/include", *FLAGS,
+                "--run_linker", "--output_file=lagless.out", "--map_file=lagless.map", "--rom_model", "--entry_point=code_start",
+                "--stack_size=0x400", "--heap_size=0", "--warn_sections", "--reread_libs", "--priority",
+                f"--search_path={build.tools}/lib", f"--search_path={build.ware}", f"{ROOT}/linker/f28335_{memory}.cmd",
+                *sorted(objects, key=words.index),
+                "firmware/liblagless_app.a", "firmware/liblagless_firmware.a", "hal/liblagless_hal.a",
+                "--library=rts2800_fpu32_fast_supplement_eabi.lib", "--library=rts2800_fpu32_eabi.lib"])
+
+    def test_every_object_is_linked_once(self):
+        for _, build in self.each():
+            linked = [word for word in build.linked[0] if word.endswith(".obj")]
+            for archive in [word for word in build.linked[0] if word.endswith(".a")]:
+                linked += build.archived[archive]
+            self.assertEqual(sorted(linked), sorted(build.objects()))
+
+    def test_hex_is_made_of_the_program(self):
+        for _, build in self.each():
+            self.assertEqual(build.converted, [["--intel", "--memwidth=16", "--romwidth=16", "--outfile=lagless.hex", "lagless.out"]])
+
+    def test_program_map_and_hex_are_there_and_say_what_they_are(self):
+        for _, build in self.each():
+            for name in ("lagless.out", "lagless.map", "lagless.hex"):
+                self.assertIn("STAND-IN", (build.folder / name).read_text(encoding="utf-8"))
+            self.assertIn("STAND_IN", build.built.stdout)  # size-report read the map
+
+    def test_a_changed_linker_file_links_again(self):
+        for memory, build in self.each():
+            query = run("ninja", "-C", build.folder, "-t", "query", "lagless.out")
+            self.assertIn(f"| {ROOT}/linker/f28335_{memory}.cmd", query.stdout)
+
+    # What must not pass
+
+    def refused(self, *options, **environment):
+        with tempfile.TemporaryDirectory() as folder:
+            whole = {**stand_in.install(pathlib.Path(folder, "tools")), **environment}
+            asked = run("cmake", "--preset", "f28335-flash", "-B", pathlib.Path(folder, "build"), *options, cwd=ROOT, env=whole)
+        self.assertNotEqual(asked.returncode, 0)
+        return " ".join(asked.stdout.split())
+
+    def test_the_polarity_of_the_gates_has_no_default(self):
+        self.assertIn("LAGLESS_GATES='': accepted are active_high", self.refused())
+        self.assertIn("LAGLESS_GATES='high': accepted are active_high", self.refused("-DLAGLESS_GATES=high"))
+
+    def test_an_unknown_memory_is_refused(self):
+        self.assertIn("LAGLESS_MEMORY=rom: accepted are flash and ram",
+                      self.refused("-DLAGLESS_GATES=active_high", "-DLAGLESS_MEMORY=rom"))
+
+    def test_a_missing_compiler_is_named(self):
+        self.assertIn("/nowhere/bin/cl2000 is missing: C2000_CGT_ROOT", self.refused(C2000_CGT_ROOT="/nowhere"))
+
+    def test_a_missing_fast_library_is_named(self):
+        self.assertIn("rts2800_fpu32_fast_supplement_eabi.lib is missing", self.refused(C2000WARE_ROOT="/nowhere"))
+
+
+class StandIn(unittest.TestCase):
+    """That the stand-in can say no."""
+
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = pathlib.Path(self.temporary.name)
+        self.environment = stand_in.install(self.folder)
+        (self.folder / "a.c").write_text("int a;\n", encoding="utf-8")
+
+    def tool(self, name, *words):
+        return run(self.folder / "cgt/bin" / name, *words, cwd=self.folder, env=self.environment)
+
+    def test_it_says_that_it_is_one(self):
+        asked = self.tool("cl2000", "--compile_only", "--c_file=a.c", "--output_file=a.obj")
+        self.assertEqual((asked.returncode, asked.stdout), (0, "stand-in cl2000: records the command line, compiles nothing\n"))
+        self.assertIn("holds no code", (self.folder / "a.obj").read_text(encoding="utf-8"))
+
+    def test_an_option_of_another_compiler_is_refused(self):
+        asked = self.tool("cl2000", "--compile_only", "--c_file=a.c", "-Wall", "--output_file=a.obj")
+        self.assertEqual(asked.returncode, 1)
+        self.assertIn("unknown option -Wall", asked.stdout)
+
+    def test_compiler_options_behind_run_linker_are_refused(self):
+        asked = self.tool("cl2000", "--run_linker", "--abi=eabi", "--output_file=a.out")
+        self.assertIn("unknown option --abi=eabi", asked.stdout)
+
+    def test_a_program_without_linker_file_is_refused(self):
+        self.assertIn("needs one linker command file", self.tool("cl2000", "--run_linker", "--output_file=a.out", "a.c").stdout)
+
+    def test_a_missing_input_is_refused(self):
+        self.assertIn("b.obj does not exist", self.tool("ar2000", "qr", "b.a", "b.obj").stdout)
+
+    def test_a_library_that_no_path_leads_to_is_refused(self):
+        (self.folder / "a.cmd").write_text("", encoding="utf-8")
+        asked = self.tool("cl2000", "--run_linker", "a.cmd", "--library=c.lib", "--output_file=a.out", "--map_file=a.map")
+        self.assertIn("c.lib is in no --search_path", asked.stdout)
+
+
+class SizeReport(unittest.TestCase):
+    def report(self, text):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "a.map")
+            path.write_text(text, encoding="utf-8")
+            return run(sys.executable, "-B", ROOT / "tools/size-report", path)
+
+    def test_it_adds_up_what_a_map_of_the_linker_says(self):
+        told = self.report("OUTPUT FILE NAME:   <a.out>\n\nMEMORY CONFIGURATION\n\n"
+                           "         name            origin    length      used     unused   attr    fill\n"
+                           "----------------------  --------  ---------  --------  --------  ----  --------\n"
+                           "PAGE 0:\n"
+                           "  L0_L3                 00008000   00004000  00001000  00003000  RWIX\n"
+                           "  FLASH_H_B             00300000   00038000  0000ff00  00028100  RWIX\n\n"
+                           "SECTION ALLOCATION MAP\n\n"
+                           "  other                 00000000   00000001  00000001  00000000\n")
+        self.assertEqual(told.returncode, 0)
+        self.assertEqual([line.split() for line in told.stdout.splitlines()[1:]],
+                         [["L0_L3", "0x008000", "16384", "4096", "25", "%"], ["FLASH_H_B", "0x300000", "229376", "65280", "28", "%"]])
+
+    def test_another_file_is_refused(self):
+        told = self.report("int main(void);\n")
+        self.assertEqual(told.returncode, 1)
+        self.assertIn("is no map file", told.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

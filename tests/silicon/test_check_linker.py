@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+"""tools/check-linker on this tree, which must pass, and on copies of it with one thing broken, each of which must be named.
+
+usage: test_check_linker.py [unittest options]
+
+CC names a GCC, for the call graph.
+"""
+import contextlib
+import importlib.machinery
+import importlib.util
+import io
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import stand_in
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FLASH = "linker/f28335_flash.cmd"
+RAM = "linker/f28335_ram.cmd"
+CC = os.environ.get("CC", "gcc")
+
+loader = importlib.machinery.SourceFileLoader("check_linker", str(ROOT / "tools/check-linker"))
+checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_linker", loader))
+loader.exec_module(checker)
+
+
+def remember(graph_of):
+    """One call graph a source and text: most tests change none. No test changes a header."""
+    known = {}
+
+    def remembered(root, source, compiler, output):
+        key = (source.name, (root / source.name).read_text(encoding="utf-8"))
+        if key not in known:
+            known[key] = graph_of(root, source, compiler, output)
+        return known[key]
+
+    return remembered
+
+
+checker.graph_of = remember(checker.graph_of)
+
+
+class CheckLinker(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.temporary.name).resolve()
+        cls.commands = folder / "build/compile_commands.json"
+        subprocess.run(["cmake", "--preset", "f28335-flash", "-B", folder / "build", "-DLAGLESS_GATES=active_high"], cwd=ROOT,
+                       env=stand_in.install(folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.root = pathlib.Path(temporary.name).resolve()
+        for name in ("firmware", "hal", "linker"):
+            shutil.copytree(ROOT / name, self.root / name)
+        commands = self.commands.read_text(encoding="utf-8").replace(str(ROOT), str(self.root))
+        (self.root / "compile_commands.json").write_text(commands, encoding="utf-8")
+
+    def change(self, name, old, new):
+        path = self.root / name
+        text = path.read_text(encoding="utf-8")
+        self.assertEqual(len(re.findall(old, text)), 1, f"{name} has not one {old}")
+        path.write_text(re.sub(old, lambda _: new, text), encoding="utf-8")
+
+    def words(self, files):
+        return ["--commands", str(self.root / "compile_commands.json"), "--root", str(self.root), "--cc", CC,
+                *[str(self.root / name) for name in files]]
+
+    def check(self, *files):
+        """(exit status, what it printed)"""
+        told = io.StringIO()
+        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
+            status = checker.main(self.words(files or (FLASH, RAM)))
+        return status, told.getvalue()
+
+    def assert_breach(self, *texts, files=()):
+        status, told = self.check(*files)
+        self.assertEqual(status, 1, told)
+        for text in texts:
+            self.assertIn(text, told)
+
+    def test_this_tree_passes(self):
+        told = subprocess.run([sys.executable, "-B", str(ROOT / "tools/check-linker"), *self.words((FLASH, RAM))],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        self.assertEqual(told.returncode, 0, told.stdout)
+        self.assertRegex(told.stdout, r"^f28335_flash.cmd, f28335_ram.cmd: fit the chip; \d{3} functions of \d\d sources must run from "
+                         r"RAM, and do\n$")
+
+    # The memory map
+
+    def test_ranges_that_overlap(self):
+        self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000")
+        self.assert_breach("f28335_flash.cmd:", "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff")
+
+    def test_a_range_outside_the_chip(self):
+        self.change(RAM, "origin = 0x00C000, length = 0x004000", "origin = 0x00C000, length = 0x005000")
+        self.assert_breach("region: L4_L7, 0x00c000..0x010fff, is not in one memory of the chip")
+
+    def test_a_range_over_two_memories(self):
+        self.change(FLASH, "origin = 0x008000, length = 0x004000", "origin = 0x008000, length = 0x004001")
+        self.assert_breach("region: L0_L3, 0x008000..0x00c000, is not in one memory of the chip")
+
+    def test_variables_in_the_registers(self):
+        self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x006000, length = 0x001800")
+        self.assert_breach("region: L4_L7, 0x006000..0x0077ff, reaches into: peripheral frame 1, peripheral frame 2")
+
+    def test_ram_of_the_boot_rom(self):
+        self.change(FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x00004F, length = 0x0007B1")
+        self.assert_breach("region: M0_M1, 0x00004f..0x0007ff, reaches into: boot ROM's own data and stack")
+
+    def test_code_in_the_password_words(self):
+        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x338000, length = 0x008000")
+        self.assert_breach("reaches into: words of the code security module that must stay free, CSM password words")
+
+    def test_code_in_the_reserved_words(self):
+        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x300000, length = 0x03FF81")
+        self.assert_breach("FLASH_H_B, 0x300000..0x33ff80, reaches into: words of the code security module that must stay free\n")
+
+    def test_flash_up_to_the_reserved_words_is_allowed(self):
+        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x300000, length = 0x03FF80")
+        self.assertEqual(self.check()[0], 0)
+
+    # Sections
+
+    def test_a_missing_section(self):
+        for name in (r"\.const", r"\.stack", r"\.cinit", "codestart", r"\.reset"):
+            with self.subTest(name):
+                self.change(FLASH, rf"\n    {name} +:[^\n]*", "")
+                self.assert_breach(f"missing: section {name.replace(chr(92), '')} has no place")
+
+    def test_a_section_that_it_does_not_know(self):
+        self.change(FLASH, r"\n    \.switch ", "\n    .swich ")
+        self.assert_breach("missing: section .switch has no place", "unknown: section .swich")
+
+    def test_constants_in_ram_of_a_flash_image(self):
+        self.change(FLASH, r"\.const        : > FLASH_H_B", ".const        : > L4_L7")
+        self.assert_breach("place: section .const is in L4_L7, must be in flash: it must be there after a reset")
+
+    def test_code_that_a_debugger_cannot_load(self):
+        self.change(RAM, r"\.text         : >> L0_L3 \| L4_L7", ".text         : > FPU_TABLES")
+        self.assert_breach("place: section .text is in FPU_TABLES, must be in M0 and M1 or L0-L3 or L4-L7")
+
+    def test_variables_in_flash(self):
+        self.change(FLASH, r"\.bss          : > L4_L7", ".bss          : > FLASH_H_B")
+        self.assert_breach("place: section .bss is in FLASH_H_B, must be in M0 and M1 or L0-L3 or L4-L7: it is written")
+
+    def test_the_interrupt_in_ram_with_wait_states(self):
+        self.change(FLASH, "RUN = L0_L3", "RUN = L4_L7")
+        self.assert_breach("place: section .TI.ramfunc is in L4_L7, must be in L0-L3")
+
+    def test_an_unknown_range(self):
+        self.change(FLASH, r"\.data         : > L4_L7", ".data         : > L8")
+        self.assert_breach("region: section .data goes to L8, which MEMORY does not have")
+
+    def test_boot_rom_tables_that_would_be_written(self):
+        self.change(FLASH, ", TYPE = NOLOAD", "")
+        self.assert_breach("place: section FPUmathTables must be TYPE = NOLOAD")
+
+    def test_boot_rom_tables_at_another_place(self):
+        self.change(FLASH, "origin = 0x3FEBDC", "origin = 0x3FEB50")
+        self.assert_breach("place: section FPUmathTables is at 0x3feb50, the boot ROM has it at 0x3febdc")
+
+    # Entry
+
+    def test_an_entry_where_nobody_jumps_to(self):
+        self.change(FLASH, "origin = 0x33FFF6, length = 0x000002", "origin = 0x337FFE, length = 0x000002")
+        self.assert_breach("entry: codestart is at 0x337ffe, 2 words; the boot ROM jumps to 0x33fff6 (flash) or 0x000000 (RAM)")
+
+    def test_an_entry_that_is_longer_than_its_place(self):
+        self.change("hal/f28335/codestart.asm", "code_start: LB ", "code_start: NOP\n            LB ")
+        self.assert_breach("entry: section codestart must be one long branch (LB), 2 words; it has 2 instructions")
+
+    def test_a_watchdog_that_runs_on(self):
+        self.change("hal/f28335/codestart.asm", "0068h", "0028h")
+        self.assert_breach("entry: watchdog_off does not stop the watchdog: WDCR 0x7029 = 0x0068")
+
+    def test_an_entry_that_leads_nowhere(self):
+        self.change("hal/f28335/codestart.asm", "LB      _c_int00", "NOP")
+        self.assert_breach("entry: watchdog_off does not end in the run-time library's start-up: LB _c_int00")
+
+    # The copy to RAM
+
+    def test_ramfuncs_that_nobody_copies(self):
+        self.change("firmware/app/main.c", r" *hal_boot\(\);\n", "")
+        self.assert_breach("firmware/app/main.c:6: copy: main does not call hal_boot: what runs from RAM is never copied there")
+
+    def test_a_copy_that_comes_too_late(self):
+        self.change("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n")
+        self.assert_breach("copy: main calls app_start before hal_boot, which brings the code to RAM")
+
+    def test_a_copy_that_runs_from_ram_itself(self):
+        self.in_ram("hal/f28335/boot.c")
+        self.assert_breach("hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot")
+
+    def test_a_section_without_the_symbols_of_the_copy(self):
+        self.change(FLASH, r"LOAD_SIZE\(ramfunc_load_size\), ", "")
+        self.assert_breach("copy: section .TI.ramfunc has no LOAD_SIZE symbol for the start-up to copy it by")
+
+    def test_symbols_that_the_copy_does_not_use(self):
+        self.change(RAM, "ramfunc_run_start", "ramfunc_start")
+        self.assert_breach("copy: hal_boot does not use ramfunc_start, the RUN_START symbol of f28335_ram.cmd")
+
+    def test_another_section_that_needs_a_copy(self):
+        self.change(FLASH, r"\.const        : > FLASH_H_B", ".const        : LOAD = FLASH_H_B, RUN = L4_L7")
+        self.assert_breach("copy: section .const runs elsewhere than where it is loaded, and nobody copies it")
+
+    # The interrupt's call tree
+
+    def in_ram(self, name, option=" --ramfunc=on"):
+        path = self.root / "compile_commands.json"
+        text, changed = re.subn(rf'(_file={re.escape(str(self.root / name))} [^"]*?)( --ramfunc=on)?( --output_file)', rf"\1{option}\3",
+                                path.read_text(encoding="utf-8"))
+        self.assertEqual(changed, 1)
+        path.write_text(text, encoding="utf-8")
+
+    def test_a_function_of_the_interrupt_in_flash(self):
+        self.in_ram("firmware/math/tanh.c", "")
+        self.assert_breach("firmware/math/tanh.c:", "stays in flash, the source is not compiled with --ramfunc=on: app_interrupt -> "
+                           "drive_step -> ")
+
+    def test_a_new_call_into_the_background(self):
+        self.change("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n    app_background();\n    "
+                    "(void)params_check(&app->staged, 0);\n")
+        self.assert_breach("firmware/drive/params.c:", "params_check stays in flash", "app_interrupt -> params_check")
+
+    def test_a_library_function_in_the_interrupt(self):
+        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "
+                    "app->drive.period = (uint32_t)sinf((float)app->drive.period);\n    drive_trip(&app->drive);\n")
+        self.assert_breach("firmware/app/app.c:", "calls: sinf is the library's and stays in flash: app_trip -> sinf")
+
+    def test_a_call_through_a_pointer_in_the_interrupt(self):
+        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    void (*volatile trip)(drive_t *) = drive_trip;\n"
+                    "    trip(&app->drive);\n")
+        self.assert_breach("calls: a call through a pointer cannot be followed: app_trip -> __indirect_call")
+
+    def test_flash_wait_states_set_by_code_in_flash(self):
+        self.in_ram("hal/f28335/clock.c", "")
+        self.assert_breach("hal/f28335/clock.c:", "set_flash_waits stays in flash")
+
+    def test_waiting_for_the_flash_in_flash(self):
+        self.in_ram("hal/f28335/wait.c", "")
+        self.assert_breach("hal/f28335/wait.c:", "bus_wait stays in flash", "set_flash_waits -> bus_wait")
+
+    def test_ram_for_what_does_not_need_it(self):
+        self.in_ram("firmware/drive/table.c")
+        self.assert_breach("firmware/drive/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt nor the flash's")
+
+    # Sources and files
+
+    def test_a_source_that_is_not_built(self):
+        (self.root / "hal/f28335/sci.c").write_text("int sci;\n", encoding="utf-8")
+        self.assert_breach("hal/f28335/sci.c:1: build: is not compiled")
+
+    def test_a_source_that_is_no_c(self):
+        self.change("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn")
+        self.assert_breach("hal/f28335/wait.c: ", "gives no call graph")
+
+    def test_a_linker_file_that_it_cannot_read(self):
+        self.change(FLASH, "SECTIONS\n", "GROUP\n")
+        self.assert_breach("f28335_flash.cmd:", "'GROUP' where MEMORY or SECTIONS should stand")
+
+    def test_a_linker_file_that_is_not_there(self):
+        self.assert_breach("f28335_otp.cmd", files=("linker/f28335_otp.cmd",))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -10,7 +10,7 @@ set(C2000_CGT "$ENV{C2000_CGT_ROOT}")
 set(C2000_FAST_RTS "$ENV{C2000WARE_ROOT}/libraries/math/FPUfastRTS/c28/lib")
 foreach(file "${C2000_CGT}/bin/cl2000" "${C2000_FAST_RTS}/rts2800_fpu32_fast_supplement_eabi.lib")
     if(NOT EXISTS "${file}")
-        message(FATAL_ERROR "${file} is missing: C2000_CGT_ROOT or C2000WARE_ROOT names another folder than the installed one")
+        message(FATAL_ERROR "${file} is missing: C2000_CGT_ROOT or C2000WARE_ROOT names another folder")
     endif()
 endforeach()
 
@@ -25,7 +25,7 @@ set(C2000_HEX "${C2000_CGT}/bin/hex2000")
 # Without a command file a program does not link.
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 
-# ABI and FPU are said on every command line, the linker's too: the defaults are COFF up to 22.6, EABI from 25.11, and no FPU.
+# ABI and FPU are said on every command line, the linker's too: the default is COFF before 25.11, EABI since, and no FPU.
 set(chip "-v28 -ml -mt --abi=eabi --float_support=fpu32")
 set(CMAKE_C_FLAGS_INIT "${chip} --include_path=${C2000_CGT}/include --gen_func_subsections=on --display_error_number \
 --diag_warning=225 --diag_wrap=off")

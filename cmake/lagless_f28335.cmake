@@ -7,9 +7,9 @@ if(NOT LAGLESS_MEMORY MATCHES "^(flash|ram)$")
     message(FATAL_ERROR "LAGLESS_MEMORY=${LAGLESS_MEMORY}: accepted are flash and ram")
 endif()
 if(NOT LAGLESS_GATES MATCHES "^active_(high|low)$")
-    message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted are active_high (inverting stage in front of the module's "
-        "inputs) and active_low. Only the schematic can tell, the wrong one turns on both switches of every leg, so there is no "
-        "default: -DLAGLESS_GATES=...")
+    message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted are active_high (inverting stage in front of the "
+        "module's inputs) and active_low. Only the schematic can tell, the wrong one turns on both switches of every "
+        "leg, so there is no default: -DLAGLESS_GATES=...")
 endif()
 string(COMPARE EQUAL "${LAGLESS_GATES}" active_high gate_active_high)
 target_compile_definitions(lagless_hal PRIVATE HAL_GATE_ACTIVE_HIGH=${gate_active_high})

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles nothing.
-It refuses options and inputs that the real tools would refuse, as far as TI's manuals tell, writes placeholders that say what
-they are, and appends each command line to the file that STAND_IN_LOG names. Called by the name of the tool it stands for."""
+"""Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles
+nothing. It refuses options and inputs that the real tools would refuse, as far as TI's manuals tell, writes
+placeholders that say what they are, and appends each command line to the file that STAND_IN_LOG names. Called by the
+name of the tool it stands for."""
 import json
 import os
 import pathlib
@@ -13,13 +14,13 @@ PLACEHOLDER = "STAND-IN placeholder, holds no code: "
 
 # SPRU514 and SPRU513. What follows --run_linker is the linker's.
 COMPILER = (
-    r"-v28|-ml|-mt|-g|-O[0-4]|--abi=(eabi|coffabi)|--float_support=fpu32|--ramfunc=on|--gen_func_subsections=on|--c99|--relaxed_ansi|"
-    r"--display_error_number|--diag_warning=\d+|--diag_wrap=off|--include_path=.+|-D\w+(=\S*)?|--compile_only|--(c|asm)_file=.+|"
-    r"--preproc_with_compile|--preproc_dependency=.+|--output_file=.+"
+    r"-v28|-ml|-mt|-g|-O[0-4]|--abi=(eabi|coffabi)|--float_support=fpu32|--ramfunc=on|--gen_func_subsections=on|--c99|"
+    r"--relaxed_ansi|--display_error_number|--diag_warning=\d+|--diag_wrap=off|--include_path=.+|-D\w+(=\S*)?|"
+    r"--compile_only|--(c|asm)_file=.+|--preproc_with_compile|--preproc_dependency=.+|--output_file=.+"
 )
 LINKER = (
-    r"--output_file=.+|--map_file=.+|--rom_model|--entry_point=\w+|--stack_size=\w+|--heap_size=\w+|--warn_sections|--reread_libs|"
-    r"--priority|--search_path=.+|--library=.+"
+    r"--output_file=.+|--map_file=.+|--rom_model|--entry_point=\w+|--stack_size=\w+|--heap_size=\w+|--warn_sections|"
+    r"--reread_libs|--priority|--search_path=.+|--library=.+"
 )
 HEX = r"--intel|--memwidth=16|--romwidth=16|--outfile=.+"
 
@@ -33,12 +34,13 @@ def install(folder):
     for name in ("cl2000", "ar2000", "hex2000"):
         (tools / "bin").mkdir(parents=True, exist_ok=True)
         program = pathlib.Path(__file__).read_text(encoding="utf-8").partition("\n")[2]
-        (tools / "bin" / name).write_text(f"#!{sys.executable} -IB\n{program}", encoding="utf-8")
+        (tools / "bin" / name).write_text(f"#!{sys.executable} -ISB\n{program}", encoding="utf-8")
         (tools / "bin" / name).chmod(0o755)
     for library in (tools / "lib/rts2800_fpu32_eabi.lib", ware / FAST_RTS):
         library.parent.mkdir(parents=True)
         library.write_text(PLACEHOLDER + library.name + "\n", encoding="utf-8")
-    return {**os.environ, "C2000_CGT_ROOT": str(tools), "C2000WARE_ROOT": str(ware), "STAND_IN_LOG": str(folder / "log")}
+    own = {"C2000_CGT_ROOT": str(tools), "C2000WARE_ROOT": str(ware), "STAND_IN_LOG": str(folder / "log")}
+    return {**os.environ, **own}
 
 
 def fail(text):
@@ -71,8 +73,9 @@ def compile_(words):
     sources = [word.partition("=")[2] for word in words if re.match(r"--(c|asm)_file=", word)]
     if [pathlib.Path(name).name for name in inputs] == ["CMakeCCompilerId.c"]:
         # What CMake reads of a compiler that it looks at for the first time.
-        about = "INFO:compiler[TI] INFO:compiler_version[00000022.00000006.00000001] INFO:arch[TMS320C28x] INFO:standard_default[90]"
-        pathlib.Path("CMakeCCompilerId.obj").write_text("\0".join(about.split(" ")) + "\0" + PLACEHOLDER, encoding="utf-8")
+        about = ("INFO:compiler[TI]", "INFO:compiler_version[00000022.00000006.00000001]", "INFO:arch[TMS320C28x]",
+                 "INFO:standard_default[90]", PLACEHOLDER)
+        pathlib.Path("CMakeCCompilerId.obj").write_text("\0".join(about), encoding="utf-8")
         return
     if inputs or len(sources) != 1 or "--compile_only" not in words:
         fail(f"one source with --compile_only was expected, not {inputs + sources}")
@@ -91,8 +94,8 @@ def link(words):
         if not any(pathlib.Path(folder, library).exists() for folder in folders):
             fail(f"{library} is in no --search_path")
     pathlib.Path(value(words, "--output_file")).write_text(PLACEHOLDER + " ".join(inputs) + "\n", encoding="utf-8")
-    rows = "  STAND_IN              00000000   00000000  00000000  00000000  RWIX\n"
-    pathlib.Path(value(words, "--map_file")).write_text(f"{PLACEHOLDER}\nMEMORY CONFIGURATION\n\n{rows}", encoding="utf-8")
+    text = PLACEHOLDER + "\nMEMORY CONFIGURATION\n\n  STAND_IN   00000000   00000000  00000000  00000000  RWIX\n"
+    pathlib.Path(value(words, "--map_file")).write_text(text, encoding="utf-8")
 
 
 def main():

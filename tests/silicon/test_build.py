@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The build description of the F28335 image, against stand-ins for TI's tools: every source once, with the right options, in the
-right order. What the options do, only the real tools can tell.
+"""The build description of the F28335 image, against stand-ins for TI's tools: every source once, with the right
+options, in the right order. What the options do, only the real tools can tell.
 
 usage: test_build.py [unittest options]
 """
@@ -79,8 +79,8 @@ class SiliconBuild(unittest.TestCase):
             self.assertEqual(build.built.returncode, 0, build.built.stdout)
 
     def test_every_source_of_firmware_and_hal_is_compiled_once(self):
-        sources = [path.relative_to(ROOT).as_posix() for folder in ("firmware", "hal") for path in (ROOT / folder).rglob("*")
-                   if path.suffix in (".c", ".asm")]
+        sources = [path.relative_to(ROOT).as_posix() for folder in ("firmware", "hal")
+                   for path in (ROOT / folder).rglob("*") if path.suffix in (".c", ".asm")]
         for _, build in self.each():
             self.assertEqual(sorted((name, len(lines)) for name, lines in build.compiled.items()),
                              sorted((name, 1) for name in sources))
@@ -110,8 +110,8 @@ class SiliconBuild(unittest.TestCase):
     def test_the_interrupt_runs_from_ram_and_the_parameters_do_not(self):
         for _, build in self.each():
             in_ram = {name for name, (words,) in build.compiled.items() if "--ramfunc=on" in words}
-            self.assertLessEqual({"firmware/app/app.c", "firmware/estimator/smo.c", "firmware/math/trig.c", "hal/f28335/clock.c",
-                                  "hal/f28335/wait.c"}, in_ram)
+            self.assertLessEqual({"firmware/app/app.c", "firmware/estimator/smo.c", "firmware/math/trig.c",
+                                  "hal/f28335/clock.c", "hal/f28335/wait.c"}, in_ram)
             self.assertTrue(in_ram.isdisjoint({"firmware/drive/params.c", "firmware/app/main.c", "hal/f28335/boot.c"}))
 
     def test_the_program_is_linked_by_this_command_line(self):
@@ -120,8 +120,9 @@ class SiliconBuild(unittest.TestCase):
             objects = [name for name in build.objects() if "lagless.dir" in name]
             self.assertEqual(words, [
                 *CHIP, f"--include_path={build.tools}/include", *FLAGS,
-                "--run_linker", "--output_file=lagless.out", "--map_file=lagless.map", "--rom_model", "--entry_point=code_start",
-                "--stack_size=0x400", "--heap_size=0", "--warn_sections", "--reread_libs", "--priority",
+                "--run_linker", "--output_file=lagless.out", "--map_file=lagless.map", "--rom_model",
+                "--entry_point=code_start", "--stack_size=0x400", "--heap_size=0", "--warn_sections", "--reread_libs",
+                "--priority",
                 f"--search_path={build.tools}/lib", f"--search_path={build.ware}", f"{ROOT}/linker/f28335_{memory}.cmd",
                 *sorted(objects, key=words.index),
                 "firmware/liblagless_app.a", "firmware/liblagless_firmware.a", "hal/liblagless_hal.a",
@@ -136,7 +137,8 @@ class SiliconBuild(unittest.TestCase):
 
     def test_hex_is_made_of_the_program(self):
         for _, build in self.each():
-            self.assertEqual(build.converted, [["--intel", "--memwidth=16", "--romwidth=16", "--outfile=lagless.hex", "lagless.out"]])
+            self.assertEqual(build.converted, [["--intel", "--memwidth=16", "--romwidth=16", "--outfile=lagless.hex",
+                                                "lagless.out"]])
 
     def test_program_map_and_hex_are_there_and_say_what_they_are(self):
         for _, build in self.each():
@@ -154,7 +156,8 @@ class SiliconBuild(unittest.TestCase):
     def refused(self, *options, **environment):
         with tempfile.TemporaryDirectory() as folder:
             whole = {**stand_in.install(pathlib.Path(folder, "tools")), **environment}
-            asked = run("cmake", "--preset", "f28335-flash", "-B", pathlib.Path(folder, "build"), *options, cwd=ROOT, env=whole)
+            asked = run("cmake", "--preset", "f28335-flash", "-B", pathlib.Path(folder, "build"), *options, cwd=ROOT,
+                        env=whole)
         self.assertNotEqual(asked.returncode, 0)
         return " ".join(asked.stdout.split())
 
@@ -188,7 +191,8 @@ class StandIn(unittest.TestCase):
 
     def test_it_says_that_it_is_one(self):
         asked = self.tool("cl2000", "--compile_only", "--c_file=a.c", "--output_file=a.obj")
-        self.assertEqual((asked.returncode, asked.stdout), (0, "stand-in cl2000: records the command line, compiles nothing\n"))
+        self.assertEqual(asked.returncode, 0)
+        self.assertEqual(asked.stdout, "stand-in cl2000: records the command line, compiles nothing\n")
         self.assertIn("holds no code", (self.folder / "a.obj").read_text(encoding="utf-8"))
 
     def test_an_option_of_another_compiler_is_refused(self):
@@ -201,14 +205,16 @@ class StandIn(unittest.TestCase):
         self.assertIn("unknown option --abi=eabi", asked.stdout)
 
     def test_a_program_without_linker_file_is_refused(self):
-        self.assertIn("needs one linker command file", self.tool("cl2000", "--run_linker", "--output_file=a.out", "a.c").stdout)
+        asked = self.tool("cl2000", "--run_linker", "--output_file=a.out", "a.c")
+        self.assertIn("needs one linker command file", asked.stdout)
 
     def test_a_missing_input_is_refused(self):
         self.assertIn("b.obj does not exist", self.tool("ar2000", "qr", "b.a", "b.obj").stdout)
 
     def test_a_library_that_no_path_leads_to_is_refused(self):
         (self.folder / "a.cmd").write_text("", encoding="utf-8")
-        asked = self.tool("cl2000", "--run_linker", "a.cmd", "--library=c.lib", "--output_file=a.out", "--map_file=a.map")
+        asked = self.tool("cl2000", "--run_linker", "a.cmd", "--library=c.lib", "--output_file=a.out",
+                          "--map_file=a.map")
         self.assertIn("c.lib is in no --search_path", asked.stdout)
 
 
@@ -230,7 +236,8 @@ class SizeReport(unittest.TestCase):
                            "  other                 00000000   00000001  00000001  00000000\n")
         self.assertEqual(told.returncode, 0)
         self.assertEqual([line.split() for line in told.stdout.splitlines()[1:]],
-                         [["L0_L3", "0x008000", "16384", "4096", "25", "%"], ["FLASH_H_B", "0x300000", "229376", "65280", "28", "%"]])
+                         [["L0_L3", "0x008000", "16384", "4096", "25", "%"],
+                          ["FLASH_H_B", "0x300000", "229376", "65280", "28", "%"]])
 
     def test_another_file_is_refused(self):
         told = self.report("int main(void);\n")

@@ -25,7 +25,7 @@ set(C2000_HEX "${C2000_CGT}/bin/hex2000")
 # Without a command file a program does not link.
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 
-# ABI and FPU are said on every command line, the linker's too: the default is COFF before 25.11, EABI since, and no FPU.
+# ABI and FPU are said on every command line, the linker's too: the default is COFF before 25.11, EABI since, no FPU.
 set(chip "-v28 -ml -mt --abi=eabi --float_support=fpu32")
 set(CMAKE_C_FLAGS_INIT "${chip} --include_path=${C2000_CGT}/include --gen_func_subsections=on --display_error_number \
 --diag_warning=225 --diag_wrap=off")

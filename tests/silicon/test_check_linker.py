@@ -104,6 +104,10 @@ class CheckLinker(unittest.TestCase):
         self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000")
         self.assert_breach("f28335_flash.cmd:", "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff")
 
+    def test_ranges_that_overlap_far_apart_in_the_file(self):
+        self.change(FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x009000, length = 0x000400")
+        self.assert_breach("overlap: M0_M1 begins at 0x009000, in L0_L3, which ends at 0x00bfff")
+
     def test_a_range_outside_the_chip(self):
         self.change(RAM, "origin = 0x00C000, length = 0x004000", "origin = 0x00C000, length = 0x005000")
         self.assert_breach("region: L4_L7, 0x00c000..0x010fff, is not in one memory of the chip")
@@ -160,6 +164,14 @@ class CheckLinker(unittest.TestCase):
     def test_the_interrupt_in_ram_with_wait_states(self):
         self.change(FLASH, "RUN = L0_L3", "RUN = L4_L7")
         self.assert_breach("place: section .TI.ramfunc is in L4_L7, must be in L0-L3")
+
+    def test_marked_functions_that_are_not_collected(self):
+        self.change(FLASH, r"\*\(\.TI\.ramfunc\) ", "*(ramfuncs) ")
+        self.assert_breach("inputs: section .TI.ramfunc does not collect * ( .TI.ramfunc ), which the interrupt runs")
+
+    def test_a_division_in_flash(self):
+        self.change(RAM, r" -l rts2800_fpu32_fast_supplement_eabi\.lib\(\.text\)", "")
+        self.assert_breach("f28335_ram.cmd:", "does not collect -l rts2800_fpu32_fast_supplement_eabi.lib ( .text )")
 
     def test_an_unknown_range(self):
         self.change(FLASH, r"\.data         : > L4_L7", ".data         : > L8")

@@ -121,7 +121,7 @@ class SiliconBuild(unittest.TestCase):
             self.assertEqual(words, [
                 *CHIP, f"--include_path={build.tools}/include", *FLAGS,
                 "--run_linker", "--output_file=lagless.out", "--map_file=lagless.map", "--rom_model",
-                "--entry_point=code_start", "--stack_size=0x400", "--heap_size=0", "--warn_sections", "--reread_libs",
+                "--entry_point=code_start", "--stack_size=0x700", "--heap_size=0", "--warn_sections", "--reread_libs",
                 "--priority",
                 f"--search_path={build.tools}/lib", f"--search_path={build.ware}", f"{ROOT}/linker/f28335_{memory}.cmd",
                 *sorted(objects, key=words.index),

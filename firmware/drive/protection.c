@@ -76,7 +76,7 @@ uint32_t protection_step(protection_t *protection, const protection_input_t *inp
 int32_t protection_reason(uint32_t failed)
 {
     for (uint16_t n = 0; n < PROTECTION_FAULTS; n++) {
-        if ((failed >> n) & 1u) {
+        if (((failed >> n) & 1u) != 0u) {
             return faults[n].reason;
         }
     }

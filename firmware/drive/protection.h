@@ -36,7 +36,7 @@ typedef struct {
     float overspeed;             /* [rad/s] mechanical */
 } protection_limits_t;
 
-#define PROTECTION_FAULTS 14
+#define PROTECTION_FAULTS 14u
 
 typedef struct {
     protection_limits_t limits;

@@ -339,7 +339,7 @@ typedef struct {
     sysctrl_regs_t sysctrl; /* 7010 */
     uint16_t reserved_7030[0x7100 - 0x7030];
     adc_regs_t adc; /* 7100 */
-    uint16_t reserved_7120[0x8000 - 0x7120];
+    uint16_t reserved_7120[0x8000u - 0x7120u];
 } f28335_t;
 
 /* Offsets in words on any target: offsetof counts chars, a uint16_t is two of them on the host and one on the

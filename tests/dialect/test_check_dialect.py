@@ -1,0 +1,288 @@
+#!/usr/bin/env python3
+"""Proves tools/check-dialect: a small tree in the C of the F28335 passes; each fault that is sown into it is found, and
+the message names file, line, rule and remedy. Ends with 77 where clang, readelf or cppcheck is missing."""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+COMMAND = [sys.executable, "-B", str(PROJECT / "tools/check-dialect")]
+TOOLS = ("clang", "readelf", "cppcheck")
+CPPCHECK = subprocess.run(["cppcheck", "--version"], stdout=subprocess.PIPE, text=True, check=False).stdout.strip() \
+    if shutil.which("cppcheck") else ""
+
+TREE = {
+    "firmware/math/angle.h": (
+        "#include <stdint.h>\n"
+        "float angle_wrap(float x);\n"
+        "int32_t angle_turns(int16_t a, int16_t b);\n"
+        "const char *angle_name(uint16_t n);\n"
+    ),
+    "firmware/math/angle.c": (
+        '#include "math/angle.h"\n'
+        "#include <string.h>\n"
+        "float angle_wrap(float x)\n"
+        "{\n"
+        "    uint32_t bits;\n"
+        "    memcpy(&bits, &x, sizeof bits);\n"
+        "    return (bits >> 31) != 0u ? -x : x * 2.0f;\n"
+        "}\n"
+        "int32_t angle_turns(int16_t a, int16_t b)\n"
+        "{\n"
+        "    return (int32_t)a * b;\n"
+        "}\n"
+        "const char *angle_name(uint16_t n)\n"
+        "{\n"
+        '    static const char *const names[] = {"double", "uint8_t 1.0"};\n'
+        '    return n < sizeof names / sizeof names[0] ? names[n] : "";\n'
+        "}\n"
+    ),
+    "firmware/drive/drive.h": "void drive_init(float *state);\nfloat drive_step(float x);\n",
+    "firmware/drive/drive.c": (
+        '#include "drive/drive.h"\n'
+        "#include <math.h>\n"
+        '#include "math/angle.h"\n'
+        "void drive_init(float *state)\n"
+        "{\n"
+        "    *state = sinf(1.0f);\n"
+        "}\n"
+        "float drive_step(float x)\n"
+        "{\n"
+        "    return fabsf(angle_wrap(x));\n"
+        "}\n"
+    ),
+    "firmware/app/app.h": '#include "hal/hal.h"\nHAL_INTERRUPT void app_interrupt(void);\n',
+    "firmware/app/app.c": (
+        '#include "app/app.h"\n'
+        '#include "drive/drive.h"\n'
+        "static float state;\n"
+        "HAL_INTERRUPT void app_interrupt(void)\n"
+        "{\n"
+        "    hal_write((uint16_t)drive_step(state));\n"
+        "}\n"
+    ),
+    "hal/hal.h": (
+        "#include <stdint.h>\n"
+        "#if defined(__TMS320C2000__)\n"
+        "#define HAL_INTERRUPT __interrupt\n"
+        "#define bus_write16(address, value) (*(volatile uint16_t *)(address) = (value))\n"
+        "#else\n"
+        "#define HAL_INTERRUPT\n"
+        "void bus_write16(uint16_t address, uint16_t value);\n"
+        "#endif\n"
+        "void hal_write(uint16_t count);\n"
+    ),
+    "hal/f28335/pwm.c": (
+        '#include "hal/hal.h"\n'
+        "void hal_write(uint16_t count)\n"
+        "{\n"
+        "    bus_write16(0x6809u, count);\n"
+        "}\n"
+    ),
+}
+MISRA = """\
+2.5   hal/hal.h                 bus_write16      a small tree
+8.9   firmware/app/app.c        state            a small tree
+11.4  hal/f28335/pwm.c          bus_write16      registers are at fixed addresses
+12.1  firmware/math/angle.c     any              school algebra
+17.7  *                         memcpy           returns its first argument
+"""
+
+# What is sown: name of the fault, source, code, line of it that must be blamed, rule, texts of the message.
+TYPES = (
+    ("product of constants over 16 bits", "firmware/math/angle.c",
+     "extern const int32_t period;\nconst int32_t period = 300 * 300;\n",
+     2, "compiler", "integer-overflow", "INT32_C()"),
+    ("product made wide too late", "firmware/math/angle.c",
+     "int32_t late(int16_t a);\nint32_t late(int16_t a)\n{\n    return 300 * a;\n}\n",
+     4, "width", "`*` in int", "cast its first operand"),
+    ("product of two in 16 bits", "hal/f28335/pwm.c",
+     "int more(uint16_t a, uint16_t b);\nint more(uint16_t a, uint16_t b)\n{\n    return a * b > 40000u;\n}\n",
+     4, "product", "16 bits times 16 bits", "cast the first operand"),
+    ("product made wide by a cast of the whole", "firmware/math/angle.c",
+     "float square(uint16_t a);\nfloat square(uint16_t a)\n{\n    return (float)(a * a);\n}\n",
+     4, "width", "`*` in unsigned int", "becomes float too late"),
+    ("shift made wide too late", "hal/f28335/pwm.c",
+     "uint32_t bit(uint16_t n);\nuint32_t bit(uint16_t n)\n{\n    return 1u << n;\n}\n",
+     4, "width", "`<<` in unsigned int", "cast its first operand"),
+    ("shift beyond an int", "hal/f28335/pwm.c",
+     "extern const uint32_t high;\nconst uint32_t high = 1u << 16;\n",
+     2, "compiler", "shift-count-overflow", "UINT32_C()"),
+    ("number too wide for its type", "hal/f28335/pwm.c",
+     "int16_t low(int32_t x);\nint16_t low(int32_t x)\n{\n    return x;\n}\n",
+     4, "compiler", "onversion", "a cast that says it fits"),
+    ("double literal", "firmware/drive/drive.c",
+     "float half(void);\nfloat half(void)\n{\n    return (float)0.5;\n}\n",
+     4, "double", "literal 0.5", "an f behind it"),
+    ("double behind a macro", "firmware/drive/drive.c",
+     "#define PRECISE double\nextern const PRECISE one;\n",
+     2, "double", "`one`", "float"),
+    ("float promoted to double", "firmware/drive/drive.c",
+     "int text(int n, ...);\nint put(float x);\nint put(float x)\n{\n    return text(1, x);\n}\n",
+     5, "double", "becomes a double", "float operands"),
+    ("type of 8 bits", "hal/f28335/pwm.c",
+     "extern const uint8_t octet;\n",
+     1, "compiler", "'uint8_t'", "uint16_t, and & 0xFFu"),
+    ("char as a number", "hal/f28335/pwm.c",
+     "struct frame {\n    unsigned char length;\n};\n",
+     2, "octet", "`length`", "uint16_t, and & 0xFFu"),
+    ("arithmetic on a text", "hal/f28335/pwm.c",
+     "int digit(const char *text);\nint digit(const char *text)\n{\n    return *text - '0';\n}\n",
+     4, "octet", "`-` on a char", "& 0xFFu"),
+    ("size taken for octets", "firmware/math/angle.c",
+     "uint16_t bits(void);\nuint16_t bits(void)\n{\n    return (uint16_t)(8u * sizeof(uint32_t));\n}\n",
+     4, "sizeof", "counts chars", "count elements"),
+    ("array of variable length", "firmware/math/angle.c",
+     "float sum(int n);\nfloat sum(int n)\n{\n    float x[n];\n    x[0] = 1.0f;\n    return x[0];\n}\n",
+     4, "compiler", "-Wvla", "constant length"),
+    ("address in the core", "firmware/math/angle.c",
+     "uint16_t peek(void);\nuint16_t peek(void)\n{\n    return *(uint16_t *)0x7108u;\n}\n",
+     4, "register", "only hal/ touches registers", "hal.h"),
+    ("volatile data in the core", "firmware/math/angle.c",
+     "extern volatile const uint16_t result;\n",
+     1, "register", "`result` is volatile", "pass its value in"),
+    ("assembler in the core", "firmware/math/angle.c",
+     "void stop(void);\nvoid stop(void)\n{\n    __asm(\" ESTOP0\");\n}\n",
+     4, "register", "assembler", "hal.h"),
+)
+INTERRUPT = "HAL_INTERRUPT void {0}(void);\nHAL_INTERRUPT void {0}(void)\n{{\n    {1};\n}}\n"
+CALLS = (
+    ("libm", "hal/f28335/pwm.c", "#include <math.h>\n" + INTERRUPT.format("wave", "hal_write((uint16_t)sinf(1.0f))"),
+     5, "interrupt", "sinf of the C library in wave", "firmware/math"),
+    ("libm in the floors below", "firmware/app/app.c", INTERRUPT.format("late_init", "drive_init(&state)"),
+     None, "interrupt", "sinf of the C library in late_init -> drive_init", "compute it in x_init"),
+    ("allocation", "hal/f28335/pwm.c",
+     "void *malloc(unsigned int size);\n" + INTERRUPT.format("take", "hal_write(*(uint16_t *)malloc(1u))"),
+     5, "interrupt", "malloc of the C library in take"),
+    ("output", "hal/f28335/pwm.c", "int puts(const char *text);\n" + INTERRUPT.format("tell", "(void)puts(\"\")"),
+     5, "interrupt", "puts of the C library in tell"),
+    ("assertion", "hal/f28335/pwm.c",
+     "#include <assert.h>\nextern const int good;\n" + INTERRUPT.format("doubt", "assert(good)"),
+     6, "interrupt", "abort of the C library in doubt", "assert it in x_init"),
+    ("call through a pointer", "hal/f28335/pwm.c",
+     "extern void (*const hook)(void);\n" + INTERRUPT.format("hooked", "hook()"),
+     5, "interrupt", "through a pointer in hooked", "a switch"),
+    ("recursion", "firmware/math/angle.c",
+     "int down(int n);\nint even(int n);\nint down(int n)\n{\n    return n > 0 ? even(n - 1) : 0;\n}\n"
+     "int even(int n)\n{\n    return down(n);\n}\n",
+     3, "recursion", "down -> even -> down", "a loop"),
+    ("global in the core", "firmware/drive/drive.c", "extern float last;\nfloat last;\n",
+     2, "data", "`last` is writable data of the core", "its caller owns"),
+    ("static in a function of the core", "firmware/drive/drive.c",
+     "int count(void);\nint count(void)\n{\n    static int n = 3;\n    return n++;\n}\n",
+     4, "data", "writable data of the core", "its caller owns"),
+)
+
+
+class CheckDialect(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="lagless_dialect_test_"))
+        self.addCleanup(shutil.rmtree, self.root)
+        for name, text in TREE.items():
+            self.write(name, text)
+        shutil.copytree(PROJECT / "tools/target", self.root / "tools/target")
+        self.write("tools/target/misra.txt", MISRA)
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+    def append(self, name, text):
+        """Returns the number of lines that stood there before."""
+        before = (self.root / name).read_text()
+        self.write(name, before + text)
+        return before.count("\n")
+
+    def check(self, *gates):
+        return subprocess.run([*COMMAND, "--root", str(self.root), *gates], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True, check=False)
+
+    def assert_each_is_found(self, gate, faults):
+        """All faults in one tree, since the tools take longer to start than to look: each is named at its line, and no
+        line is blamed that has none."""
+        wanted = []
+        for name, source, code, line, rule, *texts in faults:
+            before = self.append(source, code)
+            where = "firmware/drive/drive.c:6" if line is None else f"{source}:{before + line}"
+            wanted.append((name, where, rule, texts))
+        run = self.check(gate)
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        rows = [row for row in run.stdout.splitlines() if row.startswith(("firmware/", "hal/", "tools/"))]
+        for name, where, rule, texts in wanted:
+            with self.subTest(name):
+                found = [row for row in rows if row.startswith(f"{where}: {rule}: ")]
+                self.assertEqual(len(found), 1, "\n".join(rows))
+                for text in texts:
+                    self.assertIn(text, found[0])
+        blamed = {":".join(row.split(":")[:2]) for row in rows}
+        self.assertEqual(blamed, {where for _, where, _, _ in wanted}, run.stdout)
+
+    def test_good_tree_passes(self):
+        run = self.check()
+        self.assertEqual((run.returncode, run.stderr), (0, ""), run.stdout)
+        self.assertIn("4 sources of firmware and hal pass types, calls, misra", run.stdout)
+        self.assertIn("app_interrupt  firmware/app/app.c\n    drive_step  firmware/drive/drive.c\n"
+                      "        angle_wrap  firmware/math/angle.c\n    hal_write  hal/f28335/pwm.c\n", run.stdout)
+
+    def test_each_fault_of_types_is_found(self):
+        self.assert_each_is_found("types", TYPES)
+
+    def test_each_fault_of_calls_is_found(self):
+        self.assert_each_is_found("calls", CALLS)
+
+    def test_source_that_does_not_compile_has_no_calls(self):
+        before = self.append("hal/f28335/pwm.c", "extern const uint8_t octet;\n")
+        run = self.check("calls")
+        self.assertEqual(run.returncode, 1)
+        self.assertIn(f"hal/f28335/pwm.c:{before + 1}: compiler: unknown type name 'uint8_t'", run.stdout)
+
+    def test_no_interrupt_is_an_error(self):
+        for name in ("firmware/app/app.c", "firmware/app/app.h"):
+            self.write(name, TREE[name].replace("HAL_INTERRUPT ", ""))
+        run = self.check("calls")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("HAL_INTERRUPT", run.stderr)
+
+    @unittest.skipUnless("Cppcheck 2.10" in CPPCHECK, f"MISRA is judged by cppcheck 2.10, not {CPPCHECK}")
+    def test_faults_that_cppcheck_sees(self):
+        before = self.append("hal/f28335/pwm.c", "int f(int x);\nint f(int x)\n{\n    const int a[2] = {1, 2};\n"
+                                                 "    if (x)\n        return a[2];\n    return 0;\n}\n")
+        self.append("tools/target/misra.txt", "15.5  *      any  refused at the top\n"
+                                              "20.5  hal/*  any  there was an #undef once\n")
+        run = self.check("misra")
+        self.assertEqual(run.returncode, 1)
+        rows = [row for row in run.stdout.splitlines() if not row.startswith(("rule", "MISRA"))]
+        self.assertEqual(len(rows), 3, run.stdout)
+        self.assertEqual(rows[0], f"hal/f28335/pwm.c:{before + 5}: misra: rule 14.4 in `if (x)`; mend it, or justify "
+                                  "it in tools/target/misra.txt")
+        self.assertTrue(rows[1].startswith(f"hal/f28335/pwm.c:{before + 6}: cppcheck: arrayIndexOutOfBounds"), rows[1])
+        self.assertEqual(rows[2], "tools/target/misra.txt:7: misra: rule 20.5 is justified for hal/*, where it finds "
+                                  "nothing; take the row out")
+
+    def test_justification_without_a_reason_is_an_error(self):
+        self.append("tools/target/misra.txt", "20.5  hal/*  any\n")
+        run = self.check("misra")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("misra.txt:6: expected `rule  file  what  reason`", run.stderr)
+
+    def test_unknown_gate_is_an_error(self):
+        run = self.check("style")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("no gate 'style': one of types, calls, misra", run.stderr)
+
+    def test_empty_tree_is_an_error(self):
+        shutil.rmtree(self.root / "firmware")
+        shutil.rmtree(self.root / "hal")
+        self.assertEqual(self.check().returncode, 2)
+
+
+if __name__ == "__main__":
+    missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+    if missing:
+        print(f"not checked: this machine has no {', '.join(missing)}")
+        sys.exit(77)
+    unittest.main()

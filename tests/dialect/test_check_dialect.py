@@ -20,6 +20,7 @@ TREE = {
         "float angle_wrap(float x);\n"
         "int32_t angle_turns(int16_t a, int16_t b);\n"
         "const char *angle_name(uint16_t n);\n"
+        "float angle_long(float x);\n"
     ),
     "firmware/math/angle.c": (
         '#include "math/angle.h"\n'
@@ -32,12 +33,20 @@ TREE = {
         "}\n"
         "int32_t angle_turns(int16_t a, int16_t b)\n"
         "{\n"
-        "    return (int32_t)a * b;\n"
+        "    return (int32_t)a * b + ((a > 0) - (a < 0));\n"
         "}\n"
         "const char *angle_name(uint16_t n)\n"
         "{\n"
         '    static const char *const names[] = {"double", "uint8_t 1.0"};\n'
         '    return n < sizeof names / sizeof names[0] ? names[n] : "";\n'
+        "}\n"
+        # So long that the compiler jumps over it by address, which is no call of itself.
+        "float angle_long(float x)\n"
+        "{\n"
+        "    float sum = x;\n"
+        "    if (x > 0.0f) {\n" + "        sum += 0.1f;\n" * 100 +
+        "    }\n"
+        "    return sum;\n"
         "}\n"
     ),
     "firmware/drive/drive.h": "void drive_init(float *state);\nfloat drive_step(float x);\n",
@@ -86,6 +95,7 @@ TREE = {
 MISRA = """\
 2.5   hal/hal.h                 bus_write16      a small tree
 8.9   firmware/app/app.c        state            a small tree
+10.4  firmware/math/angle.c     \\(a > 0\\)        a sign
 11.4  hal/f28335/pwm.c          bus_write16      registers are at fixed addresses
 12.1  firmware/math/angle.c     any              school algebra
 17.7  *                         memcpy           returns its first argument
@@ -260,14 +270,14 @@ class CheckDialect(unittest.TestCase):
         self.assertEqual(rows[0], f"hal/f28335/pwm.c:{before + 5}: misra: rule 14.4 in `if (x)`; mend it, or justify "
                                   "it in tools/target/misra.txt")
         self.assertTrue(rows[1].startswith(f"hal/f28335/pwm.c:{before + 6}: cppcheck: arrayIndexOutOfBounds"), rows[1])
-        self.assertEqual(rows[2], "tools/target/misra.txt:7: misra: rule 20.5 is justified for hal/*, where it finds "
+        self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where it finds "
                                   "nothing; take the row out")
 
     def test_justification_without_a_reason_is_an_error(self):
         self.append("tools/target/misra.txt", "20.5  hal/*  any\n")
         run = self.check("misra")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("misra.txt:6: expected `rule  file  what  reason`", run.stderr)
+        self.assertIn("misra.txt:7: expected `rule  file  what  reason`", run.stderr)
 
     def test_unknown_gate_is_an_error(self):
         run = self.check("style")

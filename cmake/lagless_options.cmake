@@ -25,6 +25,13 @@ endif()
 option(LAGLESS_COVERAGE "Count executed lines" OFF)
 option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 
+# The estimator that the drive and every experiment run on; both twins are always compiled.
+set(LAGLESS_ESTIMATOR float CACHE STRING "Arithmetic of the estimator: float or fixed")
+set_property(CACHE LAGLESS_ESTIMATOR PROPERTY STRINGS float fixed)
+if(NOT LAGLESS_ESTIMATOR MATCHES "^(float|fixed)$")
+    message(FATAL_ERROR "LAGLESS_ESTIMATOR is ${LAGLESS_ESTIMATOR}; it can be float or fixed")
+endif()
+
 add_library(lagless_flags INTERFACE)
 target_compile_options(lagless_flags INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off
     $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes -Wvla>)

@@ -89,7 +89,7 @@ static void retune(drive_t *drive, const params_t *params)
 
     estimator_params_t estimator;
     params_estimator(params, &estimator);
-    estimator_retune(&drive->estimator, &estimator);
+    locator_retune(&drive->estimator, &estimator);
 
     const protection_limits_t limits = {
         .overcurrent = params->overcurrent_trip,
@@ -109,7 +109,7 @@ void drive_init(drive_t *drive, const params_t *params)
     (void)why;
     memset(drive, 0, sizeof *drive);
     retune(drive, params);
-    estimator_reset(&drive->estimator, drive->position, drive->current_ab);
+    locator_reset(&drive->estimator, drive->position, drive->current_ab);
     requests_defaults(&drive->requests);
     drive->state = DRIVE_NOT_READY;
 }
@@ -323,7 +323,7 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
             return GATES_OFF;
         }
         preset_control(drive);
-        estimator_reset(&drive->estimator, drive->encoder_position, drive->current_ab);
+        locator_reset(&drive->estimator, drive->encoder_position, drive->current_ab);
         drive->estimating = 1u;
         enter(drive, DRIVE_OPERATION_ENABLED);
         return GATES_KEEP;
@@ -445,12 +445,12 @@ static void locate(drive_t *drive)
                           drive->duty_prev[1].beta * u_dc - loss.voltage.beta};
     drive->observer_voltage = voltage;
     if (in_doubt(drive, &loss)) {
-        drive->estimate = estimator_coast(&drive->estimator, voltage, drive->current_ab);
+        drive->estimate = locator_coast(&drive->estimator, voltage, drive->current_ab);
     } else {
-        drive->estimate = estimator_step(&drive->estimator, voltage, drive->current_ab);
+        drive->estimate = locator_step(&drive->estimator, voltage, drive->current_ab);
         drive->unjudged++;
         if (drive->unjudged >= JUDGED_PERIODS) {
-            estimator_judge(&drive->estimator, drive->unjudged);
+            locator_judge(&drive->estimator, drive->unjudged);
             drive->unjudged = 0u;
         }
     }

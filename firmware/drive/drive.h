@@ -32,7 +32,7 @@
 #include "drive/protection.h"
 #include "drive/requests.h"
 #include "estimator/encoder.h"
-#include "estimator/estimator.h"
+#include "estimator/locator.h"
 #include "estimator/position.h"
 #include "math/frames.h"
 
@@ -95,7 +95,7 @@ typedef struct {
 
     /* modules */
     encoder_t encoder;
-    estimator_t estimator;
+    locator_t estimator;
     offset_trim_t offset_trim;
     speed_control_t speed_control;
     current_control_t current_control;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "estimator/locator.h"
 
 /* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
  * motor, what its dead time leaves after compensation. */
@@ -160,7 +161,7 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
                       "estimate_speed_min < overspeed_trip", params->estimate_speed_min, 0.0f,
                       params->overspeed_trip);
     }
-    if (!estimator_params_check(&estimator, why)) {
+    if (!locator_params_check(&estimator, why)) {
         return refuse(why, table_by_name(&params_table, row_of(why->field)), REASON_CROSS_RULE, why->rule,
                       why->value, why->min, why->max);
     }

@@ -1,0 +1,26 @@
+/* Lag and attenuation of the observer in fixed point: the twin of estimator/lag.h, eqs. (13), (14). Angles
+ * are binary, speeds are turns per period (Q32), both of formats.h.
+ *
+ * Beyond the formats: the vector that undoes the observer is cut to +-128 (Q24), the EMF to +-SAMPLE_LARGEST.
+ * The modes of the paper turn by a unit vector and need no angle. */
+#ifndef ESTIMATOR_FIXED_LAG_Q_H
+#define ESTIMATOR_FIXED_LAG_Q_H
+
+#include <stdint.h>
+
+#include "estimator/fixed/smo_q.h"
+#include "estimator/lag.h"
+
+/* What to add to the angle of e_hat, modulo a turn. One division: for resets. */
+uint32_t lag_angle_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e);
+
+/* |e_hat|/|e|, Q24. */
+int32_t lag_attenuation_q(const smo_q_t *smo, int32_t omega_e);
+
+/* The EMF of t_k, lag and attenuation undone; no division. */
+ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e);
+
+/* LAG_EXACT backwards, for resets. One division. */
+void lag_make_q(const smo_q_t *smo, int32_t omega_e, ab_q_t emf, ab_q_t *switched, ab_q_t *emf_hat);
+
+#endif

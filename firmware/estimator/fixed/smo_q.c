@@ -1,0 +1,271 @@
+#include "estimator/fixed/smo_q.h"
+
+#include <stdbool.h>
+
+#include "math/root_q.h"
+#include "math/tanh_q.h"
+
+/* Bits that the means keep for their quotient; below 2^MEAN_BITS counts of 2^-57 there is nothing to weight
+ * with.
+ */
+#define MEAN_BITS 24
+
+/* Largest (|emf|/k_s)^2 that a reset inverts the switching function for, and its Newton steps: as smo.c. */
+#define RESET_SQUARE_MAX Q_CONST(UNIT_Q, 0.98f)
+#define RESET_STEPS      10
+#define RESET_Q          27 /* of tanh's argument, squared: up to 16 */
+
+void smo_retune_q(smo_q_t *smo, const smo_params_q_t *params)
+{
+    smo->params = *params;
+    smo->mean_product.alpha = params->mean_share;
+    smo->mean_square.alpha = params->mean_share;
+}
+
+/* 1/value for value >= 2 counts: value 2^n in Q(n + m) makes 2^m. */
+static root_q_t reciprocal(int32_t value)
+{
+    return inverse_root_q(q_square(value));
+}
+
+static int32_t sign_of(int32_t x)
+{
+    return (x > 0) - (x < 0);
+}
+
+/* 1/|x| as a k_f of one axis, capped. Below 2^-11 it does not fit. */
+static int32_t sign_gain(const smo_q_t *smo, int32_t x)
+{
+    int32_t length = q_magnitude(x);
+    if (length < Q_ONE(CURRENT_Q - 11)) {
+        return smo->params.axis_gain_largest;
+    }
+    root_q_t inverse = reciprocal(length);
+    int64_t gain =
+        q_round(q_product(inverse.mantissa, Q_ONE(20)), 81 - CURRENT_Q - AXIS_GAIN_Q - inverse.shift);
+    return (int32_t)q_clamp_long(gain, smo->params.axis_gain_largest);
+}
+
+/* a_f/2 times a component of the error. */
+static int32_t stretched(const smo_q_t *smo, int32_t x)
+{
+    return q_multiply_saturated(smo->params.half_slope, x, SLOPE_Q + CURRENT_Q - STRETCHED_Q);
+}
+
+/* a_f/2 tanh(y)/y as k_f. */
+static int32_t gain_of(const smo_q_t *smo, int32_t ratio)
+{
+    return q_multiply(smo->params.half_slope, ratio, SLOPE_Q + UNIT_Q - IMPEDANCE_Q);
+}
+
+static ab_q_t switch_vector(smo_q_t *smo, ab_q_t x)
+{
+    int32_t ratio = tanh_ratio_q(q_square_sum(stretched(smo, x.alpha), stretched(smo, x.beta)));
+    int32_t k_f = gain_of(smo, ratio);
+    int32_t g = q_multiply(smo->params.gain, k_f, GAIN_Q);
+    smo->gain_mean = k_f;
+    return (ab_q_t){q_multiply_saturated(g, x.alpha, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q),
+                    q_multiply_saturated(g, x.beta, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q)};
+}
+
+/* One axis: f in Q30, and its k_f. */
+static int32_t switch_axis(const smo_q_t *smo, int32_t x, int32_t *k_f)
+{
+    if (smo->params.switching == (int32_t)SMO_SIGN) {
+        *k_f = sign_gain(smo, x);
+        return sign_of(x) * Q_ONE(UNIT_Q);
+    }
+    int32_t y = stretched(smo, x);
+    int32_t ratio = tanh_ratio_q(q_square(y));
+    *k_f = gain_of(smo, ratio) >> (IMPEDANCE_Q - AXIS_GAIN_Q);
+    return q_clamp(q_multiply_saturated(ratio, y, STRETCHED_Q), Q_ONE(UNIT_Q));
+}
+
+/* product/square of the two means as a k_f, not above `largest`. */
+static int32_t weighted(int64_t product, int64_t square, int32_t largest)
+{
+    if (square < (INT64_C(1) << MEAN_BITS)) {
+        return largest;
+    }
+    int32_t spare = 64 - MEAN_BITS - q_leading_zeros((uint64_t)square);
+    int32_t denominator = q_saturate(spare > 0 ? q_floor(square, spare) : square);
+    int64_t numerator = spare > 0 ? q_floor(product, spare) : product;
+    if (numerator <= 0 || numerator >= q_round(q_product(largest, denominator), IMPEDANCE_Q)) {
+        return largest;
+    }
+    root_q_t inverse = reciprocal(denominator);
+    int32_t reach = q_saturate(numerator);
+    return q_saturate(q_round(q_product(reach, inverse.mantissa), 61 - IMPEDANCE_Q - inverse.shift));
+}
+
+static int32_t within_filter(int64_t value)
+{
+    return (int32_t)q_clamp_long(value, FILTER_Q_LARGEST);
+}
+
+/* v and k_f of the forms that act on each axis; `settled`: the means are those of this sample. */
+static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
+{
+    int32_t alpha = switch_axis(smo, x.alpha, &smo->gain_axis.alpha);
+    int32_t beta = switch_axis(smo, x.beta, &smo->gain_axis.beta);
+    int32_t product =
+        within_filter(q_round(q_product(alpha, x.alpha), UNIT_Q) + q_round(q_product(beta, x.beta), UNIT_Q));
+    int32_t square = within_filter(q_round((int64_t)smo->error_square, CURRENT_Q));
+    if (settled) {
+        lowpass_reset_q(&smo->mean_product, product);
+        lowpass_reset_q(&smo->mean_square, square);
+    } else {
+        (void)lowpass_step_q(&smo->mean_product, product);
+        (void)lowpass_step_q(&smo->mean_square, square);
+    }
+    int32_t largest =
+        smo->params.switching == (int32_t)SMO_SIGN ? smo->params.gain_largest : gain_of(smo, Q_ONE(UNIT_Q));
+    smo->gain_mean = weighted(smo->mean_product.value, smo->mean_square.value, largest);
+    return (ab_q_t){q_multiply(smo->params.gain, alpha, GAIN_Q + UNIT_Q - VOLTAGE_Q),
+                    q_multiply(smo->params.gain, beta, GAIN_Q + UNIT_Q - VOLTAGE_Q)};
+}
+
+void smo_init_q(smo_q_t *smo, const smo_params_q_t *params)
+{
+    const ab_q_t none = {0, 0};
+    smo_retune_q(smo, params);
+    smo->gain_axis = none;
+    lowpass_reset_q(&smo->mean_product, 0);
+    lowpass_reset_q(&smo->mean_square, 0);
+    smo_reset_q(smo, none, none);
+}
+
+/* tanh(y)/y, Q30, at the y where tanh(y)^2 = `square`; Newton's method as in smo.c. */
+static int32_t settled_ratio(int32_t square)
+{
+    int32_t target = q_clamp(square, RESET_SQUARE_MAX);
+    int32_t z = target >> (UNIT_Q - RESET_Q);
+    int32_t ratio = tanh_ratio_q((uint64_t)z << (TANH_Q_SQUARE - RESET_Q));
+    for (int32_t n = 0; n < RESET_STEPS; n++) {
+        int32_t ratio_square = q_multiply(ratio, ratio, UNIT_Q);
+        int32_t reached = q_clamp(q_multiply_saturated(z, ratio_square, RESET_Q), RESET_SQUARE_MAX);
+        int32_t slope = q_multiply(ratio, Q_ONE(UNIT_Q) - reached, UNIT_Q);
+        int64_t way = (int64_t)(target - reached) * Q_ONE(RESET_Q) / (slope > 0 ? slope : 1);
+        int64_t to = z + way;
+        z = to < 0 ? 0 : q_saturate(to);
+        ratio = tanh_ratio_q((uint64_t)z << (TANH_Q_SQUARE - RESET_Q));
+    }
+    return ratio;
+}
+
+/* f/(a_f/2 ratio), within the range of the error. */
+static int32_t error_for(const smo_q_t *smo, int32_t f, int32_t ratio)
+{
+    int32_t slope = q_multiply(smo->params.half_slope, ratio, UNIT_Q);
+    int64_t x = q_product(f, Q_ONE(SLOPE_Q + CURRENT_Q - UNIT_Q)) / (slope > 0 ? slope : 1);
+    return (int32_t)q_clamp_long(x, SAMPLE_LARGEST - 1);
+}
+
+static int32_t share_of_gain(const smo_q_t *smo, int32_t v)
+{
+    int64_t f = q_product(v, Q_ONE(GAIN_Q + UNIT_Q - VOLTAGE_Q - 2)) / smo->params.gain * 4;
+    return (int32_t)q_clamp_long(f, Q_ONE(UNIT_Q));
+}
+
+static int32_t to_unit(uint64_t square)
+{
+    uint64_t unit = square >> UNIT_Q;
+    return unit > (uint64_t)Q_ONE(UNIT_Q) ? Q_ONE(UNIT_Q) : (int32_t)unit;
+}
+
+void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
+{
+    ab_q_t f = {share_of_gain(smo, switched.alpha), share_of_gain(smo, switched.beta)};
+    ab_q_t x = {0, 0};
+    switch ((smo_switching_t)smo->params.switching) {
+    case SMO_SIGN:
+        break;
+    case SMO_SIGMOID:
+        x.alpha = error_for(smo, f.alpha, settled_ratio(to_unit(q_square(f.alpha))));
+        x.beta = error_for(smo, f.beta, settled_ratio(to_unit(q_square(f.beta))));
+        break;
+    case SMO_SIGMOID_VECTOR: {
+        int32_t ratio = settled_ratio(to_unit(q_square_sum(f.alpha, f.beta)));
+        x.alpha = error_for(smo, f.alpha, ratio);
+        x.beta = error_for(smo, f.beta, ratio);
+        break;
+    }
+    }
+
+    smo->current_err = x;
+    smo->current_hat.alpha = q_clamp(current.alpha, SAMPLE_LARGEST) + x.alpha;
+    smo->current_hat.beta = q_clamp(current.beta, SAMPLE_LARGEST) + x.beta;
+    smo->error_square = q_square_sum(x.alpha, x.beta);
+    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo->switched = switch_vector(smo, x);
+    } else {
+        smo->switched = switch_axes(smo, x, true);
+    }
+    if (smo->params.switching == (int32_t)SMO_SIGN) {
+        smo->switched = switched;
+    }
+    smo->emf_hat = emf_hat;
+    smo->passed_over = 0u;
+}
+
+void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf)
+{
+    smo_preset_q(smo, current, emf, emf);
+    smo->emf_hat = smo->switched;
+}
+
+/* i_hat(k) of one axis: a i + b (u - v) as in smo.c. */
+static int32_t predicted(const smo_q_t *smo, int32_t hat, int32_t voltage, int32_t v)
+{
+    int64_t drop = q_round(q_product(smo->params.resistance, hat), IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q);
+    int32_t driving = q_saturate((int64_t)voltage - v - drop);
+    return q_add(hat, q_multiply(smo->params.voltage_gain, driving, GAIN_Q + VOLTAGE_Q - CURRENT_Q));
+}
+
+static int32_t filtered(const smo_q_t *smo, int32_t v, int32_t emf_hat)
+{
+    return q_add(v, q_multiply(smo->params.emf_decay, q_subtract(emf_hat, v), SHARE_Q));
+}
+
+static bool measured(int32_t sample)
+{
+    return q_magnitude(sample) <= SAMPLE_LARGEST;
+}
+
+ab_q_t smo_step_q(smo_q_t *smo, ab_q_t voltage, ab_q_t current)
+{
+    if (!measured(voltage.alpha) || !measured(voltage.beta) || !measured(current.alpha) ||
+        !measured(current.beta)) {
+        smo->passed_over = 1u;
+        return smo->emf_hat;
+    }
+
+    ab_q_t v = smo->switched;
+    ab_q_t x;
+    x.alpha =
+        q_clamp(q_subtract(predicted(smo, smo->current_hat.alpha, voltage.alpha, v.alpha), current.alpha),
+                SAMPLE_LARGEST - 1);
+    x.beta = q_clamp(q_subtract(predicted(smo, smo->current_hat.beta, voltage.beta, v.beta), current.beta),
+                     SAMPLE_LARGEST - 1);
+    smo->passed_over = 0u;
+    smo->current_hat = (ab_q_t){q_add(current.alpha, x.alpha), q_add(current.beta, x.beta)};
+    smo->current_err = x;
+    smo->error_square = q_square_sum(x.alpha, x.beta);
+    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        v = switch_vector(smo, x);
+    } else {
+        v = switch_axes(smo, x, false);
+    }
+    smo->switched = v;
+    if (smo->params.filtering != 0u) {
+        v.alpha = filtered(smo, v.alpha, smo->emf_hat.alpha);
+        v.beta = filtered(smo, v.beta, smo->emf_hat.beta);
+    }
+    smo->emf_hat = v;
+    return v;
+}
+
+int32_t smo_equivalent_gain_q(const smo_q_t *smo)
+{
+    return smo->gain_mean;
+}

@@ -1,0 +1,160 @@
+/* Arithmetic of the fixed-point modules: numbers in Q formats, products of 64 bits, saturation, binary
+ * angles.
+ *
+ * A number in Qn is an int32_t that counts in units of 2^-n of its base (estimator/fixed/formats.h). A
+ * product of Qm and Qn is Qm+n in 64 bits; q_round() brings it back, to the nearest, halves upward. An angle
+ * is a uint32_t that counts in 2^-32 of a turn: it wraps by itself.
+ *
+ * Nothing here is undefined or depends on the compiler: no shift of a negative number but in q_floor(), no
+ * signed overflow, no conversion that does not fit. Each function states what it saturates and what its
+ * caller must see to; tools/check-values proves that the callers do. No state, no float. */
+#ifndef MATH_Q_H
+#define MATH_Q_H
+
+#include <stdint.h>
+
+#define Q_LARGEST INT32_MAX
+
+/* 1 in Qn. */
+#define Q_ONE(n) (INT32_C(1) << (n))
+
+/* A constant in Qn, rounded; |value| 2^n must be below 2^31. Folded by the compiler. */
+#define Q_CONST(n, value) ((int32_t)((value) * (float)(INT32_C(1) << (n)) + ((value) < 0.0f ? -0.5f : 0.5f)))
+
+/* floor(x / 2^n), n in 1..62, without the shift of a negative number: made positive first. */
+static inline int64_t q_floor_raised(int64_t x, int32_t n)
+{
+    uint64_t raised = (uint64_t)x + (UINT64_C(1) << 63);
+    return (int64_t)(raised >> n) - (INT64_C(1) << (63 - n));
+}
+
+/* The same. What >> does to a negative number is the compiler's choice; it knows when it compiles. */
+static inline int64_t q_floor(int64_t x, int32_t n)
+{
+    return (INT64_C(-3) >> 1) == INT64_C(-2) ? x >> n : q_floor_raised(x, n);
+}
+
+/* x / 2^n to the nearest, n in 1..62; x + 2^(n-1) must fit. */
+static inline int64_t q_round(int64_t x, int32_t n)
+{
+    return q_floor(x + (INT64_C(1) << (n - 1)), n);
+}
+
+/* x within +-Q_LARGEST. */
+static inline int32_t q_saturate(int64_t x)
+{
+    if (x > Q_LARGEST) {
+        return Q_LARGEST;
+    }
+    return x < -Q_LARGEST ? -Q_LARGEST : (int32_t)x;
+}
+
+/* x within +-limit; limit >= 0. */
+static inline int32_t q_clamp(int32_t x, int32_t limit)
+{
+    int32_t upper = x < limit ? x : limit;
+    return upper > -limit ? upper : -limit;
+}
+
+static inline int64_t q_clamp_long(int64_t x, int64_t limit)
+{
+    int64_t upper = x < limit ? x : limit;
+    return upper > -limit ? upper : -limit;
+}
+
+/* |x|; of INT32_MIN: Q_LARGEST. */
+static inline int32_t q_magnitude(int32_t x)
+{
+    if (x >= 0) {
+        return x;
+    }
+    return x < -Q_LARGEST ? Q_LARGEST : -x;
+}
+
+static inline int64_t q_product(int32_t a, int32_t b)
+{
+    return (int64_t)a * b;
+}
+
+/* a b / 2^n to the nearest; the result must fit. */
+static inline int32_t q_multiply(int32_t a, int32_t b, int32_t n)
+{
+    return (int32_t)q_round(q_product(a, b), n);
+}
+
+/* The same, saturated. */
+static inline int32_t q_multiply_saturated(int32_t a, int32_t b, int32_t n)
+{
+    return q_saturate(q_round(q_product(a, b), n));
+}
+
+/* a + b, a - b, saturated. */
+static inline int32_t q_add(int32_t a, int32_t b)
+{
+    return q_saturate((int64_t)a + b);
+}
+
+static inline int32_t q_subtract(int32_t a, int32_t b)
+{
+    return q_saturate((int64_t)a - b);
+}
+
+/* x^2, x^2 + y^2; fit always. INT32_MIN counts as -Q_LARGEST. */
+static inline uint64_t q_square(int32_t x)
+{
+    uint32_t length = (uint32_t)q_magnitude(x);
+    return (uint64_t)length * length;
+}
+
+static inline uint64_t q_square_sum(int32_t x, int32_t y)
+{
+    return q_square(x) + q_square(y);
+}
+
+/* An angle as a number from -1/2 to below 1/2 turn, and back. */
+static inline int32_t q_signed(uint32_t angle)
+{
+    return angle > UINT32_C(0x7fffffff) ? -(int32_t)(UINT32_C(0xffffffff) - angle) - 1 : (int32_t)angle;
+}
+
+/* How many bits of x are zero before its first one: 0..63; of 0: 63. Six compares. */
+static inline int32_t q_leading_zeros(uint64_t x)
+{
+    int32_t zeros = 0;
+    uint32_t high = (uint32_t)(x >> 32);
+    if (high == 0u) {
+        zeros = 32;
+        high = (uint32_t)x;
+    }
+    if (high < UINT32_C(0x10000)) {
+        zeros += 16;
+        high <<= 16;
+    }
+    if (high < UINT32_C(0x1000000)) {
+        zeros += 8;
+        high <<= 8;
+    }
+    if (high < UINT32_C(0x10000000)) {
+        zeros += 4;
+        high <<= 4;
+    }
+    if (high < UINT32_C(0x40000000)) {
+        zeros += 2;
+        high <<= 2;
+    }
+    return zeros + (high < UINT32_C(0x80000000));
+}
+
+/* A coefficient whose size is not known beforehand: mantissa 2^-shift. */
+typedef struct {
+    int32_t mantissa; /* 2^30..2^31 - 1, or 0 [-] */
+    int32_t shift;    /* 1..62 [-] */
+} q_scale_t;
+
+/* x times the coefficient, in the format of x moved by what its maker meant; fits in 64 bits always. */
+static inline int64_t q_scaled(int32_t x, q_scale_t scale)
+{
+    return q_round(q_product(x, scale.mantissa), scale.shift);
+}
+
+#endif

@@ -1,0 +1,323 @@
+/* Integer arithmetic against 128-bit integers and double libm: exhaustive where the domain is small, else by
+ * a dense sweep and a fixed-seed draw. */
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <unity.h>
+
+#include "math/filter_q.h"
+#include "math/frames_q.h"
+#include "math/q.h"
+#include "math/root_q.h"
+#include "math/tanh_q.h"
+#include "math/trig_q.h"
+
+#define PI   3.14159265358979323846
+#define TURN 4294967296.0
+
+static uint64_t seed;
+
+void setUp(void)
+{
+    seed = UINT64_C(2026);
+}
+
+void tearDown(void)
+{
+}
+
+static uint64_t draw(void)
+{
+    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (seed >> 32) | (seed << 32);
+}
+
+/* Of every size, either sign. */
+static int64_t draw_signed(void)
+{
+    uint64_t bits = draw() >> (draw() % 64u);
+    int64_t positive = (int64_t)(bits >> 1);
+    return draw() % 2u ? -positive : positive;
+}
+
+static int32_t draw_short(void)
+{
+    return (int32_t)(draw_signed() % INT64_C(0x80000000));
+}
+
+static void check_at_most(double limit, double value, const char *what)
+{
+    char text[120];
+    snprintf(text, sizeof text, "%s: %.4g, limit %.4g", what, value, limit);
+    printf("%s\n", text);
+    TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
+}
+
+/* floor by division, which C defines. */
+static int64_t floor_by_division(int64_t x, int32_t n)
+{
+    int64_t divisor = INT64_C(1) << n;
+    int64_t quotient = x / divisor;
+    return quotient - (x % divisor < 0);
+}
+
+static void test_floor_is_that_of_division(void)
+{
+    static const int64_t edges[] = {0, 1, -1, 2, -2, INT64_MAX, INT64_MIN, INT64_MIN + 1, INT64_MAX - 1};
+    for (int32_t n = 1; n <= 62; n++) {
+        for (unsigned m = 0; m < sizeof edges / sizeof edges[0]; m++) {
+            TEST_ASSERT_EQUAL_INT64(floor_by_division(edges[m], n), q_floor(edges[m], n));
+            TEST_ASSERT_EQUAL_INT64(floor_by_division(edges[m], n), q_floor_raised(edges[m], n));
+        }
+        for (int m = 0; m < 2000; m++) {
+            int64_t x = draw_signed();
+            TEST_ASSERT_EQUAL_INT64(floor_by_division(x, n), q_floor(x, n));
+            TEST_ASSERT_EQUAL_INT64(floor_by_division(x, n), q_floor_raised(x, n));
+        }
+    }
+}
+
+static void test_round_goes_to_the_nearest_halves_up(void)
+{
+    static const struct {
+        int64_t x;
+        int32_t n;
+        int64_t expected;
+    } rows[] = {{3, 1, 2},   {-3, 1, -1}, {1, 1, 1},   {-1, 1, 0},  {5, 2, 1},    {6, 2, 2},
+                {-5, 2, -1}, {-6, 2, -1}, {-7, 2, -2}, {127, 8, 0}, {-128, 8, 0}, {-129, 8, -1}};
+    for (unsigned m = 0; m < sizeof rows / sizeof rows[0]; m++) {
+        TEST_ASSERT_EQUAL_INT64(rows[m].expected, q_round(rows[m].x, rows[m].n));
+    }
+}
+
+static void test_saturation_is_symmetric(void)
+{
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_saturate(INT64_C(0x7fffffff)));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_saturate(INT64_C(0x80000000)));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_saturate(INT64_MAX));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, q_saturate(-INT64_C(0x7fffffff)));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, q_saturate(-INT64_C(0x80000000)));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, q_saturate(INT64_MIN));
+    TEST_ASSERT_EQUAL_INT32(-5, q_saturate(-5));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_add(INT32_MAX, 1));
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, q_subtract(-INT32_MAX, 2));
+    TEST_ASSERT_EQUAL_INT32(7, q_clamp(9, 7));
+    TEST_ASSERT_EQUAL_INT32(-7, q_clamp(INT32_MIN, 7));
+    TEST_ASSERT_EQUAL_INT64(-7, q_clamp_long(INT64_MIN, 7));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_magnitude(INT32_MIN));
+    TEST_ASSERT_EQUAL_INT32(3, q_magnitude(-3));
+}
+
+static void test_products_keep_all_their_bits(void)
+{
+    TEST_ASSERT_EQUAL_INT64(INT64_C(4611686018427387904), q_product(INT32_MIN, INT32_MIN));
+    TEST_ASSERT_EQUAL_UINT64(UINT64_C(0x7ffffffe00000002), q_square_sum(INT32_MIN, INT32_MAX));
+    for (int m = 0; m < 100000; m++) {
+        int32_t a = draw_short();
+        int32_t b = draw_short();
+        TEST_ASSERT_DOUBLE_WITHIN(0.5000001, (double)a * b / 2147483648.0, (double)q_multiply(a, b, 31));
+    }
+}
+
+static void test_signed_angle_is_the_same_angle(void)
+{
+    TEST_ASSERT_EQUAL_INT32(INT32_MIN, q_signed(UINT32_C(0x80000000)));
+    TEST_ASSERT_EQUAL_INT32(-1, q_signed(UINT32_C(0xffffffff)));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, q_signed(UINT32_C(0x7fffffff)));
+    for (int m = 0; m < 10000; m++) {
+        uint32_t angle = (uint32_t)draw();
+        TEST_ASSERT_EQUAL_UINT32(angle, (uint32_t)q_signed(angle));
+    }
+}
+
+static void test_leading_zeros_of_every_bit(void)
+{
+    TEST_ASSERT_EQUAL_INT32(63, q_leading_zeros(0));
+    for (int32_t bit = 0; bit < 64; bit++) {
+        uint64_t x = UINT64_C(1) << bit;
+        TEST_ASSERT_EQUAL_INT32(63 - bit, q_leading_zeros(x));
+        TEST_ASSERT_EQUAL_INT32(63 - bit, q_leading_zeros(x | (x - 1u)));
+    }
+}
+
+/* Every first 20 bits of every size. */
+static void test_inverse_root_is_within_its_bound(void)
+{
+    double worst = 0.0;
+    double worst_root = 0.0;
+    for (int32_t shift = 0; shift < 62; shift++) {
+        for (uint64_t m = 0; m < 3000; m++) {
+            uint64_t square = ((UINT64_C(1) << 62) + (draw() >> 2) * 3u / 1u) >> shift;
+            square = m % 2u ? square : ((UINT64_C(1) << 62) + m * (UINT64_C(1) << 50)) >> shift;
+            square = square < ROOT_Q_SMALLEST ? ROOT_Q_SMALLEST : square;
+            root_q_t root = inverse_root_q(square);
+            TEST_ASSERT_TRUE(root.shift >= 0 && root.shift <= 30);
+            TEST_ASSERT_TRUE(root.mantissa >= (INT32_C(1) << 29) && root.mantissa <= (INT32_C(1) << 30));
+            double value = ldexp((double)root.mantissa, (int)root.shift - 61);
+            worst = fmax(worst, fabs(value * sqrt((double)square) - 1.0));
+            double exact = sqrt((double)square);
+            double off = fabs((double)root_q(square) - exact) - 1.0;
+            worst_root = fmax(worst_root, off / exact);
+        }
+    }
+    check_at_most(2e-8, worst, "1/sqrt");
+    check_at_most(2e-8, worst_root, "sqrt beyond one unit");
+}
+
+static void test_root_of_the_smallest_and_largest(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0, root_q(0));
+    TEST_ASSERT_UINT32_WITHIN(1, 1, root_q(1));
+    TEST_ASSERT_EQUAL_UINT32(2, root_q(4));
+    TEST_ASSERT_UINT32_WITHIN(100, UINT32_MAX, root_q(UINT64_MAX));
+}
+
+/* Every 2^-16 up to 2, then every 2^-16 of its size. */
+static void test_tanh_ratio_is_within_its_bound(void)
+{
+    double worst[3] = {0.0, 0.0, 0.0};
+    int32_t before = INT32_C(1) << 30;
+    TEST_ASSERT_EQUAL_INT32(before, tanh_ratio_q(0));
+    for (double z = 1.0 / 65536.0; z < 1e6; z += fmax(1.0, z) / 65536.0) {
+        uint64_t square = (uint64_t)ldexp(z, TANH_Q_SQUARE);
+        double x = sqrt(ldexp((double)square, -TANH_Q_SQUARE));
+        int32_t found = tanh_ratio_q(square);
+        double unit = 1.0 / 1073741824.0;
+        double off = fmax(0.0, fabs((double)found * unit - tanh(x) / x) - 2.0 * unit) * x / tanh(x);
+        int part = z < 2.0 ? 0 : (z < 64.0 ? 1 : 2);
+        worst[part] = fmax(worst[part], off);
+        /* Falling, but for the parabolas' seams and the rounding. */
+        TEST_ASSERT_TRUE((double)found <= (double)before * (1.0 + 4e-7));
+        before = found;
+    }
+    check_at_most(8e-7, worst[0], "tanh(x)/x below 2");
+    check_at_most(4.5e-6, worst[1], "tanh(x)/x below 64");
+    check_at_most(3e-7, worst[2], "tanh(x)/x beyond");
+    TEST_ASSERT_TRUE(tanh_ratio_q(UINT64_MAX) > 0);
+}
+
+static void test_rotation_is_within_its_bound(void)
+{
+    double worst = 0.0;
+    for (uint64_t n = 0; n < (UINT64_C(1) << 32); n += 2039u) {
+        rotation_q_t found = trig_rotation_q((uint32_t)n);
+        double angle = 2.0 * PI * (double)n / TURN;
+        worst = fmax(worst, fabs((double)found.sin / 1073741824.0 - sin(angle)));
+        worst = fmax(worst, fabs((double)found.cos / 1073741824.0 - cos(angle)));
+    }
+    check_at_most(6e-9, worst, "sine and cosine");
+}
+
+static void test_rotation_is_exact_at_quarters_and_symmetric(void)
+{
+    static const int32_t one = INT32_C(1) << 30;
+    static const int32_t sines[] = {0, 1, 0, -1};
+    for (uint32_t n = 0; n < 4u; n++) {
+        rotation_q_t found = trig_rotation_q(n << 30);
+        TEST_ASSERT_EQUAL_INT32(one * sines[n], found.sin);
+        TEST_ASSERT_EQUAL_INT32(one * sines[(n + 1u) % 4u], found.cos);
+    }
+    for (int m = 0; m < 100000; m++) {
+        uint32_t angle = (uint32_t)draw();
+        rotation_q_t found = trig_rotation_q(angle);
+        rotation_q_t opposite = trig_rotation_q(angle + UINT32_C(0x80000000));
+        TEST_ASSERT_EQUAL_INT32(-found.sin, opposite.sin);
+        TEST_ASSERT_EQUAL_INT32(-found.cos, opposite.cos);
+    }
+}
+
+static double apart(uint32_t a, uint32_t b)
+{
+    return fabs((double)q_signed(a - b)) * 2.0 * PI / TURN;
+}
+
+static void test_arc_tangent_is_within_its_bound(void)
+{
+    double worst = 0.0;
+    for (uint64_t n = 0; n < (UINT64_C(1) << 32); n += 40009u) {
+        double angle = 2.0 * PI * (double)n / TURN;
+        int32_t y = (int32_t)lrint(2147483000.0 * sin(angle));
+        int32_t x = (int32_t)lrint(2147483000.0 * cos(angle));
+        worst = fmax(worst, apart(trig_atan2_q(y, x), (uint32_t)n));
+    }
+    check_at_most(1.2e-7, worst, "arc tangent");
+}
+
+static void test_arc_tangent_at_the_edges(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0, trig_atan2_q(0, 0));
+    TEST_ASSERT_EQUAL_UINT32(0, trig_atan2_q(0, 5));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x80000000), trig_atan2_q(0, -5));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x40000000), trig_atan2_q(7, 0));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xc0000000), trig_atan2_q(-7, 0));
+    TEST_ASSERT_TRUE(apart(trig_atan2_q(INT32_MIN, INT32_MIN), UINT32_C(0xa0000000)) < 1.2e-7);
+}
+
+static void test_park_turns_and_saturates(void)
+{
+    /* 30 degrees */
+    rotation_q_t angle = trig_rotation_q(UINT32_C(0x15555555));
+    dq_q_t found = frames_park_q((ab_q_t){1000000, 2000000}, angle);
+    TEST_ASSERT_INT32_WITHIN(1, 1866025, found.d); /* 1e6 cos 30 + 2e6 sin 30 */
+    TEST_ASSERT_INT32_WITHIN(1, 1232051, found.q); /* 2e6 cos 30 - 1e6 sin 30 */
+    rotation_q_t eighth = trig_rotation_q(UINT32_C(0x20000000));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, frames_park_q((ab_q_t){INT32_MAX, INT32_MAX}, eighth).d);
+    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, frames_park_q((ab_q_t){INT32_MAX, INT32_MIN}, eighth).q);
+}
+
+/* The smallest coefficient still reaches its input: there is no dead zone. 1 - (1 - 2^-20)^n of 1000 counts.
+ */
+static void test_filter_has_no_dead_zone(void)
+{
+    lowpass_q_t filter = {.alpha = INT32_C(1) << 11};
+    lowpass_reset_q(&filter, 0);
+    for (int32_t n = 0; n < (INT32_C(1) << 24); n++) {
+        (void)lowpass_step_q(&filter, 1000);
+    }
+    TEST_ASSERT_EQUAL_INT32(1000, lowpass_value_q(&filter));
+    lowpass_reset_q(&filter, -7);
+    TEST_ASSERT_EQUAL_INT32(-7, lowpass_value_q(&filter));
+}
+
+static void test_filter_follows_its_exponential(void)
+{
+    lowpass_q_t filter = {.alpha = INT32_C(21474836)}; /* 0.01 */
+    lowpass_reset_q(&filter, 0);
+    for (int n = 1; n <= 1000; n++) {
+        double expected = 1e9 * (1.0 - pow(1.0 - 21474836.0 / 2147483648.0, n));
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, expected, (double)lowpass_step_q(&filter, 1000000000));
+    }
+}
+
+static void test_filter_stays_in_range_for_every_input(void)
+{
+    lowpass_q_t filter = {.alpha = INT32_MAX};
+    lowpass_reset_q(&filter, INT32_MIN);
+    for (int m = 0; m < 100000; m++) {
+        int32_t value = lowpass_step_q(&filter, m % 3 ? INT32_MIN : INT32_MAX);
+        TEST_ASSERT_TRUE(value >= -FILTER_Q_LARGEST && value <= FILTER_Q_LARGEST);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_floor_is_that_of_division);
+    RUN_TEST(test_round_goes_to_the_nearest_halves_up);
+    RUN_TEST(test_saturation_is_symmetric);
+    RUN_TEST(test_products_keep_all_their_bits);
+    RUN_TEST(test_signed_angle_is_the_same_angle);
+    RUN_TEST(test_leading_zeros_of_every_bit);
+    RUN_TEST(test_inverse_root_is_within_its_bound);
+    RUN_TEST(test_root_of_the_smallest_and_largest);
+    RUN_TEST(test_tanh_ratio_is_within_its_bound);
+    RUN_TEST(test_rotation_is_within_its_bound);
+    RUN_TEST(test_rotation_is_exact_at_quarters_and_symmetric);
+    RUN_TEST(test_arc_tangent_is_within_its_bound);
+    RUN_TEST(test_arc_tangent_at_the_edges);
+    RUN_TEST(test_park_turns_and_saturates);
+    RUN_TEST(test_filter_has_no_dead_zone);
+    RUN_TEST(test_filter_follows_its_exponential);
+    RUN_TEST(test_filter_stays_in_range_for_every_input);
+    return UNITY_END();
+}

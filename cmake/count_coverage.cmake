@@ -9,7 +9,7 @@ if(stale)
 endif()
 
 execute_process(COMMAND "${CTEST}" --test-dir "${BUILD}" --output-on-failure
-        --label-regex "^(unit|hal|rig)$" --parallel ${jobs} RESULT_VARIABLE failed)
+        --label-regex "^(unit|hal|rig|fixed)$" --exclude-regex "^(values|no_float)$" --parallel ${jobs} RESULT_VARIABLE failed)
 if(failed)
     message(FATAL_ERROR "coverage: the tests failed")
 endif()

@@ -26,20 +26,3 @@ void current_control_reset(current_control_t *control, dq_t integral)
     control->voltage_ref.d = 0.0f;
     control->voltage_ref.q = 0.0f;
 }
-
-dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current, float omega_e)
-{
-    float flux_d = control->inductance_d * current.d + control->flux_linkage;
-    float flux_q = control->inductance_q * current.q;
-    control->current_err.d = reference.d - current.d;
-    control->current_err.q = reference.q - current.q;
-    control->voltage_ref.d = pi_output(&control->d, control->current_err.d) - omega_e * flux_q;
-    control->voltage_ref.q = pi_output(&control->q, control->current_err.q) + omega_e * flux_d;
-    return control->voltage_ref;
-}
-
-void current_control_applied(current_control_t *control, dq_t applied)
-{
-    pi_update(&control->d, control->current_err.d, applied.d - control->voltage_ref.d);
-    pi_update(&control->q, control->current_err.q, applied.q - control->voltage_ref.q);
-}

@@ -18,6 +18,7 @@
 #ifndef CONTROL_DEAD_TIME_H
 #define CONTROL_DEAD_TIME_H
 
+#include "math/bounds.h"
 #include "math/frames.h"
 
 typedef struct {
@@ -33,6 +34,7 @@ typedef struct {
 typedef struct {
     float volt_per_volt; /* gain T_e/T_s [-] */
     float drop;          /* gain drop [V] */
+    float zone;          /* [A] */
     float per_zone;      /* 1/zone [1/A] */
 } dead_time_t;
 
@@ -40,20 +42,33 @@ typedef struct {
 void dead_time_init(dead_time_t *dead_time, const dead_time_params_t *params);
 void dead_time_retune(dead_time_t *dead_time, const dead_time_params_t *params);
 
-/* What is lost, and how sure that is: near its zero crossing a current's sign, and with it a whole leg's
- * loss, is at the mercy of a sensor's offset. */
+/* What a leg whose sign is certain loses [V] at the DC link `u_dc` [V]. */
+static inline float dead_time_leg(const dead_time_t *dead_time, float u_dc)
+{
+    return dead_time->volt_per_volt * u_dc + dead_time->drop;
+}
+
+/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. The currents are
+ * cut to the zone and transformed; what comes out is stretched to volts. No division, six compares. */
+static inline ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc)
+{
+    abc_t phases = frames_inverse_clarke(current);
+    phases.a = bounds_clamp(phases.a, dead_time->zone);
+    phases.b = bounds_clamp(phases.b, dead_time->zone);
+    phases.c = bounds_clamp(phases.c, dead_time->zone);
+    ab_t cut = frames_clarke(phases);
+    float volt_per_ampere = dead_time_leg(dead_time, u_dc) * dead_time->per_zone;
+    return (ab_t){volt_per_ampere * cut.alpha, volt_per_ampere * cut.beta};
+}
+
+/* How sure that is: near its zero crossing a current's sign, and with it a whole leg's loss, is at the mercy
+ * of a sensor's offset. */
 typedef struct {
-    ab_t voltage;   /* stationary frame [V] */
-    float leg;      /* of a leg whose sign is certain [V] */
     float smallest; /* of the three phase currents' amounts [A] */
     float largest;  /* likewise [A] */
-} dead_time_loss_t;
+} dead_time_range_t;
 
-/* For the `current` [A] and the DC link `u_dc` [V]. No division, straight line. */
-dead_time_loss_t dead_time_loss(const dead_time_t *dead_time, ab_t current, float u_dc);
-
-/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. No division, six
- * compares. */
-ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc);
+/* Of the `current` [A]. Straight line. */
+dead_time_range_t dead_time_range(ab_t current);
 
 #endif

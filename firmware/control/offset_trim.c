@@ -39,21 +39,15 @@ static bool steady(const offset_trim_t *trim, float omega_e, ab_t current)
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
 
-ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e, ab_t current)
+void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current)
 {
-    /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
-    bool turned = bounds_magnitude(theta_e - trim->theta_prev) > 3.14159265f;
-    trim->theta_prev = theta_e;
-    trim->sum.alpha += emf_hat.alpha;
-    trim->sum.beta += emf_hat.beta;
-    trim->count++;
-    if (turned && trim->count >= trim->window_periods) {
-        if (steady(trim, omega_e, current)) {
-            float share = trim->gain / (float)trim->count;
-            trim->offset.alpha = bounds_clamp(trim->offset.alpha - share * trim->sum.alpha, TRIM_LIMIT);
-            trim->offset.beta = bounds_clamp(trim->offset.beta - share * trim->sum.beta, TRIM_LIMIT);
-        }
-        begin_window(trim, omega_e);
+    if (trim->count < trim->window_periods) {
+        return;
     }
-    return trim->offset;
+    if (steady(trim, omega_e, current)) {
+        float share = trim->gain / (float)trim->count;
+        trim->offset.alpha = bounds_clamp(trim->offset.alpha - share * trim->sum.alpha, TRIM_LIMIT);
+        trim->offset.beta = bounds_clamp(trim->offset.beta - share * trim->sum.beta, TRIM_LIMIT);
+    }
+    begin_window(trim, omega_e);
 }

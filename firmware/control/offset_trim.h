@@ -16,8 +16,10 @@
 #ifndef CONTROL_OFFSET_TRIM_H
 #define CONTROL_OFFSET_TRIM_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
 
 #define TRIM_SPEED_MIN   30.0f  /* [rad/s] electrical */
@@ -52,9 +54,25 @@ void offset_trim_retune(offset_trim_t *trim, const offset_trim_params_t *params)
 /* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
+/* A turn has ended: for offset_trim_step(). One division at the end of a window. */
+void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current);
+
 /* o [A], stationary frame, to be subtracted from the measured currents, after a period with this estimated
  * EMF [V], whose angle and speed are theta_e [rad] and omega_e [rad/s], and this current [A]. Straight line
- * but at the end of a window, one division there. */
-ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e, ab_t current);
+ * but at the end of a turn. */
+static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e,
+                                    ab_t current)
+{
+    /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
+    bool turned = bounds_magnitude(theta_e - trim->theta_prev) > 3.14159265f;
+    trim->theta_prev = theta_e;
+    trim->sum.alpha += emf_hat.alpha;
+    trim->sum.beta += emf_hat.beta;
+    trim->count++;
+    if (turned) {
+        offset_trim_turn(trim, omega_e, current);
+    }
+    return trim->offset;
+}
 
 #endif

@@ -16,8 +16,3 @@ void speed_control_reset(speed_control_t *control, float current)
 {
     pi_reset(&control->pi, current);
 }
-
-float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m)
-{
-    return pi_step(&control->pi, omega_m_ref - omega_m, -control->current_limit, control->current_limit);
-}

@@ -36,6 +36,9 @@ void speed_control_retune(speed_control_t *control, const speed_control_params_t
 void speed_control_reset(speed_control_t *control, float current);
 
 /* i_q reference [A] within +-current_limit from the mechanical speeds [rad/s]. No division. */
-float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m);
+static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m)
+{
+    return pi_step(&control->pi, omega_m_ref - omega_m, -control->current_limit, control->current_limit);
+}
 
 #endif

@@ -13,17 +13,52 @@
 #ifndef CONTROL_SVPWM_H
 #define CONTROL_SVPWM_H
 
+#include <stdint.h>
+
 #include "math/frames.h"
 
 typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
     ab_t voltage; /* mean voltage of exactly these duties at this u_dc, ideal inverter [V] */
+    uint32_t cut; /* [-] 0: that is the one asked for; 1: it was too long, or no voltage */
 } svpwm_t;
+
+/* The way of a voltage that does not fit: for svpwm_modulate(). */
+svpwm_t svpwm_cut(ab_t voltage, float u_dc, float duty_min, float duty_max);
+
+/* Beyond this a voltage is not one, and sums of three could overflow [V]. */
+#define SVPWM_VOLTAGE_LIMIT 1e30f
+
+/* Below this the reciprocal is not finite [V]. */
+#define SVPWM_U_DC_LEAST 1e-37f
+
+/* Share of the range that a vector on the short way may take: its rounding then stays inside. */
+#define SVPWM_ROOM 0.999999f
 
 /* Duties for `voltage` [V] at the DC link `u_dc` [V], each within [duty_min, duty_max] (0 <= duty_min <=
  * duty_max <= 1). Where nothing sensible can be made (u_dc <= 0 or below 1e-37 V, any of the three not
- * finite or beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division, a second when the
+ * finite or beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division; two more when the
  * vector is cut. */
-svpwm_t svpwm_modulate(ab_t voltage, float u_dc, float duty_min, float duty_max);
+static inline svpwm_t svpwm_modulate(ab_t voltage, float u_dc, float duty_min, float duty_max)
+{
+    abc_t phases = frames_inverse_clarke(voltage);
+    float highest = phases.a > phases.b ? phases.a : phases.b;
+    float lowest = phases.a > phases.b ? phases.b : phases.a;
+    highest = phases.c > highest ? phases.c : highest;
+    lowest = phases.c < lowest ? phases.c : lowest;
+
+    /* No number passes this, nor a DC link of zero or less. */
+    float room = SVPWM_ROOM * (duty_max - duty_min) * u_dc;
+    if (!(highest - lowest <= room && u_dc >= SVPWM_U_DC_LEAST && u_dc <= SVPWM_VOLTAGE_LIMIT)) {
+        return svpwm_cut(voltage, u_dc, duty_min, duty_max);
+    }
+    float per_volt = 1.0f / u_dc;
+    float middle = 0.5f * (duty_min + duty_max) - 0.5f * (highest + lowest) * per_volt;
+    svpwm_t result = {
+        {middle + phases.a * per_volt, middle + phases.b * per_volt, middle + phases.c * per_volt},
+        voltage,
+        UINT32_C(0)};
+    return result;
+}
 
 #endif

@@ -13,6 +13,7 @@
                                       */
 #define U_DC_LIMIT           1000.0f /* [V] no sensor of the board reads this: not a number */
 #define TEMPERATURE_LIMIT    1000.0f /* [degC] likewise */
+#define OFFSET_LARGEST       5.0f    /* [A] current_offset_max cannot be larger */
 #define SETTLE_PERIODS       64u     /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS        200u    /* [periods] 20 ms: fault line high for so long before a reset */
 #define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
@@ -31,9 +32,21 @@
 #define DOUBT_LEAST      3.0f   /* [periods] that the observer itself remembers */
 #define STANDSTILL       2.0f   /* [rad/s] mechanical: quick stop ends below */
 
+static float lesser(float x, float y)
+{
+    return x < y ? x : y;
+}
+
 static void retune(drive_t *drive, const params_t *params)
 {
     drive->params = *params;
+    drive->calm = (drive_calm_t){
+        .current = lesser(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST),
+        .u_dc_middle = 0.5f * (params->dc_overvoltage + params->dc_undervoltage),
+        .u_dc_half = 0.4999f * (params->dc_overvoltage - params->dc_undervoltage),
+        .sink_temperature = params->sink_temperature_max,
+        .motor_temperature = params->motor_temperature_max,
+    };
     drive->duty_min = params_duty_min(params);
     drive->duty_max = 1.0f - drive->duty_min;
     drive->pole_pairs = (float)params->motor_pole_pairs;
@@ -140,24 +153,42 @@ bool drive_request(drive_t *drive, const requests_t *next, params_error_t *why)
     return true;
 }
 
-/* A sample that is no measurement is replaced by the last good one; the return value says so. */
-static uint32_t take_samples(drive_t *drive, const drive_samples_t *samples)
+/* Nothing to look at more closely in this sample, as in almost every period: one comparison for each value
+ * does for what is no measurement and for what breaks a limit. */
+static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 {
-    const bool good = bounds_within(samples->i_a, CURRENT_RAIL) &&
-                      bounds_within(samples->i_b, CURRENT_RAIL) && bounds_within(samples->u_dc, U_DC_LIMIT) &&
-                      bounds_within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
-                      bounds_within(samples->motor_temperature, TEMPERATURE_LIMIT);
+    const drive_calm_t *calm = &drive->calm;
+    const float i_a = samples->i_a - drive->offset.a;
+    const float i_b = samples->i_b - drive->offset.b;
+    return (samples->flags | drive->protection.counting) == 0u && drive->state == DRIVE_OPERATION_ENABLED &&
+           bounds_within(i_a, calm->current) && bounds_within(i_b, calm->current) &&
+           bounds_within(i_a + i_b, calm->current) &&
+           bounds_within(samples->u_dc - calm->u_dc_middle, calm->u_dc_half) &&
+           bounds_within(samples->sink_temperature, calm->sink_temperature) &&
+           bounds_within(samples->motor_temperature, calm->motor_temperature);
+}
+
+static bool is_measurement(const drive_samples_t *samples)
+{
+    return bounds_within(samples->i_a, CURRENT_RAIL) && bounds_within(samples->i_b, CURRENT_RAIL) &&
+           bounds_within(samples->u_dc, U_DC_LIMIT) &&
+           bounds_within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
+           bounds_within(samples->motor_temperature, TEMPERATURE_LIMIT);
+}
+
+/* A sample that is no measurement is replaced by the last good one. */
+static void take_samples(drive_t *drive, const drive_samples_t *samples, bool good)
+{
     if (good) {
         const float i_a = samples->i_a - drive->offset.a;
         const float i_b = samples->i_b - drive->offset.b;
-        drive->current_abc = (abc_t){i_a, i_b, -i_a - i_b};
+        drive->current_abc = (abc_t){i_a, i_b, -(i_a + i_b)};
         drive->u_dc = samples->u_dc;
         drive->sink_temperature = samples->sink_temperature;
         drive->motor_temperature = samples->motor_temperature;
     }
     drive->encoder_count = samples->encoder;
     drive->sample_flags = samples->flags;
-    return !good;
 }
 
 static bool sensorless(const drive_t *drive)
@@ -165,7 +196,7 @@ static bool sensorless(const drive_t *drive)
     return drive->params.position_source == (int32_t)POSITION_SENSORLESS;
 }
 
-static uint32_t judge(drive_t *drive, uint32_t bad_sample)
+static uint32_t judge_closely(drive_t *drive, uint32_t bad_sample)
 {
     const uint32_t flags = drive->sample_flags;
     const uint32_t gates_expected = drive_bridge_on(drive) && drive->state != DRIVE_SWITCHED_ON;
@@ -186,6 +217,17 @@ static uint32_t judge(drive_t *drive, uint32_t bad_sample)
     const bool quiet = faults == 0u && (flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
     drive->clear_periods = quiet ? drive->clear_periods + (drive->clear_periods < REARM_PERIODS) : 0u;
     return faults;
+}
+
+/* The faults of this period. */
+static uint32_t judge(drive_t *drive, bool calm, uint32_t bad_sample)
+{
+    if (calm && bounds_within(drive->omega_m, drive->params.overspeed_trip) &&
+        (drive->estimator.invalid == 0u || !sensorless(drive))) {
+        drive->clear_periods += drive->clear_periods < REARM_PERIODS;
+        return 0u;
+    }
+    return judge_closely(drive, bad_sample);
 }
 
 static void enter(drive_t *drive, drive_state_t state)
@@ -268,7 +310,7 @@ static void preset_control(drive_t *drive)
 }
 
 /* One transition at most per period. Returns what the gates shall do. */
-static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uint32_t faults,
+static drive_gates_t transit(drive_t *drive, const drive_samples_t *samples, uint32_t faults,
                              uint32_t bad_sample)
 {
     const int32_t enable = drive->requests.enable;
@@ -349,17 +391,29 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
     return GATES_OFF;
 }
 
-/* References of this period; in switched on they are zero, so that the gates come on without a current. */
+/* The state machine. A drive that runs and shall run goes the short way. */
+static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uint32_t faults,
+                             uint32_t bad_sample)
+{
+    if (faults != 0u || drive->state != DRIVE_OPERATION_ENABLED || drive->requests.enable != REQUEST_ON) {
+        return transit(drive, samples, faults, bad_sample);
+    }
+    drive->fault_reset_seen = drive->requests.fault_reset;
+    drive->refusal = REASON_NONE;
+    return GATES_KEEP;
+}
+
+/* References of this period, which requests_check keeps within the limits; in switched on they are zero, so
+ * that the gates come on without a current. */
 static dq_t references(drive_t *drive)
 {
-    const float limit = drive->params.current_limit;
     if (drive->state == DRIVE_SWITCHED_ON) {
         return (dq_t){0.0f, 0.0f};
     }
     const bool stopping = drive->state == DRIVE_QUICK_STOP;
-    const float i_d = bounds_clamp(drive->requests.i_d_request, limit);
+    const float i_d = drive->requests.i_d_request;
     if (drive->requests.mode == MODE_CURRENT && !stopping) {
-        const float i_q = bounds_clamp(drive->requests.i_q_request, limit);
+        const float i_q = drive->requests.i_q_request;
         speed_control_reset(&drive->speed_control, i_q);
         drive->omega_m_ref = drive->omega_m;
         return (dq_t){i_d, i_q};
@@ -374,12 +428,20 @@ static float whole_counts(float duty)
     return (float)(int32_t)(duty * DRIVE_DUTY_COUNTS + 0.5f) * (1.0f / DRIVE_DUTY_COUNTS);
 }
 
-/* Field-oriented control: references in, duties out. */
-static abc_t control(drive_t *drive)
+/* The rotation in the middle of the period in which the voltage acts. */
+static rotation_t rotation_ahead(const drive_t *drive, rotation_t at)
+{
+    const float angle = 1.5f * DRIVE_PERIOD * drive->position.omega_e;
+    return bounds_within(angle, TRIG_ADVANCE_LIMIT)
+               ? trig_advance(at, angle)
+               : trig_rotation(angle_wrap(drive->position.theta_e + angle));
+}
+
+/* Field-oriented control: references in, duties out. `at` is the rotation by theta_e. */
+static abc_t control(drive_t *drive, rotation_t at)
 {
     const float omega_e = drive->position.omega_e;
-    const rotation_t applied_at =
-        trig_rotation(angle_wrap(drive->position.theta_e + 1.5f * DRIVE_PERIOD * omega_e));
+    const rotation_t applied_at = rotation_ahead(drive, at);
 
     drive->current_ref = references(drive);
     drive->voltage_ref =
@@ -392,8 +454,11 @@ static abc_t control(drive_t *drive)
     const ab_t wanted = frames_inverse_park(drive->voltage_ref, applied_at);
     const svpwm_t modulated = svpwm_modulate((ab_t){wanted.alpha + lost.alpha, wanted.beta + lost.beta},
                                              drive->u_dc, drive->duty_min, drive->duty_max);
-    drive->voltage = frames_park(
-        (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
+    drive->voltage = drive->voltage_ref;
+    if (modulated.cut != 0u) {
+        drive->voltage = frames_park(
+            (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
+    }
     current_control_applied(&drive->current_control, drive->voltage);
     return (abc_t){whole_counts(modulated.duty.a), whole_counts(modulated.duty.b),
                    whole_counts(modulated.duty.c)};
@@ -404,22 +469,22 @@ static abc_t control(drive_t *drive)
  * while the flux lost in this time could turn that of the rotor by more than DOUBT_ANGLE, and the whole loss
  * is no small part of the EMF. Coasting needs a speed that stays, or large currents whose torque the tracking
  * loop is told of. */
-static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
+static bool doubtful(drive_t *drive, ab_t current, float leg)
 {
+    const dead_time_range_t range = dead_time_range(current);
     const float missing = drive->omega_m_ref - drive->omega_m;
-    const float doubtful = drive->params.doubtful_current;
+    const float zone = drive->params.doubtful_current;
     const float amplitude = drive->estimator.pll.amplitude;
     const bool steady = bounds_within(drive->estimator.pll.detector, DOUBT_DETECTOR) &&
                         bounds_within(missing, DOUBT_SPEED_SHARE * bounds_magnitude(drive->omega_m)) &&
                         !bounds_within(drive->estimate.omega_e, DOUBT_SPEED_STEADY);
     const bool foreseen = drive->params.torque_feedforward > 0.0f &&
-                          doubtful < DOUBT_SHARE_FORESEEN * loss->largest &&
+                          zone < DOUBT_SHARE_FORESEEN * range.largest &&
                           !bounds_within(drive->estimate.omega_e, DOUBT_SPEED_FORESEEN);
     if (!steady && !foreseen) {
         drive->doubt = 0u;
-    } else if (loss->smallest < doubtful && doubtful < DOUBT_SHARE * loss->largest &&
-               amplitude < DOUBT_EMF * loss->leg &&
-               loss->leg * doubtful > DOUBT_ANGLE * amplitude * loss->largest) {
+    } else if (range.smallest < zone && zone < DOUBT_SHARE * range.largest && amplitude < DOUBT_EMF * leg &&
+               leg * zone > DOUBT_ANGLE * amplitude * range.largest) {
         drive->doubt = drive->doubt_periods;
     } else if (drive->doubt > 0u) {
         drive->doubt--;
@@ -427,24 +492,24 @@ static bool in_doubt(drive_t *drive, const dead_time_loss_t *loss)
     return drive->doubt > 0u;
 }
 
-/* Position at t_k. While the bridge is off nothing is known of the voltage: the estimator rests, and the
- * encoder shows the rotor. */
-static void locate(drive_t *drive)
+/* Nothing is in doubt where the EMF is far above a leg's loss: the short way. */
+static bool in_doubt(drive_t *drive, ab_t current, float leg)
 {
-    drive->encoder_position = encoder_step(&drive->encoder, drive->encoder_count);
-    drive->position = drive->encoder_position;
-    if (drive->estimating == 0u) {
-        return;
-    }
+    return (drive->estimator.pll.amplitude < DOUBT_EMF * leg || drive->doubt != 0u) &&
+           doubtful(drive, current, leg);
+}
 
+/* The estimate at t_k from the voltage that the duties of two steps ago made. */
+static void estimate(drive_t *drive)
+{
     const float u_dc = 0.5f * (drive->u_dc + drive->u_dc_prev);
     const ab_t middle = {0.5f * (drive->current_ab.alpha + drive->current_ab_prev.alpha),
                          0.5f * (drive->current_ab.beta + drive->current_ab_prev.beta)};
-    const dead_time_loss_t loss = dead_time_loss(&drive->dead_time_model, middle, u_dc);
-    const ab_t voltage = {drive->duty_prev[1].alpha * u_dc - loss.voltage.alpha,
-                          drive->duty_prev[1].beta * u_dc - loss.voltage.beta};
+    const ab_t lost = dead_time_voltage(&drive->dead_time_model, middle, u_dc);
+    const ab_t voltage = {drive->duty_prev[1].alpha * u_dc - lost.alpha,
+                          drive->duty_prev[1].beta * u_dc - lost.beta};
     drive->observer_voltage = voltage;
-    if (in_doubt(drive, &loss)) {
+    if (in_doubt(drive, middle, dead_time_leg(&drive->dead_time_model, u_dc))) {
         drive->estimate = locator_coast(&drive->estimator, voltage, drive->current_ab);
     } else {
         drive->estimate = locator_step(&drive->estimator, voltage, drive->current_ab);
@@ -454,11 +519,25 @@ static void locate(drive_t *drive)
             drive->unjudged = 0u;
         }
     }
-    if (sensorless(drive)) {
-        drive->position = drive->estimate;
-    }
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.smo.emf_hat, drive->estimate.theta_e,
                            drive->estimator.pll.omega_smooth, drive->current_ab);
+}
+
+/* Position at t_k, and the rotation by its angle. While the bridge is off nothing is known of the voltage:
+ * the estimator rests, and the encoder shows the rotor. */
+static rotation_t locate(drive_t *drive)
+{
+    drive->encoder_position = encoder_step(&drive->encoder, drive->encoder_count);
+    if (drive->estimating != 0u) {
+        const rotation_t tracked = estimator_rotation(&drive->estimator);
+        estimate(drive);
+        if (sensorless(drive)) {
+            drive->position = drive->estimate;
+            return tracked;
+        }
+    }
+    drive->position = drive->encoder_position;
+    return trig_turn(drive->position.theta_e);
 }
 
 /* What the next step will want to know of this one. */
@@ -473,23 +552,25 @@ static void remember(drive_t *drive)
 void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     drive->period++;
-    const uint32_t bad_sample = take_samples(drive, samples);
+    const bool calm = is_calm(drive, samples);
+    const uint32_t bad_sample = !calm && !is_measurement(samples);
+    take_samples(drive, samples, bad_sample == 0u);
 
     if (drive->period == 1u) {
         encoder_reset(&drive->encoder, drive->encoder_count);
     }
-    const ab_t measured = frames_clarke(drive->current_abc);
+    const ab_t measured = frames_clarke_two(drive->current_abc.a, drive->current_abc.b);
     drive->current_ab = (ab_t){measured.alpha - drive->offset_trim.offset.alpha,
                                measured.beta - drive->offset_trim.offset.beta};
-    locate(drive);
+    const rotation_t at = locate(drive);
     drive->omega_m = drive->position.omega_e * drive->pole_pairs_inverse;
-    drive->current = frames_park(drive->current_ab, trig_rotation(drive->position.theta_e));
+    drive->current = frames_park(drive->current_ab, at);
 
-    const uint32_t faults = judge(drive, bad_sample);
+    const uint32_t faults = judge(drive, calm, bad_sample);
     const drive_gates_t gates = advance(drive, samples, faults, bad_sample);
 
     if (drive_bridge_on(drive)) {
-        drive->command.duty = control(drive);
+        drive->command.duty = control(drive, at);
     } else {
         drive->current_ref = (dq_t){0.0f, 0.0f};
         drive->voltage_ref = (dq_t){0.0f, 0.0f};

@@ -83,9 +83,19 @@ typedef struct {
     float omega_e;   /* [rad/s] */
 } drive_fault_t;
 
+/* A sample inside these is a measurement and breaks no limit: nothing of it asks for a closer look. */
+typedef struct {
+    float current;           /* [A] of the amount of each phase current, offset removed */
+    float u_dc_middle;       /* [V] */
+    float u_dc_half;         /* [V] of the distance from the middle */
+    float sink_temperature;  /* [degC] of its amount */
+    float motor_temperature; /* [degC] of its amount */
+} drive_calm_t;
+
 typedef struct {
     /* coefficients, made from the active parameters */
     params_t params;
+    drive_calm_t calm;
     float duty_min;           /* [-] */
     float duty_max;           /* [-] */
     float pole_pairs;         /* [-] */

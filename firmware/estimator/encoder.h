@@ -3,10 +3,11 @@
  *
  * Angle: the counter at c says that the shaft is somewhere in [c, c + 1) steps; the middle is returned,
  *
- *     theta_e = offset + 2 pi ((2c + 1) p mod 2N) / 2N      N counts per turn, p pole pairs
+ *     theta_e = offset + 2 pi ((c + 1/2) p/N mod 1)      N counts per turn, p pole pairs
  *
- * with the product and its remainder in integers, so no turn and no pole adds a rounding error; what is left
- * is the half step pi p/N of the quantisation (1.3 mrad for 10000 counts and 4 pole pairs).
+ * in turns of 2^32 steps that wrap by themselves; p/N has 48 bits behind the point, so neither a turn nor a
+ * pole nor a count adds a rounding error. What is left is the half step pi p/N of the quantisation (1.3 mrad
+ * for 10000 counts and 4 pole pairs).
  *
  * Speed: a type-II tracking loop on the wrapped difference e between that angle and its own prediction,
  *
@@ -28,6 +29,8 @@
 #include <stdint.h>
 
 #include "estimator/position.h"
+#include "math/angle.h"
+#include "math/bounds.h"
 
 /* Not checked here; the drive validates its whole set of parameters. */
 typedef struct {
@@ -40,17 +43,16 @@ typedef struct {
 
 typedef struct {
     /* coefficients, from encoder_init */
-    uint32_t count_per_turn; /* N [-] */
-    uint32_t pole_pairs;     /* p [-] */
-    float turn_per_count;    /* 1/(2N) [-] */
-    float angle_per_count;   /* pi/N [rad] */
-    float offset;            /* [rad] */
-    float angle_gain;        /* r (2 - r) [-] */
-    float speed_gain;        /* r^2/T [1/s] */
-    float period;            /* T [s] */
+    uint32_t last_count;      /* N - 1 [-] */
+    uint32_t steps_per_count; /* p/N of a turn [2^-32 turns] */
+    uint32_t rest_per_count;  /* what that leaves [2^-48 turns] */
+    uint32_t first;           /* angle of count 0 [2^-32 turns] */
+    float angle_gain;         /* r (2 - r) [-] */
+    float speed_gain;         /* r^2/T, of an error in steps [rad/s] */
+    float step_gain;          /* T/(2 pi) 2^32 [s] */
     /* state */
-    float theta_next; /* the angle expected at the next sample [rad], electrical */
-    float omega_e;    /* [rad/s], electrical */
+    uint32_t next; /* the angle expected at the next sample [2^-32 turns], electrical */
+    float omega_e; /* [rad/s], electrical */
 } encoder_t;
 
 /* Coefficients; expects count 0 at standstill. */
@@ -63,7 +65,29 @@ void encoder_retune(encoder_t *encoder, const encoder_params_t *params);
 /* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
 void encoder_reset(encoder_t *encoder, uint32_t count);
 
-/* Position at t_k from the count latched there, 0..N-1 (N and above count as N-1). No division, bounded. */
-position_t encoder_step(encoder_t *encoder, uint32_t count);
+/* Electrical angle of the middle of a count step [2^-32 turns]. */
+static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)
+{
+    uint32_t c = count < encoder->last_count ? count : encoder->last_count;
+    return encoder->first + c * encoder->steps_per_count + ((c * encoder->rest_per_count) >> 16);
+}
+
+/* [rad per 2^-32 turns]; half a turn becomes ANGLE_LARGEST. */
+#define ENCODER_ANGLE_PER_STEP (ANGLE_LARGEST / 2147483648.0f)
+
+/* Half a turn and less, as much as an int32_t holds [2^-32 turns]. */
+#define ENCODER_MOVE_LIMIT 2.1e9f
+
+/* Position at t_k from the count latched there, 0..N-1 (N and above count as N-1). Straight line, no
+ * division. */
+static inline position_t encoder_step(encoder_t *encoder, uint32_t count)
+{
+    uint32_t phase = encoder_phase(encoder, count);
+    float error = (float)(int32_t)(phase - encoder->next);
+    encoder->omega_e += encoder->speed_gain * error;
+    float moved = encoder->step_gain * encoder->omega_e + encoder->angle_gain * error;
+    encoder->next += (uint32_t)(int32_t)bounds_clamp(moved, ENCODER_MOVE_LIMIT);
+    return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
+}
 
 #endif

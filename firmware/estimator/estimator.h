@@ -140,6 +140,12 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
  * and cosine. Judges nothing. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
+/* Sine and cosine of the angle that the next step will return: known before it. */
+static inline rotation_t estimator_rotation(const estimator_t *est)
+{
+    return est->pll.rotation;
+}
+
 /* Judges the last step, which stands for `periods` periods since the last judgement. A period that was
  * coasted is not judged. Straight line while every sign holds. */
 void estimator_judge(estimator_t *est, uint32_t periods);

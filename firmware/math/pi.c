@@ -21,26 +21,3 @@ void pi_reset(pi_t *pi, float integral)
 {
     pi->integral = integral;
 }
-
-float pi_output(const pi_t *pi, float error)
-{
-    return pi->kp * error + pi->integral;
-}
-
-void pi_update(pi_t *pi, float error, float shortfall)
-{
-    pi->integral += pi->ki_period * error + pi->back_gain * shortfall;
-}
-
-float pi_step(pi_t *pi, float error, float lower, float upper)
-{
-    float wanted = pi_output(pi, error);
-    float applied = wanted;
-    if (applied > upper) {
-        applied = upper;
-    } else if (applied < lower) {
-        applied = lower;
-    }
-    pi_update(pi, error, applied - wanted);
-    return applied;
-}

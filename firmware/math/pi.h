@@ -10,7 +10,7 @@
  * never leaves the limit. Without integral part (ki = 0) it is 0.
  *
  * Output and update are separate because the applied value is often known only later (modulation, another
- * axis). Does not handle: bumpless change of kp while e is not zero. */
+ * axis). Inline, for the interrupt. Does not handle: bumpless change of kp while e is not zero. */
 #ifndef MATH_PI_H
 #define MATH_PI_H
 
@@ -33,14 +33,27 @@ void pi_retune(pi_t *pi, float kp, float ki, float period);
 void pi_reset(pi_t *pi, float integral);
 
 /* kp e + I [U] for this error [E]; changes nothing. One multiplication. */
-float pi_output(const pi_t *pi, float error);
+static inline float pi_output(const pi_t *pi, float error)
+{
+    return pi->kp * error + pi->integral;
+}
 
 /* Integrate: `error` [E] of the last output, `shortfall` [U] = applied - wanted, 0 when nothing was cut off.
  * Once per period, after pi_output(). Two multiplications. */
-void pi_update(pi_t *pi, float error, float shortfall);
+static inline void pi_update(pi_t *pi, float error, float shortfall)
+{
+    pi->integral += pi->ki_period * error + pi->back_gain * shortfall;
+}
 
 /* Both with a clamp: the output [U] within [lower, upper], lower <= upper, and the integral kept in line with
  * it. Three multiplications, two compares. */
-float pi_step(pi_t *pi, float error, float lower, float upper);
+static inline float pi_step(pi_t *pi, float error, float lower, float upper)
+{
+    float wanted = pi_output(pi, error);
+    float applied = wanted < upper ? wanted : upper;
+    applied = applied > lower ? applied : lower;
+    pi_update(pi, error, applied - wanted);
+    return applied;
+}
 
 #endif

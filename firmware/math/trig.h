@@ -37,6 +37,21 @@ static inline rotation_t trig_turn(float theta)
     return rotation;
 }
 
+/* Up to there trig_advance() [rad]. */
+#define TRIG_ADVANCE_LIMIT 0.3f
+
+/* A rotation turned on by a further `angle` [rad], |angle| <= TRIG_ADVANCE_LIMIT: what it adds is right
+ * within 3e-7 rad, what it stretches within 1e-6, and the rounding. Straight line of 14 multiplications,
+ * additions and subtractions. */
+static inline rotation_t trig_advance(rotation_t from, float angle)
+{
+    float z = angle * angle;
+    float s = angle * (1.0f + z * (-0.166666667f + z * 8.33333333e-3f));
+    float c = 1.0f + z * (-0.5f + z * 0.0416666667f);
+    rotation_t rotation = {from.sin * c + from.cos * s, from.cos * c - from.sin * s};
+    return rotation;
+}
+
 /* Angle of the vector (x, y) [rad], within +-ANGLE_LARGEST as angle_wrap() and within 3e-6 of the exact
  * angle, in all quadrants, for |x| + |y| between 1e-37 and 1e38. A shorter vector, (0, 0) included, a longer
  * one and a non-finite one give 0. One division. */

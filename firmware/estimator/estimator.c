@@ -24,11 +24,10 @@
 
 /* Bits of `special`: why a step is not the shortest one. The first two are of a period, the others of the
  * parameters. */
-#define FRESH    UINT32_C(1)  /* no step yet since the reset */
-#define COASTED  UINT32_C(2)  /* the last period was not tracked */
-#define PAPER    UINT32_C(4)  /* a switching function per axis, or a lag of the paper */
-#define ADAPTING UINT32_C(8)  /* the flux adapts */
-#define TORQUE   UINT32_C(16) /* the torque's share is fed forward */
+#define FRESH    UINT32_C(1) /* no step yet since the reset */
+#define COASTED  UINT32_C(2) /* the last period was not tracked */
+#define PAPER    UINT32_C(4) /* a switching function per axis, or a lag of the paper */
+#define ADAPTING UINT32_C(8) /* the flux adapts */
 
 static bool validity_check(const validity_params_t *limits, params_error_t *why)
 {
@@ -144,8 +143,7 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     est->adaptation_share = params->flux_adaptation * period;
     bool direct = params->lag == LAG_EXACT && params->smo.switching == SMO_SIGMOID_VECTOR;
     est->special = (est->special & (FRESH | COASTED)) | (direct ? 0u : PAPER) |
-                   (params->flux_adaptation > 0.0f ? ADAPTING : 0u) |
-                   (params->torque_feedforward > 0.0f ? TORQUE : 0u);
+                   (params->flux_adaptation > 0.0f ? ADAPTING : 0u);
     lowpass_retune(&est->emf_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     lowpass_retune(&est->speed_mean, ESTIMATOR_ADAPTATION_CUTOFF, period);
     if (params->flux_linkage != est->flux_linkage_set || params->flux_adaptation == 0.0f) {
@@ -170,22 +168,31 @@ void estimator_init(estimator_t *est, const estimator_params_t *params)
     estimator_reset(est, origin, none);
 }
 
+/* The observer of the paper's forms. Returns the angle that the lag mode leaves added [rad]. */
+static float preset_paper(estimator_t *est, float omega_e, ab_t current, ab_t emf)
+{
+    smo_reset(&est->smo, current, emf);
+    for (int32_t n = 0; n < RESET_ROUNDS; n++) {
+        ab_t switched;
+        ab_t emf_hat;
+        lag_make(&est->smo, omega_e, emf, &switched, &emf_hat);
+        smo_preset(&est->smo, current, switched, emf_hat);
+    }
+    return lag_angle(&est->smo, (lag_mode_t)est->lag, omega_e) - lag_angle(&est->smo, LAG_EXACT, omega_e);
+}
+
 void estimator_reset(estimator_t *est, position_t start, ab_t current)
 {
     float length = est->flux_linkage * start.omega_e;
     rotation_t rotor = trig_rotation(angle_wrap(start.theta_e));
     ab_t emf = {-length * rotor.sin, length * rotor.cos};
 
-    smo_reset(&est->smo, current, emf);
-    for (int32_t n = 0; n < RESET_ROUNDS; n++) {
-        ab_t switched;
-        ab_t emf_hat;
-        lag_make(&est->smo, start.omega_e, emf, &switched, &emf_hat);
-        smo_preset(&est->smo, current, switched, emf_hat);
+    float added = 0.0f;
+    if ((est->special & PAPER) != 0u) {
+        added = preset_paper(est, start.omega_e, current, emf);
+    } else {
+        smo_preset_error(&est->smo, current, lag_error(&est->smo, start.omega_e, emf));
     }
-
-    lag_mode_t lag = (lag_mode_t)est->lag;
-    float added = lag_angle(&est->smo, lag, start.omega_e) - lag_angle(&est->smo, LAG_EXACT, start.omega_e);
     pll_reset(&est->pll, (position_t){start.theta_e + added, start.omega_e});
     pll_settle(&est->pll, bounds_magnitude(length));
     lowpass_reset(&est->emf_mean, length < 0.0f ? -length : length);
@@ -314,6 +321,15 @@ static bool observe(estimator_t *est, ab_t voltage, ab_t current)
     return true;
 }
 
+static position_t track_and_adapt(estimator_t *est, float acceleration)
+{
+    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration);
+    if ((est->special & ADAPTING) != 0u) {
+        adapt_flux(est);
+    }
+    return position;
+}
+
 /* What few periods or few parameter sets ask for. Single floats, because pairs that are passed on twice make
  * the compiler put them into memory, on the short way as well. */
 static position_t special_step(estimator_t *est, float u_alpha, float u_beta, float i_alpha, float i_beta,
@@ -341,20 +357,18 @@ static position_t special_step(estimator_t *est, float u_alpha, float u_beta, fl
         est->special |= COASTED;
         return pll_watch(&est->pll, est->emf, acceleration);
     }
-    position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration);
-    if ((est->special & ADAPTING) != 0u) {
-        adapt_flux(est);
-    }
-    return position;
+    return track_and_adapt(est, acceleration);
 }
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    if (est->special != 0u || !smo_step_settled(&est->smo, voltage, current)) {
+    if ((est->special & ~ADAPTING) != 0u || !smo_step_settled(&est->smo, voltage, current)) {
         return special_step(est, voltage.alpha, voltage.beta, current.alpha, current.beta, false);
     }
     est->emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
-    return pll_step(&est->pll, est->emf, est->speed_per_volt, 0.0f);
+    float acceleration = acceleration_of(est, current);
+    return est->special == 0u ? pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration)
+                              : track_and_adapt(est, acceleration);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)

@@ -53,19 +53,35 @@ float lag_attenuation(const smo_t *smo, float omega_e);
  * divide by lag_attenuation(): three divisions, a sine, a cosine and an arc tangent. */
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
 
-/* The same with LAG_EXACT from the `error` [A] v/g, inline for the interrupt: the vector form has it as its
- * current error. The length of the hold shrinks with (h d)^2/45 too; half of that in one component leaves a
- * little of it to the length and a little to the angle. */
-static inline ab_t lag_emf_exact(const smo_t *smo, ab_t error, float omega_e)
+/* EMF over current error with LAG_EXACT, for the gain g [ohm]. The length of the hold shrinks with (h d)^2/45
+ * too; half of that in one component leaves a little of it to the length and a little to the angle. */
+typedef struct {
+    float re, im; /* [ohm] */
+} lag_impedance_t;
+
+static inline lag_impedance_t lag_impedance(const smo_t *smo, float g, float omega_e)
 {
     float h = omega_e * smo->half_period;
-    float g = smo->gain * smo->gain_mean;
     float along = g + smo->resistance;
     float across = smo->lag_resistance - g;
-    float re = along - h * h * (smo->hold_cotangent * along - smo->hold_lead * across);
-    float im = h * (across - smo->hold_lead * re);
-    return (ab_t){re * error.alpha - im * error.beta, re * error.beta + im * error.alpha};
+    lag_impedance_t z;
+    z.re = along - h * h * (smo->hold_cotangent * along - smo->hold_lead * across);
+    z.im = h * (across - smo->hold_lead * z.re);
+    return z;
 }
+
+/* lag_emf() with LAG_EXACT from the `error` [A] v/g, inline for the interrupt: the vector form has it as its
+ * current error. */
+static inline ab_t lag_emf_exact(const smo_t *smo, ab_t error, float omega_e)
+{
+    lag_impedance_t z = lag_impedance(smo, smo->gain * smo->gain_mean, omega_e);
+    return (ab_t){z.re * error.alpha - z.im * error.beta, z.re * error.beta + z.im * error.alpha};
+}
+
+/* The current error [A] of the vector form that has settled on the EMF `emf` [V] turning at omega_e [rad/s]:
+ * lag_emf_exact() backwards, for resets. An EMF longer than 0.99 k_s is taken as that long. Five times
+ * two divisions. */
+ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf);
 
 /* What the switching voltage v and its filtered value e_hat [V] are when the observer has settled on the EMF
  * `emf` [V] that turns at omega_e [rad/s], given the k_f of the moment. LAG_EXACT backwards: for resets. */

@@ -90,11 +90,16 @@ static float sign_gain(float x)
     return length * SMO_SIGN_GAIN_MAX > 1.0f ? 1.0f / length : SMO_SIGN_GAIN_MAX;
 }
 
+float smo_vector_gain(const smo_t *smo, float square)
+{
+    return square <= smo->settled_square
+               ? smo_settled_gain(smo, square)
+               : smo->half_slope * tanh_ratio_far(smo->half_slope * smo->half_slope * square);
+}
+
 static ab_t switch_vector(smo_t *smo, ab_t x, float square)
 {
-    float k_f = square <= smo->settled_square
-                    ? smo_settled_gain(smo, square)
-                    : smo->half_slope * tanh_ratio_far(smo->half_slope * smo->half_slope * square);
+    float k_f = smo_vector_gain(smo, square);
     float g = smo->gain * k_f;
     smo->gain_mean = k_f;
     return (ab_t){g * x.alpha, g * x.beta};
@@ -162,6 +167,23 @@ static float settled_ratio(float square)
     return ratio;
 }
 
+void smo_preset_error(smo_t *smo, ab_t current, ab_t error)
+{
+    smo->current_err = error;
+    smo->current_hat.alpha = current.alpha + error.alpha;
+    smo->current_hat.beta = current.beta + error.beta;
+    smo->error_square = error.alpha * error.alpha + error.beta * error.beta;
+    smo->mean_product = 0.0f;
+    smo->mean_square = 0.0f;
+    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo->switched = switch_vector(smo, error, smo->error_square);
+    } else {
+        smo->switched = switch_axes(smo, error, 1.0f);
+    }
+    smo->emf_hat = smo->switched;
+    smo->passed_over = 0u;
+}
+
 void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat)
 {
     float per_volt = 1.0f / smo->gain;
@@ -182,22 +204,11 @@ void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat)
     }
     }
 
-    smo->current_err = x;
-    smo->current_hat.alpha = current.alpha + x.alpha;
-    smo->current_hat.beta = current.beta + x.beta;
-    smo->error_square = x.alpha * x.alpha + x.beta * x.beta;
-    smo->mean_product = 0.0f;
-    smo->mean_square = 0.0f;
-    if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo->switched = switch_vector(smo, x, smo->error_square);
-    } else {
-        smo->switched = switch_axes(smo, x, 1.0f);
-    }
+    smo_preset_error(smo, current, x);
     if (smo->switching == (int32_t)SMO_SIGN) {
         smo->switched = switched;
     }
     smo->emf_hat = emf_hat;
-    smo->passed_over = 0u;
 }
 
 void smo_reset(smo_t *smo, ab_t current, ab_t emf)

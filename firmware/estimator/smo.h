@@ -122,6 +122,9 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf);
  * `emf_hat` the result of the filter [V]. */
 void smo_preset(smo_t *smo, ab_t current, ab_t switched, ab_t emf_hat);
 
+/* The same where the current error x [A] to continue is known and nothing filters v, which is e_hat then. */
+void smo_preset_error(smo_t *smo, ab_t current, ab_t error);
+
 /* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. Finite for
  * every input. Divisions: one for the vector form, three for the others (each axis and the mean
  * gain). */
@@ -133,6 +136,9 @@ static inline float smo_settled_gain(const smo_t *smo, float square)
     return (smo->settled_p0 + square * smo->settled_p1) /
            (smo->settled_q0 + square * (smo->settled_q1 + square));
 }
+
+/* Likewise for any error. One division. */
+float smo_vector_gain(const smo_t *smo, float square);
 
 /* The step of the vector form without filter, inline for the interrupt; v is e_hat then. false: nothing has
  * changed, take smo_step(). So it is for an error beyond the first piece of tanh, which a settled observer

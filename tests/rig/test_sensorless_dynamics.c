@@ -13,7 +13,7 @@
 #include "tests/oracle/pll_oracle.h"
 #include "tests/rig/run.h"
 
-#define SEED            71u
+#define FIRST_SEED      71u
 #define POLE_PAIRS      4.0
 #define FLUX_LINKAGE    0.183  /* psi_f [Wb] */
 #define INERTIA_RIG     0.0636 /* J [kg m^2] */
@@ -34,10 +34,12 @@
 #define SETTLING_SECONDS 3.0 /* of the offset trim, at 100 r/min */
 
 static rig_t *rig;
+static uint32_t seed; /* of all noise */
 
 void setUp(void)
 {
     rig = NULL;
+    seed = FIRST_SEED;
 }
 
 void tearDown(void)
@@ -65,7 +67,7 @@ static void start(const drive_case_t *drive, double rpm)
 {
     const double inertia = drive->bare ? INERTIA_BARE : INERTIA_RIG;
     rig_free(rig);
-    rig = rig_create(SEED);
+    rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
     run_put(rig, "inertia", inertia);
@@ -457,12 +459,27 @@ static void test_steps_with_torque_feed_forward(void)
 
 static void test_steps_of_the_bare_motor(void)
 {
-    for (int32_t n = 0; n < 4; n++) {
-        const bool real = n >= 2;
-        const drive_case_t drive = bare_motor(real, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+    for (int32_t n = 0; n < 2; n++) {
+        const drive_case_t drive = bare_motor(false, n == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
-        expect_peaks(&result, real ? 50.0 : 25.0, real ? 50.0 : 25.0);
+        expect_peaks(&result, 25.0, 25.0);
     }
+}
+
+/* Noise decides where a step at 100 r/min finds the loop: of 160 starts 4 to 8 % went above 50 mrad, the
+ * worst to 133. That more than 3 of 16 do has a chance of 2 %. */
+static void test_steps_of_the_bare_motor_with_a_real_inverter(void)
+{
+    int32_t above = 0;
+    for (int32_t n = 0; n < 16; n++) {
+        seed = FIRST_SEED + (uint32_t)n;
+        const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        const steps_t result = steps(&drive);
+        expect_peaks(&result, 150.0, 50.0);
+        above += fabs(result.up.peak) > 0.050 ? 1 : 0;
+    }
+    printf("  real bare motor: %d of 16 peaks above 50 mrad\n", (int)above);
+    TEST_ASSERT_TRUE(above <= 3);
 }
 
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)
@@ -593,6 +610,7 @@ int main(void)
     RUN_TEST(test_steps_without_torque_feed_forward);
     RUN_TEST(test_steps_with_torque_feed_forward);
     RUN_TEST(test_steps_of_the_bare_motor);
+    RUN_TEST(test_steps_of_the_bare_motor_with_a_real_inverter);
     RUN_TEST(test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks);
     RUN_TEST(test_inertia_wrong_by_30_percent_on_the_bare_motor);
     RUN_TEST(test_steps_before_the_offset_trim_has_settled);

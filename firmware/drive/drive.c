@@ -46,6 +46,7 @@ static void retune(drive_t *drive, const params_t *params)
         .u_dc_half = 0.4999f * (params->dc_overvoltage - params->dc_undervoltage),
         .sink_temperature = params->sink_temperature_max,
         .motor_temperature = params->motor_temperature_max,
+        .omega_m = params->overspeed_trip,
     };
     drive->duty_min = params_duty_min(params);
     drive->duty_max = 1.0f - drive->duty_min;
@@ -222,7 +223,7 @@ static uint32_t judge_closely(drive_t *drive, uint32_t bad_sample)
 /* The faults of this period. */
 static uint32_t judge(drive_t *drive, bool calm, uint32_t bad_sample)
 {
-    if (calm && bounds_within(drive->omega_m, drive->params.overspeed_trip) &&
+    if (calm && bounds_within(drive->omega_m, drive->calm.omega_m) &&
         (drive->estimator.invalid == 0u || !sensorless(drive))) {
         drive->clear_periods += drive->clear_periods < REARM_PERIODS;
         return 0u;
@@ -443,23 +444,25 @@ static abc_t control(drive_t *drive, rotation_t at)
     const float omega_e = drive->position.omega_e;
     const rotation_t applied_at = rotation_ahead(drive, at);
 
-    drive->current_ref = references(drive);
-    drive->voltage_ref =
-        current_control_step(&drive->current_control, drive->current_ref, drive->current, omega_e);
+    const dq_t reference = references(drive);
+    const dq_t asked = current_control_step(&drive->current_control, reference, drive->current, omega_e);
 
     /* The current at the instant the voltage acts is best known from its reference: the sampled one has the
      * wrong sign near its zero crossings. */
-    const ab_t current_then = frames_inverse_park(drive->current_ref, applied_at);
+    const ab_t current_then = frames_inverse_park(reference, applied_at);
     const ab_t lost = dead_time_voltage(&drive->dead_time, current_then, drive->u_dc);
-    const ab_t wanted = frames_inverse_park(drive->voltage_ref, applied_at);
+    const ab_t wanted = frames_inverse_park(asked, applied_at);
     const svpwm_t modulated = svpwm_modulate((ab_t){wanted.alpha + lost.alpha, wanted.beta + lost.beta},
                                              drive->u_dc, drive->duty_min, drive->duty_max);
-    drive->voltage = drive->voltage_ref;
+    dq_t applied = asked;
     if (modulated.cut != 0u) {
-        drive->voltage = frames_park(
+        applied = frames_park(
             (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
     }
-    current_control_applied(&drive->current_control, drive->voltage);
+    current_control_applied(&drive->current_control, applied);
+    drive->current_ref = reference;
+    drive->voltage_ref = asked;
+    drive->voltage = applied;
     return (abc_t){whole_counts(modulated.duty.a), whole_counts(modulated.duty.b),
                    whole_counts(modulated.duty.c)};
 }

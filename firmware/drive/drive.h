@@ -83,18 +83,18 @@ typedef struct {
     float omega_e;   /* [rad/s] */
 } drive_fault_t;
 
-/* A sample inside these is a measurement and breaks no limit: nothing of it asks for a closer look. */
+/* A sample inside these is a measurement, and nothing breaks a limit: nothing asks for a closer look. */
 typedef struct {
     float current;           /* [A] of the amount of each phase current, offset removed */
     float u_dc_middle;       /* [V] */
     float u_dc_half;         /* [V] of the distance from the middle */
     float sink_temperature;  /* [degC] of its amount */
     float motor_temperature; /* [degC] of its amount */
+    float omega_m;           /* [rad/s] of its amount, mechanical: no overspeed */
 } drive_calm_t;
 
 typedef struct {
     /* coefficients, made from the active parameters */
-    params_t params;
     drive_calm_t calm;
     float duty_min;           /* [-] */
     float duty_max;           /* [-] */
@@ -152,6 +152,9 @@ typedef struct {
     uint32_t encoder_count;      /* [counts] */
     uint32_t sample_flags;       /* [-] DRIVE_SAMPLE_... */
     drive_command_t command;
+
+    /* the active parameters: last, since the interrupt reads few of them and the rest is then within reach */
+    params_t params;
 } drive_t;
 
 /* All state zero, in not ready, requests off. The set must be good (asserted). */

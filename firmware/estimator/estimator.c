@@ -313,6 +313,10 @@ static position_t pass_over(estimator_t *est)
 /* The EMF of t_k in every form; false: the sample is none. */
 static bool observe(estimator_t *est, ab_t voltage, ab_t current)
 {
+    if ((est->special & PAPER) == 0u && smo_step_settled(&est->smo, voltage, current)) {
+        est->emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
+        return true;
+    }
     (void)smo_step(&est->smo, voltage, current);
     if (est->smo.passed_over != 0u) {
         return false;

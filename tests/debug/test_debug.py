@@ -174,7 +174,8 @@ class ExactSensorsTest(unittest.TestCase):
         self.assertEqual(place(where)[0], 2000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
         _, _, text, where, why = session(
-            "period 3000", "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
+            "period 3000", "set variable app->drive.protection.limits.overcurrent = 0.01f",
+            "set variable app->drive.calm.current = 0.01f", "until-fault", "where-time",
             "why", arguments=("30000", "exact"),
         )
         self.assertEqual(place(where)[0], 3000)
@@ -211,7 +212,8 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
+            "period 10000", "set variable app->drive.protection.limits.overcurrent = 0.01f",
+            "set variable app->drive.calm.current = 0.01f", "until-fault", "where-time",
             "why"
         )
         self.assertEqual(place(where)[0], 10000)

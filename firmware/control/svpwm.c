@@ -2,6 +2,12 @@
 
 #include <stdbool.h>
 
+/* Beyond this a voltage is not one, and sums of three could overflow [V]. */
+#define VOLTAGE_LIMIT 1e30f
+
+/* Below this the reciprocal is not finite [V]. */
+#define U_DC_LEAST 1e-37f
+
 static bool within(float value, float limit)
 {
     return value >= -limit && value <= limit;
@@ -15,11 +21,11 @@ static float clamp(float value, float lower, float upper)
     return value < lower ? lower : value;
 }
 
-svpwm_t svpwm_cut(ab_t voltage, float u_dc, float duty_min, float duty_max)
+svpwm_t svpwm_closely(ab_t voltage, float u_dc, float duty_min, float duty_max)
 {
     svpwm_t result = {{0.5f, 0.5f, 0.5f}, {0.0f, 0.0f}, UINT32_C(1)};
-    if (!(u_dc >= SVPWM_U_DC_LEAST && u_dc <= SVPWM_VOLTAGE_LIMIT &&
-          within(voltage.alpha, SVPWM_VOLTAGE_LIMIT) && within(voltage.beta, SVPWM_VOLTAGE_LIMIT))) {
+    if (!(u_dc >= U_DC_LEAST && u_dc <= VOLTAGE_LIMIT && within(voltage.alpha, VOLTAGE_LIMIT) &&
+          within(voltage.beta, VOLTAGE_LIMIT))) {
         return result;
     }
 

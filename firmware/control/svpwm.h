@@ -15,22 +15,21 @@
 
 #include <stdint.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
 
 typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
     ab_t voltage; /* mean voltage of exactly these duties at this u_dc, ideal inverter [V] */
-    uint32_t cut; /* [-] 0: that is the one asked for; 1: it was too long, or no voltage */
+    uint32_t cut; /* [-] 0: that is the one asked for; 1: it may be cut */
 } svpwm_t;
 
-/* The way of a voltage that does not fit: for svpwm_modulate(). */
-svpwm_t svpwm_cut(ab_t voltage, float u_dc, float duty_min, float duty_max);
+/* The way of a voltage that does not fit or is none, and of an odd DC link: for svpwm_modulate(). */
+svpwm_t svpwm_closely(ab_t voltage, float u_dc, float duty_min, float duty_max);
 
-/* Beyond this a voltage is not one, and sums of three could overflow [V]. */
-#define SVPWM_VOLTAGE_LIMIT 1e30f
-
-/* Below this the reciprocal is not finite [V]. */
-#define SVPWM_U_DC_LEAST 1e-37f
+/* The DC link of the short way, 0.5 to 999.5 V [V]. */
+#define SVPWM_U_DC_MIDDLE 500.0f
+#define SVPWM_U_DC_HALF   499.5f
 
 /* Share of the range that a vector on the short way may take: its rounding then stays inside. */
 #define SVPWM_ROOM 0.999999f
@@ -47,10 +46,9 @@ static inline svpwm_t svpwm_modulate(ab_t voltage, float u_dc, float duty_min, f
     highest = phases.c > highest ? phases.c : highest;
     lowest = phases.c < lowest ? phases.c : lowest;
 
-    /* No number passes this, nor a DC link of zero or less. */
     float room = SVPWM_ROOM * (duty_max - duty_min) * u_dc;
-    if (!(highest - lowest <= room && u_dc >= SVPWM_U_DC_LEAST && u_dc <= SVPWM_VOLTAGE_LIMIT)) {
-        return svpwm_cut(voltage, u_dc, duty_min, duty_max);
+    if (!(highest - lowest <= room && bounds_within(u_dc - SVPWM_U_DC_MIDDLE, SVPWM_U_DC_HALF))) {
+        return svpwm_closely(voltage, u_dc, duty_min, duty_max);
     }
     float per_volt = 1.0f / u_dc;
     float middle = 0.5f * (duty_min + duty_max) - 0.5f * (highest + lowest) * per_volt;

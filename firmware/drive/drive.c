@@ -39,9 +39,10 @@ static float lesser(float x, float y)
 
 static void retune(drive_t *drive, const params_t *params)
 {
+    const float i_calm = lesser(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST);
     drive->params = *params;
     drive->calm = (drive_calm_t){
-        .current = lesser(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST),
+        .current_square = 0.9999f * i_calm * i_calm,
         .u_dc_middle = 0.5f * (params->dc_overvoltage + params->dc_undervoltage),
         .u_dc_half = 0.4999f * (params->dc_overvoltage - params->dc_undervoltage),
         .sink_temperature = params->sink_temperature_max,
@@ -155,15 +156,14 @@ bool drive_request(drive_t *drive, const requests_t *next, params_error_t *why)
 }
 
 /* Nothing to look at more closely in this sample, as in almost every period: one comparison for each value
- * does for what is no measurement and for what breaks a limit. */
+ * does for what is no measurement and for what breaks a limit; no phase current is larger than their vector.
+ */
 static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 {
     const drive_calm_t *calm = &drive->calm;
-    const float i_a = samples->i_a - drive->offset.a;
-    const float i_b = samples->i_b - drive->offset.b;
+    const ab_t i = frames_clarke_two(samples->i_a - drive->offset.a, samples->i_b - drive->offset.b);
     return (samples->flags | drive->protection.counting) == 0u && drive->state == DRIVE_OPERATION_ENABLED &&
-           bounds_within(i_a, calm->current) && bounds_within(i_b, calm->current) &&
-           bounds_within(i_a + i_b, calm->current) &&
+           i.alpha * i.alpha + i.beta * i.beta < calm->current_square &&
            bounds_within(samples->u_dc - calm->u_dc_middle, calm->u_dc_half) &&
            bounds_within(samples->sink_temperature, calm->sink_temperature) &&
            bounds_within(samples->motor_temperature, calm->motor_temperature);
@@ -408,18 +408,18 @@ static drive_gates_t advance(drive_t *drive, const drive_samples_t *samples, uin
  * that the gates come on without a current. */
 static dq_t references(drive_t *drive)
 {
-    if (drive->state == DRIVE_SWITCHED_ON) {
+    const int32_t state = drive->state;
+    const float i_d = drive->requests.i_d_request;
+    if (state == DRIVE_SWITCHED_ON) {
         return (dq_t){0.0f, 0.0f};
     }
-    const bool stopping = drive->state == DRIVE_QUICK_STOP;
-    const float i_d = drive->requests.i_d_request;
-    if (drive->requests.mode == MODE_CURRENT && !stopping) {
+    if (drive->requests.mode == MODE_CURRENT && state != DRIVE_QUICK_STOP) {
         const float i_q = drive->requests.i_q_request;
         speed_control_reset(&drive->speed_control, i_q);
         drive->omega_m_ref = drive->omega_m;
         return (dq_t){i_d, i_q};
     }
-    drive->omega_m_ref = stopping ? 0.0f : drive->requests.speed_request;
+    drive->omega_m_ref = state == DRIVE_QUICK_STOP ? 0.0f : drive->requests.speed_request;
     return (dq_t){i_d, speed_control_step(&drive->speed_control, drive->omega_m_ref, drive->omega_m)};
 }
 
@@ -556,12 +556,15 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 {
     drive->period++;
     const bool calm = is_calm(drive, samples);
-    const uint32_t bad_sample = !calm && !is_measurement(samples);
+    uint32_t bad_sample = 0u;
+    if (!calm) {
+        bad_sample = !is_measurement(samples);
+        if (drive->period == 1u) {
+            encoder_reset(&drive->encoder, samples->encoder);
+        }
+    }
     take_samples(drive, samples, bad_sample == 0u);
 
-    if (drive->period == 1u) {
-        encoder_reset(&drive->encoder, drive->encoder_count);
-    }
     const ab_t measured = frames_clarke_two(drive->current_abc.a, drive->current_abc.b);
     drive->current_ab = (ab_t){measured.alpha - drive->offset_trim.offset.alpha,
                                measured.beta - drive->offset_trim.offset.beta};

@@ -75,7 +75,7 @@ static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)
 /* [rad per 2^-32 turns]; half a turn becomes ANGLE_LARGEST. */
 #define ENCODER_ANGLE_PER_STEP (ANGLE_LARGEST / 2147483648.0f)
 
-/* Half a turn and less, as much as an int32_t holds [2^-32 turns]. */
+/* Almost half a turn [2^-32 turns], as much as an int32_t holds: who moves further has lost the angle. */
 #define ENCODER_MOVE_LIMIT 2.1e9f
 
 /* Position at t_k from the count latched there, 0..N-1 (N and above count as N-1). Straight line, no
@@ -86,7 +86,7 @@ static inline position_t encoder_step(encoder_t *encoder, uint32_t count)
     float error = (float)(int32_t)(phase - encoder->next);
     encoder->omega_e += encoder->speed_gain * error;
     float moved = encoder->step_gain * encoder->omega_e + encoder->angle_gain * error;
-    encoder->next += (uint32_t)(int32_t)bounds_clamp(moved, ENCODER_MOVE_LIMIT);
+    encoder->next += (uint32_t)(int32_t)(bounds_within(moved, ENCODER_MOVE_LIMIT) ? moved : 0.0f);
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }
 

@@ -325,7 +325,7 @@ static bool observe(estimator_t *est, ab_t voltage, ab_t current)
     return true;
 }
 
-static position_t track_and_adapt(estimator_t *est, float acceleration)
+static inline position_t track_and_adapt(estimator_t *est, float acceleration)
 {
     position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration);
     if ((est->special & ADAPTING) != 0u) {
@@ -342,13 +342,12 @@ static position_t special_step(estimator_t *est, float u_alpha, float u_beta, fl
     const ab_t voltage = {u_alpha, u_beta};
     const ab_t current = {i_alpha, i_beta};
     if ((est->special & FRESH) != 0u) {
-        bool same = of_reset(est, voltage, current);
-        position_t start = pll_coast(&est->pll, 0.0f);
         est->special &= ~FRESH;
-        if (same) {
+        if (of_reset(est, voltage, current)) {
             est->special |= COASTED;
-            return start;
+            return pll_coast(&est->pll, 0.0f);
         }
+        pll_advance(&est->pll);
         doubtful = false;
     }
     est->special &= ~COASTED;

@@ -114,27 +114,31 @@ ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf)
 {
     float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
-    float per_length = inverse_root(square);
-    float length = square * per_length;
-    length = length < EMF_SHARE_MAX * smo->gain ? length : EMF_SHARE_MAX * smo->gain;
+    float length = square * inverse_root(square);
+    float longest = EMF_SHARE_MAX * smo->gain;
+    if (length > longest) {
+        float share = longest / length;
+        emf = (ab_t){share * emf.alpha, share * emf.beta};
+        length = longest;
+    }
+
     float slope_max = smo->gain * smo->half_slope;
     float y = 0.0f;
-    lag_impedance_t z;
-    float per_z;
-    for (int32_t n = 0;; n++) {
+    lag_impedance_t z = lag_impedance(smo, slope_max, omega_e);
+    float z_square = z.re * z.re + z.im * z.im;
+    float along = slope_max + smo->resistance;
+    float slope = along;
+    for (int32_t n = 0; n < ERROR_STEPS; n++) {
+        y += (length * inverse_root(z_square) - y) * along / slope;
         float k_f = smo_vector_gain(smo, y * y);
-        float g = smo->gain * k_f;
-        z = lag_impedance(smo, g, omega_e);
-        per_z = inverse_root(z.re * z.re + z.im * z.im);
-        if (n == ERROR_STEPS) {
-            break;
-        }
-        float rest = 1.0f - k_f * k_f * y * y;
-        y += (length * per_z - y) * (g + smo->resistance) / (smo->resistance + slope_max * rest);
+        z = lag_impedance(smo, smo->gain * k_f, omega_e);
+        z_square = z.re * z.re + z.im * z.im;
+        along = smo->gain * k_f + smo->resistance;
+        slope = smo->resistance + slope_max * (1.0f - k_f * k_f * y * y);
     }
-    /* conj(z) e, brought to the length y. */
-    float size = y * per_z * per_length;
-    return (ab_t){size * (z.re * emf.alpha + z.im * emf.beta), size * (z.re * emf.beta - z.im * emf.alpha)};
+    float per_square = 1.0f / z_square; /* e/z */
+    return (ab_t){per_square * (z.re * emf.alpha + z.im * emf.beta),
+                  per_square * (z.re * emf.beta - z.im * emf.alpha)};
 }
 
 void lag_make(const smo_t *smo, float omega_e, ab_t emf, ab_t *switched, ab_t *emf_hat)

@@ -79,8 +79,8 @@ static inline ab_t lag_emf_exact(const smo_t *smo, ab_t error, float omega_e)
 }
 
 /* The current error [A] of the vector form that has settled on the EMF `emf` [V] turning at omega_e [rad/s]:
- * lag_emf_exact() backwards, for resets. An EMF longer than 0.99 k_s is taken as that long. Four times
- * two divisions. */
+ * lag_emf_exact() backwards, for resets. An EMF longer than 0.99 k_s is taken as that long. Nine
+ * divisions. */
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf);
 
 /* What the switching voltage v and its filtered value e_hat [V] are when the observer has settled on the EMF

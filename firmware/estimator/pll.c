@@ -98,6 +98,11 @@ void pll_settle(pll_t *pll, float amplitude)
     pll->amplitude = amplitude;
 }
 
+void pll_advance(pll_t *pll)
+{
+    move(pll, pll->omega_smooth);
+}
+
 position_t pll_coast(pll_t *pll, float acceleration)
 {
     float feedforward = pll->feedforward.value + pll->period * acceleration;

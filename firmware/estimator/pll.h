@@ -128,6 +128,9 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
  * starts from zero and the feed-forward dips for some of its time constants. */
 void pll_settle(pll_t *pll, float amplitude);
 
+/* After a reset whose own period is not stepped: on to the next t_k at the speed of the start. */
+void pll_advance(pll_t *pll);
+
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */
 position_t pll_coast(pll_t *pll, float acceleration);

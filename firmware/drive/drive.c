@@ -32,14 +32,14 @@
 #define DOUBT_LEAST      3.0f   /* [periods] that the observer itself remembers */
 #define STANDSTILL       2.0f   /* [rad/s] mechanical: quick stop ends below */
 
-static float lesser(float x, float y)
+static float smaller_of(float x, float y)
 {
     return x < y ? x : y;
 }
 
 static void retune(drive_t *drive, const params_t *params)
 {
-    const float i_calm = lesser(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST);
+    const float i_calm = smaller_of(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST);
     drive->params = *params;
     drive->calm = (drive_calm_t){
         .current_square = 0.9999f * i_calm * i_calm,

@@ -174,12 +174,12 @@ class ExactSensorsTest(unittest.TestCase):
         self.assertEqual(place(where)[0], 2000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
         _, _, text, where, why = session(
-            "period 3000", "set variable app->drive.protection.limits.overcurrent = 0.01f",
-            "set variable app->drive.calm.current = 0.01f", "until-fault", "where-time",
+            "period 3000", "set variable app->drive.calm.current_square = 0.0f",
+            "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
             "why", arguments=("30000", "exact"),
         )
         self.assertEqual(place(where)[0], 3000)
-        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(transit < )?(advance < )?drive_step\n")
         self.assertIn("exact_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
@@ -212,12 +212,12 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.protection.limits.overcurrent = 0.01f",
-            "set variable app->drive.calm.current = 0.01f", "until-fault", "where-time",
+            "period 10000", "set variable app->drive.calm.current_square = 0.0f",
+            "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
             "why"
         )
         self.assertEqual(place(where)[0], 10000)
-        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(transit < )?(advance < )?drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
@@ -227,7 +227,7 @@ class FaultTest(unittest.TestCase):
             "period 100", "set variable app->drive.params.current_offset_max = 0.0f", "until-fault", "where-time", "why"
         )
         self.assertEqual(place(where)[0], 575)
-        self.assertRegex(text, r"^fault 27, current_offset, by (enter_fault < )?(calibrate < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 27, current_offset, by (enter_fault < )?(calibrate < )?(transit < )?(advance < )?drive_step\n")
         self.assertRegex(text, r"#0  app_interrupt \(\)")
         self.assertIn("fault 27, current_offset: ", why)
 

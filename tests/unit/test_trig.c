@@ -223,6 +223,22 @@ static void test_atan2_of_no_vector_is_zero(void)
     }
 }
 
+/* The bounds of the series, 3e-7 rad and 1e-6, and the rounding of two rotations. */
+static void test_advance_turns_a_rotation_on(void)
+{
+    for (double from = -3.1; from < 3.2; from += 0.31) {
+        for (double angle = -(double)TRIG_ADVANCE_LIMIT; angle <= (double)TRIG_ADVANCE_LIMIT;
+             angle += 0.003) {
+            const rotation_t turned = trig_advance(trig_rotation((float)from), (float)angle);
+            const double target = (double)(float)from + (double)(float)angle;
+            const double along = (double)turned.cos * cos(target) + (double)turned.sin * sin(target);
+            const double across = (double)turned.sin * cos(target) - (double)turned.cos * sin(target);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 + 8e-7, 1.0, along);
+            TEST_ASSERT_DOUBLE_WITHIN(3e-7 + 8e-7, 0.0, across);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -239,5 +255,6 @@ int main(void)
     RUN_TEST(test_atan2_of_every_ratio);
     RUN_TEST(test_atan2_on_the_axes_and_diagonals);
     RUN_TEST(test_atan2_of_no_vector_is_zero);
+    RUN_TEST(test_advance_turns_a_rotation_on);
     return UNITY_END();
 }

@@ -97,7 +97,8 @@ bool output_picture(const char *script, const char *data, const char *png, const
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        execlp(python, python, "-B", path, data, png, "--title", title, (char *)NULL); /* png NULL: ends there */
+        execlp(python, python, "-B", path, data, png, "--title", title,
+               (char *)NULL); /* png NULL: ends there */
         fprintf(stderr, "lagless: cannot run Python (%s): %s\n", python, strerror(errno));
         _exit(127);
     }

@@ -152,7 +152,7 @@ static void test_rotation_limit_below_at_above(void)
 static void test_turn_of_a_wrapped_angle(void)
 {
     double length = 0.0;
-    for (int k = -1000000; k <= 1000000; k++) {
+    for (int32_t k = -1000000; k <= 1000000; k += SWEEP) {
         float theta = (float)k * (ANGLE_LARGEST / 1000000.0f);
         rotation_t turn = trig_turn(theta);
         rotation_t back = trig_turn(-theta);

@@ -13,6 +13,7 @@ static const struct {
     {"test_floats_next_to_pi_go_to_the_other_side", PRECISION},
     {"test_exponential_over_the_whole_range", PRECISION},
     {"test_is_the_sum_of_its_legs_in_and_out_of_the_zone", PRECISION},
+    {"test_range_is_that_of_the_three_phases", PRECISION},
     {"test_loss_tells_how_sure_it_is", PRECISION},
     {"test_finds_the_constant_of_a_turning_emf", PRECISION},
     {"test_finds_the_same_when_turning_backwards", PRECISION},

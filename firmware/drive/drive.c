@@ -532,7 +532,7 @@ static rotation_t locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->encoder_count);
     if (drive->estimating != 0u) {
-        const rotation_t tracked = estimator_rotation(&drive->estimator);
+        const rotation_t tracked = locator_rotation(&drive->estimator);
         estimate(drive);
         if (sensorless(drive)) {
             drive->position = drive->estimate;

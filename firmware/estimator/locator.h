@@ -12,6 +12,7 @@ typedef fixed_t locator_t;
 #define locator_init         fixed_init
 #define locator_retune       fixed_retune
 #define locator_reset        fixed_reset
+#define locator_rotation     fixed_rotation
 #define locator_step         fixed_step
 #define locator_coast        fixed_coast
 #define locator_judge        fixed_judge
@@ -26,6 +27,7 @@ typedef estimator_t locator_t;
 #define locator_init         estimator_init
 #define locator_retune       estimator_retune
 #define locator_reset        estimator_reset
+#define locator_rotation     estimator_rotation
 #define locator_step         estimator_step
 #define locator_coast        estimator_coast
 #define locator_judge        estimator_judge

@@ -63,6 +63,15 @@ void fixed_reset(fixed_t *fixed, position_t start, ab_t current);
 position_t fixed_step(fixed_t *fixed, ab_t voltage, ab_t current);
 position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current);
 void fixed_judge(fixed_t *fixed, uint32_t periods);
+
+/* As estimator_rotation(). */
+static inline rotation_t fixed_rotation(const fixed_t *fixed)
+{
+    const float unit = 1.0f / 1073741824.0f; /* Q30 */
+    return (rotation_t){.sin = unit * (float)fixed->q.pll.rotation.sin,
+                        .cos = unit * (float)fixed->q.pll.rotation.cos};
+}
+
 uint16_t fixed_invalid(const fixed_t *fixed);
 
 #endif

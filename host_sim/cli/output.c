@@ -68,8 +68,16 @@ FILE *output_open(const char *path)
     return file;
 }
 
+FILE *output_open_in(char path[PATH_SIZE], const char *folder, const char *name)
+{
+    return output_path(path, folder, name) ? output_open(path) : NULL;
+}
+
 bool output_close(FILE *file, const char *path)
 {
+    if (file == NULL) {
+        return false;
+    }
     const bool written = ferror(file) == 0;
     if (fclose(file) != 0 || !written) {
         fprintf(stderr, "lagless: %s is not complete: %s\n", path, strerror(errno));

@@ -19,7 +19,11 @@ bool output_path(char path[PATH_SIZE], const char *folder, const char *name);
 /* Opens for writing; NULL: said why on stderr. */
 FILE *output_open(const char *path);
 
-/* Closes and judges what was written; false: the disk did not take it all (said on stderr). */
+/* Opens path = folder/name for writing, likewise. */
+FILE *output_open_in(char path[PATH_SIZE], const char *folder, const char *name);
+
+/* Closes and judges what was written; false: the disk did not take it all (said on stderr), or file is NULL,
+ * so that a file that could not be opened was not written. */
 bool output_close(FILE *file, const char *path);
 
 /* Does this stream want colours: a terminal, and NO_COLOR is not set. */

@@ -132,15 +132,11 @@ static void print_reason(const char *text)
     }
 }
 
-/* The row of the same claim on the ideal drive; NULL: there is none. */
-static const paper_row_t *ideal_of(const paper_t *paper, const paper_row_t *row)
+/* The row of the same claim in another flavour; NULL: there is none. */
+static const paper_row_t *sibling(const paper_t *paper, const paper_row_t *row, const char *flavour)
 {
     char id[sizeof row->id];
-    const char *dot = strrchr(row->id, '.');
-    if (dot == NULL || strcmp(row->flavour, "real") != 0) {
-        return NULL;
-    }
-    snprintf(id, sizeof id, "%.*s.ideal", (int)(dot - row->id), row->id);
+    snprintf(id, sizeof id, "%.*s.%s", (int)(strrchr(row->id, '.') - row->id), row->id, flavour);
     return paper_row_by_id(paper, id);
 }
 
@@ -175,19 +171,17 @@ static void print_table(const paper_t *paper)
            "ours", "ideal", "unit");
     for (size_t n = 0; n < paper_row_count(paper); n++) {
         const paper_row_t *row = paper_row(paper, n);
-        const bool beside = strcmp(row->flavour, "ideal") == 0;
-        char real[sizeof row->id];
-        snprintf(real, sizeof real, "%.*s.real", (int)(strrchr(row->id, '.') - row->id), row->id);
+        const bool ideal = strcmp(row->flavour, "ideal") == 0;
         verdicts[row->verdict]++;
-        if (beside && paper_row_by_id(paper, real) != NULL) {
-            continue;
+        if (ideal && sibling(paper, row, "real") != NULL) {
+            continue; /* stands beside it */
         }
         if (row->figure != figure) {
             figure = row->figure;
             printf("\n%s  %s\n", paper_figures[figure].id, paper_figures[figure].title);
             said = "";
         }
-        said = print_row(row, ideal_of(paper, row), said);
+        said = print_row(row, ideal ? NULL : sibling(paper, row, "ideal"), said);
     }
     printf("\nours: inverter and sensors with their errors (2.5 us dead time, compensated, 12-bit ADC, noise "
            "10 mA, "
@@ -205,12 +199,8 @@ static void print_table(const paper_t *paper)
 static bool prepare(const char *folder, char data[PATH_SIZE])
 {
     char path[PATH_SIZE];
-    if (!output_folder(folder) || !output_path(data, folder, "data") || !output_folder(data) ||
-        !output_path(path, folder, "rows.json")) {
-        return false;
-    }
-    FILE *file = output_open(path);
-    return file != NULL && output_close(file, path);
+    return output_folder(folder) && output_path(data, folder, "data") && output_folder(data) &&
+           output_close(output_open_in(path, folder, "rows.json"), path);
 }
 
 static bool write_traces(const options_t *options, const char *data, const paper_t *paper)
@@ -221,11 +211,11 @@ static bool write_traces(const options_t *options, const char *data, const paper
         char path[PATH_SIZE];
         snprintf(name, sizeof name, "%s.csv", paper_figures[n].id);
         if (options->wanted[n]) {
-            FILE *file = output_path(path, data, name) ? output_open(path) : NULL;
+            FILE *file = output_open_in(path, data, name);
             if (file != NULL) {
                 paper_write_csv(paper, n, file);
             }
-            done = file != NULL && output_close(file, path) && done;
+            done = output_close(file, path) && done;
         }
     }
     return done;
@@ -238,33 +228,41 @@ static bool write_dead_time(const options_t *options, const char *data, const pa
     if (!options->wanted[paper_figure("fig15")]) {
         return true;
     }
-    FILE *file = output_path(path, data, "fig15_dead_time.csv") ? output_open(path) : NULL;
+    FILE *file = output_open_in(path, data, "fig15_dead_time.csv");
     if (file != NULL) {
         paper_write_dead_time(paper, file);
     }
-    return file != NULL && output_close(file, path);
+    return output_close(file, path);
 }
 
-static bool write_rows(const options_t *options, const paper_t *paper, double seconds)
+static bool write_rows(const options_t *options, const paper_t *paper)
 {
     char path[PATH_SIZE];
-    FILE *file = output_path(path, options->folder, "rows.json") ? output_open(path) : NULL;
+    FILE *file = output_open_in(path, options->folder, "rows.json");
     if (file != NULL) {
         print_json(file, paper);
     }
-    bool done = file != NULL && output_close(file, path);
-    file = output_path(path, options->folder, "report.json") ? output_open(path) : NULL;
+    return output_close(file, path);
+}
+
+static bool write_manifest(const options_t *options, const paper_t *paper, double seconds)
+{
+    char path[PATH_SIZE];
+    FILE *file = output_open_in(path, options->folder, "report.json");
     if (file != NULL) {
         paper_write_manifest(paper, LAGLESS_COMMIT, seconds, file);
     }
-    return file != NULL && output_close(file, path) && done;
+    return output_close(file, path);
 }
 
 /* Data first: they stay, whatever becomes of the pictures. */
 static bool report(const options_t *options, const char *data, const paper_t *paper, double seconds)
 {
-    const bool written = write_traces(options, data, paper);
-    if (!(write_dead_time(options, data, paper) && written && write_rows(options, paper, seconds))) {
+    bool written = write_traces(options, data, paper);
+    written = write_dead_time(options, data, paper) && written;
+    written = write_rows(options, paper) && written;
+    written = write_manifest(options, paper, seconds) && written;
+    if (!written) {
         return false;
     }
     fprintf(stderr, "drawing\n");

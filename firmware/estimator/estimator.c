@@ -195,8 +195,10 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     }
     pll_reset(&est->pll, (position_t){start.theta_e + added, start.omega_e});
     pll_settle(&est->pll, bounds_magnitude(length));
-    lowpass_reset(&est->emf_mean, length < 0.0f ? -length : length);
-    lowpass_reset(&est->speed_mean, start.omega_e < 0.0f ? -start.omega_e : start.omega_e);
+    est->reset_angle = est->pll.theta_e;
+    pll_advance(&est->pll);
+    lowpass_reset(&est->emf_mean, bounds_magnitude(length));
+    lowpass_reset(&est->speed_mean, bounds_magnitude(start.omega_e));
     est->emf = emf;
     est->reset_current = current;
     est->special = (est->special & ~COASTED) | FRESH;
@@ -207,12 +209,17 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->invalid = 0u;
 }
 
+static inline bool is_reset_current(const estimator_t *est, ab_t current)
+{
+    return current.alpha == est->reset_current.alpha && current.beta == est->reset_current.beta;
+}
+
 /* Is the first sample after a reset that of the reset itself? Its current is then the same. Only a machine
  * without current has the same one a period later too; there the voltage is the EMF, of the period before t_k
  * or of that after it. */
 static bool of_reset(const estimator_t *est, ab_t voltage, ab_t current)
 {
-    if (current.alpha != est->reset_current.alpha || current.beta != est->reset_current.beta) {
+    if (!is_reset_current(est, current)) {
         return false;
     }
     if (current.alpha != 0.0f || current.beta != 0.0f) {
@@ -277,7 +284,7 @@ static uint32_t failing(const estimator_t *est, float speed, float speed_of_emf,
 {
     return (outside(speed_of_emf, fitting) ? ESTIMATOR_AMPLITUDE : 0u) |
            (bounds_magnitude(est->pll.detector) > est->detector_max ? ESTIMATOR_DETECTOR : 0u) |
-           (est->smo.error_square > est->error_square_max ? ESTIMATOR_CURRENT : 0u) |
+           (smo_error_square(&est->smo) > est->error_square_max ? ESTIMATOR_CURRENT : 0u) |
            (outside(speed, est->speed) ? ESTIMATOR_SPEED : 0u);
 }
 
@@ -291,7 +298,7 @@ void estimator_judge(estimator_t *est, uint32_t periods)
     band_t fitting = {est->amplitude.middle * speed, est->amplitude.half * speed + AMPLITUDE_ALLOWANCE};
     if (est->counting != 0u || outside(speed_of_emf, fitting) ||
         bounds_magnitude(est->pll.detector) > est->detector_max ||
-        est->smo.error_square > est->error_square_max || outside(speed, est->speed)) {
+        smo_error_square(&est->smo) > est->error_square_max || outside(speed, est->speed)) {
         count_failures(est, failing(est, speed, speed_of_emf, fitting), periods);
     }
 }
@@ -325,7 +332,7 @@ static bool observe(estimator_t *est, ab_t voltage, ab_t current)
     return true;
 }
 
-static inline position_t track_and_adapt(estimator_t *est, float acceleration)
+static position_t track_and_adapt(estimator_t *est, float acceleration)
 {
     position_t position = pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration);
     if ((est->special & ADAPTING) != 0u) {
@@ -345,9 +352,8 @@ static position_t special_step(estimator_t *est, float u_alpha, float u_beta, fl
         est->special &= ~FRESH;
         if (of_reset(est, voltage, current)) {
             est->special |= COASTED;
-            return pll_coast(&est->pll, 0.0f);
+            return (position_t){est->reset_angle, est->pll.omega_smooth};
         }
-        pll_advance(&est->pll);
         doubtful = false;
     }
     est->special &= ~COASTED;
@@ -365,13 +371,23 @@ static position_t special_step(estimator_t *est, float u_alpha, float u_beta, fl
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    if ((est->special & ~ADAPTING) != 0u || !smo_step_settled(&est->smo, voltage, current)) {
+    if (est->special != 0u) {
+        /* After a coast or a reset the short way does as well, but for the sample of the reset itself. */
+        if ((est->special & ~(FRESH | COASTED)) != 0u || is_reset_current(est, current)) {
+            return special_step(est, voltage.alpha, voltage.beta, current.alpha, current.beta, false);
+        }
+        est->special = 0u;
+        est->invalid &= ~ESTIMATOR_SAMPLE;
+    }
+    if (!smo_step_settled(&est->smo, voltage, current)) {
         return special_step(est, voltage.alpha, voltage.beta, current.alpha, current.beta, false);
     }
     est->emf = lag_emf_exact(&est->smo, est->smo.current_err, est->pll.omega_e);
     float acceleration = acceleration_of(est, current);
-    return est->special == 0u ? pll_step(&est->pll, est->emf, est->speed_per_volt, acceleration)
-                              : track_and_adapt(est, acceleration);
+    position_t position;
+    return pll_track(&est->pll, est->emf, est->speed_per_volt, acceleration, &position)
+               ? position
+               : pll_step_closely(&est->pll, est->emf, est->speed_per_volt, acceleration);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)

@@ -106,6 +106,7 @@ typedef struct {
     float flux_linkage;              /* psi_f as adapted [Wb] */
     float speed_per_volt;            /* 1/psi_f as adapted [rad/s/V] */
     ab_t reset_current;              /* of estimator_reset [A] */
+    float reset_angle;               /* likewise, as the lag mode leaves it [rad] */
     uint32_t special;                /* [-] bits of what few periods have to do: 0 is the shortest way */
     uint32_t count[ESTIMATOR_SIGNS]; /* [periods] */
     uint32_t counting;               /* [-] not 0: a count is not zero */
@@ -136,8 +137,8 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
 
 /* Position at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. A sample that
  * is no number or beyond SMO_ERROR_LIMIT coasts on the last speed, raises ESTIMATOR_SAMPLE and changes
- * nothing else. Always finite. Straight line but for that, one division (vector form, exact lag), one sine
- * and cosine. Judges nothing. */
+ * nothing else. Always finite. Judges nothing. Straight line with one division in the vector form with exact
+ * lag and without adaptation, while the loop follows (pll_track). */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
 /* Sine and cosine of the angle that the next step will return: known before it. */

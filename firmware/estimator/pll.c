@@ -2,11 +2,8 @@
 
 #include <assert.h>
 
-#include "math/angle.h"
-#include "math/bounds.h"
 #include "math/exponential.h"
 #include "math/root.h"
-#include "math/trig.h"
 
 /* What has a square that stays in range [V]. */
 #define EMF_LARGEST 1.0e15f
@@ -36,9 +33,24 @@ bool pll_params_check(const pll_params_t *params, params_error_t *why)
                                                     params->amplitude_floor, 1.0e-3f, 1.0e4f);
 }
 
+/* Is the short way one for the next step? */
+static void look_ahead(pll_t *pll)
+{
+    float middle = PLL_SIGNED_SPEED + pll->half;
+    float inverse = bounds_magnitude(pll->inverse);
+    bool backward = pll->omega_smooth < 0.0f;
+    pll->middle = backward ? -middle : middle;
+    pll->inverse = backward ? -inverse : inverse;
+    pll->following = pll->amplitude >= pll->amplitude_floor &&
+                     bounds_magnitude(pll->omega_smooth - pll->middle) <= pll->half;
+}
+
 void pll_init(pll_t *pll, const pll_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};
+    pll->omega_smooth = 0.0f;
+    pll->amplitude = 0.0f;
+    pll->inverse = 0.0f;
     pll_retune(pll, params);
     pll_reset(pll, origin);
 }
@@ -57,7 +69,9 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     pll->speed_limit = PLL_TURN_LIMIT / params->period;
     pll->period = params->period;
     pll->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
+    pll->half = 0.5f * (TRIG_ADVANCE_LIMIT / params->period - params->kp - PLL_SIGNED_SPEED);
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
+    look_ahead(pll);
 }
 
 static inline void place(pll_t *pll, float theta_e)
@@ -82,10 +96,11 @@ void pll_reset(pll_t *pll, position_t start)
     place(pll, angle_wrap(start.theta_e));
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
-    pll->turning = omega_e < 0.0f ? -1.0f : 1.0f;
-    pll->direction = pll->turning;
+    pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     pll->detector = 0.0f;
     pll->amplitude = 0.0f;
+    pll->inverse = 0.0f;
+    pll->following = 0u;
     pll->emf = (dq_t){0.0f, 0.0f};
     if (bounds_magnitude(omega_e) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
@@ -96,6 +111,8 @@ void pll_settle(pll_t *pll, float amplitude)
 {
     pll->emf = (dq_t){0.0f, pll->omega_smooth < 0.0f ? -amplitude : amplitude};
     pll->amplitude = amplitude;
+    pll->inverse = amplitude >= pll->amplitude_floor ? 1.0f / amplitude : 0.0f;
+    look_ahead(pll);
 }
 
 void pll_advance(pll_t *pll)
@@ -113,16 +130,8 @@ position_t pll_coast(pll_t *pll, float acceleration)
     position_t position = {pll->theta_e, pll->omega_smooth};
     move(pll, position.omega_e);
     pll->detector = 0.0f;
+    look_ahead(pll);
     return position;
-}
-
-/* The EMF in the frame of the loop, filtered. */
-static dq_t filtered(const pll_t *pll, ab_t emf)
-{
-    dq_t e = frames_park(emf, pll->rotation);
-    e.d += pll->emf_decay * (pll->emf.d - e.d);
-    e.q += pll->emf_decay * (pll->emf.q - e.q);
-    return e;
 }
 
 static float square_of(dq_t e)
@@ -132,18 +141,16 @@ static float square_of(dq_t e)
 
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
 {
-    dq_t e = filtered(pll, emf);
+    dq_t e = pll_filtered(pll, emf);
     if (square_of(e) <= EMF_LARGEST * EMF_LARGEST) {
         pll->emf = e;
     }
     return pll_coast(pll, acceleration);
 }
 
-/* The detector's sign at low speed, and which way the loop turns; once it is faster, a start's direction is
- * no longer needed. */
+/* The detector's sign at low speed; once the loop is faster, a start's direction is no longer needed. */
 static float soft_sign(pll_t *pll)
 {
-    pll->turning = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;
     if (bounds_magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
     }
@@ -153,50 +160,54 @@ static float soft_sign(pll_t *pll)
     return bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
 }
 
-position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
+position_t pll_take(pll_t *pll, float feedforward, float integral)
 {
-    dq_t e = filtered(pll, emf);
-    float square = square_of(e);
-    float inverse = inverse_root(square);
-    float amplitude = square * inverse;
-    if (amplitude < pll->amplitude_floor) {
-        inverse = pll->inverse_floor;
-    }
-
-    float sign = pll->turning;
-    float signed_emf = sign * amplitude;
-    if (!(sign * pll->omega_smooth >= PLL_SIGNED_SPEED)) {
-        sign = soft_sign(pll);
-        signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
-    }
-    float detector = -(sign * e.d) * inverse;
-
-    float feedforward = pll->feedforward.value;
-    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
-    feedforward += pll->period * acceleration;
-    float integral = pll->integral + pll->ki_period * detector;
-    if (!(bounds_magnitude(feedforward) + bounds_magnitude(integral) <=
-          pll->speed_limit)) { /* or no number */
-        if (!(square <= EMF_LARGEST * EMF_LARGEST)) {
-            pll->amplitude = 0.0f;
-            return pll_coast(pll, acceleration);
-        }
-        if (!(bounds_magnitude(feedforward) <= pll->speed_limit)) {
+    if (!(bounds_magnitude(feedforward) + bounds_magnitude(integral) <= pll->speed_limit)) {
+        if (!(bounds_magnitude(feedforward) <= pll->speed_limit)) { /* or no number */
             feedforward = pll->feedforward.value;
         }
         integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
     }
-
-    float theta_e = pll->theta_e;
-    float omega_e = pll->integral + pll->kp * detector + feedforward;
-    move(pll, omega_e);
-    pll->emf = e;
+    position_t position = {pll->theta_e, pll->integral + pll->kp * pll->detector + feedforward};
+    move(pll, position.omega_e);
     lowpass_reset(&pll->feedforward, feedforward);
     pll->integral = integral;
     pll->omega_smooth = integral + feedforward;
-    pll->detector = detector;
+    look_ahead(pll);
+    return position;
+}
+
+position_t pll_step_closely(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
+{
+    dq_t e = pll_filtered(pll, emf);
+    float square = square_of(e);
+    if (!(square <= EMF_LARGEST * EMF_LARGEST)) {
+        pll->amplitude = 0.0f;
+        return pll_coast(pll, acceleration);
+    }
+
+    float inverse = inverse_root(square);
+    float amplitude = square * inverse;
+    float sign = soft_sign(pll);
+    float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
+    float detector = -(sign * e.d) * (amplitude < pll->amplitude_floor ? pll->inverse_floor : inverse);
+    pll->emf = e;
     pll->amplitude = amplitude;
-    return (position_t){theta_e, omega_e};
+    pll->inverse = inverse;
+    pll->detector = detector;
+
+    float feedforward = pll->feedforward.value;
+    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
+    feedforward += pll->period * acceleration;
+    return pll_take(pll, feedforward, pll->integral + pll->ki_period * detector);
+}
+
+position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
+{
+    position_t position;
+    return pll_track(pll, emf, speed_per_volt, acceleration, &position)
+               ? position
+               : pll_step_closely(pll, emf, speed_per_volt, acceleration);
 }
 
 bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period)

@@ -21,8 +21,9 @@
  * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
  * them.
  *
- * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed. It comes
- * from the reciprocal root that the detector uses too, relative error within 1e-6.
+ * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed. Its
+ * reciprocal, which the detector uses too, is within 1e-6, or on the short way (pll_track) one step of
+ * Newton's iteration from the last one: short by 3/2 m^2 where |e|^2 has changed by the share 2 m since.
  *
  * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
  * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
@@ -38,11 +39,15 @@
 #define ESTIMATOR_PLL_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "estimator/position.h"
+#include "math/angle.h"
+#include "math/bounds.h"
 #include "math/filter.h"
 #include "math/frames.h"
 #include "math/params_error.h"
+#include "math/trig.h"
 
 /* The soft sign is whole from here on [rad/s]. */
 #define PLL_SIGN_SPEED 20.0f
@@ -53,6 +58,10 @@
 /* Largest angle that the feed-forward may turn in one period [rad]; the integrator may turn twice this, so
  * that it can still oppose a feed-forward that is at its limit. */
 #define PLL_TURN_LIMIT 1.0f
+
+/* On the short way of a step, pll_track(), |e|^2 changes by at most this share in a period [-]: its |e| is
+ * within 6e-3. An EMF that fades as slowly as that passes the floor without notice, if w_s stays. */
+#define PLL_NEAR 0.125f
 
 typedef struct {
     float kp;                 /* [rad/s], on the normalised detector (17): ki T < kp < 2/T + ki T/2 */
@@ -73,6 +82,7 @@ typedef struct {
     float speed_limit;     /* PLL_TURN_LIMIT/T [rad/s] */
     float period;          /* T [s] */
     float emf_decay;       /* exp(-emf_cutoff T) [-]; 0 = no filter */
+    float half;            /* half of the range that |w_s| has on the short way [rad/s] */
     /* coefficient and state */
     lowpass_t feedforward; /* F [rad/s] */
     /* state */
@@ -82,7 +92,9 @@ typedef struct {
     dq_t emf;            /* in the frame of the loop, filtered [V] */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
-    float turning;       /* +-1: the sign of w_s, known to be that as long as |w_s| >= 80 rad/s [-] */
+    uint32_t following;  /* [-] 1: for the short way, if the next EMF is; then: */
+    float middle;        /* middle of that range, with the sign of w_s [rad/s] */
+    float inverse;       /* 1/|e| of the last step, with the same sign [1/V] */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
     float amplitude; /* |e| of the last step [V] */
@@ -121,8 +133,81 @@ void pll_reset(pll_t *pll, position_t start);
  * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice
  * that limit. Zero EMF: detector 0, F decays.
  *
- * Straight line, one sine and cosine, no division. */
+ * No division; straight line for a loop that follows an EMF, pll_track(). */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
+
+/* The same for any state and input; pll_step() takes it where pll_track() does not do. */
+position_t pll_step_closely(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
+
+/* The end of a step: F and I [rad/s], within their limits, from a detector [-] that is in the state, and the
+ * position. */
+position_t pll_take(pll_t *pll, float feedforward, float integral);
+
+/* The EMF in the frame of the loop, filtered. */
+static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
+{
+    dq_t e = frames_park(emf, pll->rotation);
+    e.d += pll->emf_decay * (pll->emf.d - e.d);
+    e.q += pll->emf_decay * (pll->emf.q - e.q);
+    return e;
+}
+
+/* pll_step() of a loop that turns with an EMF, inline for the interrupt: w_s from 80 rad/s to what turns by
+ * TRIG_ADVANCE_LIMIT in a period, and an EMF whose length is within PLL_NEAR of the last one's. false: the
+ * loop is as before, take pll_step_closely(). An EMF that is no number, too small or too large is there too.
+ *
+ * The rotation is turned on with theta_e and made anew in each turn, at +-pi: within 3e-5 of theta_e's. A
+ * turn ends 3e-7 rad early, so that theta_e is within +-ANGLE_LARGEST. */
+static inline bool pll_track(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration,
+                             position_t *position)
+{
+    if (pll->following == 0u) {
+        return false;
+    }
+    dq_t e = pll_filtered(pll, emf);
+    float square = e.d * e.d + e.q * e.q;
+    float inverse = pll->inverse;
+    float missing = 0.5f - 0.5f * (square * inverse * inverse);
+    if (!(bounds_magnitude(missing) <= 0.5f * PLL_NEAR)) {
+        return false;
+    }
+    inverse += inverse * missing;
+    float signed_emf = square * inverse;
+    float detector = -(e.d * inverse);
+    pll->emf = e;
+    pll->inverse = inverse;
+    pll->amplitude = bounds_magnitude(signed_emf);
+    pll->detector = detector;
+
+    float feedforward = pll->feedforward.value;
+    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
+    feedforward += pll->period * acceleration;
+    float integral = pll->integral + pll->ki_period * detector;
+    float omega_smooth = integral + feedforward;
+    if (!(bounds_magnitude(omega_smooth - pll->middle) <= pll->half)) {
+        *position = pll_take(pll, feedforward, integral);
+        return true;
+    }
+    pll->omega_smooth = omega_smooth;
+    pll->feedforward.value = feedforward;
+    float omega_e = pll->integral + pll->kp * detector + feedforward;
+    pll->integral = integral;
+    pll->omega_e = omega_e;
+    *position = (position_t){pll->theta_e, omega_e};
+
+    float angle = pll->period * omega_e;
+    float theta_e = pll->theta_e + angle;
+    rotation_t from = pll->rotation;
+    if (!(bounds_magnitude(theta_e) <= ANGLE_LARGEST)) {
+        float half_turn = theta_e > 0.0f ? ANGLE_LARGEST : -ANGLE_LARGEST;
+        angle = theta_e - half_turn;
+        theta_e = angle - half_turn;
+        from = (rotation_t){0.0f, -1.0f};
+    }
+    pll->theta_e = theta_e;
+    pll->rotation = trig_advance(from, angle);
+    return true;
+}
 
 /* After a reset: as if the filter had settled on an EMF of this amplitude [V] too. Without it the filter
  * starts from zero and the feed-forward dips for some of its time constants. */

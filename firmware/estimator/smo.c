@@ -128,7 +128,7 @@ static void weight_gain(smo_t *smo, float share)
     float product = sign ? sign_of(x.alpha) * x.alpha + sign_of(x.beta) * x.beta
                          : smo->gain_axis.alpha * x.alpha * x.alpha + smo->gain_axis.beta * x.beta * x.beta;
     smo->mean_product += share * (product - smo->mean_product);
-    smo->mean_square += share * (smo->error_square - smo->mean_square);
+    smo->mean_square += share * (smo_error_square(smo) - smo->mean_square);
     float largest = sign ? SMO_SIGN_GAIN_MAX : smo->half_slope;
     bool known = smo->mean_square > SQUARE_FLOOR && smo->mean_product < largest * smo->mean_square;
     smo->gain_mean = known ? smo->mean_product / smo->mean_square : largest;
@@ -172,11 +172,10 @@ void smo_preset_error(smo_t *smo, ab_t current, ab_t error)
     smo->current_err = error;
     smo->current_hat.alpha = current.alpha + error.alpha;
     smo->current_hat.beta = current.beta + error.beta;
-    smo->error_square = error.alpha * error.alpha + error.beta * error.beta;
     smo->mean_product = 0.0f;
     smo->mean_square = 0.0f;
     if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo->switched = switch_vector(smo, error, smo->error_square);
+        smo->switched = switch_vector(smo, error, smo_error_square(smo));
     } else {
         smo->switched = switch_axes(smo, error, 1.0f);
     }
@@ -233,7 +232,6 @@ ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
     smo->passed_over = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
-    smo->error_square = square;
     if (smo->switching == (int32_t)SMO_SIGMOID_VECTOR) {
         v = switch_vector(smo, x, square);
     } else {

@@ -88,7 +88,6 @@ typedef struct {
     /* state */
     ab_t current_hat;     /* i_hat at t_k [A] */
     ab_t current_err;     /* x at t_k [A] */
-    float error_square;   /* |x|^2 [A^2] */
     ab_t switched;        /* v [V], acts from t_k on; without filter emf_hat is it */
     ab_t emf_hat;         /* e_hat at t_k [V] */
     ab_t gain_axis;       /* k_f of each axis at t_k [1/A]; the vector form leaves it alone */
@@ -158,11 +157,17 @@ static inline bool smo_step_settled(smo_t *smo, ab_t voltage, ab_t current)
     }
     smo->current_hat = hat;
     smo->current_err = x;
-    smo->error_square = square;
     smo->gain_mean = smo_settled_gain(smo, square);
     float g = smo->gain * smo->gain_mean;
     smo->emf_hat = (ab_t){g * x.alpha, g * x.beta};
     return true;
+}
+
+/* |x|^2 [A^2] of the last step. */
+static inline float smo_error_square(const smo_t *smo)
+{
+    ab_t x = smo->current_err;
+    return x.alpha * x.alpha + x.beta * x.beta;
 }
 
 /* k_f [1/A]: power-weighted, vector form of the sample; a_f/2 (sign: the cap) while there was no error. */

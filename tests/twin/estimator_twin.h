@@ -43,7 +43,6 @@ static inline void twin_show(twin_t *est)
     smo_retune(&est->smo, &est->smo_params);
     est->smo.current_hat = twin_pair(smo->current_hat, fixed->units.current);
     est->smo.current_err = fixed->smo.current_err;
-    est->smo.error_square = (float)smo->error_square * fixed->units.current * fixed->units.current;
     est->smo.switched = twin_pair(smo->switched, fixed->units.voltage);
     est->smo.emf_hat = fixed->smo.emf_hat;
     est->smo.gain_axis = fixed->smo.gain_axis;

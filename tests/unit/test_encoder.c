@@ -9,9 +9,8 @@
 
 #include "estimator/encoder.h"
 #include "math/angle.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
-
-static const double PI = 3.14159265358979323846;
 
 static const encoder_params_t PARAMS = {
     .count_per_turn = 10000.0f, .pole_pairs = 4.0f, .offset = 0.0f, .bandwidth = 200.0f, .period = 1e-4f};
@@ -26,11 +25,6 @@ void setUp(void)
 
 void tearDown(void)
 {
-}
-
-static double circle(double difference)
-{
-    return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
 }
 
 static uint32_t count_at(double turns, double steps)

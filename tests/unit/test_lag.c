@@ -10,8 +10,8 @@
 
 #include "estimator/lag.h"
 #include "tests/oracle/smo_oracle.h"
+#include "tests/unit/compare.h"
 
-#define PI          3.14159265358979323846
 #define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
 #define ANGLE       1e-5              /* [rad] */
 #define LENGTH      3e-5              /* [-] for d <= 0.3 */

@@ -13,6 +13,7 @@
 
 #include "estimator/pll.h"
 #include "tests/oracle/pll_oracle.h"
+#include "tests/unit/compare.h"
 
 #define PSI      0.183
 #define T        1e-4
@@ -20,8 +21,6 @@
 #define SPEED    335.0 /* 800 r/min, electrical [rad/s] */
 #define ROUNDING 1e-5
 #define STALL    1.6e-5
-
-static const double PI = 3.14159265358979323846;
 
 static double angle_in[COUNT], speed_in[COUNT], error_out[COUNT], omega_out[COUNT];
 static double error_expected[COUNT], omega_expected[COUNT];
@@ -32,11 +31,6 @@ void setUp(void)
 
 void tearDown(void)
 {
-}
-
-static double circle(double difference)
-{
-    return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
 }
 
 static pll_params_t design(float bandwidth, float cutoff)
@@ -101,6 +95,12 @@ static void input(int n, double scale)
     }
 }
 
+static double random_within(uint32_t *seed)
+{
+    *seed = *seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (double)(*seed >> 8) / 8388608.0 - 1.0;
+}
+
 static double largest_difference(const double *a, const double *b, size_t from, size_t to)
 {
     double largest = 0.0;
@@ -108,13 +108,6 @@ static double largest_difference(const double *a, const double *b, size_t from, 
         largest = fmax(largest, fabs(a[k] - b[k]));
     }
     return largest;
-}
-
-static void check_below(double value, double limit, const char *what)
-{
-    char text[120];
-    snprintf(text, sizeof text, "%s: %.9g, limit %.9g", what, value, limit);
-    TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 
 static const float LOOPS[][2] = {{100.0f, 0.0f}, {100.0f, 8.0f},  {100.0f, 25.0f},
@@ -729,6 +722,72 @@ static void test_error_is_proportional_to_the_error_of_the_torque_share(void)
 }
 
 /* Pull-in with the allowance of physics.md section 8: 20 % over the reference. */
+/* A turning EMF whose length and angle jump at every sample: the short way and the close one from the same
+ * state. The short one's 1/|e| is short by 3/2 m^2, m = half the share by which |e|^2 has changed. */
+static void test_short_way_is_the_close_one(void)
+{
+    pll_params_t params = design(200.0f, 50.0f);
+    params.emf_cutoff = 2000.0f;
+    uint32_t seed = 1u;
+    unsigned long short_steps = 0;
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        pll_t pll;
+        start(&pll, &params, 0.0, way * 200.0);
+        pll_settle(&pll, (float)(PSI * 200.0));
+        for (size_t k = 0; k < COUNT; k++) {
+            double omega = way * (200.0 + 100.0 * sin(2.0 * PI * (double)k / COUNT));
+            ab_t emf = emf_at((double)pll.theta_e + 0.2 * random_within(&seed),
+                              omega * (1.0 + 0.3 * random_within(&seed)));
+            pll_t close = pll;
+            position_t there = pll_step_closely(&close, emf, (float)(1.0 / PSI), 1000.0f);
+            double before = 1.0 / (double)pll.inverse;
+            bool short_way = pll.following != 0u;
+            position_t here = pll_step(&pll, emf, (float)(1.0 / PSI), 1000.0f);
+            double missing = 0.5 - 0.5 * pow((double)close.amplitude / before, 2.0);
+            short_way = short_way && fabs(missing) < 0.5 * (double)PLL_NEAR;
+            short_steps += short_way;
+            double share = short_way ? 1e-6 + 1.6 * missing * missing : 0.0;
+            double amplitude = (double)close.amplitude;
+            double detector = fabs((double)close.detector);
+            TEST_ASSERT_EQUAL_FLOAT(there.theta_e, here.theta_e);
+            TEST_ASSERT_DOUBLE_WITHIN(share * amplitude, amplitude, (double)pll.amplitude);
+            TEST_ASSERT_DOUBLE_WITHIN(share * detector, (double)close.detector, (double)pll.detector);
+            double faster = share * (amplitude / PSI * 5e-3 + (double)params.kp * detector);
+            TEST_ASSERT_DOUBLE_WITHIN(faster + 1e-4, (double)there.omega_e, (double)here.omega_e);
+            TEST_ASSERT_DOUBLE_WITHIN(faster * T + 1e-6, 0.0,
+                                      circle((double)close.theta_e - (double)pll.theta_e));
+        }
+    }
+    TEST_ASSERT_TRUE(short_steps > COUNT); /* of twice as many */
+}
+
+/* On the short way sine and cosine are turned on from sample to sample, each time stretched by up to 1e-6
+ * (trig.h): they stay with the angle, up to the fastest rotor, and the angle stays in its range. */
+static void test_rotation_stays_with_the_angle(void)
+{
+    pll_params_t params = design(200.0f, 50.0f);
+    for (double speed = 90.0; speed < 2700.0; speed *= 1.37) {
+        for (double way = -1.0; way <= 1.0; way += 2.0) {
+            pll_t pll;
+            double largest = 0.0;
+            start(&pll, &params, 0.0, way * speed);
+            pll_settle(&pll, (float)(PSI * speed));
+            for (size_t k = 0; k < COUNT; k++) {
+                ab_t emf = emf_at(way * speed * (double)k * T, way * speed);
+                position_t p = pll_step(&pll, emf, (float)(1.0 / PSI), 0.0f);
+                double theta = (double)pll.theta_e;
+                largest = fmax(largest, fabs((double)pll.rotation.sin - sin(theta)));
+                largest = fmax(largest, fabs((double)pll.rotation.cos - cos(theta)));
+                TEST_ASSERT_TRUE(bounds_magnitude(pll.theta_e) <= ANGLE_LARGEST);
+                TEST_ASSERT_DOUBLE_WITHIN(2.0 * ROUNDING, 0.0,
+                                          circle(way * speed * (double)k * T - (double)p.theta_e));
+            }
+            TEST_ASSERT_TRUE(pll.following != 0u);
+            check_below(largest, 1e-5 + 2.0 * PI / 0.3 * 1e-6, "rotation apart from its angle");
+        }
+    }
+}
+
 static void test_wrong_angle_is_pulled_in_in_time(void)
 {
     static const double cases[][4] = {{200, 50, 1.0, 0.125}, {200, 50, 3.0, 0.196}, {100, 25, 1.0, 0.250},
@@ -937,6 +996,8 @@ int main(void)
     RUN_TEST(test_torque_feedforward_passes_zero_speed_locked);
     RUN_TEST(test_reversal_without_torque_feedforward_ends_locked);
     RUN_TEST(test_error_is_proportional_to_the_error_of_the_torque_share);
+    RUN_TEST(test_short_way_is_the_close_one);
+    RUN_TEST(test_rotation_stays_with_the_angle);
     RUN_TEST(test_wrong_angle_is_pulled_in_in_time);
     RUN_TEST(test_reset_is_bumpless);
     RUN_TEST(test_retune_keeps_the_state);

@@ -11,8 +11,8 @@
 
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
+#include "tests/unit/compare.h"
 
-#define PI          3.14159265358979323846
 #define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
 #define FLOAT_MRAD  0.03
 

@@ -1,0 +1,24 @@
+/* What tests of angles compare with. */
+#ifndef TESTS_UNIT_COMPARE_H
+#define TESTS_UNIT_COMPARE_H
+
+#include <math.h>
+#include <stdio.h>
+#include <unity.h>
+
+#define PI 3.14159265358979323846
+
+/* A difference of two angles [rad] the short way round, -pi..pi. */
+static inline double circle(double difference)
+{
+    return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
+}
+
+static inline void check_below(double value, double limit, const char *what)
+{
+    char text[120];
+    snprintf(text, sizeof text, "%s: %.9g, limit %.9g", what, value, limit);
+    TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
+}
+
+#endif

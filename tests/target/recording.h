@@ -6,14 +6,21 @@
  *     for each period: every slot of the requests in force, the seven samples, every slot of the signals
  * afterwards, and the command: duties and gates
  *
- * Slots are in the order of their table; a float is its bits. */
+ * Slots are in the order of their table; a float is its bits. The magic number tells which estimator the
+ * drive ran on. */
 #ifndef TESTS_TARGET_RECORDING_H
 #define TESTS_TARGET_RECORDING_H
 
 #include "drive/drive.h"
 #include "drive/signals.h"
 
-#define RECORDING_MAGIC   UINT32_C(0x314C474C)
+#ifdef LAGLESS_ESTIMATOR_FIXED
+#define RECORDING_MAGIC     UINT32_C(0x514C474C)
+#define RECORDING_ESTIMATOR "fixed-point estimator"
+#else
+#define RECORDING_MAGIC     UINT32_C(0x314C474C)
+#define RECORDING_ESTIMATOR "float estimator"
+#endif
 #define RECORDING_PERIODS UINT32_C(10000)
 
 static inline uint32_t recording_tables(void)

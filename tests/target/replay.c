@@ -66,7 +66,7 @@ int main(void)
 #endif
     params_t params;
     if (take() != RECORDING_MAGIC || take() != recording_tables()) {
-        printf("replay: this is no recording, or one of other tables\n");
+        printf("replay: this is no recording with the " RECORDING_ESTIMATOR ", or one of other tables\n");
         return 2;
     }
     const uint32_t periods = take();
@@ -87,7 +87,7 @@ int main(void)
             compare("command", words[word]);
         }
     }
-    printf("%lu interrupts, %lu values compared, %lu bits differ\n", (unsigned long)periods,
-           (unsigned long)values, (unsigned long)differing);
+    printf("%lu interrupts, " RECORDING_ESTIMATOR ", %lu values compared, %lu bits differ\n",
+           (unsigned long)periods, (unsigned long)values, (unsigned long)differing);
     return differing == 0u ? 0 : 1;
 }

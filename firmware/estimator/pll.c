@@ -33,16 +33,21 @@ bool pll_params_check(const pll_params_t *params, params_error_t *why)
                                                     params->amplitude_floor, 1.0e-3f, 1.0e4f);
 }
 
-/* Is the short way one for the next step? */
-static void look_ahead(pll_t *pll)
+/* Is the short way one for the next step? pll->inverse has any sign. */
+static inline void look_ahead(pll_t *pll)
 {
-    float middle = PLL_SIGNED_SPEED + pll->half;
+    float speed = bounds_magnitude(pll->omega_smooth);
+    bool slow = speed < PLL_SIGNED_SPEED;
+    float lower = slow ? PLL_SIGN_SPEED : PLL_SIGNED_SPEED;
+    float upper = slow ? PLL_SIGNED_SPEED : pll->turn_limit;
     float inverse = bounds_magnitude(pll->inverse);
-    bool backward = pll->omega_smooth < 0.0f;
-    pll->middle = backward ? -middle : middle;
-    pll->inverse = backward ? -inverse : inverse;
-    pll->following = pll->amplitude >= pll->amplitude_floor &&
-                     bounds_magnitude(pll->omega_smooth - pll->middle) <= pll->half;
+    bool one = speed >= lower && speed <= upper && inverse <= pll->inverse_floor && pll->direction == 0.0f;
+    float sign = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;
+    pll->slow = slow;
+    pll->turned_on = slow ? 0.0f : ANGLE_LARGEST;
+    pll->half = 0.5f * (upper - lower);
+    pll->middle = sign * (lower + pll->half);
+    pll->inverse = one ? sign * inverse : 0.0f;
 }
 
 void pll_init(pll_t *pll, const pll_params_t *params)
@@ -51,6 +56,7 @@ void pll_init(pll_t *pll, const pll_params_t *params)
     pll->omega_smooth = 0.0f;
     pll->amplitude = 0.0f;
     pll->inverse = 0.0f;
+    pll->direction = 0.0f;
     pll_retune(pll, params);
     pll_reset(pll, origin);
 }
@@ -69,22 +75,16 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     pll->speed_limit = PLL_TURN_LIMIT / params->period;
     pll->period = params->period;
     pll->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
-    pll->half = 0.5f * (TRIG_ADVANCE_LIMIT / params->period - params->kp - PLL_SIGNED_SPEED);
+    pll->turn_limit = TRIG_ADVANCE_LIMIT / params->period - params->kp;
     lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
     look_ahead(pll);
-}
-
-static inline void place(pll_t *pll, float theta_e)
-{
-    pll->theta_e = theta_e;
-    pll->rotation = trig_turn(theta_e);
 }
 
 /* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
 static inline void move(pll_t *pll, float omega_e)
 {
     pll->omega_e = omega_e;
-    place(pll, angle_turn_back(pll->theta_e + pll->period * omega_e));
+    pll_place(pll, angle_turn_back(pll->theta_e + pll->period * omega_e));
 }
 
 void pll_reset(pll_t *pll, position_t start)
@@ -93,14 +93,13 @@ void pll_reset(pll_t *pll, position_t start)
     float omega_e = bounds_clamp(start.omega_e, pll->speed_limit);
     lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
     pll->integral = has_feedforward ? 0.0f : omega_e;
-    place(pll, angle_wrap(start.theta_e));
+    pll_place(pll, angle_wrap(start.theta_e));
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
     pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     pll->detector = 0.0f;
     pll->amplitude = 0.0f;
     pll->inverse = 0.0f;
-    pll->following = 0u;
     pll->emf = (dq_t){0.0f, 0.0f};
     if (bounds_magnitude(omega_e) >= PLL_SIGN_SPEED) {
         pll->direction = 0.0f;
@@ -128,9 +127,13 @@ position_t pll_coast(pll_t *pll, float acceleration)
         pll->omega_smooth = pll->integral + feedforward;
     }
     position_t position = {pll->theta_e, pll->omega_smooth};
-    move(pll, position.omega_e);
     pll->detector = 0.0f;
-    look_ahead(pll);
+    if (pll->inverse != 0.0f && pll_goes_on(pll, pll->omega_smooth)) {
+        pll_turn(pll, position.omega_e);
+    } else {
+        move(pll, position.omega_e);
+        look_ahead(pll);
+    }
     return position;
 }
 
@@ -162,17 +165,19 @@ static float soft_sign(pll_t *pll)
 
 position_t pll_take(pll_t *pll, float feedforward, float integral)
 {
+    float new_feedforward = feedforward;
+    float new_integral = integral;
     if (!(bounds_magnitude(feedforward) + bounds_magnitude(integral) <= pll->speed_limit)) {
         if (!(bounds_magnitude(feedforward) <= pll->speed_limit)) { /* or no number */
-            feedforward = pll->feedforward.value;
+            new_feedforward = pll->feedforward.value;
         }
-        integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
+        new_integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
     }
-    position_t position = {pll->theta_e, pll->integral + pll->kp * pll->detector + feedforward};
+    position_t position = {pll->theta_e, pll->integral + pll->kp * pll->detector + new_feedforward};
     move(pll, position.omega_e);
-    lowpass_reset(&pll->feedforward, feedforward);
-    pll->integral = integral;
-    pll->omega_smooth = integral + feedforward;
+    lowpass_reset(&pll->feedforward, new_feedforward);
+    pll->integral = new_integral;
+    pll->omega_smooth = new_integral + new_feedforward;
     look_ahead(pll);
     return position;
 }

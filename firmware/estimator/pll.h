@@ -23,7 +23,7 @@
  *
  * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed. Its
  * reciprocal, which the detector uses too, is within 1e-6, or on the short way (pll_track) one step of
- * Newton's iteration from the last one: short by 3/2 m^2 where |e|^2 has changed by the share 2 m since.
+ * Newton's iteration from the last one: short by 3/2 m^2 where |e|^2 has grown by the share 2 m since.
  *
  * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
  * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
@@ -59,9 +59,11 @@
  * that it can still oppose a feed-forward that is at its limit. */
 #define PLL_TURN_LIMIT 1.0f
 
-/* On the short way of a step, pll_track(), |e|^2 changes by at most this share in a period [-]: its |e| is
- * within 6e-3. An EMF that fades as slowly as that passes the floor without notice, if w_s stays. */
-#define PLL_NEAR 0.125f
+/* On the short way of a step, pll_track(), |e|^2 may change by twice these shares in a period [-]: up to the
+ * first, one step of Newton's iteration leaves 6e-3 of |e|, up to the second two steps. An EMF that fades as
+ * slowly as that passes the floor without notice, if w_s stays. */
+#define PLL_NEAR 0.0625f
+#define PLL_FAR  0.2f
 
 typedef struct {
     float kp;                 /* [rad/s], on the normalised detector (17): ki T < kp < 2/T + ki T/2 */
@@ -82,7 +84,7 @@ typedef struct {
     float speed_limit;     /* PLL_TURN_LIMIT/T [rad/s] */
     float period;          /* T [s] */
     float emf_decay;       /* exp(-emf_cutoff T) [-]; 0 = no filter */
-    float half;            /* half of the range that |w_s| has on the short way [rad/s] */
+    float turn_limit;      /* largest |w_s| on the short way [rad/s] */
     /* coefficient and state */
     lowpass_t feedforward; /* F [rad/s] */
     /* state */
@@ -92,9 +94,10 @@ typedef struct {
     dq_t emf;            /* in the frame of the loop, filtered [V] */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
-    uint32_t following;  /* [-] 1: for the short way, if the next EMF is; then: */
-    float middle;        /* middle of that range, with the sign of w_s [rad/s] */
-    float inverse;       /* 1/|e| of the last step, with the same sign [1/V] */
+    float inverse;       /* 1/|e| of the last step with the sign of w_s [1/V]; 0 = not the short way */
+    float middle, half;  /* on the short way w_s is middle +- half [rad/s] */
+    uint32_t slow;       /* [-] 1: there |w_s| is below PLL_SIGNED_SPEED */
+    float turned_on;     /* up to this |theta_e| [rad] the rotation is turned on from the last one */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
     float amplitude; /* |e| of the last step [V] */
@@ -152,24 +155,58 @@ static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
     return e;
 }
 
-/* pll_step() of a loop that turns with an EMF, inline for the interrupt: w_s from 80 rad/s to what turns by
- * TRIG_ADVANCE_LIMIT in a period, and an EMF whose length is within PLL_NEAR of the last one's. false: the
- * loop is as before, take pll_step_closely(). An EMF that is no number, too small or too large is there too.
- *
- * The rotation is turned on with theta_e and made anew in each turn, at +-pi: within 3e-5 of theta_e's. A
- * turn ends 3e-7 rad early, so that theta_e is within +-ANGLE_LARGEST. */
+static inline void pll_place(pll_t *pll, float theta_e)
+{
+    pll->theta_e = theta_e;
+    pll->rotation = trig_turn(theta_e);
+}
+
+/* To the angle of the next result at this speed, which turns by at most TRIG_ADVANCE_LIMIT. Below
+ * PLL_SIGNED_SPEED the rotation is made anew in every period, else turned on with theta_e and made anew in
+ * each turn, at +-pi: within 3e-5 of theta_e's. A turn then ends 3e-7 rad early, so that theta_e is within
+ * +-ANGLE_LARGEST. */
+static inline void pll_turn(pll_t *pll, float omega_e)
+{
+    float angle = pll->period * omega_e;
+    float theta_e = pll->theta_e + angle;
+    rotation_t from = pll->rotation;
+    pll->omega_e = omega_e;
+    if (!(bounds_magnitude(theta_e) <= pll->turned_on)) {
+        if (pll->slow != 0u) {
+            pll_place(pll, angle_turn_back(theta_e));
+            return;
+        }
+        float half_turn = theta_e > 0.0f ? ANGLE_LARGEST : -ANGLE_LARGEST;
+        angle = theta_e - half_turn;
+        theta_e = angle - half_turn;
+        from = (rotation_t){0.0f, -1.0f};
+    }
+    pll->theta_e = theta_e;
+    pll->rotation = trig_advance(from, angle);
+}
+
+/* Is this smooth speed [rad/s] one for the short way, as the last one was? */
+static inline bool pll_goes_on(const pll_t *pll, float omega_smooth)
+{
+    return bounds_magnitude(omega_smooth - pll->middle) <= pll->half;
+}
+
+/* pll_step() of a loop that turns with an EMF, inline for the interrupt: w_s from 20 rad/s to what turns by
+ * TRIG_ADVANCE_LIMIT in a period, and an EMF about as long as the last one. false: the loop is as before,
+ * take pll_step_closely(). An EMF that is no number, too small or too large is there too. */
 static inline bool pll_track(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration,
                              position_t *position)
 {
-    if (pll->following == 0u) {
-        return false;
-    }
     dq_t e = pll_filtered(pll, emf);
     float square = e.d * e.d + e.q * e.q;
     float inverse = pll->inverse;
     float missing = 0.5f - 0.5f * (square * inverse * inverse);
-    if (!(bounds_magnitude(missing) <= 0.5f * PLL_NEAR)) {
-        return false;
+    if (!(bounds_magnitude(missing) <= PLL_NEAR)) {
+        if (!(bounds_magnitude(missing) <= PLL_FAR)) {
+            return false;
+        }
+        inverse += inverse * missing;
+        missing = 0.5f - 0.5f * (square * inverse * inverse);
     }
     inverse += inverse * missing;
     float signed_emf = square * inverse;
@@ -178,13 +215,16 @@ static inline bool pll_track(pll_t *pll, ab_t emf, float speed_per_volt, float a
     pll->inverse = inverse;
     pll->amplitude = bounds_magnitude(signed_emf);
     pll->detector = detector;
+    if (pll->slow != 0u) {
+        signed_emf = e.q;
+    }
 
     float feedforward = pll->feedforward.value;
     feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
     feedforward += pll->period * acceleration;
     float integral = pll->integral + pll->ki_period * detector;
     float omega_smooth = integral + feedforward;
-    if (!(bounds_magnitude(omega_smooth - pll->middle) <= pll->half)) {
+    if (!pll_goes_on(pll, omega_smooth)) {
         *position = pll_take(pll, feedforward, integral);
         return true;
     }
@@ -192,20 +232,8 @@ static inline bool pll_track(pll_t *pll, ab_t emf, float speed_per_volt, float a
     pll->feedforward.value = feedforward;
     float omega_e = pll->integral + pll->kp * detector + feedforward;
     pll->integral = integral;
-    pll->omega_e = omega_e;
     *position = (position_t){pll->theta_e, omega_e};
-
-    float angle = pll->period * omega_e;
-    float theta_e = pll->theta_e + angle;
-    rotation_t from = pll->rotation;
-    if (!(bounds_magnitude(theta_e) <= ANGLE_LARGEST)) {
-        float half_turn = theta_e > 0.0f ? ANGLE_LARGEST : -ANGLE_LARGEST;
-        angle = theta_e - half_turn;
-        theta_e = angle - half_turn;
-        from = (rotation_t){0.0f, -1.0f};
-    }
-    pll->theta_e = theta_e;
-    pll->rotation = trig_advance(from, angle);
+    pll_turn(pll, omega_e);
     return true;
 }
 

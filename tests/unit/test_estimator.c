@@ -1671,7 +1671,7 @@ static void check_filter(float d, float q)
         double through_q = way * 50.0 + (1.0 - REST) * (double)q;
         double length = hypot(through_d, through_q);
         double missing = 0.5 - 0.5 * length * length / (50.0 * 50.0); /* pll_track() */
-        double share = 2e-6 + (fabs(missing) <= 0.5 * (double)PLL_NEAR ? 1.6 * missing * missing : 0.0);
+        double share = 2e-6 + (fabs(missing) <= (double)PLL_NEAR ? 1.6 * missing * missing : 0.0);
         TEST_ASSERT_DOUBLE_WITHIN(share, -way * through_d / length, (double)est.pll.detector);
         TEST_ASSERT_DOUBLE_WITHIN(share * length, length, (double)est.pll.amplitude);
         TEST_ASSERT_DOUBLE_WITHIN(2e-6 * 50.0, through_q, (double)est.pll.emf.q);

@@ -15,18 +15,9 @@ import struct
 
 import numpy
 
+import style
+
 PARTS = pathlib.Path(__file__).resolve().with_name("page")
-SIGNS = {  # verdict: sign and class; the sign and the word stand beside the colour, for who sees no colour
-    "reproduced": ("✓", "good"), "reproduced in kind": ("≈", "kind"), "not reproduced": ("✗", "bad"),
-    "holds": ("✓", "good"), "does not hold": ("✗", "bad"),
-}
-MEANINGS = {
-    "reproduced": "agrees with the paper's number within the tolerance",
-    "reproduced in kind": "the behaviour is the paper's; the number differs or the print has none",
-    "not reproduced": "the paper's statement was not found",
-    "holds": "a claim beyond the paper that our runs confirm",
-    "does not hold": "a claim beyond the paper that our runs refute",
-}
 RUN_UNITS = {"bandwidth": "rad/s", "omega_c": "rad/s", "kp": "rad/s", "ki": "rad/s²", "load": "N m", "gain": "V",
              "omega_s": "rad/s"}
 SYMBOLS = {"omega_c": "ω<sub>c</sub>", "omega_s": "ω<sub>s</sub>", "kp": "k<sub>p</sub>", "ki": "k<sub>i</sub>",
@@ -132,7 +123,7 @@ def unit(text):
 
 
 def verdict(name):
-    sign, kind = SIGNS[name]
+    sign, kind, _ = style.VERDICTS[name]
     return f'<span class="verdict {kind}"><span class="sign">{sign}</span> {escape(name)}</span>'
 
 
@@ -185,12 +176,12 @@ def verdict_cell(row, ideal, note="", ideal_note=""):
 def counts(rows):
     parts = []
     flavours = sorted({row["flavour"] for row in rows}, key=leading)
-    for name, (_, kind) in SIGNS.items():
+    for name, (_, kind, meaning) in style.VERDICTS.items():
         of = [row["flavour"] for row in rows if row["verdict"] == name]
         if of:
             split = ", ".join(f"{of.count(flavour)} {flavour}" for flavour in flavours if flavour in of)
             parts.append(f'<li class="{kind}"><b>{len(of)}</b> {verdict(name)}<small>{escape(split)}</small>'
-                         f'<small>{escape(MEANINGS[name])}</small></li>')
+                         f'<small>{escape(meaning)}</small></li>')
     return f'<ul class="counts">{"".join(parts)}</ul>'
 
 

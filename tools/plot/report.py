@@ -27,7 +27,6 @@ def optional(kind):
     return (kind,)
 
 
-VERDICTS = ("reproduced", "reproduced in kind", "not reproduced", "holds", "does not hold")
 MANIFEST = {
     "commit": TEXT, "seed": NUMBER, "seconds": NUMBER, "flavours": {},
     "conditions": [{"name": TEXT, "value": optional(ANY), "unit": TEXT, "text": TEXT}],
@@ -83,8 +82,9 @@ def read_manifest(path):
     for index, row in enumerate(manifest["rows"]):
         if row["figure"] not in known:
             raise InputError(f"{path}: rows[{index}].figure: there is no figure `{row['figure']}`")
-        if row["verdict"] not in VERDICTS:
-            raise InputError(f"{path}: rows[{index}].verdict: `{row['verdict']}` is none of: {', '.join(VERDICTS)}")
+        if row["verdict"] not in style.VERDICTS:
+            raise InputError(f"{path}: rows[{index}].verdict: `{row['verdict']}` is none of: "
+                             f"{', '.join(style.VERDICTS)}")
     return manifest
 
 

@@ -4,6 +4,13 @@ import math
 # Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
 BLUE, ORANGE, GREEN, PURPLE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
 WANTED = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}  # references and theory, over what follows them
+VERDICTS = {  # sign and class, which stand beside the colour for who sees none; meaning
+    "reproduced": ("✓", "good", "agrees with the paper's number within the tolerance"),
+    "reproduced in kind": ("≈", "kind", "the behaviour is the paper's; the number differs or the print has none"),
+    "not reproduced": ("✗", "bad", "the paper's statement was not found"),
+    "holds": ("✓", "good", "a claim beyond the paper that our runs confirm"),
+    "does not hold": ("✗", "bad", "a claim beyond the paper that our runs refute"),
+}
 MISSING = "matplotlib is missing: run tools/setup demo, or install python3-matplotlib"
 
 

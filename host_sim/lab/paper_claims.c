@@ -485,9 +485,11 @@ static void judge_fig16(paper_t *paper, bool real)
                 snprintf(text, sizeof text, "%d rad/s, %s: omega_c of the least position overshoot, %s",
                          b == 0 ? 100 : 200, load == 0 ? "no load" : "5 N m", changes[n].word);
                 snprintf(where, sizeof where, "six omega_c from 0 to %d rad/s", b == 0 ? 60 : 121);
+                /* Noise adds some two SD to a peak, which fall as omega_c rises: by as much as a flat
+                 * overshoot grows from the least to the next omega_c of the grid, 1.62 times it. */
                 const double centre = b == 0 ? 25.0 : 50.0;
                 const claim_t minimum = paper_claim_of_theory(
-                    FIG16, id, text, "rad/s", centre, 0.32 * centre,
+                    FIG16, id, text, "rad/s", centre, (real ? 0.62 : 0.32) * centre,
                     "the print names an inflection and no number; damping 1 gives 0.62 of the "
                     "conventional loop's natural frequency");
                 const double best = best_cutoff(paper, b, load, changes[n].window, false, real);

@@ -14,19 +14,23 @@ typedef struct {
     int32_t d, q;
 } dq_q_t;
 
-/* An angle as its sine and cosine, Q30; made by trig_rotation_q(). */
+/* Format of sine and cosine. */
+#define ROTATION_Q 30
+
+/* An angle as its sine and cosine; made by trig_rotation_q(). */
 typedef struct {
     int32_t sin, cos;
 } rotation_q_t;
 
-/* Stationary frame to the frame turned by `angle`, saturated. */
+/* Stationary frame to the frame turned by `angle`. Components up to 2^30 in size fit: |d|, |q| < 1.42 2^30.
+ */
 static inline dq_q_t frames_park_q(ab_q_t stationary, rotation_q_t angle)
 {
     dq_q_t rotor;
-    rotor.d = q_saturate(
-        q_round(q_product(stationary.alpha, angle.cos) + q_product(stationary.beta, angle.sin), 30));
-    rotor.q = q_saturate(
-        q_round(q_product(stationary.beta, angle.cos) - q_product(stationary.alpha, angle.sin), 30));
+    rotor.d = (int32_t)q_round(q_product(stationary.alpha, angle.cos) + q_product(stationary.beta, angle.sin),
+                               ROTATION_Q);
+    rotor.q = (int32_t)q_round(q_product(stationary.beta, angle.cos) - q_product(stationary.alpha, angle.sin),
+                               ROTATION_Q);
     return rotor;
 }
 

@@ -40,6 +40,52 @@ static inline int64_t q_round(int64_t x, int32_t n)
     return q_floor(x + (INT64_C(1) << (n - 1)), n);
 }
 
+/* floor(a b / 2^32): the upper word of the product, one instruction on many a core. */
+static inline int32_t q_high(int32_t a, int32_t b)
+{
+    return (int32_t)q_floor((int64_t)a * b, 32);
+}
+
+static inline uint32_t q_high_unsigned(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a * b) >> 32);
+}
+
+/* The same to the nearest. */
+static inline int32_t q_high_near(int32_t a, int32_t b)
+{
+    return (int32_t)q_round((int64_t)a * b, 32);
+}
+
+/* x / 2^32 toward zero: odd bit for bit, also where halves are frequent. */
+static inline int32_t q_word(int64_t x)
+{
+    return (int32_t)q_floor(x + (x < 0 ? UINT32_C(0xffffffff) : 0u), 32);
+}
+
+/* The end of -end .. end - 1 that x is beyond. A call, so that what hardly ever happens costs a branch and
+ * not two selections. */
+int32_t q_end(int32_t x, int32_t end);
+
+/* The two words of x together again. */
+static inline int64_t q_join(int32_t high, int64_t x)
+{
+    return (int64_t)high * (INT64_C(1) << 32) + (int64_t)((uint64_t)x & UINT32_C(0xffffffff));
+}
+
+/* x / 2^n to the nearest within -2^m .. 2^m - 1, n in 1..31, m in 32 - n..30; x + 2^(n-1) must fit. The upper
+ * word is what is cut, so that what lies beyond comes out within 2^(32-n) of the end. */
+static inline int32_t q_cut(int64_t x, int32_t n, int32_t m)
+{
+    const int32_t end = Q_ONE(m + n - 32);
+    int64_t raised = x + (INT64_C(1) << (n - 1));
+    int32_t high = (int32_t)q_floor(raised, 32);
+    if (high < -end || high >= end) {
+        high = q_end(high, end);
+    }
+    return high * Q_ONE(32 - n) + (int32_t)((uint32_t)((uint64_t)raised & UINT32_C(0xffffffff)) >> n);
+}
+
 /* x within +-Q_LARGEST. */
 static inline int32_t q_saturate(int64_t x)
 {
@@ -145,16 +191,18 @@ static inline int32_t q_leading_zeros(uint64_t x)
     return zeros + (high < UINT32_C(0x80000000));
 }
 
-/* A coefficient whose size is not known beforehand: mantissa 2^-shift. */
+/* A coefficient whose size is not known beforehand: mantissa step / 2^32. */
 typedef struct {
     int32_t mantissa; /* 2^30..2^31 - 1, or 0 [-] */
-    int32_t shift;    /* 1..62 [-] */
+    int32_t step;     /* a power of two, or as near to 2^31 as the type goes [-] */
 } q_scale_t;
 
-/* x times the coefficient, in the format of x moved by what its maker meant; fits in 64 bits always. */
+/* x times the coefficient, in the format of x moved by what its maker meant: x mantissa / 2^32 in whole
+ * steps.
+ */
 static inline int64_t q_scaled(int32_t x, q_scale_t scale)
 {
-    return q_round(q_product(x, scale.mantissa), scale.shift);
+    return q_product(q_high_near(x, scale.mantissa), scale.step);
 }
 
 #endif

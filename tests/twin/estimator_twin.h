@@ -31,7 +31,7 @@ static inline ab_t twin_pair(ab_q_t pair, float unit)
 
 static inline float twin_speed(const fixed_t *fixed, int64_t speed)
 {
-    return (float)((double)speed / 2147483648.0) * fixed->units.speed;
+    return (float)((double)speed / 4294967296.0) * fixed->units.speed;
 }
 
 static inline void twin_show(twin_t *est)

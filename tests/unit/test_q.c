@@ -191,7 +191,7 @@ static void test_tanh_ratio_is_within_its_bound(void)
         before = found;
     }
     check_at_most(8e-7, worst[0], "tanh(x)/x below 2");
-    check_at_most(4.5e-6, worst[1], "tanh(x)/x below 64");
+    check_at_most(7e-7, worst[1], "tanh(x)/x below 64");
     check_at_most(3e-7, worst[2], "tanh(x)/x beyond");
     TEST_ASSERT_TRUE(tanh_ratio_q(UINT64_MAX) > 0);
 }
@@ -223,12 +223,50 @@ static void test_rotation_is_exact_at_quarters_and_symmetric(void)
         rotation_q_t opposite = trig_rotation_q(angle + UINT32_C(0x80000000));
         TEST_ASSERT_EQUAL_INT32(-found.sin, opposite.sin);
         TEST_ASSERT_EQUAL_INT32(-found.cos, opposite.cos);
+        rotation_q_t back = trig_rotation_q(0u - angle);
+        TEST_ASSERT_EQUAL_INT32(-found.sin, back.sin);
+        TEST_ASSERT_EQUAL_INT32(found.cos, back.cos);
     }
 }
 
 static double apart(uint32_t a, uint32_t b)
 {
     return fabs((double)q_signed(a - b)) * 2.0 * PI / TURN;
+}
+
+/* Vectors of every size and direction: length and first component over it. */
+static void test_direction_is_within_its_bound(void)
+{
+    double worst_length = 0.0;
+    double worst_cosine = 0.0;
+    for (int m = 0; m < 1000000; m++) {
+        double length = ldexp(64.0, m % 24) * (1.0 + (double)(draw() & 0xffffu) / 65536.0);
+        double angle = 2.0 * PI * (double)(draw() & 0xffffffu) / 16777216.0;
+        int32_t x = (int32_t)lrint(length * cos(angle));
+        int32_t y = (int32_t)lrint(length * sin(angle));
+        x = q_clamp(x, (INT32_C(1) << 30) - 1);
+        y = q_clamp(y, (INT32_C(1) << 30) - 1);
+        length = hypot((double)x, (double)y);
+        direction_q_t found = direction_q(x, y);
+        worst_length = fmax(worst_length, (fabs((double)found.length - length) - 1.0) / length);
+        worst_cosine = fmax(worst_cosine, fabs((double)found.cosine / 1073741824.0 - (double)x / length) -
+                                              2.0 / 1073741824.0);
+    }
+    check_at_most(2e-8, worst_length, "length beyond one unit");
+    check_at_most(2e-8, worst_cosine, "cosine beyond two units");
+}
+
+static void test_direction_of_the_shortest_and_longest(void)
+{
+    const int32_t most = (INT32_C(1) << 30) - 1;
+    TEST_ASSERT_EQUAL_INT32(0, direction_q(0, 0).length);
+    for (int32_t n = 1; n < 64; n++) {
+        TEST_ASSERT_TRUE(direction_q(n, 0).length <= n);
+    }
+    TEST_ASSERT_INT32_WITHIN(24, INT32_C(1518500248), direction_q(most, -most).length);
+    TEST_ASSERT_INT32_WITHIN(24, INT32_C(759250125), direction_q(most, -most).cosine);
+    TEST_ASSERT_INT32_WITHIN(24, INT32_C(-1073741824), direction_q(-most, 0).cosine);
+    TEST_ASSERT_INT32_WITHIN(2, 0, direction_q(0, most).cosine);
 }
 
 static void test_arc_tangent_is_within_its_bound(void)
@@ -253,16 +291,20 @@ static void test_arc_tangent_at_the_edges(void)
     TEST_ASSERT_TRUE(apart(trig_atan2_q(INT32_MIN, INT32_MIN), UINT32_C(0xa0000000)) < 1.2e-7);
 }
 
-static void test_park_turns_and_saturates(void)
+static void test_park_turns(void)
 {
     /* 30 degrees */
     rotation_q_t angle = trig_rotation_q(UINT32_C(0x15555555));
     dq_q_t found = frames_park_q((ab_q_t){1000000, 2000000}, angle);
     TEST_ASSERT_INT32_WITHIN(1, 1866025, found.d); /* 1e6 cos 30 + 2e6 sin 30 */
     TEST_ASSERT_INT32_WITHIN(1, 1232051, found.q); /* 2e6 cos 30 - 1e6 sin 30 */
+    /* The longest that fits: 2^30 (1 + 1)/sqrt 2 along d. */
     rotation_q_t eighth = trig_rotation_q(UINT32_C(0x20000000));
-    TEST_ASSERT_EQUAL_INT32(INT32_MAX, frames_park_q((ab_q_t){INT32_MAX, INT32_MAX}, eighth).d);
-    TEST_ASSERT_EQUAL_INT32(-INT32_MAX, frames_park_q((ab_q_t){INT32_MAX, INT32_MIN}, eighth).q);
+    const int32_t most = INT32_C(1) << 30;
+    found = frames_park_q((ab_q_t){most, most}, eighth);
+    TEST_ASSERT_INT32_WITHIN(4, INT32_C(1518500250), found.d);
+    TEST_ASSERT_INT32_WITHIN(4, 0, found.q);
+    TEST_ASSERT_INT32_WITHIN(4, INT32_C(-1518500250), frames_park_q((ab_q_t){-most, -most}, eighth).d);
 }
 
 /* The smallest coefficient still reaches its input: there is no dead zone. 1 - (1 - 2^-20)^n of 1000 counts.
@@ -313,9 +355,11 @@ int main(void)
     RUN_TEST(test_tanh_ratio_is_within_its_bound);
     RUN_TEST(test_rotation_is_within_its_bound);
     RUN_TEST(test_rotation_is_exact_at_quarters_and_symmetric);
+    RUN_TEST(test_direction_is_within_its_bound);
+    RUN_TEST(test_direction_of_the_shortest_and_longest);
     RUN_TEST(test_arc_tangent_is_within_its_bound);
     RUN_TEST(test_arc_tangent_at_the_edges);
-    RUN_TEST(test_park_turns_and_saturates);
+    RUN_TEST(test_park_turns);
     RUN_TEST(test_filter_has_no_dead_zone);
     RUN_TEST(test_filter_follows_its_exponential);
     RUN_TEST(test_filter_stays_in_range_for_every_input);

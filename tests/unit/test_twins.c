@@ -117,9 +117,9 @@ static void test_units_are_the_bases_over_their_counts(void)
     estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
     init(&params);
     /* k_s 200 V: U = 256 V; k_s T/L = 1.6 A: I = 2 A. */
-    TEST_ASSERT_EQUAL_FLOAT(256.0f / 268435456.0f, fix.units.voltage);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f / 67108864.0f, fix.units.current);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.0 * PI / T / 4294967296.0, (double)fix.units.speed);
+    TEST_ASSERT_EQUAL_FLOAT(256.0f / 134217728.0f, fix.units.voltage);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f / 33554432.0f, fix.units.current);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-12, 2.0 * PI / T / 2147483648.0, (double)fix.units.speed);
 }
 
 /* ---- each module ---- */

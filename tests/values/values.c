@@ -48,7 +48,7 @@ static ab_q_t any_sample(void)
 
 static q_scale_t any_scale(void)
 {
-    q_scale_t scale = {any(0, INT32_MAX), any(1, 62)};
+    q_scale_t scale = {any(0, INT32_MAX), any(1, INT32_MAX)};
     return scale;
 }
 
@@ -65,15 +65,16 @@ static smo_params_q_t any_smo(int32_t switching)
     params.voltage_gain = any(1, INT32_MAX);
     params.gain = any(ONE(29), ONE(30));
     params.half_slope = any(1, INT32_MAX);
+    params.gain_slope = any(1, INT32_MAX);
     params.emf_decay = any(0, INT32_MAX);
     params.mean_share = any(0, INT32_MAX);
     params.loop_gain_unit = any(1, INT32_MAX);
-    params.current_loss = any(0, ONE(29));
-    params.hold_lead = any(0, ONE(27));
+    params.current_loss = any(0, INT32_C(1717986918)); /* 0.4 */
+    params.hold_lead = any(0, ONE(29));
     params.hold_lead_rise = any(0, ONE(24));
     params.hold_size = any(ONE(30), ONE(30) + ONE(29));
-    params.hold_cotangent = any(ONE(28), ONE(29));
-    params.lag_resistance = any(1, INT32_MAX);
+    params.hold_cotangent = any(ONE(30), INT32_C(1460288880)); /* 0.34 */
+    params.lag_resistance = any(1, 104 * ONE(24));
     params.inductance = any(1, 50 * ONE(24));
     params.one_ohm = any(0, INT32_MAX);
     params.ohms = any(0, 100 * ONE(24));
@@ -88,12 +89,12 @@ static smo_params_q_t any_smo(int32_t switching)
 static pll_params_q_t any_pll(void)
 {
     pll_params_q_t params;
-    params.kp = any(0, INT32_MAX);
+    params.kp_rest = any(0, INT32_MAX);
     params.ki_period = any_scale();
     params.feedforward_share = any(0, INT32_MAX);
     params.amplitude_floor = any(PLL_FLOOR_LEAST, ONE(30));
     params.inverse_floor = any(ONE(13), ONE(30));
-    params.emf_decay = any(0, INT32_MAX);
+    params.emf_decay = any(0, ONE(30));
     params.sign_speed = any(ONE(16), ONE(28));
     params.inverse_sign_speed = any(ONE(17), ONE(30));
     params.signed_speed = any(ONE(18), ONE(30));
@@ -110,7 +111,7 @@ static estimator_params_q_t any_params(int32_t switching, int32_t lag)
     params.adaptation_share = any(0, INT32_MAX);
     params.mean_share = any(0, INT32_MAX);
     params.adaptation_speed = any(0, ONE(30));
-    params.torque_feedforward = any_scale();
+    params.torque_feedforward = any(0, INT32_MAX);
     params.amplitude_min = any(0, ONE(30));
     params.amplitude_max = any(0, INT32_MAX);
     params.amplitude_allowance = any(0, ONE(30));
@@ -129,16 +130,16 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     estimator_q_t est;
     est.params = any_params(switching, lag);
     est.smo.params = est.params.smo;
-    est.smo.current_hat = any_pair(INT32_MAX);
-    est.smo.current_err = any_pair(SAMPLE_LARGEST - 1);
-    est.smo.error_square = (uint64_t)any_long(0, INT64_C(1) << 61);
-    est.smo.switched = any_sample();
-    est.smo.emf_hat = any_sample();
+    est.smo.current_hat = any_pair(SAMPLE_LARGEST + ERROR_LARGEST);
+    est.smo.current_err = any_pair(ERROR_LARGEST);
+    est.smo.switched = any_pair(SWITCHED_LARGEST);
+    est.smo.emf_hat = any_pair(SWITCHED_LARGEST);
     est.smo.gain_axis.alpha = any(0, INT32_MAX);
     est.smo.gain_axis.beta = any(0, INT32_MAX);
     est.smo.mean_product = any_filter(est.params.smo.mean_share, -FILTER_Q_LONGEST);
     est.smo.mean_square = any_filter(est.params.smo.mean_share, -FILTER_Q_LONGEST);
     est.smo.gain_mean = any(0, INT32_MAX);
+    est.smo.conductance = any(0, CONDUCTANCE_LARGEST);
     est.smo.passed_over = any_word(1u);
     est.pll.params = est.params.pll;
     est.pll.theta_e = any_word(UINT32_MAX);
@@ -146,8 +147,8 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     est.pll.rotation.cos = any(-ROTATION_MOST, ROTATION_MOST);
     est.pll.integral = any_long(-2 * PLL_SPEED_LIMIT, 2 * PLL_SPEED_LIMIT);
     est.pll.feedforward = any_long(-PLL_SPEED_LIMIT, PLL_SPEED_LIMIT);
-    est.pll.emf.d = any_number();
-    est.pll.emf.q = any_number();
+    est.pll.emf.d = any(-SAMPLE_LARGEST, SAMPLE_LARGEST);
+    est.pll.emf.q = any(-SAMPLE_LARGEST, SAMPLE_LARGEST);
     est.pll.omega_e = any_number();
     est.pll.omega_smooth = any_number();
     est.pll.direction = any(-1, 1);
@@ -158,7 +159,7 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     est.speed_mean = any_filter(est.params.mean_share, -FILTER_Q_LONGEST);
     est.emf = any_pair(SAMPLE_LARGEST);
     est.reset_current = any_sample();
-    est.special = any_word(3u);
+    est.special = any_word(15u);
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         est.count[n] = any_word(UINT32_C(20000000));
     }
@@ -171,12 +172,19 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
 static void check(const estimator_q_t *est)
 {
     const ab_q_t x = est->smo.current_err;
-    /*@ assert x_alpha: -SAMPLE_LARGEST < x.alpha < SAMPLE_LARGEST; */
-    /*@ assert x_beta: -SAMPLE_LARGEST < x.beta < SAMPLE_LARGEST; */
+    /*@ assert x_alpha: -ERROR_LARGEST <= x.alpha <= ERROR_LARGEST; */
+    /*@ assert x_beta: -ERROR_LARGEST <= x.beta <= ERROR_LARGEST; */
     const ab_q_t hat = est->smo.current_hat;
-    /*@ assert current_hat: hat.alpha >= -INT32_MAX && hat.beta >= -INT32_MAX; */
-    const uint64_t square = est->smo.error_square;
-    /*@ assert error_square: square <= 0x2000000000000000; */
+    /*@ assert hat_alpha: -SAMPLE_LARGEST - ERROR_LARGEST <= hat.alpha <= SAMPLE_LARGEST + ERROR_LARGEST; */
+    /*@ assert hat_beta: -SAMPLE_LARGEST - ERROR_LARGEST <= hat.beta <= SAMPLE_LARGEST + ERROR_LARGEST; */
+    const ab_q_t v = est->smo.switched;
+    /*@ assert v_alpha: -SWITCHED_LARGEST <= v.alpha <= SWITCHED_LARGEST; */
+    /*@ assert v_beta: -SWITCHED_LARGEST <= v.beta <= SWITCHED_LARGEST; */
+    const ab_q_t e_hat = est->smo.emf_hat;
+    /*@ assert e_hat_alpha: -SWITCHED_LARGEST <= e_hat.alpha <= SWITCHED_LARGEST; */
+    /*@ assert e_hat_beta: -SWITCHED_LARGEST <= e_hat.beta <= SWITCHED_LARGEST; */
+    const int32_t g = est->smo.conductance;
+    /*@ assert conductance: 0 <= g <= CONDUCTANCE_LARGEST; */
     const int32_t k_f = est->smo.gain_mean;
     /*@ assert gain_mean: k_f >= 0; */
     const ab_q_t k_axis = est->smo.gain_axis;
@@ -193,7 +201,8 @@ static void check(const estimator_q_t *est)
     const int64_t feedforward = est->pll.feedforward;
     /*@ assert feedforward: -PLL_SPEED_LIMIT <= feedforward <= PLL_SPEED_LIMIT; */
     const dq_q_t emf = est->pll.emf;
-    /*@ assert loop_emf: emf.d >= -INT32_MAX && emf.q >= -INT32_MAX; */
+    /*@ assert loop_emf_d: -SAMPLE_LARGEST <= emf.d <= SAMPLE_LARGEST; */
+    /*@ assert loop_emf_q: -SAMPLE_LARGEST <= emf.q <= SAMPLE_LARGEST; */
     const int32_t omega_e = est->pll.omega_e;
     /*@ assert omega_e: omega_e >= -INT32_MAX; */
     const int32_t omega_smooth = est->pll.omega_smooth;

@@ -5,14 +5,17 @@
 #include "math/root_q.h"
 #include "math/trig_q.h"
 
-#define SPEED_PER_VOLT_Q  30
 #define AMPLITUDE_RATIO_Q 24
 
 #define ADAPTATION_DETECTOR Q_CONST(UNIT_Q, ESTIMATOR_ADAPTATION_DETECTOR)
 
-/* Bits of `special`. */
+/* Bits of `special`: why a step is not the shortest one, as estimator.c. */
 #define FRESH   UINT32_C(1) /* no step yet since the reset */
-#define COASTED UINT32_C(2) /* the last period was no step of the tracking loop: nothing to judge */
+#define COASTED UINT32_C(2) /* the last period was not tracked */
+#define PAPER                                                                                                \
+    UINT32_C(4) /* a switching function per axis, a filter ahead of the loop, a lag of the paper             \
+                 */
+#define ADAPTING UINT32_C(8) /* the flux adapts */
 
 /* k_f depends on the EMF that the observer has to make, and that on k_f: a few rounds settle both. */
 #define RESET_ROUNDS 8
@@ -20,7 +23,11 @@
 void estimator_retune_q(estimator_q_t *est, const estimator_params_q_t *params)
 {
     bool another = params->speed_per_volt != est->params.speed_per_volt || params->adaptation_share == 0;
+    bool direct = params->lag == (int32_t)LAG_EXACT && params->smo.switching == (int32_t)SMO_SIGMOID_VECTOR &&
+                  params->smo.filtering == 0u;
     est->params = *params;
+    est->special = (est->special & (FRESH | COASTED)) | (direct ? 0u : PAPER) |
+                   (params->adaptation_share != 0 ? ADAPTING : 0u);
     est->speed_per_volt.alpha = params->adaptation_share;
     est->emf_mean.alpha = params->mean_share;
     est->speed_mean.alpha = params->mean_share;
@@ -36,6 +43,7 @@ void estimator_init_q(estimator_q_t *est, const estimator_params_q_t *params)
     const position_q_t origin = {0u, 0};
     const ab_q_t none = {0, 0};
     est->params.speed_per_volt = 0;
+    est->special = 0u;
     estimator_retune_q(est, params);
     lowpass_reset_q(&est->speed_per_volt, params->speed_per_volt);
     smo_init_q(&est->smo, &params->smo);
@@ -75,7 +83,7 @@ void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
     lowpass_reset_q(&est->speed_mean, q_magnitude(start.omega_e));
     est->emf = emf;
     est->reset_current = current;
-    est->special = FRESH;
+    est->special = (est->special & ~COASTED) | FRESH;
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         est->count[n] = 0u;
     }
@@ -149,10 +157,10 @@ static uint32_t failing(const estimator_q_t *est)
     int64_t least = q_round(q_product(speed, params->amplitude_min), UNIT_Q) - params->amplitude_allowance;
     int64_t most =
         q_round(q_product(speed, params->amplitude_max), AMPLITUDE_RATIO_Q) + params->amplitude_allowance;
-    uint64_t error_square_max = q_square(params->current_max);
+    ab_q_t x = est->smo.current_err;
     return (speed_of_emf < least || speed_of_emf > most ? ESTIMATOR_AMPLITUDE : 0u) |
            (q_magnitude(est->pll.detector) > params->detector_max ? ESTIMATOR_DETECTOR : 0u) |
-           (est->smo.error_square > error_square_max ? ESTIMATOR_CURRENT : 0u) |
+           (q_square_sum(x.alpha, x.beta) > q_square(params->current_max) ? ESTIMATOR_CURRENT : 0u) |
            (speed < params->speed_min || speed > params->speed_max ? ESTIMATOR_SPEED : 0u);
 }
 
@@ -167,60 +175,86 @@ void estimator_judge_q(estimator_q_t *est, uint32_t periods)
     }
 }
 
-/* The torque's share: K i_q, i_q of the rotor as the loop sees it; Q63, at most PLL_SPEED_LIMIT. */
+/* The torque's share: K i_q, i_q of the rotor as the loop sees it; Q63. */
 static int64_t acceleration_of(const estimator_q_t *est, ab_q_t current)
 {
-    int64_t gained = q_scaled(frames_park_q(current, est->pll.rotation).q, est->params.torque_feedforward);
-    return q_clamp_long(gained, PLL_SPEED_LIMIT / 8) * 8;
+    return q_product(est->params.torque_feedforward, frames_park_q(current, est->pll.rotation).q);
 }
 
-/* The EMF of t_k; false: the sample is none. */
+/* The sample was none. */
+static position_q_t pass_over(estimator_q_t *est)
+{
+    est->invalid |= ESTIMATOR_SAMPLE;
+    est->special |= COASTED;
+    return pll_coast_q(&est->pll, 0);
+}
+
+/* The EMF of t_k in every form; false: the sample is none. */
 static bool observe(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
     (void)smo_step_q(&est->smo, voltage, current);
     if (est->smo.passed_over != 0u) {
-        est->invalid |= ESTIMATOR_SAMPLE;
-        est->special |= COASTED;
         return false;
     }
-    est->invalid &= ~ESTIMATOR_SAMPLE;
     est->emf = lag_emf_q(&est->smo, (lag_mode_t)est->params.lag, est->pll.omega_e);
     return true;
 }
 
-position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
+static inline position_q_t track(estimator_q_t *est, ab_q_t current)
 {
-    if ((est->special & FRESH) != 0u) {
-        bool same = of_reset(est, voltage, current);
-        position_q_t start = pll_coast_q(&est->pll, 0);
-        est->special = same ? COASTED : 0u;
-        if (same) {
-            return start;
-        }
-    }
+    return pll_step_q(&est->pll, est->emf, lowpass_value_q(&est->speed_per_volt),
+                      acceleration_of(est, current));
+}
 
-    est->special = 0u;
-    if (!observe(est, voltage, current)) {
-        return pll_coast_q(&est->pll, 0);
-    }
-    position_q_t position =
-        pll_step_q(&est->pll, est->emf, lowpass_value_q(&est->speed_per_volt), acceleration_of(est, current));
-    if (est->params.adaptation_share != 0) {
+static position_q_t track_and_adapt(estimator_q_t *est, ab_q_t current)
+{
+    position_q_t position = track(est, current);
+    if ((est->special & ADAPTING) != 0u) {
         adapt_flux(est);
     }
     return position;
 }
 
-position_q_t estimator_coast_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
+/* What few periods or few parameter sets ask for: special_step() of estimator.c. */
+static position_q_t special_step(estimator_q_t *est, ab_q_t voltage, ab_q_t current, bool doubtful)
 {
     if ((est->special & FRESH) != 0u) {
-        return estimator_step_q(est, voltage, current);
+        est->special &= ~FRESH;
+        if (of_reset(est, voltage, current)) {
+            est->special |= COASTED;
+            return pll_coast_q(&est->pll, 0);
+        }
+        pll_advance_q(&est->pll);
+        doubtful = false;
     }
-    est->special = COASTED;
+    est->special &= ~COASTED;
+    est->invalid &= ~ESTIMATOR_SAMPLE;
     if (!observe(est, voltage, current)) {
-        return pll_coast_q(&est->pll, 0);
+        return pass_over(est);
     }
-    return pll_watch_q(&est->pll, est->emf, acceleration_of(est, current));
+    /* It is as it is: for the value analysis. */
+    const ab_q_t measured = {q_clamp(current.alpha, SAMPLE_LARGEST), q_clamp(current.beta, SAMPLE_LARGEST)};
+    if (doubtful) {
+        est->special |= COASTED;
+        return pll_watch_q(&est->pll, est->emf, acceleration_of(est, measured));
+    }
+    return track_and_adapt(est, measured);
+}
+
+position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
+{
+    if ((est->special & ~ADAPTING) != 0u || !smo_measured_q(voltage.alpha) || !smo_measured_q(voltage.beta) ||
+        !smo_measured_q(current.alpha) || !smo_measured_q(current.beta) ||
+        !smo_step_settled_q(&est->smo, voltage, current)) {
+        return special_step(est, voltage, current, false);
+    }
+    est->emf = lag_emf_exact_q(&est->smo, est->smo.current_err, est->pll.omega_e);
+    return est->special == 0u ? track(est, current) : track_and_adapt(est, current);
+}
+
+position_q_t estimator_coast_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
+{
+    return special_step(est, voltage, current, true);
 }
 
 uint16_t estimator_invalid_q(const estimator_q_t *est)

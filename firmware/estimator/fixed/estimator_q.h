@@ -21,15 +21,15 @@ typedef struct {
     int32_t speed_per_volt;             /* of the motor's psi_f, Q30, below 1/2 */
     int32_t adaptation_share;           /* flux_adaptation T, Q31; 0 = off */
     int32_t mean_share;                 /* of ESTIMATOR_ADAPTATION_CUTOFF, Q31 */
-    int32_t adaptation_speed;           /* ESTIMATOR_ADAPTATION_SPEED, Q32 */
-    q_scale_t torque_feedforward;       /* to Q60 from the current's Q26 */
+    int32_t adaptation_speed;           /* ESTIMATOR_ADAPTATION_SPEED, Q31 */
+    int32_t torque_feedforward;         /* K, Q38, turns per period^2 and I, below 1/128 */
     int32_t amplitude_min;              /* of |e|/(psi_f |omega_e|), Q30 */
     int32_t amplitude_max;              /* Q24 */
-    int32_t amplitude_allowance;        /* as a speed, Q32 */
+    int32_t amplitude_allowance;        /* as a speed, Q31 */
     int32_t detector_max;               /* Q30 */
-    int32_t current_max;                /* Q26 */
-    int32_t speed_min;                  /* Q32 */
-    int32_t speed_max;                  /* Q32 */
+    int32_t current_max;                /* Q25 */
+    int32_t speed_min;                  /* Q31 */
+    int32_t speed_max;                  /* Q31 */
     uint32_t debounce[ESTIMATOR_SIGNS]; /* [periods], at least 1 */
 } estimator_params_q_t;
 

@@ -6,7 +6,9 @@
 #include "math/bounds.h"
 #include "math/exponential.h"
 
-#define TWO_TO_28 268435456.0f
+#define TWO_TO_25 33554432.0f
+#define TWO_TO_27 134217728.0f
+#define TWO_TO_30 1073741824.0f
 #define TWO_TO_31 2147483648.0f
 #define TWO_TO_32 4294967296.0f
 
@@ -18,7 +20,7 @@
 #define SPEED_PER_VOLT_MOST  0.49f   /* twice this while it adapts */
 #define FLOOR_LEAST          3.1e-5f /* [U] 1/amplitude_floor in Q15 */
 #define FLOOR_MOST           4.0f    /* [U] */
-#define TORQUE_LARGEST       0.062f  /* K [turn/(T^2 I)] */
+#define TORQUE_LARGEST       0.0078f /* K [turn/(T^2 I)] */
 #define KI_LARGEST           0.12f   /* ki [turn/T^2] */
 #define FILTER_TURNS_LEAST                                                                                   \
     2.1e-3f /* omega_s T [-] of the filter ahead of the loop: 2 c/(1 - c) below 1000                         \
@@ -87,7 +89,7 @@ bool fixed_params_check(const estimator_params_t *params, params_error_t *why)
                          FLOOR_MOST * base.voltage) &&
            params_within(why, "ki", "fixed point: ki T^2/(2 pi) <= 0.12", params->pll.ki, 0.0f,
                          KI_LARGEST / turns) &&
-           params_within(why, "torque_feedforward", "fixed point: K T^2 I/(2 pi) <= 0.062",
+           params_within(why, "torque_feedforward", "fixed point: K T^2 I/(2 pi) <= 0.0078",
                          params->torque_feedforward, 0.0f, TORQUE_LARGEST / (turns * base.current));
 }
 
@@ -109,17 +111,25 @@ static int32_t in_q(float value, int32_t n)
     return counts_of(value, (float)(UINT32_C(1) << n));
 }
 
-/* value = mantissa 2^-shift, below 2^30. */
+/* A small number in Q32, below 1/2. */
+static int32_t in_q32(float value)
+{
+    return counts_of(value, TWO_TO_32);
+}
+
+/* value = mantissa step / 2^32, below 2^30. */
 static q_scale_t scale_of(float value)
 {
     q_scale_t scale = {0, 1};
     if (value > 0.0f) {
-        float mantissa = 2.0f * value;
-        while (mantissa < 0.5f * TWO_TO_31 && scale.shift < 62) {
-            mantissa *= 2.0f;
-            scale.shift++;
+        float mantissa = value * TWO_TO_32;
+        float step = 1.0f;
+        while (mantissa >= TWO_TO_31) {
+            mantissa *= 0.5f;
+            step *= 2.0f;
         }
         scale.mantissa = counts_of(mantissa, 1.0f);
+        scale.step = counts_of(step, 1.0f);
     }
     return scale;
 }
@@ -137,14 +147,15 @@ static smo_params_q_t smo_of(const smo_params_t *params, const bases_t *base, bo
     q.voltage_gain = in_q(voltage_gain * impedance, GAIN_Q);
     q.gain = in_q(gain, GAIN_Q);
     q.half_slope = in_q(0.5f * params->slope * base->current, SLOPE_Q);
+    q.gain_slope = in_q(0.5f * params->slope * base->current * gain, SLOPE_Q);
     q.emf_decay = in_q(emf_decay, SHARE_Q);
     q.mean_share = in_q(exponential_rest(SMO_GAIN_CUTOFF * params->period), SHARE_Q);
     q.loop_gain_unit = in_q(voltage_gain * impedance * gain, GAIN_Q);
-    q.current_loss = in_q(rest, GAIN_Q);
-    q.hold_lead = in_q(decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f)), UNIT_Q);
+    q.current_loss = in_q32(rest);
+    q.hold_lead = in_q32(decay * (1.0f / 6.0f - decay * decay * (1.0f / 360.0f)));
     q.hold_lead_rise = in_q(decay * (1.0f / 90.0f), UNIT_Q);
     q.hold_size = in_q(1.33269238f + decay * decay * (1.0f / 120.0f + 1.0f / 72.0f), UNIT_Q);
-    q.hold_cotangent = in_q(1.0f / 3.0f + decay * decay * (1.0f / 90.0f), UNIT_Q);
+    q.hold_cotangent = in_q32(1.0f / 3.0f + decay * decay * (1.0f / 90.0f));
     q.lag_resistance = in_q((2.0f / voltage_gain - params->resistance) / impedance, IMPEDANCE_Q);
     q.inductance = in_q(params->inductance / (params->period * impedance), IMPEDANCE_Q);
     q.one_ohm = in_q(1.0f / impedance, IMPEDANCE_Q);
@@ -162,15 +173,15 @@ static pll_params_q_t pll_of(const pll_params_t *params, const bases_t *base, fl
     const float turn = base->turn_per_rad;
     const float floor = params->amplitude_floor / base->voltage;
     pll_params_q_t q;
-    q.kp = in_q(params->kp * turn, SHARE_Q);
+    q.kp_rest = in_q((params->kp - params->ki * params->period) * turn, SHARE_Q);
     q.ki_period = scale_of(params->ki * turn * params->period * 2.0f * TWO_TO_32);
     q.feedforward_share = in_q(exponential_rest(params->feedforward_cutoff * params->period), SHARE_Q);
     q.amplitude_floor = in_q(floor, VOLTAGE_Q);
     q.inverse_floor = in_q(1.0f / floor, 15);
-    q.emf_decay = emf_cutoff > 0.0f ? in_q(exponential(-emf_cutoff * params->period), SHARE_Q) : 0;
-    q.sign_speed = counts_of(PLL_SIGN_SPEED * turn, TWO_TO_32);
+    q.emf_decay = emf_cutoff > 0.0f ? in_q(exponential(-emf_cutoff * params->period), UNIT_Q) : 0;
+    q.sign_speed = counts_of(PLL_SIGN_SPEED * turn, TWO_TO_31);
     q.inverse_sign_speed = in_q(1.0f / (PLL_SIGN_SPEED * turn), 14);
-    q.signed_speed = counts_of(PLL_SIGNED_SPEED * turn, TWO_TO_32);
+    q.signed_speed = counts_of(PLL_SIGNED_SPEED * turn, TWO_TO_31);
     return q;
 }
 
@@ -195,19 +206,19 @@ static estimator_params_q_t per_unit(const estimator_params_t *params, const bas
     q.smo = smo_of(&params->smo, base, !in_loop && params->smo.emf_cutoff > 0.0f);
     q.pll = pll_of(&params->pll, base, in_loop ? params->smo.emf_cutoff : params->pll.emf_cutoff);
     q.lag = (int32_t)params->lag;
-    q.speed_per_volt = in_q(base->voltage * turn / params->flux_linkage, 30);
+    q.speed_per_volt = in_q(base->voltage * turn / params->flux_linkage, SPEED_PER_VOLT_Q);
     q.adaptation_share = in_q(params->flux_adaptation * period, SHARE_Q);
     q.mean_share = in_q(exponential_rest(ESTIMATOR_ADAPTATION_CUTOFF * period), SHARE_Q);
-    q.adaptation_speed = counts_of(ESTIMATOR_ADAPTATION_SPEED * turn, TWO_TO_32);
+    q.adaptation_speed = counts_of(ESTIMATOR_ADAPTATION_SPEED * turn, TWO_TO_31);
     q.torque_feedforward =
-        scale_of(params->torque_feedforward * turn * period * base->current * 4.0f * TWO_TO_32);
+        counts_of(params->torque_feedforward * turn * period * base->current, 64.0f * TWO_TO_32);
     q.amplitude_min = in_q(limits->amplitude_min, UNIT_Q);
     q.amplitude_max = in_q(limit_of(limits->amplitude_max), 24);
-    q.amplitude_allowance = counts_of(AMPLITUDE_ALLOWANCE * turn, TWO_TO_32);
+    q.amplitude_allowance = counts_of(AMPLITUDE_ALLOWANCE * turn, TWO_TO_31);
     q.detector_max = in_q(limit_of(limits->detector_max), UNIT_Q);
     q.current_max = in_q(limit_of(limits->current_max) / base->current, CURRENT_Q);
-    q.speed_min = counts_of(limits->speed_min * turn, TWO_TO_32);
-    q.speed_max = counts_of(limit_of(limits->speed_max) * turn, TWO_TO_32);
+    q.speed_min = counts_of(limits->speed_min * turn, TWO_TO_31);
+    q.speed_max = counts_of(limit_of(limits->speed_max) * turn, TWO_TO_31);
     q.debounce[0] = periods_of(limits->amplitude_time, period);
     q.debounce[1] = periods_of(limits->detector_time, period);
     q.debounce[2] = periods_of(limits->current_time, period);
@@ -217,14 +228,14 @@ static estimator_params_q_t per_unit(const estimator_params_t *params, const bas
 
 static void set_units(fixed_t *fixed, const bases_t *base)
 {
-    fixed->units.voltage = base->voltage / TWO_TO_28;
-    fixed->units.current = base->current * 4.0f / TWO_TO_28;
-    fixed->units.speed = 1.0f / (base->turn_per_rad * TWO_TO_32);
-    fixed->units.gain = 16.0f / TWO_TO_28 / base->current;
-    fixed->voltage_counts = TWO_TO_28 / base->voltage;
-    fixed->current_counts = 0.25f * TWO_TO_28 / base->current;
-    fixed->speed_counts = base->turn_per_rad * TWO_TO_32;
-    fixed->flux_per_count = base->voltage * base->turn_per_rad * 4.0f * TWO_TO_28;
+    fixed->units.voltage = base->voltage / TWO_TO_27;
+    fixed->units.current = base->current / TWO_TO_25;
+    fixed->units.speed = 1.0f / (base->turn_per_rad * TWO_TO_31);
+    fixed->units.gain = 2.0f / TWO_TO_25 / base->current;
+    fixed->voltage_counts = TWO_TO_27 / base->voltage;
+    fixed->current_counts = TWO_TO_25 / base->current;
+    fixed->speed_counts = base->turn_per_rad * TWO_TO_31;
+    fixed->flux_per_count = base->voltage * base->turn_per_rad * TWO_TO_30;
 }
 
 /* ---- the state in other bases ---- */
@@ -247,20 +258,21 @@ static void move_mean(lowpass_q_t *mean, float ratio)
 
 static void move_speed(int64_t *speed, float ratio)
 {
-    *speed = (int64_t)counts_of((float)q_round(*speed, 31), ratio) * (INT64_C(1) << 31);
+    *speed = (int64_t)counts_of((float)q_floor(*speed, LONG_SPEED_Q - SPEED_Q), ratio) *
+             (INT64_C(1) << (LONG_SPEED_Q - SPEED_Q));
 }
 
 static void rebase(estimator_q_t *q, float voltage, float current, float speed)
 {
     move_pair(&q->smo.current_hat, current);
     move_pair(&q->smo.current_err, current);
-    q->smo.error_square = q_square_sum(q->smo.current_err.alpha, q->smo.current_err.beta);
     move_pair(&q->smo.switched, voltage);
     move_pair(&q->smo.emf_hat, voltage);
     move_pair(&q->smo.gain_axis, 1.0f / current);
     move_mean(&q->smo.mean_product, current);
     move_mean(&q->smo.mean_square, current * current);
     move(&q->smo.gain_mean, 1.0f / current);
+    move(&q->smo.conductance, voltage / current);
     move_speed(&q->pll.integral, speed);
     move_speed(&q->pll.feedforward, speed);
     move(&q->pll.emf.d, voltage);
@@ -304,7 +316,7 @@ static void show(fixed_t *fixed)
     fixed->smo.current_err = pair_of(q->smo.current_err, fixed->units.current);
     fixed->pll.omega_smooth = (float)q->pll.omega_smooth * fixed->units.speed;
     fixed->pll.amplitude = (float)q->pll.amplitude * fixed->units.voltage;
-    fixed->pll.detector = (float)q->pll.detector * (0.25f / TWO_TO_28);
+    fixed->pll.detector = (float)q->pll.detector / TWO_TO_30;
     fixed->emf = pair_of(q->emf, fixed->units.voltage);
     fixed->flux_linkage = fixed->flux_per_count / (float)lowpass_value_q(&q->speed_per_volt);
     fixed->invalid = q->invalid;

@@ -9,7 +9,7 @@
 #define UNDO_Q     24
 
 /* LAG_TURN_LIMIT as a speed, and pi. */
-#define TURN_LIMIT Q_CONST(30, 4.0f * LAG_TURN_LIMIT / 6.28318531f)
+#define TURN_LIMIT Q_CONST(30, 2.0f * LAG_TURN_LIMIT / 6.28318531f)
 #define PI_Q       29
 #define PI         Q_CONST(PI_Q, 3.14159265f)
 
@@ -90,19 +90,14 @@ static complex_q_t filter_of(const smo_q_t *smo, int32_t t)
     return vector;
 }
 
-/* g = k_s k_f. */
-static int32_t conductance(const smo_q_t *smo)
-{
-    return q_multiply(smo->params.gain, smo->gain_mean, GAIN_Q);
-}
-
 /* e/e_hat of observer, hold and filter, as undoing() of lag.c; Q24. */
 static complex_q_t undoing(const smo_q_t *smo, turning_t at)
 {
-    int32_t lead = times(smo->params.hold_lead + times(at.square, smo->params.hold_lead_rise), at.h);
+    int32_t lead = times(
+        (smo->params.hold_lead >> (SMALL_Q - UNIT_Q)) + times(at.square, smo->params.hold_lead_rise), at.h);
     int32_t loop_gain = q_saturate(q_round(q_product(smo->params.loop_gain_unit, smo->gain_mean),
                                            GAIN_Q + IMPEDANCE_Q - OBSERVER_Q)); /* b g */
-    int32_t real = q_add(loop_gain, smo->params.current_loss >> (GAIN_Q - OBSERVER_Q));
+    int32_t real = q_add(loop_gain, smo->params.current_loss >> (SMALL_Q - OBSERVER_Q));
     int32_t imag = times(q_subtract(Q_ONE(OBSERVER_Q + 1), real), at.t);
     complex_q_t both = product(led(real, imag, lead), filter_of(smo, at.t), OBSERVER_Q + FILTER_Q - UNDO_Q);
 
@@ -118,19 +113,19 @@ static complex_q_t undoing(const smo_q_t *smo, turning_t at)
 /* A vector in the direction of the mode's lag. */
 static complex_q_t direction(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
 {
-    int32_t turn = q_multiply(omega_e, PI, SPEED_Q - 1); /* omega T, Q29 */
+    int32_t turn = q_multiply(q_clamp(omega_e, Q_ONE(SPEED_Q - 1)), PI, SPEED_Q - 1); /* omega T, Q29 */
     int32_t reactance = q_multiply_saturated(smo->params.inductance, turn, PI_Q);
     switch (mode) {
     case LAG_NONE:
         break;
     case LAG_PRINTED: {
         int32_t re =
-            q_multiply_saturated(smo->params.ohms, q_add(conductance(smo), smo->params.one_ohm), IMPEDANCE_Q);
+            q_multiply_saturated(smo->params.ohms, q_add(smo->conductance, smo->params.one_ohm), IMPEDANCE_Q);
         return (complex_q_t){re, reactance};
     }
     case LAG_CORRECTED: {
         int32_t resistance = smo->params.resistance;
-        return (complex_q_t){q_add(conductance(smo), resistance), reactance};
+        return (complex_q_t){q_add(smo->conductance, resistance), reactance};
     }
     case LAG_EXACT:
         return undoing(smo, turning_of(omega_e));
@@ -162,44 +157,27 @@ static complex_q_t undoing_of_paper(const smo_q_t *smo, lag_mode_t mode, int32_t
     return (complex_q_t){times(size, unit.re), times(size, unit.im)};
 }
 
-/* Of the observer alone, to be multiplied by its current error: lag_emf_exact() of lag.h. */
-static complex_q_t undoing_of_observer(const smo_q_t *smo, int32_t omega_e)
-{
-    int32_t h = half_turn(omega_e);
-    int32_t g = conductance(smo);
-    int32_t along = q_add(g, smo->params.resistance);
-    int32_t across = q_subtract(smo->params.lag_resistance, g);
-    int32_t bend = q_subtract(times(along, smo->params.hold_cotangent), times(across, smo->params.hold_lead));
-    complex_q_t vector;
-    vector.re = q_subtract(along, times(bend, squared(h)));
-    vector.im = times(q_subtract(across, times(vector.re, smo->params.hold_lead)), h);
-    return vector;
-}
-
 /* v/g: the error that the mean gain would need for this switching voltage, in the format of currents. */
 static int32_t error_of(int32_t v, root_q_t per_g)
 {
     return q_clamp(
         q_multiply_saturated(v, per_g.mantissa, 61 - IMPEDANCE_Q - CURRENT_Q + VOLTAGE_Q - per_g.shift),
-        SAMPLE_LARGEST);
+        ERROR_LARGEST);
 }
 
 ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
 {
-    complex_q_t emf;
     if (mode != LAG_EXACT) {
         complex_q_t hat = {smo->emf_hat.alpha, smo->emf_hat.beta};
-        emf = product(undoing_of_paper(smo, mode, omega_e), hat, UNDO_Q);
-    } else {
-        complex_q_t error = {smo->current_err.alpha, smo->current_err.beta};
-        if (smo->params.switching != (int32_t)SMO_SIGMOID_VECTOR) {
-            root_q_t per_g = inverse_root_q(q_square(conductance(smo)));
-            error.re = error_of(smo->switched.alpha, per_g);
-            error.im = error_of(smo->switched.beta, per_g);
-        }
-        emf = product(undoing_of_observer(smo, omega_e), error, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q);
+        complex_q_t emf = product(undoing_of_paper(smo, mode, omega_e), hat, UNDO_Q);
+        return (ab_q_t){q_clamp(emf.re, SAMPLE_LARGEST), q_clamp(emf.im, SAMPLE_LARGEST)};
     }
-    return (ab_q_t){q_clamp(emf.re, SAMPLE_LARGEST), q_clamp(emf.im, SAMPLE_LARGEST)};
+    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        return lag_emf_exact_q(smo, smo->current_err, omega_e);
+    }
+    root_q_t per_g = inverse_root_q(q_square(smo->conductance));
+    ab_q_t error = {error_of(smo->switched.alpha, per_g), error_of(smo->switched.beta, per_g)};
+    return lag_emf_exact_q(smo, error, omega_e);
 }
 
 void lag_make_q(const smo_q_t *smo, int32_t omega_e, ab_q_t emf, ab_q_t *switched, ab_q_t *emf_hat)

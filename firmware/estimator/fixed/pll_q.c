@@ -3,14 +3,13 @@
 #include "math/root_q.h"
 #include "math/trig_q.h"
 
-#define FLOOR_INVERSE_Q  15
-#define SPEED_INVERSE_Q  14
-#define LONG_BITS        (LONG_SPEED_Q - SPEED_Q)
-#define SPEED_PER_VOLT_Q 30
+#define FLOOR_INVERSE_Q 15
+#define SPEED_INVERSE_Q 14
+#define LONG_BITS       (LONG_SPEED_Q - SPEED_Q)
 
 static int32_t short_speed(int64_t speed)
 {
-    return (int32_t)q_round(speed, LONG_BITS);
+    return q_word(speed);
 }
 
 static int64_t long_speed(int32_t speed)
@@ -27,7 +26,7 @@ static void place(pll_q_t *pll, uint32_t theta_e)
 /* To the angle of the next result, at this speed. */
 static void move(pll_q_t *pll, int32_t omega_e)
 {
-    place(pll, pll->theta_e + (uint32_t)omega_e);
+    place(pll, pll->theta_e + ((uint32_t)omega_e << (ANGLE_Q - SPEED_Q)));
     pll->omega_e = omega_e;
 }
 
@@ -68,16 +67,21 @@ void pll_reset_q(pll_q_t *pll, position_q_t start)
 
 void pll_settle_q(pll_q_t *pll, int32_t amplitude)
 {
-    int32_t length = q_clamp(amplitude, Q_LARGEST);
+    int32_t length = q_clamp(amplitude, SAMPLE_LARGEST);
     pll->emf = (dq_q_t){0, pll->omega_smooth < 0 ? -length : length};
     pll->amplitude = length;
+}
+
+void pll_advance_q(pll_q_t *pll)
+{
+    move(pll, pll->omega_smooth);
 }
 
 static void take_speeds(pll_q_t *pll, int64_t feedforward, int64_t integral)
 {
     pll->feedforward = feedforward;
     pll->integral = integral;
-    pll->omega_smooth = q_saturate((int64_t)short_speed(integral) + short_speed(feedforward));
+    pll->omega_smooth = short_speed(integral + feedforward);
 }
 
 position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration)
@@ -92,17 +96,14 @@ position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration)
     return position;
 }
 
-static int32_t decayed(const pll_q_t *pll, int32_t now, int32_t before)
-{
-    return q_add(now, q_multiply(pll->params.emf_decay, q_subtract(before, now), SHARE_Q));
-}
-
 /* The EMF in the frame of the loop, filtered. */
-static dq_q_t filtered(const pll_q_t *pll, ab_q_t emf)
+static inline dq_q_t filtered(const pll_q_t *pll, ab_q_t emf)
 {
+    int32_t decay = pll->params.emf_decay;
+    int32_t share = Q_ONE(UNIT_Q) - decay;
     dq_q_t e = frames_park_q(emf, pll->rotation);
-    e.d = decayed(pll, e.d, pll->emf.d);
-    e.q = decayed(pll, e.q, pll->emf.q);
+    e.d = q_cut(q_product(share, e.d) + q_product(decay, pll->emf.d), UNIT_Q, SAMPLE_BITS);
+    e.q = q_cut(q_product(share, e.q) + q_product(decay, pll->emf.q), UNIT_Q, SAMPLE_BITS);
     return e;
 }
 
@@ -127,51 +128,52 @@ static int32_t soft_sign(pll_q_t *pll)
                    Q_ONE(UNIT_Q));
 }
 
-/* e_d/max(|e|, floor), Q30, and |e|. */
-static int32_t sine_of(const pll_q_t *pll, dq_q_t e, int32_t *amplitude)
+/* A speed that would leave its limit stays as it was. */
+static inline int64_t speed_within(int64_t speed, int32_t limit, int64_t before)
 {
-    uint64_t square = q_square_sum(e.d, e.q);
-    root_q_t inverse = inverse_root_q(square);
-    *amplitude = q_saturate(root_from_q(square, inverse));
-    int32_t sine =
-        *amplitude < pll->params.amplitude_floor
-            ? q_multiply_saturated(e.d, pll->params.inverse_floor, VOLTAGE_Q + FLOOR_INVERSE_Q - UNIT_Q)
-            : q_multiply_saturated(e.d, inverse.mantissa, 61 - UNIT_Q - inverse.shift);
-    return q_clamp(sine, Q_ONE(UNIT_Q));
+    int32_t high = (int32_t)q_floor(speed, LONG_BITS);
+    return high >= -limit && high < limit ? q_join(high, speed) : before;
+}
+
+/* e_d/floor, Q30. */
+static int32_t sine_below_floor(const pll_q_t *pll, int32_t e_d)
+{
+    return q_clamp(q_multiply_saturated(e_d, pll->params.inverse_floor, VOLTAGE_Q + FLOOR_INVERSE_Q - UNIT_Q),
+                   Q_ONE(UNIT_Q));
 }
 
 position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_t acceleration)
 {
     dq_q_t e = filtered(pll, emf);
-    int32_t amplitude;
-    int32_t sine = sine_of(pll, e, &amplitude);
+    direction_q_t direction = direction_q(e.d, e.q);
+    int32_t amplitude = direction.length;
+    int32_t sine = amplitude < pll->params.amplitude_floor ? sine_below_floor(pll, e.d) : direction.cosine;
 
-    int32_t omega_smooth = pll->omega_smooth;
-    int32_t signed_emf = omega_smooth < 0 ? -amplitude : amplitude;
-    int32_t detector = omega_smooth < 0 ? sine : -sine;
-    if (q_magnitude(omega_smooth) < pll->params.signed_speed) {
+    int32_t signed_emf = pll->omega_smooth < 0 ? -amplitude : amplitude;
+    int32_t detector = pll->omega_smooth < 0 ? sine : -sine;
+    if (q_magnitude(pll->omega_smooth) < pll->params.signed_speed) {
         signed_emf = e.q;
         detector = -q_multiply(sine, soft_sign(pll), UNIT_Q);
     }
 
     int32_t speed_of_emf =
-        q_multiply_saturated(signed_emf, speed_per_volt, VOLTAGE_Q + SPEED_PER_VOLT_Q - SPEED_Q);
-    int32_t missing = q_subtract(speed_of_emf, short_speed(pll->feedforward));
-    int64_t feedforward = pll->feedforward + q_product(pll->params.feedforward_share, missing) + acceleration;
-    if (feedforward > PLL_SPEED_LIMIT || feedforward < -PLL_SPEED_LIMIT) {
-        feedforward = pll->feedforward;
-    }
-    int64_t integral =
-        q_clamp_long(pll->integral + q_scaled(detector, pll->params.ki_period), 2 * PLL_SPEED_LIMIT);
+        q_cut(q_product(signed_emf, speed_per_volt), VOLTAGE_Q + SPEED_PER_VOLT_Q - SPEED_Q, SPEED_Q - 2);
+    int32_t missing = speed_of_emf - short_speed(pll->feedforward);
+    int64_t feedforward =
+        pll->feedforward + q_product(pll->params.feedforward_share, 2 * missing) + acceleration;
+    feedforward = speed_within(feedforward, PLL_SHORT_LIMIT, pll->feedforward);
+    int64_t integral = pll->integral + q_scaled(detector, pll->params.ki_period);
+    integral = speed_within(integral, 2 * PLL_SHORT_LIMIT, pll->integral);
+    take_speeds(pll, feedforward, integral);
 
+    /* Within a turn: 3/2 pi of it at most, and a half. */
     position_q_t position;
     position.theta_e = pll->theta_e;
-    position.omega_e = q_saturate((int64_t)short_speed(pll->integral) + short_speed(feedforward) +
-                                  q_round(q_product(pll->params.kp, detector), SHARE_Q + UNIT_Q - SPEED_Q));
+    position.omega_e = pll->omega_smooth + q_cut(q_product(pll->params.kp_rest, detector),
+                                                 SHARE_Q + UNIT_Q - SPEED_Q, SPEED_Q - 1);
 
     move(pll, position.omega_e);
     pll->emf = e;
-    take_speeds(pll, feedforward, integral);
     pll->detector = detector;
     pll->amplitude = amplitude;
     return position;

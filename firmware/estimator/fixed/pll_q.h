@@ -2,7 +2,8 @@
  * The period is the unit of time, so the angle moves by the speed itself and wraps by itself. Integrator and
  * feed-forward carry 63 bits below a turn per period: nothing rests short of its value.
  *
- * No division. The whole frequency is cut to half a turn per period. */
+ * No division. The speed from the EMF is cut to a quarter of a turn per period, the share of kp to half a
+ * turn. */
 #ifndef ESTIMATOR_FIXED_PLL_Q_H
 #define ESTIMATOR_FIXED_PLL_Q_H
 
@@ -16,22 +17,23 @@
 
 /* Per unit, made from pll_params_t by fixed.c. */
 typedef struct {
-    int32_t kp;                 /* Q31, turns per period, 0..1 */
+    int32_t kp_rest;            /* kp - ki T, Q31, turns per period, 0..1: ki T is in the new integral */
     q_scale_t ki_period;        /* to Q63 from the detector's Q30 */
     int32_t feedforward_share;  /* 1 - exp(-omega_c T), Q31; 0 = conventional */
-    int32_t amplitude_floor;    /* Q28, at least PLL_FLOOR_LEAST */
+    int32_t amplitude_floor;    /* Q27, at least PLL_FLOOR_LEAST */
     int32_t inverse_floor;      /* Q15, 1/amplitude_floor */
-    int32_t emf_decay;          /* exp(-emf_cutoff T), Q31; 0 = no filter */
-    int32_t sign_speed;         /* PLL_SIGN_SPEED, Q32 */
+    int32_t emf_decay;          /* exp(-emf_cutoff T), Q30; 0 = no filter */
+    int32_t sign_speed;         /* PLL_SIGN_SPEED, Q31 */
     int32_t inverse_sign_speed; /* Q14, 1/PLL_SIGN_SPEED */
-    int32_t signed_speed;       /* PLL_SIGNED_SPEED, Q32 */
+    int32_t signed_speed;       /* PLL_SIGNED_SPEED, Q31 */
 } pll_params_q_t;
 
 /* 1/amplitude_floor fits. */
 #define PLL_FLOOR_LEAST Q_ONE(VOLTAGE_Q - 15)
 
-/* PLL_TURN_LIMIT as a speed: 2^63/2 pi. */
-#define PLL_SPEED_LIMIT INT64_C(1467949312984322272)
+/* PLL_TURN_LIMIT as a speed, short and long: 2^31/2 pi. */
+#define PLL_SHORT_LIMIT INT32_C(341782637)
+#define PLL_SPEED_LIMIT (PLL_SHORT_LIMIT * (INT64_C(1) << (LONG_SPEED_Q - SPEED_Q)))
 
 typedef struct {
     pll_params_q_t params;
@@ -48,13 +50,14 @@ typedef struct {
     int32_t amplitude;     /* |e| of the last step */
 } pll_q_t;
 
-/* As pll_init(), pll_retune(), pll_reset(), pll_settle(), pll_step(), pll_coast() and pll_watch();
- * `acceleration` is what the speed gains in a period, Q63, within +-PLL_SPEED_LIMIT; `speed_per_volt` is Q30.
- */
+/* As pll_init(), pll_retune(), pll_reset(), pll_settle(), pll_advance(), pll_step(), pll_coast() and
+ * pll_watch(); `acceleration` is what the speed gains in a period, Q63, within +-2 PLL_SPEED_LIMIT;
+ * `speed_per_volt` is Q30. */
 void pll_init_q(pll_q_t *pll, const pll_params_q_t *params);
 void pll_retune_q(pll_q_t *pll, const pll_params_q_t *params);
 void pll_reset_q(pll_q_t *pll, position_q_t start);
 void pll_settle_q(pll_q_t *pll, int32_t amplitude);
+void pll_advance_q(pll_q_t *pll);
 position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_t acceleration);
 position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration);
 position_q_t pll_watch_q(pll_q_t *pll, ab_q_t emf, int64_t acceleration);

@@ -3,12 +3,12 @@
 #include <stdbool.h>
 
 #include "math/root_q.h"
-#include "math/tanh_q.h"
 
 /* Bits that the means keep for their quotient; below 2^MEAN_BITS counts of 2^-57 there is nothing to weight
  * with.
  */
 #define MEAN_BITS 24
+#define MEAN_Q    26
 
 /* Largest (|emf|/k_s)^2 that a reset inverts the switching function for, and its Newton steps: as smo.c. */
 #define RESET_SQUARE_MAX Q_CONST(UNIT_Q, 0.98f)
@@ -17,6 +17,9 @@
 
 void smo_retune_q(smo_q_t *smo, const smo_params_q_t *params)
 {
+    if (smo->params.filtering == 0u && params->filtering != 0u) {
+        smo->switched = smo->emf_hat;
+    }
     smo->params = *params;
     smo->mean_product.alpha = params->mean_share;
     smo->mean_square.alpha = params->mean_share;
@@ -46,26 +49,18 @@ static int32_t sign_gain(const smo_q_t *smo, int32_t x)
     return (int32_t)q_clamp_long(gain, smo->params.axis_gain_largest);
 }
 
-/* a_f/2 times a component of the error. */
-static int32_t stretched(const smo_q_t *smo, int32_t x)
-{
-    return q_multiply_saturated(smo->params.half_slope, x, SLOPE_Q + CURRENT_Q - STRETCHED_Q);
-}
-
-/* a_f/2 tanh(y)/y as k_f. */
+/* a_f/2 tanh(y)/y as k_f: Q26 times Q30. */
 static int32_t gain_of(const smo_q_t *smo, int32_t ratio)
 {
-    return q_multiply(smo->params.half_slope, ratio, SLOPE_Q + UNIT_Q - IMPEDANCE_Q);
+    return q_high(smo->params.half_slope, ratio);
 }
 
 static ab_q_t switch_vector(smo_q_t *smo, ab_q_t x)
 {
-    int32_t ratio = tanh_ratio_q(q_square_sum(stretched(smo, x.alpha), stretched(smo, x.beta)));
-    int32_t k_f = gain_of(smo, ratio);
-    int32_t g = q_multiply(smo->params.gain, k_f, GAIN_Q);
-    smo->gain_mean = k_f;
-    return (ab_q_t){q_multiply_saturated(g, x.alpha, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q),
-                    q_multiply_saturated(g, x.beta, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q)};
+    int32_t ratio = tanh_ratio_q(q_square_sum(smo_stretched_q(smo, x.alpha), smo_stretched_q(smo, x.beta)));
+    smo->gain_mean = gain_of(smo, ratio);
+    smo->conductance = q_high(smo->params.gain_slope, ratio);
+    return (ab_q_t){smo_switched_q(smo->conductance, x.alpha), smo_switched_q(smo->conductance, x.beta)};
 }
 
 /* One axis: f in Q30, and its k_f. */
@@ -75,7 +70,7 @@ static int32_t switch_axis(const smo_q_t *smo, int32_t x, int32_t *k_f)
         *k_f = sign_gain(smo, x);
         return sign_of(x) * Q_ONE(UNIT_Q);
     }
-    int32_t y = stretched(smo, x);
+    int32_t y = smo_stretched_q(smo, x);
     int32_t ratio = tanh_ratio_q(q_square(y));
     *k_f = gain_of(smo, ratio) >> (IMPEDANCE_Q - AXIS_GAIN_Q);
     return q_clamp(q_multiply_saturated(ratio, y, STRETCHED_Q), Q_ONE(UNIT_Q));
@@ -108,9 +103,10 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
 {
     int32_t alpha = switch_axis(smo, x.alpha, &smo->gain_axis.alpha);
     int32_t beta = switch_axis(smo, x.beta, &smo->gain_axis.beta);
-    int32_t product =
-        within_filter(q_round(q_product(alpha, x.alpha), UNIT_Q) + q_round(q_product(beta, x.beta), UNIT_Q));
-    int32_t square = within_filter(q_round((int64_t)smo->error_square, CURRENT_Q));
+    int64_t power = q_product(alpha, x.alpha) + q_product(beta, x.beta);
+    int64_t length_square = q_product(x.alpha, x.alpha) + q_product(x.beta, x.beta);
+    int32_t product = within_filter(q_round(power, UNIT_Q + CURRENT_Q - MEAN_Q));
+    int32_t square = within_filter(q_round(length_square, 2 * CURRENT_Q - MEAN_Q));
     if (settled) {
         lowpass_reset_q(&smo->mean_product, product);
         lowpass_reset_q(&smo->mean_square, square);
@@ -121,6 +117,7 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
     int32_t largest =
         smo->params.switching == (int32_t)SMO_SIGN ? smo->params.gain_largest : gain_of(smo, Q_ONE(UNIT_Q));
     smo->gain_mean = weighted(smo->mean_product.value, smo->mean_square.value, largest);
+    smo->conductance = q_clamp(q_multiply(smo->params.gain, smo->gain_mean, GAIN_Q), CONDUCTANCE_LARGEST);
     return (ab_q_t){q_multiply(smo->params.gain, alpha, GAIN_Q + UNIT_Q - VOLTAGE_Q),
                     q_multiply(smo->params.gain, beta, GAIN_Q + UNIT_Q - VOLTAGE_Q)};
 }
@@ -128,6 +125,7 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
 void smo_init_q(smo_q_t *smo, const smo_params_q_t *params)
 {
     const ab_q_t none = {0, 0};
+    smo->params.filtering = 1u;
     smo_retune_q(smo, params);
     smo->gain_axis = none;
     lowpass_reset_q(&smo->mean_product, 0);
@@ -158,12 +156,12 @@ static int32_t error_for(const smo_q_t *smo, int32_t f, int32_t ratio)
 {
     int32_t slope = q_multiply(smo->params.half_slope, ratio, UNIT_Q);
     int64_t x = q_product(f, Q_ONE(SLOPE_Q + CURRENT_Q - UNIT_Q)) / (slope > 0 ? slope : 1);
-    return (int32_t)q_clamp_long(x, SAMPLE_LARGEST - 1);
+    return (int32_t)q_clamp_long(x, ERROR_LARGEST);
 }
 
 static int32_t share_of_gain(const smo_q_t *smo, int32_t v)
 {
-    int64_t f = q_product(v, Q_ONE(GAIN_Q + UNIT_Q - VOLTAGE_Q - 2)) / smo->params.gain * 4;
+    int64_t f = q_product(v, Q_ONE(GAIN_Q + UNIT_Q - VOLTAGE_Q - 3)) / smo->params.gain * 8;
     return (int32_t)q_clamp_long(f, Q_ONE(UNIT_Q));
 }
 
@@ -171,6 +169,11 @@ static int32_t to_unit(uint64_t square)
 {
     uint64_t unit = square >> UNIT_Q;
     return unit > (uint64_t)Q_ONE(UNIT_Q) ? Q_ONE(UNIT_Q) : (int32_t)unit;
+}
+
+static ab_q_t within(ab_q_t voltage)
+{
+    return (ab_q_t){q_clamp(voltage.alpha, SWITCHED_LARGEST), q_clamp(voltage.beta, SWITCHED_LARGEST)};
 }
 
 void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
@@ -195,16 +198,15 @@ void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
     smo->current_err = x;
     smo->current_hat.alpha = q_clamp(current.alpha, SAMPLE_LARGEST) + x.alpha;
     smo->current_hat.beta = q_clamp(current.beta, SAMPLE_LARGEST) + x.beta;
-    smo->error_square = q_square_sum(x.alpha, x.beta);
     if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
         smo->switched = switch_vector(smo, x);
     } else {
         smo->switched = switch_axes(smo, x, true);
     }
     if (smo->params.switching == (int32_t)SMO_SIGN) {
-        smo->switched = switched;
+        smo->switched = within(switched);
     }
-    smo->emf_hat = emf_hat;
+    smo->emf_hat = smo->params.filtering != 0u ? within(emf_hat) : smo->switched;
     smo->passed_over = 0u;
 }
 
@@ -214,43 +216,26 @@ void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf)
     smo->emf_hat = smo->switched;
 }
 
-/* i_hat(k) of one axis: a i + b (u - v) as in smo.c. */
-static int32_t predicted(const smo_q_t *smo, int32_t hat, int32_t voltage, int32_t v)
-{
-    int64_t drop = q_round(q_product(smo->params.resistance, hat), IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q);
-    int32_t driving = q_saturate((int64_t)voltage - v - drop);
-    return q_add(hat, q_multiply(smo->params.voltage_gain, driving, GAIN_Q + VOLTAGE_Q - CURRENT_Q));
-}
-
 static int32_t filtered(const smo_q_t *smo, int32_t v, int32_t emf_hat)
 {
-    return q_add(v, q_multiply(smo->params.emf_decay, q_subtract(emf_hat, v), SHARE_Q));
-}
-
-static bool measured(int32_t sample)
-{
-    return q_magnitude(sample) <= SAMPLE_LARGEST;
+    return q_clamp(v + q_multiply(smo->params.emf_decay, emf_hat - v, SHARE_Q), SWITCHED_LARGEST);
 }
 
 ab_q_t smo_step_q(smo_q_t *smo, ab_q_t voltage, ab_q_t current)
 {
-    if (!measured(voltage.alpha) || !measured(voltage.beta) || !measured(current.alpha) ||
-        !measured(current.beta)) {
+    if (!smo_measured_q(voltage.alpha) || !smo_measured_q(voltage.beta) || !smo_measured_q(current.alpha) ||
+        !smo_measured_q(current.beta)) {
         smo->passed_over = 1u;
         return smo->emf_hat;
     }
 
-    ab_q_t v = smo->switched;
-    ab_q_t x;
-    x.alpha =
-        q_clamp(q_subtract(predicted(smo, smo->current_hat.alpha, voltage.alpha, v.alpha), current.alpha),
-                SAMPLE_LARGEST - 1);
-    x.beta = q_clamp(q_subtract(predicted(smo, smo->current_hat.beta, voltage.beta, v.beta), current.beta),
-                     SAMPLE_LARGEST - 1);
+    ab_q_t hat = smo->current_hat;
+    ab_q_t v = smo->params.filtering != 0u ? smo->switched : smo->emf_hat;
+    ab_q_t x = {q_clamp(smo_error_q(smo, hat.alpha, voltage.alpha - v.alpha, current.alpha), ERROR_LARGEST),
+                q_clamp(smo_error_q(smo, hat.beta, voltage.beta - v.beta, current.beta), ERROR_LARGEST)};
     smo->passed_over = 0u;
-    smo->current_hat = (ab_q_t){q_add(current.alpha, x.alpha), q_add(current.beta, x.beta)};
+    smo->current_hat = (ab_q_t){current.alpha + x.alpha, current.beta + x.beta};
     smo->current_err = x;
-    smo->error_square = q_square_sum(x.alpha, x.beta);
     if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
         v = switch_vector(smo, x);
     } else {

@@ -60,7 +60,7 @@ static inline int32_t q_high_near(int32_t a, int32_t b)
 /* x / 2^32 toward zero: odd bit for bit, also where halves are frequent. */
 static inline int32_t q_word(int64_t x)
 {
-    return (int32_t)q_floor(x + (x < 0 ? UINT32_C(0xffffffff) : 0u), 32);
+    return (int32_t)q_floor(x + (x < 0 ? INT64_C(0xffffffff) : 0), 32);
 }
 
 /* The end of -end .. end - 1 that x is beyond. A call, so that what hardly ever happens costs a branch and

@@ -34,15 +34,11 @@ root_q_t inverse_root_q(uint64_t square)
     return root;
 }
 
-uint32_t root_from_q(uint64_t square, root_q_t inverse)
+uint32_t root_q(uint64_t square)
 {
+    root_q_t inverse = inverse_root_q(square);
     uint64_t m = (square << (2 * inverse.shift)) >> 32;     /* Q30, 1..4 */
     uint64_t root = (m * (uint32_t)inverse.mantissa) >> 29; /* Q31, 1..2 */
     uint64_t result = root >> inverse.shift;
     return result > UINT32_C(0xffffffff) ? UINT32_C(0xffffffff) : (uint32_t)result;
-}
-
-uint32_t root_q(uint64_t square)
-{
-    return root_from_q(square, inverse_root_q(square));
 }

@@ -23,9 +23,7 @@ typedef struct {
 /* Relative error within 2e-8. One table look-up, four products. */
 root_q_t inverse_root_q(uint64_t square);
 
-/* sqrt(square), down to a whole number; within 2e-8 of it and one. From its reciprocal, if that is known: two
- * products. */
-uint32_t root_from_q(uint64_t square, root_q_t inverse);
+/* sqrt(square), down to a whole number; within 2e-8 of it and one. Six products. */
 uint32_t root_q(uint64_t square);
 
 /* 1/sqrt(1 + n/32) in Q32. */

@@ -122,13 +122,9 @@ static q_scale_t scale_of(float value)
 {
     q_scale_t scale = {0, 1};
     if (value > 0.0f) {
-        float mantissa = value * TWO_TO_32;
-        float step = 1.0f;
-        while (mantissa >= TWO_TO_31) {
-            mantissa *= 0.5f;
-            step *= 2.0f;
-        }
-        scale.mantissa = counts_of(mantissa, 1.0f);
+        float least = power_of_two(2.0f * value);
+        float step = least > 1.0f ? least : 1.0f;
+        scale.mantissa = counts_of(value / step, TWO_TO_32);
         scale.step = counts_of(step, 1.0f);
     }
     return scale;

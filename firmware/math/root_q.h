@@ -56,8 +56,8 @@ typedef struct {
  * moved to full size by 32-bit shifts, not its square. */
 static inline direction_q_t direction_q(int32_t x, int32_t y)
 {
-    uint32_t width = (uint32_t)q_magnitude(x);
-    uint32_t height = (uint32_t)q_magnitude(y);
+    uint32_t width = (uint32_t)(x < 0 ? -x : x);
+    uint32_t height = (uint32_t)(y < 0 ? -y : y);
     uint32_t longest = width | height;
     uint32_t up = 0u;
     if (longest < (UINT32_C(1) << 18)) {

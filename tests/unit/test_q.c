@@ -119,6 +119,51 @@ static void test_products_keep_all_their_bits(void)
     }
 }
 
+static void test_upper_words_are_those_of_division(void)
+{
+    const int64_t word = INT64_C(1) << 32;
+    for (int m = 0; m < 100000; m++) {
+        int32_t a = draw_short();
+        int32_t b = draw_short();
+        int64_t product = (int64_t)a * b;
+        TEST_ASSERT_EQUAL_INT32(floor_by_division(product, 32), q_high(a, b));
+        TEST_ASSERT_EQUAL_INT32(floor_by_division(product + word / 2, 32), q_high_near(a, b));
+        TEST_ASSERT_EQUAL_INT32(product / word, q_word(product));
+        TEST_ASSERT_EQUAL_UINT32(((uint64_t)(uint32_t)a * (uint32_t)b) / (uint64_t)word,
+                                 q_high_unsigned((uint32_t)a, (uint32_t)b));
+        TEST_ASSERT_EQUAL_INT64(product, q_join((int32_t)floor_by_division(product, 32), product));
+    }
+    TEST_ASSERT_EQUAL_INT32(-1, q_high(-1, 1));
+    TEST_ASSERT_EQUAL_INT32(0, q_high_near(-1, 1));
+    TEST_ASSERT_EQUAL_INT32(0, q_word(-word + 1));
+    TEST_ASSERT_EQUAL_INT32(-1, q_word(-word));
+}
+
+/* Within the range the rounded value, beyond it a number of the last step of the upper word. */
+static void test_cut_rounds_within_and_ends_beyond(void)
+{
+    for (int32_t n = 4; n <= 30; n++) {
+        for (int32_t bits = 32 - n; bits <= 30; bits++) {
+            int64_t end = INT64_C(1) << bits;
+            int64_t step = INT64_C(1) << (32 - n);
+            for (int m = 0; m < 200; m++) {
+                int64_t x = draw_signed() / 2;
+                int64_t near = q_round(x, n);
+                int64_t found = q_cut(x, n, bits);
+                if (near >= -end && near < end) {
+                    TEST_ASSERT_EQUAL_INT64(near, found);
+                } else {
+                    TEST_ASSERT_TRUE(near < 0 ? found >= -end && found < -end + step
+                                              : found < end && found >= end - step);
+                }
+            }
+            TEST_ASSERT_EQUAL_INT64(-end, q_cut(-end * (INT64_C(1) << n), n, bits));
+            TEST_ASSERT_EQUAL_INT64(end - 1, q_cut((end - 1) * (INT64_C(1) << n), n, bits));
+            TEST_ASSERT_EQUAL_INT64(end - step, q_cut(end * (INT64_C(1) << n), n, bits));
+        }
+    }
+}
+
 static void test_signed_angle_is_the_same_angle(void)
 {
     TEST_ASSERT_EQUAL_INT32(INT32_MIN, q_signed(UINT32_C(0x80000000)));
@@ -348,6 +393,8 @@ int main(void)
     RUN_TEST(test_round_goes_to_the_nearest_halves_up);
     RUN_TEST(test_saturation_is_symmetric);
     RUN_TEST(test_products_keep_all_their_bits);
+    RUN_TEST(test_upper_words_are_those_of_division);
+    RUN_TEST(test_cut_rounds_within_and_ends_beyond);
     RUN_TEST(test_signed_angle_is_the_same_angle);
     RUN_TEST(test_leading_zeros_of_every_bit);
     RUN_TEST(test_inverse_root_is_within_its_bound);

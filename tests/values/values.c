@@ -89,7 +89,7 @@ static smo_params_q_t any_smo(int32_t switching)
 static pll_params_q_t any_pll(void)
 {
     pll_params_q_t params;
-    params.kp_rest = any(0, INT32_MAX);
+    params.kp_rest = any(0, INT32_C(687194767)); /* 0.32 */
     params.ki_period = any_scale();
     params.feedforward_share = any(0, INT32_MAX);
     params.amplitude_floor = any(PLL_FLOOR_LEAST, ONE(30));

@@ -166,11 +166,10 @@ position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_
     integral = speed_within(integral, 2 * PLL_SHORT_LIMIT, pll->integral);
     take_speeds(pll, feedforward, integral);
 
-    /* Within a turn: 3/2 pi of it at most, and a half. */
     position_q_t position;
     position.theta_e = pll->theta_e;
-    position.omega_e = pll->omega_smooth + q_cut(q_product(pll->params.kp_rest, detector),
-                                                 SHARE_Q + UNIT_Q - SPEED_Q, SPEED_Q - 1);
+    position.omega_e =
+        pll->omega_smooth + q_multiply(pll->params.kp_rest, detector, SHARE_Q + UNIT_Q - SPEED_Q);
 
     move(pll, position.omega_e);
     pll->emf = e;

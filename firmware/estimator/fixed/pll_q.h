@@ -2,8 +2,8 @@
  * The period is the unit of time, so the angle moves by the speed itself and wraps by itself. Integrator and
  * feed-forward carry 63 bits below a turn per period: nothing rests short of its value.
  *
- * No division. The speed from the EMF is cut to a quarter of a turn per period, the share of kp to half a
- * turn. */
+ * No division. The speed from the EMF is cut to a quarter of a turn per period; the whole frequency stays
+ * below a turn: 3/2 pi of it in integrator and feed-forward, and 2/2 pi of kp, as kp - ki T < 2/T. */
 #ifndef ESTIMATOR_FIXED_PLL_Q_H
 #define ESTIMATOR_FIXED_PLL_Q_H
 
@@ -17,7 +17,7 @@
 
 /* Per unit, made from pll_params_t by fixed.c. */
 typedef struct {
-    int32_t kp_rest;            /* kp - ki T, Q31, turns per period, 0..1: ki T is in the new integral */
+    int32_t kp_rest;            /* kp - ki T, Q31, turns per period, 0..0.32: ki T is in the new integral */
     q_scale_t ki_period;        /* to Q63 from the detector's Q30 */
     int32_t feedforward_share;  /* 1 - exp(-omega_c T), Q31; 0 = conventional */
     int32_t amplitude_floor;    /* Q27, at least PLL_FLOOR_LEAST */

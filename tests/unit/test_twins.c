@@ -1,12 +1,13 @@
 /* Float and fixed twin side by side on one set of exact data, each module alone and all in a row. How far
  * they may be apart follows from the formats (estimator/fixed/formats.h) and from float's own 24 bits:
  *
- *   voltages    a current of up to 6 A is rounded by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V
- * twice (sample and observer); k_f and tanh differ by 3e-6 in what v is for a given error, not in what it
- * settles on: 1e-4 V of 200 V k_f         the same tanh: 3e-6, and a count of Q24 in 0.5 lag         counts
- * of Q24 and Q28 in vectors of about 1: 2e-7; float 5e-7 angles      1.2e-7 rad of the arc tangent; float
- * 3e-6; the polynomials of tan 2e-6 speeds      1.5e-5 rad/s a count; float 1e-7 of up to 1e3 rad/s and its
- * dead zone, 2e-4 of a mrad of angle
+ *   voltages   a current of up to 6 A is rounded by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V
+ *              twice (sample and observer); k_f and tanh differ by 3e-6 in what v is for a given error, not
+ *              in what it settles on: 1e-4 V of 200 V
+ *   k_f        the same tanh: 3e-6, and a count of Q24 in 0.5
+ *   lag        counts of Q24 and Q28 in vectors of about 1: 2e-7; float 5e-7
+ *   angles     1.2e-7 rad of the arc tangent; float 3e-6; the polynomials of tan 2e-6
+ *   speeds     3e-5 rad/s a count; float 1e-7 of up to 1e3 rad/s and its dead zone, 2e-4 of a mrad of angle
  */
 #include <math.h>
 #include <stdio.h>

@@ -72,20 +72,21 @@ static inline bool smo_measured_q(int32_t sample)
     return sample >= -SAMPLE_LARGEST && sample <= SAMPLE_LARGEST;
 }
 
-/* i_hat(k) of one axis less the sample, not cut yet: i_hat + b (u - v) - b R i_hat - i. It fits: 24 I + 16 I
- * and, with |u - v| <= 6 U, what a period adds. */
+/* i_hat(k) of one axis less the sample, not cut yet: i_hat + b (u - v) - b R i_hat - i. It fits: 24 I + 16 I,
+ * and what a period adds with |u - v| <= 6 U, 22 I. */
 static inline int32_t smo_error_q(const smo_q_t *smo, int32_t hat, int32_t driving, int32_t current)
 {
     int64_t change = q_product(smo->params.voltage_gain, driving) - q_product(smo->params.current_loss, hat);
     return hat - current + (int32_t)q_round(change, 32);
 }
 
+/* An error within the range. */
 static inline bool smo_small_q(int32_t error)
 {
     return error >= -ERROR_LARGEST && error <= ERROR_LARGEST;
 }
 
-/* a_f/2 times a component of the error: Q26 times Q28 is Q54. */
+/* a_f/2 times a component of the error: Q26 times Q28 is Q54; odd, as halves are frequent in it. */
 static inline int32_t smo_stretched_q(const smo_q_t *smo, int32_t x)
 {
     return q_word(q_product(smo->params.half_slope, 8 * x));

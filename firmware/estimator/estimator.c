@@ -12,10 +12,6 @@
 #define AMPLITUDE_UNLIMITED 1e4f /* [-] */
 #define TURN_UNLIMITED      4.0f /* [rad] in a period */
 
-/* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
- */
-#define AMPLITUDE_ALLOWANCE 10.0f
-
 /* The flux may move this far from the parameter, either way [-]. */
 #define ADAPTATION_RANGE 0.5f
 
@@ -51,16 +47,9 @@ static bool validity_check(const validity_params_t *limits, params_error_t *why)
                          limits->speed_max);
 }
 
-/* With LAG_EXACT the EMF filter acts in the frame of the loop, in which the EMF stands still: there it has no
- * lag. The paper's modes have it where the paper has it. */
-typedef struct {
-    smo_params_t smo;
-    pll_params_t pll;
-} parts_t;
-
-static parts_t parts_of(const estimator_params_t *params)
+estimator_parts_t estimator_parts(const estimator_params_t *params)
 {
-    parts_t parts = {params->smo, params->pll};
+    estimator_parts_t parts = {params->smo, params->pll};
     if (params->lag == LAG_EXACT) {
         parts.pll.emf_cutoff = params->smo.emf_cutoff;
         parts.smo.emf_cutoff = 0.0f;
@@ -70,7 +59,7 @@ static parts_t parts_of(const estimator_params_t *params)
 
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why)
 {
-    const parts_t parts = parts_of(params);
+    const estimator_parts_t parts = estimator_parts(params);
     if (!smo_params_check(&params->smo, why) || !pll_params_check(&parts.pll, why) ||
         !params_within(why, "lag", PARAMS_RANGE, (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
         !params_within(why, "flux_linkage", PARAMS_RANGE, params->flux_linkage, 1e-4f, 10.0f) ||
@@ -128,7 +117,7 @@ void estimator_retune(estimator_t *est, const estimator_params_t *params)
     (void)good;
 
     const validity_params_t *limits = &params->validity;
-    const parts_t parts = parts_of(params);
+    const estimator_parts_t parts = estimator_parts(params);
     float period = params->smo.period;
     est->amplitude = band_of(limits->amplitude_min, limit_of(limits->amplitude_max, AMPLITUDE_UNLIMITED));
     est->detector_max = limit_of(limits->detector_max, UNLIMITED);
@@ -158,7 +147,7 @@ void estimator_init(estimator_t *est, const estimator_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};
     const ab_t none = {0.0f, 0.0f};
-    const parts_t parts = parts_of(params);
+    const estimator_parts_t parts = estimator_parts(params);
     est->flux_linkage_set = 0.0f;
     est->special = 0u;
     estimator_retune(est, params);
@@ -295,7 +284,8 @@ void estimator_judge(estimator_t *est, uint32_t periods)
     }
     float speed = bounds_magnitude(est->pll.omega_smooth);
     float speed_of_emf = est->pll.amplitude * est->speed_per_volt;
-    band_t fitting = {est->amplitude.middle * speed, est->amplitude.half * speed + AMPLITUDE_ALLOWANCE};
+    band_t fitting = {est->amplitude.middle * speed,
+                      est->amplitude.half * speed + ESTIMATOR_AMPLITUDE_ALLOWANCE};
     if (est->counting != 0u || outside(speed_of_emf, fitting) ||
         bounds_magnitude(est->pll.detector) > est->detector_max ||
         smo_error_square(&est->smo) > est->error_square_max || outside(speed, est->speed)) {

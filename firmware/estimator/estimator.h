@@ -47,6 +47,10 @@
 #define ESTIMATOR_ADAPTATION_DETECTOR 0.05f /* [-] */
 #define ESTIMATOR_ADAPTATION_CUTOFF   20.0f /* [rad/s], low-pass of EMF and speed */
 
+/* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
+ */
+#define ESTIMATOR_AMPLITUDE_ALLOWANCE 10.0f
+
 /* Bits of estimator_invalid(). */
 #define ESTIMATOR_AMPLITUDE UINT32_C(1)  /* |e| does not fit psi_f |omega_e| */
 #define ESTIMATOR_DETECTOR  UINT32_C(2)  /* the EMF does not lie on the q axis */
@@ -118,6 +122,15 @@ typedef struct {
  * which forgets its error. false: the first violated rule in `why`, fields by the names they have in their
  * part. */
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why);
+
+/* Observer and loop as they run: with LAG_EXACT the EMF filter acts in the frame of the loop, in which the
+ * EMF stands still and the filter has no lag; the paper's modes have it where the paper has it. */
+typedef struct {
+    smo_params_t smo;
+    pll_params_t pll;
+} estimator_parts_t;
+
+estimator_parts_t estimator_parts(const estimator_params_t *params);
 
 /* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (asserted). */
 void estimator_init(estimator_t *est, const estimator_params_t *params);

@@ -26,8 +26,6 @@
     2.1e-3f /* omega_s T [-] of the filter ahead of the loop: 2 c/(1 - c) below 1000                         \
              */
 
-#define AMPLITUDE_ALLOWANCE 10.0f /* [rad/s], as estimator.c */
-
 typedef struct {
     float voltage, current; /* U [V], I [A] */
     float period;           /* T [s] */
@@ -58,18 +56,13 @@ static bases_t bases_of(const estimator_params_t *params)
     return bases;
 }
 
-/* With LAG_EXACT the EMF filter acts in the frame of the loop, as parts_of() of estimator.c. */
-static bool filter_in_loop(const estimator_params_t *params)
-{
-    return params->lag == LAG_EXACT;
-}
-
 bool fixed_params_check(const estimator_params_t *params, params_error_t *why)
 {
     if (!estimator_params_check(params, why)) {
         return false;
     }
     const bases_t base = bases_of(params);
+    const float emf_cutoff = estimator_parts(params).smo.emf_cutoff;
     const float flux_unit = base.voltage * base.turn_per_rad; /* U T/2 pi [Wb] */
     const float turns = base.turn_per_rad * base.period;      /* T^2/2 pi */
     return params_within(why, "period", "fixed point: speeds of 20 rad/s resolved", base.period, PERIOD_LEAST,
@@ -78,9 +71,8 @@ bool fixed_params_check(const estimator_params_t *params, params_error_t *why)
                          INDUCTANCE_LARGEST * base.period * base.voltage / base.current) &&
            params_within(why, "slope", "fixed point: a_f/2 within 32/I", params->smo.slope, 1e-3f,
                          2.0f * SLOPE_LARGEST / base.current) &&
-           (filter_in_loop(params) || params->smo.emf_cutoff == 0.0f ||
-            params_within(why, "emf_cutoff", "fixed point: 0, or omega_s T >= 0.0021", params->smo.emf_cutoff,
-                          FILTER_TURNS_LEAST / base.period, 1e5f)) &&
+           (emf_cutoff == 0.0f || params_within(why, "emf_cutoff", "fixed point: 0, or omega_s T >= 0.0021",
+                                                emf_cutoff, FILTER_TURNS_LEAST / base.period, 1e5f)) &&
            params_within(why, "flux_linkage", "fixed point: T U/(2 pi psi_f) within 1e-5..0.49",
                          params->flux_linkage, flux_unit / SPEED_PER_VOLT_MOST,
                          flux_unit / SPEED_PER_VOLT_LEAST) &&
@@ -130,12 +122,13 @@ static q_scale_t scale_of(float value)
     return scale;
 }
 
-static smo_params_q_t smo_of(const smo_params_t *params, const bases_t *base, bool filtering)
+static smo_params_q_t smo_of(const smo_params_t *params, const bases_t *base)
 {
     const float impedance = base->voltage / base->current; /* [ohm] */
     const float decay = params->resistance * params->period / params->inductance;
     const float rest = exponential_rest(decay);
     const float voltage_gain = rest / params->resistance;
+    const bool filtering = params->emf_cutoff > 0.0f;
     const float emf_decay = filtering ? exponential(-params->emf_cutoff * params->period) : 0.0f;
     const float gain = params->gain / base->voltage;
     smo_params_q_t q;
@@ -164,7 +157,7 @@ static smo_params_q_t smo_of(const smo_params_t *params, const bases_t *base, bo
     return q;
 }
 
-static pll_params_q_t pll_of(const pll_params_t *params, const bases_t *base, float emf_cutoff)
+static pll_params_q_t pll_of(const pll_params_t *params, const bases_t *base)
 {
     const float turn = base->turn_per_rad;
     const float floor = params->amplitude_floor / base->voltage;
@@ -174,7 +167,8 @@ static pll_params_q_t pll_of(const pll_params_t *params, const bases_t *base, fl
     q.feedforward_share = in_q(exponential_rest(params->feedforward_cutoff * params->period), SHARE_Q);
     q.amplitude_floor = in_q(floor, VOLTAGE_Q);
     q.inverse_floor = in_q(1.0f / floor, 15);
-    q.emf_decay = emf_cutoff > 0.0f ? in_q(exponential(-emf_cutoff * params->period), UNIT_Q) : 0;
+    q.emf_decay =
+        params->emf_cutoff > 0.0f ? in_q(exponential(-params->emf_cutoff * params->period), UNIT_Q) : 0;
     q.sign_speed = counts_of(PLL_SIGN_SPEED * turn, TWO_TO_31);
     q.inverse_sign_speed = in_q(1.0f / (PLL_SIGN_SPEED * turn), 14);
     q.signed_speed = counts_of(PLL_SIGNED_SPEED * turn, TWO_TO_31);
@@ -195,12 +189,12 @@ static float limit_of(float value)
 static estimator_params_q_t per_unit(const estimator_params_t *params, const bases_t *base)
 {
     const validity_params_t *limits = &params->validity;
-    const bool in_loop = filter_in_loop(params);
+    const estimator_parts_t parts = estimator_parts(params);
     const float period = base->period;
     const float turn = base->turn_per_rad;
     estimator_params_q_t q;
-    q.smo = smo_of(&params->smo, base, !in_loop && params->smo.emf_cutoff > 0.0f);
-    q.pll = pll_of(&params->pll, base, in_loop ? params->smo.emf_cutoff : params->pll.emf_cutoff);
+    q.smo = smo_of(&parts.smo, base);
+    q.pll = pll_of(&parts.pll, base);
     q.lag = (int32_t)params->lag;
     q.speed_per_volt = in_q(base->voltage * turn / params->flux_linkage, SPEED_PER_VOLT_Q);
     q.adaptation_share = in_q(params->flux_adaptation * period, SHARE_Q);
@@ -210,7 +204,7 @@ static estimator_params_q_t per_unit(const estimator_params_t *params, const bas
         counts_of(params->torque_feedforward * turn * period * base->current, 64.0f * TWO_TO_32);
     q.amplitude_min = in_q(limits->amplitude_min, UNIT_Q);
     q.amplitude_max = in_q(limit_of(limits->amplitude_max), 24);
-    q.amplitude_allowance = counts_of(AMPLITUDE_ALLOWANCE * turn, TWO_TO_31);
+    q.amplitude_allowance = counts_of(ESTIMATOR_AMPLITUDE_ALLOWANCE * turn, TWO_TO_31);
     q.detector_max = in_q(limit_of(limits->detector_max), UNIT_Q);
     q.current_max = in_q(limit_of(limits->current_max) / base->current, CURRENT_Q);
     q.speed_min = counts_of(limits->speed_min * turn, TWO_TO_31);

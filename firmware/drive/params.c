@@ -117,22 +117,44 @@ void params_estimator(const params_t *params, estimator_params_t *estimator)
                      DRIVE_PERIOD);
 }
 
-/* Rules that the rows obey in their own names and units; what the estimator itself demands beyond these has
- * the same unit here and there. */
-static const char *row_of(const char *field)
+/* The row that stands behind a field of the estimator's set, and whether it holds the field's value itself.
+ */
+typedef struct {
+    const char *field;
+    const char *row;
+    bool same;
+} origin_t;
+
+static origin_t origin_of(const char *field)
 {
-    static const char *const names[][2] = {
-        {"gain", "observer_gain"},
-        {"slope", "observer_slope"},
-        {"emf_cutoff", "observer_emf_cutoff"},
-        {"amplitude_floor", "motor_flux_linkage"},
+    static const origin_t origins[] = {
+        {"gain", "observer_gain", true},
+        {"slope", "observer_slope", true},
+        {"emf_cutoff", "observer_emf_cutoff", true},
+        {"inductance", "motor_inductance_q", true},
+        {"flux_linkage", "motor_flux_linkage", true},
+        {"resistance", "motor_resistance", false},
+        {"amplitude_floor", "motor_flux_linkage", false},
+        {"torque_feedforward", "torque_feedforward", false},
+        {"speed_max", "overspeed_trip", false},
     };
-    for (uint32_t n = 0; n < sizeof names / sizeof names[0]; n++) {
-        if (strcmp(names[n][0], field) == 0) {
-            return names[n][1];
+    for (uint32_t n = 0; n < sizeof origins / sizeof origins[0]; n++) {
+        if (strcmp(origins[n].field, field) == 0) {
+            return origins[n];
         }
     }
-    return "pll_bandwidth";
+    return (origin_t){field, "pll_bandwidth", false};
+}
+
+/* A rule of the estimator, in terms of the row behind it; where that is in another unit, with the row's own
+ * range. */
+static bool refuse_for_estimator(const params_t *params, params_error_t *why)
+{
+    const origin_t origin = origin_of(why->field);
+    const table_row_t *row = table_by_name(&params_table, origin.row);
+    return origin.same ? refuse(why, row, REASON_CROSS_RULE, why->rule, why->value, why->min, why->max)
+                       : refuse(why, row, REASON_CROSS_RULE, why->rule, table_get(row, params), row->min,
+                                table_max(row));
 }
 
 static bool estimator_holds(const params_t *params, params_error_t *why)
@@ -161,11 +183,7 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
                       "estimate_speed_min < overspeed_trip", params->estimate_speed_min, 0.0f,
                       params->overspeed_trip);
     }
-    if (!locator_params_check(&estimator, why)) {
-        return refuse(why, table_by_name(&params_table, row_of(why->field)), REASON_CROSS_RULE, why->rule,
-                      why->value, why->min, why->max);
-    }
-    return true;
+    return locator_params_check(&estimator, why) || refuse_for_estimator(params, why);
 }
 
 bool params_check(const params_t *params, params_error_t *why)

@@ -1,4 +1,5 @@
 #include "drive/params.h"
+#include "tests/unit/sweep.h"
 
 #include <math.h>
 #include <string.h>
@@ -96,6 +97,46 @@ static void expect_rule(const char *field, float min, float max)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * (fabsf(min) + 1e-9f), min, why.min);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * (fabsf(max) + 1e-9f), max, why.max);
 }
+
+/* Whoever refuses a set, a rule of the estimator with names and units of its own included: the row that is
+ * named holds the value that is blamed. */
+static void test_every_refusal_names_a_row_and_its_value(void)
+{
+    uint32_t seed = 1u;
+    uint32_t refused = 0u;
+    for (int n = 0; n < 20000; n += SWEEP) {
+        params_defaults(&params);
+        for (int changes = 0; changes < 2; changes++) {
+            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+            const table_row_t *row = &params_table.rows[(seed >> 8) % params_table.count];
+            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+            const float share = (float)(seed >> 8) * (1.0f / 16777216.0f);
+            table_set(row, &params, row->min + share * share * share * (largest_of(row) - row->min));
+        }
+        if (!params_check(&params, &why)) {
+            const table_row_t *row = table_by_name(&params_table, why.field);
+            TEST_ASSERT_NOT_NULL(row);
+            TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
+            TEST_ASSERT_FLOAT_WITHIN_MESSAGE(1e-6f * fabsf(table_get(row, &params)), table_get(row, &params),
+                                             why.value, why.rule);
+            refused++;
+        }
+    }
+    TEST_ASSERT_TRUE(refused > 2000u / SWEEP);
+}
+
+#ifdef LAGLESS_ESTIMATOR_FIXED
+/* L = 1 H is within the row's range, and too much for the formats of the default motor. */
+static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
+{
+    params.motor_inductance_q = 1.0f;
+    params.motor_inductance_d = 1.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, why.value);
+    TEST_ASSERT_EQUAL_STRING("fixed point: L/T within 50 U/I", why.rule);
+}
+#endif
 
 static void test_overcurrent_trip_must_leave_room_above_the_current_limit(void)
 {
@@ -265,6 +306,7 @@ static void test_torque_feedforward_needs_a_feedforward_that_forgets_its_error(v
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
+#ifndef LAGLESS_ESTIMATOR_FIXED /* whose formats take less */
 /* The estimator takes up to 10^7 rad/s^2 per A, a tenth of a radian a period for each ampere; the row is the
  * share of 1.5 p^2 psi_f/J = 4.392 Wb/J. */
 static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
@@ -275,6 +317,7 @@ static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
     params.motor_inertia = 4.3e-7f;
     expect_rule("torque_feedforward", 0.0f, (float)(1e7 * 4.3e-7 / 4.392));
 }
+#endif
 
 /* The paper's motor; every row that the estimator reads has another value than its neighbours. */
 static void test_estimators_set_is_made_of_the_rows(void)
@@ -402,6 +445,10 @@ int main(void)
     RUN_TEST(test_defaults_are_the_papers_motor_and_are_accepted);
     RUN_TEST(test_every_row_is_refused_outside_its_range_by_name);
     RUN_TEST(test_every_row_takes_both_ends_of_its_range);
+    RUN_TEST(test_every_refusal_names_a_row_and_its_value);
+#ifdef LAGLESS_ESTIMATOR_FIXED
+    RUN_TEST(test_a_motor_that_does_not_fit_is_refused_by_its_row);
+#endif
     RUN_TEST(test_overcurrent_trip_must_leave_room_above_the_current_limit);
     RUN_TEST(test_dc_limits_must_be_in_order);
     RUN_TEST(test_turn_off_must_be_over_before_the_other_switch_turns_on);
@@ -415,7 +462,9 @@ int main(void)
     RUN_TEST(test_observer_must_not_ring);
     RUN_TEST(test_slowest_valid_speed_must_lie_below_the_fastest);
     RUN_TEST(test_torque_feedforward_needs_a_feedforward_that_forgets_its_error);
+#ifndef LAGLESS_ESTIMATOR_FIXED
     RUN_TEST(test_torque_feedforward_of_next_to_no_inertia_is_refused);
+#endif
     RUN_TEST(test_estimators_set_is_made_of_the_rows);
     RUN_TEST(test_only_live_rows_change_while_the_bridge_is_on);
     RUN_TEST(test_smallest_duty_holds_dead_time_and_shortest_pulse);

@@ -44,7 +44,6 @@ static inline void look_ahead(pll_t *pll)
     bool one = speed >= lower && speed <= upper && inverse <= pll->inverse_floor && pll->direction == 0.0f;
     float sign = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;
     pll->slow = slow;
-    pll->turned_on = slow ? 0.0f : ANGLE_LARGEST;
     pll->half = 0.5f * (upper - lower);
     pll->middle = sign * (lower + pll->half);
     pll->inverse = one ? sign * inverse : 0.0f;
@@ -80,11 +79,17 @@ void pll_retune(pll_t *pll, const pll_params_t *params)
     look_ahead(pll);
 }
 
+static inline void place(pll_t *pll, float theta_e)
+{
+    pll->theta_e = theta_e;
+    pll->rotation = trig_turn(theta_e);
+}
+
 /* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
 static inline void move(pll_t *pll, float omega_e)
 {
     pll->omega_e = omega_e;
-    pll_place(pll, angle_turn_back(pll->theta_e + pll->period * omega_e));
+    place(pll, angle_turn_back(pll->theta_e + pll->period * omega_e));
 }
 
 void pll_reset(pll_t *pll, position_t start)
@@ -93,7 +98,7 @@ void pll_reset(pll_t *pll, position_t start)
     float omega_e = bounds_clamp(start.omega_e, pll->speed_limit);
     lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
     pll->integral = has_feedforward ? 0.0f : omega_e;
-    pll_place(pll, angle_wrap(start.theta_e));
+    place(pll, angle_wrap(start.theta_e));
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
     pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;

@@ -97,7 +97,6 @@ typedef struct {
     float inverse;       /* 1/|e| of the last step with the sign of w_s [1/V]; 0 = not the short way */
     float middle, half;  /* on the short way w_s is middle +- half [rad/s] */
     uint32_t slow;       /* [-] 1: there |w_s| is below PLL_SIGNED_SPEED */
-    float turned_on;     /* up to this |theta_e| [rad] the rotation is turned on from the last one */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
     float amplitude; /* |e| of the last step [V] */
@@ -155,32 +154,22 @@ static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
     return e;
 }
 
-static inline void pll_place(pll_t *pll, float theta_e)
-{
-    pll->theta_e = theta_e;
-    pll->rotation = trig_turn(theta_e);
-}
-
-/* To the angle of the next result at this speed, which turns by at most TRIG_ADVANCE_LIMIT. Below
- * PLL_SIGNED_SPEED the rotation is made anew in every period, else turned on with theta_e and made anew in
- * each turn, at +-pi: within 3e-5 of theta_e's. A turn then ends 3e-7 rad early, so that theta_e is within
+/* To the angle of the next result at this speed, which turns by at most TRIG_ADVANCE_LIMIT. The rotation is
+ * turned on by what theta_e has moved, rounding included, and made anew in each turn, at +-pi: within 5e-6
+ * rad of theta_e, its length within 1e-4 of 1. A turn ends 3e-7 rad early, so that theta_e is within
  * +-ANGLE_LARGEST. */
 static inline void pll_turn(pll_t *pll, float omega_e)
 {
-    float angle = pll->period * omega_e;
-    float theta_e = pll->theta_e + angle;
+    float theta_e = pll->theta_e + pll->period * omega_e;
     rotation_t from = pll->rotation;
-    pll->omega_e = omega_e;
-    if (!(bounds_magnitude(theta_e) <= pll->turned_on)) {
-        if (pll->slow != 0u) {
-            pll_place(pll, angle_turn_back(theta_e));
-            return;
-        }
+    float angle = theta_e - pll->theta_e;
+    if (!(bounds_magnitude(theta_e) <= ANGLE_LARGEST)) {
         float half_turn = theta_e > 0.0f ? ANGLE_LARGEST : -ANGLE_LARGEST;
         angle = theta_e - half_turn;
         theta_e = angle - half_turn;
         from = (rotation_t){0.0f, -1.0f};
     }
+    pll->omega_e = omega_e;
     pll->theta_e = theta_e;
     pll->rotation = trig_advance(from, angle);
 }

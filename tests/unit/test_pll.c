@@ -769,30 +769,38 @@ static void test_short_way_is_the_close_one(void)
     TEST_ASSERT_TRUE(short_steps > COUNT); /* of twice as many */
 }
 
-/* On the short way sine and cosine are turned on from sample to sample, each time stretched by up to 1e-6
- * (trig.h): they stay with the angle, up to the fastest rotor, and the angle stays in its range. */
+/* On the short way sine and cosine are turned on from sample to sample, for a turn of that many samples. Each
+ * time their rounding, half of cosine's last digit or 3e-8, turns them at random and stretches them, and
+ * trig_advance() adds up to 3e-7 and 1e-6 at 0.3 rad, with the sixth power of the angle. The angle stays in
+ * its range. */
 static void test_rotation_stays_with_the_angle(void)
 {
     pll_params_t params = design(200.0f, 50.0f);
-    for (double speed = 90.0; speed < 2700.0; speed *= 1.37) {
+    for (double speed = 21.0; speed < 2700.0; speed *= 1.37) {
+        double samples = 2.0 * PI / (speed * T);
+        double short_of = pow(speed * T / 0.3, 6.0);
+        double turned = 0.0;
+        double stretched = 0.0;
         for (double way = -1.0; way <= 1.0; way += 2.0) {
             pll_t pll;
-            double largest = 0.0;
             start(&pll, &params, 0.0, way * speed);
             pll_settle(&pll, (float)(PSI * speed));
             for (size_t k = 0; k < COUNT; k++) {
                 ab_t emf = emf_at(way * speed * (double)k * T, way * speed);
                 position_t p = pll_step(&pll, emf, (float)(1.0 / PSI), 0.0f);
-                double theta = (double)pll.theta_e;
-                largest = fmax(largest, fabs((double)pll.rotation.sin - sin(theta)));
-                largest = fmax(largest, fabs((double)pll.rotation.cos - cos(theta)));
+                double sine = (double)pll.rotation.sin;
+                double cosine = (double)pll.rotation.cos;
+                turned = fmax(turned, fabs(circle(atan2(sine, cosine) - (double)pll.theta_e)));
+                stretched = fmax(stretched, fabs(hypot(sine, cosine) - 1.0));
                 TEST_ASSERT_TRUE(bounds_magnitude(pll.theta_e) <= ANGLE_LARGEST);
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * ROUNDING, 0.0,
                                           circle(way * speed * (double)k * T - (double)p.theta_e));
             }
             TEST_ASSERT_TRUE(pll.inverse != 0.0f);
-            check_below(largest, 1e-5 + 2.0 * PI / 0.3 * 1e-6, "rotation apart from its angle");
         }
+        check_below(turned, 1e-6 + 6e-8 * sqrt(samples) + samples * 3e-7 * short_of,
+                    "turned away from the angle");
+        check_below(stretched, 1e-6 + samples * (3e-8 + 1e-6 * short_of), "stretched");
     }
 }
 

@@ -27,7 +27,7 @@
 #define MEAN_APART       1e-5   /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
 #define LENGTH_APART     8e-6   /* [-] */
 #define ANGLE_APART      5e-6   /* [rad] */
-#define LOOP_APART       5.5e-5 /* [rad] float integrator at rest: 0.1 mrad 1624/6495; rotation: 3e-5 (pll.h) */
+#define LOOP_APART       5.5e-5 /* [rad] float integrator at rest, either way: 0.1 mrad 1624/6495; rotation */
 #define LOOP_SPEED_APART 3e-3   /* [rad/s] settled */
 /* On its way the float loop's length of the EMF is short by 3/2 m^2, m = PLL_NEAR [-]. */
 #define SHORT_OF_LENGTH (1.5 * 0.0625 * 0.0625)

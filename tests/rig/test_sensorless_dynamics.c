@@ -122,6 +122,10 @@ typedef struct {
     double settled;      /* mean error of the last 0.1 s */
 } change_t;
 
+/* An error of so many seconds after the step is still that of before it: at 100 r/min, without load and with
+ * a real inverter, the angle hunts (test_bare_motor_hunts_at_100_rpm). */
+#define BEFORE 0.01
+
 static void change_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     change_sums_t *sums = context;
@@ -132,7 +136,7 @@ static void change_sample(void *context, uint32_t period, const uint32_t *slots,
     const double speed = (double)value[1];
     const double time = PERIOD * sums->measured;
     const double share = (speed - sums->from) / (sums->to - sums->from);
-    if (fabs(error) > fabs(sums->peak)) {
+    if (time > BEFORE && fabs(error) > fabs(sums->peak)) {
         sums->peak = error;
     }
     sums->plateau_over = sums->plateau_over || share >= PLATEAU_END;
@@ -466,20 +470,59 @@ static void test_steps_of_the_bare_motor(void)
     }
 }
 
-/* Noise decides where a step at 100 r/min finds the loop: of 160 starts 4 to 8 % went above 50 mrad, the
- * worst to 133. That more than 3 of 16 do has a chance of 2 %. */
+/* Of 160 starts none went above 31 mrad. */
 static void test_steps_of_the_bare_motor_with_a_real_inverter(void)
 {
-    int32_t above = 0;
     for (int32_t n = 0; n < 16; n++) {
         seed = FIRST_SEED + (uint32_t)n;
         const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
-        expect_peaks(&result, 150.0, 50.0);
-        above += fabs(result.up.peak) > 0.050 ? 1 : 0;
+        expect_peaks(&result, 50.0, 50.0);
     }
-    printf("  real bare motor: %d of 16 peaks above 50 mrad\n", (int)above);
-    TEST_ASSERT_TRUE(above <= 3);
+}
+
+typedef struct {
+    double count, sum, square, peak; /* [rad] */
+} standing_t;
+
+static void standing_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    standing_t *standing = context;
+    float error;
+    memcpy(&error, slots, sizeof error);
+    (void)period;
+    (void)count;
+    standing->count += 1.0;
+    standing->sum += (double)error;
+    standing->square += (double)error * (double)error;
+    standing->peak = fmax(standing->peak, fabs((double)error));
+}
+
+/* Without load it needs next to no current, so that all three legs' dead times are in doubt for much of the
+ * time, and has too little inertia to wait: the weakest spot of the drive. It never loses the rotor, and in
+ * most cases SD is 10 to 20 mrad; limits stand above what was measured. */
+static void test_bare_motor_hunts_at_100_rpm(void)
+{
+    int32_t calm = 0;
+    const uint32_t id = rig_row_by_name("theta_hat_err")->id;
+    for (int32_t n = 0; n < 16; n++) {
+        seed = FIRST_SEED + (uint32_t)n;
+        const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        start_at_100(&drive);
+        standing_t standing = {0.0, 0.0, 0.0, 0.0};
+        TEST_ASSERT_TRUE(rig_tap(rig, &id, 1u, 1u, standing_sample, &standing));
+        run_seconds(rig, 2.0);
+        TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
+        run_expect_no_fault(rig);
+        const double mean = standing.sum / standing.count;
+        const double sd = sqrt(standing.square / standing.count - mean * mean);
+        printf("  100 r/min, %s: mean %.1f, SD %.1f, peak %.1f mrad\n", name_of(&drive), 1e3 * mean, 1e3 * sd,
+               1e3 * standing.peak);
+        expect_at_most("mean", 20.0, mean);
+        expect_at_most("peak", 500.0, standing.peak);
+        calm += sd <= 0.020 ? 1 : 0;
+    }
+    TEST_ASSERT_TRUE(calm >= 12);
 }
 
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)
@@ -611,6 +654,7 @@ int main(void)
     RUN_TEST(test_steps_with_torque_feed_forward);
     RUN_TEST(test_steps_of_the_bare_motor);
     RUN_TEST(test_steps_of_the_bare_motor_with_a_real_inverter);
+    RUN_TEST(test_bare_motor_hunts_at_100_rpm);
     RUN_TEST(test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks);
     RUN_TEST(test_inertia_wrong_by_30_percent_on_the_bare_motor);
     RUN_TEST(test_steps_before_the_offset_trim_has_settled);

@@ -103,15 +103,19 @@ static const expected_t expected[] = {
     {"fig15.b100_wc0_dead_time.real", KIND, 4.0, 0.75},
 
     /* Fewer than the 20 and 12 that are at 1500 r/min. omega_c of the least overshoot: 0.62 of the conventional
-     * loop's natural frequency, and flat around (physics.md, sections 3 and 8). */
+     * loop's natural frequency, and flat around (physics.md, sections 3 and 8); under noise up to 1.62 times it. */
     {"fig16.speed_sd.real", SAME, 0.0, 0.0},
     {"fig16.position_sd.real", KIND, 10.0, 9.0},
     {"fig16.speed_sd_bandwidth.real", SAME, 0.0, 0.0},
     {"fig16.position_sd_bandwidth.real", KIND, 3.0, 3.0},
-    BOTH("fig16.b100_nl_accelerating", KIND, 25.0, 8.0), BOTH("fig16.b200_nl_accelerating", KIND, 50.0, 16.0),
-    BOTH("fig16.b100_nl_decelerating", KIND, 25.0, 8.0), BOTH("fig16.b200_nl_decelerating", KIND, 50.0, 16.0),
-    BOTH("fig16.b100_rated_accelerating", KIND, 25.0, 8.0), BOTH("fig16.b200_rated_accelerating", KIND, 50.0, 16.0),
-    BOTH("fig16.b100_rated_decelerating", KIND, 25.0, 8.0), BOTH("fig16.b200_rated_decelerating", KIND, 50.0, 16.0),
+    REAL_MORE("fig16.b100_nl_accelerating", KIND, 25.0, 8.0, 15.5),
+    REAL_MORE("fig16.b200_nl_accelerating", KIND, 50.0, 16.0, 31.0),
+    REAL_MORE("fig16.b100_nl_decelerating", KIND, 25.0, 8.0, 15.5),
+    REAL_MORE("fig16.b200_nl_decelerating", KIND, 50.0, 16.0, 31.0),
+    REAL_MORE("fig16.b100_rated_accelerating", KIND, 25.0, 8.0, 15.5),
+    REAL_MORE("fig16.b200_rated_accelerating", KIND, 50.0, 16.0, 31.0),
+    REAL_MORE("fig16.b100_rated_decelerating", KIND, 25.0, 8.0, 15.5),
+    REAL_MORE("fig16.b200_rated_decelerating", KIND, 50.0, 16.0, 31.0),
 
     /* The reference study's peaks: 115 +- 6, at most 105, at most 32. */
     BOTH("fig17.b100_wc0_500", KIND, 115.0, 6.0), BOTH("fig17.b100_wc0_1500", KIND, 115.0, 6.0),

@@ -23,6 +23,18 @@ typedef struct {
 /* Relative error within 2e-8. One table look-up, four products. */
 root_q_t inverse_root_q(uint64_t square);
 
+/* 1/value likewise, for a value of at least 2. */
+static inline root_q_t reciprocal_q(int32_t value)
+{
+    return inverse_root_q(q_square(value));
+}
+
+/* x 2^n over the root or value that `inverse` is of, saturated; n in 0..30. One product: no division. */
+static inline int32_t quotient_q(int32_t x, root_q_t inverse, int32_t n)
+{
+    return q_multiply_saturated(x, inverse.mantissa, 61 - n - inverse.shift);
+}
+
 /* sqrt(square), down to a whole number; within 2e-8 of it and one. Six products. */
 uint32_t root_q(uint64_t square);
 

@@ -3,6 +3,7 @@
 #include <stdbool.h>
 
 #include "math/q.h"
+#include "math/root_q.h"
 
 #define QUARTER UINT32_C(0x40000000)
 #define HALF    UINT32_C(0x80000000)
@@ -30,7 +31,11 @@ uint32_t trig_atan2_q(int32_t y, int32_t x)
     if (longer == 0) {
         return 0u;
     }
-    int32_t r = q_clamp(q_saturate(q_product(shorter, Q_ONE(30)) / longer), Q_ONE(30));
+    if (longer == 1) {
+        longer = 2; /* the least that has a reciprocal */
+        shorter = q_add(shorter, shorter);
+    }
+    int32_t r = q_clamp(quotient_q(shorter, reciprocal_q(longer), 30), Q_ONE(30));
     int32_t z = q_multiply(r, r, 30);
 
     /* Minimax of atan(r)/r on [0, 1], 9e-8; 2^32 is a turn. */

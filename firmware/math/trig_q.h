@@ -38,8 +38,8 @@ static inline rotation_q_t trig_rotation_q(uint32_t angle)
     return rotation;
 }
 
-/* Angle of the vector (x, y), within 1.2e-7 rad; (0, 0): 0. INT32_MIN counts as -INT32_MAX. One division of
- * 64 bits: not for the interrupt. */
+/* Angle of the vector (x, y), within 1.2e-7 rad; (0, 0): 0. INT32_MIN counts as -INT32_MAX. No
+ * division. */
 uint32_t trig_atan2_q(int32_t y, int32_t x);
 
 #endif

@@ -159,6 +159,7 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     est.speed_mean = any_filter(est.params.mean_share, -FILTER_Q_LONGEST);
     est.emf = any_pair(SAMPLE_LARGEST);
     est.reset_current = any_sample();
+    est.reset_angle = any_word(UINT32_MAX);
     est.special = any_word(15u);
     for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
         est.count[n] = any_word(UINT32_C(20000000));

@@ -54,10 +54,22 @@ void estimator_init_q(estimator_q_t *est, const estimator_params_q_t *params)
 /* psi_f omega_e. */
 static int32_t emf_length(const estimator_q_t *est, int32_t omega_e)
 {
-    int32_t speed_per_volt = lowpass_value_q(&est->speed_per_volt);
-    int64_t length = q_product(omega_e, Q_ONE(SPEED_PER_VOLT_Q + VOLTAGE_Q - SPEED_Q)) /
-                     (speed_per_volt > 0 ? speed_per_volt : 1);
-    return (int32_t)q_clamp_long(length, SAMPLE_LARGEST);
+    root_q_t per_speed = reciprocal_q(lowpass_value_q(&est->speed_per_volt));
+    return q_clamp(quotient_q(omega_e, per_speed, SPEED_PER_VOLT_Q + VOLTAGE_Q - SPEED_Q), SAMPLE_LARGEST);
+}
+
+/* The observer of the paper's forms. Returns the angle that the lag mode leaves added. */
+static uint32_t preset_paper(estimator_q_t *est, int32_t omega_e, ab_q_t current, ab_q_t emf)
+{
+    smo_reset_q(&est->smo, current, emf);
+    for (int32_t n = 0; n < RESET_ROUNDS; n++) {
+        ab_q_t switched;
+        ab_q_t emf_hat;
+        lag_make_q(&est->smo, omega_e, emf, &switched, &emf_hat);
+        smo_preset_q(&est->smo, current, switched, emf_hat);
+    }
+    return lag_angle_q(&est->smo, (lag_mode_t)est->params.lag, omega_e) -
+           lag_angle_q(&est->smo, LAG_EXACT, omega_e);
 }
 
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
@@ -67,18 +79,16 @@ void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
     ab_q_t emf = {q_clamp(q_multiply(-length, rotor.sin, UNIT_Q), SAMPLE_LARGEST),
                   q_clamp(q_multiply(length, rotor.cos, UNIT_Q), SAMPLE_LARGEST)};
 
-    smo_reset_q(&est->smo, current, emf);
-    for (int32_t n = 0; n < RESET_ROUNDS; n++) {
-        ab_q_t switched;
-        ab_q_t emf_hat;
-        lag_make_q(&est->smo, start.omega_e, emf, &switched, &emf_hat);
-        smo_preset_q(&est->smo, current, switched, emf_hat);
+    uint32_t added = 0u;
+    if ((est->special & PAPER) != 0u) {
+        added = preset_paper(est, start.omega_e, current, emf);
+    } else {
+        smo_preset_error_q(&est->smo, current, lag_error_q(&est->smo, start.omega_e, emf));
     }
-
-    uint32_t added = lag_angle_q(&est->smo, (lag_mode_t)est->params.lag, start.omega_e) -
-                     lag_angle_q(&est->smo, LAG_EXACT, start.omega_e);
     pll_reset_q(&est->pll, (position_q_t){start.theta_e + added, start.omega_e});
     pll_settle_q(&est->pll, q_magnitude(length));
+    est->reset_angle = est->pll.theta_e;
+    pll_advance_q(&est->pll);
     lowpass_reset_q(&est->emf_mean, q_magnitude(length));
     lowpass_reset_q(&est->speed_mean, q_magnitude(start.omega_e));
     est->emf = emf;
@@ -91,10 +101,15 @@ void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
     est->invalid = 0u;
 }
 
+static inline bool is_reset_current(const estimator_q_t *est, ab_q_t current)
+{
+    return current.alpha == est->reset_current.alpha && current.beta == est->reset_current.beta;
+}
+
 /* Is the first sample after a reset that of the reset itself? As in estimator.c. */
 static bool of_reset(const estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
-    if (current.alpha != est->reset_current.alpha || current.beta != est->reset_current.beta) {
+    if (!is_reset_current(est, current)) {
         return false;
     }
     if (current.alpha != 0 || current.beta != 0) {
@@ -119,7 +134,7 @@ static void adapt_flux(estimator_q_t *est)
     lowpass_q_t before = est->speed_per_volt;
     int32_t now = lowpass_step_q(&est->speed_per_volt, wanted);
     int32_t set = est->params.speed_per_volt;
-    if (now > 2 * set || now < set - set / 3) {
+    if (now > 2 * set || q_product(3, now) < q_product(2, set)) {
         est->speed_per_volt = before;
     }
 }
@@ -222,9 +237,8 @@ static position_q_t special_step(estimator_q_t *est, ab_q_t voltage, ab_q_t curr
         est->special &= ~FRESH;
         if (of_reset(est, voltage, current)) {
             est->special |= COASTED;
-            return pll_coast_q(&est->pll, 0);
+            return (position_q_t){est->reset_angle, est->pll.omega_smooth};
         }
-        pll_advance_q(&est->pll);
         doubtful = false;
     }
     est->special &= ~COASTED;
@@ -243,9 +257,16 @@ static position_q_t special_step(estimator_q_t *est, ab_q_t voltage, ab_q_t curr
 
 position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
-    if ((est->special & ~ADAPTING) != 0u || !smo_measured_q(voltage.alpha) || !smo_measured_q(voltage.beta) ||
-        !smo_measured_q(current.alpha) || !smo_measured_q(current.beta) ||
-        !smo_step_settled_q(&est->smo, voltage, current)) {
+    if ((est->special & ~ADAPTING) != 0u) {
+        /* As in estimator.c: the short way does as well, but for the sample of the reset itself. */
+        if ((est->special & PAPER) != 0u || is_reset_current(est, current)) {
+            return special_step(est, voltage, current, false);
+        }
+        est->special &= ADAPTING;
+        est->invalid &= ~ESTIMATOR_SAMPLE;
+    }
+    if (!smo_measured_q(voltage.alpha) || !smo_measured_q(voltage.beta) || !smo_measured_q(current.alpha) ||
+        !smo_measured_q(current.beta) || !smo_step_settled_q(&est->smo, voltage, current)) {
         return special_step(est, voltage, current, false);
     }
     est->emf = lag_emf_exact_q(&est->smo, est->smo.current_err, est->pll.omega_e);

@@ -43,6 +43,7 @@ typedef struct {
     /* state */
     ab_q_t emf;                      /* e at t_k, lag undone */
     ab_q_t reset_current;            /* of estimator_reset_q */
+    uint32_t reset_angle;            /* likewise, as the lag mode leaves it */
     uint32_t special;                /* [-] bits of what few periods have to do */
     uint32_t count[ESTIMATOR_SIGNS]; /* [periods] */
     uint32_t counting;               /* [-] not 0: a count is not zero */
@@ -50,8 +51,8 @@ typedef struct {
 } estimator_q_t;
 
 /* As estimator_init(), estimator_retune(), estimator_reset(), estimator_step(), estimator_coast(),
- * estimator_judge() and estimator_invalid(). The step has no division; a sample beyond +-SAMPLE_LARGEST is
- * none. The reset divides and is not for every period. */
+ * estimator_judge() and estimator_invalid(). No division anywhere; a sample beyond +-SAMPLE_LARGEST is
+ * none. */
 void estimator_init_q(estimator_q_t *est, const estimator_params_q_t *params);
 void estimator_retune_q(estimator_q_t *est, const estimator_params_q_t *params);
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current);

@@ -19,6 +19,11 @@
 #define TAN_5  Q_CONST(UNIT_Q, 0.14390343f)
 #define SIZE_4 Q_CONST(UNIT_Q, 0.62474806f)
 
+/* For lag_error_q(), as lag.c; how much longer than the way to the goal its steps are, up to 20, is Q24. */
+#define ERROR_STEPS   4
+#define EMF_SHARE_MAX Q_CONST(UNIT_Q, 0.99f)
+#define LONGER_Q      24
+
 typedef struct {
     int32_t re, im;
 } complex_q_t;
@@ -75,10 +80,19 @@ static complex_q_t led(int32_t re, int32_t im, int32_t lead)
 static complex_q_t unit_of(complex_q_t vector, root_q_t *inverse)
 {
     *inverse = inverse_root_q(q_square_sum(vector.re, vector.im));
-    int32_t n = 61 - UNIT_Q - inverse->shift;
-    complex_q_t unit = {q_clamp(q_multiply_saturated(vector.re, inverse->mantissa, n), Q_ONE(UNIT_Q)),
-                        q_clamp(q_multiply_saturated(vector.im, inverse->mantissa, n), Q_ONE(UNIT_Q))};
+    complex_q_t unit = {q_clamp(quotient_q(vector.re, *inverse, UNIT_Q), Q_ONE(UNIT_Q)),
+                        q_clamp(quotient_q(vector.im, *inverse, UNIT_Q), Q_ONE(UNIT_Q))};
     return unit;
+}
+
+/* a/b 2^n, saturated. */
+static complex_q_t divided(complex_q_t a, complex_q_t b, int32_t n)
+{
+    root_q_t inverse;
+    complex_q_t unit = unit_of(b, &inverse);
+    unit.im = -unit.im;
+    complex_q_t turned = product(unit, a, UNIT_Q);
+    return (complex_q_t){quotient_q(turned.re, inverse, n), quotient_q(turned.im, inverse, n)};
 }
 
 static complex_q_t filter_of(const smo_q_t *smo, int32_t t)
@@ -101,12 +115,10 @@ static complex_q_t undoing(const smo_q_t *smo, turning_t at)
     int32_t imag = times(q_subtract(Q_ONE(OBSERVER_Q + 1), real), at.t);
     complex_q_t both = product(led(real, imag, lead), filter_of(smo, at.t), OBSERVER_Q + FILTER_Q - UNDO_Q);
 
-    /* Over b g, whose reciprocal is mantissa 2^(shift - 61 + OBSERVER_Q). */
-    root_q_t per_gain = inverse_root_q(q_square(loop_gain));
+    root_q_t per_gain = reciprocal_q(loop_gain);
     int32_t size = Q_ONE(UNIT_Q) - times(at.square, smo->params.hold_size - times(at.square, SIZE_4));
-    int32_t n = 61 - OBSERVER_Q - per_gain.shift;
-    both.re = q_multiply_saturated(times(both.re, size), per_gain.mantissa, n);
-    both.im = q_multiply_saturated(times(both.im, size), per_gain.mantissa, n);
+    both.re = quotient_q(times(both.re, size), per_gain, OBSERVER_Q);
+    both.im = quotient_q(times(both.im, size), per_gain, OBSERVER_Q);
     return both;
 }
 
@@ -143,7 +155,7 @@ int32_t lag_attenuation_q(const smo_q_t *smo, int32_t omega_e)
 {
     root_q_t inverse;
     (void)unit_of(undoing(smo, turning_of(omega_e)), &inverse);
-    return q_multiply_saturated(inverse.mantissa, Q_ONE(20), 81 - 2 * UNDO_Q - inverse.shift);
+    return quotient_q(Q_ONE(20), inverse, 2 * UNDO_Q - 20);
 }
 
 /* The paper's modes: their direction, the true length. */
@@ -157,12 +169,10 @@ static complex_q_t undoing_of_paper(const smo_q_t *smo, lag_mode_t mode, int32_t
     return (complex_q_t){times(size, unit.re), times(size, unit.im)};
 }
 
-/* v/g: the error that the mean gain would need for this switching voltage, in the format of currents. */
-static int32_t error_of(int32_t v, root_q_t per_g)
+/* A voltage over what the Q24 of an impedance makes of it, as an error. */
+static int32_t error_of(int32_t voltage, root_q_t per_impedance)
 {
-    return q_clamp(
-        q_multiply_saturated(v, per_g.mantissa, 61 - IMPEDANCE_Q - CURRENT_Q + VOLTAGE_Q - per_g.shift),
-        ERROR_LARGEST);
+    return q_clamp(quotient_q(voltage, per_impedance, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q), ERROR_LARGEST);
 }
 
 ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
@@ -175,25 +185,56 @@ ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
     if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
         return lag_emf_exact_q(smo, smo->current_err, omega_e);
     }
-    root_q_t per_g = inverse_root_q(q_square(smo->conductance));
+    root_q_t per_g = reciprocal_q(smo->conductance);
     ab_q_t error = {error_of(smo->switched.alpha, per_g), error_of(smo->switched.beta, per_g)};
     return lag_emf_exact_q(smo, error, omega_e);
+}
+
+/* An EMF that is not longer than the observer can make it: its length. */
+static int32_t shortened(const smo_q_t *smo, ab_q_t *emf)
+{
+    int32_t length = direction_q(emf->alpha, emf->beta).length;
+    int32_t longest = q_multiply(smo->params.gain, EMF_SHARE_MAX, GAIN_Q + UNIT_Q - VOLTAGE_Q);
+    if (length <= longest) {
+        return length;
+    }
+    root_q_t unused;
+    complex_q_t unit = unit_of((complex_q_t){emf->alpha, emf->beta}, &unused);
+    *emf = (ab_q_t){times(longest, unit.re), times(longest, unit.im)};
+    return longest;
+}
+
+/* As lag.c: Newton's method climbs from the y of the largest gain. */
+ab_q_t lag_error_q(const smo_q_t *smo, int32_t omega_e, ab_q_t emf)
+{
+    const smo_params_q_t *params = &smo->params;
+    int32_t length = shortened(smo, &emf);
+    int32_t y = 0;
+    int32_t g = params->gain_slope >> (SLOPE_Q - IMPEDANCE_Q);
+    int32_t slope = g + params->resistance;
+    for (int32_t n = 0; n < ERROR_STEPS; n++) {
+        lag_impedance_q_t z = lag_impedance_q(smo, g, omega_e);
+        int32_t goal = error_of(length, inverse_root_q(q_square_sum(z.re, z.im)));
+        int32_t longer = quotient_q(g + params->resistance, reciprocal_q(slope), LONGER_Q);
+        y = q_clamp(q_add(y, q_multiply_saturated(goal - y, longer, LONGER_Q)), ERROR_LARGEST);
+        int32_t stretched = smo_stretched_q(smo, y);
+        int32_t ratio = tanh_ratio_q(q_square(stretched));
+        int32_t f = q_clamp(q_multiply_saturated(ratio, stretched, STRETCHED_Q), Q_ONE(UNIT_Q));
+        g = q_high(params->gain_slope, ratio);
+        slope = params->resistance + q_high(params->gain_slope, Q_ONE(UNIT_Q) - squared(f));
+    }
+    lag_impedance_q_t z = lag_impedance_q(smo, g, omega_e);
+    complex_q_t error = divided((complex_q_t){emf.alpha, emf.beta}, (complex_q_t){z.re, z.im},
+                                IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q);
+    return (ab_q_t){q_clamp(error.re, ERROR_LARGEST), q_clamp(error.im, ERROR_LARGEST)};
 }
 
 void lag_make_q(const smo_q_t *smo, int32_t omega_e, ab_q_t emf, ab_q_t *switched, ab_q_t *emf_hat)
 {
     turning_t at = turning_of(omega_e);
-    root_q_t inverse;
-    complex_q_t unit = unit_of(undoing(smo, at), &inverse);
-    unit.im = -unit.im;
-    complex_q_t turned = product(unit, (complex_q_t){emf.alpha, emf.beta}, UNIT_Q);
-    int32_t n = 61 - UNDO_Q - inverse.shift;
-    complex_q_t late = {q_multiply_saturated(turned.re, inverse.mantissa, n),
-                        q_multiply_saturated(turned.im, inverse.mantissa, n)};
-
+    complex_q_t late = divided((complex_q_t){emf.alpha, emf.beta}, undoing(smo, at), UNDO_Q);
     complex_q_t before = product(late, filter_of(smo, at.t), FILTER_Q);
-    int32_t one_and_square = Q_ONE(UNIT_Q) + squared(at.t);
-    int32_t cosine_square = (int32_t)((INT64_C(1) << (2 * UNIT_Q)) / one_and_square);
+    int32_t cosine_square = quotient_q(Q_ONE(UNIT_Q), reciprocal_q(Q_ONE(UNIT_Q) + squared(at.t)), UNIT_Q);
     *switched = (ab_q_t){times(before.re, cosine_square), times(before.im, cosine_square)};
     *emf_hat = (ab_q_t){late.re, late.im};
 }

@@ -25,12 +25,6 @@ void smo_retune_q(smo_q_t *smo, const smo_params_q_t *params)
     smo->mean_square.alpha = params->mean_share;
 }
 
-/* 1/value for value >= 2 counts: value 2^n in Q(n + m) makes 2^m. */
-static root_q_t reciprocal(int32_t value)
-{
-    return inverse_root_q(q_square(value));
-}
-
 static int32_t sign_of(int32_t x)
 {
     return (x > 0) - (x < 0);
@@ -43,10 +37,8 @@ static int32_t sign_gain(const smo_q_t *smo, int32_t x)
     if (length < Q_ONE(CURRENT_Q - 11)) {
         return smo->params.axis_gain_largest;
     }
-    root_q_t inverse = reciprocal(length);
-    int64_t gain =
-        q_round(q_product(inverse.mantissa, Q_ONE(20)), 81 - CURRENT_Q - AXIS_GAIN_Q - inverse.shift);
-    return (int32_t)q_clamp_long(gain, smo->params.axis_gain_largest);
+    int32_t gain = quotient_q(Q_ONE(20), reciprocal_q(length), CURRENT_Q + AXIS_GAIN_Q - 20);
+    return q_clamp(gain, smo->params.axis_gain_largest);
 }
 
 /* a_f/2 tanh(y)/y as k_f: Q26 times Q30. */
@@ -88,9 +80,7 @@ static int32_t weighted(int64_t product, int64_t square, int32_t largest)
     if (numerator <= 0 || numerator >= q_round(q_product(largest, denominator), IMPEDANCE_Q)) {
         return largest;
     }
-    root_q_t inverse = reciprocal(denominator);
-    int32_t reach = q_saturate(numerator);
-    return q_saturate(q_round(q_product(reach, inverse.mantissa), 61 - IMPEDANCE_Q - inverse.shift));
+    return quotient_q(q_saturate(numerator), reciprocal_q(denominator), IMPEDANCE_Q);
 }
 
 static int32_t within_filter(int64_t value)
@@ -143,9 +133,8 @@ static int32_t settled_ratio(int32_t square)
         int32_t ratio_square = q_multiply(ratio, ratio, UNIT_Q);
         int32_t reached = q_clamp(q_multiply_saturated(z, ratio_square, RESET_Q), RESET_SQUARE_MAX);
         int32_t slope = q_multiply(ratio, Q_ONE(UNIT_Q) - reached, UNIT_Q);
-        int64_t way = (int64_t)(target - reached) * Q_ONE(RESET_Q) / (slope > 0 ? slope : 1);
-        int64_t to = z + way;
-        z = to < 0 ? 0 : q_saturate(to);
+        int32_t to = q_add(z, quotient_q(target - reached, reciprocal_q(slope), RESET_Q));
+        z = to < 0 ? 0 : to;
         ratio = tanh_ratio_q((uint64_t)z << (TANH_Q_SQUARE - RESET_Q));
     }
     return ratio;
@@ -155,14 +144,14 @@ static int32_t settled_ratio(int32_t square)
 static int32_t error_for(const smo_q_t *smo, int32_t f, int32_t ratio)
 {
     int32_t slope = q_multiply(smo->params.half_slope, ratio, UNIT_Q);
-    int64_t x = q_product(f, Q_ONE(SLOPE_Q + CURRENT_Q - UNIT_Q)) / (slope > 0 ? slope : 1);
-    return (int32_t)q_clamp_long(x, ERROR_LARGEST);
+    return q_clamp(quotient_q(f, reciprocal_q(slope), SLOPE_Q + CURRENT_Q - UNIT_Q), ERROR_LARGEST);
 }
 
-static int32_t share_of_gain(const smo_q_t *smo, int32_t v)
+/* v/k_s, Q30. */
+static int32_t share_of_gain(int32_t v, root_q_t per_gain)
 {
-    int64_t f = q_product(v, Q_ONE(GAIN_Q + UNIT_Q - VOLTAGE_Q - 3)) / smo->params.gain * 8;
-    return (int32_t)q_clamp_long(f, Q_ONE(UNIT_Q));
+    int32_t within = q_clamp(v, SWITCHED_LARGEST - 1) * Q_ONE(UNIT_Q - VOLTAGE_Q);
+    return q_clamp(quotient_q(within, per_gain, GAIN_Q), Q_ONE(UNIT_Q));
 }
 
 static int32_t to_unit(uint64_t square)
@@ -176,9 +165,24 @@ static ab_q_t within(ab_q_t voltage)
     return (ab_q_t){q_clamp(voltage.alpha, SWITCHED_LARGEST), q_clamp(voltage.beta, SWITCHED_LARGEST)};
 }
 
+void smo_preset_error_q(smo_q_t *smo, ab_q_t current, ab_q_t error)
+{
+    smo->current_err = error;
+    smo->current_hat.alpha = q_clamp(current.alpha, SAMPLE_LARGEST) + error.alpha;
+    smo->current_hat.beta = q_clamp(current.beta, SAMPLE_LARGEST) + error.beta;
+    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo->switched = switch_vector(smo, error);
+    } else {
+        smo->switched = switch_axes(smo, error, true);
+    }
+    smo->emf_hat = smo->switched;
+    smo->passed_over = 0u;
+}
+
 void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
 {
-    ab_q_t f = {share_of_gain(smo, switched.alpha), share_of_gain(smo, switched.beta)};
+    root_q_t per_gain = reciprocal_q(smo->params.gain);
+    ab_q_t f = {share_of_gain(switched.alpha, per_gain), share_of_gain(switched.beta, per_gain)};
     ab_q_t x = {0, 0};
     switch ((smo_switching_t)smo->params.switching) {
     case SMO_SIGN:
@@ -195,19 +199,11 @@ void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
     }
     }
 
-    smo->current_err = x;
-    smo->current_hat.alpha = q_clamp(current.alpha, SAMPLE_LARGEST) + x.alpha;
-    smo->current_hat.beta = q_clamp(current.beta, SAMPLE_LARGEST) + x.beta;
-    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo->switched = switch_vector(smo, x);
-    } else {
-        smo->switched = switch_axes(smo, x, true);
-    }
+    smo_preset_error_q(smo, current, x);
     if (smo->params.switching == (int32_t)SMO_SIGN) {
         smo->switched = within(switched);
     }
     smo->emf_hat = smo->params.filtering != 0u ? within(emf_hat) : smo->switched;
-    smo->passed_over = 0u;
 }
 
 void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf)

@@ -2,7 +2,7 @@
  * formats.h. Same steps, same states, per unit.
  *
  * A sample beyond +-SAMPLE_LARGEST is no measurement and is passed over. The current error is cut to 8 I, the
- * k_f of the sign to 128/I, g to 90 U/I. No division in the step. */
+ * k_f of the sign to 128/I, g to 90 U/I. No division. */
 #ifndef ESTIMATOR_FIXED_SMO_Q_H
 #define ESTIMATOR_FIXED_SMO_Q_H
 
@@ -59,11 +59,13 @@ typedef struct {
     uint32_t passed_over;     /* [-] 1: the last sample was no measurement */
 } smo_q_t;
 
-/* As smo_init(), smo_retune(), smo_reset(), smo_preset() and smo_step(). The resets divide. */
+/* As smo_init(), smo_retune(), smo_reset(), smo_preset(), smo_preset_error(), its error within ERROR_LARGEST,
+ * and smo_step(). */
 void smo_init_q(smo_q_t *smo, const smo_params_q_t *params);
 void smo_retune_q(smo_q_t *smo, const smo_params_q_t *params);
 void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf);
 void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat);
+void smo_preset_error_q(smo_q_t *smo, ab_q_t current, ab_q_t error);
 ab_q_t smo_step_q(smo_q_t *smo, ab_q_t voltage, ab_q_t current);
 
 /* A sample within the range. */

@@ -209,6 +209,29 @@ static void test_inverse_root_is_within_its_bound(void)
     check_at_most(2e-8, worst_root, "sqrt beyond one unit");
 }
 
+/* 2e-8 of the reciprocal, and half a unit. */
+static void test_quotient_is_within_its_bound(void)
+{
+    double worst = 0.0;
+    for (int m = 0; m < 200000; m++) {
+        int32_t x = draw_short();
+        int32_t value = q_magnitude(draw_short());
+        int32_t n = (int32_t)(draw() % 31u);
+        value = value < 2 ? 2 : value;
+        int32_t found = quotient_q(x, reciprocal_q(value), n);
+        double exact = ldexp((double)x / (double)value, (int)n);
+        if (fabs(exact) * (1.0 + 2e-8) >= (double)Q_LARGEST) {
+            TEST_ASSERT_INT32_WITHIN(64, x < 0 ? -Q_LARGEST : Q_LARGEST, found);
+        } else {
+            double off = fmax(0.0, fabs((double)found - exact) - 0.5);
+            worst = fmax(worst, off > 0.0 ? off / fabs(exact) : 0.0);
+        }
+    }
+    check_at_most(2e-8, worst, "quotient beyond half a unit");
+    TEST_ASSERT_EQUAL_INT32(-Q_LARGEST, quotient_q(-Q_LARGEST, reciprocal_q(2), 30));
+    TEST_ASSERT_EQUAL_INT32(0, quotient_q(0, reciprocal_q(2), 30));
+}
+
 static void test_root_of_the_smallest_and_largest(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0, root_q(0));
@@ -398,6 +421,7 @@ int main(void)
     RUN_TEST(test_signed_angle_is_the_same_angle);
     RUN_TEST(test_leading_zeros_of_every_bit);
     RUN_TEST(test_inverse_root_is_within_its_bound);
+    RUN_TEST(test_quotient_is_within_its_bound);
     RUN_TEST(test_root_of_the_smallest_and_largest);
     RUN_TEST(test_tanh_ratio_is_within_its_bound);
     RUN_TEST(test_rotation_is_within_its_bound);

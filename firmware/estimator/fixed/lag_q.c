@@ -190,7 +190,7 @@ ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
     return lag_emf_exact_q(smo, error, omega_e);
 }
 
-/* An EMF that is not longer than the observer can make it: its length. */
+/* Cuts an EMF to what the observer can make. Returns its length. */
 static int32_t shortened(const smo_q_t *smo, ab_q_t *emf)
 {
     int32_t length = direction_q(emf->alpha, emf->beta).length;

@@ -22,7 +22,7 @@ static complex_t product(complex_t a, complex_t b)
 #define TAN_5  0.14390343f
 #define SIZE_4 0.62474806f
 
-/* For lag_error(). So many steps leave 1e-7 of an EMF of 0.7 k_s, 2e-4 of one of 0.9 k_s and 2 % of the
+/* For lag_error(). So many steps leave 1e-7 of an EMF of 0.7 k_s, 3e-4 of one of 0.9 k_s and 2 % of the
  * longest. */
 #define ERROR_STEPS   4
 #define EMF_SHARE_MAX 0.99f

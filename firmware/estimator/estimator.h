@@ -99,7 +99,6 @@ typedef struct {
     float flux_linkage_set;             /* psi_f of the parameters [Wb] */
     float torque_feedforward;           /* K [rad/s^2 per A] */
     float adaptation_share;             /* flux_adaptation T [-] */
-    float period;                       /* T [s] */
     /* coefficients and state */
     smo_t smo;
     pll_t pll;

@@ -1,5 +1,5 @@
 /* Lag and attenuation of the observer in fixed point: the twin of estimator/lag.h, eqs. (13), (14). Angles
- * are binary, speeds are turns per period (Q32), both of formats.h.
+ * are binary, speeds are turns per period (Q31), both of formats.h.
  *
  * Beyond the formats: the vector that undoes the observer is cut to +-128 (Q24), the EMF to +-SAMPLE_LARGEST,
  * in lag_emf_exact_q() the speed to an eighth of a turn per period. The modes of the paper turn by a unit

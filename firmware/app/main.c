@@ -1,5 +1,6 @@
 /* Silicon only: on the desk the rig plays the reset and the background loop. */
 #include "app/app.h"
+#include "math/check.h"
 
 static app_t the_app;
 
@@ -13,12 +14,22 @@ int main(void)
     }
 }
 
-/* Takes the place of the C library's, where a failed assertion ends: no voltage on the motor, then the
- * watchdog resets the chip. */
-void abort(void);
-void abort(void)
+/* The check that failed, for a debugger to print: null while none has. */
+struct {
+    const char *function;
+    uint16_t line;
+} volatile check_failure;
+
+/* No voltage on the motor; interrupts are off one instruction before the gates, or the next one could turn
+ * them on again. The drive stays off until a reset from outside: the watchdog is fed, so that the place is
+ * still there when somebody looks. */
+void check_failed(const char *function, uint16_t line)
 {
+    hal_interrupts_off();
     hal_gates_off();
+    check_failure.function = function;
+    check_failure.line = line;
     for (;;) {
+        hal_watchdog_feed();
     }
 }

@@ -1,11 +1,11 @@
 #include "drive/drive.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "drive/reasons.h"
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/check.h"
 #include "math/trig.h"
 
 #define CURRENT_RAIL                                                                                         \
@@ -120,8 +120,7 @@ static void retune(drive_t *drive, const params_t *params)
 void drive_init(drive_t *drive, const params_t *params)
 {
     params_error_t why;
-    assert(params_check(params, &why));
-    (void)why;
+    CHECK(params_check(params, &why));
     memset(drive, 0, sizeof *drive);
     retune(drive, params);
     locator_reset(&drive->estimator, drive->position, drive->current_ab);

@@ -157,7 +157,7 @@ typedef struct {
     params_t params;
 } drive_t;
 
-/* All state zero, in not ready, requests off. The set must be good (asserted). */
+/* All state zero, in not ready, requests off. The set must be good (checked). */
 void drive_init(drive_t *drive, const params_t *params);
 
 /* Take over a set of parameters between two periods; control states are kept, so a running drive goes on

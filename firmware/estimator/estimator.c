@@ -1,9 +1,8 @@
 #include "estimator/estimator.h"
 
-#include <assert.h>
-
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/check.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -112,9 +111,7 @@ static void set_flux(estimator_t *est, float flux_linkage)
 void estimator_retune(estimator_t *est, const estimator_params_t *params)
 {
     params_error_t why;
-    bool good = estimator_params_check(params, &why);
-    assert(good);
-    (void)good;
+    CHECK(estimator_params_check(params, &why));
 
     const validity_params_t *limits = &params->validity;
     const estimator_parts_t parts = estimator_parts(params);

@@ -131,7 +131,7 @@ typedef struct {
 
 estimator_parts_t estimator_parts(const estimator_params_t *params);
 
-/* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (asserted). */
+/* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (checked). */
 void estimator_init(estimator_t *est, const estimator_params_t *params);
 
 /* Coefficients alone; the state goes on. An adapted flux stays while flux_linkage is not changed and the

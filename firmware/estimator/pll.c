@@ -1,7 +1,6 @@
 #include "estimator/pll.h"
 
-#include <assert.h>
-
+#include "math/check.h"
 #include "math/exponential.h"
 #include "math/root.h"
 
@@ -63,9 +62,7 @@ void pll_init(pll_t *pll, const pll_params_t *params)
 void pll_retune(pll_t *pll, const pll_params_t *params)
 {
     params_error_t why;
-    bool good = pll_params_check(params, &why);
-    assert(good);
-    (void)good;
+    CHECK(pll_params_check(params, &why));
 
     pll->kp = params->kp;
     pll->ki_period = params->ki * params->period;

@@ -107,7 +107,7 @@ typedef struct {
  * 1 is so with every smaller s; the feed-forward is outside the loop and always stable. */
 bool pll_params_check(const pll_params_t *params, params_error_t *why);
 
-/* Coefficients; angle 0, speed 0. The set must be good (asserted). Two divisions. */
+/* Coefficients; angle 0, speed 0. The set must be good (checked). Two divisions. */
 void pll_init(pll_t *pll, const pll_params_t *params);
 
 /* Coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its share

@@ -1,7 +1,6 @@
 #include "estimator/smo.h"
 
-#include <assert.h>
-
+#include "math/check.h"
 #include "math/exponential.h"
 
 /* Below this mean square of the error [A^2] there is nothing to weight with. */
@@ -145,8 +144,7 @@ static ab_t switch_axes(smo_t *smo, ab_t x, float share)
 void smo_init(smo_t *smo, const smo_params_t *params)
 {
     params_error_t why;
-    assert(smo_params_check(params, &why));
-    (void)why;
+    CHECK(smo_params_check(params, &why));
     smo->filtering = 1u;
     smo_retune(smo, params);
     smo_reset(smo, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});

@@ -8,7 +8,8 @@
 #define MATH_ROOT_H
 
 #include <stdint.h>
-#include <string.h>
+
+#include "math/float_bits.h"
 
 #define ROOT_GUESS UINT32_C(0x5f200000)
 
@@ -18,12 +19,7 @@
  * multiplications and subtractions. */
 static inline float inverse_root(float square)
 {
-    /* As many chars in one as in the other, whatever a char is: the bits of the float. */
-    uint32_t bits;
-    float y;
-    memcpy(&bits, &square, sizeof bits);
-    bits = ROOT_GUESS - (bits >> 1);
-    memcpy(&y, &bits, sizeof y);
+    float y = float_of_bits(ROOT_GUESS - (float_bits(square) >> 1));
 
     /* The steps for y = c/sqrt(square): the c between them is the one that lets both take the same product.
      */

@@ -51,20 +51,20 @@ MAY_INCLUDE = {
     # The rig's interface is the only door for everything above it.
     "host_sim/lab": RIG_DOOR,
     "host_sim/cli": RIG_DOOR + ("host_sim/lab",),
-    "host_sim": (),
+    "host_sim": ("firmware/math/check.h",),
 }
 
-# Headers of the system in firmware/ and hal/: types, limits, memcpy, assert; math.h for sqrtf and isfinite.
-TARGET_HEADERS = {"stdint.h", "stdbool.h", "stddef.h", "limits.h", "float.h", "string.h", "assert.h", "math.h", "inttypes.h"}
+# Headers of the system in firmware/ and hal/: types, limits, memcpy; math.h for sqrtf and isfinite.
+TARGET_HEADERS = {"stdint.h", "stdbool.h", "stddef.h", "limits.h", "float.h", "string.h", "math.h", "inttypes.h"}
 
 # Symbols that no room needs to ask for: memory blocks, and what compiler and linker put in by themselves.
 MEMORY = {"memcpy", "memset", "memmove", "memcmp", "__memcpy_chk", "__memset_chk", "__memmove_chk"}
-COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr", "__assert_fail"}
+COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr"}
 
 # Libraries: what else each may leave undefined (regular expression), which libraries it may link to, and which writable
 # data it may own (regular expression or None).
 LIBRARIES = {
-    "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)", "uses": (), "data": None},
+    "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
     "app": {"extern": r"", "uses": ("firmware", "hal"), "data": r"app"},
     "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
     "chip": {"never_uses": ("firmware", "app", "hal", "plant", "rig")},
@@ -91,6 +91,9 @@ FORBIDDEN = {
     "alloca": "no dynamic memory",
     "setjmp": "no jumps out of functions",
     "longjmp": "no jumps out of functions",
+    "assert": "the library's console and abort; CHECK of firmware/math/check.h",
+    "abort": "the run-time library's, in one object with exit",
+    "exit": "nothing to go back to",
 }
 
 # Paths of one person's machine. Written so that this line is none.

@@ -1,9 +1,8 @@
 #include "estimator/fixed/fixed.h"
 
-#include <assert.h>
-
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/check.h"
 #include "math/exponential.h"
 
 #define TWO_TO_25 33554432.0f
@@ -328,9 +327,7 @@ static uint32_t angle_of(float theta_e)
 void fixed_retune(fixed_t *fixed, const estimator_params_t *params)
 {
     params_error_t why;
-    bool good = fixed_params_check(params, &why);
-    assert(good);
-    (void)good;
+    CHECK(fixed_params_check(params, &why));
 
     const bases_t base = bases_of(params);
     const fixed_units_t before = fixed->units;
@@ -353,9 +350,7 @@ void fixed_retune(fixed_t *fixed, const estimator_params_t *params)
 void fixed_init(fixed_t *fixed, const estimator_params_t *params)
 {
     params_error_t why;
-    bool good = fixed_params_check(params, &why);
-    assert(good);
-    (void)good;
+    CHECK(fixed_params_check(params, &why));
 
     const bases_t base = bases_of(params);
     const estimator_params_q_t q = per_unit(params, &base);

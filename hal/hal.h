@@ -13,6 +13,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal/board.h"
+
 #if defined(__TMS320C2000__)
 #define HAL_INTERRUPT __interrupt
 #define HAL_PER_CHIP
@@ -21,22 +23,19 @@
 #define HAL_PER_CHIP __thread /* several chips live in one process; each has its own application */
 #endif
 
-#define HAL_CLOCK_HZ     UINT32_C(150000000) /* SYSCLKOUT */
-#define HAL_PWM_HZ       UINT32_C(10000)     /* carrier and interrupt rate */
-#define HAL_PERIOD_COUNT UINT16_C(7500)      /* compare value of full duty: counts of half a carrier period */
-#define HAL_ADC_FULL     UINT16_C(4096)      /* ADC codes over 0..3 V */
+#define HAL_CLOCK_HZ     ((uint32_t)BOARD_SYSCLK_HZ)    /* SYSCLKOUT */
+#define HAL_PERIOD_COUNT ((uint16_t)BOARD_PERIOD_COUNT) /* compare value of full duty: counts of half a carrier period */
 
-/* Dead band of a leg [1/150 MHz]: 2 us, which the power module demands at least, to the register's 10
- * bits, 6.8 us. */
-#define HAL_DEAD_BAND_MIN UINT16_C(300)
-#define HAL_DEAD_BAND_MAX UINT16_C(1023)
+/* Dead band of a leg [SYSCLK cycles]: from what the power module demands to the register's 10 bits. */
+#define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
+#define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
 /* An interrupt of the application; runs with interrupts off and must end in hal_end_of_sample() or
  * hal_end_of_trip(). */
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {
-    uint16_t dead_band_count;   /* [1/150 MHz] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
+    uint16_t dead_band_count;   /* [SYSCLK cycles] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
     uint32_t encoder_count_max; /* [counts] 4 x lines - 1, lines >= 1 */
     hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
     hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
@@ -63,8 +62,9 @@ typedef enum {
 typedef struct {
     uint16_t current_a;         /* [ADC codes] phase currents at t_k */
     uint16_t current_b;         /* [ADC codes] */
+    uint16_t current_c;         /* [ADC codes] 0 on a board with two current sensors */
     uint16_t dc_link;           /* [ADC codes] */
-    uint16_t sink_temperature;  /* [ADC codes] */
+    uint16_t sink_temperature;  /* [ADC codes] 0 without a sensor, this one and the next */
     uint16_t motor_temperature; /* [ADC codes] */
     uint16_t flags;             /* HAL_FLAG_... */
     uint32_t encoder;           /* [counts] 0..encoder_count_max at t_k */
@@ -74,7 +74,7 @@ typedef struct {
  * but this function may be called. */
 void hal_boot(void);
 
-/* Bring the board up: watchdog off, clock 150 MHz, flash wait states, gates tripped and then connected to
+/* Bring the board up: watchdog off, clock as the board file says, flash wait states, gates tripped and then connected to
  * their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty 1/2 and gates
  * tripped, and on_sample is called every period. On any other status no interrupt ever comes, the gates' pins
  * stay what the board's bias makes of them and hal_gates_on() refuses. Takes about 10 ms, 150 ms when the PLL
@@ -111,10 +111,11 @@ bool hal_set_dead_band(uint16_t count);
  * position at 0 (samples show it one period later); the present value changes nothing. */
 bool hal_set_encoder(uint32_t count_max);
 
-void hal_watchdog_start(void); /* from now on hal_watchdog_feed within 279 ms, else the chip resets */
+void hal_watchdog_start(void); /* from now on hal_watchdog_feed within 239 ms (279 at 30 MHz), else the chip resets */
 void hal_watchdog_feed(void);  /* harmless while the watchdog is off */
 void hal_interrupts_off(void); /* brackets a change that the interrupt must not see half done; do not nest */
 void hal_interrupts_on(void);
-uint32_t hal_time(void); /* [1/150 MHz] free-running since hal_init, counts up, wraps after 28.6 s */
+uint32_t hal_time(void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
+void hal_leds(bool run, bool fault); /* the board's two lights, if it has them */
 
 #endif

@@ -1,6 +1,5 @@
 #include "app/app.h"
 
-#include "app/board.h"
 #include "drive/reasons.h"
 
 HAL_PER_CHIP app_t *app;
@@ -15,13 +14,19 @@ static uint32_t drive_flags(uint16_t hal_flags)
 
 static float current_of(uint16_t code)
 {
-    return ((float)code + BOARD_HALF_CODE) * BOARD_CURRENT_PER_CODE + BOARD_CURRENT_ZERO;
+    return ((float)code + BOARD_HALF_CODE) * BOARD_CURRENT_PER_CODE + BOARD_CURRENT_AT_0V;
 }
 
-static float temperature_of(uint16_t code)
+/* A sensor that is linear from 0 to 3 V. */
+static float temperature_of(uint16_t code, float at_0v, float at_3v)
 {
-    return ((float)code + BOARD_HALF_CODE) * BOARD_TEMPERATURE_PER_CODE + BOARD_TEMPERATURE_ZERO;
+    return ((float)code + BOARD_HALF_CODE) * ((at_3v - at_0v) / (float)BOARD_ADC_FULL) + at_0v;
 }
+
+#define TEMPERATURE_OF(name, code)                                                                           \
+    (BOARD_##name##_INPUT == BOARD_NONE                                                                      \
+         ? DRIVE_NO_TEMPERATURE                                                                              \
+         : temperature_of(code, (float)BOARD_##name##_AT_0V, (float)BOARD_##name##_AT_3V))
 
 void app_read(drive_samples_t *samples)
 {
@@ -29,15 +34,14 @@ void app_read(drive_samples_t *samples)
     hal_read(&counts);
     samples->i_a = current_of(counts.current_a);
     samples->i_b = current_of(counts.current_b);
+    samples->i_c =
+        BOARD_CURRENT_SENSORS == 3 ? current_of(counts.current_c) : -(samples->i_a + samples->i_b);
     samples->u_dc = ((float)counts.dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
-    samples->sink_temperature = temperature_of(counts.sink_temperature);
-    samples->motor_temperature = temperature_of(counts.motor_temperature);
+    samples->sink_temperature = TEMPERATURE_OF(SINK, counts.sink_temperature);
+    samples->motor_temperature = TEMPERATURE_OF(MOTOR, counts.motor_temperature);
     samples->encoder = counts.encoder;
     samples->flags = drive_flags(counts.flags);
 }
-
-/* A drive that rounds to other steps than the timer has would tell its observer the wrong voltage. */
-typedef char duty_steps_agree[(int)DRIVE_DUTY_COUNTS == HAL_PERIOD_COUNT ? 1 : -1];
 
 static uint16_t compare_of(float duty)
 {
@@ -105,6 +109,7 @@ void app_start(void)
 
 void app_background(void)
 {
+    hal_leds(drive_bridge_on(&app->drive), app->drive.state == (int32_t)DRIVE_FAULT);
     const uint32_t period = app->drive.period;
     if (period != app->fed_period) {
         app->fed_period = period;

@@ -8,14 +8,14 @@
 #include "math/check.h"
 #include "math/trig.h"
 
-#define CURRENT_RAIL                                                                                         \
-    (0.995f * DRIVE_CURRENT_RANGE)   /* [A] a sensor that reads this is at its end or broken                 \
-                                      */
+/* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
+#define CURRENT_MIDDLE       (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
+#define CURRENT_HALF         (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+#define CURRENT_CALM         (0.745f * DRIVE_CURRENT_RANGE) /* [A] no sensor is at its end, whatever its offset */
 #define U_DC_LIMIT           1000.0f /* [V] no sensor of the board reads this: not a number */
 #define TEMPERATURE_LIMIT    1000.0f /* [degC] likewise */
-#define OFFSET_LARGEST       5.0f    /* [A] current_offset_max cannot be larger */
 #define SETTLE_PERIODS       64u     /* [periods] after the start before offsets are averaged */
-#define REARM_PERIODS        200u    /* [periods] 20 ms: fault line high for so long before a reset */
+#define REARM_PERIODS        DRIVE_PERIODS(20e-3f) /* fault line high for so long before a reset */
 #define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
 #define JUDGED_PERIODS       10u /* [periods] from one judgement of the estimator to the next */
 #define DOUBT_SHARE          0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
@@ -39,18 +39,18 @@ static float smaller_of(float x, float y)
 
 static void retune(drive_t *drive, const params_t *params)
 {
-    const float i_calm = smaller_of(params->overcurrent_trip, CURRENT_RAIL - OFFSET_LARGEST);
+    const float i_calm = smaller_of(params->overcurrent_trip, CURRENT_CALM);
     drive->params = *params;
     drive->calm = (drive_calm_t){
         .current_square = 0.9999f * i_calm * i_calm,
         .u_dc_middle = 0.5f * (params->dc_overvoltage + params->dc_undervoltage),
         .u_dc_half = 0.4999f * (params->dc_overvoltage - params->dc_undervoltage),
-        .sink_temperature = params->sink_temperature_max,
-        .motor_temperature = params->motor_temperature_max,
+        .sink_temperature = DRIVE_SINK_SENSOR ? params->sink_temperature_max : TEMPERATURE_LIMIT,
+        .motor_temperature = DRIVE_MOTOR_SENSOR ? params->motor_temperature_max : TEMPERATURE_LIMIT,
         .omega_m = params->overspeed_trip,
     };
     drive->duty_min = params_duty_min(params);
-    drive->duty_max = 1.0f - drive->duty_min;
+    drive->duty_max = params_duty_max(params);
     drive->pole_pairs = (float)params->motor_pole_pairs;
     drive->pole_pairs_inverse = 1.0f / drive->pole_pairs;
     drive->calibration_weight = 1.0f / (float)params->calibration_periods;
@@ -154,13 +154,19 @@ bool drive_request(drive_t *drive, const requests_t *next, params_error_t *why)
     return true;
 }
 
+static abc_t without_offset(const drive_t *drive, const drive_samples_t *samples)
+{
+    return (abc_t){samples->i_a - drive->offset.a, samples->i_b - drive->offset.b,
+                   samples->i_c - drive->offset.c};
+}
+
 /* Nothing to look at more closely in this sample, as in almost every period: one comparison for each value
  * does for what is no measurement and for what breaks a limit; no phase current is larger than their vector.
  */
 static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 {
     const drive_calm_t *calm = &drive->calm;
-    const ab_t i = frames_clarke_two(samples->i_a - drive->offset.a, samples->i_b - drive->offset.b);
+    const ab_t i = frames_clarke(without_offset(drive, samples));
     return (samples->flags | drive->protection.counting) == 0u && drive->state == DRIVE_OPERATION_ENABLED &&
            i.alpha * i.alpha + i.beta * i.beta < calm->current_square &&
            bounds_within(samples->u_dc - calm->u_dc_middle, calm->u_dc_half) &&
@@ -170,7 +176,9 @@ static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 
 static bool is_measurement(const drive_samples_t *samples)
 {
-    return bounds_within(samples->i_a, CURRENT_RAIL) && bounds_within(samples->i_b, CURRENT_RAIL) &&
+    return bounds_within(samples->i_a - CURRENT_MIDDLE, CURRENT_HALF) &&
+           bounds_within(samples->i_b - CURRENT_MIDDLE, CURRENT_HALF) &&
+           (DRIVE_CURRENT_SENSORS < 3 || bounds_within(samples->i_c - CURRENT_MIDDLE, CURRENT_HALF)) &&
            bounds_within(samples->u_dc, U_DC_LIMIT) &&
            bounds_within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
            bounds_within(samples->motor_temperature, TEMPERATURE_LIMIT);
@@ -180,9 +188,7 @@ static bool is_measurement(const drive_samples_t *samples)
 static void take_samples(drive_t *drive, const drive_samples_t *samples, bool good)
 {
     if (good) {
-        const float i_a = samples->i_a - drive->offset.a;
-        const float i_b = samples->i_b - drive->offset.b;
-        drive->current_abc = (abc_t){i_a, i_b, -(i_a + i_b)};
+        drive->current_abc = without_offset(drive, samples);
         drive->u_dc = samples->u_dc;
         drive->sink_temperature = samples->sink_temperature;
         drive->motor_temperature = samples->motor_temperature;
@@ -277,11 +283,12 @@ static void calibrate(drive_t *drive, const drive_samples_t *samples, uint32_t b
     }
     drive->offset.a += drive->calibration_weight * samples->i_a;
     drive->offset.b += drive->calibration_weight * samples->i_b;
+    drive->offset.c += drive->calibration_weight * samples->i_c;
     drive->state_periods++;
     if (drive->state_periods >= SETTLE_PERIODS + (uint32_t)drive->params.calibration_periods) {
-        drive->offset.c = -drive->offset.a - drive->offset.b;
         const float limit = drive->params.current_offset_max;
-        if (bounds_within(drive->offset.a, limit) && bounds_within(drive->offset.b, limit)) {
+        if (bounds_within(drive->offset.a, limit) && bounds_within(drive->offset.b, limit) &&
+            (DRIVE_CURRENT_SENSORS < 3 || bounds_within(drive->offset.c, limit))) {
             enter(drive, DRIVE_READY);
         } else {
             enter_fault(drive, REASON_CURRENT_OFFSET);
@@ -564,7 +571,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     }
     take_samples(drive, samples, bad_sample == 0u);
 
-    const ab_t measured = frames_clarke_two(drive->current_abc.a, drive->current_abc.b);
+    const ab_t measured = frames_clarke(drive->current_abc);
     drive->current_ab = (ab_t){measured.alpha - drive->offset_trim.offset.alpha,
                                measured.beta - drive->offset_trim.offset.beta};
     const rotation_t at = locate(drive);

@@ -51,11 +51,15 @@ typedef enum {
 #define DRIVE_SAMPLE_ENCODER    UINT32_C(4) /* quadrature phase error since the last sample */
 #define DRIVE_SAMPLE_LATE       UINT32_C(8) /* this period's interrupt came too late */
 
+/* What a sensor that the board has not reads: no temperature there is [degC]. */
+#define DRIVE_NO_TEMPERATURE (-273.15f)
+
 typedef struct {
     float i_a;               /* [A] phase currents at t_k, as the sensors say, positive into the motor */
     float i_b;               /* [A] */
+    float i_c;               /* [A] with two sensors minus the sum of the others */
     float u_dc;              /* [V] DC link */
-    float sink_temperature;  /* [degC] */
+    float sink_temperature;  /* [degC] DRIVE_NO_TEMPERATURE without a sensor, this one and the next */
     float motor_temperature; /* [degC] */
     uint32_t encoder;        /* [counts] 0 .. 4 encoder_lines - 1, at t_k */
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
@@ -128,7 +132,7 @@ typedef struct {
 
     /* signals of this period */
     abc_t current_abc;           /* [A] offsets removed */
-    abc_t offset;                /* [A] measured at zero current; c follows from a and b */
+    abc_t offset;                /* [A] measured at zero current */
     ab_t current_ab;             /* [A] */
     ab_t current_ab_prev;        /* [A] one period ago */
     dq_t current;                /* [A] */

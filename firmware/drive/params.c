@@ -35,6 +35,13 @@ float params_duty_min(const params_t *params)
     return (params->dead_time + params->minimum_pulse) / DRIVE_PERIOD;
 }
 
+float params_duty_max(const params_t *params)
+{
+    const float settled = 2.0f * (params->dead_time + BOARD_SECONDS(BOARD_SHUNT_SETTLED_NS)) / DRIVE_PERIOD;
+    const float short_of = params_duty_min(params);
+    return 1.0f - (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR && settled > short_of ? settled : short_of);
+}
+
 static bool refuse(params_error_t *why, const table_row_t *row, reason_t reason, const char *rule,
                    float value, float min, float max)
 {

@@ -1,5 +1,6 @@
 #include "drive/protection.h"
 
+#include "drive/params.h"
 #include "drive/reasons.h"
 
 typedef struct {
@@ -10,11 +11,20 @@ typedef struct {
 /* Gravest first. A current over its limit or a trip stops at once; what is slow by nature may take its time,
  * so that one disturbed conversion does not stop a drive. */
 static const fault_row_t faults[PROTECTION_FAULTS] = {
-    {REASON_MODULE_FAULT, 1},     {REASON_OVERCURRENT, 1},        {REASON_BAD_SAMPLE, 3},
-    {REASON_DC_OVERVOLTAGE, 2},   {REASON_OVERSPEED, 10},         {REASON_LATE, 3},
-    {REASON_DC_UNDERVOLTAGE, 10}, {REASON_ENCODER_PHASE, 1},      {REASON_SINK_HOT, 1000},
-    {REASON_MOTOR_HOT, 1000},     {REASON_ESTIMATE_AMPLITUDE, 1}, {REASON_ESTIMATE_DETECTOR, 1},
-    {REASON_ESTIMATE_CURRENT, 1}, {REASON_ESTIMATE_SPEED, 1},
+    {REASON_MODULE_FAULT, 1},
+    {REASON_OVERCURRENT, 1},
+    {REASON_BAD_SAMPLE, 3},
+    {REASON_DC_OVERVOLTAGE, 2},
+    {REASON_OVERSPEED, DRIVE_PERIODS(1e-3f)},
+    {REASON_LATE, 3},
+    {REASON_DC_UNDERVOLTAGE, DRIVE_PERIODS(1e-3f)},
+    {REASON_ENCODER_PHASE, 1},
+    {REASON_SINK_HOT, DRIVE_PERIODS(0.1f)},
+    {REASON_MOTOR_HOT, DRIVE_PERIODS(0.1f)},
+    {REASON_ESTIMATE_AMPLITUDE, 1},
+    {REASON_ESTIMATE_DETECTOR, 1},
+    {REASON_ESTIMATE_CURRENT, 1},
+    {REASON_ESTIMATE_SPEED, 1},
 };
 
 void protection_retune(protection_t *protection, const protection_limits_t *limits)

@@ -48,15 +48,6 @@ static inline ab_t frames_clarke(abc_t phases)
     return stationary;
 }
 
-/* The same from two sensors: c = -a - b, exact for a floating star point. */
-static inline ab_t frames_clarke_two(float a, float b)
-{
-    ab_t stationary;
-    stationary.alpha = a;
-    stationary.beta = (a + 2.0f * b) * FRAMES_ONE_OVER_SQRT_3;
-    return stationary;
-}
-
 /* Stationary frame to phases whose sum is zero. */
 static inline abc_t frames_inverse_clarke(ab_t stationary)
 {

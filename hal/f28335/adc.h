@@ -1,35 +1,71 @@
-/* ADC: four simultaneous pairs once a carrier period, SPRU812 and data manual SPRS439 (simultaneous sampling
- * timing).
+/* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439 (simultaneous
+ * sampling timing).
  *
- *   pair 0  A2/B2  dropped: the first conversion after a pause may be wrong (errata); converted again as pair
- * 3 pair 1  A0/B0  phase currents a and b, held exactly at t_k pair 2  A1/B1  DC link, sink temperature pair
- * 3  A2/B2  motor temperature, spare
+ *   pair 0    dropped: the first conversion after a pause may be wrong (errata); the last pair, converted once more
+ *   pair 1    phase currents a and b, held exactly at t_k
+ *   pair 2..  current c, DC link, heat sink, motor, as far as the board has them; what shares a pair is converted once
  *
- * ADCCLK 25 MHz (6 cycles of 150 MHz). Sampling begins 2.5 ADCCLK after the start, the window is ACQ_PS + 1
- * ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. So pair 1 is held 2.5 + 5 + 7 = 14.5 ADCCLK =
- * 87 cycles after the start, which therefore comes 87 counts before counter zero, by CMPB of ePWM1 counting
- * down. 15000 is a multiple of 6: ADCCLK keeps its phase to the carrier. The interrupt comes at the end of
- * the last pair, about 0.8 us after t_k.
+ * ADCCLK is SYSCLK/(2n), 25 MHz at most: 6 cycles of 150 MHz. Sampling begins 2.5 ADCCLK after the start, the window is
+ * ACQ_PS + 1 ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. So pair 1 is held 2.5 + 5 + 7 = 14.5 ADCCLK
+ * after the start, 87 cycles of 150 MHz, which therefore comes so many counts before counter zero, by CMPB of the leading
+ * ePWM counting down. A carrier period is a whole number of ADCCLK (board.h), so ADCCLK keeps its phase to the carrier.
+ * The interrupt comes at the end of the last pair, with four of them about 0.8 us after t_k. Current c, where it has a
+ * sensor, is held one pair after t_k, 0.28 us.
  *
- * Does not calibrate: the boot ROM did, and ADCTRL1[RESET], which would undo it, is never used. */
+ * Calibration: TI has stored two constants of this very chip in its OTP. The boot ROM copies them, but not where a debugger
+ * starts the program; so they are copied here. ADCTRL1[RESET], which would undo it, is never used. */
 #ifndef HAL_F28335_ADC_H
 #define HAL_F28335_ADC_H
 
+#include "hal/board.h"
+
 #define ADC_ACQ_PS            4u /* window of 5 ADCCLK = 200 ns; simultaneous mode asks for 160 ns or more */
-#define ADC_CYCLES_HALF_CLOCK 3u /* [1/150 MHz] half an ADCCLK */
+#define ADC_CYCLES_HALF_CLOCK ((uint16_t)BOARD_ADC_PRESCALE) /* [SYSCLK cycles] half an ADCCLK */
 
 /* Start to hold of pair 1, in half ADCCLK: 5 to the window, the window, one pair. */
 #define ADC_HALF_CLOCKS (5u + 2u * (ADC_ACQ_PS + 1u) + 2u * (3u + ADC_ACQ_PS))
-#define ADC_LEAD        ((uint16_t)(ADC_CYCLES_HALF_CLOCK * ADC_HALF_CLOCKS)) /* [1/150 MHz] */
+#define ADC_LEAD        ((uint16_t)(ADC_CYCLES_HALF_CLOCK * ADC_HALF_CLOCKS)) /* [SYSCLK cycles] */
 
-/* Places in the result registers: pair n gives results 2n (A) and 2n + 1 (B). */
-#define ADC_CURRENT_A         2u
-#define ADC_CURRENT_B         3u
-#define ADC_DC_LINK           4u
-#define ADC_SINK_TEMPERATURE  5u
-#define ADC_MOTOR_TEMPERATURE 6u
+/* Pairs by their order: the place of each signal's pair among the conversions, and of the last. A signal whose pair is
+ * there already shares it; one that the board lacks (pair 8) takes none. */
+#define ADC_PAIR(input) ((input) == BOARD_NONE ? 8 : (input) % 8)
+#define ADC_A           ADC_PAIR(BOARD_CURRENT_A_INPUT)
+#define ADC_C           ADC_PAIR(BOARD_CURRENT_C_INPUT)
+#define ADC_DC          ADC_PAIR(BOARD_DC_INPUT)
+#define ADC_SINK        ADC_PAIR(BOARD_SINK_INPUT)
+#define ADC_MOTOR       ADC_PAIR(BOARD_MOTOR_INPUT)
 
-/* Power up (waits 5 ms), sequence, start by ePWM SOCA, interrupt at its end. */
+#define ADC_LATER(x, y)  ((x) > (y) ? (x) : (y))
+#define ADC_PLACE_A      1
+#define ADC_PLACE_C      (ADC_C == 8 || ADC_C == ADC_A ? 1 : 2)
+#define ADC_PLACE_DC     (ADC_DC == ADC_A ? 1 : ADC_DC == ADC_C ? ADC_PLACE_C : ADC_PLACE_C + 1)
+#define ADC_LAST_DC      ADC_LATER(ADC_PLACE_C, ADC_PLACE_DC)
+#define ADC_PLACE_SINK                                                                                       \
+    (ADC_SINK == 8         ? 0                                                                               \
+     : ADC_SINK == ADC_A   ? 1                                                                               \
+     : ADC_SINK == ADC_C   ? ADC_PLACE_C                                                                     \
+     : ADC_SINK == ADC_DC  ? ADC_PLACE_DC                                                                    \
+                           : ADC_LAST_DC + 1)
+#define ADC_LAST_SINK ADC_LATER(ADC_LAST_DC, ADC_PLACE_SINK)
+#define ADC_PLACE_MOTOR                                                                                      \
+    (ADC_MOTOR == 8          ? 0                                                                             \
+     : ADC_MOTOR == ADC_A    ? 1                                                                             \
+     : ADC_MOTOR == ADC_C    ? ADC_PLACE_C                                                                   \
+     : ADC_MOTOR == ADC_DC   ? ADC_PLACE_DC                                                                  \
+     : ADC_MOTOR == ADC_SINK ? ADC_PLACE_SINK                                                                \
+                             : ADC_LAST_SINK + 1)
+#define ADC_LAST ADC_LATER(ADC_LAST_SINK, ADC_PLACE_MOTOR)
+#define ADC_LAST_PAIR                                                                                        \
+    (ADC_PLACE_MOTOR == ADC_LAST  ? ADC_MOTOR                                                                \
+     : ADC_PLACE_SINK == ADC_LAST ? ADC_SINK                                                                 \
+     : ADC_PLACE_DC == ADC_LAST   ? ADC_DC                                                                   \
+     : ADC_PLACE_C == ADC_LAST    ? ADC_C                                                                    \
+                                  : ADC_A)
+
+/* Place of an input's result in the result registers: pair n gives 2n (A) and 2n + 1 (B). */
+#define ADC_RESULT(input, place) (2 * (place) + ((input) >= 8 ? 1 : 0))
+
+/* Power up (waits 5 ms), calibration, sequence, start by ePWM SOCA, interrupt at its end. */
 void adc_init(void);
 
 /* The next start begins with pair 0 again and may interrupt again. */

@@ -17,8 +17,10 @@
 /* From here on the next conversion is under way: too late for this sample's results and compare values. */
 #define LATEST (PWM_PERIOD - ADC_LEAD)
 
-#define GATE_PINS    0x00000555u /* GPIO0..5 = EPWM1A..3B */
-#define ENCODER_PINS 0x00005500u /* GPIO20..23 = EQEP1A, B, S, I, in MUX2 */
+/* Six neighbours, from GPIO0 = EPWM1A or GPIO6 = EPWM4A on, each with function 1. */
+#define GATE_PINS (UINT32_C(0x555) << (4u * (PWM_LEADER - 1u)))
+
+#define LEDS (BOARD_LED_RUN != BOARD_NONE || BOARD_LED_FAULT != BOARD_NONE)
 
 static bool config_is_good(const hal_config_t *config)
 {
@@ -36,21 +38,72 @@ static void start_time(void)
     bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB);
 }
 
+/* A pin gets its function; pins 0 to 15 of a port of 32 stand in MUX1, the others in MUX2. */
+static void connect_pin(uint16_t pin, uint16_t function)
+{
+    const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
+    const volatile uint32_t *mux = (pin & 16u) != 0u ? &port->MUX2 : &port->MUX1;
+
+    bus_write32(mux, *mux | GPIO_FIELD(pin, function));
+}
+
 static void connect_pins(void)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(0u);
+    uint16_t n;
 
     bus_allow();
-    /* The fault line first: asynchronous, so that it trips without a clock, and pulled up, its driver being
-     * open. */
+    /* The fault line first: asynchronous, so that it trips without a clock, and pulled up where its driver is open. */
+#if BOARD_TRIP_PULL_UP
     bus_write32(&port->PUD, port->PUD & ~GPIO_PIN(PWM_FAULT_PIN));
+#endif
+#if BOARD_TRIP_ZONE < 5
     bus_write32(&port->QSEL1, port->QSEL1 | GPIO_FIELD(PWM_FAULT_PIN, GPIO_QSEL_ASYNC));
-    bus_write32(&port->MUX1, port->MUX1 | GPIO_FIELD(PWM_FAULT_PIN, 1u));
+#else
+    bus_write32(&port->QSEL2, port->QSEL2 | GPIO_FIELD(PWM_FAULT_PIN, GPIO_QSEL_ASYNC));
+#endif
+    connect_pin(PWM_FAULT_PIN, 1u);
     bus_write32(&port->MUX1, port->MUX1 | GATE_PINS);
-    bus_write32(&port->MUX2, port->MUX2 | ENCODER_PINS);
+    for (n = 0u; n < 4u; n++) {
+        connect_pin((uint16_t)(QEP_PIN + n), QEP_PIN_MUX);
+    }
     bus_protect();
     /* A pin follows its multiplexer two cycles later. */
     bus_wait(2u);
+}
+
+#if LEDS
+static void set_led(uint16_t pin, bool on)
+{
+    const volatile gpio_data_regs_t *port = GPIO_DATA(pin / 32u);
+
+    if (pin != BOARD_NONE) {
+        bus_write32(on == (BOARD_LED_ACTIVE_LOW != 0) ? &port->CLEAR : &port->SET, GPIO_PIN(pin));
+    }
+}
+
+static void connect_led(uint16_t pin)
+{
+    const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
+
+    if (pin != BOARD_NONE) {
+        set_led(pin, false);
+        bus_allow();
+        bus_write32(&port->DIR, port->DIR | GPIO_PIN(pin));
+        bus_protect();
+    }
+}
+#endif
+
+void hal_leds(bool run, bool fault)
+{
+#if LEDS
+    set_led((uint16_t)BOARD_LED_RUN, run);
+    set_led((uint16_t)BOARD_LED_FAULT, fault);
+#else
+    (void)run;
+    (void)fault;
+#endif
 }
 
 hal_status_t hal_init(const hal_config_t *config)
@@ -71,6 +124,10 @@ hal_status_t hal_init(const hal_config_t *config)
         return HAL_TRIP_FAILED;
     }
     connect_pins();
+#if LEDS
+    connect_led((uint16_t)BOARD_LED_RUN);
+    connect_led((uint16_t)BOARD_LED_FAULT);
+#endif
     adc_init();
     qep_init(config->encoder_count_max);
     interrupts_init(config->on_sample, config->on_trip);
@@ -81,6 +138,10 @@ hal_status_t hal_init(const hal_config_t *config)
     bus_interrupts_enable();
     return HAL_OK;
 }
+
+/* What the board has, as the ADC found it; 0 what it has not. */
+#define RESULT(input, place) \
+    ((input) == BOARD_NONE ? (uint16_t)0u : ADC_MIRROR->ADCRESULT[ADC_RESULT(input, place)])
 
 void hal_read(hal_samples_t *samples)
 {
@@ -106,13 +167,14 @@ void hal_read(hal_samples_t *samples)
     if (qep_take_error()) {
         flags |= HAL_FLAG_ENCODER;
     }
-    samples->current_a = ADC_MIRROR->ADCRESULT[ADC_CURRENT_A];
-    samples->current_b = ADC_MIRROR->ADCRESULT[ADC_CURRENT_B];
-    samples->dc_link = ADC_MIRROR->ADCRESULT[ADC_DC_LINK];
-    samples->sink_temperature = ADC_MIRROR->ADCRESULT[ADC_SINK_TEMPERATURE];
-    samples->motor_temperature = ADC_MIRROR->ADCRESULT[ADC_MOTOR_TEMPERATURE];
+    samples->current_a = RESULT(BOARD_CURRENT_A_INPUT, ADC_PLACE_A);
+    samples->current_b = RESULT(BOARD_CURRENT_B_INPUT, ADC_PLACE_A);
+    samples->current_c = RESULT(BOARD_CURRENT_C_INPUT, ADC_PLACE_C);
+    samples->dc_link = RESULT(BOARD_DC_INPUT, ADC_PLACE_DC);
+    samples->sink_temperature = RESULT(BOARD_SINK_INPUT, ADC_PLACE_SINK);
+    samples->motor_temperature = RESULT(BOARD_MOTOR_INPUT, ADC_PLACE_MOTOR);
     samples->flags = flags;
-    samples->encoder = EQEP(1u)->QPOSLAT;
+    samples->encoder = EQEP(QEP_MODULE)->QPOSLAT;
 }
 
 void hal_end_of_sample(void)

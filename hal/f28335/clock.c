@@ -2,16 +2,18 @@
 
 #include "hal/f28335/bus.h"
 
-/* 30 MHz x 10 / 2 */
-#define PLL_TIMES_10 10u
+/* Crystal x PLLCR / 2 = SYSCLK: 30 MHz x 10 / 2 = 150 MHz */
+#define PLL_TIMES ((uint16_t)BOARD_PLL_TIMES)
 
-/* HSPCLK = 150 MHz / 6 = 25 MHz, the ADC's limit; LSPCLK = 150 MHz / 4 */
-#define HSPCLK_BY_6 3u
-#define LSPCLK_BY_4 2u
+/* HSPCLK = SYSCLK / (2 n), 25 MHz at most, the ADC's limit; LSPCLK = SYSCLK / 4 */
+#define HSPCLK_BY_2N ((uint16_t)BOARD_ADC_PRESCALE)
+#define LSPCLK_BY_4  2u
 
-/* Flash at 150 MHz: five waits, paged and random; OTP eight (data manual). */
-#define FLASH_WAITS 0x0505u
-#define OTP_WAITS   8u
+/* A read of the flash takes 37 ns, paged or random, one of the OTP 60 ns, and waits + 1 SYSCLK cycles are given
+ * (data manual): five and eight waits at 150 MHz. */
+#define WAITS(ns)   ((uint16_t)(BOARD_CYCLES_OF_NS(ns) - 1))
+#define FLASH_WAITS ((uint16_t)(WAITS(37) << 8 | WAITS(37)))
+#define OTP_WAITS   WAITS(60)
 #define FLASH_ON    3u /* FPWR: active */
 
 /* The lock takes 131072 OSCCLK, a quarter of that in SYSCLK cycles, because the chip runs at OSCCLK/4
@@ -20,7 +22,14 @@
 #define LOCK_POLLS       4096u
 
 #define MODULE_CLOCKS_0 PCLKCR0_ADC
-#define MODULE_CLOCKS_1 (PCLKCR1_EPWM1 | PCLKCR1_EPWM2 | PCLKCR1_EPWM3 | PCLKCR1_EQEP1)
+#define LEG_CLOCKS      (PCLKCR1_EPWM1 | PCLKCR1_EPWM2 | PCLKCR1_EPWM3)
+#define MODULE_CLOCKS_1 ((uint16_t)(LEG_CLOCKS << (BOARD_LEG_FIRST - 1) | QEP_CLOCK))
+#define MODULE_CLOCKS_3 (PCLKCR3_GPIOIN | PCLKCR3_TIMERS)
+#if BOARD_ENCODER == BOARD_EQEP2_GPIO24
+#define QEP_CLOCK PCLKCR1_EQEP2
+#else
+#define QEP_CLOCK PCLKCR1_EQEP1
+#endif
 
 /* Runs from RAM on silicon (hal/CMakeLists.txt): the flash must not be read meanwhile. */
 static void set_flash_waits(void)
@@ -59,7 +68,7 @@ static hal_status_t start_pll(void)
     write_pllsts(PLLSTS_DIVSEL(0u));
     write_pllsts(PLLSTS_DIVSEL(0u) | PLLSTS_MCLKOFF);
     bus_allow();
-    bus_write16(&SYSCTRL->PLLCR, PLL_TIMES_10);
+    bus_write16(&SYSCTRL->PLLCR, PLL_TIMES);
     bus_protect();
     for (poll = 0u; (SYSCTRL->PLLSTS & PLLSTS_PLLLOCKS) == 0u && poll < LOCK_POLLS; poll++) {
         bus_wait(LOCK_POLL_CYCLES);
@@ -80,7 +89,7 @@ hal_status_t clock_init(void)
     hal_status_t status;
 
     bus_allow();
-    bus_write16(&SYSCTRL->HISPCP, HSPCLK_BY_6);
+    bus_write16(&SYSCTRL->HISPCP, HSPCLK_BY_2N);
     bus_write16(&SYSCTRL->LOSPCP, LSPCLK_BY_4);
     bus_protect();
     set_flash_waits();
@@ -93,6 +102,7 @@ hal_status_t clock_init(void)
     bus_allow();
     bus_write16(&SYSCTRL->PCLKCR0, MODULE_CLOCKS_0);
     bus_write16(&SYSCTRL->PCLKCR1, MODULE_CLOCKS_1);
+    bus_write16(&SYSCTRL->PCLKCR3, MODULE_CLOCKS_3);
     bus_protect();
     /* A module takes writes two cycles after its clock came. */
     bus_wait(2u);

@@ -1,11 +1,11 @@
-/* Clocks: 30 MHz crystal -> 150 MHz, prescalers, flash wait states, module clocks. SPRUFB0 ch. 1 and 5. Every
+/* Clocks: crystal -> SYSCLK (30 -> 150 MHz), prescalers, flash wait states, module clocks. SPRUFB0 ch. 1 and 5. Every
  * register here is behind EALLOW. */
 #ifndef HAL_F28335_CLOCK_H
 #define HAL_F28335_CLOCK_H
 
 #include "hal/hal.h"
 
-/* Prescalers and flash wait states for 150 MHz, then the PLL, then the clocks of ADC, ePWM1-3 and eQEP1; the
+/* Prescalers and flash wait states for SYSCLK, then the PLL, then the clocks of ADC, legs, encoder, timers and GPIO; the
  * carrier counters still stand (TBCLKSYNC 0). HAL_CLOCK_MISSING or HAL_PLL_UNLOCKED: the chip goes on at a
  * quarter of whatever clock it has, the modules stay without clock. The watchdog must be off. Takes the PLL's
  * lock time, 4.4 ms; at most 140 ms. */

@@ -1,10 +1,12 @@
 #include "hal/f28335/interrupts.h"
 
 #include "hal/f28335/bus.h"
+#include "hal/f28335/pwm.h"
 
 #define GROUPS    12u
 #define VECTORS   128u
-#define FIRST_ROW 1u /* INTx.1 in PIEIERx */
+#define SAMPLE_ROW 1u                                    /* INT1.1 in PIEIER1 */
+#define TRIP_ROW   ((uint16_t)(1u << (PWM_LEADER - 1u))) /* INT2.n in PIEIER2, of ePWMn */
 
 static HAL_INTERRUPT void unexpected(void)
 {
@@ -29,11 +31,11 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
         bus_write32(&PIE_VECTORS->vector[n], bus_vector(unexpected));
     }
     bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(on_sample));
-    bus_write32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
+    bus_write32(&PIE_VECTORS->vector[PIE_EPWM_TZ(PWM_LEADER)], bus_vector(on_trip));
     bus_protect();
     bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
-    bus_write16(&PIE->group[INTERRUPTS_SAMPLE - 1u].IER, FIRST_ROW);
-    bus_write16(&PIE->group[INTERRUPTS_TRIP - 1u].IER, FIRST_ROW);
+    bus_write16(&PIE->group[INTERRUPTS_SAMPLE - 1u].IER, SAMPLE_ROW);
+    bus_write16(&PIE->group[INTERRUPTS_TRIP - 1u].IER, TRIP_ROW);
     bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);

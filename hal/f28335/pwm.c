@@ -4,17 +4,28 @@
 #include "hal/f28335/bus.h"
 #include "hal/f28335/clock.h"
 
-#define LEGS 3u
+#define FIRST PWM_LEADER
+#define LAST  ((uint16_t)(PWM_LEADER + 2u))
 
 /* What a sync pulse needs to reach the next module, so that a follower continues where the leader is. */
 #define SYNC_DELAY 2u
 
-/* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. */
+/* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. The chip has nothing
+ * that would open them: none of its six trip inputs is the halt. */
 #define TBCTL_COMMON   ((uint16_t)(TBCTL_CTRMODE(TBCTL_UPDOWN) | TBCTL_FREE_SOFT(1u)))
 #define TBCTL_LEADER   ((uint16_t)(TBCTL_COMMON | TBCTL_SYNCOSEL(1u)))
 #define TBCTL_FOLLOWER ((uint16_t)(TBCTL_COMMON | TBCTL_PHSEN | TBCTL_PHSDIR_UP))
-#define AQCTLA_WORD    ((uint16_t)(AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET)))
+#define TZSEL_WORD     TZSEL_OSHT((uint16_t)BOARD_TRIP_ZONE)
 #define ETSEL_WORD     ((uint16_t)(ETSEL_SOCASEL(ET_CMPB_DOWN) | ETSEL_SOCAEN))
+
+/* What A does when the counter passes CMPA, and CMPA for `count` of the upper switch. */
+#if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR
+#define AQCTLA_WORD         ((uint16_t)(AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET)))
+#define COMPARE_OF(count) (count)
+#else
+#define AQCTLA_WORD         ((uint16_t)(AQCTL_CAU(AQ_SET) | AQCTL_CAD(AQ_CLEAR)))
+#define COMPARE_OF(count) ((uint16_t)(HAL_PERIOD_COUNT - (count)))
+#endif
 
 #if HAL_GATE_ACTIVE_HIGH
 #define DBCTL_WORD ((uint16_t)(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC))
@@ -28,13 +39,13 @@ static void set_up_leg(uint16_t n, uint16_t dead_band_count)
 {
     const volatile epwm_regs_t *leg = EPWM(n);
 
-    bus_write16(&leg->TBCTL, n == 1u ? TBCTL_LEADER : TBCTL_FOLLOWER);
-    bus_write16(&leg->TBPHS, n == 1u ? 0u : SYNC_DELAY);
+    bus_write16(&leg->TBCTL, n == FIRST ? TBCTL_LEADER : TBCTL_FOLLOWER);
+    bus_write16(&leg->TBPHS, n == FIRST ? 0u : SYNC_DELAY);
     bus_write16(&leg->TBCTR, 0u);
     bus_write16(&leg->TBPRD, HAL_PERIOD_COUNT);
     bus_write16(&leg->CMPCTL, (uint16_t)(CMPCTL_LOADAMODE(0u) | CMPCTL_LOADBMODE(0u)));
-    bus_write16(&leg->CMPA, HAL_PERIOD_COUNT / 2u);
-    bus_write16(&leg->CMPB, n == 1u ? ADC_LEAD : 0u);
+    bus_write16(&leg->CMPA, COMPARE_OF((uint16_t)(HAL_PERIOD_COUNT / 2u)));
+    bus_write16(&leg->CMPB, n == FIRST ? ADC_LEAD : 0u);
     bus_write16(&leg->AQCTLA, AQCTLA_WORD);
     bus_write16(&leg->AQCTLB, 0u);
     bus_write16(&leg->AQCSFRC, 0u);
@@ -42,12 +53,12 @@ static void set_up_leg(uint16_t n, uint16_t dead_band_count)
     bus_write16(&leg->DBFED, dead_band_count);
     bus_write16(&leg->DBCTL, DBCTL_WORD);
     bus_allow();
-    bus_write16(&leg->TZSEL, TZSEL_OSHT1);
+    bus_write16(&leg->TZSEL, TZSEL_WORD);
     bus_write16(&leg->TZCTL, TZCTL_WORD);
     bus_write16(&leg->TZEINT, 0u);
     bus_protect();
-    bus_write16(&leg->ETSEL, n == 1u ? ETSEL_WORD : 0u);
-    bus_write16(&leg->ETPS, n == 1u ? ETPS_SOCAPRD(1u) : 0u);
+    bus_write16(&leg->ETSEL, n == FIRST ? ETSEL_WORD : 0u);
+    bus_write16(&leg->ETPS, n == FIRST ? ETPS_SOCAPRD(1u) : 0u);
 }
 
 /* What stands between the gates and a shoot-through or an unheard fault is still there. */
@@ -56,22 +67,22 @@ static bool leg_is_safe(uint16_t n)
     const volatile epwm_regs_t *leg = EPWM(n);
 
     return leg->DBCTL == DBCTL_WORD && leg->DBRED >= HAL_DEAD_BAND_MIN && leg->DBFED >= HAL_DEAD_BAND_MIN &&
-           leg->TZSEL == TZSEL_OSHT1 && leg->TZCTL == TZCTL_WORD;
+           leg->TZSEL == TZSEL_WORD && leg->TZCTL == TZCTL_WORD;
 }
 
 static bool any_trip_flag(void)
 {
-    return (EPWM(1u)->TZFLG | EPWM(2u)->TZFLG | EPWM(3u)->TZFLG) != 0u;
+    return (EPWM(FIRST)->TZFLG | EPWM(FIRST + 1u)->TZFLG | EPWM(LAST)->TZFLG) != 0u;
 }
 
 bool pwm_any_tripped(void)
 {
-    return ((EPWM(1u)->TZFLG | EPWM(2u)->TZFLG | EPWM(3u)->TZFLG) & TZ_OST) != 0u;
+    return ((EPWM(FIRST)->TZFLG | EPWM(FIRST + 1u)->TZFLG | EPWM(LAST)->TZFLG) & TZ_OST) != 0u;
 }
 
 bool pwm_all_tripped(void)
 {
-    return (EPWM(1u)->TZFLG & EPWM(2u)->TZFLG & EPWM(3u)->TZFLG & TZ_OST) != 0u;
+    return (EPWM(FIRST)->TZFLG & EPWM(FIRST + 1u)->TZFLG & EPWM(LAST)->TZFLG & TZ_OST) != 0u;
 }
 
 bool pwm_fault_line(void)
@@ -81,16 +92,16 @@ bool pwm_fault_line(void)
 
 uint32_t pwm_elapsed(void)
 {
-    const uint32_t counter = EPWM(1u)->TBCTR;
+    const uint32_t counter = EPWM(FIRST)->TBCTR;
 
-    return (EPWM(1u)->TBSTS & TBSTS_CTRDIR) != 0u ? counter : PWM_PERIOD - counter;
+    return (EPWM(FIRST)->TBSTS & TBSTS_CTRDIR) != 0u ? counter : PWM_PERIOD - counter;
 }
 
 bool pwm_init(uint16_t dead_band_count)
 {
     uint16_t n;
 
-    for (n = 1u; n <= LEGS; n++) {
+    for (n = FIRST; n <= LAST; n++) {
         set_up_leg(n, dead_band_count);
     }
     hal_gates_off();
@@ -100,30 +111,30 @@ bool pwm_init(uint16_t dead_band_count)
 void hal_gates_off(void)
 {
     bus_allow();
-    bus_write16(&EPWM(1u)->TZEINT, 0u);
-    bus_write16(&EPWM(1u)->TZFRC, TZ_OST);
-    bus_write16(&EPWM(2u)->TZFRC, TZ_OST);
-    bus_write16(&EPWM(3u)->TZFRC, TZ_OST);
+    bus_write16(&EPWM(FIRST)->TZEINT, 0u);
+    bus_write16(&EPWM(FIRST)->TZFRC, TZ_OST);
+    bus_write16(&EPWM(FIRST + 1u)->TZFRC, TZ_OST);
+    bus_write16(&EPWM(LAST)->TZFRC, TZ_OST);
     bus_protect();
 }
 
 bool hal_gates_on(void)
 {
-    const bool armed = (EPWM(1u)->TZEINT & TZ_OST) != 0u;
+    const bool armed = (EPWM(FIRST)->TZEINT & TZ_OST) != 0u;
     uint16_t n;
 
     if (armed && !any_trip_flag()) {
         return true;
     }
-    if (!clock_carrier_runs() || pwm_fault_line() || !leg_is_safe(1u) || !leg_is_safe(2u) ||
-        !leg_is_safe(3u)) {
+    if (!clock_carrier_runs() || pwm_fault_line() || !leg_is_safe(FIRST) || !leg_is_safe(FIRST + 1u) ||
+        !leg_is_safe(LAST)) {
         return false;
     }
     bus_allow();
-    for (n = 1u; n <= LEGS; n++) {
+    for (n = FIRST; n <= LAST; n++) {
         bus_write16(&EPWM(n)->TZCLR, TZ_OST | TZ_INT);
     }
-    bus_write16(&EPWM(1u)->TZEINT, TZ_OST);
+    bus_write16(&EPWM(FIRST)->TZEINT, TZ_OST);
     bus_protect();
     /* A fault that came in between has set the flags again. */
     if (any_trip_flag()) {
@@ -140,9 +151,9 @@ static uint16_t at_most_full(uint16_t count)
 
 void hal_write_compare(uint16_t a, uint16_t b, uint16_t c)
 {
-    bus_write16(&EPWM(1u)->CMPA, at_most_full(a));
-    bus_write16(&EPWM(2u)->CMPA, at_most_full(b));
-    bus_write16(&EPWM(3u)->CMPA, at_most_full(c));
+    bus_write16(&EPWM((uint16_t)BOARD_LEG_A)->CMPA, COMPARE_OF(at_most_full(a)));
+    bus_write16(&EPWM((uint16_t)BOARD_LEG_B)->CMPA, COMPARE_OF(at_most_full(b)));
+    bus_write16(&EPWM((uint16_t)BOARD_LEG_C)->CMPA, COMPARE_OF(at_most_full(c)));
 }
 
 bool hal_set_dead_band(uint16_t count)
@@ -152,7 +163,7 @@ bool hal_set_dead_band(uint16_t count)
     if (count < HAL_DEAD_BAND_MIN || count > HAL_DEAD_BAND_MAX || !pwm_all_tripped()) {
         return false;
     }
-    for (n = 1u; n <= LEGS; n++) {
+    for (n = FIRST; n <= LAST; n++) {
         bus_write16(&EPWM(n)->DBRED, count);
         bus_write16(&EPWM(n)->DBFED, count);
     }

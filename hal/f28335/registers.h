@@ -62,7 +62,8 @@ typedef struct {
 
 #define PIE_VECTOR(x, y) (32u + 8u * ((x)-1u) + ((y)-1u))
 #define PIE_SEQ1INT      PIE_VECTOR(1u, 1u)
-#define PIE_EPWM1_TZ     PIE_VECTOR(2u, 1u)
+#define PIE_EPWM_TZ(n)   PIE_VECTOR(2u, n) /* n = 1..6 */
+#define PIE_EPWM1_TZ     PIE_EPWM_TZ(1u)
 
 /* ---- System control: SPRUFB0 ch. 5 (EALLOW) ---- */
 typedef struct {
@@ -102,6 +103,8 @@ typedef struct {
 #define PCLKCR1_EPWM2     (1u << 1)
 #define PCLKCR1_EPWM3     (1u << 2)
 #define PCLKCR1_EQEP1     (1u << 14)
+#define PCLKCR1_EQEP2     (1u << 15)
+#define PCLKCR3_TIMERS    (7u << 8)
 #define PCLKCR3_GPIOIN    (1u << 13)
 #define SCSR_WDOVERRIDE   (1u << 0)
 #define SCSR_WDENINT      (1u << 1)
@@ -207,6 +210,7 @@ typedef struct {
 #define DBCTL_POLSEL_AL     (3u << 2) /* both inverted */
 #define DB_MAX              1023u     /* 10 bits */
 #define TZSEL_OSHT1         (1u << 8)
+#define TZSEL_OSHT(n)       ((uint16_t)(1u << (7u + (n)))) /* n = 1..6 */
 #define TZCTL_TZA(n)        ((uint16_t)(n)) /* 0 high impedance, 1 high, 2 low, 3 nothing */
 #define TZCTL_TZB(n)        ((uint16_t)((n) << 2))
 #define TZ_HIGH             1u

@@ -3,7 +3,7 @@
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
 
-/* OSCCLK 30 MHz / 512 / 64, 256 counts: 279.6 ms */
+/* Crystal / 512 / 64, 256 counts: 279.6 ms at 30 MHz, 419 ms at 20 MHz */
 #define WATCHDOG_SLOWEST 7u
 
 void watchdog_stop(void)

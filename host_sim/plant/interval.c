@@ -613,6 +613,7 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
     sums_t sums;
     double i_a = plant->i[0];
     double i_b = plant->i[1];
+    double i_c = plant->i[2];
     double torque_0 = plant->torque;
     bool phases_known = true;
     if (plant->idle | plant->open || !series_interval(plant, h, omega_e, cos_1, sin_1, &sums)) {
@@ -680,6 +681,7 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
             double x = plant->params.current_bandwidth * h;
             plant->sensed[0] = lagged(plant->sensed[0], i_a, plant->i[0], x);
             plant->sensed[1] = lagged(plant->sensed[1], i_b, plant->i[1], x);
+            plant->sensed[2] = lagged(plant->sensed[2], i_c, plant->i[2], x);
         }
     }
     if (plant->idle) {

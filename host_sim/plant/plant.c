@@ -359,6 +359,7 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     if (q->current_bandwidth == 0.0) {
         plant->sensed[0] = plant->i[0];
         plant->sensed[1] = plant->i[1];
+        plant->sensed[2] = plant->i[2];
     }
     if (q->force_fault != 0.0) {
         plant->shut = ALL_GATES;
@@ -430,7 +431,12 @@ static double current_pin(plant_t *plant, double i, double gain_error, double of
     if (q->current_noise > 0.0) {
         seen += q->current_noise * noise_gauss(&plant->random);
     }
-    return at_pin(1.5 + plant->volts_per_ampere * seen);
+    return at_pin(q->current_zero + plant->volts_per_ampere * seen);
+}
+
+static double temperature_pin(double temperature, double at_0v, double at_3v)
+{
+    return at_pin((temperature - at_0v) * 3.0 / (at_3v - at_0v));
 }
 
 double plant_analog(plant_t *plant, plant_channel_t channel)
@@ -442,6 +448,8 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
         return current_pin(plant, i[0], q->current_gain_error_a, q->current_offset_a);
     case PLANT_CURRENT_B:
         return current_pin(plant, i[1], q->current_gain_error_b, q->current_offset_b);
+    case PLANT_CURRENT_C:
+        return current_pin(plant, i[2], q->current_gain_error_c, q->current_offset_c);
     case PLANT_DC_LINK: {
         double seen = (1.0 + q->dc_gain_error) * plant->v_dc;
         if (q->dc_noise > 0.0) {
@@ -450,9 +458,9 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
         return at_pin(plant->volts_per_volt * seen);
     }
     case PLANT_SINK:
-        return at_pin((q->sink_temperature + 50.0) * (3.0 / 200.0));
+        return temperature_pin(q->sink_temperature, BOARD_SINK_AT_0V, BOARD_SINK_AT_3V);
     case PLANT_MOTOR:
-        return at_pin((q->motor_temperature + 50.0) * (3.0 / 200.0));
+        return temperature_pin(q->motor_temperature, BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V);
     }
     return 0.0;
 }

@@ -62,7 +62,14 @@
 #define PLANT_UPPER(leg) (UINT32_C(1) << (2u * (uint32_t)(leg)))
 #define PLANT_LOWER(leg) (UINT32_C(2) << (2u * (uint32_t)(leg)))
 
-typedef enum { PLANT_CURRENT_A, PLANT_CURRENT_B, PLANT_DC_LINK, PLANT_SINK, PLANT_MOTOR } plant_channel_t;
+typedef enum {
+    PLANT_CURRENT_A,
+    PLANT_CURRENT_B,
+    PLANT_CURRENT_C,
+    PLANT_DC_LINK,
+    PLANT_SINK,
+    PLANT_MOTOR
+} plant_channel_t;
 
 /* Who carries a leg's current. */
 typedef enum {

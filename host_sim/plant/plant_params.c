@@ -57,6 +57,9 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
         if (counts_something(params, value) && *value != floor(*value)) {
             return refuse(why, row, *value, row->minimum, "must be a whole number");
         }
+        if (value == &params->current_range && !(fabs(*value) >= 0.1)) {
+            return refuse(why, row, *value, 0.1, "a scale, of 0.1 A at least, either sign");
+        }
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");
         }

@@ -67,7 +67,7 @@ typedef struct {
     double torque;                /* [N m] */
     double v_dc;                  /* [V] */
     double flux_alpha, flux_beta; /* [V s] */
-    double sensed[2];             /* [A] phases a and b behind the lag of the sensors */
+    double sensed[3];             /* [A] phases behind the lag of the sensors */
     double energy_dc;             /* [J] */
     double energy_copper;         /* [J] */
     double energy_inverter;       /* [J] */

@@ -10,11 +10,12 @@
 #include "drive/reasons.h"
 #include "drive/signals.h"
 #include "hal/f28335/bus.h"
+#include "hal/f28335/pwm.h"
+#include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
 
-#define PERIOD_TICKS     UINT64_C(15000)
-#define BACKGROUND_EVERY 10u /* [periods] the background loop comes round once a millisecond */
-#define TRIP_PIN         12u /* GPIO12 = TZ1, pulled low by the power module's fault output */
+/* [periods] the background loop comes round once a millisecond */
+#define BACKGROUND_EVERY ((uint32_t)(1e-3 / RIG_PERIOD_SECONDS + 0.5))
 
 /* Tables by their order, which is also that of rig_table(). */
 typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
@@ -85,46 +86,62 @@ static void follow_fault_line(rig_t *rig)
     const uint32_t active = plant_fault_line(&rig->state.plant);
     if (active != rig->state.fault_line) {
         rig->state.fault_line = active;
-        chip_set_pin(&rig->state.chip, TRIP_PIN, active == 0u);
+        chip_set_pin(&rig->state.chip, PWM_FAULT_PIN, active == 0u);
     }
 }
 
 /* Only the currents move within a microsecond; slow quantities are taken at the plant's present instant. */
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {
+    static const struct {
+        uint32_t channel;
+        plant_channel_t signal;
+    } wires[] = {
+        {BOARD_CURRENT_A_INPUT, PLANT_CURRENT_A}, {BOARD_CURRENT_B_INPUT, PLANT_CURRENT_B},
+        {BOARD_CURRENT_C_INPUT, PLANT_CURRENT_C}, {BOARD_DC_INPUT, PLANT_DC_LINK},
+        {BOARD_SINK_INPUT, PLANT_SINK},           {BOARD_MOTOR_INPUT, PLANT_MOTOR},
+    };
     plant_t *plant = &((rig_t *)context)->state.plant;
-    switch (channel) {
-    case 0:
-        plant_advance(plant, tick);
-        return plant_analog(plant, PLANT_CURRENT_A);
-    case 8:
-        plant_advance(plant, tick);
-        return plant_analog(plant, PLANT_CURRENT_B);
-    case 1:
-        return plant_analog(plant, PLANT_DC_LINK);
-    case 9:
-        return plant_analog(plant, PLANT_SINK);
-    case 2:
-        return plant_analog(plant, PLANT_MOTOR);
-    default:
-        return 0.0; /* not wired */
+    for (size_t n = 0; n < sizeof wires / sizeof wires[0]; n++) {
+        if (wires[n].channel == channel) {
+            if (wires[n].signal <= PLANT_CURRENT_C) {
+                plant_advance(plant, tick);
+            }
+            return plant_analog(plant, wires[n].signal);
+        }
     }
+    return 0.0; /* not wired */
+}
+
+/* Which leg of the plant, and of the board, hangs on which ePWM. */
+static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
+
+/* Commands of the six switches, leg by leg. The board's bias holds an undriven pin at the level of off. */
+static uint32_t switches_on(uint32_t level, uint32_t driven)
+{
+    const uint32_t pins = (HAL_GATE_ACTIVE_HIGH != 0 ? level : ~level) & driven;
+    uint32_t on = 0;
+    for (uint32_t leg = 0; leg < 3u; leg++) {
+        on |= (pins >> (2u * (legs[leg] - 1u)) & 3u) << (2u * leg);
+    }
+    return on;
 }
 
 static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
 {
     rig_t *rig = context;
-    /* The board inverts twice (opto, module input): pin high = IGBT on; its pull-downs hold an undriven pin
-     * low. */
-    tell_edge(rig, tick, RIG_EDGE_GATES, level & driven);
-    plant_gates(&rig->state.plant, tick, level & driven);
+    const uint32_t on = switches_on(level, driven);
+    tell_edge(rig, tick, RIG_EDGE_GATES, on);
+    plant_gates(&rig->state.plant, tick, on);
     follow_fault_line(rig);
 }
 
 static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
 {
     rig_t *rig = context;
-    plant_carrier(&rig->state.plant, tick, period, high, dead);
+    const uint32_t of_legs[3] = {high[legs[0] - BOARD_LEG_FIRST], high[legs[1] - BOARD_LEG_FIRST],
+                                 high[legs[2] - BOARD_LEG_FIRST]};
+    plant_carrier(&rig->state.plant, tick, period, of_legs, dead);
     follow_fault_line(rig);
 }
 
@@ -141,6 +158,13 @@ void rig_bind(rig_t *rig)
     bound = rig;
     app = &rig->state.app;
     chip_bind(&rig->state.chip, &rig->world);
+}
+
+/* Ticks [1/150 MHz] of so many carrier periods, the last begun one counted whole. */
+static uint64_t ticks_of(uint64_t periods)
+{
+    return periods * (uint64_t)BOARD_PERIOD_CYCLES * (CHIP_TICKS_PER_SECOND / 1000000u) /
+           ((uint64_t)BOARD_SYSCLK_HZ / 1000000u);
 }
 
 rig_t *rig_create(uint64_t seed)
@@ -163,7 +187,7 @@ rig_t *rig_create(uint64_t seed)
     /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
      * come up has no carrier, and time goes on all the same. */
     const uint64_t zero = chip_carrier_tick(&state->chip);
-    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + PERIOD_TICKS;
+    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + ticks_of(1);
     chip_run(state->start);
     return rig;
 }
@@ -215,10 +239,10 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     rig_bind(rig);
-    const uint64_t begin = state->start + PERIOD_TICKS * state->period;
+    const uint64_t begin = state->start + ticks_of(state->period);
     plant_advance(&state->plant, begin);
     take_truth(rig);
-    chip_run(begin + PERIOD_TICKS);
+    chip_run(state->start + ticks_of(state->period + UINT64_C(1)));
     state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err = angle_between(state->app.drive.estimate.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
@@ -286,6 +310,7 @@ static void exact_interrupt(void)
     app_read(&samples);
     samples.i_a = truth->true_i_a + (measuring ? 0.0f : drive->offset.a);
     samples.i_b = truth->true_i_b + (measuring ? 0.0f : drive->offset.b);
+    samples.i_c = truth->true_i_c + (measuring ? 0.0f : drive->offset.c);
     samples.u_dc = truth->true_u_dc;
     drive_step(&app->drive, &samples, &command);
     app_write(&command);
@@ -409,9 +434,9 @@ void rig_set_motion(rig_t *rig, double theta_m, double omega_m)
     state->encoder_moved += count - before;
 
     rig_bind(rig);
-    const int64_t turn = (int64_t)EQEP(1)->QPOSMAX + 1;
+    const int64_t turn = (int64_t)EQEP(QEP_MODULE)->QPOSMAX + 1;
     const int64_t within = count % turn;
-    bus_write32(&EQEP(1)->QPOSCNT, (uint32_t)(within < 0 ? within + turn : within));
+    bus_write32(&EQEP(QEP_MODULE)->QPOSCNT, (uint32_t)(within < 0 ? within + turn : within));
 }
 
 void rig_stop_before(rig_t *rig, uint32_t period)
@@ -602,9 +627,12 @@ static void set_condition(rig_t *rig, const table_row_t *row, float value)
     table_set(row, now, value);
     chip_set_averaged(&state->chip, now->fidelity != 0);
     chip_set_interrupt_delay(&state->chip, (uint32_t)((double)now->interrupt_delay * 150e6 + 0.5));
-    chip_stick_adc(&state->chip, 0u, (int32_t)now->stuck_current_a);
-    chip_stick_adc(&state->chip, 8u, (int32_t)now->stuck_current_b);
-    chip_stick_adc(&state->chip, 1u, (int32_t)now->stuck_dc_link);
+    chip_stick_adc(&state->chip, BOARD_CURRENT_A_INPUT, (int32_t)now->stuck_current_a);
+    chip_stick_adc(&state->chip, BOARD_CURRENT_B_INPUT, (int32_t)now->stuck_current_b);
+    if (BOARD_CURRENT_SENSORS == 3) {
+        chip_stick_adc(&state->chip, BOARD_CURRENT_C_INPUT, (int32_t)now->stuck_current_c);
+    }
+    chip_stick_adc(&state->chip, BOARD_DC_INPUT, (int32_t)now->stuck_dc_link);
     if (row->offset == offsetof(rig_conditions_t, metering)) {
         plant_set_metering(&state->plant, now->metering != 0);
     }
@@ -719,7 +747,7 @@ void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context)
     rig->edge_sink = sink;
     rig->edge_context = context;
     rig->world.event = sink != NULL ? on_event : NULL;
-    tell_edge(rig, now, RIG_EDGE_GATES, pins->level & pins->driven);
+    tell_edge(rig, now, RIG_EDGE_GATES, switches_on(pins->level, pins->driven));
     tell_edge(rig, now, RIG_EDGE_TRIP, rig->state.chip.tripped);
 }
 

@@ -15,10 +15,12 @@
 #include <stdint.h>
 
 #include "drive/table.h"
+#include "hal/board.h"
 
 typedef struct rig rig_t;
 
-#define RIG_PERIOD_SECONDS 1e-4 /* of one rig_step */
+/* Of one rig_step: a carrier period of the board. */
+#define RIG_PERIOD_SECONDS ((double)BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ)
 
 /* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0
  * begins when this returns. NULL only without memory. */

@@ -49,7 +49,9 @@ typedef struct {
     F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for the DC link; -1: none")  \
     E(5005, metering, "off|on", "energy meters of the plant; cost time")                                     \
     E(5006, sensors, "adc|exact",                                                                            \
-      "exact: the drive gets the true currents and DC link of t_k, past sensor errors and ADC")
+      "exact: the drive gets the true currents and DC link of t_k, past sensor errors and ADC")              \
+    F(5007, stuck_current_c, "-", -1.0f, -1.0f, 4095.0f,                                                     \
+      "code that the ADC gives for current c, where it has a sensor, whatever flows; -1: none")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

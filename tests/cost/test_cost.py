@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+"""Tests of tools/cost: what a load, a store, a constant of the M4F costs on a C28x. Expected by the C28x's addressing modes:
+*+XARn[3 bits], *-SP[6 bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
+import contextlib
+import importlib.machinery
+import importlib.util
+import io
+import pathlib
+import struct
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+loader = importlib.machinery.SourceFileLoader("cost", str(ROOT / "tools/cost"))
+cost = importlib.util.module_from_spec(importlib.util.spec_from_loader("cost", loader))
+loader.exec_module(cost)
+
+IN_REACH = (1, 1, 1)
+BEYOND = (1.5, 1.85, 2)  # and the index register that is loaded before: half the time, six times of seven, each time
+BY_INDEX = (2, 4, 6)
+
+ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it moves
+    ("vldr     s15, [r0]", [IN_REACH]),
+    ("vldr     s15, [r0, #4]", [IN_REACH]),
+    ("vldr     s15, [r0, #0xc]", [IN_REACH]),  # words 6 and 7: the last float that 3 bits reach
+    ("vldr     s15, [r0, #0x10]", [BEYOND]),  # word 8
+    ("vstr     s15, [r4, #0x3ac]", [BEYOND]),
+    ("ldr      r3, [r1, #0xc]", [IN_REACH]),
+    ("ldr.w    r3, [r0, #0x164]", [BEYOND]),
+    ("str      r3, [r1, #0x10]", [BEYOND]),
+    ("ldrb.w   fp, [r0, #0xf]", [IN_REACH]),
+    ("ldrh     r2, [r0, #0x10]", [BEYOND]),
+    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # one that an IT block skips takes its time too
+    ("ldr      r3, [r0, #-0x4]", [BEYOND]),  # 3 bits without a sign
+    ("ldrd     r0, r3, [r4, #8]", [IN_REACH, IN_REACH]),
+    ("strd     r0, r3, [r4, #0xc]", [IN_REACH, BEYOND]),  # words 6 and 8
+    ("strd     r0, r3, [r4, #0x3ac]", [BEYOND, BEYOND]),
+    ("vldr     s0, [sp, #0x10]", [IN_REACH]),
+    ("str      r0, [sp, #0x7c]", [IN_REACH]),  # word 62: the last float that 6 bits reach
+    ("str      r0, [sp, #0x80]", [BEYOND]),  # word 64
+    ("ldrd     r0, r1, [sp, #0x7c]", [IN_REACH, BEYOND]),
+    ("push.w   {r4, r5, r6, lr}", [IN_REACH] * 4),  # *SP++
+    ("vpush    {s16, s17}", [IN_REACH] * 2),
+    ("ldm      r3, {r0, r1, r2, r3}", [IN_REACH] * 4),  # *XARn++
+    ("stmdb    r4, {r2, r3}", [IN_REACH] * 2),
+    ("ldr      r0, [r1], #4", [IN_REACH]),
+    ("str      r3, [r2, #0x40]!", [IN_REACH]),  # the pointer moves by itself
+    ("ldr.w    r3, [r2, r3, lsl #2]", [BY_INDEX]),
+    ("ldrh.w   r0, [r0, r1, lsl #1]", [BY_INDEX]),
+]
+CONSTANTS = [  # a line, what stands beside the code, the cycles
+    ("vldr     s10, [pc, #0x35c]", 0x3F000000, (1, 1, 1)),  # 0.5: MOVIZ alone
+    ("vldr     s10, [pc, #0x35c]", 0xC0490000, (1, 1, 1)),
+    ("vldr     s10, [pc, #0x35c]", 0x40490FDA, (2, 2, 2)),  # pi: MOVIZ and MOVXI
+    ("vldr     s10, [pc, #0x35c]", 0x3F808000, (2, 2, 2)),
+    ("vldrle   s10, [pc, #0x35c]", 0x00000001, (2, 2, 2)),
+    ("ldr      r5, [pc, #0x2d0]", 0x003FFFFF, (1, 1, 1)),  # 22 bits, MOVL
+    ("ldr      r5, [pc, #0x2d0]", 0x00400000, (2, 2, 2)),
+    ("ldr      r5, [pc, #0x2d0]", 0xFFFFFFFF, (2, 2, 2)),
+]
+ENDS = [("pop      {r4, pc}", "return"), ("ldr      pc, [sp], #4", "return"), ("pop      {r4, r5}", None),
+        ("ldr      r3, [r0, #4]", None), ("bx       lr", "return"), ("bl       #0x2300", "call"),
+        ("cbz      r3, #0x3746", "branch")]
+
+
+def weights(line, literals=()):
+    names, _ = cost.classify(*line.split(maxsplit=1), literals)
+    return [cost.WEIGHTS[name] for name in names]
+
+
+def refusal(action, *arguments):
+    """Exit code and message of what must not go on."""
+    message = io.StringIO()
+    with contextlib.redirect_stderr(message):
+        try:
+            action(*arguments)
+        except SystemExit as end:
+            return end.code, message.getvalue()
+    return None, message.getvalue()
+
+
+class Model(unittest.TestCase):
+    def test_loads_and_stores_cost_by_how_far_they_reach(self):
+        for line, expected in ACCESSES:
+            with self.subTest(line):
+                self.assertEqual(weights(line), expected)
+
+    def test_constants_cost_by_the_immediates_that_they_take(self):
+        for line, value, expected in CONSTANTS:
+            with self.subTest(line, value=hex(value)):
+                self.assertEqual(weights(line, [value]), [expected])
+
+    def test_address_that_is_not_known_is_named(self):
+        code, message = refusal(weights, "ldr      r0, [r1, #4")
+        self.assertEqual(code, 2)
+        self.assertIn("ldr r0, [r1, #4:", message)
+
+    def test_division_takes_25_cycles_with_call_and_return(self):
+        self.assertEqual(weights("vdiv.f32 s10, s13, s11")[0][:2], (25, 25))
+
+    def test_blocks_end_where_the_program_counter_is_set(self):
+        for line, expected in ENDS:
+            with self.subTest(line):
+                self.assertEqual(cost.classify(*line.split(maxsplit=1))[1], expected)
+
+    def test_block_counts_each_access_and_takes_constants_from_beside_the_code(self):
+        # At 0x1002 the program counter reads 0x1006, and counts from 0x1004 for a constant.
+        asked = []
+
+        def word(address):
+            asked.append(address)
+            return 0x40490FDA
+
+        block = cost.Block([(0x1000, 2, "ldrd", "r0, r3, [r4, #0xc]"), (0x1002, 4, "vldr", "s10, [pc, #0xc]"),
+                            (0x1006, 4, "pop.w", "{r4, pc}")], word)
+        self.assertEqual(asked, [0x1010])
+        self.assertEqual(block.classes, {cost.NEAR: 3, cost.FAR: 1, cost.LONG: 1, "return": 1})
+        self.assertEqual((block.count, block.end, block.following), (3, "return", 0x100A))
+
+    def test_cycles_are_the_sum_over_the_classes(self):
+        self.assertEqual(cost.cycles({cost.NEAR: 79, cost.FAR: 200, "division": 2}, cost.WEIGHTS),
+                         [79 + 300 + 50, 79 + 370 + 50, 79 + 400 + 60])
+
+    def test_accesses_of_a_mix_are_told_with_those_that_take_more(self):
+        self.assertEqual(cost.accesses_of("isr", {cost.NEAR: 7, cost.FAR: 5, cost.INDEXED: 2, cost.LONG: 9}),
+                         {"isr_accesses": 14, "isr_accesses_beyond_reach": 7})
+
+
+class Tree(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "hal.h"
+
+    def test_budget_is_twice_the_count_of_half_a_period(self):
+        for line, expected in (("#define HAL_PERIOD_COUNT UINT16_C(7500) /* 10 kHz of 150 MHz */", 15000),
+                               ("#define HAL_PERIOD_COUNT   10000", 20000)):  # 5 kHz of 100 MHz
+            self.file.write_text(f"#define HAL_ADC_FULL 4096\n{line}\n")
+            self.assertEqual(cost.period_cycles(self.file), expected)
+
+    def test_missing_budget_names_header_and_constant(self):
+        self.file.write_text("#define HAL_PERIOD HAL_PERIOD_COUNT\n")
+        for absent in (self.file, self.file.with_name("moved.h")):
+            code, message = refusal(cost.period_cycles, absent)
+            self.assertEqual(code, 2)
+            self.assertIn(f"{absent} has no HAL_PERIOD_COUNT", message)
+
+    def test_constants_are_read_where_the_program_has_them_in_memory(self):
+        header = bytearray(52 + 32)
+        struct.pack_into("<I", header, 28, 52)
+        struct.pack_into("<2H", header, 42, 32, 1)
+        struct.pack_into("<5I", header, 52, 1, 84, 0x1000, 0x1000, 8)
+        self.file.write_bytes(bytes(header) + struct.pack("<2I", 0x3F000000, 0x40490FDA))
+        word = cost.memory(self.file)
+        self.assertEqual([word(0x1000), word(0x1004)], [0x3F000000, 0x40490FDA])
+        code, message = refusal(word, 0x1006)
+        self.assertEqual(code, 2)
+        self.assertIn("no constant at 0x1006", message)
+
+
+if __name__ == "__main__":
+    unittest.main()

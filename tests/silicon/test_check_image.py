@@ -67,7 +67,7 @@ class Elf:
 
     def __init__(self):
         self.sections, self.symbols, self.more_segments = [], [], []
-        self.entry, self.machine, self.type, self.bits, self.order = 0, 141, 2, 1, "<"
+        self.entry, self.machine, self.type, self.order = 0, 141, 2, "<"
 
     def section(self, name):
         (found,) = [section for section in self.sections if section.name == name]
@@ -134,7 +134,7 @@ class Elf:
         body += names
         program = len(body)
         body += b"".join(pack("8I", *segment) for segment in segments)
-        header = struct.pack("4s5B7x", b"\x7fELF", self.bits, 1 if self.order == "<" else 2, 1, 0, 0)
+        header = struct.pack("4s5B7x", b"\x7fELF", 1, 1 if self.order == "<" else 2, 1, 0, 0)
         header += pack("2H5I6H", self.type, self.machine, 1, self.entry, program, len(body), 0, 52, 32, len(segments), 40,
                        len(headers), len(headers) - 1)
         body[:52] = header
@@ -275,6 +275,12 @@ class CheckImage(unittest.TestCase):
         self.flash.machine = 40
         self.assertEqual(self.check(self.flash)[0], 1)
         self.assertIn("file: machine EM_ARM: EM_TI_C2000 (0x8d), a C28x\n", self.check(self.flash)[1])
+
+    def test_a_program_of_64_bits(self):
+        header = struct.pack("<4s5B7x2HI3QI6H", b"\x7fELF", 2, 1, 1, 0, 0, 2, 141, 1, 0, 0, 0, 0, 64, 0, 0, 0, 0, 0)
+        status, told = self.check(header)
+        self.assertEqual(status, 1)
+        self.assertIn("file: class of 64 bits: 32 bits\n", told)
 
     def test_an_object_that_is_not_linked(self):
         self.flash.type = 1
@@ -499,6 +505,14 @@ class CheckImage(unittest.TestCase):
                 self.assert_breach(elf, f"ramfunc: {name} = {wrong:#x}: {wanted}\n")
                 elf.forget(name)
                 self.assert_breach(elf, f"ramfunc: {name} is not there: {wanted}\n")
+
+    def test_a_command_file_that_names_no_symbol_for_the_copy(self):
+        text = (ROOT / "linker/f28335_flash.cmd").read_text(encoding="utf-8")
+        (self.folder / "linker").mkdir()
+        (self.folder / "linker/f28335_flash.cmd").write_text(text.replace("LOAD_SIZE(ramfunc_load_size), ", ""),
+                                                             encoding="utf-8")
+        self.assert_breach(self.flash, "ramfunc: the linker command file names no LOAD_SIZE symbol: three, which the start-up "
+                                       "copies by\n", options=("--root", str(self.folder)))
 
     # The stack
 

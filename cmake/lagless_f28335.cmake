@@ -6,13 +6,18 @@ set(LAGLESS_GATES "" CACHE STRING "Level of a gate pin that turns its switch on:
 if(NOT LAGLESS_MEMORY MATCHES "^(flash|ram)$")
     message(FATAL_ERROR "LAGLESS_MEMORY=${LAGLESS_MEMORY}: accepted are flash and ram")
 endif()
-if(NOT LAGLESS_GATES MATCHES "^active_(high|low)$")
+# A board file that leaves the level of the gates open asks for it here; one that names it allows no other.
+lagless_board_file("${LAGLESS_BOARD}" board_file)
+get_filename_component(board_path "${board_file}" ABSOLUTE BASE_DIR "${CMAKE_SOURCE_DIR}")
+file(STRINGS "${board_path}" board_gates REGEX "^#define BOARD_GATE_ACTIVE_HIGH")
+if(LAGLESS_GATES MATCHES "^active_(high|low)$")
+    string(COMPARE EQUAL "${LAGLESS_GATES}" active_high gate_active_high)
+    target_compile_definitions(lagless_board INTERFACE HAL_GATE_ACTIVE_HIGH=${gate_active_high})
+elseif(LAGLESS_GATES OR NOT board_gates)
     message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted are active_high (inverting stage in front of the "
-        "module's inputs) and active_low. Only the schematic can tell, the wrong one turns on both switches of every "
-        "leg, so there is no default: -DLAGLESS_GATES=...")
+        "module's inputs) and active_low. The board file leaves it open (docs/board.md, line 5): only the schematic can "
+        "tell, the wrong one turns on both switches of every leg, so there is no default: -DLAGLESS_GATES=...")
 endif()
-string(COMPARE EQUAL "${LAGLESS_GATES}" active_high gate_active_high)
-target_compile_definitions(lagless_hal PRIVATE HAL_GATE_ACTIVE_HIGH=${gate_active_high})
 
 find_package(Python3 3.9 COMPONENTS Interpreter REQUIRED)
 set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_${LAGLESS_MEMORY}.cmd")

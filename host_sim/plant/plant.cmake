@@ -6,4 +6,4 @@ add_library(lagless_plant STATIC
     plant/plant_params.c
 )
 desk_room(lagless_plant)
-target_link_libraries(lagless_plant PUBLIC m)
+target_link_libraries(lagless_plant PUBLIC lagless_board m) # its sensors have the scales of the board's

@@ -132,18 +132,18 @@ class Tree(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.file = pathlib.Path(folder.name) / "hal.h"
 
-    def test_budget_is_twice_the_count_of_half_a_period(self):
-        for line, expected in (("#define HAL_PERIOD_COUNT UINT16_C(7500) /* 10 kHz of 150 MHz */", 15000),
-                               ("#define HAL_PERIOD_COUNT   10000", 20000)):  # 5 kHz of 100 MHz
-            self.file.write_text(f"#define HAL_ADC_FULL 4096\n{line}\n")
+    def test_budget_is_a_carrier_period_of_the_board(self):
+        text = (cost.ROOT / cost.BOARD).read_text()
+        for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # of 150 MHz
+            self.file.write_text(text.replace("BOARD_CARRIER_HZ 10000", f"BOARD_CARRIER_HZ {hertz}"))
             self.assertEqual(cost.period_cycles(self.file), expected)
 
-    def test_missing_budget_names_header_and_constant(self):
-        self.file.write_text("#define HAL_PERIOD HAL_PERIOD_COUNT\n")
+    def test_a_board_without_a_carrier_is_named(self):
+        self.file.write_text("#define BOARD_NAME \"nothing\"\n")
         for absent in (self.file, self.file.with_name("moved.h")):
             code, message = refusal(cost.period_cycles, absent)
             self.assertEqual(code, 2)
-            self.assertIn(f"{absent} has no HAL_PERIOD_COUNT", message)
+            self.assertIn(f"{absent} gives no carrier period", message)
 
     def test_constants_are_read_where_the_program_has_them_in_memory(self):
         header = bytearray(52 + 32)

@@ -36,8 +36,11 @@ target_link_options(lagless PRIVATE
     --search_path=${C2000_CGT}/lib --search_path=${C2000_FAST_RTS} ${linker_file})
 target_link_libraries(lagless PRIVATE lagless_app lagless_flags)
 
+set(hex_options --intel --memwidth=16 --romwidth=16 --outfile=lagless.hex)
 add_custom_command(TARGET lagless POST_BUILD
-    COMMAND "${C2000_HEX}" --intel --memwidth=16 --romwidth=16 --outfile=lagless.hex lagless.out
+    COMMAND "${C2000_HEX}" ${hex_options} lagless.out
     COMMAND "${Python3_EXECUTABLE}" -B "${CMAKE_SOURCE_DIR}/tools/size-report" lagless.map
     BYPRODUCTS lagless.hex lagless.map
     WORKING_DIRECTORY "${CMAKE_BINARY_DIR}" VERBATIM)
+
+include(lagless_ccs)

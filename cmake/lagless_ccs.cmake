@@ -1,0 +1,71 @@
+# Code Composer Studio: what a build of the image is made of, taken from the targets themselves, goes into ccs.facts; of
+# that tools/projectspec makes lagless.projectspec, makefile.defs and project_check.c, the same way as those in ti/.
+
+# The target and every library of ours behind it, each once.
+function(lagless_ccs_targets target result)
+    set(found ${${result}})
+    list(APPEND found ${target})
+    get_target_property(libraries ${target} LINK_LIBRARIES)
+    foreach(library IN LISTS libraries)
+        if(TARGET "${library}" AND NOT library IN_LIST found)
+            get_target_property(type ${library} TYPE)
+            if(NOT type STREQUAL INTERFACE_LIBRARY)
+                lagless_ccs_targets(${library} found)
+            endif()
+        endif()
+    endforeach()
+    set(${result} ${found} PARENT_SCOPE)
+endfunction()
+
+# A line a fact, `name value`; a list's items stand between semicolons.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" ccs_type)
+set(ccs_facts "root ${CMAKE_SOURCE_DIR}
+tools ${C2000_CGT}
+ware $ENV{C2000WARE_ROOT}
+processor ${CMAKE_SYSTEM_PROCESSOR}
+flags ${CMAKE_C_FLAGS} ${CMAKE_C_FLAGS_${ccs_type}}
+link_options $<TARGET_PROPERTY:lagless,LINK_OPTIONS>
+libraries ${CMAKE_C_STANDARD_LIBRARIES}
+hex_options ${hex_options}
+memory ${LAGLESS_MEMORY}
+")
+foreach(memory flash ram)
+    string(REPLACE "f28335_${LAGLESS_MEMORY}.cmd" "f28335_${memory}.cmd" ccs_linker_file "${linker_file}")
+    string(APPEND ccs_facts "linker_file ${memory} ${ccs_linker_file}\n")
+endforeach()
+
+set(ccs_targets)
+lagless_ccs_targets(lagless ccs_targets)
+foreach(target IN LISTS ccs_targets)
+    get_target_property(standard ${target} C_STANDARD)
+    get_target_property(extensions ${target} C_EXTENSIONS)
+    set(dialect STANDARD)
+    if(extensions)
+        set(dialect EXTENSION)
+    endif()
+    string(APPEND ccs_facts "target ${target}
+definitions $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>
+includes $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>
+options ${CMAKE_C${standard}_${dialect}_COMPILE_OPTION};$<TARGET_PROPERTY:${target},COMPILE_OPTIONS>
+")
+    get_target_property(sources ${target} SOURCES)
+    get_target_property(folder ${target} SOURCE_DIR)
+    foreach(source IN LISTS sources)
+        get_source_file_property(options "${folder}/${source}" TARGET_DIRECTORY ${target} COMPILE_OPTIONS)
+        get_source_file_property(definitions "${folder}/${source}" TARGET_DIRECTORY ${target} COMPILE_DEFINITIONS)
+        string(APPEND ccs_facts "source ${folder}/${source}\n")
+        if(options)
+            string(APPEND ccs_facts "source_options ${options}\n")
+        endif()
+        if(definitions)
+            string(APPEND ccs_facts "source_definitions ${definitions}\n")
+        endif()
+    endforeach()
+endforeach()
+file(GENERATE OUTPUT "${CMAKE_BINARY_DIR}/ccs.facts" CONTENT "${ccs_facts}")
+
+add_custom_command(OUTPUT ccs/lagless.projectspec ccs/makefile.defs ccs/project_check.c
+    COMMAND "${Python3_EXECUTABLE}" -B "${CMAKE_SOURCE_DIR}/tools/projectspec" --facts ccs.facts --out ccs
+    DEPENDS "${CMAKE_BINARY_DIR}/ccs.facts" "${CMAKE_SOURCE_DIR}/tools/projectspec"
+    WORKING_DIRECTORY "${CMAKE_BINARY_DIR}" VERBATIM)
+add_custom_target(ccs ALL DEPENDS ccs/lagless.projectspec ccs/makefile.defs ccs/project_check.c)

@@ -1,0 +1,373 @@
+#!/usr/bin/env python3
+"""The project for Code Composer Studio says what CMake does: held against the command lines that the presets give to
+the stand-ins for TI's tools. What Code Composer Studio makes of it, only Code Composer Studio can tell.
+
+usage: test_ccs.py [unittest options]
+
+CC names a C compiler, for project_check.c.
+"""
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import stand_in
+import test_build
+from test_build import ROOT, run
+
+TOOL = ROOT / "tools/projectspec"
+COMMITTED = ROOT / "ti"
+CC = os.environ.get("CC", "cc")
+MEMORIES = {"flash": "active_high", "ram": "active_low"}
+GATES = {"active_high": "--define=HAL_GATE_ACTIVE_HIGH=1", "active_low": "--define=HAL_GATE_ACTIVE_HIGH=0"}
+CHECK = "ti/project_check.c"  # the one source that only this project has
+
+
+class Project:
+    """One configuration, as Code Composer Studio would read it."""
+
+    def __init__(self, folder, memory):
+        self.folder = folder
+        self.project = xml.etree.ElementTree.parse(folder / "lagless.projectspec").getroot().find("project")
+        (self.configuration,) = [one for one in self.project.findall("configuration") if one.get("name") == memory]
+        self.compiler = shlex.split(self.configuration.get("compilerBuildOptions"))
+        self.linker = shlex.split(self.configuration.get("linkerBuildOptions"))
+        self.after = shlex.split(self.configuration.get("postBuildStep"))
+        self.sources, self.linker_files, self.others = [], [], []
+        for file in self.project.findall("file"):
+            name = (pathlib.PurePosixPath(file.get("targetDirectory")) / pathlib.Path(file.get("path")).name).as_posix()
+            if memory not in (file.get("applicableConfigurations") or memory).split(","):
+                continue
+            kind = {".c": self.sources, ".asm": self.sources, ".cmd": self.linker_files}
+            kind.get(pathlib.Path(name).suffix, self.others).append((name, self.path(file), file.get("action")))
+        self.own = {}
+        text = (folder / "makefile.defs").read_text(encoding="utf-8").replace("\\\n", " ")
+        for line in text.splitlines():
+            if line and not line.startswith("#"):
+                objects, _, options = line.partition(": GEN_OPTS__FLAG += ")
+                for name in objects.split():
+                    self.own.setdefault(name, []).extend(shlex.split(options))
+
+    def path(self, file):
+        return (self.folder / file.get("path")).resolve()
+
+
+def kind_of(word):
+    return next((kind for kind in ("--define", "--include_path") if word.startswith(kind + "=")), "options")
+
+
+def differences(project, build, gates=None):
+    """What the project says otherwise than the build did; gates: the option that is the user's to give."""
+    found = []
+
+    def compare(what, here, there):
+        if here != there:
+            found.append(f"{what}: {here} in the project, {there} in the build")
+
+    def portable(word):
+        for folder, variable in ((build.tools, "${CG_TOOL_ROOT}"), (build.environment["C2000WARE_ROOT"],
+                                 "${COM_TI_C2000WARE_INSTALL_DIR}"), (ROOT, "${LAGLESS_ROOT}")):
+            word = re.sub(f"(^|=){re.escape(str(folder))}(?=/|$)", lambda m: m.group(1) + variable, word)
+        return re.sub(r"^-D(\w+)$", r"--define=\1=1", re.sub(r"^-D(\w+=)", r"--define=\1", word))
+
+    def of(words, kind):
+        return [word for word in words if kind_of(word) == kind]
+
+    sources = [name for name, _, _ in project.sources if name != CHECK]
+    compare("sources", sorted(sources), sorted(build.compiled))
+    compare("paths", [path for name, path, _ in project.sources if name != CHECK], [ROOT / name for name in sources])
+    everywhere = {"--define": set(), "--include_path": set()}
+    for name, (words,) in build.compiled.items():
+        words = [portable(word) for word in words
+                 if not re.match(r"--(compile_only|(c|asm)_file|preproc_\w+|output_file)\b", word)]
+        if name.endswith(".asm"):  # Code Composer Studio assembles with the compiler's options
+            compare(f"{name}: options of its own", [word for word in words if word not in project.compiler], [])
+            continue
+        own = project.own.get(name[:-len(".c")] + ".obj", [])
+        compare(f"{name}: options", of(project.compiler + own, "options"), of(words, "options"))
+        path = of(words, "--include_path")
+        compare(f"{name}: include path", [word for word in of(project.compiler, "--include_path") if word in path],
+                list(dict.fromkeys(path)))
+        for kind, words_of_it in everywhere.items():
+            words_of_it.update(of(words, kind))
+    for kind, words in everywhere.items():
+        compare(kind, set(of(project.compiler, kind)), words - {gates})
+    compare("objects with options of their own that are none", sorted(set(project.own) - {
+        str(pathlib.PurePosixPath(name).with_suffix(".obj")) for name, _, _ in project.sources}), [])
+    (linked,) = build.linked
+    at = linked.index("--run_linker")
+    compare("compiler options at the link", [portable(word) for word in linked[:at]
+                                             if portable(word) not in project.compiler], [])
+    options = [portable(word) for word in linked[at + 1:] if word.startswith("--") and "output_file" not in word]
+    rest = [[word for word in words if not word.startswith("--map_file=")] for words in (project.linker, options)]
+    compare("linker options", *rest)
+    compare("map file", *([word for word in words if word not in those]
+                          for words, those in zip((project.linker, options), rest)))
+    compare("linker file", [str(path) for _, path, _ in project.linker_files],
+            [word for word in linked if word.endswith(".cmd")])
+    compare("hex", project.after, ["${CG_TOOL_ROOT}/bin/hex2000", *build.converted[0]])
+    return found
+
+
+class Projects(unittest.TestCase):
+    maxDiff = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.temporary.name).resolve()
+        cls.builds = {memory: test_build.Build(folder, memory, gates) for memory, gates in MEMORIES.items()}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def all(self):
+        """The committed project and those of the builds, both configurations: project, build to compare with, gates."""
+        for memory, build in self.builds.items():
+            yield Project(COMMITTED, memory), build, GATES[MEMORIES[memory]]
+            yield Project(build.folder / "ccs", memory), build, None
+
+    def test_the_committed_files_are_those_that_cmake_tells(self):
+        asked = run(TOOL, "--check")
+        self.assertEqual((asked.returncode, asked.stdout), (0, ""))
+
+    def test_both_presets_write_a_project_too(self):
+        for build in self.builds.values():
+            self.assertEqual(build.built.returncode, 0, build.built.stdout)
+            self.assertLessEqual({"lagless.projectspec", "makefile.defs", "project_check.c"},
+                                 {path.name for path in (build.folder / "ccs").iterdir()})
+
+    def test_sources_options_linker_files_and_libraries_are_those_of_the_build(self):
+        for project, build, gates in self.all():
+            with self.subTest(folder=project.folder, memory=project.configuration.get("name")):
+                self.assertEqual(differences(project, build, gates), [])
+
+    def test_both_configurations_differ_in_nothing_but_the_linker_file(self):
+        for build in self.builds.values():
+            flash, ram = (Project(build.folder / "ccs", memory) for memory in ("flash", "ram"))
+            self.assertEqual((flash.compiler, flash.linker, flash.after, flash.sources),
+                             (ram.compiler, ram.linker, ram.after, ram.sources))
+            self.assertEqual([[path.name for _, path, _ in project.linker_files] for project in (flash, ram)],
+                             [["f28335_flash.cmd"], ["f28335_ram.cmd"]])
+
+    def test_the_project_is_for_the_chip_its_abi_and_its_compiler(self):
+        for project, _, _ in self.all():
+            for name, value in (("device", "TMS320C28XX.TMS320F28335"), ("endianness", "little"),
+                                ("outputFormat", "ELF"), ("products", "C2000WARE"), ("linkerCommandFile", "")):
+                self.assertEqual(project.project.get(name), value)
+            self.assertRegex(project.project.get("cgtVersion"), r"^22\.6\.\d+\.LTS$")
+            self.assertEqual(len(project.project.findall("configuration")), 2)
+
+    def test_sources_and_linker_files_stay_in_the_tree_what_a_user_may_change_is_copied(self):
+        for project, _, _ in self.all():
+            for name, path, action in project.sources + project.linker_files + project.others:
+                self.assertTrue(path.is_file(), path)
+                self.assertEqual(action, "copy" if name.endswith((".defs", ".ccxml")) else "link")
+            self.assertEqual(sorted(name for name, _, _ in project.others), sorted(
+                ["makefile.defs", *(f"targetConfigs/{path.name}" for path in (ROOT / "targetConfigs").iterdir())]))
+
+    def test_the_variable_for_the_tree_leads_to_it(self):
+        for project, _, _ in self.all():
+            (variable,) = project.project.findall("pathVariable")
+            self.assertEqual((variable.get("name"), project.path(variable)), ("LAGLESS_ROOT", ROOT))
+
+    def test_the_committed_files_know_no_folder_of_this_machine(self):
+        for path in COMMITTED.iterdir():
+            text = path.read_text(encoding="utf-8")
+            self.assertNotRegex(text, r'(?m)(^|["= ])(/[a-z]|[A-Z]:[/\\])')
+
+    def test_gnu_make_gives_each_object_its_options(self):
+        if not shutil.which("make"):
+            self.skipTest("make is not installed")
+        build = self.builds["flash"]
+        project = Project(build.folder / "ccs", "flash")
+        objects = [str(pathlib.PurePosixPath(name).with_suffix(".obj")) for name, _, _ in project.sources]
+        folder = build.folder / "ccs/flash"
+        folder.mkdir()
+        # Shaped as Code Composer Studio's: a variable, rules that use it, and at the end the file of the project.
+        rules = "".join(f"{name}:\n\t@echo $@ $(GEN_OPTS__FLAG)\n" for name in objects)
+        (folder / "makefile").write_text("GEN_OPTS__FLAG := --given\nall: " + " ".join(objects) + f"\n{rules}"
+                                         "-include ../makefile.defs\n", encoding="utf-8")
+        environment = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL")}
+        told = run("make", "--no-print-directory", "-C", folder, env=environment)
+        self.assertEqual(told.returncode, 0, told.stdout)
+        self.assertEqual({line.split()[0]: line.split()[1:] for line in told.stdout.splitlines()},
+                         {name: ["--given", *project.own.get(name, [])] for name in objects})
+
+    def seeded(self, file, pattern, text):
+        """What is told of the committed project for flash, after one change to one of its files."""
+        with tempfile.TemporaryDirectory(dir=self.builds["flash"].folder) as name:
+            folder = pathlib.Path(name)
+            for path in COMMITTED.iterdir():
+                old = path.read_text(encoding="utf-8").replace("../", os.path.relpath(ROOT, folder) + "/")
+                new = re.sub(pattern, text, old, count=1) if path.name == file else old
+                self.assertEqual(new != old, path.name == file)
+                (folder / path.name).write_text(new, encoding="utf-8")
+            return " ".join(differences(Project(folder, "flash"), self.builds["flash"], GATES["active_high"]))
+
+    def test_each_seeded_difference_is_found(self):
+        spec = "lagless.projectspec"
+        for what, file, pattern, text in (
+                ("sources", spec, r".*/smo\.c.*\n", ""),
+                ("sources", spec, r"(.*/)smo(\.c.*\n)", r"\1smo\2\1other\2"),
+                ("sources", spec, r'(smo\.c" action="link" targetDirectory="firmware/)estimator', r"\1math"),
+                ("paths", spec, r"firmware/estimator/smo\.c", "firmware/math/smo.c"),
+                ("options", spec, " -O2", " -O3"),
+                ("options", spec, " --abi=eabi", ""),
+                ("options", spec, " --c99", " --c99 --ramfunc=on"),
+                ("--define", spec, " -v28", " -v28 --define=NDEBUG=1"),
+                ("--include_path", spec, r"--include_path=\S*/firmware ", ""),
+                ("include path", spec, r"(--include_path=\S*/firmware) (--include_path=\S*)", r"\2 \1"),
+                ("pll.c: options", "makefile.defs", r"firmware/estimator/pll\.obj \\\n", ""),
+                ("params.c: options", "makefile.defs", r"(firmware/estimator/pll)",
+                 r"firmware/drive/params.obj \\\n\1"),
+                ("options of their own", "makefile.defs", r"(firmware/estimator/pll)", r"firmware/pll.obj \\\n\1"),
+                ("linker options", spec, "0x700", "0x400"),
+                ("linker options", spec, "code_start", "_c_int00"),
+                ("linker options", spec, " --priority", ""),
+                ("linker options", spec, r"(--library=\S*fast\S*) (--library=\w+\.lib)", r"\2 \1"),
+                ("linker options", spec, r" --library=\S*fast\S*", ""),
+                ("map file", spec, " --map_file=lagless.map", ""),
+                ("linker file", spec, r"linker/f28335_flash\.cmd", "linker/f28335_ram.cmd"),
+                ("linker file", spec, r'" applicableConfigurations="ram"', '"'),
+                ("hex", spec, "--romwidth=16", "--romwidth=8")):
+            with self.subTest(pattern=pattern):
+                self.assertIn(what, self.seeded(file, pattern, text))
+
+
+class Check(unittest.TestCase):
+    """project_check.c stops what would build, and be wrong."""
+
+    def told(self, *definitions, folder=COMMITTED):
+        asked = run(CC, "-std=c99", "-Wall", "-Wextra", "-fsyntax-only", *definitions, folder / "project_check.c")
+        return asked.returncode, asked.stdout
+
+    def test_without_the_polarity_of_the_gates_nothing_builds(self):
+        code, text = self.told("-DLAGLESS_PER_FILE_OPTIONS")
+        self.assertNotEqual(code, 0)
+        self.assertIn("HAL_GATE_ACTIVE_HIGH: by the schematic, add it", text)
+        self.assertIn("1 with active_high, 0 with active_low", text)
+
+    def test_another_polarity_than_the_two_is_refused(self):
+        code, text = self.told("-DLAGLESS_PER_FILE_OPTIONS", "-DHAL_GATE_ACTIVE_HIGH=2")
+        self.assertNotEqual(code, 0)
+        self.assertIn("accepted is 1 with active_high, 0 with active_low", text)
+
+    def test_options_of_single_files_that_were_not_read_are_noticed(self):
+        code, text = self.told("-DHAL_GATE_ACTIVE_HIGH=1")
+        self.assertNotEqual(code, 0)
+        self.assertIn("makefile.defs was not read", text)
+
+    def test_a_complete_project_builds(self):
+        for value in (0, 1):
+            self.assertEqual(self.told("-DLAGLESS_PER_FILE_OPTIONS", f"-DHAL_GATE_ACTIVE_HIGH={value}"), (0, ""))
+
+    def test_makefile_defs_marks_the_file_that_looks_for_it(self):
+        self.assertEqual(Project(COMMITTED, "flash").own["ti/project_check.obj"], ["--define=LAGLESS_PER_FILE_OPTIONS"])
+        self.assertIn((CHECK, COMMITTED / "project_check.c", "link"), Project(COMMITTED, "flash").sources)
+
+
+class Tool(unittest.TestCase):
+    FACTS = ("root /tree\ntools /cgt\nware /ware\nprocessor CHIP\nflags -v28\nlink_options --priority;/tree/flash.cmd\n"
+             "libraries \nhex_options --intel\nmemory flash\nlinker_file flash /tree/flash.cmd\ntarget one\n"
+             "definitions A=1\nincludes /tree\noptions --c99\nsource /tree/a.c\n")
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name).resolve()
+
+    def asked(self, facts, *more):
+        (self.folder / "facts").write_text(facts, encoding="utf-8")
+        return run(sys.executable, "-B", TOOL, "--facts", self.folder / "facts", "--out", self.folder / "out", *more)
+
+    def refused(self, *options_or_facts):
+        asked = self.asked(*options_or_facts)
+        self.assertEqual(asked.returncode, 2, asked.stdout)
+        self.assertNotIn("Traceback", asked.stdout)
+        return asked.stdout
+
+    def test_a_definition_with_quotes_blanks_and_backslashes_stays_one_word(self):
+        for value in ('"boards/x.h"', '"a b"', r'"a\b"', "a&b<c>"):
+            self.assertEqual(self.asked(self.FACTS.replace("A=1", f"A={value}")).returncode, 0)
+            self.assertIn(f"--define=A={value}", Project(self.folder / "out", "flash").compiler)
+
+    def test_sources_with_options_of_their_own_are_told_apart(self):
+        facts = self.FACTS + "source_options --ramfunc=on;--x=1\nsource /tree/b/b.c\nsource_options --x=1\n"
+        self.assertEqual(self.asked(facts).returncode, 0)
+        project = Project(self.folder / "out", "flash")
+        self.assertEqual(project.own, {"a.obj": ["--ramfunc=on"],
+                                       "ti/project_check.obj": ["--define=LAGLESS_PER_FILE_OPTIONS"]})
+        self.assertEqual([word for word in project.compiler if word in ("--c99", "--x=1")], ["--c99", "--x=1"])
+
+    def test_a_definition_with_two_values_is_refused(self):
+        told = self.refused(self.FACTS + "target two\ndefinitions A=2\n")
+        self.assertIn("A is 2 here and 1 elsewhere", told)
+
+    def test_a_folder_of_this_machine_is_refused(self):
+        self.assertIn("/home/me/include names a folder outside", self.refused(
+            self.FACTS.replace("includes /tree", "includes /home/me/include")))
+
+    def test_what_is_no_file_of_facts_is_named(self):
+        self.assertIn("facts:1: 'int' is none of", self.refused("int main(void);\n"))
+        self.assertIn("tools missing", self.refused(self.FACTS.replace("tools /cgt\n", "")))
+        told = run(sys.executable, "-B", TOOL, "--facts", self.folder / "none")
+        self.assertEqual(told.returncode, 2)
+        self.assertIn("none: No such file", told.stdout)
+
+    def test_check_names_the_stale_file_and_writes_nothing(self):
+        self.asked(self.FACTS)
+        self.assertEqual(self.asked(self.FACTS, "--check").returncode, 0)
+        asked = self.asked(self.FACTS.replace("--c99", "--c11"), "--check")
+        self.assertEqual(asked.returncode, 1)
+        self.assertRegex(asked.stdout, r"^\S*lagless\.projectspec: is not what CMake tells")
+        self.assertIn("--c99", Project(self.folder / "out", "flash").compiler)
+
+    def test_it_needs_no_compiler_of_ti(self):
+        with_none = {name: value for name, value in os.environ.items() if not name.startswith("C2000")}
+        asked = subprocess.run([sys.executable, "-B", TOOL, "--out", self.folder / "ti"], stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True, check=False, env=with_none)
+        self.assertEqual((asked.returncode, asked.stdout), (0, ""))
+        self.assertTrue((self.folder / "ti/lagless.projectspec").exists())
+
+
+class Targets(unittest.TestCase):
+    """Target configurations: probe, its driver for the C28x, chip. The names are the files of TI's target database."""
+
+    PROBES = {
+        "f28335_xds100v2": ("Texas Instruments XDS100v2 USB Debug Probe", "TIXDS100v2_Connection.xml",
+                            "tixds100v2c28x.xml"),
+        "f28335_xds110": ("Texas Instruments XDS110 USB Debug Probe", "TIXDS110_Connection.xml", "tixds510c28x.xml"),
+        "f28335_xds200": ("Texas Instruments XDS2xx USB Debug Probe", "TIXDS2XXUSB_Connection.xml", "tixds560c28x.xml"),
+    }
+
+    def test_there_is_one_for_each_probe(self):
+        self.assertEqual({path.name for path in (ROOT / "targetConfigs").iterdir()},
+                         {f"{name}.ccxml" for name in self.PROBES})
+
+    def test_each_names_probe_driver_and_chip(self):
+        for name, (probe, connection, driver) in self.PROBES.items():
+            root = xml.etree.ElementTree.parse(ROOT / f"targetConfigs/{name}.ccxml").getroot()
+            self.assertEqual((root.tag, root.get("XML_version")), ("configurations", "1.2"))
+            (configuration,) = root.findall("configuration")
+            first, second = configuration
+            self.assertEqual((first.tag, second.tag), ("instance", "connection"))
+            self.assertEqual({configuration.get("id"), first.get("id"), first.get("desc"), second.get("id")},
+                             {probe + "_0"})
+            self.assertEqual([(found.get("xmlpath"), found.get("xml")) for found in root.iter("instance")],
+                             [("connections", connection), ("drivers", driver), ("devices", "f28335.xml")])
+            self.assertEqual([found.get("id") for found in second.iter("instance")], ["drivers", "TMS320F28335_0"])
+            for found in root.iter("instance"):
+                self.assertEqual(found.get("href"), f"{found.get('xmlpath')}/{found.get('xml')}")
+            self.assertEqual([found.tag for found in second], ["instance", "platform"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -157,7 +157,7 @@ rig_t *rig_create(uint64_t seed)
     table_defaults(&conditions_table, &state->conditions);
     const plant_params_t plant = rig_plant_params(&state->plant_values);
     plant_init(&state->plant, &plant, seed);
-    chip_power_on(&state->chip);
+    chip_power_on(&state->chip, 30000000u);
     rig_bind(rig);
     app_start();
     /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not

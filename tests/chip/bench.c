@@ -65,6 +65,11 @@ static const chip_world_t world = {
 
 void bench_power_on(void)
 {
+    bench_power_on_with(30000000u);
+}
+
+void bench_power_on_with(uint32_t crystal_hz)
+{
     memset(&bench, 0, sizeof bench);
     bench_isr_skips = 0u;
     bench_samples = 0u;
@@ -74,7 +79,7 @@ void bench_power_on(void)
         bench_compare[i] = 3750u;
     }
     memset(bench_codes, 0, sizeof bench_codes);
-    chip_power_on(&bench_chip);
+    chip_power_on(&bench_chip, crystal_hz);
     chip_bind(&bench_chip, &world);
 }
 

@@ -25,6 +25,7 @@ set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_${LAGLESS_MEMORY}.cmd")
 # What has no place on the desk, which brings its own reset, waiting and background loop.
 add_executable(lagless
     hal/f28335/codestart.asm
+    hal/f28335/debug.asm
     hal/f28335/boot.c
     hal/f28335/wait.c
     firmware/app/main.c

@@ -22,7 +22,6 @@
 #define OTP_ADCREFSEL  UINT32_C(0x380083)
 #define OTP_ADCOFFTRIM UINT32_C(0x380085)
 #define OTP_ERASED     0xFFFFu
-#define bus_otp(a) ((void)(a), (uint16_t)0xFFFFu) /* TEMPORARY */
 
 static void calibrate(void)
 {

@@ -20,9 +20,15 @@
 #define bus_vector(isr)         ((uint32_t)(isr))
 
 extern __cregister volatile unsigned int IER;
+extern __cregister volatile unsigned int IFR;
 #define bus_enable_group(n)      (IER |= (1u << ((n)-1u)))
+#define bus_disable_groups()     (IER = 0u)
+#define bus_clear_pending()      (IFR &= 0u)
 #define bus_interrupts_enable()  __asm(" CLRC INTM")
 #define bus_interrupts_disable() __asm(" SETC INTM")
+#define bus_debug_allow()        __asm(" CLRC DBGM")
+#define bus_otp(address)         (*(const volatile uint16_t *)(address))
+void bus_debug_groups(uint16_t mask);
 void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/wait.c */
 
 #else
@@ -39,8 +45,13 @@ void bus_allow(void);                  /* EALLOW: protected registers accept wri
 void bus_protect(void);                /* EDIS */
 uint32_t bus_vector(bus_isr_t isr);    /* what stands in a 32-bit PIE vector for this function */
 void bus_enable_group(uint16_t group); /* IER bit of CPU interrupt INT1..INT14 */
+void bus_disable_groups(void);         /* IER = 0 */
+void bus_clear_pending(void);          /* IFR = 0 */
 void bus_interrupts_enable(void);      /* clear INTM */
 void bus_interrupts_disable(void);     /* set INTM */
+void bus_debug_allow(void);            /* clear DBGM: a debugger may look while the CPU runs */
+void bus_debug_groups(uint16_t mask);  /* DBGIER: bit n - 1 = INTn is served in a real-time halt */
+uint16_t bus_otp(uint32_t address);    /* a word of the one-time programmable memory */
 void bus_wait(uint32_t cycles);        /* simulated time passes: at least this many SYSCLK cycles */
 
 #endif

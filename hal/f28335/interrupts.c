@@ -22,8 +22,13 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
 {
     uint16_t n;
 
+    /* Started again without a reset, the chip may hold enables and requests of the program that ran before. */
+    bus_write16(&PIE->PIECTRL, 0u);
+    bus_disable_groups();
+    bus_clear_pending();
     for (n = 0u; n < GROUPS; n++) {
         bus_write16(&PIE->group[n].IER, 0u);
+        bus_write16(&PIE->group[n].IFR, 0u);
     }
     bus_allow();
     /* Vector 0 is the reset's, which always goes to the boot ROM. */
@@ -39,6 +44,10 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
     bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
+    /* A debugger in real-time mode that halts the background leaves the drive its interrupts; and it may look at memory
+     * while the program runs. */
+    bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
+    bus_debug_allow();
 }
 
 void interrupts_acknowledge(uint16_t group)

@@ -22,10 +22,12 @@ typedef struct {
     uint16_t TPRH;
 } cpu_timer_regs_t;
 
-#define TCR_TSS (1u << 4) /* 1 = stopped */
-#define TCR_TRB (1u << 5) /* reload */
-#define TCR_TIE (1u << 14)
-#define TCR_TIF (1u << 15) /* write one to clear */
+#define TCR_TSS  (1u << 4)  /* 1 = stopped */
+#define TCR_TRB  (1u << 5)  /* reload */
+#define TCR_SOFT (1u << 10) /* debug halt: 1 and FREE 0 = stop at the next reload */
+#define TCR_FREE (1u << 11) /* debug halt: run on */
+#define TCR_TIE  (1u << 14)
+#define TCR_TIF  (1u << 15) /* write one to clear */
 
 /* ---- Flash control: SPRUFB0 ch. 1 (EALLOW) ---- */
 typedef struct {
@@ -102,6 +104,9 @@ typedef struct {
 #define PCLKCR1_EPWM1     (1u << 0)
 #define PCLKCR1_EPWM2     (1u << 1)
 #define PCLKCR1_EPWM3     (1u << 2)
+#define PCLKCR1_EPWM4     (1u << 3)
+#define PCLKCR1_EPWM5     (1u << 4)
+#define PCLKCR1_EPWM6     (1u << 5)
 #define PCLKCR1_EQEP1     (1u << 14)
 #define PCLKCR1_EQEP2     (1u << 15)
 #define PCLKCR3_TIMERS    (7u << 8)
@@ -301,11 +306,14 @@ typedef struct {
     uint16_t ADCRESULT[16]; /* right-justified, read only */
 } adc_mirror_regs_t;
 
-#define ADCTRL1_SEQ_CASC     (1u << 4)
-#define ADCTRL1_SEQ_OVRD     (1u << 5)
-#define ADCTRL1_CONT_RUN     (1u << 6)
-#define ADCTRL1_CPS          (1u << 7)
-#define ADCTRL1_ACQ_PS(n)    ((uint16_t)((n) << 8)) /* window n + 1 ADCCLK */
+#define ADCTRL1_SEQ_CASC  (1u << 4)
+#define ADCTRL1_SEQ_OVRD  (1u << 5)
+#define ADCTRL1_CONT_RUN  (1u << 6)
+#define ADCTRL1_CPS       (1u << 7)
+#define ADCTRL1_ACQ_PS(n) ((uint16_t)((n) << 8)) /* window n + 1 ADCCLK */
+#define ADCTRL1_SUSMOD(n)                                                                                    \
+    ((uint16_t)((n) << 12)) /* debug halt: 0 goes on, 1 ends the sequence, 2 and 3 stop in it */
+#define ADCTRL1_SUSMOD_ALL   (3u << 12)
 #define ADCTRL1_RESET        (1u << 14)
 #define ADCTRL2_SOCA_SEQ1    (1u << 8) /* ePWM SOCA starts SEQ1 */
 #define ADCTRL2_INT_MOD_SEQ1 (1u << 10)

@@ -8,13 +8,20 @@
  *
  * In start-stop mode the sequencer stays behind its last state: without RST_SEQ1 the next start goes on from
  * there, and so do the result registers. A start while busy waits (one), further ones are lost. ADCCLK has no
- * phase of its own here: it starts with the conversion. */
+ * phase of its own here: it starts with the conversion.
+ *
+ * Every converter is a little off. TI measured this one and left the two words that put it right in OTP; the
+ * boot ROM copies them. Without ADCOFFTRIM every code is off by its missing part, without the calibration in
+ * ADCREFSEL the reference is off in proportion to what is missing.
+ *
+ * A debugger's halt, ADCTRL1 SUSMOD: 0 goes on; 1 ends the sequence under way; 2 and 3 stand in the middle of
+ * it and go on afterwards. A start that comes while the sequencer is so stopped is lost. */
 #include "host_sim/chip/parts.h"
 
 #define READY_TICKS        (CHIP_TICKS_PER_SECOND * 5u / 1000u)     /* band gap and converter */
 #define WAKE_TICKS         (CHIP_TICKS_PER_SECOND * 20u / 1000000u) /* converter alone */
 #define FASTEST_ADCCLK     6u                                       /* [ticks] 25 MHz */
-#define ADCTRL1_STORED     (0x3000u | 0x0F00u | ADCTRL1_CPS | ADCTRL1_SEQ_CASC)
+#define ADCTRL1_STORED     (ADCTRL1_SUSMOD_ALL | 0x0F00u | ADCTRL1_CPS | ADCTRL1_SEQ_CASC)
 #define ADCTRL1_UNKNOWN    (ADCTRL1_CONT_RUN | ADCTRL1_SEQ_OVRD)
 #define ADCTRL2_SOCB_CASC  (1u << 15)
 #define ADCTRL2_STORED     (ADCTRL2_SOCB_CASC | ADCTRL2_INT_ENA_SEQ1 | ADCTRL2_INT_MOD_SEQ1 | ADCTRL2_SOCA_SEQ1)
@@ -22,6 +29,12 @@
 #define ADCTRL3_BANDGAP    0x00C0u
 #define ADCST_EOS_BUF1     (1u << 6)
 #define ADCREFSEL_EXTERNAL 0xC000u
+#define OTP_REFSEL_AT      0x380083u
+#define OTP_OFFTRIM_AT     0x380085u
+#define OTP_REFSEL         0x0B5Cu /* this chip's */
+#define OTP_OFFTRIM        0x01F7u /* -9: the bare converter reads 9 too high */
+#define BARE_GAIN          24.0    /* [codes] what a full scale lacks without the reference calibration */
+#define WORST_GAIN         30.0    /* [codes] SPRS439: gain error */
 
 static bool clocked(const chip_t *chip)
 {
@@ -31,6 +44,17 @@ static bool clocked(const chip_t *chip)
 static bool busy(const chip_t *chip)
 {
     return chip->adc.next != CHIP_NEVER;
+}
+
+static uint32_t susmod(const chip_t *chip)
+{
+    return (uint32_t)(chip->registers.adc.ADCTRL1 >> 12) & 3u;
+}
+
+/* A halt under way lets no sequence begin. */
+static bool stopped(const chip_t *chip)
+{
+    return chip->debug.halted && susmod(chip) != 0u;
 }
 
 static uint32_t prescaler(uint32_t n)
@@ -63,7 +87,7 @@ static void begin(chip_t *chip, uint64_t cycle)
     adc->published = 0u;
     adc->slot = adc->state << adc->pair;
     adc->powered = (regs->ADCTRL3 & ADCTRL3_POWER) == ADCTRL3_POWER && adc->ready <= chip->tick;
-    adc->adjust = !adc->powered || regs->ADCOFFTRIM != 0u;
+    adc->adjust = !adc->powered || regs->ADCOFFTRIM != OTP_OFFTRIM || regs->ADCREFSEL != OTP_REFSEL;
     regs->ADCST |= ADCST_SEQ1_BSY;
     if (!adc->powered) {
         chip_report(chip, CHIP_ADC_NOT_POWERED, ADC_AT + OFFSET(adc_regs_t, ADCTRL3));
@@ -78,7 +102,7 @@ static void begin(chip_t *chip, uint64_t cycle)
 
 void adc_trigger(chip_t *chip, uint64_t cycle, uint32_t mask)
 {
-    if (!clocked(chip) || (chip->registers.adc.ADCTRL2 & mask) == 0u) {
+    if (!clocked(chip) || stopped(chip) || (chip->registers.adc.ADCTRL2 & mask) == 0u) {
         return;
     }
     if (!busy(chip)) {
@@ -110,11 +134,20 @@ static inline uint32_t code_of(double volts)
     return (uint32_t)code;
 }
 
-/* What is not the plain conversion of the pin's voltage. */
-static uint32_t adjusted(const chip_t *chip, uint32_t channel, uint32_t code)
+static int32_t signed_trim(uint32_t word)
 {
-    int32_t trim = (int32_t)(chip->registers.adc.ADCOFFTRIM & 0x1FFu);
-    int32_t whole = (int32_t)code + (trim >= 256 ? trim - 512 : trim);
+    int32_t trim = (int32_t)(word & 0x1FFu);
+    return trim >= 256 ? trim - 512 : trim;
+}
+
+/* What is not the plain conversion of the pin's voltage. */
+static uint32_t adjusted(const chip_t *chip, uint32_t channel, double volts)
+{
+    const adc_regs_t *regs = &chip->registers.adc;
+    double gain = BARE_GAIN * ((double)regs->ADCREFSEL - (double)OTP_REFSEL) / (double)OTP_REFSEL;
+    gain = gain > WORST_GAIN ? WORST_GAIN : gain;
+    int32_t trim = signed_trim(regs->ADCOFFTRIM) - signed_trim(OTP_OFFTRIM);
+    int32_t whole = (int32_t)code_of(volts * (1.0 + gain / 4096.0)) + trim;
     if (chip->adc.stuck[channel] >= 0) {
         return (uint32_t)chip->adc.stuck[channel];
     }
@@ -126,15 +159,16 @@ static uint32_t adjusted(const chip_t *chip, uint32_t channel, uint32_t code)
 
 static inline uint32_t convert(chip_t *chip, uint32_t channel)
 {
-    uint32_t code = code_of(chip_world->analog(chip_world->context, chip->tick, channel));
-    return chip->adc.adjust || chip->adc.stuck[channel] >= 0 ? adjusted(chip, channel, code) : code;
+    double volts = chip_world->analog(chip_world->context, chip->tick, channel);
+    return chip->adc.adjust || chip->adc.stuck[channel] >= 0 ? adjusted(chip, channel, volts)
+                                                             : code_of(volts);
 }
 
 static void show_results(chip_t *chip, uint32_t end)
 {
     chip_adc_t *adc = &chip->adc;
     for (uint32_t i = adc->published; i < end; i++) {
-        uint32_t slot = (adc->slot + i) & 15u;
+        uint32_t slot = (adc->slot + i) & ((adc->states << adc->pair) - 1u);
         chip->registers.adc.ADCRESULT[slot] = (uint16_t)(adc->result[i] << 4);
         chip->registers.adc_mirror.ADCRESULT[slot] = (uint16_t)adc->result[i];
     }
@@ -160,7 +194,7 @@ static void publish(chip_t *chip, uint64_t now)
 
 void adc_refresh(chip_t *chip)
 {
-    if (busy(chip)) {
+    if (busy(chip) && !chip->debug.adc) {
         publish(chip, cycle_now(chip));
         show_state(chip);
     }
@@ -188,7 +222,7 @@ static void end_of_sequence(chip_t *chip)
             pie_request(chip, 1u, 1u << 0 | 1u << 5); /* SEQ1INT and ADCINT */
         }
     }
-    if (adc->pending) {
+    if (adc->pending && !stopped(chip)) {
         begin(chip, cycle);
     }
 }
@@ -226,11 +260,35 @@ void adc_event(chip_t *chip)
     end_of_sequence(chip);
 }
 
+void adc_schedule(chip_t *chip)
+{
+    chip_plan(chip, SOURCE_ADC, chip->debug.adc ? CHIP_NEVER : tick_of(chip, chip->adc.next));
+}
+
+void adc_halt(chip_t *chip)
+{
+    chip->debug.adc = busy(chip) && susmod(chip) >= 2u;
+    adc_schedule(chip);
+}
+
+void adc_go(chip_t *chip)
+{
+    chip_adc_t *adc = &chip->adc;
+    if (chip->debug.adc) {
+        uint64_t stood = cycle_now(chip) - chip->debug.cycle;
+        chip->debug.adc = 0u;
+        adc->first += stood;
+        adc->next += stood;
+        adc_schedule(chip);
+    } else if (adc->pending && !busy(chip)) {
+        begin(chip, cycle_now(chip));
+    }
+}
+
 static void stop(chip_t *chip)
 {
-    if (busy(chip)) {
-        publish(chip, cycle_now(chip));
-    }
+    adc_refresh(chip);
+    chip->debug.adc = 0u;
     chip->adc.pending = 0u;
     chip->adc.state = 0u;
     chip->adc.remaining = 0u;
@@ -240,8 +298,8 @@ static void stop(chip_t *chip)
     show_state(chip);
 }
 
-/* ADCTRL1 RESET, and power-on: the power bits go too. */
-void adc_registers_reset(chip_t *chip)
+/* ADCTRL1 RESET, and power-on: the power bits go too, and the calibration. */
+static void registers_reset(chip_t *chip)
 {
     stop(chip);
     for (uint32_t i = 0u; i < 4u; i++) {
@@ -252,14 +310,32 @@ void adc_registers_reset(chip_t *chip)
     chip->registers.adc.ADCTRL3 = 0u;
     chip->registers.adc.ADCMAXCONV = 0u;
     chip->registers.adc.ADCST = 0u;
+    chip->registers.adc.ADCREFSEL = 0u;
+    chip->registers.adc.ADCOFFTRIM = 0u;
     chip->adc.second = 0u;
 }
 
-void adc_reset(chip_t *chip)
+uint16_t adc_otp(uint32_t address)
+{
+    switch (address) {
+    case OTP_REFSEL_AT:
+        return OTP_REFSEL;
+    case OTP_OFFTRIM_AT:
+        return OTP_OFFTRIM;
+    default:
+        return 0xFFFFu;
+    }
+}
+
+void adc_reset(chip_t *chip, bool boot_rom)
 {
     chip->adc.next = CHIP_NEVER;
-    adc_registers_reset(chip);
+    registers_reset(chip);
     chip->adc.ready = CHIP_NEVER;
+    if (boot_rom) {
+        chip->registers.adc.ADCREFSEL = OTP_REFSEL;
+        chip->registers.adc.ADCOFFTRIM = OTP_OFFTRIM;
+    }
 }
 
 static void write_power(chip_t *chip, uint16_t value)
@@ -285,7 +361,7 @@ static void write_control2(chip_t *chip, uint32_t address, uint16_t value)
     chip->registers.adc.ADCTRL2 = value & ADCTRL2_STORED;
     if ((value & ADCTRL2_RST_SEQ1) != 0u) {
         stop(chip); /* a start in the same write is lost */
-    } else if ((value & ADCTRL2_SOC_SEQ1) != 0u) {
+    } else if ((value & ADCTRL2_SOC_SEQ1) != 0u && !stopped(chip)) {
         if (!busy(chip)) {
             begin(chip, cycle_now(chip));
         } else {
@@ -309,7 +385,7 @@ void adc_write(chip_t *chip, uint32_t address, uint16_t value)
             chip_report(chip, CHIP_UNKNOWN_REGISTER, address);
         }
         if ((value & ADCTRL1_RESET) != 0u) {
-            adc_registers_reset(chip);
+            registers_reset(chip);
             chip->adc.ready = CHIP_NEVER;
         } else {
             regs->ADCTRL1 = value & ADCTRL1_STORED;

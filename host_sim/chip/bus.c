@@ -6,7 +6,7 @@
 
 #include "host_sim/chip/parts.h"
 
-#define MAP_WORDS 0x8000u
+#define EQEP_WORDS (0x40u * CHIP_EQEPS)
 
 static uint32_t address_of(const volatile uint16_t *reg)
 {
@@ -41,7 +41,7 @@ void bus_write16(const volatile uint16_t *reg, uint16_t value)
         pie_write(chip, address, value);
     } else if (within(address, SYSCTRL_AT, 0x20u)) {
         sysctrl_write(chip, address, value);
-    } else if (within(address, EQEP_AT, 0x40u)) {
+    } else if (within(address, EQEP_AT, EQEP_WORDS)) {
         eqep_write16(chip, address, value);
     } else if (within(address, TIMER_AT, 0x18u)) {
         timer_write16(chip, address, value);
@@ -62,7 +62,7 @@ void bus_write32(const volatile uint32_t *reg, uint32_t value)
     if (chip->cpu.halted) {
         return;
     }
-    if (within(address, EQEP_AT, 0x40u)) {
+    if (within(address, EQEP_AT, EQEP_WORDS)) {
         eqep_write32(chip, address, value);
     } else if (within(address, TIMER_AT, 0x18u)) {
         timer_write32(chip, address, value);
@@ -109,6 +109,34 @@ void bus_interrupts_disable(void)
 {
     chip_bound->cpu.interrupts_off = 1u;
     cpu_update(chip_bound);
+}
+
+void bus_disable_groups(void)
+{
+    chip_bound->cpu.ier = 0u;
+    cpu_update(chip_bound);
+}
+
+void bus_clear_pending(void)
+{
+    chip_bound->cpu.ifr = 0u;
+    cpu_update(chip_bound);
+}
+
+void bus_debug_allow(void)
+{
+    chip_bound->cpu.dbgm = 0u;
+}
+
+void bus_debug_groups(uint16_t mask)
+{
+    chip_bound->cpu.dbgier = mask;
+    cpu_update(chip_bound);
+}
+
+uint16_t bus_otp(uint32_t address)
+{
+    return adc_otp(address);
 }
 
 void bus_wait(uint32_t cycles)

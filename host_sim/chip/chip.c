@@ -48,11 +48,13 @@ static int64_t no_encoder(void *context, uint64_t tick)
     return 0;
 }
 
-static const chip_world_t nothing = {NULL, no_voltage, no_gates, no_carrier, no_encoder, NULL};
+static const chip_world_t nothing = {NULL, no_voltage, no_gates, no_carrier, no_encoder, NULL, 0u};
 
-void chip_power_on(chip_t *chip)
+static void power_on(chip_t *chip, uint32_t crystal_hz, bool boot_rom)
 {
+    assert(crystal_hz >= 20000000u && crystal_hz <= 35000000u && crystal_hz % 1000u == 0u);
     memset(chip, 0, sizeof *chip);
+    sysctrl_crystal(chip, crystal_hz);
     for (uint32_t channel = 0u; channel < 16u; channel++) {
         chip->adc.stuck[channel] = -1;
     }
@@ -61,25 +63,35 @@ void chip_power_on(chip_t *chip)
     chip->gpio_input[2] = 0x00FFFFFFu;
     chip->carrier_tick = CHIP_NEVER;
     chip->sample_tick = CHIP_NEVER;
-    chip_reset(chip);
+    chip_reset(chip, boot_rom);
     chip->cpu.halted = 0u;
 }
 
-/* What XRS or the watchdog do, up to the jump of the boot ROM to flash. Time, pins of the board and injected
- * faults stay. The caller decides whether software runs. */
-void chip_reset(chip_t *chip)
+void chip_power_on(chip_t *chip, uint32_t crystal_hz)
+{
+    power_on(chip, crystal_hz, true);
+}
+
+void chip_power_on_by_debugger(chip_t *chip, uint32_t crystal_hz)
+{
+    power_on(chip, crystal_hz, false);
+}
+
+/* What XRS or the watchdog do, up to the jump of the boot ROM to flash if it runs. Time, pins of the board
+ * and injected faults stay. The caller decides whether software runs. */
+void chip_reset(chip_t *chip, bool boot_rom)
 {
     memset(&chip->registers, 0, sizeof chip->registers);
     for (uint32_t i = 0u; i < SOURCES; i++) {
         chip->next[i] = CHIP_NEVER;
     }
-    sysctrl_reset(chip);
+    sysctrl_reset(chip, boot_rom);
     watchdog_reset(chip);
     timer_reset(chip);
     gpio_reset(chip);
     pie_reset(chip);
     eqep_reset(chip);
-    adc_reset(chip);
+    adc_reset(chip, boot_rom);
     epwm_reset(chip);
     chip_schedule_rare(chip);
     chip_refresh(chip);
@@ -246,7 +258,7 @@ bool chip_halted(const chip_t *chip)
 
 bool chip_tripped(const chip_t *chip, uint32_t leg)
 {
-    assert(leg >= 1u && leg <= CHIP_LEGS);
+    assert(leg >= 1u && leg <= CHIP_EPWMS);
     return (chip->registers.epwm[leg - 1u].TZFLG & TZ_OST) != 0u || chip->epwm[leg - 1u].cbc != 0u;
 }
 
@@ -258,6 +270,18 @@ bool chip_carrier_plain(const chip_t *chip)
 uint64_t chip_carrier_tick(const chip_t *chip)
 {
     return chip->carrier_tick;
+}
+
+uint64_t chip_carrier_zero(const chip_t *chip, uint32_t n)
+{
+    uint32_t first = chip->pins.first;
+    const chip_epwm_t *epwm = &chip->epwm[first];
+    uint32_t mode = chip->registers.epwm[first].TBCTL & 3u;
+    uint64_t counts = mode == TBCTL_UPDOWN ? 2u * (uint64_t)epwm->period : (uint64_t)epwm->period + 1u;
+    if (chip->carrier_tick == CHIP_NEVER || n == 0u) {
+        return chip->carrier_tick;
+    }
+    return tick_of(chip, chip->carrier_cycle + n * counts * epwm->divider);
 }
 
 uint64_t chip_sample_tick(const chip_t *chip)

@@ -3,6 +3,7 @@ add_library(lagless_chip STATIC
     ${CMAKE_CURRENT_LIST_DIR}/bus.c
     ${CMAKE_CURRENT_LIST_DIR}/carrier.c
     ${CMAKE_CURRENT_LIST_DIR}/chip.c
+    ${CMAKE_CURRENT_LIST_DIR}/debug.c
     ${CMAKE_CURRENT_LIST_DIR}/eqep.c
     ${CMAKE_CURRENT_LIST_DIR}/epwm.c
     ${CMAKE_CURRENT_LIST_DIR}/gpio.c

@@ -11,10 +11,13 @@
  * date before every interrupt function, after every bus_wait() and by chip_look(); between these they stand
  * still.
  *
- * Not modelled: SCI, eCAN, DMA, eCAP, eQEP2, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
- * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of eQEP1, its
- * capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the erratum of the first ADC
- * sample, pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
+ * A debugger may halt the CPU: no software runs, time goes on for the world, and every peripheral does what
+ * its own emulation bits say.
+ *
+ * Not modelled: SCI, eCAN, DMA, eCAP, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
+ * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of the eQEPs,
+ * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the erratum of the
+ * first ADC sample, pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
  * CHIP_UNKNOWN_REGISTER. */
 #ifndef HOST_SIM_CHIP_CHIP_H
 #define HOST_SIM_CHIP_CHIP_H
@@ -59,7 +62,7 @@ typedef enum {
     CHIP_EVENT_ADC_START, /* a conversion sequence begins */
     CHIP_EVENT_INTERRUPT, /* an interrupt function is called; value: number of its PIE vector */
     CHIP_EVENT_RETURN,    /* it has returned; value the same */
-    CHIP_EVENT_TRIP       /* value: bit n = leg n (0..2) is held by its trip zone; on every change */
+    CHIP_EVENT_TRIP       /* value: bit n - 1 = ePWMn (1..6) is held by its trip zone; on every change */
 } chip_event_t;
 
 /* The world around the pins; called in order of time while chip_run() or bus_wait() runs. A callback may call
@@ -69,32 +72,64 @@ typedef struct {
     /* Voltage [V] at the ADC pin at this tick, the end of its sample window; channel 0..7 = A0..A7, 8..15 =
      * B0..B7. */
     double (*analog)(void *context, uint64_t tick, uint32_t channel);
-    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..3. A pin that is high-impedance
-     * (input, or tripped with TZCTL = 0) has 0 in `driven`: its level is then what the board's bias makes of
-     * it, and its bit in `level` is 0. */
+    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..6 (GPIO0..11). A pin that is
+     * high-impedance (input, or tripped with TZCTL = 0) has 0 in `driven`: its level is then what the board's
+     * bias makes of it, and its bit in `level` is 0. */
     void (*gates)(void *context, uint64_t tick, uint32_t level, uint32_t driven);
-    /* Averaged mode only: three legs whose pin A is high for high[n] ticks, less one dead band if the leg
-     * switches at all, in the carrier period that begins at this tick (counter zero) and lasts `period`
-     * ticks; pin B is the complement, both low during `dead` ticks at each change. Holds until the next call
-     * of carrier or gates. */
+    /* Averaged mode only: three legs, those on ePWM1..3 or, if only these have pins, on ePWM4..6, in this
+     * order. Gate A of a leg is on for high[n] ticks, less one dead band if the leg switches at all, in the
+     * carrier period that begins at this tick (counter zero) and lasts `period` ticks; gate B is the
+     * complement, both are off during `dead` ticks at each change. On is the pin high, or low if `active_low`
+     * is set. Holds until the next call of carrier or gates.
+     *
+     * Where a SYSCLK cycle is no whole number of ticks: `period` is exactly the way to the next counter zero
+     * (whole at 100 MHz), high and dead are rounded to the nearest tick, so they are off by half a tick at
+     * most (only odd counts at 100 MHz). A leg that switches keeps 0 < high < period. */
     void (*carrier)(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead);
     /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
      * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);
     /* For recordings; NULL: nobody. */
     void (*event)(void *context, uint64_t tick, chip_event_t what, uint32_t value);
+    /* The board's gates are on while their pin is low. Averages are told only of legs whose dead band fits
+     * the board (AHC, or ALC if set): with the other polarity both gates of a leg are on together, which only
+     * the edges can say. */
+    uint64_t active_low;
 } chip_world_t;
 
 /* The whole chip: copyable, no pointers, no padding. Fields are for the debugger; only this module writes
  * them. */
 #include "host_sim/chip/chip_state.h"
 
-/* Power-on reset at tick 0: boot ROM done (SPRU963), SYSCLK 15 MHz, watchdog running, all pins inputs. */
-void chip_power_on(chip_t *chip);
+/* Power-on reset at tick 0: boot ROM done (SPRU963), SYSCLK half the crystal, ADC calibrated, watchdog
+ * running, all pins inputs. The crystal is the board's: 20..35 MHz in whole kHz; lock time, watchdog and
+ * SYSCLK follow it exactly. */
+void chip_power_on(chip_t *chip, uint32_t crystal_hz);
+
+/* The same with a debugger that takes the CPU before the boot ROM ran: SYSCLK is a quarter of the crystal and
+ * nobody has copied the ADC's calibration (ADCREFSEL, ADCOFFTRIM) from OTP, so conversions are off by the
+ * bare converter's offset and gain until software does. */
+void chip_power_on_by_debugger(chip_t *chip, uint32_t crystal_hz);
 
 /* The CPU starts again after a watchdog reset (or after it was lost): what main() would see. Registers stay.
  */
 void chip_boot(chip_t *chip);
+
+/* A debugger's restart: the CPU begins at its entry again, what main() would see. INTM and DBGM are set,
+ * EALLOW is closed; everything else stays: clocks, registers, counters, trips, IER, IFR, PIE. A CPU that was
+ * lost runs again; a halt lasts on. */
+void chip_restart(chip_t *chip);
+
+/* A debugger halts the CPU, and lets it run again; between two chip_run(). During the halt no software runs
+ * and requests wait; what is written over the bus is the debugger's doing. ePWM counters (TBCTL), eQEPs
+ * (QEPCTL), CPU timers (TCR) and the ADC (SUSMOD) follow their emulation bits, the watchdog stands. What
+ * stood goes on from where it stood. */
+void chip_debug_halt(chip_t *chip);
+void chip_debug_run(chip_t *chip);
+
+/* Real-time mode: a halt stops the background only. Interrupts whose CPU group is enabled in DBGIER and IER
+ * are still served, whatever INTM is. */
+void chip_debug_realtime(chip_t *chip, bool on);
 
 /* From now on the bus of this thread (hal/f28335/bus.h) is this chip's, and `world` is what stands around its
  * pins. Both must outlive the binding; binding again replaces it. world = NULL: nothing around (0 V, no
@@ -128,11 +163,19 @@ void chip_stick_adc(chip_t *chip, uint32_t channel, int32_t code);
 /* Pure questions. */
 uint64_t chip_now(const chip_t *chip);               /* [ticks] */
 uint32_t chip_sysclk_hz(const chip_t *chip);         /* [Hz] rounded down */
-bool chip_halted(const chip_t *chip);                /* the CPU runs no more software */
-bool chip_tripped(const chip_t *chip, uint32_t leg); /* trip zone holds ePWM `leg` (1..3) */
-bool chip_carrier_plain(const chip_t *chip);         /* legs 1..3 run on the fast path */
-uint64_t chip_carrier_tick(const chip_t *chip);      /* last counter zero of ePWM1, or CHIP_NEVER */
-uint64_t chip_sample_tick(const chip_t *chip);       /* last entry of SEQ1INT, or CHIP_NEVER */
+bool chip_halted(const chip_t *chip);                /* the CPU is lost or reset: it runs no more software */
+bool chip_debug_halted(const chip_t *chip);          /* a debugger holds it */
+bool chip_debug_can_look(const chip_t *chip);        /* a debugger reaches memory now: halted, or DBGM is 0 */
+bool chip_tripped(const chip_t *chip, uint32_t leg); /* trip zone holds ePWM `leg` (1..6) */
+bool chip_carrier_plain(const chip_t *chip);         /* the three legs run on the fast path */
+/* Last counter zero of the first leg's module (ePWM1, or ePWM4 if only ePWM4..6 have pins), or CHIP_NEVER. */
+uint64_t chip_carrier_tick(const chip_t *chip);
+/* The n-th one after it, if the counter goes on as it does now; exact at any SYSCLK. */
+uint64_t chip_carrier_zero(const chip_t *chip, uint32_t n);
+/* Level that the chip gives GPIO 0..87 as a plain output or as a gate: 0, 1, or -1: it does not drive the pin
+ * or it belongs to another peripheral. A gate in averaged mode is as it was last told. */
+int32_t chip_pin_out(const chip_t *chip, uint32_t gpio);
+uint64_t chip_sample_tick(const chip_t *chip); /* last entry of SEQ1INT, or CHIP_NEVER */
 uint32_t chip_interrupt_count(const chip_t *chip,
                               uint32_t vector); /* entries of PIE_VECTOR(x, y) since power-on */
 uint32_t chip_report_count(const chip_t *chip, chip_report_kind_t kind); /* since power-on */

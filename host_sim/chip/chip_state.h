@@ -4,7 +4,8 @@
 #define HOST_SIM_CHIP_CHIP_STATE_H
 
 #define CHIP_EPWMS   6u
-#define CHIP_LEGS    3u /* ePWM1..3 drive reported pins */
+#define CHIP_LEGS    3u /* of an inverter: on ePWM1..3 or on ePWM4..6 */
+#define CHIP_EQEPS   2u
 #define CHIP_REPORTS 16u
 
 /* One ePWM module. */
@@ -14,8 +15,8 @@ typedef struct {
     uint64_t sync_due;   /* [cycle] synchronisation pulse arrives */
     uint64_t red_due;    /* [cycle] rising edge leaves the dead band */
     uint64_t fed_due;    /* [cycle] falling edge leaves the dead band */
-    uint64_t fall;       /* [cycle] plain carrier: output A falls in this period */
-    uint64_t rise;       /* [cycle] plain carrier: output A rises in this period */
+    uint64_t cau;        /* [cycle] plain carrier: the counter passes CMPA going up in this period */
+    uint64_t cad;        /* [cycle] plain carrier: and coming down */
     uint64_t next;       /* [cycle] earliest of the above */
     uint32_t count;      /* [-] TBCTR at anchor */
     uint32_t up;         /* [-] direction at anchor */
@@ -35,7 +36,7 @@ typedef struct {
     uint32_t overflow;   /* [-] TBSTS CTRMAX latch */
 } chip_epwm_t;
 
-/* Legs 1..3 in step and plainly set up: one description for all. */
+/* Three legs in step and plainly set up: one description for all. */
 typedef struct {
     uint64_t zero;      /* [cycle] begin of this carrier period */
     uint64_t end;       /* [cycle] begin of the next one */
@@ -44,11 +45,15 @@ typedef struct {
     uint32_t lazy;      /* [-] nobody sees the edges of this period: legs are still as of `zero` */
     uint32_t half;      /* [-] TBPRD */
     uint32_t soc_event; /* [-] ET_... of SOCA, 0 = none */
-    uint32_t average;   /* [-] averaged mode may describe it */
-    uint32_t told;      /* [-] this period has been told as an average */
+    uint32_t polarity;  /* [-] DBCTL POLSEL if averaged mode may describe the legs, 0 = it may not */
+    uint32_t first;     /* [-] module of the first leg: 0 or 3 */
+    uint32_t members;   /* [-] bit m = module m counts in step */
+    uint32_t soc_from;  /* [-] module whose SOCA starts the conversion */
+    uint32_t up_level;  /* [-] what output A becomes when the counter passes CMPA going up */
+    uint32_t spare;     /* fills the struct to a multiple of 64 bits */
 } chip_carrier_t;
 
-/* Six gate pins, bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB. */
+/* Twelve gate pins, bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB. */
 typedef struct {
     uint32_t raw;          /* [-] out of the dead band, polarity applied */
     uint32_t muxed;        /* [-] pin belongs to its ePWM */
@@ -60,11 +65,12 @@ typedef struct {
     uint32_t level;        /* [-] as last reported */
     uint32_t driven;       /* [-] as last reported */
     uint32_t hidden;       /* [-] the world has been told an average since */
+    uint32_t first;        /* [-] module of the first leg: 3 if only pins of ePWM4..6 are connected, else 0 */
+    uint32_t spare;        /* fills the struct to a multiple of 64 bits */
 } chip_pins_t;
 
 typedef struct {
     uint64_t next;       /* [cycle] end of the next sample window or of the sequence; CHIP_NEVER: idle */
-    uint64_t finish;     /* [cycle] last result of the running sequence is there */
     uint64_t ready;      /* [tick] power-up over */
     uint64_t first;      /* [cycle] first sample window of the running sequence ends */
     uint32_t result[16]; /* [-] codes of the running sequence, in order */
@@ -91,6 +97,8 @@ typedef struct {
     uint64_t unit_next; /* [cycle] unit time-out */
     uint32_t counting;  /* [-] clock, QPEN and pins are on */
     uint32_t direction; /* [-] QDF */
+    uint32_t held;      /* [-] a debugger's halt has stopped the position counter */
+    uint32_t unit_held; /* [-] and the unit timer */
 } chip_eqep_t;
 
 typedef struct {
@@ -108,11 +116,13 @@ typedef struct {
 } chip_watchdog_t;
 
 typedef struct {
-    uint64_t tick;   /* [tick] SYSCLK cycle `cycle` began here */
-    uint64_t cycle;  /* [cycle] */
-    uint64_t locked; /* [tick] PLL locks; CHIP_NEVER: nothing under way */
-    uint32_t ticks;  /* [-] `ticks` ticks are `cycles` SYSCLK cycles */
-    uint32_t cycles; /* [-] */
+    uint64_t tick;           /* [tick] SYSCLK cycle `cycle` began here */
+    uint64_t cycle;          /* [cycle] */
+    uint64_t locked;         /* [tick] PLL locks; CHIP_NEVER: nothing under way */
+    uint32_t ticks;          /* [-] `ticks` ticks are `cycles` SYSCLK cycles */
+    uint32_t cycles;         /* [-] */
+    uint32_t crystal_ticks;  /* [-] `crystal_ticks` ticks are `crystal_cycles` cycles of the crystal */
+    uint32_t crystal_cycles; /* [-] */
 } chip_clock_t;
 
 typedef struct {
@@ -124,25 +134,42 @@ typedef struct {
     uint32_t halted;         /* [-] no software runs */
     uint32_t delay;          /* [ticks] injected interrupt delay */
     uint32_t resets;         /* [-] watchdog resets so far */
+    uint32_t dbgm;           /* [-] DBGM: a debugger may not look while the CPU runs */
+    uint32_t dbgier;         /* [-] interrupts that are served in a real-time halt */
 } chip_cpu_t;
 
+/* A debugger's halt. */
 typedef struct {
-    f28335_t registers;    /* what firmware sees at F28335_BASE */
-    uint64_t tick;         /* [tick] now */
-    uint64_t next[5];      /* [tick] earliest event of each source: ePWM, eQEP, ADC, CPU, the rare ones */
-    uint64_t limit;        /* [tick] a part may run ahead alone up to here */
-    uint64_t timer_next;   /* [tick] earliest timer reload that interrupts */
-    uint64_t epwm_next;    /* [cycle] same as next[0] */
-    uint64_t carrier_tick; /* [tick] last zero of ePWM1 */
-    uint64_t sample_tick;  /* [tick] last entry of SEQ1INT */
+    uint64_t since;            /* [tick] the CPU stands since */
+    uint64_t cycle;            /* [cycle] the same */
+    uint64_t stop[CHIP_EPWMS]; /* [cycle] the counter of a module stops here */
+    uint32_t halted;           /* [-] */
+    uint32_t realtime;         /* [-] a halt stops the background only */
+    uint32_t frozen;           /* [-] bit m = counter of module m stands */
+    uint32_t ending;           /* [-] bit m = it will, at the end of its cycle */
+    uint32_t timers;           /* [-] bit n = CPU timer n stands */
+    uint32_t adc;              /* [-] the sequencer stands in the middle of a sequence */
+} chip_debug_t;
+
+typedef struct {
+    f28335_t registers;     /* what firmware sees at F28335_BASE */
+    uint64_t tick;          /* [tick] now */
+    uint64_t next[5];       /* [tick] earliest event of each source: ePWM, eQEP, ADC, CPU, the rare ones */
+    uint64_t limit;         /* [tick] a part may run ahead alone up to here */
+    uint64_t timer_next;    /* [tick] earliest timer reload that interrupts */
+    uint64_t epwm_next;     /* [cycle] same as next[0] */
+    uint64_t carrier_tick;  /* [tick] last zero of the first leg's module */
+    uint64_t carrier_cycle; /* [cycle] the same */
+    uint64_t sample_tick;   /* [tick] last entry of SEQ1INT */
     chip_clock_t clock;
     chip_epwm_t epwm[CHIP_EPWMS];
     chip_carrier_t carrier;
     chip_adc_t adc;
-    chip_eqep_t eqep;
+    chip_eqep_t eqep[CHIP_EQEPS];
     chip_timer_t timer[3];
     chip_watchdog_t watchdog;
     chip_cpu_t cpu;
+    chip_debug_t debug;
     chip_pins_t pins;
     uint32_t gpio_input[3];                   /* [-] what the board puts on the pins */
     uint32_t gpio_latch[3];                   /* [-] output latches */

@@ -19,13 +19,16 @@ void epwm_reset(chip_t *chip)
         epwm->sync_due = CHIP_NEVER;
         epwm->red_due = CHIP_NEVER;
         epwm->fed_due = CHIP_NEVER;
-        epwm->fall = CHIP_NEVER;
-        epwm->rise = CHIP_NEVER;
+        epwm->cau = CHIP_NEVER;
+        epwm->cad = CHIP_NEVER;
         epwm->next = CHIP_NEVER;
+        chip->debug.stop[m] = CHIP_NEVER;
         chip->registers.epwm[m].TBCTL = TBCTL_RESET;
     }
     chip->carrier.active = 0u;
     chip->carrier.lazy = 0u;
+    chip->debug.frozen = 0u;
+    chip->debug.ending = 0u;
     chip->pins.raw = 0u;
     timebase_schedule(chip);
     outputs_changed(chip);
@@ -59,6 +62,7 @@ static void write_tbctl(chip_t *chip, uint32_t m, uint16_t value)
     if ((value & TBCTL_SWFSYNC) != 0u) {
         timebase_sync(chip, m, cycle_now(chip));
     }
+    timebase_debug(chip, m);
 }
 
 static void write_count(chip_t *chip, uint32_t m, uint16_t value)
@@ -194,7 +198,7 @@ void epwm_write(chip_t *chip, uint32_t address, uint16_t value)
     switch (offset) {
     case OFFSET(epwm_regs_t, CMPA):
     case OFFSET(epwm_regs_t, CMPB):
-        if (chip->carrier.active && m < CHIP_LEGS) { /* shadow registers, loaded at the next zero */
+        if (carrier_has(chip, m)) { /* shadow registers, loaded at the next zero */
             if (offset == OFFSET(epwm_regs_t, CMPA)) {
                 regs->CMPA = value;
             } else {

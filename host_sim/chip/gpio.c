@@ -1,5 +1,7 @@
 /* GPIO: SPRUFB0 ch. 4. Pins 0..87 in three ports. Input qualification is not modelled: every input is
  * asynchronous, whatever QSEL says, so a trip acts at the tick of the pin. */
+#include <assert.h>
+
 #include "host_sim/chip/parts.h"
 
 #define GPIO_PORTS 3u
@@ -25,6 +27,20 @@ uint32_t gpio_trip_low(const chip_t *chip)
         }
     }
     return low;
+}
+
+int32_t chip_pin_out(const chip_t *chip, uint32_t gpio)
+{
+    assert(gpio < 88u);
+    uint32_t bit = GPIO_PIN(gpio);
+    uint32_t port = gpio / 32u;
+    if (gpio < 2u * CHIP_EPWMS && (chip->pins.muxed & bit) != 0u) {
+        return (chip->pins.driven & bit) == 0u ? -1 : (chip->pins.level & bit) != 0u;
+    }
+    if (gpio_mux(chip, gpio) != 0u || (chip->registers.gpio_control[port].DIR & bit) == 0u) {
+        return -1;
+    }
+    return (chip->gpio_latch[port] & bit) != 0u;
 }
 
 /* DAT shows the pin whatever its function; a stopped input clock freezes what comes from outside. */
@@ -70,7 +86,9 @@ static void write_data(chip_t *chip, uint32_t address, uint32_t value)
         chip_report(chip, CHIP_BAD_WIDTH, address);
         return;
     }
-    outputs_changed(chip);
+    if (n == 0u && ((chip->gpio_latch[0] ^ chip->pins.gpio_level) & chip->pins.gpio_driven) != 0u) {
+        outputs_changed(chip);
+    }
 }
 
 static void write_control(chip_t *chip, uint32_t address, uint32_t value)

@@ -2,6 +2,7 @@
 #include "host_sim/chip/parts.h"
 
 #define PIN_BITS(m) (3u << (2u * (m)))
+#define LOWER_PINS  0x3Fu /* of ePWM1..3 */
 
 /* Who wins when several events fall on one count, highest first: SPRUG04 tables "action-qualifier event
  * priority". */
@@ -106,9 +107,6 @@ void outputs_raw(chip_t *chip, uint32_t m)
 {
     const epwm_regs_t *regs = &chip->registers.epwm[m];
     const chip_epwm_t *epwm = &chip->epwm[m];
-    if (m >= CHIP_LEGS) {
-        return;
-    }
     uint32_t a = (regs->DBCTL & 2u) != 0u ? epwm->red ^ ((regs->DBCTL >> 2) & 1u) : epwm->a;
     uint32_t b = (regs->DBCTL & 1u) != 0u ? epwm->fed ^ ((regs->DBCTL >> 3) & 1u) : epwm->b;
     chip->pins.raw = (chip->pins.raw & ~PIN_BITS(m)) | (a | b << 1) << (2u * m);
@@ -129,7 +127,7 @@ static void configure(chip_t *chip)
     pins->floating = 0u;
     pins->gpio_driven = 0u;
     pins->gpio_level = 0u;
-    for (uint32_t pin = 0u; pin < 2u * CHIP_LEGS; pin++) {
+    for (uint32_t pin = 0u; pin < 2u * CHIP_EPWMS; pin++) {
         uint32_t bit = 1u << pin;
         uint32_t mux = gpio_mux(chip, pin);
         uint32_t m = pin / 2u;
@@ -148,6 +146,7 @@ static void configure(chip_t *chip)
             pins->forced_level |= reaction == TZ_HIGH ? bit : 0u;
         }
     }
+    pins->first = (pins->muxed & LOWER_PINS) == 0u && pins->muxed != 0u ? CHIP_LEGS : 0u;
 }
 
 void outputs_show(chip_t *chip)
@@ -171,7 +170,7 @@ void outputs_show(chip_t *chip)
 static void tell_trip(chip_t *chip)
 {
     uint32_t mask = 0u;
-    for (uint32_t m = 0u; m < CHIP_LEGS; m++) {
+    for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
         mask |= (uint32_t)tripped(chip, m) << m;
     }
     if (mask != chip->tripped) {
@@ -184,6 +183,9 @@ void outputs_changed(chip_t *chip)
 {
     carrier_see(chip);
     configure(chip);
+    if (chip->carrier.active && chip->carrier.first != chip->pins.first) {
+        carrier_leave(chip);
+    }
     outputs_show(chip);
     tell_trip(chip);
 }

@@ -44,11 +44,12 @@ extern __thread chip_t *chip_bound;
 void chip_report(chip_t *chip, chip_report_kind_t kind, uint32_t address);
 void chip_refresh(chip_t *chip); /* registers that move by themselves */
 void chip_engine(chip_t *chip, uint64_t until);
-void chip_reset(chip_t *chip);
+void chip_reset(chip_t *chip, bool boot_rom);
 void chip_schedule_rare(chip_t *chip);
 
 /* sysctrl.c: clocks, flash */
-void sysctrl_reset(chip_t *chip);
+void sysctrl_crystal(chip_t *chip, uint32_t hz);
+void sysctrl_reset(chip_t *chip, bool boot_rom);
 void sysctrl_write(chip_t *chip, uint32_t address, uint16_t value);
 void sysctrl_locked(chip_t *chip); /* event */
 void flash_write(chip_t *chip, uint32_t address, uint16_t value);
@@ -58,6 +59,8 @@ void watchdog_reset(chip_t *chip);
 bool watchdog_write(chip_t *chip, uint32_t address, uint16_t value); /* false: not its register */
 void watchdog_overflow(chip_t *chip);                                /* event */
 void watchdog_refresh(chip_t *chip);
+void watchdog_halt(chip_t *chip); /* a debugger's halt begins */
+void watchdog_go(chip_t *chip);   /* it ends: chip->debug still says since when */
 
 /* timer.c */
 void timer_reset(chip_t *chip);
@@ -67,6 +70,7 @@ void timer_write32(chip_t *chip, uint32_t address, uint32_t value);
 void timer_events(chip_t *chip); /* event */
 void timer_schedule(chip_t *chip);
 void timer_refresh(chip_t *chip);
+void timer_debug(chip_t *chip); /* a debugger's halt began or ended */
 
 /* gpio.c */
 void gpio_reset(chip_t *chip);
@@ -90,15 +94,20 @@ void eqep_write16(chip_t *chip, uint32_t address, uint16_t value);
 void eqep_write32(chip_t *chip, uint32_t address, uint32_t value);
 void eqep_timeout(chip_t *chip); /* event */
 void eqep_refresh(chip_t *chip);
+void eqep_schedule(chip_t *chip);
+void eqep_debug(chip_t *chip); /* a debugger's halt began or ended */
 
 /* adc.c */
-void adc_reset(chip_t *chip);
-void adc_registers_reset(chip_t *chip);
+void adc_reset(chip_t *chip, bool boot_rom);
+uint16_t adc_otp(uint32_t address);
 void adc_write(chip_t *chip, uint32_t address, uint16_t value);
 void adc_trigger(chip_t *chip, uint64_t cycle,
                  uint32_t mask); /* SOC pulse; mask of ADCTRL2 bits that let it in */
 void adc_event(chip_t *chip);    /* event */
 void adc_refresh(chip_t *chip);
+void adc_schedule(chip_t *chip);
+void adc_halt(chip_t *chip); /* a debugger's halt begins */
+void adc_go(chip_t *chip);   /* it ends: chip->debug still says since when */
 
 /* epwm.c: registers */
 void epwm_reset(chip_t *chip);
@@ -123,6 +132,8 @@ void timebase_start(chip_t *chip, uint32_t m);
 void timebase_sync(chip_t *chip, uint32_t m, uint64_t cycle); /* SYNCI pulse at module m */
 void timebase_schedule(chip_t *chip);
 uint32_t timebase_divider(uint32_t tbctl);
+void timebase_debug(chip_t *chip, uint32_t m); /* a debugger's halt began or ended, or FREE_SOFT changed */
+bool timebase_stops(const chip_t *chip, uint32_t m); /* a halt under way stops this counter */
 
 /* trigger.c: event trigger */
 void trigger_events(chip_t *chip, uint32_t m, uint64_t cycle,
@@ -149,6 +160,11 @@ void carrier_event(chip_t *chip); /* event */
 void carrier_see(chip_t *chip);   /* edges of this period matter after all */
 void carrier_leave(chip_t *chip); /* back to the general engine */
 
+static inline bool carrier_has(const chip_t *chip, uint32_t m)
+{
+    return chip->carrier.active && (chip->carrier.members >> m & 1u) != 0u;
+}
+
 static inline uint64_t earlier(uint64_t a, uint64_t b)
 {
     return a < b ? a : b;
@@ -159,6 +175,13 @@ static inline void chip_plan(chip_t *chip, source_t source, uint64_t tick)
 {
     chip->next[source] = tick;
     chip->limit = earlier(chip->limit, tick);
+}
+
+/* So many cycles of the crystal, in ticks, up to the next whole one. */
+static inline uint64_t crystal_ticks(const chip_t *chip, uint64_t cycles)
+{
+    const chip_clock_t *clock = &chip->clock;
+    return (cycles * clock->crystal_ticks + clock->crystal_cycles - 1u) / clock->crystal_cycles;
 }
 
 /* First tick of a SYSCLK cycle. */

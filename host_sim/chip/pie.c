@@ -1,9 +1,10 @@
 /* PIE and the CPU's interrupt logic: SPRUFB0 ch. 6, SPRU430 ch. 3.
  *
  * A peripheral's pulse sets PIEIFRx.y. The lowest enabled flag of a group goes to the CPU if PIEACKx is 0,
- * and sets PIEACKx: a forgotten acknowledge blocks the group for good. The CPU takes the lowest enabled IFR
- * bit when INTM is 0, clears its IFR and IER bits, sets INTM, closes EALLOW; the return restores all of
- * these. An interrupt function that clears INTM and waits can be interrupted by other groups. */
+ * and sets PIEACKx: a forgotten acknowledge blocks the group for good. While ENPIE is 0 nothing goes to the
+ * CPU. The CPU takes the lowest enabled IFR bit when INTM is 0, clears its IFR and IER bits, sets INTM and
+ * DBGM, closes EALLOW; the return restores all of these. An interrupt function that clears INTM and waits can
+ * be interrupted by other groups. */
 #include "host_sim/chip/parts.h"
 
 #include <stdio.h>
@@ -45,12 +46,27 @@ static void group_changed(chip_t *chip, uint32_t group)
     chip->cpu.groups = (pie->IER & pie->IFR) != 0u ? (chip->cpu.groups | bit) : (chip->cpu.groups & ~bit);
 }
 
+/* What the CPU would take now. A debugger's halt holds everything back, but in real-time mode it lets through
+ * what DBGIER names, whatever INTM is. */
+static uint32_t takable(const chip_t *chip)
+{
+    const chip_cpu_t *cpu = &chip->cpu;
+    if (cpu->halted) {
+        return 0u;
+    }
+    if (chip->debug.halted) {
+        return chip->debug.realtime ? cpu->ifr & cpu->ier & cpu->dbgier : 0u;
+    }
+    return cpu->interrupts_off ? 0u : cpu->ifr & cpu->ier;
+}
+
 void cpu_update(chip_t *chip)
 {
-    uint32_t send = chip->cpu.groups & ~(uint32_t)chip->registers.pie.PIEACK;
+    bool enabled = (chip->registers.pie.PIECTRL & PIECTRL_ENPIE) != 0u;
+    uint32_t send = enabled ? chip->cpu.groups & ~(uint32_t)chip->registers.pie.PIEACK : 0u;
     chip->registers.pie.PIEACK |= (uint16_t)send;
     chip->cpu.ifr |= send;
-    if (chip->cpu.interrupts_off || chip->cpu.halted || (chip->cpu.ifr & chip->cpu.ier) == 0u) {
+    if (takable(chip) == 0u) {
         chip->next[SOURCE_CPU] = CHIP_NEVER;
     } else if (chip->next[SOURCE_CPU] == CHIP_NEVER) {
         chip_plan(chip, SOURCE_CPU, tick_of(chip, cycle_now(chip) + LATENCY_CYCLES) + chip->cpu.delay);
@@ -73,6 +89,8 @@ void cpu_request(chip_t *chip, uint32_t n)
 void pie_reset(chip_t *chip)
 {
     chip->cpu.interrupts_off = 1u;
+    chip->cpu.dbgm = 1u;
+    chip->cpu.dbgier = 0u;
     chip->cpu.ier = 0u;
     chip->cpu.ifr = 0u;
     chip->cpu.groups = 0u;
@@ -101,16 +119,19 @@ static uint32_t fetch(chip_t *chip, uint32_t n)
 void cpu_enter(chip_t *chip)
 {
     chip->next[SOURCE_CPU] = CHIP_NEVER;
-    uint32_t n = (uint32_t)__builtin_ctz(chip->cpu.ifr & chip->cpu.ier) + 1u;
+    uint32_t n = (uint32_t)__builtin_ctz(takable(chip)) + 1u;
     uint32_t vector = fetch(chip, n);
     uint32_t ier = chip->cpu.ier;
     uint32_t allow = chip->cpu.allow;
+    uint32_t masked = chip->cpu.interrupts_off;
+    uint32_t dbgm = chip->cpu.dbgm;
     uint32_t resets = chip->cpu.resets;
     bool enabled = (chip->registers.pie.PIECTRL & PIECTRL_ENPIE) != 0u;
     uint32_t token = chip->registers.pie_vectors.vector[vector];
     chip->cpu.ifr &= ~(1u << (n - 1u));
     chip->cpu.ier &= ~(1u << (n - 1u));
     chip->cpu.interrupts_off = 1u;
+    chip->cpu.dbgm = 1u;
     chip->cpu.allow = 0u;
     if (!enabled || token == 0u) { /* without ENPIE the vectors of the boot ROM lead nowhere */
         chip_report(chip, CHIP_NO_VECTOR, vector);
@@ -130,7 +151,8 @@ void cpu_enter(chip_t *chip)
         return;
     }
     chip->cpu.ier = ier;
-    chip->cpu.interrupts_off = 0u;
+    chip->cpu.interrupts_off = masked;
+    chip->cpu.dbgm = dbgm;
     chip->cpu.allow = allow;
     cpu_update(chip);
 }

@@ -1,11 +1,10 @@
 /* Clock tree, module clocks and flash wait states: SPRUFB0 ch. 1 and 5.
  *
- * A 30 MHz crystal (5 ticks). SYSCLK = crystal x PLLCR / DIVSEL, the crystal alone while the PLL is bypassed
- * or locking. */
+ * SYSCLK = crystal x PLLCR / DIVSEL, the crystal alone while the PLL is bypassed or locking. Both are kept as
+ * fractions of the tick, so nothing drifts at a crystal whose period is not a whole number of ticks. */
 #include "host_sim/chip/parts.h"
 
-#define CRYSTAL_TICKS    5u
-#define LOCK_TICKS       (UINT64_C(131072) * CRYSTAL_TICKS)
+#define LOCK_CYCLES      131072u /* of the crystal */
 #define PLL_HIGHEST      10u
 #define DIVSEL(pllsts)   (((uint32_t)(pllsts) >> 7) & 3u)
 #define FLASH_PAGE(bank) (((uint32_t)(bank) >> 8) & 15u)
@@ -27,40 +26,57 @@ static void flash_check(chip_t *chip, uint32_t blamed)
     }
 }
 
-/* SYSCLK from PLLCR, DIVSEL and lock. Every part counts cycles, so only the ticks of what it has planned
- * change. */
-static void clock_change(chip_t *chip, uint32_t blamed)
+static uint32_t common_divisor(uint32_t a, uint32_t b)
+{
+    while (b != 0u) {
+        uint32_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+void sysctrl_crystal(chip_t *chip, uint32_t hz)
+{
+    uint32_t common = common_divisor((uint32_t)CHIP_TICKS_PER_SECOND, hz);
+    chip->clock.crystal_ticks = (uint32_t)CHIP_TICKS_PER_SECOND / common;
+    chip->clock.crystal_cycles = hz / common;
+}
+
+/* SYSCLK from PLLCR, DIVSEL and lock, from cycle `cycle` on, which begins now. */
+static void set_clock(chip_t *chip, uint64_t cycle)
 {
     static const uint32_t divisor[4] = {4u, 4u, 2u, 1u};
     const sysctrl_regs_t *sysctrl = &chip->registers.sysctrl;
+    chip_clock_t *clock = &chip->clock;
     bool multiplied = sysctrl->PLLCR != 0u && (sysctrl->PLLSTS & PLLSTS_PLLLOCKS) != 0u;
-    uint32_t cycles = multiplied ? sysctrl->PLLCR : 1u;
-    uint32_t ticks = CRYSTAL_TICKS * divisor[DIVSEL(sysctrl->PLLSTS)];
-    for (uint32_t common = 10u; common > 1u; common--) {
-        if (cycles % common == 0u && ticks % common == 0u) {
-            cycles /= common;
-            ticks /= common;
-        }
-    }
-    uint64_t cycle = cycle_now(chip);
-    chip->clock.cycle = cycle;
-    chip->clock.tick = chip->tick;
-    chip->clock.ticks = ticks;
-    chip->clock.cycles = cycles;
+    uint32_t cycles = clock->crystal_cycles * (multiplied ? sysctrl->PLLCR : 1u);
+    uint32_t ticks = clock->crystal_ticks * divisor[DIVSEL(sysctrl->PLLSTS)];
+    uint32_t common = common_divisor(ticks, cycles);
+    clock->cycle = cycle;
+    clock->tick = chip->tick;
+    clock->ticks = ticks / common;
+    clock->cycles = cycles / common;
+}
+
+/* Every part counts cycles, so only the ticks of what it has planned change. */
+static void clock_change(chip_t *chip, uint32_t blamed)
+{
+    set_clock(chip, cycle_now(chip));
     if (chip->carrier.active) {
         carrier_leave(chip);
     }
     timebase_schedule(chip);
     timer_schedule(chip);
-    chip->next[SOURCE_ADC] = tick_of(chip, chip->adc.next);
-    chip->next[SOURCE_EQEP] = tick_of(chip, chip->eqep.unit_next);
+    adc_schedule(chip);
+    eqep_schedule(chip);
     flash_check(chip, blamed);
 }
 
-void sysctrl_reset(chip_t *chip)
+void sysctrl_reset(chip_t *chip, bool boot_rom)
 {
     f28335_t *f = &chip->registers;
-    f->sysctrl.PLLSTS = PLLSTS_PLLLOCKS | PLLSTS_DIVSEL(2u); /* DIVSEL is the boot ROM's doing */
+    f->sysctrl.PLLSTS = PLLSTS_PLLLOCKS | (boot_rom ? PLLSTS_DIVSEL(2u) : 0u);
     f->sysctrl.HISPCP = 1u;
     f->sysctrl.LOSPCP = 2u;
     f->sysctrl.PCLKCR3 = PCLKCR3_GPIOIN | 0x0700u; /* three CPU timers */
@@ -71,10 +87,7 @@ void sysctrl_reset(chip_t *chip)
     f->flash.FOTPWAIT = 0x001Fu;
     uint64_t cycle = chip->clock.ticks == 0u ? 0u : cycle_now(chip);
     chip->clock.locked = CHIP_NEVER;
-    chip->clock.tick = chip->tick;
-    chip->clock.cycle = cycle;
-    chip->clock.ticks = 2u * CRYSTAL_TICKS;
-    chip->clock.cycles = 1u;
+    set_clock(chip, cycle);
 }
 
 void sysctrl_locked(chip_t *chip)
@@ -120,7 +133,7 @@ static void write_pllcr(chip_t *chip, uint16_t value)
     }
     sysctrl->PLLCR = value;
     sysctrl->PLLSTS &= (uint16_t)~PLLSTS_PLLLOCKS;
-    chip->clock.locked = chip->tick + LOCK_TICKS;
+    chip->clock.locked = chip->tick + crystal_ticks(chip, LOCK_CYCLES);
     clock_change(chip, address);
     chip_schedule_rare(chip);
 }

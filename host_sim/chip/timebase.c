@@ -8,7 +8,10 @@
  * on. So a CMPA of 0 that is loaded at zero misses the zero it is loaded at (hence TI's "keep it >= 1").
  *
  * A counter that starts at zero begins with the events of zero, which is how the first TBPRD becomes active.
- * One that counts past its period (TBPRD was made smaller, TBCTR written) runs on to 0xFFFF and 0. */
+ * One that counts past its period (TBPRD was made smaller, TBCTR written) runs on to 0xFFFF and 0.
+ *
+ * A debugger's halt stops the counter alone (FREE_SOFT): a dead band under way runs out, trips act, and a
+ * sync pulse that meets a standing counter is lost, so that modules that stopped in step stay in step. */
 #include "host_sim/chip/parts.h"
 
 #define SYNC_LAG 2u /* [SYSCLK] from SYNCI to the slave's counter if TBCLK = SYSCLK, else one TBCLK */
@@ -26,10 +29,16 @@ uint32_t timebase_divider(uint32_t tbctl)
     return (high_speed == 0u ? 1u : 2u * high_speed) << ((tbctl >> 10) & 7u);
 }
 
+static bool frozen(const chip_t *chip, uint32_t m)
+{
+    return (chip->debug.frozen >> m & 1u) != 0u;
+}
+
 static bool counts(const chip_t *chip, uint32_t m)
 {
     const chip_epwm_t *epwm = &chip->epwm[m];
-    return epwm->running && mode_of(chip, m) != MODE_STOP && (epwm->period != 0u || epwm->count != 0u);
+    return epwm->running && !frozen(chip, m) && mode_of(chip, m) != MODE_STOP &&
+           (epwm->period != 0u || epwm->count != 0u);
 }
 
 /* Counter `steps` TBCLK on; steps reach at most to the next event. */
@@ -130,12 +139,13 @@ void timebase_plan(chip_t *chip, uint32_t m)
             counts(chip, m) ? epwm->anchor + (uint64_t)distance(chip, m) * epwm->divider : CHIP_NEVER;
     }
     epwm->next = earlier(earlier(epwm->count_next, epwm->sync_due), earlier(epwm->red_due, epwm->fed_due));
+    epwm->next = earlier(epwm->next, chip->debug.stop[m]);
 }
 
 void timebase_start(chip_t *chip, uint32_t m)
 {
     chip_epwm_t *epwm = &chip->epwm[m];
-    if (epwm->running && mode_of(chip, m) != MODE_STOP) {
+    if (epwm->running && !frozen(chip, m) && mode_of(chip, m) != MODE_STOP) {
         epwm->anchor = cycle_now(chip);
         epwm->count_next = epwm->anchor;
         timebase_plan(chip, m);
@@ -157,7 +167,7 @@ void timebase_sync(chip_t *chip, uint32_t m, uint64_t cycle)
     static const uint32_t follower[CHIP_EPWMS] = {1u, 2u, CHIP_EPWMS, 4u, 5u, CHIP_EPWMS};
     chip_epwm_t *epwm = &chip->epwm[m];
     uint16_t tbctl = chip->registers.epwm[m].TBCTL;
-    if (epwm->running && (tbctl & TBCTL_PHSEN) != 0u) {
+    if (epwm->running && !frozen(chip, m) && (tbctl & TBCTL_PHSEN) != 0u) {
         epwm->sync_due = cycle + (epwm->divider == 1u ? SYNC_LAG : epwm->divider);
         timebase_plan(chip, m);
     }
@@ -255,12 +265,56 @@ static void count_events(chip_t *chip, uint32_t m, uint64_t cycle)
     if (zero) {
         trip_zero(chip, m);
     }
-    if (zero && m == 0u) {
+    if (zero && m == chip->pins.first) {
         chip->carrier_tick = chip->tick;
+        chip->carrier_cycle = cycle;
     }
     if (sync_now) {
         sync_out(chip, m, cycle);
     }
+}
+
+/* Where FREE_SOFT = 1 lets a counter stop. */
+static bool at_end(const chip_t *chip, uint32_t m)
+{
+    const chip_epwm_t *epwm = &chip->epwm[m];
+    return epwm->count == (mode_of(chip, m) == MODE_UP ? epwm->period : 0u);
+}
+
+static void freeze(chip_t *chip, uint32_t m)
+{
+    chip->debug.frozen |= 1u << m;
+    chip->debug.ending &= ~(1u << m);
+    chip->debug.stop[m] = CHIP_NEVER;
+    chip->epwm[m].sync_due = CHIP_NEVER;
+}
+
+bool timebase_stops(const chip_t *chip, uint32_t m)
+{
+    return chip->debug.halted != 0u && chip->registers.epwm[m].TBCTL < TBCTL_FREE_SOFT(2u);
+}
+
+void timebase_debug(chip_t *chip, uint32_t m)
+{
+    chip_epwm_t *epwm = &chip->epwm[m];
+    if (!timebase_stops(chip, m)) {
+        if (frozen(chip, m)) {
+            epwm->anchor = cycle_now(chip);
+        }
+        chip->debug.frozen &= ~(1u << m);
+        chip->debug.ending &= ~(1u << m);
+        chip->debug.stop[m] = CHIP_NEVER;
+    } else if (counts(chip, m)) {
+        timebase_hold(chip, m);
+        if (chip->registers.epwm[m].TBCTL < TBCTL_FREE_SOFT(1u)) {
+            chip->debug.stop[m] = epwm->anchor + epwm->divider;
+        } else if (at_end(chip, m)) {
+            freeze(chip, m);
+        } else {
+            chip->debug.ending |= 1u << m;
+        }
+    }
+    timebase_plan(chip, m);
 }
 
 static void step(chip_t *chip, uint32_t m, uint64_t cycle)
@@ -270,7 +324,8 @@ static void step(chip_t *chip, uint32_t m, uint64_t cycle)
     deadband_due(epwm, cycle);
     bool counted = epwm->count_next <= cycle;
     bool wraps = epwm->up && epwm->count > epwm->period;
-    if (counted || epwm->sync_due <= cycle) {
+    bool stops = chip->debug.stop[m] <= cycle;
+    if (counted || stops || epwm->sync_due <= cycle) {
         hold_at(chip, m, cycle);
     }
     if (counted && wraps && epwm->count == 0u) {
@@ -294,6 +349,10 @@ static void step(chip_t *chip, uint32_t m, uint64_t cycle)
     if (counted) {
         epwm->count_next = CHIP_NEVER;
         count_events(chip, m, cycle);
+        stops = stops || ((chip->debug.ending >> m & 1u) != 0u && at_end(chip, m));
+    }
+    if (stops) {
+        freeze(chip, m);
     }
     outputs_raw(chip, m);
     timebase_plan(chip, m);
@@ -362,24 +421,20 @@ void epwm_clock(chip_t *chip)
 void epwm_refresh(chip_t *chip)
 {
     uint64_t now = cycle_now(chip);
-    uint32_t m = 0u;
-    if (chip->carrier.active) {
-        const chip_carrier_t *carrier = &chip->carrier;
-        uint32_t phase = (uint32_t)(now - carrier->zero);
-        uint32_t count = phase <= carrier->half ? phase : 2u * carrier->half - phase;
-        uint32_t up = phase < carrier->half || count == 0u;
-        for (; m < CHIP_LEGS; m++) {
-            chip->registers.epwm[m].TBCTR = (uint16_t)count;
-            chip->registers.epwm[m].TBSTS = (uint16_t)(up | chip->epwm[m].overflow << 2);
-        }
-    }
-    for (; m < CHIP_EPWMS; m++) {
-        uint32_t count;
-        uint32_t up;
-        if (chip->epwm[m].running || !chip->carrier.active) {
+    const chip_carrier_t *carrier = &chip->carrier;
+    uint32_t phase = (uint32_t)(now - carrier->zero); /* only if there is a carrier */
+    uint32_t common = phase <= carrier->half ? phase : 2u * carrier->half - phase;
+    uint32_t common_up = phase < carrier->half || common == 0u;
+    for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
+        uint32_t count = common;
+        uint32_t up = common_up;
+        if (!carrier_has(chip, m)) {
+            if (!chip->epwm[m].running && carrier->active) {
+                continue;
+            }
             advance(chip, m, steps_to(chip, m, now), &count, &up);
-            chip->registers.epwm[m].TBCTR = (uint16_t)count;
-            chip->registers.epwm[m].TBSTS = (uint16_t)(up | chip->epwm[m].overflow << 2);
         }
+        chip->registers.epwm[m].TBCTR = (uint16_t)count;
+        chip->registers.epwm[m].TBSTS = (uint16_t)(up | chip->epwm[m].overflow << 2);
     }
 }

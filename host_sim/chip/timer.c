@@ -1,10 +1,13 @@
 /* CPU timers 0..2: SPRUFB0 ch. 3. TIM counts down once every TDDR + 1 cycles; from 0 it goes to PRD, which is
  * the moment of the interrupt, so the period is (PRD + 1)(TDDR + 1). Nothing is simulated while a timer runs:
- * the cycle of the next reload says everything. */
+ * the cycle of the next reload says everything.
+ *
+ * A debugger's halt lets a timer with FREE run on; with SOFT alone it goes to its next reload, which still
+ * interrupts, and stands there; else it stands at once. */
 #include "host_sim/chip/parts.h"
 
 #define PCLKCR3_TIMER0 (1u << 8)
-#define TCR_STORED     (TCR_TSS | TCR_TIE | 0x0C00u) /* SOFT and FREE only matter to a debugger */
+#define TCR_STORED     (TCR_TSS | TCR_TIE | TCR_SOFT | TCR_FREE)
 
 static bool clocked(const chip_t *chip, uint32_t n)
 {
@@ -38,6 +41,17 @@ static void interrupt(chip_t *chip, uint32_t n)
     }
 }
 
+static bool stands(const chip_t *chip, uint32_t n)
+{
+    return (chip->debug.timers >> n & 1u) != 0u;
+}
+
+/* Stops at its next reload. */
+static bool ends(const chip_t *chip, uint32_t n)
+{
+    return chip->debug.halted && (chip->registers.cpu_timer[n].TCR & (TCR_FREE | TCR_SOFT)) == TCR_SOFT;
+}
+
 /* Reloads that have passed. */
 static void catch_up(chip_t *chip, uint32_t n)
 {
@@ -49,6 +63,12 @@ static void catch_up(chip_t *chip, uint32_t n)
     }
     uint64_t turns = (now - timer->reload) / period(chip, n) + 1u;
     timer->reload += turns * period(chip, n);
+    if (ends(chip, n)) {
+        timer->running = 0u;
+        timer->left = period(chip, n);
+        regs->TIM = regs->PRD;
+        chip->debug.timers |= 1u << n;
+    }
     regs->TCR |= TCR_TIF;
     if ((regs->TCR & TCR_TIE) != 0u) {
         interrupt(chip, n);
@@ -87,12 +107,13 @@ void timer_refresh(chip_t *chip)
     }
 }
 
-/* Only timers that interrupt are events. */
+/* Only timers that interrupt or are about to stop are events. */
 void timer_schedule(chip_t *chip)
 {
     chip->timer_next = CHIP_NEVER;
     for (uint32_t n = 0u; n < 3u; n++) {
-        if (chip->timer[n].running && (chip->registers.cpu_timer[n].TCR & TCR_TIE) != 0u) {
+        bool event = (chip->registers.cpu_timer[n].TCR & TCR_TIE) != 0u || ends(chip, n);
+        if (chip->timer[n].running && event) {
             chip->timer_next = earlier(chip->timer_next, tick_of(chip, chip->timer[n].reload));
         }
     }
@@ -111,7 +132,8 @@ static void run_or_stop(chip_t *chip, uint32_t n)
 {
     chip_timer_t *timer = &chip->timer[n];
     uint64_t cycles = left(chip, n);
-    timer->running = clocked(chip, n) && (chip->registers.cpu_timer[n].TCR & TCR_TSS) == 0u;
+    timer->running =
+        clocked(chip, n) && !stands(chip, n) && (chip->registers.cpu_timer[n].TCR & TCR_TSS) == 0u;
     set_left(chip, n, cycles);
 }
 
@@ -119,6 +141,17 @@ void timer_clock(chip_t *chip)
 {
     for (uint32_t n = 0u; n < 3u; n++) {
         refresh_one(chip, n);
+        run_or_stop(chip, n);
+    }
+    timer_schedule(chip);
+}
+
+void timer_debug(chip_t *chip)
+{
+    for (uint32_t n = 0u; n < 3u; n++) {
+        bool at_once = (chip->registers.cpu_timer[n].TCR & (TCR_FREE | TCR_SOFT)) == 0u;
+        chip->debug.timers &= ~(1u << n);
+        chip->debug.timers |= chip->debug.halted && at_once ? 1u << n : 0u;
         run_or_stop(chip, n);
     }
     timer_schedule(chip);

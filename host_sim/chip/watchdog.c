@@ -2,22 +2,45 @@
  * reset the chip. A wrong key resets per the erratum; 0xAA without 0x55 before it does nothing. */
 #include "host_sim/chip/parts.h"
 
-#define WATCHDOG_TICKS (UINT64_C(512) * 5u) /* one count at prescale 1 */
-#define WATCHDOG_SPAN  256u
-#define SCSR_WDINTS    (1u << 2)
+#define COUNT_CYCLES  UINT64_C(512) /* of the crystal, one count at prescale 1 */
+#define WATCHDOG_SPAN 256u
+#define SCSR_WDINTS   (1u << 2)
 
-static uint64_t count_ticks(const chip_t *chip)
+static uint64_t count_cycles(const chip_t *chip)
 {
     uint32_t prescale = chip->registers.sysctrl.WDCR & 7u;
-    return WATCHDOG_TICKS << (prescale == 0u ? 0u : prescale - 1u);
+    return COUNT_CYCLES << (prescale == 0u ? 0u : prescale - 1u);
+}
+
+/* It stands while a debugger holds the CPU, also within interrupts of the real-time mode. */
+static uint64_t own_time(const chip_t *chip)
+{
+    return chip->debug.halted ? chip->debug.since : chip->tick;
+}
+
+static void plan(chip_t *chip)
+{
+    bool counts = !chip->watchdog.off && !chip->debug.halted;
+    chip->watchdog.next =
+        counts ? chip->watchdog.start + crystal_ticks(chip, WATCHDOG_SPAN * count_cycles(chip)) : CHIP_NEVER;
+    chip_schedule_rare(chip);
 }
 
 static void restart(chip_t *chip, uint64_t counted)
 {
-    chip->watchdog.start = chip->tick - counted * count_ticks(chip);
-    chip->watchdog.next =
-        chip->watchdog.off ? CHIP_NEVER : chip->watchdog.start + WATCHDOG_SPAN * count_ticks(chip);
-    chip_schedule_rare(chip);
+    chip->watchdog.start = own_time(chip) - crystal_ticks(chip, counted * count_cycles(chip));
+    plan(chip);
+}
+
+void watchdog_halt(chip_t *chip)
+{
+    plan(chip);
+}
+
+void watchdog_go(chip_t *chip)
+{
+    chip->watchdog.start += chip->tick - chip->debug.since;
+    plan(chip);
 }
 
 void watchdog_reset(chip_t *chip)
@@ -30,7 +53,9 @@ void watchdog_reset(chip_t *chip)
 void watchdog_refresh(chip_t *chip)
 {
     if (!chip->watchdog.off) {
-        chip->registers.sysctrl.WDCNTR = (uint16_t)((chip->tick - chip->watchdog.start) / count_ticks(chip));
+        uint64_t crystal_cycles =
+            (own_time(chip) - chip->watchdog.start) * chip->clock.crystal_cycles / chip->clock.crystal_ticks;
+        chip->registers.sysctrl.WDCNTR = (uint16_t)(crystal_cycles / count_cycles(chip));
     }
 }
 
@@ -39,7 +64,7 @@ static void bite(chip_t *chip, uint32_t address)
     chip_report(chip, CHIP_WATCHDOG_RESET, address);
     chip->cpu.resets++;
     chip->cpu.halted = 1u;
-    chip_reset(chip);
+    chip_reset(chip, true);
     chip->registers.sysctrl.WDCR |= WDCR_WDFLAG;
 }
 

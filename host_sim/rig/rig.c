@@ -62,11 +62,21 @@ rig_state_t *rig_state(rig_t *rig)
 
 /* ---- the world around the chip's pins ---- */
 
+/* Which leg of the plant, and of the board, hangs on which ePWM. */
+static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
+
 static void tell_edge(rig_t *rig, uint64_t tick, rig_edge_t what, uint32_t value)
 {
     if (rig->edge_sink != NULL) {
         rig->edge_sink(rig->edge_context, tick - rig->state.start, (uint32_t)what, value);
     }
+}
+
+/* Trips of the modules as trips of the legs. */
+static uint32_t legs_tripped(uint32_t modules)
+{
+    return (modules >> (legs[0] - 1u) & 1u) | (modules >> (legs[1] - 1u) & 1u) << 1 |
+           (modules >> (legs[2] - 1u) & 1u) << 2;
 }
 
 static void on_event(void *context, uint64_t tick, chip_event_t what, uint32_t value)
@@ -77,7 +87,7 @@ static void on_event(void *context, uint64_t tick, chip_event_t what, uint32_t v
         [CHIP_EVENT_RETURN] = RIG_EDGE_ISR_EXIT,
         [CHIP_EVENT_TRIP] = RIG_EDGE_TRIP,
     };
-    tell_edge(context, tick, edges[what], value);
+    tell_edge(context, tick, edges[what], what == CHIP_EVENT_TRIP ? legs_tripped(value) : value);
 }
 
 /* The power module's fault output reaches the trip pin without software and without delay. */
@@ -112,9 +122,6 @@ static double on_analog(void *context, uint64_t tick, uint32_t channel)
     }
     return 0.0; /* not wired */
 }
-
-/* Which leg of the plant, and of the board, hangs on which ePWM. */
-static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
 
 /* Commands of the six switches, leg by leg. The board's bias holds an undriven pin at the level of off. */
 static uint32_t switches_on(uint32_t level, uint32_t driven)
@@ -174,14 +181,15 @@ rig_t *rig_create(uint64_t seed)
         return NULL;
     }
     rig->world = (chip_world_t){
-        .context = rig, .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder};
+        .context = rig, .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder,
+        .active_low = HAL_GATE_ACTIVE_HIGH == 0};
 
     rig_state_t *state = &rig->state;
     table_defaults(&plant_table, &state->plant_values);
     table_defaults(&conditions_table, &state->conditions);
     const plant_params_t plant = rig_plant_params(&state->plant_values);
     plant_init(&state->plant, &plant, seed);
-    chip_power_on(&state->chip);
+    chip_power_on(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
     rig_bind(rig);
     app_start();
     /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
@@ -748,7 +756,7 @@ void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context)
     rig->edge_context = context;
     rig->world.event = sink != NULL ? on_event : NULL;
     tell_edge(rig, now, RIG_EDGE_GATES, switches_on(pins->level, pins->driven));
-    tell_edge(rig, now, RIG_EDGE_TRIP, rig->state.chip.tripped);
+    tell_edge(rig, now, RIG_EDGE_TRIP, legs_tripped(rig->state.chip.tripped));
 }
 
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)

@@ -9,6 +9,7 @@ uint32_t bench_samples;
 uint64_t bench_sample_at[1024];
 uint16_t bench_codes[16];
 uint16_t bench_compare[3];
+uint32_t bench_first_leg;
 void (*bench_on_world)(uint64_t tick, bool analog);
 void (*bench_in_interrupt)(void);
 
@@ -60,22 +61,29 @@ static int64_t on_encoder(void *context, uint64_t tick)
     return bench.encoder_offset + (moved >= 0 ? moved >> 20 : -((-moved) >> 20));
 }
 
-static const chip_world_t world = {
+chip_world_t bench_world = {
     .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder};
 
 void bench_power_on(void)
+{
+    bench_power_on_with(30000000u);
+}
+
+void bench_power_on_with(uint32_t crystal_hz)
 {
     memset(&bench, 0, sizeof bench);
     bench_isr_skips = 0u;
     bench_samples = 0u;
     bench_in_interrupt = NULL;
     bench_on_world = NULL;
+    bench_first_leg = 1u;
+    bench_world.active_low = 0u;
     for (uint32_t i = 0u; i < 3u; i++) {
         bench_compare[i] = 3750u;
     }
     memset(bench_codes, 0, sizeof bench_codes);
-    chip_power_on(&bench_chip);
-    chip_bind(&bench_chip, &world);
+    chip_power_on(&bench_chip, crystal_hz);
+    chip_bind(&bench_chip, &bench_world);
 }
 
 void bench_forget(void)
@@ -162,8 +170,8 @@ void bench_interrupt(void)
     for (uint32_t i = 0u; i < 16u; i++) {
         bench_codes[i] = ADC_MIRROR->ADCRESULT[i];
     }
-    for (uint32_t n = 1u; n <= 3u; n++) {
-        bus_write16(&EPWM(n)->CMPA, bench_compare[n - 1u]);
+    for (uint32_t leg = 0u; leg < 3u; leg++) {
+        bus_write16(&EPWM(bench_first_leg + leg)->CMPA, bench_compare[leg]);
     }
     if (bench_in_interrupt != NULL) {
         bench_in_interrupt();

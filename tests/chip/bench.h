@@ -61,10 +61,13 @@ extern uint32_t bench_samples;                             /* interrupts taken *
 extern uint64_t bench_sample_at[1024];                     /* [ticks] their entries, first 1024 */
 extern uint16_t bench_codes[16];                           /* mirror results at the last one */
 extern uint16_t bench_compare[3];                          /* what the interrupt writes */
+extern uint32_t bench_first_leg;                           /* to this ePWM (1..4) and the next two */
+extern chip_world_t bench_world;                           /* what stands around the pins */
 extern void (*bench_on_world)(uint64_t tick, bool analog); /* the world's answer to a callback; NULL: none */
 extern void (*bench_in_interrupt)(void);                   /* more to do there; NULL: nothing */
 
-void bench_power_on(void);     /* fresh chip, bound to the recording world, record empty */
+void bench_power_on(void); /* fresh chip, bound to the recording world, record empty */
+void bench_power_on_with(uint32_t crystal_hz);
 void bench_clock(void);        /* watchdog off, 150 MHz, flash waits, prescalers; module clocks on */
 void bench_pwm(uint32_t skip); /* three legs, 10 kHz, dead band 450, tripped, pins muxed */
 void bench_adc(uint32_t skip); /* four pairs, SOC 87 ticks before counter zero, where the second is held */

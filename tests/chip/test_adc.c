@@ -139,7 +139,7 @@ static void test_code_is_floor_and_clamped(void)
 static void test_offset_trim_is_signed(void)
 {
     bench.volts[0] = 1.5;
-    bus_write16(&ADC->ADCOFFTRIM, 0x01FEu); /* -2 */
+    bus_write16(&ADC->ADCOFFTRIM, (bus_otp(0x380085u) - 2u) & 0x01FFu);
     software_start();
     chip_run(soc + 1000u);
     TEST_ASSERT_EQUAL_UINT16(2046u, ADC_MIRROR->ADCRESULT[0]);

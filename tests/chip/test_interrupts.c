@@ -219,14 +219,73 @@ static void test_missing_vector_loses_the_CPU(void)
     TEST_ASSERT_EQUAL_HEX16(0u, PIE->group[1].IFR);
 }
 
-static void test_without_ENPIE_the_CPU_is_lost(void)
+/* Two groups' requests: the one had gone to the CPU before ENPIE was cleared, the other waits in the PIE. */
+static void test_without_ENPIE_nothing_goes_to_the_CPU(void)
 {
     vectors();
     bus_write16(&PIE->PIECTRL, 0u);
     bus_interrupts_enable();
+    start = chip_now(&bench_chip);
     request(2u, 1u);
+    chip_run(start + 1000u);
+    TEST_ASSERT_EQUAL_UINT32(0u, calls);
+    TEST_ASSERT_FALSE(chip_halted(&bench_chip));
+    TEST_ASSERT_EQUAL_HEX16(1u, PIE->group[1].IFR);
+    TEST_ASSERT_EQUAL_HEX16(0u, PIE->PIEACK);
+    bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
+    chip_run(start + 2000u);
+    TEST_ASSERT_EQUAL_UINT32(1u, calls);
+}
+
+static void test_what_reached_the_CPU_before_ENPIE_was_cleared_loses_it(void)
+{
+    vectors();
+    request(2u, 1u);
+    bus_write16(&PIE->PIECTRL, 0u);
+    bus_interrupts_enable();
     chip_run(chip_now(&bench_chip) + 1000u);
-    TEST_ASSERT_TRUE(chip_halted(&bench_chip));
+    TEST_ASSERT_TRUE(chip_halted(&bench_chip)); /* the boot ROM's vectors lead nowhere */
+}
+
+/* What an init does against leftovers: no group enabled, nothing pending in the CPU, no flag in the PIE. */
+static void test_leftovers_can_be_cleared(void)
+{
+    vectors();
+    start = chip_now(&bench_chip);
+    request(1u, 1u << 0 | 1u << 6);
+    request(2u, 1u);
+    bus_disable_groups();
+    bus_write16(&PIE->PIECTRL, 0u);
+    bus_write16(&PIE->group[0].IER, 0u);
+    bus_write16(&PIE->group[0].IFR, 0u);
+    bus_write16(&PIE->group[1].IFR, 0u);
+    TEST_ASSERT_EQUAL_HEX16(0u, PIE->group[0].IFR | PIE->group[1].IFR);
+    bus_clear_pending();
+    bus_write16(&PIE->PIEACK, 0x0FFFu);
+    bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
+    bus_write16(&PIE->group[0].IER, 1u);
+    bus_interrupts_enable();
+    bus_enable_group(1u);
+    bus_enable_group(2u);
+    chip_run(start + 1000u);
+    TEST_ASSERT_EQUAL_UINT32(0u, calls);
+    request(1u, 1u);
+    chip_run(start + 2000u);
+    TEST_ASSERT_EQUAL_UINT32(1u, calls);
+}
+
+static void test_disabled_groups_wait(void)
+{
+    vectors();
+    bus_interrupts_enable();
+    bus_disable_groups();
+    start = chip_now(&bench_chip);
+    request(2u, 1u);
+    chip_run(start + 1000u);
+    TEST_ASSERT_EQUAL_UINT32(0u, calls);
+    bus_enable_group(2u);
+    chip_run(start + 2000u);
+    TEST_ASSERT_EQUAL_UINT32(1u, calls);
 }
 
 static void open_inside(void)
@@ -347,7 +406,10 @@ int main(void)
     RUN_TEST(test_missing_acknowledge_blocks_its_group_only);
     RUN_TEST(test_flag_taken_back_gives_the_first_vector_of_the_group);
     RUN_TEST(test_missing_vector_loses_the_CPU);
-    RUN_TEST(test_without_ENPIE_the_CPU_is_lost);
+    RUN_TEST(test_without_ENPIE_nothing_goes_to_the_CPU);
+    RUN_TEST(test_what_reached_the_CPU_before_ENPIE_was_cleared_loses_it);
+    RUN_TEST(test_leftovers_can_be_cleared);
+    RUN_TEST(test_disabled_groups_wait);
     RUN_TEST(test_EALLOW_is_closed_inside_and_restored_after);
     RUN_TEST(test_interrupt_that_clears_INTM_can_be_interrupted);
     RUN_TEST(test_sample_interrupt_to_the_tick);

@@ -521,21 +521,16 @@ static bool check_event(const scenario_t *scenario, rig_t *rig, scenario_event_t
     return good;
 }
 
-static uint32_t periods_of(double seconds)
-{
-    return (uint32_t)floor(seconds / RIG_PERIOD_SECONDS + 0.5);
-}
-
 static bool check_times(scenario_t *scenario, scenario_error_t *error)
 {
     const double duration = scenario->duration;
-    scenario->periods = periods_of(duration);
+    scenario->periods = rig_periods(duration);
     for (uint32_t n = 1; n < scenario->event_count; n++) {
         scenario_event_t *event = &scenario->events[n];
         if (!scenario_in_range(event->time, 0.0, duration, "s", event->time_place, "time", error)) {
             return false;
         }
-        event->period = periods_of(event->time);
+        event->period = rig_periods(event->time);
         if (event->period >= scenario->periods) {
             char text[UNITS_TEXT_SIZE];
             return scenario_fail(error, event->time_place, "time",
@@ -546,7 +541,7 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
                                "s", event->ramp_place, "ramp", error)) {
             return false;
         }
-        event->ramp_periods = periods_of(event->ramp);
+        event->ramp_periods = rig_periods(event->ramp);
     }
     for (uint32_t n = 0; n < scenario->expect_count; n++) {
         scenario_expect_t *expect = &scenario->expects[n];
@@ -559,14 +554,16 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
         if (!scenario_in_range(expect->to, 0.0, duration, "s", expect->to_place, "to", error)) {
             return false;
         }
-        expect->begin = periods_of(expect->from);
-        expect->end = periods_of(expect->to);
+        expect->begin = rig_periods(expect->from);
+        expect->end = rig_periods(expect->to);
         if (expect->begin >= expect->end) {
             char from[UNITS_TEXT_SIZE];
             char to[UNITS_TEXT_SIZE];
+            char least[UNITS_TEXT_SIZE];
             return scenario_fail(error, expect->from_place, "from",
-                                 "the window from %s to %s holds no period; accepted: at least 100 us",
-                                 units_text(from, expect->from, "s"), units_text(to, expect->to, "s"));
+                                 "the window from %s to %s holds no period; accepted: at least %s",
+                                 units_text(from, expect->from, "s"), units_text(to, expect->to, "s"),
+                                 units_text(least, RIG_PERIOD_SECONDS, "s"));
         }
     }
     return true;

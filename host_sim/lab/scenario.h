@@ -27,8 +27,8 @@
  *   at_most = "1 r/min"
  *   name = "speed holds"                   # optional
  *
- * Time is simulated time since power-on; period k begins at k x 100 us, and times are rounded to the nearest
- * period. An event acts before the first period at or after its time; events of one time act in the order of
+ * Time is simulated time since power-on; period k begins at k x RIG_PERIOD_SECONDS, and times are rounded to the
+ * nearest period. An event acts before the first period at or after its time; events of one time act in the order of
  * the file. The parameters of one event are staged and taken over as one set. A ramp ends exactly at its
  * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once.
  *

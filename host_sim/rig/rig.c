@@ -12,9 +12,11 @@
 #include "hal/f28335/bus.h"
 #include "host_sim/rig/rig_state.h"
 
-#define PERIOD_TICKS     UINT64_C(15000)
 #define BACKGROUND_EVERY 10u /* [periods] the background loop comes round once a millisecond */
 #define TRIP_PIN         12u /* GPIO12 = TZ1, pulled low by the power module's fault output */
+
+/* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
+__attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;
 
 /* Tables by their order, which is also that of rig_table(). */
 typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
@@ -163,7 +165,7 @@ rig_t *rig_create(uint64_t seed)
     /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
      * come up has no carrier, and time goes on all the same. */
     const uint64_t zero = chip_carrier_tick(&state->chip);
-    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + PERIOD_TICKS;
+    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
     chip_run(state->start);
     return rig;
 }
@@ -215,10 +217,10 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     rig_bind(rig);
-    const uint64_t begin = state->start + PERIOD_TICKS * state->period;
+    const uint64_t begin = state->start + RIG_PERIOD_TICKS * state->period;
     plant_advance(&state->plant, begin);
     take_truth(rig);
-    chip_run(begin + PERIOD_TICKS);
+    chip_run(begin + RIG_PERIOD_TICKS);
     state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err = angle_between(state->app.drive.estimate.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {

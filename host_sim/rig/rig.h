@@ -18,7 +18,22 @@
 
 typedef struct rig rig_t;
 
-#define RIG_PERIOD_SECONDS 1e-4 /* of one rig_step */
+/* One rig_step: a period of the board's carrier, in ticks [1/150 MHz] whatever its system clock. */
+#define RIG_PERIOD_TICKS   UINT64_C(15000)
+#define RIG_PERIOD_SECONDS ((double)RIG_PERIOD_TICKS / 150e6)
+
+extern const uint32_t rig_period_ticks; /* the same for a debugger, which knows no macros */
+
+/* [periods] of so many ticks, nearest to this time [s], which is not negative. */
+static inline uint32_t rig_periods_of(double seconds, uint64_t period_ticks)
+{
+    return (uint32_t)(seconds / ((double)period_ticks / 150e6) + 0.5);
+}
+
+static inline uint32_t rig_periods(double seconds)
+{
+    return rig_periods_of(seconds, RIG_PERIOD_TICKS);
+}
 
 /* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0
  * begins when this returns. NULL only without memory. */

@@ -49,13 +49,15 @@
 #include <stdint.h>
 
 #include "drive/table.h"
+#include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
-#define SCENARIO_SECONDS_MAX    3600.0 /* [s] */
-#define SCENARIO_DECIMATION_MAX 100000 /* [periods] */
-#define SCENARIO_TITLE_MAX      200u   /* [octets] */
-#define SCENARIO_SPEED_MAX      1e4    /* [rad/s] of the start, mechanical */
-#define SCENARIO_ANGLE_MAX      1e3    /* [rad] of the start, mechanical */
+#define SCENARIO_SECONDS_MIN    times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is told */
+#define SCENARIO_SECONDS_MAX    3600.0                              /* [s] */
+#define SCENARIO_DECIMATION_MAX 100000                              /* [periods] */
+#define SCENARIO_TITLE_MAX      200u                                /* [octets] */
+#define SCENARIO_SPEED_MAX      1e4                                 /* [rad/s] of the start, mechanical */
+#define SCENARIO_ANGLE_MAX      1e3                                 /* [rad] of the start, mechanical */
 
 typedef struct {
     uint32_t line, column; /* [1..]; 0: the file as a whole, or not from a file */

@@ -1,8 +1,9 @@
 /* The board: which file describes it, whether it can be right, and what follows from it.
  *
- * One header of hal/f28335/boards holds the facts of one board, as a schematic and data sheets give them (docs/board.md
- * explains each line; the numbers in the messages below are those of its table). It is chosen by LAGLESS_BOARD_FILE,
- * which the build sets (-DLAGLESS_BOARD=name). Nothing else in the tree names a pin, a channel, a scale or a rate.
+ * One header of hal/f28335/boards holds the facts of one board, as a schematic and data sheets give them
+ * (docs/board.md explains each line; the numbers in the messages below are those of its table). It is chosen
+ * by LAGLESS_BOARD_FILE, which the build sets (-DLAGLESS_BOARD=name). Nothing else in the tree names a pin, a
+ * channel, a scale or a rate.
  *
  * Only constants: no code, no storage, no register. */
 #ifndef HAL_BOARD_H
@@ -12,14 +13,14 @@
 
 /* ---- Words for board files ---- */
 
-#define BOARD_NONE              99      /* the board does not have it */
-#define BOARD_ADC_A(n)          (n)     /* ADCINAn, n = 0..7 */
+#define BOARD_NONE              99        /* the board does not have it */
+#define BOARD_ADC_A(n)          (n)       /* ADCINAn, n = 0..7 */
 #define BOARD_ADC_B(n)          (8 + (n)) /* ADCINBn, n = 0..7 */
-#define BOARD_UPPER_ZERO_VECTOR 0       /* currents are held while all upper switches are on */
-#define BOARD_LOWER_ZERO_VECTOR 1       /* while all lower switches are on, as shunts below them need */
-#define BOARD_EQEP1_GPIO20      0       /* encoder on eQEP1: A, B, strobe, index on GPIO20 to 23 */
-#define BOARD_EQEP1_GPIO50      1       /* on eQEP1: GPIO50 to 53 */
-#define BOARD_EQEP2_GPIO24      2       /* on eQEP2: A, B, index, strobe on GPIO24 to 27 */
+#define BOARD_UPPER_ZERO_VECTOR 0         /* currents are held while all upper switches are on */
+#define BOARD_LOWER_ZERO_VECTOR 1         /* while all lower switches are on, as shunts below them need */
+#define BOARD_EQEP1_GPIO20      0         /* encoder on eQEP1: A, B, strobe, index on GPIO20 to 23 */
+#define BOARD_EQEP1_GPIO50      1         /* on eQEP1: GPIO50 to 53 */
+#define BOARD_EQEP2_GPIO24      2         /* on eQEP2: A, B, index, strobe on GPIO24 to 27 */
 
 /* ---- The board file ---- */
 
@@ -49,7 +50,8 @@
 #error "docs/board.md, line 6: BOARD_TRIP_ZONE or BOARD_TRIP_PULL_UP is missing"
 #endif
 #if !defined(BOARD_DEAD_BAND_MIN_NS) || !defined(BOARD_DEAD_TIME_NS) || !defined(BOARD_MINIMUM_PULSE_NS)
-#error "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS, BOARD_DEAD_TIME_NS or BOARD_MINIMUM_PULSE_NS is missing"
+#error                                                                                                       \
+    "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS, BOARD_DEAD_TIME_NS or BOARD_MINIMUM_PULSE_NS is missing"
 #endif
 #if !defined(BOARD_CURRENT_A_INPUT) || !defined(BOARD_CURRENT_B_INPUT) || !defined(BOARD_CURRENT_C_INPUT)
 #error "docs/board.md, line 8: BOARD_CURRENT_A_INPUT, _B_INPUT or _C_INPUT is missing"
@@ -78,13 +80,15 @@
 #if !defined(BOARD_LED_RUN) || !defined(BOARD_LED_FAULT) || !defined(BOARD_LED_ACTIVE_LOW)
 #error "docs/board.md, line 14: BOARD_LED_RUN, BOARD_LED_FAULT or BOARD_LED_ACTIVE_LOW is missing"
 #endif
-#if !defined(BOARD_TURN_ON_DELAY_NS) || !defined(BOARD_TURN_OFF_DELAY_NS) || !defined(BOARD_IGBT_DROP_MV) ||                    \
-    !defined(BOARD_IGBT_SLOPE_UOHM) || !defined(BOARD_DIODE_DROP_MV) || !defined(BOARD_DIODE_SLOPE_UOHM) ||                     \
+#if !defined(BOARD_TURN_ON_DELAY_NS) || !defined(BOARD_TURN_OFF_DELAY_NS) || !defined(BOARD_IGBT_DROP_MV) || \
+    !defined(BOARD_IGBT_SLOPE_UOHM) || !defined(BOARD_DIODE_DROP_MV) || !defined(BOARD_DIODE_SLOPE_UOHM) ||  \
     !defined(BOARD_SHORT_CIRCUIT_TRIP_MA)
-#error "docs/board.md, line 15: a delay, drop, slope or BOARD_SHORT_CIRCUIT_TRIP_MA of the power stage is missing"
+#error                                                                                                       \
+    "docs/board.md, line 15: a delay, drop, slope or BOARD_SHORT_CIRCUIT_TRIP_MA of the power stage is missing"
 #endif
-#if !defined(BOARD_CURRENT_LIMIT_MA) || !defined(BOARD_OVERCURRENT_TRIP_MA) || !defined(BOARD_UNDERVOLTAGE_MV) ||               \
-    !defined(BOARD_OVERVOLTAGE_MV) || !defined(BOARD_OVERVOLTAGE_MAX_MV) || !defined(BOARD_DC_NOMINAL_MV)
+#if !defined(BOARD_CURRENT_LIMIT_MA) || !defined(BOARD_OVERCURRENT_TRIP_MA) ||                               \
+    !defined(BOARD_UNDERVOLTAGE_MV) || !defined(BOARD_OVERVOLTAGE_MV) ||                                     \
+    !defined(BOARD_OVERVOLTAGE_MAX_MV) || !defined(BOARD_DC_NOMINAL_MV)
 #error "docs/board.md, line 16: a limit of current or voltage is missing"
 #endif
 
@@ -93,13 +97,15 @@
 #define BOARD_PLL_TIMES (2 * (BOARD_SYSCLK_HZ / 1000) / (BOARD_CRYSTAL_HZ / 1000)) /* PLLCR; then /2 */
 
 #if BOARD_CRYSTAL_HZ < 20000000 || BOARD_CRYSTAL_HZ > 35000000
-#error "docs/board.md, line 2: BOARD_CRYSTAL_HZ is accepted from 20 to 35 MHz, the range of the chip's oscillator"
+#error                                                                                                       \
+    "docs/board.md, line 2: BOARD_CRYSTAL_HZ is accepted from 20 to 35 MHz, the range of the chip's oscillator"
 #endif
 #if BOARD_SYSCLK_HZ > 150000000 || BOARD_SYSCLK_HZ < 75000000
 #error "docs/board.md, line 2: BOARD_SYSCLK_HZ is accepted from 75 to 150 MHz"
 #endif
 #if BOARD_PLL_TIMES > 10 || BOARD_PLL_TIMES * (BOARD_CRYSTAL_HZ / 1000) != 2 * (BOARD_SYSCLK_HZ / 1000)
-#error "docs/board.md, line 2: this crystal gives no such BOARD_SYSCLK_HZ: crystal x n/2 with n = 1..10 (30 MHz: 150 MHz, 25: 125, 20: 100)"
+#error                                                                                                       \
+    "docs/board.md, line 2: this crystal gives no such BOARD_SYSCLK_HZ: crystal x n/2 with n = 1..10 (30 MHz: 150 MHz, 25: 125, 20: 100)"
 #endif
 
 /* The ADC's clock is SYSCLK/(2n), at most 25 MHz. */
@@ -111,28 +117,32 @@
 #error "docs/board.md, line 3: BOARD_CARRIER_HZ is accepted from 5000 to 20000"
 #endif
 
-/* Counts of half a carrier period: the next to what was asked for with which a whole period is a whole number of ADC
- * clocks, so that the ADC samples at the same count in every period. */
-#define BOARD_PERIOD_COUNT                                                                                                      \
-    (BOARD_ADC_PRESCALE * ((BOARD_SYSCLK_HZ + BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ) / (2 * BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ)))
+/* Counts of half a carrier period: the next to what was asked for with which a whole period is a whole number
+ * of ADC clocks, so that the ADC samples at the same count in every period. */
+#define BOARD_PERIOD_COUNT                                                                                   \
+    (BOARD_ADC_PRESCALE * ((BOARD_SYSCLK_HZ + BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ) /                       \
+                           (2 * BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ)))
 #define BOARD_PERIOD_CYCLES (2 * BOARD_PERIOD_COUNT)
 #define BOARD_PERIOD        ((float)BOARD_PERIOD_CYCLES / (float)BOARD_SYSCLK_HZ) /* T_s [s] */
 
 /* ---- Lines 4 to 6: gates and trip ---- */
 
-#define BOARD_LEG_FIRST                                                                                                         \
-    (BOARD_LEG_A < BOARD_LEG_B ? (BOARD_LEG_A < BOARD_LEG_C ? BOARD_LEG_A : BOARD_LEG_C)                                        \
+#define BOARD_LEG_FIRST                                                                                      \
+    (BOARD_LEG_A < BOARD_LEG_B ? (BOARD_LEG_A < BOARD_LEG_C ? BOARD_LEG_A : BOARD_LEG_C)                     \
                                : (BOARD_LEG_B < BOARD_LEG_C ? BOARD_LEG_B : BOARD_LEG_C))
 #if BOARD_LEG_FIRST != 1 && BOARD_LEG_FIRST != 4
-#error "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, in any order: their counters start each other"
+#error                                                                                                       \
+    "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, in any order: their counters start each other"
 #endif
-#if BOARD_LEG_A == BOARD_LEG_B || BOARD_LEG_B == BOARD_LEG_C || BOARD_LEG_A == BOARD_LEG_C || BOARD_LEG_A > BOARD_LEG_FIRST + 2 || \
-    BOARD_LEG_B > BOARD_LEG_FIRST + 2 || BOARD_LEG_C > BOARD_LEG_FIRST + 2
-#error "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, each once: their counters start each other"
+#if BOARD_LEG_A == BOARD_LEG_B || BOARD_LEG_B == BOARD_LEG_C || BOARD_LEG_A == BOARD_LEG_C ||                \
+    BOARD_LEG_A > BOARD_LEG_FIRST + 2 || BOARD_LEG_B > BOARD_LEG_FIRST + 2 ||                                \
+    BOARD_LEG_C > BOARD_LEG_FIRST + 2
+#error                                                                                                       \
+    "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, each once: their counters start each other"
 #endif
 
-/* Level of a gate pin that turns its switch on: the board file says it, or, where the stage in front of the module is the
- * user's, the build: -DLAGLESS_GATES=active_high or active_low. */
+/* Level of a gate pin that turns its switch on: the board file says it, or, where the stage in front of the
+ * module is the user's, the build: -DLAGLESS_GATES=active_high or active_low. */
 #if defined(BOARD_GATE_ACTIVE_HIGH) && defined(HAL_GATE_ACTIVE_HIGH)
 #if BOARD_GATE_ACTIVE_HIGH != HAL_GATE_ACTIVE_HIGH
 #error "docs/board.md, line 5: LAGLESS_GATES contradicts BOARD_GATE_ACTIVE_HIGH of the board file"
@@ -141,7 +151,8 @@
 #define HAL_GATE_ACTIVE_HIGH BOARD_GATE_ACTIVE_HIGH
 #elif !defined(HAL_GATE_ACTIVE_HIGH)
 #if defined(__TMS320C2000__)
-#error "docs/board.md, line 5: the level that turns a switch on is open: -DLAGLESS_GATES=active_high or active_low"
+#error                                                                                                       \
+    "docs/board.md, line 5: the level that turns a switch on is open: -DLAGLESS_GATES=active_high or active_low"
 #endif
 #define HAL_GATE_ACTIVE_HIGH 1
 #endif
@@ -150,7 +161,8 @@
 #endif
 
 #if BOARD_TRIP_ZONE < 1 || BOARD_TRIP_ZONE > 6
-#error "docs/board.md, line 6: BOARD_TRIP_ZONE is accepted from 1 to 6 (TZ1 = GPIO12 to TZ6 = GPIO17, active low)"
+#error                                                                                                       \
+    "docs/board.md, line 6: BOARD_TRIP_ZONE is accepted from 1 to 6 (TZ1 = GPIO12 to TZ6 = GPIO17, active low)"
 #endif
 
 /* ---- Line 7: dead band ---- */
@@ -162,10 +174,12 @@
 #define BOARD_DEAD_BAND_MAX 1023 /* the register has 10 bits */
 
 #if BOARD_DEAD_BAND_MIN_NS < 50
-#error "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS is accepted from 50: what the data sheet of the switches demands"
+#error                                                                                                       \
+    "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS is accepted from 50: what the data sheet of the switches demands"
 #endif
 #if BOARD_DEAD_TIME_NS < BOARD_DEAD_BAND_MIN_NS
-#error "docs/board.md, line 7: BOARD_DEAD_TIME_NS is below BOARD_DEAD_BAND_MIN_NS, which the module demands: the legs would shoot through"
+#error                                                                                                       \
+    "docs/board.md, line 7: BOARD_DEAD_TIME_NS is below BOARD_DEAD_BAND_MIN_NS, which the module demands: the legs would shoot through"
 #endif
 #if BOARD_CYCLES_OF_NS(BOARD_DEAD_TIME_NS) > BOARD_DEAD_BAND_MAX
 #error "docs/board.md, line 7: BOARD_DEAD_TIME_NS does not fit the dead-band register, 1023 cycles"
@@ -184,7 +198,8 @@
 #error "docs/board.md, line 8: BOARD_CURRENT_C_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
 #endif
 #if BOARD_CURRENT_A_INPUT % 8 != BOARD_CURRENT_B_INPUT % 8
-#error "docs/board.md, line 8: currents a and b must be a pair, ADCINAn and ADCINBn: only a pair is held at one instant"
+#error                                                                                                       \
+    "docs/board.md, line 8: currents a and b must be a pair, ADCINAn and ADCINBn: only a pair is held at one instant"
 #endif
 #if BOARD_CURRENT_A_INPUT == BOARD_CURRENT_B_INPUT
 #error "docs/board.md, line 8: currents a and b are on one input"
@@ -192,10 +207,12 @@
 #define BOARD_CURRENT_SENSORS (BOARD_CURRENT_C_INPUT == BOARD_NONE ? 2 : 3)
 
 #if BOARD_CURRENT_ZERO_MV < 300 || BOARD_CURRENT_ZERO_MV > 2700
-#error "docs/board.md, line 9: BOARD_CURRENT_ZERO_MV is accepted from 300 to 2700: the ADC must see both directions"
+#error                                                                                                       \
+    "docs/board.md, line 9: BOARD_CURRENT_ZERO_MV is accepted from 300 to 2700: the ADC must see both directions"
 #endif
 #if BOARD_CURRENT_STEP_MA == 0 || BOARD_CURRENT_STEP_MV <= 0
-#error "docs/board.md, line 9: BOARD_CURRENT_STEP_MA (negative: the sensor inverts) over BOARD_CURRENT_STEP_MV (positive) is no scale"
+#error                                                                                                       \
+    "docs/board.md, line 9: BOARD_CURRENT_STEP_MA (negative: the sensor inverts) over BOARD_CURRENT_STEP_MV (positive) is no scale"
 #endif
 
 /* Of the ADC: 0 to 3 V are 4096 codes; a code stands for the middle of its step. */
@@ -203,11 +220,12 @@
 #define BOARD_HALF_CODE 0.5f
 #define BOARD_PIN_MV    3000.0f
 
-#define BOARD_AMPERES(ma)     ((float)(ma) / 1000.0f)
-#define BOARD_CURRENT_OVER(mv) (BOARD_AMPERES(BOARD_CURRENT_STEP_MA) * (mv) / (float)BOARD_CURRENT_STEP_MV) /* [A] */
-#define BOARD_CURRENT_AT_0V    (-BOARD_CURRENT_OVER((float)BOARD_CURRENT_ZERO_MV))                         /* [A] */
-#define BOARD_CURRENT_AT_3V    BOARD_CURRENT_OVER(BOARD_PIN_MV - (float)BOARD_CURRENT_ZERO_MV)             /* [A] */
-#define BOARD_CURRENT_PER_CODE (BOARD_CURRENT_OVER(BOARD_PIN_MV) / (float)BOARD_ADC_FULL)                  /* [A] */
+#define BOARD_AMPERES(ma) ((float)(ma) / 1000.0f)
+#define BOARD_CURRENT_OVER(mv)                                                                               \
+    (BOARD_AMPERES(BOARD_CURRENT_STEP_MA) * (mv) / (float)BOARD_CURRENT_STEP_MV)               /* [A] */
+#define BOARD_CURRENT_AT_0V    (-BOARD_CURRENT_OVER((float)BOARD_CURRENT_ZERO_MV))             /* [A] */
+#define BOARD_CURRENT_AT_3V    BOARD_CURRENT_OVER(BOARD_PIN_MV - (float)BOARD_CURRENT_ZERO_MV) /* [A] */
+#define BOARD_CURRENT_PER_CODE (BOARD_CURRENT_OVER(BOARD_PIN_MV) / (float)BOARD_ADC_FULL)      /* [A] */
 
 #if BOARD_CURRENT_STEP_MA > 0
 #define BOARD_CURRENT_MIN BOARD_CURRENT_AT_0V /* [A] what the ADC sees */
@@ -224,11 +242,14 @@
 #if BOARD_SAMPLES_AT != BOARD_UPPER_ZERO_VECTOR && BOARD_SAMPLES_AT != BOARD_LOWER_ZERO_VECTOR
 #error "docs/board.md, line 10: BOARD_SAMPLES_AT is BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR"
 #endif
-#if BOARD_SHUNT_SETTLED_NS < 0 || BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS > 125000000 / (BOARD_CARRIER_HZ / 1000) / 1000
-#error "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is accepted from 0 to an eighth of a carrier period less dead time"
+#if BOARD_SHUNT_SETTLED_NS < 0 ||                                                                            \
+    BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS > 125000000 / (BOARD_CARRIER_HZ / 1000) / 1000
+#error                                                                                                       \
+    "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is accepted from 0 to an eighth of a carrier period less dead time"
 #endif
 #if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR && BOARD_SHUNT_SETTLED_NS != 0
-#error "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is for shunts below the lower switches: 0 at the upper zero vector"
+#error                                                                                                       \
+    "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is for shunts below the lower switches: 0 at the upper zero vector"
 #endif
 
 /* ---- Lines 11 and 12: voltage and temperatures ---- */
@@ -265,40 +286,52 @@
 
 /* ---- Lines 13 and 14: encoder and lights ---- */
 
-#if BOARD_ENCODER != BOARD_EQEP1_GPIO20 && BOARD_ENCODER != BOARD_EQEP1_GPIO50 && BOARD_ENCODER != BOARD_EQEP2_GPIO24
+#if BOARD_ENCODER != BOARD_EQEP1_GPIO20 && BOARD_ENCODER != BOARD_EQEP1_GPIO50 &&                            \
+    BOARD_ENCODER != BOARD_EQEP2_GPIO24
 #error "docs/board.md, line 13: BOARD_ENCODER is BOARD_EQEP1_GPIO20, BOARD_EQEP1_GPIO50 or BOARD_EQEP2_GPIO24"
 #endif
-#if (BOARD_LED_RUN != BOARD_NONE && (BOARD_LED_RUN < 0 || BOARD_LED_RUN > 87)) ||                                               \
+#if (BOARD_LED_RUN != BOARD_NONE && (BOARD_LED_RUN < 0 || BOARD_LED_RUN > 87)) ||                            \
     (BOARD_LED_FAULT != BOARD_NONE && (BOARD_LED_FAULT < 0 || BOARD_LED_FAULT > 87))
-#error "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are the number of a GPIO, 0 to 87, or BOARD_NONE"
+#error                                                                                                       \
+    "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are the number of a GPIO, 0 to 87, or BOARD_NONE"
 #endif
 
 /* ---- Lines 15 and 16: power stage and limits ---- */
 
 #define BOARD_SECONDS(ns) ((float)(ns) / 1e9f)
 
-#if BOARD_TURN_ON_DELAY_NS < 0 || BOARD_TURN_ON_DELAY_NS > 5000 || BOARD_TURN_OFF_DELAY_NS < 0 || BOARD_TURN_OFF_DELAY_NS > 5000
-#error "docs/board.md, line 15: BOARD_TURN_ON_DELAY_NS and BOARD_TURN_OFF_DELAY_NS are accepted from 0 to 5000"
+#if BOARD_TURN_ON_DELAY_NS < 0 || BOARD_TURN_ON_DELAY_NS > 5000 || BOARD_TURN_OFF_DELAY_NS < 0 ||            \
+    BOARD_TURN_OFF_DELAY_NS > 5000
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_TURN_ON_DELAY_NS and BOARD_TURN_OFF_DELAY_NS are accepted from 0 to 5000"
 #endif
 #if BOARD_TURN_OFF_DELAY_NS > BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS
-#error "docs/board.md, line 15: BOARD_TURN_OFF_DELAY_NS exceeds dead time and turn-on delay: the legs would shoot through"
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_TURN_OFF_DELAY_NS exceeds dead time and turn-on delay: the legs would shoot through"
 #endif
 
 #define BOARD_ABS(x) ((x) < 0 ? -(x) : (x))
-#define BOARD_RANGE_UP_MA   ((3000 - BOARD_CURRENT_ZERO_MV) * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
-#define BOARD_RANGE_DOWN_MA (BOARD_CURRENT_ZERO_MV * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
-#if 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_UP_MA || 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_DOWN_MA
-#error "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of what the sensors see in both directions"
+#define BOARD_RANGE_UP_MA                                                                                    \
+    ((3000 - BOARD_CURRENT_ZERO_MV) * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
+#define BOARD_RANGE_DOWN_MA                                                                                  \
+    (BOARD_CURRENT_ZERO_MV * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
+#if 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_UP_MA ||                                              \
+    100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_DOWN_MA
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of what the sensors see in both directions"
 #endif
 #if BOARD_CURRENT_LIMIT_MA <= 0 || 12 * BOARD_CURRENT_LIMIT_MA > 10 * BOARD_OVERCURRENT_TRIP_MA
 #error "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted from 1.2 BOARD_CURRENT_LIMIT_MA"
 #endif
-#if BOARD_UNDERVOLTAGE_MV + 10000 > BOARD_OVERVOLTAGE_MV || BOARD_OVERVOLTAGE_MV > BOARD_OVERVOLTAGE_MAX_MV ||                  \
-    BOARD_DC_NOMINAL_MV <= BOARD_UNDERVOLTAGE_MV || BOARD_DC_NOMINAL_MV >= BOARD_OVERVOLTAGE_MV
-#error "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV < BOARD_OVERVOLTAGE_MV <= BOARD_OVERVOLTAGE_MAX_MV, 10 V between the trips"
+#if BOARD_UNDERVOLTAGE_MV + 10000 > BOARD_OVERVOLTAGE_MV ||                                                  \
+    BOARD_OVERVOLTAGE_MV > BOARD_OVERVOLTAGE_MAX_MV || BOARD_DC_NOMINAL_MV <= BOARD_UNDERVOLTAGE_MV ||       \
+    BOARD_DC_NOMINAL_MV >= BOARD_OVERVOLTAGE_MV
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV < BOARD_OVERVOLTAGE_MV <= BOARD_OVERVOLTAGE_MAX_MV, 10 V between the trips"
 #endif
 #if BOARD_OVERVOLTAGE_MAX_MV / 1000 > BOARD_DC_STEP_MV / 1000 * 2940 / BOARD_DC_PIN_MV
-#error "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
 #endif
 
 #endif

@@ -23,8 +23,9 @@
 #define HAL_PER_CHIP __thread /* several chips live in one process; each has its own application */
 #endif
 
-#define HAL_CLOCK_HZ     ((uint32_t)BOARD_SYSCLK_HZ)    /* SYSCLKOUT */
-#define HAL_PERIOD_COUNT ((uint16_t)BOARD_PERIOD_COUNT) /* compare value of full duty: counts of half a carrier period */
+#define HAL_CLOCK_HZ ((uint32_t)BOARD_SYSCLK_HZ) /* SYSCLKOUT */
+#define HAL_PERIOD_COUNT                                                                                     \
+    ((uint16_t)BOARD_PERIOD_COUNT) /* compare value of full duty: counts of half a carrier period */
 
 /* Dead band of a leg [SYSCLK cycles]: from what the power module demands to the register's 10 bits. */
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
@@ -35,7 +36,8 @@
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {
-    uint16_t dead_band_count;   /* [SYSCLK cycles] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
+    uint16_t
+        dead_band_count; /* [SYSCLK cycles] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
     uint32_t encoder_count_max; /* [counts] 4 x lines - 1, lines >= 1 */
     hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
     hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
@@ -74,11 +76,11 @@ typedef struct {
  * but this function may be called. */
 void hal_boot(void);
 
-/* Bring the board up: watchdog off, clock as the board file says, flash wait states, gates tripped and then connected to
- * their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty 1/2 and gates
- * tripped, and on_sample is called every period. On any other status no interrupt ever comes, the gates' pins
- * stay what the board's bias makes of them and hal_gates_on() refuses. Takes about 10 ms, 150 ms when the PLL
- * does not lock. Call once, after reset, from the background. */
+/* Bring the board up: watchdog off, clock as the board file says, flash wait states, gates tripped and then
+ * connected to their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty
+ * 1/2 and gates tripped, and on_sample is called every period. On any other status no interrupt ever comes,
+ * the gates' pins stay what the board's bias makes of them and hal_gates_on() refuses. Takes about 10 ms, 150
+ * ms when the PLL does not lock. Call once, after reset, from the background. */
 hal_status_t hal_init(const hal_config_t *config);
 
 /* ---- In the interrupt: straight line, no waiting ---- */
@@ -111,11 +113,13 @@ bool hal_set_dead_band(uint16_t count);
  * position at 0 (samples show it one period later); the present value changes nothing. */
 bool hal_set_encoder(uint32_t count_max);
 
-void hal_watchdog_start(void); /* from now on hal_watchdog_feed within 239 ms (279 at 30 MHz), else the chip resets */
+void hal_watchdog_start(
+    void); /* from now on hal_watchdog_feed within 239 ms (279 at 30 MHz), else the chip resets */
 void hal_watchdog_feed(void);  /* harmless while the watchdog is off */
 void hal_interrupts_off(void); /* brackets a change that the interrupt must not see half done; do not nest */
 void hal_interrupts_on(void);
-uint32_t hal_time(void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
+uint32_t hal_time(
+    void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
 void hal_leds(bool run, bool fault); /* the board's two lights, if it has them */
 
 #endif

@@ -34,8 +34,7 @@ void app_read(drive_samples_t *samples)
     hal_read(&counts);
     samples->i_a = current_of(counts.current_a);
     samples->i_b = current_of(counts.current_b);
-    samples->i_c =
-        BOARD_CURRENT_SENSORS == 3 ? current_of(counts.current_c) : -(samples->i_a + samples->i_b);
+    samples->i_c = BOARD_CURRENT_SENSORS == 3 ? current_of(counts.current_c) : -(samples->i_a + samples->i_b);
     samples->u_dc = ((float)counts.dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
     samples->sink_temperature = TEMPERATURE_OF(SINK, counts.sink_temperature);
     samples->motor_temperature = TEMPERATURE_OF(MOTOR, counts.motor_temperature);

@@ -12,9 +12,9 @@
 #define CURRENT_MIDDLE       (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
 #define CURRENT_HALF         (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
 #define CURRENT_CALM         (0.745f * DRIVE_CURRENT_RANGE) /* [A] no sensor is at its end, whatever its offset */
-#define U_DC_LIMIT           1000.0f /* [V] no sensor of the board reads this: not a number */
-#define TEMPERATURE_LIMIT    1000.0f /* [degC] likewise */
-#define SETTLE_PERIODS       64u     /* [periods] after the start before offsets are averaged */
+#define U_DC_LIMIT           1000.0f               /* [V] no sensor of the board reads this: not a number */
+#define TEMPERATURE_LIMIT    1000.0f               /* [degC] likewise */
+#define SETTLE_PERIODS       64u                   /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS        DRIVE_PERIODS(20e-3f) /* fault line high for so long before a reset */
 #define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
 #define JUDGED_PERIODS       10u /* [periods] from one judgement of the estimator to the next */

@@ -13,13 +13,14 @@
 #include "hal/board.h"
 #include "math/params_error.h"
 
-/* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this. */
-#define DRIVE_PERIOD          BOARD_PERIOD               /* T_s [s] */
+/* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
+ */
+#define DRIVE_PERIOD          BOARD_PERIOD                /* T_s [s] */
 #define DRIVE_DUTY_COUNTS     ((float)BOARD_PERIOD_COUNT) /* [-] steps of a duty from 0 to 1 */
-#define DRIVE_CURRENT_MIN     BOARD_CURRENT_MIN          /* [A] what the current sensors see, from ... */
-#define DRIVE_CURRENT_MAX     BOARD_CURRENT_MAX          /* [A] ... to */
-#define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE        /* [A] what they see in both directions */
-#define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS      /* [-] 2: current c is minus the sum of the others; 3 */
+#define DRIVE_CURRENT_MIN     BOARD_CURRENT_MIN           /* [A] what the current sensors see, from ... */
+#define DRIVE_CURRENT_MAX     BOARD_CURRENT_MAX           /* [A] ... to */
+#define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE         /* [A] what they see in both directions */
+#define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS /* [-] 2: current c is minus the sum of the others; 3 */
 #define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE)  /* without one no temperature is judged */
 #define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* likewise */
 
@@ -43,8 +44,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(5, motor_flux_linkage, "Wb", 0.183f, 1e-4f, 10.0f, TABLE_LIVE,                                         \
       "flux linkage psi_f, amplitude per phase")                                                             \
     F(6, current_limit, "A", BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.1f, 0.8f * DRIVE_CURRENT_RANGE,        \
-      TABLE_LIVE,                                                                                            \
-      "limit of i_q from the speed control, either sign")                                                    \
+      TABLE_LIVE, "limit of i_q from the speed control, either sign")                                        \
     F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
       "closed-loop bandwidth of the current control")                                                        \
     F(8, speed_kp, "A s/rad", 0.5f, 0.0f, 100.0f, TABLE_LIVE,                                                \
@@ -67,12 +67,12 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       DRIVE_DEAD_TIME_MAX, TABLE_OFF, "dead band of the legs, set in the ePWM")                              \
     F(17, minimum_pulse, "s", BOARD_SECONDS(BOARD_MINIMUM_PULSE_NS), 0.0f, 10.0e-6f, TABLE_OFF,              \
       "shortest pulse the power module shall see")                                                           \
-    F(18, turn_on_delay, "s", BOARD_SECONDS(BOARD_TURN_ON_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,                                            \
+    F(18, turn_on_delay, "s", BOARD_SECONDS(BOARD_TURN_ON_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,              \
       "command edge to current on, for the compensation")                                                    \
-    F(19, turn_off_delay, "s", BOARD_SECONDS(BOARD_TURN_OFF_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,                                           \
+    F(19, turn_off_delay, "s", BOARD_SECONDS(BOARD_TURN_OFF_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,            \
       "command edge to current off, for the compensation")                                                   \
-    F(20, device_drop, "V", BOARD_VOLTS(BOARD_IGBT_DROP_MV + BOARD_DIODE_DROP_MV) / 2.0f, 0.0f, 5.0f, TABLE_LIVE,                                                  \
-      "mean forward drop of IGBT and diode at small current")                                                \
+    F(20, device_drop, "V", BOARD_VOLTS(BOARD_IGBT_DROP_MV + BOARD_DIODE_DROP_MV) / 2.0f, 0.0f, 5.0f,        \
+      TABLE_LIVE, "mean forward drop of IGBT and diode at small current")                                    \
     F(21, current_zone, "A", 0.05f, 1e-3f, 2.0f, TABLE_LIVE,                                                 \
       "current below which the dead-time error fades")                                                       \
     F(22, compensation_gain, "-", 1.0f, 0.0f, 1.2f, TABLE_LIVE,                                              \
@@ -82,15 +82,15 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(25, encoder_bandwidth, "rad/s", 1500.0f, 50.0f, 3000.0f, TABLE_LIVE,                                   \
       "natural frequency of the speed tracking")                                                             \
     I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
-    F(27, current_offset_max, "A", 0.05f * DRIVE_CURRENT_RANGE, 0.01f, 0.25f * DRIVE_CURRENT_RANGE, TABLE_LIVE,                                            \
-      "largest offset of a current sensor that is accepted")                                                 \
+    F(27, current_offset_max, "A", 0.05f * DRIVE_CURRENT_RANGE, 0.01f, 0.25f * DRIVE_CURRENT_RANGE,          \
+      TABLE_LIVE, "largest offset of a current sensor that is accepted")                                     \
     E(28, position_source, "encoder|sensorless", POSITION_ENCODER, TABLE_LIVE,                               \
       "where the control's angle comes from; the estimator runs in either case")                             \
     F(29, start_speed, "rad/s", 8.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
       "mechanical speed that the rotor must have for a sensorless start")                                    \
     F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
       "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
-    F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                                              \
+    F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                     \
       "a_f of the sigmoid tanh(a_f x/2); rule: 1.6 L/(k_s T_s)")                                             \
     F(32, observer_emf_cutoff, "rad/s", 2500.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
       "omega_s of the back-EMF filter; 0: no filter")                                                        \
@@ -115,7 +115,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "largest EMF over psi_f omega_e of a valid estimate; 1: not judged")                                   \
     F(43, estimate_detector_max, "-", 0.6f, 0.0f, 1.0f, TABLE_LIVE,                                          \
       "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
-    F(44, estimate_current_max, "A", 4.0f * (DRIVE_PERIOD / 1e-4f), 0.0f, 100.0f, TABLE_LIVE,                                         \
+    F(44, estimate_current_max, "A", 4.0f * (DRIVE_PERIOD / 1e-4f), 0.0f, 100.0f, TABLE_LIVE,                \
       "largest current error of a valid estimate, 0: not judged; rule: 4/observer_slope")                    \
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
@@ -125,9 +125,8 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
       "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
-    F(49, device_resistance, "ohm", (float)(BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6f, 0.0f, 1.0f,\
-      TABLE_LIVE,                                         \
-      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
+    F(49, device_resistance, "ohm", (float)(BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6f, 0.0f,    \
+      1.0f, TABLE_LIVE, "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
@@ -168,8 +167,8 @@ float params_resistance(const params_t *params);
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
 float params_duty_min(const params_t *params);
 
-/* Largest duty of a leg: one minus the smallest; where shunts see the current only while the lower switch is on, it is
- * on, and the shunt's signal settled, when the sample at the middle of its pulse is held. */
+/* Largest duty of a leg: one minus the smallest; where shunts see the current only while the lower switch is
+ * on, it is on, and the shunt's signal settled, when the sample at the middle of its pulse is held. */
 float params_duty_max(const params_t *params);
 
 #endif

@@ -1,19 +1,20 @@
-/* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439 (simultaneous
- * sampling timing).
+/* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439
+ * (simultaneous sampling timing).
  *
- *   pair 0    dropped: the first conversion after a pause may be wrong (errata); the last pair, converted once more
- *   pair 1    phase currents a and b, held exactly at t_k
- *   pair 2..  current c, DC link, heat sink, motor, as far as the board has them; what shares a pair is converted once
+ *   pair 0    dropped: the first conversion after a pause may be wrong (errata); the last pair, converted
+ * once more pair 1    phase currents a and b, held exactly at t_k pair 2..  current c, DC link, heat sink,
+ * motor, as far as the board has them; what shares a pair is converted once
  *
- * ADCCLK is SYSCLK/(2n), 25 MHz at most: 6 cycles of 150 MHz. Sampling begins 2.5 ADCCLK after the start, the window is
- * ACQ_PS + 1 ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. So pair 1 is held 2.5 + 5 + 7 = 14.5 ADCCLK
- * after the start, 87 cycles of 150 MHz, which therefore comes so many counts before counter zero, by CMPB of the leading
- * ePWM counting down. A carrier period is a whole number of ADCCLK (board.h), so ADCCLK keeps its phase to the carrier.
- * The interrupt comes at the end of the last pair, with four of them about 0.8 us after t_k. Current c, where it has a
- * sensor, is held one pair after t_k, 0.28 us.
+ * ADCCLK is SYSCLK/(2n), 25 MHz at most: 6 cycles of 150 MHz. Sampling begins 2.5 ADCCLK after the start, the
+ * window is ACQ_PS + 1 ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. So pair 1 is held 2.5 + 5
+ * + 7 = 14.5 ADCCLK after the start, 87 cycles of 150 MHz, which therefore comes so many counts before
+ * counter zero, by CMPB of the leading ePWM counting down. A carrier period is a whole number of ADCCLK
+ * (board.h), so ADCCLK keeps its phase to the carrier. The interrupt comes at the end of the last pair, with
+ * four of them about 0.8 us after t_k. Current c, where it has a sensor, is held one pair after t_k, 0.28 us.
  *
- * Calibration: TI has stored two constants of this very chip in its OTP. The boot ROM copies them, but not where a debugger
- * starts the program; so they are copied here. ADCTRL1[RESET], which would undo it, is never used. */
+ * Calibration: TI has stored two constants of this very chip in its OTP. The boot ROM copies them, but not
+ * where a debugger starts the program; so they are copied here. ADCTRL1[RESET], which would undo it, is never
+ * used. */
 #ifndef HAL_F28335_ADC_H
 #define HAL_F28335_ADC_H
 
@@ -26,8 +27,8 @@
 #define ADC_HALF_CLOCKS (5u + 2u * (ADC_ACQ_PS + 1u) + 2u * (3u + ADC_ACQ_PS))
 #define ADC_LEAD        ((uint16_t)(ADC_CYCLES_HALF_CLOCK * ADC_HALF_CLOCKS)) /* [SYSCLK cycles] */
 
-/* Pairs by their order: the place of each signal's pair among the conversions, and of the last. A signal whose pair is
- * there already shares it; one that the board lacks (pair 8) takes none. */
+/* Pairs by their order: the place of each signal's pair among the conversions, and of the last. A signal
+ * whose pair is there already shares it; one that the board lacks (pair 8) takes none. */
 #define ADC_PAIR(input) ((input) == BOARD_NONE ? 8 : (input) % 8)
 #define ADC_A           ADC_PAIR(BOARD_CURRENT_A_INPUT)
 #define ADC_C           ADC_PAIR(BOARD_CURRENT_C_INPUT)
@@ -35,17 +36,17 @@
 #define ADC_SINK        ADC_PAIR(BOARD_SINK_INPUT)
 #define ADC_MOTOR       ADC_PAIR(BOARD_MOTOR_INPUT)
 
-#define ADC_LATER(x, y)  ((x) > (y) ? (x) : (y))
-#define ADC_PLACE_A      1
-#define ADC_PLACE_C      (ADC_C == 8 || ADC_C == ADC_A ? 1 : 2)
-#define ADC_PLACE_DC     (ADC_DC == ADC_A ? 1 : ADC_DC == ADC_C ? ADC_PLACE_C : ADC_PLACE_C + 1)
-#define ADC_LAST_DC      ADC_LATER(ADC_PLACE_C, ADC_PLACE_DC)
+#define ADC_LATER(x, y) ((x) > (y) ? (x) : (y))
+#define ADC_PLACE_A     1
+#define ADC_PLACE_C     (ADC_C == 8 || ADC_C == ADC_A ? 1 : 2)
+#define ADC_PLACE_DC    (ADC_DC == ADC_A ? 1 : ADC_DC == ADC_C ? ADC_PLACE_C : ADC_PLACE_C + 1)
+#define ADC_LAST_DC     ADC_LATER(ADC_PLACE_C, ADC_PLACE_DC)
 #define ADC_PLACE_SINK                                                                                       \
-    (ADC_SINK == 8         ? 0                                                                               \
-     : ADC_SINK == ADC_A   ? 1                                                                               \
-     : ADC_SINK == ADC_C   ? ADC_PLACE_C                                                                     \
-     : ADC_SINK == ADC_DC  ? ADC_PLACE_DC                                                                    \
-                           : ADC_LAST_DC + 1)
+    (ADC_SINK == 8        ? 0                                                                                \
+     : ADC_SINK == ADC_A  ? 1                                                                                \
+     : ADC_SINK == ADC_C  ? ADC_PLACE_C                                                                      \
+     : ADC_SINK == ADC_DC ? ADC_PLACE_DC                                                                     \
+                          : ADC_LAST_DC + 1)
 #define ADC_LAST_SINK ADC_LATER(ADC_LAST_DC, ADC_PLACE_SINK)
 #define ADC_PLACE_MOTOR                                                                                      \
     (ADC_MOTOR == 8          ? 0                                                                             \

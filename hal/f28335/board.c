@@ -53,7 +53,8 @@ static void connect_pins(void)
     uint16_t n;
 
     bus_allow();
-    /* The fault line first: asynchronous, so that it trips without a clock, and pulled up where its driver is open. */
+    /* The fault line first: asynchronous, so that it trips without a clock, and pulled up where its driver is
+     * open. */
 #if BOARD_TRIP_PULL_UP
     bus_write32(&port->PUD, port->PUD & ~GPIO_PIN(PWM_FAULT_PIN));
 #endif
@@ -140,7 +141,7 @@ hal_status_t hal_init(const hal_config_t *config)
 }
 
 /* What the board has, as the ADC found it; 0 what it has not. */
-#define RESULT(input, place) \
+#define RESULT(input, place)                                                                                 \
     ((input) == BOARD_NONE ? (uint16_t)0u : ADC_MIRROR->ADCRESULT[ADC_RESULT(input, place)])
 
 void hal_read(hal_samples_t *samples)

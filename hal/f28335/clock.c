@@ -9,8 +9,8 @@
 #define HSPCLK_BY_2N ((uint16_t)BOARD_ADC_PRESCALE)
 #define LSPCLK_BY_4  2u
 
-/* A read of the flash takes 37 ns, paged or random, one of the OTP 60 ns, and waits + 1 SYSCLK cycles are given
- * (data manual): five and eight waits at 150 MHz. */
+/* A read of the flash takes 37 ns, paged or random, one of the OTP 60 ns, and waits + 1 SYSCLK cycles are
+ * given (data manual): five and eight waits at 150 MHz. */
 #define WAITS(ns)   ((uint16_t)(BOARD_CYCLES_OF_NS(ns) - 1))
 #define FLASH_WAITS ((uint16_t)(WAITS(37) << 8 | WAITS(37)))
 #define OTP_WAITS   WAITS(60)

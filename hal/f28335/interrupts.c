@@ -3,8 +3,8 @@
 #include "hal/f28335/bus.h"
 #include "hal/f28335/pwm.h"
 
-#define GROUPS    12u
-#define VECTORS   128u
+#define GROUPS     12u
+#define VECTORS    128u
 #define SAMPLE_ROW 1u                                    /* INT1.1 in PIEIER1 */
 #define TRIP_ROW   ((uint16_t)(1u << (PWM_LEADER - 1u))) /* INT2.n in PIEIER2, of ePWMn */
 
@@ -22,7 +22,8 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
 {
     uint16_t n;
 
-    /* Started again without a reset, the chip may hold enables and requests of the program that ran before. */
+    /* Started again without a reset, the chip may hold enables and requests of the program that ran before.
+     */
     bus_write16(&PIE->PIECTRL, 0u);
     bus_disable_groups();
     bus_clear_pending();
@@ -44,8 +45,8 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
     bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
-    /* A debugger in real-time mode that halts the background leaves the drive its interrupts; and it may look at memory
-     * while the program runs. */
+    /* A debugger in real-time mode that halts the background leaves the drive its interrupts; and it may look
+     * at memory while the program runs. */
     bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_debug_allow();
 }

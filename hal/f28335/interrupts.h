@@ -1,6 +1,6 @@
-/* PIE and CPU interrupts, SPRUFB0 ch. 6: INT1.1 SEQ1INT (end of the conversions) and INT2.n of the leading ePWMn (trip),
- * both straight to the application's functions. Every other vector shuts the gates and returns, its group
- * unacknowledged: nothing else is enabled, so it can only be a trap or a fault of the chip. */
+/* PIE and CPU interrupts, SPRUFB0 ch. 6: INT1.1 SEQ1INT (end of the conversions) and INT2.n of the leading
+ * ePWMn (trip), both straight to the application's functions. Every other vector shuts the gates and returns,
+ * its group unacknowledged: nothing else is enabled, so it can only be a trap or a fault of the chip. */
 #ifndef HAL_F28335_INTERRUPTS_H
 #define HAL_F28335_INTERRUPTS_H
 

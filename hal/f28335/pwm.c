@@ -10,8 +10,8 @@
 /* What a sync pulse needs to reach the next module, so that a follower continues where the leader is. */
 #define SYNC_DELAY 2u
 
-/* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. The chip has nothing
- * that would open them: none of its six trip inputs is the halt. */
+/* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. The chip has
+ * nothing that would open them: none of its six trip inputs is the halt. */
 #define TBCTL_COMMON   ((uint16_t)(TBCTL_CTRMODE(TBCTL_UPDOWN) | TBCTL_FREE_SOFT(1u)))
 #define TBCTL_LEADER   ((uint16_t)(TBCTL_COMMON | TBCTL_SYNCOSEL(1u)))
 #define TBCTL_FOLLOWER ((uint16_t)(TBCTL_COMMON | TBCTL_PHSEN | TBCTL_PHSDIR_UP))
@@ -20,10 +20,10 @@
 
 /* What A does when the counter passes CMPA, and CMPA for `count` of the upper switch. */
 #if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR
-#define AQCTLA_WORD         ((uint16_t)(AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET)))
+#define AQCTLA_WORD       ((uint16_t)(AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET)))
 #define COMPARE_OF(count) (count)
 #else
-#define AQCTLA_WORD         ((uint16_t)(AQCTL_CAU(AQ_SET) | AQCTL_CAD(AQ_CLEAR)))
+#define AQCTLA_WORD       ((uint16_t)(AQCTL_CAU(AQ_SET) | AQCTL_CAD(AQ_CLEAR)))
 #define COMPARE_OF(count) ((uint16_t)(HAL_PERIOD_COUNT - (count)))
 #endif
 

@@ -1,18 +1,18 @@
 /* Three ePWMs: three legs on one centre-aligned carrier, SPRUG04.
  *
- * TBCLK = SYSCLK, up-down to HAL_PERIOD_COUNT (7500 at 150 MHz and 10 kHz). Output A of a leg is its upper switch, B its
- * complement, and each turn-on comes later by the dead band. What counter zero = t_k is, the board decides by where
- * its current sensors see (board.h, line 10):
- *   upper zero vector   A is on while the counter is below CMPA = count: duty CMPA/period, centred on t_k
- *   lower zero vector   A is on while the counter is above CMPA = period - count: the same duty, centred half a period
- *                       after t_k, and at t_k all lower switches are on
- * CMPA is taken over at counter zero either way. The first module leads, the other two follow by its sync pulse, which
- * takes two cycles: they load 2 counting up and so stand equal. The leader also starts the ADC (adc.h).
+ * TBCLK = SYSCLK, up-down to HAL_PERIOD_COUNT (7500 at 150 MHz and 10 kHz). Output A of a leg is its upper
+ * switch, B its complement, and each turn-on comes later by the dead band. What counter zero = t_k is, the
+ * board decides by where its current sensors see (board.h, line 10): upper zero vector   A is on while the
+ * counter is below CMPA = count: duty CMPA/period, centred on t_k lower zero vector   A is on while the
+ * counter is above CMPA = period - count: the same duty, centred half a period after t_k, and at t_k all
+ * lower switches are on CMPA is taken over at counter zero either way. The first module leads, the other two
+ * follow by its sync pulse, which takes two cycles: they load 2 counting up and so stand equal. The leader
+ * also starts the ADC (adc.h).
  *
- * Trip zone: the power module's fault line (TZ1 = GPIO12 ...), active low, without any clock in its way, shuts all
- * six outputs until software lets them on again. TZFRC does the same on command. The trip interrupt is armed
- * only while the gates are on: a forced trip is no event, and clearing TZFLG[INT] while OST stands would
- * bring the next interrupt at once. */
+ * Trip zone: the power module's fault line (TZ1 = GPIO12 ...), active low, without any clock in its way,
+ * shuts all six outputs until software lets them on again. TZFRC does the same on command. The trip interrupt
+ * is armed only while the gates are on: a forced trip is no event, and clearing TZFLG[INT] while OST stands
+ * would bring the next interrupt at once. */
 #ifndef HAL_F28335_PWM_H
 #define HAL_F28335_PWM_H
 
@@ -34,8 +34,8 @@
  * HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX [SYSCLK cycles]. */
 bool pwm_init(uint16_t dead_band_count);
 
-/* Time since the last counter zero: 0..PWM_PERIOD - 1 [SYSCLK cycles], right after it and right before it to a
- * few cycles. */
+/* Time since the last counter zero: 0..PWM_PERIOD - 1 [SYSCLK cycles], right after it and right before it to
+ * a few cycles. */
 uint32_t pwm_elapsed(void);
 
 /* Any leg shut by the trip zone. All legs shut by it. */

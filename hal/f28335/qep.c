@@ -7,7 +7,8 @@
 /* The counter goes on through a debugger's halt: the shaft does too. */
 #define QEPCTL_COUNTING ((uint16_t)(QEPCTL_FREE_SOFT(2u) | QEPCTL_PCRM(1u) | QEPCTL_QPEN | QEPCTL_QCLM))
 #define QCLR_ALL        0x0FFFu
-#define STEP_TOLERANCE  ((uint32_t)BOARD_CYCLES_OF_NS(100)) /* [SYSCLK cycles]; the two timers are not read in the same cycle */
+#define STEP_TOLERANCE                                                                                       \
+    ((uint32_t)BOARD_CYCLES_OF_NS(100)) /* [SYSCLK cycles]; the two timers are not read in the same cycle */
 
 static void restart_at_zero(uint32_t count_max, uint16_t control)
 {

@@ -13,17 +13,17 @@
 
 /* Which eQEP, and its pins: first of four, and their function in the multiplexer. */
 #if BOARD_ENCODER == BOARD_EQEP1_GPIO20
-#define QEP_MODULE   1u
-#define QEP_PIN      20u
-#define QEP_PIN_MUX  1u
+#define QEP_MODULE  1u
+#define QEP_PIN     20u
+#define QEP_PIN_MUX 1u
 #elif BOARD_ENCODER == BOARD_EQEP1_GPIO50
-#define QEP_MODULE   1u
-#define QEP_PIN      50u
-#define QEP_PIN_MUX  1u
+#define QEP_MODULE  1u
+#define QEP_PIN     50u
+#define QEP_PIN_MUX 1u
 #else
-#define QEP_MODULE   2u
-#define QEP_PIN      24u
-#define QEP_PIN_MUX  2u
+#define QEP_MODULE  2u
+#define QEP_PIN     24u
+#define QEP_PIN_MUX 2u
 #endif
 
 /* 4 x lines - 1 for any number of lines >= 1. */

@@ -216,7 +216,7 @@ typedef struct {
 #define DB_MAX              1023u     /* 10 bits */
 #define TZSEL_OSHT1         (1u << 8)
 #define TZSEL_OSHT(n)       ((uint16_t)(1u << (7u + (n)))) /* n = 1..6 */
-#define TZCTL_TZA(n)        ((uint16_t)(n)) /* 0 high impedance, 1 high, 2 low, 3 nothing */
+#define TZCTL_TZA(n)        ((uint16_t)(n))                /* 0 high impedance, 1 high, 2 low, 3 nothing */
 #define TZCTL_TZB(n)        ((uint16_t)((n) << 2))
 #define TZ_HIGH             1u
 #define TZ_LOW              2u

@@ -17,13 +17,13 @@
 #include "host_sim/lab/json.h"
 #include "host_sim/rig/rig.h"
 
-#define RUNS           5
-#define SPEED_RPM      1000.0
-#define LOAD_NM        5.0
-#define WORST_RPM      165.0 /* 69 rad/s electrical: slow enough for the signed EMF, fast enough to adapt */
-#define SETTLE_PERIODS 5000u
-#define RPM            (2.0 * 3.14159265358979 / 60.0) /* [rad/s] */
-#define NOT_INSTALLED  127
+#define RUNS          5
+#define SPEED_RPM     1000.0
+#define LOAD_NM       5.0
+#define WORST_RPM     165.0 /* 69 rad/s electrical: slow enough for the signed EMF, fast enough to adapt */
+#define SETTLE        0.5   /* [s] */
+#define RPM           (2.0 * 3.14159265358979 / 60.0) /* [rad/s] */
+#define NOT_INSTALLED 127
 
 typedef struct {
     bool json;
@@ -83,9 +83,9 @@ static rig_t *running_rig(bool averaged, source_t source, double rpm)
     rig_set_motion(rig, 0.0, rpm * RPM);
     rig_put(rig, "speed_request", rpm * RPM);
     rig_put(rig, "enable", 1.0);
-    rig_run(rig, SETTLE_PERIODS);
+    rig_run(rig, rig_periods(SETTLE));
     rig_put(rig, "load_torque", LOAD_NM);
-    rig_run(rig, SETTLE_PERIODS);
+    rig_run(rig, rig_periods(SETTLE));
     return rig;
 }
 
@@ -98,8 +98,8 @@ static double times_realtime(bool averaged, double seconds)
     }
     for (int n = 0; n < RUNS; n++) {
         const double start = output_seconds();
-        rig_run(rig, (uint32_t)(seconds / RIG_PERIOD_SECONDS));
-        values[n] = seconds / (output_seconds() - start);
+        rig_run(rig, rig_periods(seconds));
+        values[n] = rig_periods(seconds) * RIG_PERIOD_SECONDS / (output_seconds() - start);
     }
     rig_free(rig);
     return median(values);
@@ -336,8 +336,10 @@ int command_bench(int argc, char **argv)
     }
     printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM, RUNS,
            options.seconds);
-    printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched, 1e5 / switched);
-    printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged, 1e5 / averaged);
+    printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched,
+           1e9 * RIG_PERIOD_SECONDS / switched);
+    printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged,
+           1e9 * RIG_PERIOD_SECONDS / averaged);
     printf("  interrupt  %7.0f ns\n", isr_ns);
     printf("one estimator_step, " LAGLESS_BUILD "\n");
     print_cost("typical", &typical, "1000 r/min, 5 N m");

@@ -7,11 +7,13 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
 #define RPM        (2.0 * 3.14159265358979 / 60.0) /* [rad/s] */
 #define PI         3.14159265358979
 #define DECIMATION 4u
+#define READY      1.0   /* [s] offsets are measured by then, or never */
 #define TRANSIENT  0.005 /* [s] after each step that the i_d figure leaves out */
 #define SETTLED    1.0   /* [r/min] */
 #define WINDOW     0.1   /* [s] at the end of a segment over which the settled speed is averaged */
@@ -86,7 +88,7 @@ static void watch(void *context, uint32_t period, const uint32_t *slots, uint32_
     for (int n = I_A; n <= I_C; n++) {
         w->result.i_peak = fmax(w->result.i_peak, fabs((double)value[n]));
     }
-    if (period >= w->end - (uint32_t)(WINDOW / RIG_PERIOD_SECONDS)) {
+    if (period >= w->end - rig_periods(WINDOW)) {
         w->speed_sum += rpm;
         w->window_count++;
     }
@@ -95,8 +97,9 @@ static void watch(void *context, uint32_t period, const uint32_t *slots, uint32_
     w->count++;
 
     if (w->csv != NULL && (period - w->first) % DECIMATION == 0u) {
-        fprintf(w->csv, "%.4f,%.6g,%.6g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g\n",
-                (period - w->first) * RIG_PERIOD_SECONDS, (double)value[OMEGA_REF] / RPM, rpm,
+        char when[TIMES_TEXT_SIZE];
+        fprintf(w->csv, "%s,%.6g,%.6g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g\n",
+                times_text(when, period - w->first), (double)value[OMEGA_REF] / RPM, rpm,
                 (double)value[I_D_REF], (double)value[I_D], (double)value[I_Q_REF], (double)value[I_Q],
                 (double)value[I_A], theta_mrad, (double)value[TORQUE], (double)value[DUTY_A],
                 (double)value[DUTY_B], (double)value[DUTY_C]);
@@ -123,7 +126,7 @@ static bool run_profile(rig_t *rig, FILE *csv, result_t results[SEGMENTS])
     /* Offsets are measured with the rotor at rest; then the drive is switched on at zero speed. */
     const double ready = 1.0;
     rig_stop_when(rig, rig_row_by_name("state")->id, RIG_EQUAL, ready);
-    if (rig_run(rig, 10000u) == 10000u) {
+    if (rig_run(rig, rig_periods(READY)) == rig_periods(READY)) {
         fprintf(stderr, "lagless demo: the drive did not become ready\n");
         return false;
     }
@@ -134,7 +137,7 @@ static bool run_profile(rig_t *rig, FILE *csv, result_t results[SEGMENTS])
 
     w.first = rig_period(rig);
     for (size_t n = 0; n < SEGMENTS; n++) {
-        const uint32_t periods = (uint32_t)(profile[n].duration / RIG_PERIOD_SECONDS + 0.5);
+        const uint32_t periods = rig_periods(profile[n].duration);
         w = (watch_t){.csv = csv, .first = w.first, .begin = rig_period(rig), .segment = &profile[n]};
         w.end = w.begin + periods;
         if (!go(rig, "speed_request", profile[n].rpm * RPM) || !go(rig, "load_torque", profile[n].load)) {

@@ -11,6 +11,7 @@
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/paper.h"
+#include "host_sim/rig/rig.h"
 
 #define SEED        1u
 #define FOLDER      "report"
@@ -303,6 +304,10 @@ int command_paper(int argc, char **argv)
     char data[PATH_SIZE];
     paper_error_t why;
     if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+        return EXIT_USAGE;
+    }
+    if (!paper_is_for(RIG_PERIOD_TICKS, &why)) {
+        fprintf(stderr, "lagless paper: %s\n", why.text);
         return EXIT_USAGE;
     }
     if (options.folder != NULL && !prepare(options.folder, data)) {

@@ -18,6 +18,7 @@
 #include "host_sim/lab/recorder.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
+#include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
 
 #define OVERRIDES_MAX 64
@@ -424,14 +425,15 @@ static void print_text(const scenario_t *scenario, const runner_result_t *result
 {
     const bool colours = output_colours(stdout);
     char text[512];
+    char when[TIMES_TEXT_SIZE];
     if (!quiet) {
-        printf("%s\n%.4f s simulated in %.2f s (%.0f x real time), seed %" PRIu64 ", end state %s",
-               scenario->title, result->periods * RIG_PERIOD_SECONDS, result->seconds,
+        printf("%s\n%s s simulated in %.2f s (%.0f x real time), seed %" PRIu64 ", end state %s",
+               scenario->title, times_text(when, result->periods), result->seconds,
                result->seconds > 0.0 ? result->periods * RIG_PERIOD_SECONDS / result->seconds : 0.0,
                result->seed, state_name(result->state));
         if (result->fault_reason != REASON_NONE) {
-            printf(", fault %s at %.4f s (`lagless explain %s`)", reason_name(result->fault_reason),
-                   result->fault_period * RIG_PERIOD_SECONDS, reason_name(result->fault_reason));
+            printf(", fault %s at %s s (`lagless explain %s`)", reason_name(result->fault_reason),
+                   times_text(when, result->fault_period), reason_name(result->fault_reason));
         }
         printf("\n");
     }
@@ -531,6 +533,7 @@ static int run(const options_t *options, scenario_t *scenario)
     runner_options_t how = {.stop = &stop};
     progress_t progress = {output_seconds(), false};
     runner_result_t result;
+    char when[TIMES_TEXT_SIZE];
     uint64_t seed = scenario->seed;
     uint64_t stop_period = 0;
 
@@ -592,14 +595,13 @@ static int run(const options_t *options, scenario_t *scenario)
             exit_code = EXIT_INTERNAL;
         } else if (result.end == RUNNER_INTERRUPTED) {
             fprintf(stderr,
-                    "lagless run: stopped at %.4f s; the %" PRIu64
-                    " samples until then are kept in %s/%s.*\n",
-                    result.periods * RIG_PERIOD_SECONDS, samples, options->folder, recording.name);
+                    "lagless run: stopped at %s s; the %" PRIu64 " samples until then are kept in %s/%s.*\n",
+                    times_text(when, result.periods), samples, options->folder, recording.name);
         } else if (!options->quiet) {
             fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, options->folder, recording.name);
         }
     } else if (result.end == RUNNER_INTERRUPTED) {
-        fprintf(stderr, "lagless run: stopped at %.4f s\n", result.periods * RIG_PERIOD_SECONDS);
+        fprintf(stderr, "lagless run: stopped at %s s\n", times_text(when, result.periods));
     }
     if (result.end == RUNNER_INTERRUPTED && exit_code == EXIT_DONE) {
         exit_code = EXIT_FAILED;

@@ -37,6 +37,7 @@ add_library(lagless_lab STATIC
     lab/runner.c
     lab/scenario.c
     lab/scenario_read.c
+    lab/times.c
     lab/toml_reader.cpp
     lab/units.c
 )

@@ -12,7 +12,7 @@
 #define PI               3.14159265358979323846
 #define RPM              (2.0 * PI / 60.0) /* [rad/s] */
 #define MRAD             1e-3              /* [rad] */
-#define READY_PERIODS    10000u            /* [periods] offsets are measured by then, or never */
+#define READY            1.0               /* [s] offsets are measured by then, or never */
 #define LOCK_MRAD        250.0             /* limit of mean and SD */
 #define LOCK_SPEED       0.05              /* [-] of the reference */
 #define LOCK_RPM         10.0              /* [r/min] */
@@ -20,9 +20,8 @@
 #define NO_EFFECT_MAX    0.3               /* [mrad] */
 #define CHANGES_MAX      12u
 #define CHANGES_OF_POINT 2u
-#define HOLD_PERIODS                                                                                         \
-    1000u /* [periods] current and estimator settle; five time constants of the PLL's bandwidth */
-#define FOLLOW_PERIODS 100u /* [periods] 15 time constants of the encoder's speed */
+#define HOLD             0.1 /* [s] current and estimator settle; five time constants of the PLL's bandwidth */
+#define FOLLOW           0.01 /* [s] 15 time constants of the encoder's speed */
 
 /* ---- what a point changes ---- */
 
@@ -113,13 +112,13 @@ static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point
         return false;
     }
     rig_set_motion(rig, 0.0, omega_m);
-    rig_run(rig, FOLLOW_PERIODS);
+    rig_run(rig, rig_periods(FOLLOW));
     if (!rig_put(rig, "mode", choice("mode", "current")) ||
         !rig_put(rig, "i_q_request", i_q_needed(rig, point)) ||
         !rig_put(rig, "enable", choice("enable", "on"))) {
         return false;
     }
-    rig_run(rig, HOLD_PERIODS);
+    rig_run(rig, rig_periods(HOLD));
     return rig_put(rig, "speed_request", omega_m) && rig_put(rig, "mode", choice("mode", "speed")) &&
            rig_put(rig, "plant.shaft_locked", 0.0);
 }
@@ -186,11 +185,11 @@ static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
         !rig_stop_when(rig, state->id, RIG_EQUAL, ready)) {
         return false;
     }
-    rig_run(rig, READY_PERIODS);
+    rig_run(rig, rig_periods(READY));
     if (!rig_stop_when(rig, state->id, RIG_NEVER, 0.0) || !begin(rig, setup, point)) {
         return false;
     }
-    rig_run(rig, (uint32_t)(setup->settle / RIG_PERIOD_SECONDS + 0.5));
+    rig_run(rig, rig_periods(setup->settle));
     if (!rig_tap(rig, ids, TAPPED, 1u, take, &w)) {
         return false;
     }
@@ -274,7 +273,7 @@ uint32_t map_window(const map_setup_t *setup, double rpm)
 {
     const double pole_pairs = (double)rig_row_by_name("plant.pole_pairs")->initial;
     const double electrical = 60.0 / (fabs(rpm) * pole_pairs); /* [s] */
-    return (uint32_t)(ceil(setup->window / electrical) * electrical / RIG_PERIOD_SECONDS + 0.5);
+    return rig_periods(ceil(setup->window / electrical) * electrical);
 }
 
 typedef struct {

@@ -103,8 +103,9 @@ typedef struct {
 } map_error_t;
 
 /* The map as the command line draws it without options: 101 to 1490 r/min, no load and 5 N m. None of the
- * speeds is a whole number of samples per revolution: at one that is, the same instants are sampled in every
- * turn, and the mean depends on the start angle (0.5 mrad at 500 r/min). Until the window the drive has
+ * speeds is a whole number of samples per revolution, whatever the carrier: each has a prime factor that
+ * 60 x 150e6 does not have. At one that is, the same instants are sampled in every turn, and the mean depends
+ * on the start angle (0.5 mrad at 500 r/min). Until the window the drive has
  * trimmed away what offset it finds while turning; its noise leaves 0.2 mrad of the mean at 101 r/min. */
 map_setup_t map_setup_default(void);
 

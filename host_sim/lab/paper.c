@@ -86,9 +86,23 @@ static void judge(paper_t *paper)
     }
 }
 
+bool paper_is_for(uint64_t period_ticks, paper_error_t *why)
+{
+    if (period_ticks == PAPER_PERIOD_TICKS) {
+        return true;
+    }
+    snprintf(why->text, sizeof why->text,
+             "the paper's experiments need a PWM of %g kHz; this board's has %g kHz",
+             150e3 / (double)PAPER_PERIOD_TICKS, 150e3 / (double)period_ticks);
+    return false;
+}
+
 paper_t *paper_run(const bool wanted[PAPER_FIGURES], uint64_t seed, unsigned threads,
                    paper_progress_t progress, void *context, paper_error_t *why)
 {
+    if (!paper_is_for(RIG_PERIOD_TICKS, why)) {
+        return NULL;
+    }
     paper_t *paper = calloc(1, sizeof *paper);
     if (paper != NULL) {
         memcpy(paper->wanted, wanted, sizeof paper->wanted);

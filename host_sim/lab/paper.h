@@ -89,8 +89,12 @@ typedef struct {
 /* Called after each of `total` runs, by one thread at a time. */
 typedef void (*paper_progress_t)(void *context, size_t done, size_t total);
 
+/* The paper's numbers, and so the tolerances, are those of a PWM of 10 kHz. false: a rig with such a period
+ * [1/150 MHz] can not be judged by them, as `why` says. */
+bool paper_is_for(uint64_t period_ticks, paper_error_t *why);
+
 /* Runs the experiments of these figures in this many threads (at least 1) and judges them; seed: of all
- * noise. progress may be NULL. NULL: `why` says what was refused. Some 50 MB. */
+ * noise. progress may be NULL. NULL: `why` says what was refused, a rig with another PWM too. Some 50 MB. */
 paper_t *paper_run(const bool wanted[PAPER_FIGURES], uint64_t seed, unsigned threads,
                    paper_progress_t progress, void *context, paper_error_t *why);
 void paper_free(paper_t *paper);

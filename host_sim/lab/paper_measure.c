@@ -6,12 +6,12 @@
 
 #include "host_sim/lab/paper_parts.h"
 
-#define READY_PERIODS  10000u /* [periods] offsets are measured by then, or never */
-#define HOLD_PERIODS   1000u  /* [periods] on the dynamometer: current and estimator settle */
-#define FOLLOW_PERIODS 100u   /* [periods] the encoder's speed follows the rotor's */
-#define SLICE_PERIODS  10u    /* [periods] grid of the events */
-#define PLATEAU_BEGIN  0.75   /* share of a speed change: the transient is over, the limit still holds */
-#define PLATEAU_END    0.85
+#define READY         1.0  /* [s] offsets are measured by then, or never */
+#define HOLD          0.1  /* [s] on the dynamometer: current and estimator settle */
+#define FOLLOW        0.01 /* [s] the encoder's speed follows the rotor's */
+#define SLICE_PERIODS 10u  /* [periods] grid of the events */
+#define PLATEAU_BEGIN 0.75 /* share of a speed change: the transient is over, the limit still holds */
+#define PLATEAU_END   0.85
 /* The loop has lost the rotor if the mean speed is off its reference, or the error comes near half a turn. */
 #define LOST_SPEED 0.2    /* [-] */
 #define LOST_ANGLE 3000.0 /* [mrad] */
@@ -262,12 +262,12 @@ static bool begin(rig_t *rig, const result_t *result)
         return false;
     }
     rig_set_motion(rig, 0.0, omega_m);
-    rig_run(rig, FOLLOW_PERIODS);
+    rig_run(rig, rig_periods(FOLLOW));
     if (!rig_put(rig, "mode", table_choice(mode, "current")) ||
         !rig_put(rig, "i_q_request", paper_holding_current(run->load)) || !rig_put(rig, "enable", 1.0)) {
         return false;
     }
-    rig_run(rig, HOLD_PERIODS);
+    rig_run(rig, rig_periods(HOLD));
     if (!rig_put(rig, "speed_request", omega_m) || !rig_put(rig, "mode", table_choice(mode, "speed")) ||
         !rig_put(rig, "plant.shaft_locked", 0.0)) {
         return false;
@@ -275,7 +275,7 @@ static bool begin(rig_t *rig, const result_t *result)
     /* With real sensors the drive trims the offset away while turning; a rotor that gets lost is seen being
      * lost. */
     const double settle = run->dead_time > 0.0 ? 0.0 : result->real ? 3.0 : 0.5;
-    rig_run(rig, (uint32_t)(settle / RIG_PERIOD_SECONDS));
+    rig_run(rig, rig_periods(settle));
     return true;
 }
 
@@ -330,7 +330,7 @@ static bool measure_on(rig_t *rig, result_t *result)
         !rig_stop_when(rig, state->id, RIG_EQUAL, table_choice(state, "ready"))) {
         return false;
     }
-    rig_run(rig, READY_PERIODS);
+    rig_run(rig, rig_periods(READY));
     if (!rig_stop_when(rig, state->id, RIG_NEVER, 0.0) || !begin(rig, result) ||
         !rig_tap(rig, ids, TAPPED, 1u, watch, &w)) {
         return false;

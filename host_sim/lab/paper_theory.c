@@ -6,7 +6,7 @@
 
 #define PI     3.14159265358979323846
 #define J      ((double complex)I)
-#define PERIOD 1e-4 /* T_s [s] */
+#define PERIOD ((double)PAPER_PERIOD_TICKS / 150e6) /* T_s [s] */
 
 const paper_machine_t paper_machine = {
     .pole_pairs = 4.0,

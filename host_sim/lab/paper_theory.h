@@ -2,11 +2,14 @@
  * firmware.
  *
  * The rig is Table I's, with the inertia and the friction that the paper's accelerations imply (erratum 13).
- * Angles [rad], electrical; periods of 100 us. */
+ * Angles [rad], electrical; periods are the paper's. */
 #ifndef HOST_SIM_LAB_PAPER_THEORY_H
 #define HOST_SIM_LAB_PAPER_THEORY_H
 
 #include <stdbool.h>
+#include <stdint.h>
+
+#define PAPER_PERIOD_TICKS UINT64_C(15000) /* [1/150 MHz] the paper's PWM has 10 kHz */
 
 typedef struct {
     double pole_pairs;    /* [-] */

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "host_sim/lab/paper_parts.h"
+#include "host_sim/lab/times.h"
 
 #define DEGREE (RPM / 6.0) /* [rad] */
 
@@ -224,8 +225,9 @@ static void write_traces(const paper_t *paper, size_t figure, FILE *file)
     }
     fprintf(file, "\n");
     for (size_t row = 0; row < rows; row++) {
+        char when[TIMES_TEXT_SIZE];
         const double time = (double)row * shown->every * RIG_PERIOD_SECONDS;
-        fprintf(file, "%.4f", time);
+        fprintf(file, "%s", times_text(when, (uint32_t)row * shown->every));
         for (size_t n = 0; n < count; n++) {
             fprintf(file, ",%g", reference(&references[n], time + 0.5 * RIG_PERIOD_SECONDS));
         }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host_sim/lab/recorder_parts.h"
+#include "host_sim/lab/times.h"
 
 #define CHUNK_OCTETS  (UINT32_C(1) << 20)
 #define EDGES_PLANNED UINT64_C(16) /* a period: twelve gates, ADC, interrupt, and one to spare */
@@ -449,16 +450,15 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
     error->text[0] = '\0';
     char text[sizeof error->text / 2u];
     if (recorder->lost_rows != 0u) {
-        char when[RECORDER_NUMBER_SIZE];
-        when[recorder_time_text(when, recorder->first_lost_period)] = '\0';
+        char when[TIMES_TEXT_SIZE];
         snprintf(text, sizeof text,
                  "the memory for the recording is used up: %llu samples from %s s on are missing",
-                 (unsigned long long)recorder->lost_rows, when);
+                 (unsigned long long)recorder->lost_rows, times_text(when, recorder->first_lost_period));
         also(error, text);
     }
     if (recorder->lost_edges != 0u) {
-        char when[RECORDER_NUMBER_SIZE];
-        when[recorder_time_text(when, (uint32_t)(recorder->first_lost_tick / RECORDER_PERIOD_TICKS))] = '\0';
+        char when[TIMES_TEXT_SIZE];
+        times_text(when, (uint32_t)(recorder->first_lost_tick / RIG_PERIOD_TICKS));
         snprintf(text, sizeof text,
                  "the memory for the recording is used up: %llu edges from %s s on are missing",
                  (unsigned long long)recorder->lost_edges, when);

@@ -10,7 +10,8 @@
  *
  * CSV: `# key: value` lines, then `time[s],i_q[A],...`, then one line a sample. Floats have the fewest digits
  * that read back to the same float, also by way of double (nan, inf, -inf: any NaN comes back as a NaN);
- * integers and enumerations are integers. Time is that of the period, k x 100 us, exactly. The scenario's
+ * integers and enumerations are integers. Time is that at which the period begins (host_sim/lab/times.h
+ * tells its decimals); `period` is its length. The scenario's
  * lines are those with the key `text`. Characters that would break a comment line are written as \xNN, a
  * backslash as two; data needs neither.
  *

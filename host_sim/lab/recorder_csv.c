@@ -1,5 +1,6 @@
 /* Samples as comma-separated text. */
 #include "host_sim/lab/recorder_parts.h"
+#include "host_sim/lab/times.h"
 
 /* The longest line: every cell with its comma, and the time. */
 #define LINE_SIZE (RECORDER_NUMBER_SIZE * (RIG_TAP_MAX + 1u))
@@ -25,7 +26,7 @@ int recorder_csv_write(const recorder_t *recorder, recorder_out_t *out)
     for (uint64_t n = 0; n < count && out->error == 0; n++) {
         const uint32_t *sample = recorder_store_at(&recorder->rows, n);
         char *const begin = recorder_out_room(out, LINE_SIZE);
-        char *end = begin + recorder_time_text(begin, sample[0]);
+        char *end = begin + times_write(begin, sample[0], RIG_PERIOD_TICKS);
         for (uint32_t c = 0; c < recorder->column_count; c++) {
             *end++ = ',';
             end += recorder_slot_text(end, kinds[c], sample[1u + c]);

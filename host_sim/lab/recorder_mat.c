@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/times.h"
+
 #define HEADER "MATLAB 5.0 MAT-file, lagless recording"
 
 /* MATLAB's identifiers: letters, digits, underscores. */
@@ -153,7 +155,7 @@ static matvar_t *variable(const recorder_t *recorder, uint32_t n, void *data)
         double *time = data;
         for (uint64_t k = 0; k < count; k++) {
             const uint32_t *sample = recorder_store_at(&recorder->rows, k);
-            time[k] = sample[0] / 10000.0; /* the double nearest to the decimal of CSV */
+            time[k] = times_seconds(sample[0], RIG_PERIOD_TICKS);
         }
         return Mat_VarCreate("time", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, time, MAT_F_DONT_COPY_DATA);
     }

@@ -8,8 +8,7 @@
 #include "host_sim/lab/recorder.h"
 #include "host_sim/rig/rig.h"
 
-#define RECORDER_PERIOD_TICKS UINT64_C(15000)
-#define RECORDER_NAME_SIZE    128u
+#define RECORDER_NAME_SIZE 128u
 
 /* ---- records of one size, in chunks ---- */
 
@@ -91,7 +90,6 @@ size_t recorder_uint_text(char *to, uint64_t value);
 size_t recorder_int_text(char *to, int32_t value);
 size_t recorder_slot_text(char *to, slot_kind_t kind, uint32_t slot);
 size_t recorder_value_text(char *to, double value); /* whole below 2^53: as such; else as the nearest float */
-size_t recorder_time_text(char *to, uint32_t period); /* [s], exact, four decimals */
 
 /* A file behind a buffer; the first error stays. */
 #define RECORDER_BUFFER 65536u

@@ -11,6 +11,8 @@
 #include <errno.h>
 #include <string.h>
 
+#include "host_sim/lab/times.h"
+
 /* 10^e, e = -31..45, as 64 bits without the power of two, rounded up. */
 #define POWER_MIN (-31)
 static const uint64_t powers[] = {
@@ -235,18 +237,6 @@ size_t recorder_value_text(char *to, double value)
     return recorder_float_text(to, bits);
 }
 
-size_t recorder_time_text(char *to, uint32_t period)
-{
-    size_t length = recorder_uint_text(to, period / 10000u);
-    uint32_t rest = period % 10000u;
-    to[length] = '.';
-    for (size_t n = 4; n >= 1; n--) {
-        to[length + n] = (char)('0' + rest % 10u);
-        rest /= 10u;
-    }
-    return length + 5u;
-}
-
 /* ---- files ---- */
 
 void recorder_out_flush(recorder_out_t *out)
@@ -326,7 +316,8 @@ void recorder_out_meta(recorder_out_t *out, const recorder_t *recorder, const ch
     line(out, prefix, "seed", NULL, text, also);
     text[recorder_uint_text(text, recorder->every)] = '\0';
     line(out, prefix, "every", NULL, text, also);
-    line(out, prefix, "period", NULL, "0.0001 s", also);
+    times_period_text(text, RIG_PERIOD_TICKS);
+    line(out, prefix, "period", NULL, strcat(text, " s"), also);
     line(out, prefix, "ended", NULL, recorder->ended, also);
     for (uint32_t n = 0; n < recorder->column_count; n++) {
         if (recorder->columns[n].row->kind == SLOT_ENUM) {

@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "host_sim/lab/times.h"
+
 enum { WIRE_ISR = 6, WIRE_ADC, WIRE_TRIP, WIRES };
 
 static const char *const names[WIRES] = {
@@ -34,8 +36,7 @@ static void put_time(recorder_out_t *out, uint64_t tick)
 {
     char *to = recorder_out_room(out, RECORDER_NUMBER_SIZE);
     to[0] = '#';
-    /* 20/3 ns a tick, to nearest: thirds leave no tie */
-    const size_t length = 1u + recorder_uint_text(to + 1, (tick * 20u + 1u) / 3u);
+    const size_t length = 1u + recorder_uint_text(to + 1, times_nanoseconds(tick));
     to[length] = '\n';
     out->used += length + 1u;
 }
@@ -168,7 +169,7 @@ int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
     const uint64_t rows = recorder_store_count(&recorder->rows);
     if (rows != 0u) {
         const uint32_t *last = recorder_store_at(&recorder->rows, rows - 1u);
-        end = later(end, (last[0] + UINT64_C(1)) * RECORDER_PERIOD_TICKS);
+        end = later(end, (last[0] + UINT64_C(1)) * RIG_PERIOD_TICKS);
     }
     end = dump.isr_ends ? later(end, dump.isr_until) : end;
     end = dump.adc_ends ? later(end, dump.adc_until) : end;

@@ -223,7 +223,7 @@ static bool refused(run_t *run, const scenario_setting_t *settings, uint32_t cou
     scenario_error_t *error = &run->result->error;
     scenario_refused(run->scenario, run->rig, settings, count, error);
     const size_t used = strlen(error->message);
-    snprintf(error->message + used, sizeof error->message - used, " (at %.7g s)",
+    snprintf(error->message + used, sizeof error->message - used, " (at %.9g s)",
              period * RIG_PERIOD_SECONDS);
     return false;
 }

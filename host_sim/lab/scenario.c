@@ -521,32 +521,31 @@ static bool check_event(const scenario_t *scenario, rig_t *rig, scenario_event_t
     return good;
 }
 
-static uint32_t periods_of(double seconds)
-{
-    return (uint32_t)floor(seconds / RIG_PERIOD_SECONDS + 0.5);
-}
-
 static bool check_times(scenario_t *scenario, scenario_error_t *error)
 {
     const double duration = scenario->duration;
-    scenario->periods = periods_of(duration);
+    scenario->periods = rig_periods(duration);
     for (uint32_t n = 1; n < scenario->event_count; n++) {
         scenario_event_t *event = &scenario->events[n];
         if (!scenario_in_range(event->time, 0.0, duration, "s", event->time_place, "time", error)) {
             return false;
         }
-        event->period = periods_of(event->time);
+        event->period = rig_periods(event->time);
         if (event->period >= scenario->periods) {
             char text[UNITS_TEXT_SIZE];
             return scenario_fail(error, event->time_place, "time",
                                  "the run ends before it acts; accepted: 0 s to less than the duration, %s",
                                  units_text(text, duration, "s"));
         }
-        if (!scenario_in_range(event->ramp, 0.0, (scenario->periods - event->period) * RIG_PERIOD_SECONDS,
-                               "s", event->ramp_place, "ramp", error)) {
+        /* Rounding may leave less of the run than its times do: a ramp that fills it has the periods there
+         * are. */
+        const uint32_t left = scenario->periods - event->period;
+        const double most = fmax(left * RIG_PERIOD_SECONDS, duration - event->time);
+        if (!scenario_in_range(event->ramp, 0.0, most, "s", event->ramp_place, "ramp", error)) {
             return false;
         }
-        event->ramp_periods = periods_of(event->ramp);
+        event->ramp_periods = rig_periods(event->ramp);
+        event->ramp_periods = event->ramp_periods < left ? event->ramp_periods : left;
     }
     for (uint32_t n = 0; n < scenario->expect_count; n++) {
         scenario_expect_t *expect = &scenario->expects[n];
@@ -559,14 +558,16 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
         if (!scenario_in_range(expect->to, 0.0, duration, "s", expect->to_place, "to", error)) {
             return false;
         }
-        expect->begin = periods_of(expect->from);
-        expect->end = periods_of(expect->to);
+        expect->begin = rig_periods(expect->from);
+        expect->end = rig_periods(expect->to);
         if (expect->begin >= expect->end) {
             char from[UNITS_TEXT_SIZE];
             char to[UNITS_TEXT_SIZE];
+            char least[UNITS_TEXT_SIZE];
             return scenario_fail(error, expect->from_place, "from",
-                                 "the window from %s to %s holds no period; accepted: at least 100 us",
-                                 units_text(from, expect->from, "s"), units_text(to, expect->to, "s"));
+                                 "the window from %s to %s holds no period; accepted: at least %s",
+                                 units_text(from, expect->from, "s"), units_text(to, expect->to, "s"),
+                                 units_text(least, SCENARIO_SECONDS_MIN, "s"));
         }
     }
     return true;
@@ -593,7 +594,7 @@ static bool check_values(scenario_t *scenario, scenario_error_t *error)
 
 bool scenario_check(scenario_t *scenario, scenario_error_t *error)
 {
-    const bool good = scenario_in_range(scenario->duration, RIG_PERIOD_SECONDS, SCENARIO_SECONDS_MAX, "s",
+    const bool good = scenario_in_range(scenario->duration, SCENARIO_SECONDS_MIN, SCENARIO_SECONDS_MAX, "s",
                                         scenario->duration_place, "duration", error) &&
                       check_times(scenario, error) && check_values(scenario, error);
     if (!good) {
@@ -671,7 +672,7 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
                                         "start.angle"};
     *known = true;
     if (strcmp(name, "run.duration") == 0) {
-        return override_quantity(name, text, "s", RIG_PERIOD_SECONDS, SCENARIO_SECONDS_MAX,
+        return override_quantity(name, text, "s", SCENARIO_SECONDS_MIN, SCENARIO_SECONDS_MAX,
                                  &scenario->duration, error);
     }
     if (strcmp(name, "run.seed") == 0) {

@@ -27,8 +27,8 @@
  *   at_most = "1 r/min"
  *   name = "speed holds"                   # optional
  *
- * Time is simulated time since power-on; period k begins at k x 100 us, and times are rounded to the nearest
- * period. An event acts before the first period at or after its time; events of one time act in the order of
+ * Time is simulated time since power-on; period k begins at k x RIG_PERIOD_SECONDS, and times are rounded to the
+ * nearest period. An event acts before the first period at or after its time; events of one time act in the order of
  * the file. The parameters of one event are staged and taken over as one set. A ramp ends exactly at its
  * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once.
  *
@@ -49,13 +49,15 @@
 #include <stdint.h>
 
 #include "drive/table.h"
+#include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
-#define SCENARIO_SECONDS_MAX    3600.0 /* [s] */
-#define SCENARIO_DECIMATION_MAX 100000 /* [periods] */
-#define SCENARIO_TITLE_MAX      200u   /* [octets] */
-#define SCENARIO_SPEED_MAX      1e4    /* [rad/s] of the start, mechanical */
-#define SCENARIO_ANGLE_MAX      1e3    /* [rad] of the start, mechanical */
+#define SCENARIO_SECONDS_MIN    times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is told */
+#define SCENARIO_SECONDS_MAX    3600.0                              /* [s] */
+#define SCENARIO_DECIMATION_MAX 100000                              /* [periods] */
+#define SCENARIO_TITLE_MAX      200u                                /* [octets] */
+#define SCENARIO_SPEED_MAX      1e4                                 /* [rad/s] of the start, mechanical */
+#define SCENARIO_ANGLE_MAX      1e3                                 /* [rad] of the start, mechanical */
 
 typedef struct {
     uint32_t line, column; /* [1..]; 0: the file as a whole, or not from a file */

@@ -346,7 +346,7 @@ static bool read_run(const reading_t *reading, const toml_entry_t *top)
         return missing(reading, run, "duration", "duration = \"2 s\"");
     }
     scenario->duration_place = place_of(duration);
-    if (!read_in_range(reading, duration, "s", RIG_PERIOD_SECONDS, SCENARIO_SECONDS_MAX,
+    if (!read_in_range(reading, duration, "s", SCENARIO_SECONDS_MIN, SCENARIO_SECONDS_MAX,
                        &scenario->duration) ||
         (seed != NULL && !is_whole(reading, seed, 0, INT64_MAX)) ||
         (decimation != NULL && !is_whole(reading, decimation, 1, SCENARIO_DECIMATION_MAX)) ||

@@ -2,7 +2,8 @@
  *
  *   P(name, unit, default, minimum, maximum, text)
  *
- * Defaults are the machine of the paper's Table I in its rig, and power stage and sensors of the board (hal/board.h). Two presets for the shaft: the rig (inertia 0.0636, friction_coulomb 1.32, inferred from the
+ * Defaults are the machine of the paper's Table I in its rig, and power stage and sensors of the board
+ * (hal/board.h). Two presets for the shaft: the rig (inertia 0.0636, friction_coulomb 1.32, inferred from the
  * paper's transients) is the default; the bare motor of Table I is inertia 0.003 with the same friction or
  * none.
  * An ideal inverter has all rows from turn_on_delay to fault_pulse at 0. */

@@ -15,7 +15,10 @@
 #include "host_sim/rig/rig_state.h"
 
 /* [periods] the background loop comes round once a millisecond */
-#define BACKGROUND_EVERY ((uint32_t)(1e-3 / RIG_PERIOD_SECONDS + 0.5))
+#define BACKGROUND_EVERY rig_periods(1e-3)
+
+/* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
+__attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;
 
 /* Tables by their order, which is also that of rig_table(). */
 typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
@@ -167,22 +170,18 @@ void rig_bind(rig_t *rig)
     chip_bind(&rig->state.chip, &rig->world);
 }
 
-/* Ticks [1/150 MHz] of so many carrier periods, the last begun one counted whole. */
-static uint64_t ticks_of(uint64_t periods)
-{
-    return periods * (uint64_t)BOARD_PERIOD_CYCLES * (CHIP_TICKS_PER_SECOND / 1000000u) /
-           ((uint64_t)BOARD_SYSCLK_HZ / 1000000u);
-}
-
 rig_t *rig_create(uint64_t seed)
 {
     rig_t *rig = calloc(1, sizeof *rig);
     if (rig == NULL) {
         return NULL;
     }
-    rig->world = (chip_world_t){
-        .context = rig, .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder,
-        .active_low = HAL_GATE_ACTIVE_HIGH == 0};
+    rig->world = (chip_world_t){.context = rig,
+                                .analog = on_analog,
+                                .gates = on_gates,
+                                .carrier = on_carrier,
+                                .encoder = on_encoder,
+                                .active_low = HAL_GATE_ACTIVE_HIGH == 0};
 
     rig_state_t *state = &rig->state;
     table_defaults(&plant_table, &state->plant_values);
@@ -195,7 +194,7 @@ rig_t *rig_create(uint64_t seed)
     /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
      * come up has no carrier, and time goes on all the same. */
     const uint64_t zero = chip_carrier_tick(&state->chip);
-    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + ticks_of(1);
+    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
     chip_run(state->start);
     return rig;
 }
@@ -247,10 +246,10 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     rig_bind(rig);
-    const uint64_t begin = state->start + ticks_of(state->period);
+    const uint64_t begin = state->start + RIG_PERIOD_TICKS * state->period;
     plant_advance(&state->plant, begin);
     take_truth(rig);
-    chip_run(state->start + ticks_of(state->period + UINT64_C(1)));
+    chip_run(begin + RIG_PERIOD_TICKS);
     state->truth.theta_err = angle_between(state->app.drive.position.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err = angle_between(state->app.drive.estimate.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {

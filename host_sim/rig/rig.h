@@ -19,8 +19,27 @@
 
 typedef struct rig rig_t;
 
-/* Of one rig_step: a carrier period of the board. */
-#define RIG_PERIOD_SECONDS ((double)BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ)
+#if BOARD_PERIOD_CYCLES * 150 % (BOARD_SYSCLK_HZ / 1000000) != 0
+#error                                                                                                       \
+    "docs/board.md, line 3: the desk counts 1/150 MHz, and this carrier is no whole number of them; a neighbour of it is (125 MHz: 9992 Hz)"
+#endif
+
+/* One rig_step: a period of the board's carrier, in ticks [1/150 MHz] whatever its system clock. */
+#define RIG_PERIOD_TICKS   ((uint64_t)BOARD_PERIOD_CYCLES * 150u / (BOARD_SYSCLK_HZ / 1000000u))
+#define RIG_PERIOD_SECONDS ((double)RIG_PERIOD_TICKS / 150e6)
+
+extern const uint32_t rig_period_ticks; /* the same for a debugger, which knows no macros */
+
+/* [periods] of so many ticks, nearest to this time [s], which is not negative. */
+static inline uint32_t rig_periods_of(double seconds, uint64_t period_ticks)
+{
+    return (uint32_t)(seconds / ((double)period_ticks / 150e6) + 0.5);
+}
+
+static inline uint32_t rig_periods(double seconds)
+{
+    return rig_periods_of(seconds, RIG_PERIOD_TICKS);
+}
 
 /* Power on: firmware defaults, plant defaults, rotor at rest, seed of all noise. The board is up and period 0
  * begins when this returns. NULL only without memory. */

@@ -145,6 +145,14 @@ class TravelTest(unittest.TestCase):
         self.assertIn("period 77, 0.0077 s", text)
         self.assertIn("app_read(&samples);", text)
 
+    def test_length_of_a_period_is_the_programs(self):
+        # gdb is told that they are half as long: its tenth begins after 0.5 ms, when the program's begins after 1 ms.
+        _, _, where, there = session(
+            "period 10", "set variable *(unsigned int *)&rig_period_ticks /= 2", "where-time", "at 1.52 ms"
+        )
+        self.assertRegex(where, r"^period 10, 0\.00050 s \+ 500\.\d\d us; ")
+        self.assertTrue(there.startswith("period 30, 0.00150 s + 1500."), there)
+
 
 class ExactSensorsTest(unittest.TestCase):
     """With the rig's sensors = exact the sample interrupt is another function, in the rig."""
@@ -281,6 +289,13 @@ class LookTest(unittest.TestCase):
         )
         self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, asked for \S+ V$")
         self.assertRegex(rows["DC link"], r"^31\d\.\d+ V$")
+
+    def test_dead_time_follows_the_system_clock(self):
+        _, *_, row = session(
+            "period 10", "set variable $rig()->state.chip.clock.cycles = 2", "set variable $rig()->state.chip.clock.ticks = 3",
+            "regs EPWM1.DBRED"
+        )
+        self.assertIn("3.750 us at SYSCLK = 100 MHz", row)  # 375 cycles
 
     def test_registers_are_decoded_by_field(self):
         _, blocks, block, one, small, flag, group = session(

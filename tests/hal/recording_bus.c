@@ -166,6 +166,34 @@ void bus_interrupts_disable(void)
     rec.interrupts_on = false;
 }
 
+void bus_disable_groups(void)
+{
+    note(DID_DISABLE_GROUPS, 0u, 0u);
+    rec.groups = 0u;
+}
+
+void bus_clear_pending(void)
+{
+    note(DID_CLEAR_PENDING, 0u, 0u);
+}
+
+void bus_debug_groups(uint16_t mask)
+{
+    note(DID_DEBUG_GROUPS, 0u, mask);
+    rec.debug_groups = mask;
+}
+
+void bus_debug_allow(void)
+{
+    note(DID_DEBUG_ALLOW, 0u, 0u);
+    rec.debug_allowed = true;
+}
+
+uint16_t bus_otp(uint32_t address)
+{
+    return address == 0x380083u ? rec.otp[0] : address == 0x380085u ? rec.otp[1] : 0xFFFFu;
+}
+
 void recording_pass(uint32_t cycles)
 {
     rec.waited += cycles;

@@ -18,7 +18,11 @@ typedef enum {
     DID_WAIT,
     DID_ENABLE_GROUP,
     DID_INTERRUPTS_ON,
-    DID_INTERRUPTS_OFF
+    DID_INTERRUPTS_OFF,
+    DID_DISABLE_GROUPS,
+    DID_CLEAR_PENDING,
+    DID_DEBUG_GROUPS,
+    DID_DEBUG_ALLOW
 } did_t;
 
 typedef struct {
@@ -37,6 +41,9 @@ typedef struct {
     bool allowed;
     bool interrupts_on;
     uint16_t groups;          /* bit n - 1: INTn enabled in IER */
+    uint16_t debug_groups;    /* bit n - 1: INTn enabled in DBGIER */
+    bool debug_allowed;       /* DBGM is clear */
+    uint16_t otp[2];          /* words 0x380083 and 0x380085; all others are erased */
     uint64_t waited;          /* [cycles] */
     uint64_t lock_cycles;     /* [cycles] from the write of PLLCR to the lock */
     uint64_t pllcr_written;   /* [cycles] `waited` at that time */

@@ -223,6 +223,22 @@ static void test_manifest_tells_conditions_figures_and_rows(void)
     free(text);
 }
 
+static void test_board_with_another_carrier_is_refused_by_name(void)
+{
+    static const struct {
+        uint64_t ticks;
+        const char *text;
+    } others[] = {{9378u, "need a PWM of 10 kHz; this board's has 15.9949 kHz"},
+                  {7500u, "need a PWM of 10 kHz; this board's has 20 kHz"},
+                  {30000u, "need a PWM of 10 kHz; this board's has 5 kHz"}};
+    paper_error_t refusal;
+    TEST_ASSERT_TRUE(paper_is_for(15000u, &refusal));
+    for (size_t n = 0; n < sizeof others / sizeof others[0]; n++) {
+        TEST_ASSERT_FALSE(paper_is_for(others[n].ticks, &refusal));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(refusal.text, others[n].text), refusal.text);
+    }
+}
+
 static void test_what_was_not_wanted_is_not_written(void)
 {
     char *text = written(write_others);
@@ -270,6 +286,7 @@ int main(void)
     RUN_TEST(test_beyond_the_paper_a_claim_holds_or_does_not);
     RUN_TEST(test_figures_are_found_by_name);
     RUN_TEST(test_manifest_tells_conditions_figures_and_rows);
+    RUN_TEST(test_board_with_another_carrier_is_refused_by_name);
     RUN_TEST(test_what_was_not_wanted_is_not_written);
     RUN_TEST(test_threads_do_not_change_a_bit_and_seeds_do);
     paper_free(paper);

@@ -117,6 +117,20 @@ static void test_every_key_arrives(void)
     TEST_ASSERT_TRUE(expect->at_most == 3.0);
 }
 
+/* 0.151 ms is rounded up to period 2, which leaves 9998 periods for 9998.49. */
+static void test_ramp_may_fill_what_is_left_of_the_run(void)
+{
+    given(RUN "[[at]]\ntime = \"151 us\"\nramp = \"0.999849 s\"\nplant.load_torque = 1\n");
+    TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].period);
+    TEST_ASSERT_EQUAL_UINT32(9998u, scenario->events[1].ramp_periods);
+    /* 2.5 and 9997.5 periods are both rounded up, and together are one more than there are. */
+    given(RUN "[[at]]\ntime = \"250 us\"\nramp = \"0.99975 s\"\nplant.load_torque = 1\n");
+    TEST_ASSERT_EQUAL_UINT32(3u, scenario->events[1].period);
+    TEST_ASSERT_EQUAL_UINT32(9997u, scenario->events[1].ramp_periods);
+    expect_error(RUN "[[at]]\ntime = \"151 us\"\nramp = \"0.9999 s\"\nplant.load_torque = 1\n",
+                 "ramp: 999.9 ms is outside its range");
+}
+
 static void test_times_are_rounded_to_the_nearest_period(void)
 {
     given(
@@ -452,6 +466,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_the_least_file_has_every_default);
     RUN_TEST(test_every_key_arrives);
+    RUN_TEST(test_ramp_may_fill_what_is_left_of_the_run);
     RUN_TEST(test_times_are_rounded_to_the_nearest_period);
     RUN_TEST(test_durations_at_their_limits);
     RUN_TEST(test_an_event_at_zero_and_in_the_last_period_is_fine);

@@ -186,32 +186,6 @@ static void test_settings_are_whole_numbers_or_floats(void)
     expect_value("-3.1415927", (double)-3.1415927f);
 }
 
-static void expect_time(const char *expected, uint32_t period)
-{
-    char text[RECORDER_NUMBER_SIZE + 1u];
-    text[recorder_time_text(text, period)] = '\0';
-    TEST_ASSERT_EQUAL_STRING(expected, text);
-}
-
-static void test_time_is_the_exact_decimal(void)
-{
-    expect_time("0.0000", 0u);
-    expect_time("0.0001", 1u);
-    expect_time("0.9999", 9999u);
-    expect_time("1.0000", 10000u);
-    expect_time("12.3456", 123456u);
-    expect_time("429496.7295", UINT32_MAX);
-}
-
-static void test_time_reads_back_as_period_through_a_division(void)
-{
-    for (uint32_t period = 0; period < 4000000000u; period += 9973u) {
-        char text[RECORDER_NUMBER_SIZE + 1u];
-        text[recorder_time_text(text, period)] = '\0';
-        TEST_ASSERT_TRUE_MESSAGE(strtod(text, NULL) == period / 10000.0, text);
-    }
-}
-
 static void test_locale_changes_nothing(void)
 {
     static const char *const with_comma[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "fr_FR.utf8",
@@ -229,7 +203,6 @@ static void test_locale_changes_nothing(void)
     expect_float("0.5", 0.5f);
     expect_float("1.5e-7", 1.5e-7f);
     expect_value("0.95", (double)0.95f);
-    expect_time("12.3456", 123456u);
 }
 
 int main(void)
@@ -244,8 +217,6 @@ int main(void)
     RUN_TEST(test_small_multiples_of_powers_of_ten_are_short);
     RUN_TEST(test_integers_to_their_ends);
     RUN_TEST(test_settings_are_whole_numbers_or_floats);
-    RUN_TEST(test_time_is_the_exact_decimal);
-    RUN_TEST(test_time_reads_back_as_period_through_a_division);
     RUN_TEST(test_locale_changes_nothing);
     return UNITY_END();
 }

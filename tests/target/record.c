@@ -10,7 +10,8 @@
 #include "host_sim/rig/rig.h"
 #include "tests/target/recording.h"
 
-#define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+#define RPM     (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+#define SECONDS 1.0
 
 static FILE *file;
 static uint32_t recorded;
@@ -46,14 +47,14 @@ void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
 
 void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
-    if (file == NULL || recorded == RECORDING_PERIODS) {
+    if (file == NULL || recorded == rig_periods(SECONDS)) {
         __real_drive_step(drive, samples, command);
         return;
     }
     if (recorded++ == 0u) {
         put(RECORDING_MAGIC);
         put(recording_tables());
-        put(RECORDING_PERIODS);
+        put(rig_periods(SECONDS));
         put_table(&params_table, &drive->params);
     }
     put_table(&requests_table, &drive->requests);
@@ -65,7 +66,7 @@ void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
 
 static void until(rig_t *rig, double seconds)
 {
-    rig_run(rig, (uint32_t)(seconds / RIG_PERIOD_SECONDS + 0.5) - rig_period(rig));
+    rig_run(rig, rig_periods(seconds) - rig_period(rig));
 }
 
 int main(int argc, char **argv)
@@ -84,8 +85,8 @@ int main(int argc, char **argv)
         good = good && rig_put(rig, "speed_request", 1000.0 * RPM);
         until(rig, 0.6);
         good = good && rig_put(rig, "load_torque", 5.0);
-        until(rig, 1.0);
-        while (recorded < RECORDING_PERIODS) {
+        until(rig, SECONDS);
+        while (recorded < rig_periods(SECONDS)) {
             rig_step(rig); /* the interrupt of the last period */
         }
         printf("%u interrupts, %.1f r/min, %.2f A, fault %g\n", (unsigned)recorded,

@@ -21,7 +21,6 @@
 #define RECORDING_MAGIC     UINT32_C(0x314C474C)
 #define RECORDING_ESTIMATOR "float estimator"
 #endif
-#define RECORDING_PERIODS UINT32_C(10000)
 
 static inline uint32_t recording_tables(void)
 {

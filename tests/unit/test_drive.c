@@ -11,7 +11,7 @@
 
 static drive_t drive;
 static params_t params;
-static drive_samples_t samples;
+static drive_samples_t samples; /* of two current sensors */
 static drive_command_t command;
 static params_error_t why;
 
@@ -36,6 +36,12 @@ static struct {
     uint32_t random;
 } machine;
 
+static void step(void)
+{
+    samples.i_c = -(samples.i_a + samples.i_b);
+    drive_step(&drive, &samples, &command);
+}
+
 void setUp(void)
 {
     memset(&machine, 0, sizeof machine);
@@ -55,7 +61,7 @@ void tearDown(void)
 static void steps(uint32_t count)
 {
     for (uint32_t n = 0; n < count; n++) {
-        drive_step(&drive, &samples, &command);
+        step();
         /* what the trip zone does with the command */
         if (command.gates == GATES_ON) {
             samples.flags &= ~DRIVE_SAMPLE_TRIPPED;

@@ -65,7 +65,8 @@ static void test_two_sensors_see_the_same_as_three_without_star_point(void)
         phases.c = -phases.a - phases.b;
         ab_t two = frames_clarke(phases);
         /* (2a - b - c)/3 = a and (b - c)/sqrt(3) = (a + 2b)/sqrt(3) where the sum is zero. */
-        double complex expected = (double)phases.a + J * ((double)phases.a + 2.0 * (double)phases.b) / sqrt(3.0);
+        double complex expected =
+            (double)phases.a + J * ((double)phases.a + 2.0 * (double)phases.b) / sqrt(3.0);
         TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, creal(expected), (double)two.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, cimag(expected), (double)two.beta);
     }

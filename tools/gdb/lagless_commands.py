@@ -13,7 +13,6 @@ import lagless_registers as registers
 import lagless_time as time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-CLOCK = 150e6  # [Hz]
 INTERRUPTS = ("app_interrupt", "exact_interrupt")  # the sample interrupt; the second with the rig's sensors = exact
 NO_RIG = (gdb.error, gdb.GdbError)  # what looking at the rig raises before there is one
 
@@ -60,14 +59,21 @@ def present_period():
     return int(ring()["period"])
 
 
+def period_ticks():
+    """Ticks [1/150 MHz] of one period, as the program was built; known before it runs."""
+    return int(show.global_value("rig_period_ticks"))
+
+
 def place_text():
     """Where simulated time stands."""
     state = ring()
+    ticks = period_ticks()
     period = int(state["period"])
     if int(state["start"]) == 0:
         return "before period 0: the board starts up"
-    after = int(state["chip"]["tick"]) - int(state["start"]) - period * time.PERIOD_TICKS
-    return f"period {period}, {time.seconds(period)} {'+' if after >= 0 else '-'} {abs(after) / CLOCK * 1e6:.2f} us"
+    after = int(state["chip"]["tick"]) - int(state["start"]) - period * ticks
+    sign, length = "+" if after >= 0 else "-", float(abs(after) * time.TICK * 10**6)
+    return f"period {period}, {time.seconds(period, ticks)} {sign} {length:.2f} us"
 
 
 # ---- Travelling ---------------------------------------------------------------------------------------------------------
@@ -388,7 +394,7 @@ class Period(Command):
     """Go to a PWM period: to the first line of its interrupt.
 Usage: period N | period +N | period -N
 
-N counts from power-on; one period is 100 us. With a sign: so many periods from the present one. Forward the program goes
+N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward the program goes
 on, and breakpoints of yours stop it on the way; backward it is run again from its start, which gives the same bits, and
 your breakpoints are passed by."""
 
@@ -422,7 +428,7 @@ TIME counts from power-on, with a unit or in seconds: at 0.5 s, at 12.3ms, at 0.
     def invoke(self, argument):
         if not argument:
             raise gdb.GdbError("at which time? 'at 0.5 s'")
-        go_to(time.period_of_time(argument))
+        go_to(time.period_of_time(argument, period_ticks()))
 
 
 class UntilFault(Command):
@@ -505,7 +511,7 @@ Usage: why"""
             found = True
             period = int(snapshot["period"])
             self.tell("fault", int(snapshot["reason"]))
-            gdb.write(f"  when: period {period} by the drive's count, {time.seconds(period)}\n")
+            gdb.write(f"  when: period {period} by the drive's count, {time.seconds(period, period_ticks())}\n")
             gdb.write(
                 f"  then: i_a {show.number(snapshot['i_a'])} A, i_b {show.number(snapshot['i_b'])} A, "
                 f"u_dc {show.number(snapshot['u_dc'])} V, theta_e {show.degrees(snapshot['theta_e'])}, "
@@ -673,7 +679,9 @@ def note_on(block, name, value, all_values):
     family = block.rstrip("0123456789")
     if family == "EPWM" and name in ("DBRED", "DBFED"):
         half, power = all_values["TBCTL"] >> 7 & 7, all_values["TBCTL"] >> 10 & 7
-        return f"{value * (2 * half or 1) * 2**power / CLOCK * 1e6:.3f} us at SYSCLK = 150 MHz"
+        clock = ring()["chip"]["clock"]
+        sysclk = 150e6 * int(clock["cycles"]) / int(clock["ticks"])
+        return f"{value * (2 * half or 1) * 2**power / sysclk * 1e6:.3f} us at SYSCLK = {sysclk / 1e6:g} MHz"
     if family == "EPWM" and name == "CMPA" and all_values.get("TBPRD"):
         return f"{100 * value / all_values['TBPRD']:.2f} % of TBPRD"
     if block == "MIRROR":

@@ -1,23 +1,30 @@
-"""Simulated time: one PWM period is 100 us, and period k begins at t_k = k * 100 us. Used by gdb's commands and by
-tools/debug."""
+"""Simulated time: PWM period k begins at t_k = k * ticks/150 MHz, `ticks` what the program's rig_period_ticks says. Used by
+gdb's commands and by tools/debug."""
 import re
 from decimal import Decimal
+from fractions import Fraction
 
-PERIOD = Decimal("1e-4")  # [s]
-PERIOD_TICKS = 15000  # of 150 MHz
+TICK = Fraction(1, 150_000_000)  # [s]
 LAST_PERIOD = 0xFFFFFFFE
 UNITS = {"": Decimal(1), "s": Decimal(1), "ms": Decimal("1e-3"), "us": Decimal("1e-6")}
-TIME = re.compile(r"\s*([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?|\.[0-9]+)\s*([a-z]*)\s*")
+TIME = re.compile(r"\s*([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,3})?|\.[0-9]+)\s*([a-z]*)\s*")
 
 
-def period_of_time(text):
-    """The period in which this instant lies: "0.5 s", "500 ms", "12.34us" or "0.5"."""
+def time_of(text):
+    """The instant [s] that a text means: "0.5 s", "500 ms", "12.34us" or "0.5"."""
     match = TIME.fullmatch(text)
     if not match or match[2] not in UNITS:
         raise ValueError(f"'{text}' is no time: a number and s, ms or us, such as 0.5s or \"500 ms\"")
-    period = int(Decimal(match[1]) * UNITS[match[2]] / PERIOD)
+    return Fraction(Decimal(match[1]) * UNITS[match[2]])
+
+
+def period_of_time(text, ticks):
+    """The period in which this instant lies. Begins are those that seconds() tells, so that what it tells leads back."""
+    instant = time_of(text)
+    period = instant // (ticks * TICK)
+    period += instant >= begin(period + 1, ticks)
     if period > LAST_PERIOD:
-        raise ValueError(f"'{text}' is too late: the last period begins at {seconds(LAST_PERIOD)}")
+        raise ValueError(f"'{text}' is too late: the last period begins at {seconds(LAST_PERIOD, ticks)}")
     return period
 
 
@@ -28,6 +35,19 @@ def period_number(text):
     return int(text)
 
 
-def seconds(period):
-    """Begin of a period, as text: exact, since a period is 0.1 ms."""
-    return f"{Decimal(period) * PERIOD:.4f} s"
+def decimals(ticks):
+    """The fewest that are exact for every period; 9 where none are."""
+    return next((count for count in range(1, 9) if (ticks * TICK * 10**count).denominator == 1), 9)
+
+
+def begin(period, ticks):
+    """Begin of a period [s], to the nearest decimal that is told."""
+    scale = 10 ** decimals(ticks)
+    return Fraction(round(period * ticks * TICK * scale), scale)
+
+
+def seconds(period, ticks):
+    """Begin of a period, as text with the decimals of a recording."""
+    count = decimals(ticks)
+    whole, rest = divmod(round(begin(period, ticks) * 10**count), 10**count)
+    return f"{whole}.{rest:0{count}} s"

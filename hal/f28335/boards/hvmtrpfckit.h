@@ -1,11 +1,11 @@
-/* Board: TI's high-voltage motor kit TMDSHVMTRPFCKIT R1.1 with an F28335 controlCARD. Low-side shunts in all three legs,
- * no temperature sensor on the chip's inputs. Not used here, but wired: the phase voltages (B7, B6, B4), the index
- * of the encoder (GPIO23), the brake's and the PFC's switches. docs/board.md tells what each line means and how the
- * bench proves it. */
+/* Board: TI's high-voltage motor kit TMDSHVMTRPFCKIT R1.1 with an F28335 controlCARD. Low-side shunts in all
+ * three legs, no temperature sensor on the chip's inputs. Not used here, but wired: the phase voltages (B7,
+ * B6, B4), the index of the encoder (GPIO23), the brake's and the PFC's switches. docs/board.md tells what
+ * each line means and how the bench proves it. */
 #define BOARD_NAME "hvmtrpfckit" /* 1 */
 
-/* 2: cards of later revisions carry 30 MHz. One of 20 MHz reaches 100 MHz, one of 25 MHz 125 MHz: measure (bench
- * check 3), and say so here. */
+/* 2: cards of later revisions carry 30 MHz. One of 20 MHz reaches 100 MHz, one of 25 MHz 125 MHz: measure
+ * (bench check 3), and say so here. */
 #define BOARD_CRYSTAL_HZ 30000000
 #define BOARD_SYSCLK_HZ  150000000
 
@@ -32,7 +32,8 @@
 #define BOARD_CURRENT_STEP_MA 10000
 #define BOARD_CURRENT_STEP_MV 1650
 
-#define BOARD_SAMPLES_AT       BOARD_LOWER_ZERO_VECTOR /* 10: the shunts see a current while the lower switch is on */
+#define BOARD_SAMPLES_AT                                                                                     \
+    BOARD_LOWER_ZERO_VECTOR /* 10: the shunts see a current while the lower switch is on */
 #define BOARD_SHUNT_SETTLED_NS 2000
 
 #define BOARD_DC_INPUT   BOARD_ADC_A(7) /* 11: 409 V are 3.3 V */

@@ -1,0 +1,155 @@
+/* Simulated time as text and number, with the carriers that a board may have. Expected: k x ticks/150 MHz,
+ * worked out by hand. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/lab/times.h"
+#include "host_sim/rig/rig.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static const char *text_of(uint32_t period, uint64_t period_ticks)
+{
+    static char text[TIMES_TEXT_SIZE];
+    const size_t length = times_write(text, period, period_ticks);
+    TEST_ASSERT_TRUE(length < TIMES_TEXT_SIZE);
+    text[length] = '\0';
+    return text;
+}
+
+static void test_10_khz_has_four_decimals(void)
+{
+    TEST_ASSERT_EQUAL_STRING("0.0000", text_of(0u, 15000u));
+    TEST_ASSERT_EQUAL_STRING("0.0001", text_of(1u, 15000u));
+    TEST_ASSERT_EQUAL_STRING("0.9999", text_of(9999u, 15000u));
+    TEST_ASSERT_EQUAL_STRING("1.0000", text_of(10000u, 15000u));
+    TEST_ASSERT_EQUAL_STRING("12.3456", text_of(123456u, 15000u));
+    TEST_ASSERT_EQUAL_STRING("429496.7295", text_of(UINT32_MAX, 15000u));
+}
+
+static void test_other_carriers_have_as_many_as_are_exact(void)
+{
+    TEST_ASSERT_EQUAL_STRING("0.0002", text_of(1u, 30000u)); /* 5 kHz */
+    TEST_ASSERT_EQUAL_STRING("1.0000", text_of(5000u, 30000u));
+    TEST_ASSERT_EQUAL_STRING("858993.4590", text_of(UINT32_MAX, 30000u));
+    TEST_ASSERT_EQUAL_STRING("0.00005", text_of(1u, 7500u)); /* 20 kHz */
+    TEST_ASSERT_EQUAL_STRING("0.99995", text_of(19999u, 7500u));
+    TEST_ASSERT_EQUAL_STRING("1.00000", text_of(20000u, 7500u));
+    TEST_ASSERT_EQUAL_STRING("0.0000625", text_of(1u, 9375u)); /* 16 kHz */
+    TEST_ASSERT_EQUAL_STRING("0.00000000", text_of(0u, 9378u));
+    TEST_ASSERT_EQUAL_STRING("0.00006252", text_of(1u, 9378u));
+    TEST_ASSERT_EQUAL_STRING("1.00032000", text_of(16000u, 9378u));
+}
+
+static void test_period_without_end_has_nanoseconds(void)
+{
+    TEST_ASSERT_EQUAL_STRING("0.000000000", text_of(0u, 9374u)); /* 62.4933.. us */
+    TEST_ASSERT_EQUAL_STRING("0.000062493", text_of(1u, 9374u));
+    TEST_ASSERT_EQUAL_STRING("0.000124987", text_of(2u, 9374u)); /* 124.9866.. us: not twice the first */
+    TEST_ASSERT_EQUAL_STRING("0.000187480", text_of(3u, 9374u));
+    TEST_ASSERT_EQUAL_STRING("0.000062507", text_of(1u, 9376u));
+}
+
+/* Digits of the text as nanoseconds: 3 x it is within 1 of 20 x tick, which no other tick is. */
+static void test_every_text_tells_its_tick(void)
+{
+    for (uint64_t ticks = 7500u; ticks <= 30000u; ticks += 101u) {
+        for (uint32_t period = 0; period < 4200000000u; period += 99991111u) {
+            const char *text = text_of(period, ticks);
+            const char *point = strchr(text, '.');
+            TEST_ASSERT_NOT_NULL(point);
+            uint64_t nanoseconds = strtoull(text, NULL, 10) * UINT64_C(1000000000);
+            uint64_t scale = UINT64_C(100000000);
+            for (const char *digit = point + 1; *digit != '\0'; digit++, scale /= 10u) {
+                nanoseconds += (uint64_t)(*digit - '0') * scale;
+            }
+            const int64_t error = (int64_t)(3u * nanoseconds) - (int64_t)(20u * (ticks * period));
+            TEST_ASSERT_TRUE_MESSAGE(error >= -1 && error <= 1, text);
+            TEST_ASSERT_TRUE_MESSAGE(ticks % 3u != 0u || error == 0, text);
+            TEST_ASSERT_TRUE_MESSAGE(times_seconds(period, ticks) == strtod(text, NULL), text);
+        }
+    }
+}
+
+static void test_10_khz_reads_back_as_period_through_a_division(void)
+{
+    for (uint32_t period = 0; period < 4000000000u; period += 9973u) {
+        TEST_ASSERT_TRUE(times_seconds(period, 15000u) == period / 10000.0);
+    }
+}
+
+static void expect_period(const char *expected, uint64_t period_ticks)
+{
+    char text[TIMES_TEXT_SIZE];
+    TEST_ASSERT_EQUAL_STRING(expected, times_period_text(text, period_ticks));
+}
+
+static void test_length_of_a_period_is_exact_or_has_18_decimals(void)
+{
+    expect_period("0.0001", 15000u);
+    expect_period("0.0002", 30000u);
+    expect_period("0.00005", 7500u);
+    expect_period("0.00006252", 9378u);
+    expect_period("0.000062493333333333", 9374u);
+    expect_period("0.000062506666666667", 9376u);
+}
+
+static void test_nanoseconds_are_the_nearest(void)
+{
+    TEST_ASSERT_TRUE(times_nanoseconds(0u) == 0u);
+    TEST_ASSERT_TRUE(times_nanoseconds(1u) == 7u);  /* 6.67 */
+    TEST_ASSERT_TRUE(times_nanoseconds(2u) == 13u); /* 13.33 */
+    TEST_ASSERT_TRUE(times_nanoseconds(3u) == 20u);
+    TEST_ASSERT_TRUE(times_nanoseconds(9374u) == 62493u);
+}
+
+static void test_text_of_the_rig_is_that_of_its_period(void)
+{
+    char text[TIMES_TEXT_SIZE];
+    TEST_ASSERT_EQUAL_STRING(text_of(123456u, RIG_PERIOD_TICKS), times_text(text, 123456u));
+    TEST_ASSERT_EQUAL_UINT32(RIG_PERIOD_TICKS, rig_period_ticks);
+    TEST_ASSERT_EQUAL_UINT32(123456u, rig_periods(123456u * RIG_PERIOD_SECONDS));
+}
+
+static void test_time_is_rounded_to_the_nearest_period(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, rig_periods_of(0.0, 9378u));
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_periods_of(93e-6, 9378u));   /* 1.49 of 62.52 us */
+    TEST_ASSERT_EQUAL_UINT32(2u, rig_periods_of(94e-6, 9378u));   /* 1.504 */
+    TEST_ASSERT_EQUAL_UINT32(7997u, rig_periods_of(0.5, 9378u));  /* 7997.44 */
+    TEST_ASSERT_EQUAL_UINT32(15995u, rig_periods_of(1.0, 9378u)); /* 15994.88 */
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_periods_of(74e-6, 7500u));
+    TEST_ASSERT_EQUAL_UINT32(2u, rig_periods_of(76e-6, 7500u));
+    TEST_ASSERT_EQUAL_UINT32(72000000u, rig_periods_of(3600.0, 7500u));
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_periods_of(299e-6, 30000u));
+    TEST_ASSERT_EQUAL_UINT32(2u, rig_periods_of(301e-6, 30000u));
+    TEST_ASSERT_EQUAL_UINT32(3000u, rig_periods_of(0.3, 15000u)); /* 0.3/1e-4 is below 3000 in binary */
+    static const uint64_t lengths[] = {7500u, 9374u, 9376u, 9378u, 15000u, 30000u};
+    for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
+        for (uint32_t period = 0; period < 70000000u; period += 9973u) {
+            TEST_ASSERT_EQUAL_UINT32(period, rig_periods_of(times_seconds(period, lengths[n]), lengths[n]));
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_10_khz_has_four_decimals);
+    RUN_TEST(test_other_carriers_have_as_many_as_are_exact);
+    RUN_TEST(test_period_without_end_has_nanoseconds);
+    RUN_TEST(test_every_text_tells_its_tick);
+    RUN_TEST(test_10_khz_reads_back_as_period_through_a_division);
+    RUN_TEST(test_length_of_a_period_is_exact_or_has_18_decimals);
+    RUN_TEST(test_nanoseconds_are_the_nearest);
+    RUN_TEST(test_text_of_the_rig_is_that_of_its_period);
+    RUN_TEST(test_time_is_rounded_to_the_nearest_period);
+    return UNITY_END();
+}

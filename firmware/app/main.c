@@ -14,11 +14,13 @@ int main(void)
     }
 }
 
-/* The check that failed, for a debugger to print: null while none has. */
-struct {
+typedef struct {
     const char *function;
     uint16_t line;
-} volatile check_failure;
+} check_failure_t;
+
+/* The check that failed, for a debugger to print: null while none has. */
+static volatile check_failure_t check_failure;
 
 /* No voltage on the motor; interrupts are off one instruction before the gates, or the next one could turn
  * them on again. The drive stays off until a reset from outside: the watchdog is fed, so that the place is

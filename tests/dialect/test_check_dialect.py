@@ -25,11 +25,19 @@ TREE = {
     "firmware/math/angle.c": (
         '#include "math/angle.h"\n'
         "#include <string.h>\n"
-        "float angle_wrap(float x)\n"
+        "static uint32_t bits_of(float x)\n"
         "{\n"
+        "#if defined(__TMS320C2000__)\n"
+        "    return __f32_bits_as_u32(x);\n"
+        "#else\n"
         "    uint32_t bits;\n"
         "    memcpy(&bits, &x, sizeof bits);\n"
-        "    return (bits >> 31) != 0u ? -x : x * 2.0f;\n"
+        "    return bits;\n"
+        "#endif\n"
+        "}\n"
+        "float angle_wrap(float x)\n"
+        "{\n"
+        "    return (bits_of(x) >> 31) != 0u ? -x : x * 2.0f;\n"
         "}\n"
         "int32_t angle_turns(int16_t a, int16_t b)\n"
         "{\n"
@@ -145,6 +153,30 @@ TYPES = (
     ("size taken for octets", "firmware/math/angle.c",
      "uint16_t bits(void);\nuint16_t bits(void)\n{\n    return (uint16_t)(8u * sizeof(uint32_t));\n}\n",
      4, "sizeof", "counts chars", "count elements"),
+    ("address kept in 16 bits", "hal/f28335/pwm.c",
+     "extern const uint16_t load_size[];\nuint16_t words(void);\nuint16_t words(void)\n{\n"
+     "    return (uint16_t)load_size;\n}\n",
+     5, "address", "becomes unsigned int", "22 bits", "uint32_t"),
+    ("address of a function kept in 16 bits", "hal/f28335/pwm.c",
+     "uint16_t vector(void);\nuint16_t vector(void)\n{\n    return (uint16_t)hal_write;\n}\n",
+     4, "address", "becomes unsigned int", "uint32_t"),
+    ("address made of 16 bits", "hal/f28335/pwm.c",
+     "uint16_t look(uint16_t at);\nuint16_t look(uint16_t at)\n{\n    return *(const uint16_t *)at;\n}\n",
+     4, "address", "out of unsigned int", "uint32_t"),
+    ("difference of pointers returned in 16 bits", "firmware/math/angle.c",
+     "int16_t span(const float *a, const float *b);\nint16_t span(const float *a, const float *b)\n{\n"
+     "    return b - a;\n}\n",
+     4, "address", "has 32 bits", "ptrdiff_t"),
+    ("difference of pointers kept in 16 bits", "firmware/math/angle.c",
+     "int32_t room(const float *a, const float *b);\nint32_t room(const float *a, const float *b)\n{\n"
+     "    const int16_t n = (b - a) + 1;\n    return (int32_t)n;\n}\n",
+     4, "address", "has 32 bits", "ptrdiff_t"),
+    ("size kept in 16 bits", "firmware/math/angle.c",
+     "uint16_t length(const char *text);\nuint16_t length(const char *text)\n{\n    return strlen(text);\n}\n",
+     4, "compiler", "onversion", "a cast that says it fits"),
+    ("distance kept in 16 bits", "firmware/math/angle.c",
+     "#include <stddef.h>\nint16_t near(ptrdiff_t n);\nint16_t near(ptrdiff_t n)\n{\n    return n;\n}\n",
+     5, "compiler", "onversion", "a cast that says it fits"),
     ("array of variable length", "firmware/math/angle.c",
      "float sum(int n);\nfloat sum(int n)\n{\n    float x[n];\n    x[0] = 1.0f;\n    return x[0];\n}\n",
      4, "compiler", "-Wvla", "constant length"),
@@ -169,9 +201,15 @@ CALLS = (
      5, "interrupt", "malloc of the C library in take"),
     ("output", "hal/f28335/pwm.c", "int puts(const char *text);\n" + INTERRUPT.format("tell", "(void)puts(\"\")"),
      5, "interrupt", "puts of the C library in tell"),
-    ("assertion", "hal/f28335/pwm.c",
-     "#include <assert.h>\nextern const int good;\n" + INTERRUPT.format("doubt", "assert(good)"),
-     6, "interrupt", "abort of the C library in doubt", "assert it in x_init"),
+    ("check", "hal/f28335/pwm.c",
+     "void check_failed(const char *function, uint16_t line);\n" + INTERRUPT.format("doubt", 'check_failed("", 1u)'),
+     5, "interrupt", "check_failed of the C library in doubt", "CHECK it in x_init"),
+    ("copy by the library", "hal/f28335/pwm.c",
+     "#include <string.h>\nextern float to, from;\n" + INTERRUPT.format("copy", "memcpy(&to, &from, sizeof to)"),
+     6, "interrupt", "memcpy of the C library in copy", "math/float_bits.h"),
+    ("memory cleared by the library", "hal/f28335/pwm.c",
+     INTERRUPT.format("clear", "memset(&to, 0, sizeof to)"),
+     4, "interrupt", "memset of the C library in clear", "assign the struct"),
     ("call through a pointer", "hal/f28335/pwm.c",
      "extern void (*const hook)(void);\n" + INTERRUPT.format("hooked", "hook()"),
      5, "interrupt", "through a pointer in hooked", "a switch"),
@@ -236,13 +274,36 @@ class CheckDialect(unittest.TestCase):
         self.assertEqual((run.returncode, run.stderr), (0, ""), run.stdout)
         self.assertIn("4 sources of firmware and hal pass types, calls, misra", run.stdout)
         self.assertIn("app_interrupt  firmware/app/app.c\n    drive_step  firmware/drive/drive.c\n"
-                      "        angle_wrap  firmware/math/angle.c\n    hal_write  hal/f28335/pwm.c\n", run.stdout)
+                      "        angle_wrap  firmware/math/angle.c\n            bits_of  firmware/math/angle.c\n"
+                      "    hal_write  hal/f28335/pwm.c\n", run.stdout)
 
     def test_each_fault_of_types_is_found(self):
         self.assert_each_is_found("types", TYPES)
 
     def test_each_fault_of_calls_is_found(self):
         self.assert_each_is_found("calls", CALLS)
+
+    def test_addresses_in_32_bits_are_good(self):
+        self.append("hal/f28335/pwm.c",
+                    "#include <stddef.h>\n"
+                    "extern const uint16_t load_size[];\n"
+                    "uint32_t words(void);\n"
+                    "uint32_t words(void)\n{\n    return (uint32_t)load_size + (uint32_t)hal_write;\n}\n"
+                    "uint32_t span(const float *a, const float *b);\n"
+                    "uint32_t span(const float *a, const float *b)\n{\n"
+                    "    const ptrdiff_t n = b - a;\n"
+                    "    const int16_t low = (int16_t)(b - a);\n"
+                    "    return b - a > 3 ? (uint32_t)n : (uint32_t)(b - a) + (uint32_t)a[b - a] + (uint32_t)low;\n}\n"
+                    "const uint16_t *at(uint32_t address);\n"
+                    "const uint16_t *at(uint32_t address)\n{\n    return (const uint16_t *)address;\n}\n")
+        run = self.check("types")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
+    def test_a_struct_may_be_copied_in_the_interrupt(self):
+        self.append("hal/f28335/pwm.c", "typedef struct {\n    float x[40];\n} many_t;\nextern many_t to, from;\n" +
+                    INTERRUPT.format("copy", "to = from"))
+        run = self.check("calls")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_source_that_does_not_compile_has_no_calls(self):
         before = self.append("hal/f28335/pwm.c", "extern const uint8_t octet;\n")
@@ -272,6 +333,18 @@ class CheckDialect(unittest.TestCase):
         self.assertTrue(rows[1].startswith(f"hal/f28335/pwm.c:{before + 6}: cppcheck: arrayIndexOutOfBounds"), rows[1])
         self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where it finds "
                                   "nothing; take the row out")
+
+    @unittest.skipUnless("Cppcheck 2.10" in CPPCHECK, f"MISRA is judged by cppcheck 2.10, not {CPPCHECK}")
+    def test_cppcheck_knows_the_sizes_of_the_eabi(self):
+        outside = set()
+        for what, words in (("char", 1), ("int", 1), ("long", 2), ("void *", 2), ("double", 4), ("L'a'", 2)):
+            for length in (words, words + 1):
+                before = self.append("hal/f28335/pwm.c", f"int last(void)\n{{\n    static const int a[{length}] = {{0}};\n"
+                                                         f"    return a[sizeof({what})];\n}}\n")
+                if length == words:
+                    outside.add(f"hal/f28335/pwm.c:{before + 4}")
+        rows = [row.partition(": cppcheck: arrayIndexOutOfBounds") for row in self.check("misra").stdout.splitlines()]
+        self.assertEqual({place for place, found, _ in rows if found}, outside)
 
     def test_justification_without_a_reason_is_an_error(self):
         self.append("tools/target/misra.txt", "20.5  hal/*  any\n")

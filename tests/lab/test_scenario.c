@@ -269,9 +269,9 @@ static void test_events_are_judged_in_the_order_of_time(void)
 static void test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not(void)
 {
     given(RUN "[params]\ndead_time = \"2 us\"\n");
-    given(RUN "[params]\ndead_time = \"6 us\"\n");
-    expect_error(RUN "[params]\ndead_time = \"6.001 us\"\n",
-                 "6:1: dead_time: 6.001 us is outside its range; accepted: ");
+    given(RUN "[params]\ndead_time = \"6.82 us\"\n");
+    expect_error(RUN "[params]\ndead_time = \"6.821 us\"\n",
+                 "6:1: dead_time: 6.821 us is outside its range; accepted: ");
     expect_error(RUN "[params]\ndead_time = \"1.999 us\"\n", "6:1: dead_time: 1.999 us is outside its range");
 }
 

@@ -232,6 +232,17 @@ class CheckLayers(unittest.TestCase):
         self.prepend("firmware/math/angle.h", "#include <stdio.h>")
         self.assert_breach("firmware/math/angle.h:1: include: ", "<stdio.h>")
 
+    def test_the_librarys_assert_is_not_for_the_target(self):
+        self.prepend("firmware/drive/drive.c", "#include <assert.h>")
+        self.assertIn("firmware/drive/drive.c:1: include: firmware/drive must not include <assert.h>: not for the target",
+                      self.check().stdout)
+
+    def test_a_failed_check_of_the_desk_may_include_nothing_else_of_the_firmware(self):
+        self.write("host_sim/check_failed.c", '#include <stdio.h>\n#include "math/check.h"\n')
+        self.assertEqual(self.check().returncode, 0)
+        self.write("host_sim/check_failed.c", '#include <stdio.h>\n#include "math/angle.h"\n')
+        self.assert_breach("host_sim/check_failed.c:2: include: ", "host_sim must not include firmware/math/angle.h")
+
     # Words
 
     def assert_forbidden_word(self, text, word, name="hal/f28335/pwm.c"):
@@ -249,6 +260,15 @@ class CheckLayers(unittest.TestCase):
 
     def test_malloc_is_found(self):
         self.assert_forbidden_word("static void *f(void) { return malloc(1u); }", "`malloc`")
+
+    def test_assert_is_found(self):
+        self.assert_forbidden_word("static void f(int x) { assert(x); }", "`assert`: the library's console and abort; CHECK")
+
+    def test_an_own_abort_is_found(self):
+        self.assert_forbidden_word("void abort(void) { for (;;) { } }", "`abort`: the run-time library's", "firmware/app/app.c")
+
+    def test_exit_is_found(self):
+        self.assert_forbidden_word("static void f(void) { exit(1); }", "`exit`")
 
     def test_libm_is_found(self):
         self.assert_forbidden_word("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c")
@@ -301,6 +321,18 @@ class CheckLayers(unittest.TestCase):
             "firmware/drive/drive.c",
             "int puts(const char *);\nint f(void);\nint f(void)\n{\n    return puts(\"\");\n}\n",
             5, "firmware must not need puts")
+
+    def test_firmware_must_not_need_the_librarys_assert(self):
+        self.assert_forbidden_symbol(
+            "firmware/drive/drive.c",
+            "void __assert_fail(const char *);\nvoid f(void);\nvoid f(void)\n{\n    __assert_fail(\"\");\n}\n",
+            5, "firmware must not need __assert_fail")
+
+    def test_firmware_may_check_and_hal_may_not(self):
+        text = "void check_failed(int);\nvoid g{0}(void);\nvoid g{0}(void)\n{{\n    check_failed(1);\n}}\n"
+        self.append("firmware/drive/drive.c", text.format(1))
+        self.assertEqual(self.check(*self.build()).returncode, 0)
+        self.assert_forbidden_symbol("hal/f28335/pwm.c", text.format(2), 5, "hal must not need check_failed")
 
     def test_math_must_not_need_drive(self):
         self.assert_forbidden_symbol(

@@ -226,13 +226,13 @@ class SizeReport(unittest.TestCase):
                            "----------------------  --------  ---------  --------  --------  ----  --------\n"
                            "PAGE 0:\n"
                            "  L0_L3                 00008000   00004000  00001000  00003000  RWIX\n"
-                           "  FLASH_H_B             00300000   00038000  0000ff00  00028100  RWIX\n\n"
+                           "  FLASH_H_C             00300000   00030000  0000ff00  00020100  RWIX\n\n"
                            "SECTION ALLOCATION MAP\n\n"
                            "  other                 00000000   00000001  00000001  00000000\n")
         self.assertEqual(told.returncode, 0)
         self.assertEqual([line.split() for line in told.stdout.splitlines()[1:]],
                          [["L0_L3", "0x008000", "16384", "4096", "25", "%"],
-                          ["FLASH_H_B", "0x300000", "229376", "65280", "28", "%"]])
+                          ["FLASH_H_C", "0x300000", "196608", "65280", "33", "%"]])
 
     def test_another_file_is_refused(self):
         told = self.report("int main(void);\n")

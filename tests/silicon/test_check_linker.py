@@ -34,10 +34,10 @@ def remember(graph_of):
     """One call graph a source and text: most tests change none. No test changes a header."""
     known = {}
 
-    def remembered(root, source, compiler, output):
+    def remembered(root, source, compiler, lister, output):
         key = (source.name, (root / source.name).read_text(encoding="utf-8"))
         if key not in known:
-            known[key] = graph_of(root, source, compiler, output)
+            known[key] = graph_of(root, source, compiler, lister, output)
         return known[key]
 
     return remembered
@@ -96,7 +96,7 @@ class CheckLinker(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         self.assertEqual(told.returncode, 0, told.stdout)
         self.assertRegex(told.stdout, r"^f28335_flash.cmd, f28335_ram.cmd: fit the chip; \d{3} functions of \d\d "
-                         r"sources must run from RAM, and do\n$")
+                         r"sources must run from RAM, and do\nevery name is there once; of the library: _c_int00, ")
 
     # The memory map
 
@@ -109,7 +109,7 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("overlap: M0_M1 begins at 0x009000, in L0_L3, which ends at 0x00bfff")
 
     def test_a_range_outside_the_chip(self):
-        self.change(RAM, "origin = 0x00C000, length = 0x004000", "origin = 0x00C000, length = 0x005000")
+        self.change(RAM, "origin = 0x00C000, length = 0x003FF8", "origin = 0x00C000, length = 0x005000")
         self.assert_breach("region: L4_L7, 0x00c000..0x010fff, is not in one memory of the chip")
 
     def test_a_range_over_two_memories(self):
@@ -125,17 +125,33 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("region: M0_M1, 0x00004f..0x0007ff, reaches into: boot ROM's own data and stack")
 
     def test_code_in_the_password_words(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x338000, length = 0x008000")
+        self.change(FLASH, "origin = 0x300000, length = 0x030000", "origin = 0x338000, length = 0x008000")
         self.assert_breach("reaches into: words of the code security module that must stay free, CSM password words")
 
     def test_code_in_the_reserved_words(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x300000, length = 0x03FF81")
-        self.assert_breach("FLASH_H_B, 0x300000..0x33ff80, reaches into: words of the code security module that must "
+        self.change(FLASH, "origin = 0x300000, length = 0x030000", "origin = 0x338000, length = 0x007F81")
+        self.assert_breach("FLASH_H_C, 0x338000..0x33ff80, reaches into: words of the code security module that must "
                            "stay free\n")
 
     def test_flash_up_to_the_reserved_words_is_allowed(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x038000", "origin = 0x300000, length = 0x03FF80")
+        self.change(FLASH, "origin = 0x300000, length = 0x030000", "origin = 0x338000, length = 0x007F80")
         self.assertEqual(self.check()[0], 0)
+
+    def test_code_in_the_sector_of_the_stored_parameters(self):
+        self.change(FLASH, "origin = 0x300000, length = 0x030000", "origin = 0x300000, length = 0x030001")
+        self.assert_breach("region: FLASH_H_C, 0x300000..0x330000, reaches into: sector B, kept for stored parameters")
+
+    def test_code_up_to_the_end_of_memory(self):
+        for length in ("0x004000", "0x003FF9"):
+            with self.subTest(length):
+                self.change(RAM, "origin = 0x00C000, length = 0x00[34]F?[0-9A-F]+", f"origin = 0x00C000, length = {length}")
+                last = 0xC000 + int(length, 16) - 1
+                self.assert_breach(f"f28335_ram.cmd:10: prefetch: L4_L7 ends at {last:#08x} and holds section .text: behind "
+                                   "its memory nothing can be fetched, so it must end 8 words before")
+
+    def test_code_in_the_last_words_below_the_registers(self):
+        self.change(RAM, r"\.text         : >> L0_L3 \| L4_L7", ".text         : > M0_M1")
+        self.assert_breach("prefetch: M0_M1 ends at 0x0007ff and holds section .text")
 
     # Sections
 
@@ -150,7 +166,7 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("missing: section .switch has no place", "unknown: section .swich")
 
     def test_constants_in_ram_of_a_flash_image(self):
-        self.change(FLASH, r"\.const        : > FLASH_H_B", ".const        : > L4_L7")
+        self.change(FLASH, r"\.const        : > FLASH_H_C", ".const        : > L4_L7")
         self.assert_breach("place: section .const is in L4_L7, must be in flash: it must be there after a reset")
 
     def test_code_that_a_debugger_cannot_load(self):
@@ -158,8 +174,8 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("place: section .text is in FPU_TABLES, must be in M0 and M1 or L0-L3 or L4-L7")
 
     def test_variables_in_flash(self):
-        self.change(FLASH, r"\.bss          : > L4_L7", ".bss          : > FLASH_H_B")
-        self.assert_breach("place: section .bss is in FLASH_H_B, must be in M0 and M1 or L0-L3 or L4-L7: it is written")
+        self.change(FLASH, r"\.bss          : > L4_L7", ".bss          : > FLASH_H_C")
+        self.assert_breach("place: section .bss is in FLASH_H_C, must be in M0 and M1 or L0-L3 or L4-L7: it is written")
 
     def test_the_interrupt_in_ram_with_wait_states(self):
         self.change(FLASH, "RUN = L0_L3", "RUN = L4_L7")
@@ -208,7 +224,7 @@ class CheckLinker(unittest.TestCase):
 
     def test_ramfuncs_that_nobody_copies(self):
         self.change("firmware/app/main.c", r" *hal_boot\(\);\n", "")
-        self.assert_breach("firmware/app/main.c:6: copy: main does not call hal_boot: what runs from RAM")
+        self.assert_breach("firmware/app/main.c:7: copy: main does not call hal_boot: what runs from RAM")
 
     def test_a_copy_that_comes_too_late(self):
         self.change("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n")
@@ -227,7 +243,7 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("copy: hal_boot does not use ramfunc_start, the RUN_START symbol of f28335_ram.cmd")
 
     def test_another_section_that_needs_a_copy(self):
-        self.change(FLASH, r"\.const        : > FLASH_H_B", ".const        : LOAD = FLASH_H_B, RUN = L4_L7")
+        self.change(FLASH, r"\.const        : > FLASH_H_C", ".const        : LOAD = FLASH_H_C, RUN = L4_L7")
         self.assert_breach("copy: section .const runs elsewhere than where it is loaded, and nobody copies it")
 
     # The interrupt's call tree
@@ -270,6 +286,81 @@ class CheckLinker(unittest.TestCase):
     def test_ram_for_what_does_not_need_it(self):
         self.in_ram("firmware/drive/table.c")
         self.assert_breach("firmware/drive/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt")
+
+    def test_a_copy_by_the_library_in_the_interrupt(self):
+        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "
+                    "unsigned long);\n    memcpy(&app->staged, &app->drive, 2);\n    drive_trip(&app->drive);\n")
+        self.assert_breach("firmware/app/app.c:", "memcpy is the library's and stays in flash: app_trip -> memcpy")
+
+    # Names
+
+    def append(self, name, text):
+        """The line where it begins."""
+        path = self.root / name
+        before = path.read_text(encoding="utf-8")
+        path.write_text(before + text, encoding="utf-8")
+        return before.count("\n") + 1
+
+    def test_an_abort_of_our_own(self):
+        line = self.append("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {"
+                           "\n    }\n}\n") + 1
+        self.assert_breach(f'firmware/app/main.c:{line}: names: error #10056: symbol "abort" redefined: first defined here; '
+                           "redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, which every program links\n")
+
+    def test_names_of_the_start_up(self):
+        members = {"_c_int00": "boot28.asm", "_args_main": "args_main.c", "exit": "exit.c", "__TI_dtors_ptr": "exit.c",
+                   "_lock": "_lock.c", "_unlock": "_lock.c", "_register_lock": "_lock.c", "_register_unlock": "_lock.c",
+                   "_nop": "_lock.c", "memcpy": "memcpy.c", "__TI_auto_init_nobinit_nopinit": "autoinit.c"}
+        for name in members:
+            self.append("hal/f28335/board.c", f"void {name}(void) {{}}\n")
+        self.assert_breach(*[f'symbol "{name}" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<{member}.obj>'
+                             for name, member in members.items()])
+
+    def test_a_variable_with_a_name_of_the_start_up(self):
+        line = self.append("hal/f28335/board.c", "uint16_t _stack;\n")
+        self.assert_breach(f'hal/f28335/board.c:{line}: names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>")
+
+    def test_names_that_are_the_librarys(self):
+        self.append("hal/f28335/board.c", "void printf(void) {}\nvoid _assert(void) {}\nvoid strlen(void) {}\n"
+                                          "void __c28xabi_divf(void) {}\n")
+        self.assert_breach(*[f"names: {name} is a name of the library's"
+                             for name in ("printf", "_assert", "strlen", "__c28xabi_divf")])
+
+    def test_one_name_in_two_of_our_objects(self):
+        self.append("firmware/app/main.c", "uint16_t twice;\nstatic uint16_t alone;\n")
+        line = self.append("hal/f28335/boot.c", "uint16_t twice;\nstatic uint16_t alone;\n")
+        self.assert_breach(f'hal/f28335/boot.c:{line}: names: error #10056: symbol "twice" redefined: first defined in '
+                           "firmware/app/main.c\n")
+        self.assertNotIn("alone", self.check()[1])
+
+    def test_a_name_of_the_entry_in_c(self):
+        self.append("firmware/app/main.c", "void code_start(void) {}\n")
+        self.assert_breach('symbol "code_start" redefined: first defined in firmware/app/main.c')
+
+    def test_a_name_that_nobody_defines(self):
+        line = self.append("hal/f28335/board.c", "extern void nobody(void);\nvoid f(void) { nobody(); }\n")
+        self.assert_breach(f'hal/f28335/board.c:{line}: names: error #10234: unresolved symbol "nobody": it is not in our '
+                           "sources, not in f28335_flash.cmd")
+
+    def test_a_reference_of_the_entry_that_nobody_defines(self):
+        self.change("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody")
+        self.assert_breach('hal/f28335/codestart.asm:', 'unresolved symbol "nobody"')
+
+    def test_a_symbol_that_the_linker_file_does_not_make(self):
+        self.append("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n")
+        self.assert_breach('unresolved symbol "stack_end"', "not in f28335_flash.cmd", "not in f28335_ram.cmd")
+
+    def test_the_heap(self):
+        self.append("hal/f28335/board.c", "void *malloc(unsigned);\nvoid *f(void) { return malloc(2u); }\n")
+        self.assert_breach("names: malloc brings in the heap of the library, which this image has not")
+
+    def test_the_console(self):
+        self.append("hal/f28335/board.c", "int printf(const char *, ...);\nvoid f(int n) { printf(\"%d\", n); }\n")
+        self.assert_breach("names: printf brings in the console of the library, which this image has not")
+
+    def test_the_librarys_assert(self):
+        self.append("hal/f28335/board.c", "#include <assert.h>\nvoid f(int n) { assert(n); }\n")
+        self.assert_breach("names: __assert_fail brings in the console of the library")
 
     # Sources and files
 

@@ -10,6 +10,8 @@ typedef long int32_t;
 typedef unsigned long uint32_t;
 typedef long long int64_t;
 typedef unsigned long long uint64_t;
+typedef long intptr_t;
+typedef unsigned long uintptr_t;
 
 #define INT16_MIN  (-INT16_MAX - 1)
 #define INT16_MAX  32767
@@ -20,6 +22,14 @@ typedef unsigned long long uint64_t;
 #define UINT16_MAX 65535U
 #define UINT32_MAX 4294967295UL
 #define UINT64_MAX 18446744073709551615ULL
+
+/* Under EABI a pointer, and what counts chars or elements, has 32 bits. */
+#define INTPTR_MIN  INT32_MIN
+#define INTPTR_MAX  INT32_MAX
+#define UINTPTR_MAX UINT32_MAX
+#define PTRDIFF_MIN INT32_MIN
+#define PTRDIFF_MAX INT32_MAX
+#define SIZE_MAX    UINT32_MAX
 
 #define INT16_C(value)  value
 #define INT32_C(value)  value##L

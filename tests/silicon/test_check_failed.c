@@ -1,0 +1,119 @@
+/* What a failed check does on the chip: app/main.c as it is, above a board that writes down what it is asked.
+ * Its loop has no end; the board leaves it after some turns. */
+#include <setjmp.h>
+#include <string.h>
+#include <unity.h>
+
+int chip_main(void);
+#define main chip_main
+#include "app/main.c"
+#undef main
+
+#define TURNS 5u
+
+HAL_PER_CHIP app_t *app;
+
+static jmp_buf leave;
+static char asked[64];
+static uint32_t fed;
+static bool starts;
+
+static void ask(const char *what)
+{
+    strncat(asked, what, sizeof asked - strlen(asked) - 1u);
+}
+
+void hal_interrupts_off(void)
+{
+    ask("interrupts off, ");
+}
+
+void hal_gates_off(void)
+{
+    ask("gates off, ");
+}
+
+void hal_watchdog_feed(void)
+{
+    if (fed++ == 0u) {
+        ask("feed");
+    }
+    if (fed == TURNS) {
+        longjmp(leave, 1);
+    }
+}
+
+void hal_boot(void)
+{
+    ask("boot, ");
+}
+
+void app_start(void)
+{
+    CHECK(starts);
+}
+
+void app_background(void)
+{
+    ask("background");
+    longjmp(leave, 1);
+}
+
+void setUp(void)
+{
+    memset(asked, 0, sizeof asked);
+    fed = 0u;
+    starts = false;
+}
+
+void tearDown(void)
+{
+}
+
+static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place(void)
+{
+    if (setjmp(leave) == 0) {
+        check_failed("pll_retune", 67u);
+    }
+    TEST_ASSERT_EQUAL_STRING("interrupts off, gates off, feed", asked);
+    TEST_ASSERT_EQUAL_UINT32(TURNS, fed);
+}
+
+static void test_function_and_line_are_there_for_a_debugger(void)
+{
+    if (setjmp(leave) == 0) {
+        check_failed("pll_retune", 67u);
+    }
+    TEST_ASSERT_EQUAL_STRING("pll_retune", check_failure.function);
+    TEST_ASSERT_EQUAL_UINT(67u, check_failure.line);
+}
+
+static void test_a_check_that_fails_in_the_start_never_reaches_the_background(void)
+{
+    if (setjmp(leave) == 0) {
+        (void)chip_main();
+    }
+    TEST_ASSERT_EQUAL_STRING("boot, interrupts off, gates off, feed", asked);
+    TEST_ASSERT_EQUAL_STRING("app_start", check_failure.function);
+}
+
+static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
+{
+    uint32_t n = 0u;
+    if (setjmp(leave) == 0) {
+        CHECK(++n == 1u);
+        CHECK(n == 1u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, n);
+    TEST_ASSERT_EQUAL_STRING("", asked);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place);
+    RUN_TEST(test_function_and_line_are_there_for_a_debugger);
+    RUN_TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background);
+    RUN_TEST(test_a_check_is_evaluated_once_and_passes_without_a_word);
+    return UNITY_END();
+}

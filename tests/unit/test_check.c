@@ -1,0 +1,74 @@
+/* A failed check on the desk: a line that says where, and abort. */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "math/check.h"
+
+#define TOLD "test_check.txt"
+
+static jmp_buf back;
+static char told[200];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void aborted(int signal_number)
+{
+    (void)signal_number;
+    longjmp(back, 1);
+}
+
+static void fails_in_line_1000(int positive)
+{
+#line 1000
+    CHECK(positive > 0);
+}
+
+/* Did it abort? What it said is in `told`. */
+static bool aborts(int positive)
+{
+    volatile bool ended = true;
+    TEST_ASSERT_NOT_NULL(freopen(TOLD, "w", stderr));
+    (void)signal(SIGABRT, aborted);
+    if (setjmp(back) == 0) {
+        fails_in_line_1000(positive);
+        ended = false;
+    }
+    (void)signal(SIGABRT, SIG_DFL);
+    (void)fflush(stderr);
+    FILE *file = fopen(TOLD, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    told[fread(told, 1, sizeof told - 1u, file)] = '\0';
+    (void)fclose(file);
+    (void)remove(TOLD);
+    return ended;
+}
+
+static void test_what_fails_says_where_and_aborts(void)
+{
+    TEST_ASSERT_TRUE(aborts(0));
+    TEST_ASSERT_EQUAL_STRING("fails_in_line_1000, line 1000: check failed\n", told);
+}
+
+static void test_what_holds_says_nothing(void)
+{
+    TEST_ASSERT_FALSE(aborts(1));
+    TEST_ASSERT_EQUAL_STRING("", told);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_what_fails_says_where_and_aborts);
+    RUN_TEST(test_what_holds_says_nothing);
+    return UNITY_END();
+}

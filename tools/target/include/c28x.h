@@ -1,0 +1,9 @@
+/* For the stand-ins of the C28x compiler: the intrinsics that it knows by itself and firmware or hal use.
+ * They are no calls there: the value changes its register. */
+#ifndef TARGET_C28X_H
+#define TARGET_C28X_H
+
+unsigned long __f32_bits_as_u32(float value);
+float __u32_bits_as_f32(unsigned long bits);
+
+#endif

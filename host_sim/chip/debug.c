@@ -34,6 +34,7 @@ void chip_debug_halt(chip_t *chip)
     adc_halt(chip);
     tell_parts(chip);
     epwm_refresh(chip);
+    outputs_show(chip); /* if an average was left */
 }
 
 void chip_debug_run(chip_t *chip)
@@ -48,6 +49,7 @@ void chip_debug_run(chip_t *chip)
     adc_go(chip);
     tell_parts(chip);
     epwm_refresh(chip);
+    outputs_show(chip); /* if an average was left */
 }
 
 void chip_debug_realtime(chip_t *chip, bool on)

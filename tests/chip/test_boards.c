@@ -169,7 +169,7 @@ static void test_same_events_on_modules_4_to_6(void)
 /* Tripped, nobody sees edges; on the release the pins show what the legs have come to meanwhile. */
 static void test_release_of_blind_legs_shows_the_true_state(void)
 {
-    const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 301u};
+    const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 298u};
     for (uint32_t phase = 0u; phase < 15000u; phase += 613u) {
         uint32_t count = 0u;
         for (uint32_t plain = 0u; plain < 2u; plain++) {

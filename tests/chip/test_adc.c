@@ -228,6 +228,8 @@ static void test_uncalibrated_converter_is_off_until_software_copies_the_words(v
     bus_write16(&ADC->ADCOFFTRIM, bus_otp(0x380085u));
     TEST_ASSERT_EQUAL_UINT16(409u, converted(0.3));
     TEST_ASSERT_EQUAL_UINT16(3686u, converted(2.7));
+    bus_write16(&ADC->ADCREFSEL, 0u);
+    TEST_ASSERT_INT32_WITHIN(1, 3686 + gain * 3686 / 3277, converted(2.7));
 }
 
 static void test_module_reset_and_chip_reset_treat_the_calibration_differently(void)

@@ -388,6 +388,20 @@ static void test_adc_follows_its_suspend_mode(void)
     }
 }
 
+static void test_carrier_starts_no_conversion_while_the_adc_is_suspended(void)
+{
+    start_with(2u);
+    bus_write16(&ADC->ADCTRL1, 0x0410u | ADCTRL1_SUSMOD(1));
+    chip_debug_halt(&bench_chip);
+    bench_forget();
+    chip_run(start + 10u * CARRIER + 4000u);
+    TEST_ASSERT_EQUAL_UINT32(0u, bench.samples);
+    chip_debug_run(&bench_chip);
+    chip_run(start + 12u * CARRIER + 4000u);
+    TEST_ASSERT_EQUAL_UINT32(16u, bench.samples);
+    TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&bench_chip));
+}
+
 static void test_watchdog_stands_during_a_halt(void)
 {
     const uint64_t bite = 256u * 512u * 5u;
@@ -471,6 +485,7 @@ int main(void)
     RUN_TEST(test_soft_timer_stops_at_its_reload);
     RUN_TEST(test_free_timer_goes_on);
     RUN_TEST(test_adc_follows_its_suspend_mode);
+    RUN_TEST(test_carrier_starts_no_conversion_while_the_adc_is_suspended);
     RUN_TEST(test_watchdog_stands_during_a_halt);
     RUN_TEST(test_restart_without_reset_keeps_everything);
     RUN_TEST(test_restart_revives_a_lost_CPU);

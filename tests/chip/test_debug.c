@@ -103,6 +103,29 @@ static void test_free_counters_run_on(void)
     }
 }
 
+/* A counter beside the legs stops, the legs run on alone; with the CPU it goes on too. */
+static void test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt(void)
+{
+    start_with(2u);
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR1, 0x003Fu);
+    bus_protect();
+    bus_write16(&EPWM(5u)->TBPRD, 60000u);
+    bus_write16(&EPWM(5u)->TBCTL, 0u); /* up, stops at the next count */
+    uint64_t from = chip_now(&bench_chip);
+    chip_run(from + 20000u);
+    chip_debug_halt(&bench_chip);
+    chip_run(from + 200000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT16(20001u, EPWM(5u)->TBCTR);
+    TEST_ASSERT_TRUE(chip_carrier_plain(&bench_chip));
+    chip_debug_run(&bench_chip);
+    chip_run(from + 201000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT16(21001u, EPWM(5u)->TBCTR);
+    TEST_ASSERT_EQUAL_UINT64(start + 18u * CARRIER, chip_carrier_tick(&bench_chip));
+}
+
 static void test_up_counter_stops_at_its_period(void)
 {
     bench_clock();
@@ -471,6 +494,7 @@ int main(void)
     RUN_TEST(test_legs_stop_in_one_zero_vector_at_the_end_of_the_cycle);
     RUN_TEST(test_counters_stop_at_the_next_count);
     RUN_TEST(test_free_counters_run_on);
+    RUN_TEST(test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt);
     RUN_TEST(test_up_counter_stops_at_its_period);
     RUN_TEST(test_a_trip_still_shuts_a_halted_chip);
     RUN_TEST(test_averaged_period_shows_its_edges_when_the_counters_stop);

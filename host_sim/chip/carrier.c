@@ -54,15 +54,14 @@ static void step_leg(chip_t *chip, uint32_t m, uint64_t cycle)
 {
     chip_epwm_t *epwm = &chip->epwm[m];
     const epwm_regs_t *regs = &chip->registers.epwm[m];
-    uint32_t up_level = chip->carrier.up_level;
     deadband_due(epwm, cycle);
     if (epwm->cau <= cycle) {
         epwm->cau = CHIP_NEVER;
-        set_a(epwm, regs, cycle, up_level);
+        set_a(epwm, regs, cycle, chip->carrier.up_level);
     }
     if (epwm->cad <= cycle) {
         epwm->cad = CHIP_NEVER;
-        set_a(epwm, regs, cycle, up_level ^ 1u);
+        set_a(epwm, regs, cycle, chip->carrier.up_level ^ 1u);
     }
     plan_leg(epwm);
     raw_leg(chip, m);
@@ -278,9 +277,10 @@ static void one_event(chip_t *chip)
         plan(chip);
         return;
     }
-    for (uint32_t m = carrier->first; m < carrier->first + CHIP_LEGS; m++) {
-        if (chip->epwm[m].next <= cycle) {
-            step_leg(chip, m, cycle);
+    const chip_epwm_t *legs = &chip->epwm[carrier->first];
+    for (uint32_t leg = 0u; leg < CHIP_LEGS; leg++) {
+        if (legs[leg].next <= cycle) {
+            step_leg(chip, carrier->first + leg, cycle);
         }
     }
     plan(chip);

@@ -72,9 +72,9 @@ typedef struct {
     /* Voltage [V] at the ADC pin at this tick, the end of its sample window; channel 0..7 = A0..A7, 8..15 =
      * B0..B7. */
     double (*analog)(void *context, uint64_t tick, uint32_t channel);
-    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..6 (GPIO0..11). A pin that is
-     * high-impedance (input, or tripped with TZCTL = 0) has 0 in `driven`: its level is then what the board's
-     * bias makes of it, and its bit in `level` is 0. */
+    /* Pin levels changed: bit 2(n-1) = EPWMnA, bit 2(n-1)+1 = EPWMnB, n = 1..6 (GPIO0..11); one that is a
+     * plain GPIO output counts too. A pin that is high-impedance (input, or tripped with TZCTL = 0) has 0 in
+     * `driven`: its level is then what the board's bias makes of it, and its bit in `level` is 0. */
     void (*gates)(void *context, uint64_t tick, uint32_t level, uint32_t driven);
     /* Averaged mode only: three legs, those on ePWM1..3 or, if only these have pins, on ePWM4..6, in this
      * order. Gate A of a leg is on for high[n] ticks, less one dead band if the leg switches at all, in the

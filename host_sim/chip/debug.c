@@ -4,10 +4,12 @@
 
 static void tell_parts(chip_t *chip)
 {
+    bool affected = chip->debug.frozen != 0u; /* a counter beside the carrier is about to go on */
     for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
-        if (timebase_stops(chip, m) && carrier_has(chip, m)) {
-            carrier_leave(chip);
-        }
+        affected = affected || (timebase_stops(chip, m) && carrier_has(chip, m));
+    }
+    if (chip->carrier.active && affected) {
+        carrier_leave(chip);
     }
     if (!chip->carrier.active) {
         for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
@@ -34,6 +36,7 @@ void chip_debug_halt(chip_t *chip)
     adc_halt(chip);
     tell_parts(chip);
     epwm_refresh(chip);
+    outputs_show(chip); /* if an average was left */
 }
 
 void chip_debug_run(chip_t *chip)
@@ -48,6 +51,7 @@ void chip_debug_run(chip_t *chip)
     adc_go(chip);
     tell_parts(chip);
     epwm_refresh(chip);
+    outputs_show(chip); /* if an average was left */
 }
 
 void chip_debug_realtime(chip_t *chip, bool on)

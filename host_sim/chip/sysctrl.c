@@ -71,6 +71,7 @@ static void clock_change(chip_t *chip, uint32_t blamed)
     adc_schedule(chip);
     eqep_schedule(chip);
     flash_check(chip, blamed);
+    outputs_show(chip); /* if an average was left */
 }
 
 void sysctrl_reset(chip_t *chip, bool boot_rom)

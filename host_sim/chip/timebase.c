@@ -416,6 +416,7 @@ void epwm_clock(chip_t *chip)
         }
     }
     timebase_schedule(chip);
+    outputs_show(chip); /* if an average was left */
 }
 
 void epwm_refresh(chip_t *chip)

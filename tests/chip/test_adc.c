@@ -2,6 +2,7 @@
  * ADCCLK after the start, the next every 2 (3 for pairs) + ACQ_PS, results 4 (A) and 5 (B) after their
  * window. ADCCLK = 25 MHz = 6 ticks. */
 #include <math.h>
+#include <stdlib.h>
 #include <unity.h>
 
 #include "bench.h"
@@ -116,6 +117,129 @@ static void test_clock_prescalers(void)
     chip_run(soc + 10000u);
     TEST_ASSERT_EQUAL_UINT64(soc + 168u, bench.sample[0].tick);
     TEST_ASSERT_EQUAL_UINT64(soc + 168u + 96u, bench.sample[1].tick);
+}
+
+/* Two to eight pairs, every channel once: CONV00..07 stand in the first two channel registers. */
+static void test_sequences_of_two_to_eight_pairs(void)
+{
+    for (uint32_t pairs = 2u; pairs <= 8u; pairs++) {
+        bus_write16(&ADC->ADCMAXCONV, (uint16_t)(pairs - 1u));
+        bus_write16(&ADC->ADCCHSELSEQ[0], 0x4567u);
+        bus_write16(&ADC->ADCCHSELSEQ[1], 0x0123u);
+        bus_write16(&ADC->ADCTRL2, 0x0900u | ADCTRL2_RST_SEQ1);
+        bus_write16(&ADC->ADCST, ADCST_INT_SEQ1_CLR);
+        for (uint32_t channel = 0u; channel < 16u; channel++) {
+            bench.volts[channel] = 0.01 * pairs + 0.1 * (double)(channel + 1u);
+        }
+        software_start();
+        uint64_t end = soc + 45u + 42u * (pairs - 1u) + 30u;
+        chip_run(end);
+        TEST_ASSERT_EQUAL_HEX16(ADCST_SEQ1_BSY, ADC->ADCST);
+        chip_run(end + 1u);
+        TEST_ASSERT_EQUAL_HEX16(ADCST_INT_SEQ1, ADC->ADCST);
+        TEST_ASSERT_EQUAL_UINT32(2u * pairs, bench.samples);
+        for (uint32_t i = 0u; i < 2u * pairs; i++) {
+            uint32_t channel = 7u - i / 2u + 8u * (i % 2u);
+            TEST_ASSERT_EQUAL_UINT64(soc + 45u + 42u * (i / 2u), bench.sample[i].tick);
+            TEST_ASSERT_EQUAL_UINT32(channel, bench.sample[i].channel);
+            TEST_ASSERT_EQUAL_UINT16(code(channel), ADC_MIRROR->ADCRESULT[i]);
+        }
+    }
+}
+
+static void test_sixteen_single_conversions_use_all_four_channel_registers(void)
+{
+    bus_write16(&ADC->ADCTRL3, 0x00E0u);
+    bus_write16(&ADC->ADCMAXCONV, 15u);
+    bus_write16(&ADC->ADCCHSELSEQ[0], 0xCDEFu);
+    bus_write16(&ADC->ADCCHSELSEQ[1], 0x89ABu);
+    bus_write16(&ADC->ADCCHSELSEQ[2], 0x4567u);
+    bus_write16(&ADC->ADCCHSELSEQ[3], 0x0123u);
+    software_start();
+    chip_run(soc + 2000u);
+    TEST_ASSERT_EQUAL_UINT32(16u, bench.samples);
+    for (uint32_t i = 0u; i < 16u; i++) {
+        TEST_ASSERT_EQUAL_UINT32(15u - i, bench.sample[i].channel);
+        TEST_ASSERT_EQUAL_UINT16(code(15u - i), ADC_MIRROR->ADCRESULT[i]);
+    }
+}
+
+/* SEQ1 alone has eight states and the first eight results; behind the last it begins again with both. */
+static void test_uncascaded_sequencer_goes_round_in_eight_results(void)
+{
+    bus_write16(&ADC->ADCTRL1, ADCTRL1_ACQ_PS(4));
+    bus_write16(&ADC->ADCMAXCONV, 2u);
+    bus_write16(&ADC->ADCCHSELSEQ[0], 0x3210u);
+    bus_write16(&ADC->ADCTRL2, 0x0900u | ADCTRL2_RST_SEQ1);
+    software_start();
+    chip_run(soc + 1000u);
+    software_start(); /* states 3, 0, 1 */
+    chip_run(soc + 1000u);
+    TEST_ASSERT_EQUAL_UINT32(3u, bench.sample[0].channel);
+    TEST_ASSERT_EQUAL_UINT32(0u, bench.sample[2].channel);
+    TEST_ASSERT_EQUAL_UINT16(code(3u), ADC_MIRROR->ADCRESULT[6]);
+    TEST_ASSERT_EQUAL_UINT16(code(0u), ADC_MIRROR->ADCRESULT[0]);
+    TEST_ASSERT_EQUAL_UINT16(0u, ADC_MIRROR->ADCRESULT[8]);
+}
+
+static uint16_t converted(double volts)
+{
+    bench.volts[0] = volts;
+    bus_write16(&ADC->ADCTRL2, 0x0900u | ADCTRL2_RST_SEQ1);
+    software_start();
+    chip_run(soc + 1000u);
+    return ADC_MIRROR->ADCRESULT[0];
+}
+
+static int32_t trim_of(uint16_t word)
+{
+    return (word & 0x0100u) != 0u ? (int32_t)(word & 0x01FFu) - 512 : (int32_t)(word & 0x01FFu);
+}
+
+static void test_boot_rom_has_copied_the_calibration(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380083u), ADC->ADCREFSEL);
+    TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380085u), ADC->ADCOFFTRIM);
+    TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL & 0xC000u); /* the reference inside */
+    TEST_ASSERT_TRUE(ADC->ADCREFSEL != 0u && ADC->ADCOFFTRIM != 0u);
+    TEST_ASSERT_TRUE_MESSAGE(abs(trim_of(ADC->ADCOFFTRIM)) <= 15, "the data sheet's offset error");
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_otp(0x380084u));
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_otp(0x380400u));
+    TEST_ASSERT_EQUAL_UINT16(2048u, converted(1.5));
+}
+
+/* Started by a debugger nobody has copied the two words. */
+static void test_uncalibrated_converter_is_off_until_software_copies_the_words(void)
+{
+    chip_power_on_by_debugger(&bench_chip, 30000000u);
+    TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip)); /* the boot ROM's /2 is missing too */
+    bench_clock();
+    bench_adc(SKIP_SOC);
+    TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL | ADC->ADCOFFTRIM);
+    int32_t missing = trim_of(bus_otp(0x380085u));
+    int32_t low = (int32_t)converted(0.3) - 409;
+    int32_t high = (int32_t)converted(2.7) - 3686;
+    int32_t gain = high - low; /* over 3277 codes */
+    TEST_ASSERT_TRUE_MESSAGE(gain <= -10 || gain >= 10, "a gain error");
+    TEST_ASSERT_TRUE_MESSAGE(gain >= -30 && gain <= 30, "within the data sheet");
+    TEST_ASSERT_INT32_WITHIN(1, -missing + gain * 409 / 3277, low);
+    bus_write16(&ADC->ADCREFSEL, bus_otp(0x380083u));
+    TEST_ASSERT_EQUAL_UINT16(2048 - missing, converted(1.5)); /* the offset alone is left */
+    bus_write16(&ADC->ADCOFFTRIM, bus_otp(0x380085u));
+    TEST_ASSERT_EQUAL_UINT16(409u, converted(0.3));
+    TEST_ASSERT_EQUAL_UINT16(3686u, converted(2.7));
+    bus_write16(&ADC->ADCREFSEL, 0u);
+    TEST_ASSERT_INT32_WITHIN(1, 3686 + gain * 3686 / 3277, converted(2.7));
+}
+
+static void test_module_reset_and_chip_reset_treat_the_calibration_differently(void)
+{
+    bus_write16(&ADC->ADCTRL1, ADCTRL1_RESET);
+    TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL | ADC->ADCOFFTRIM);
+    bus_allow();
+    bus_write16(&SYSCTRL->WDKEY, 1u); /* the boot ROM runs after it */
+    TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380083u), ADC->ADCREFSEL);
+    TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380085u), ADC->ADCOFFTRIM);
 }
 
 static void test_code_is_floor_and_clamped(void)
@@ -349,6 +473,12 @@ int main(void)
     RUN_TEST(test_end_of_sequence_is_the_last_result);
     RUN_TEST(test_sequential_timing_and_channels);
     RUN_TEST(test_clock_prescalers);
+    RUN_TEST(test_sequences_of_two_to_eight_pairs);
+    RUN_TEST(test_sixteen_single_conversions_use_all_four_channel_registers);
+    RUN_TEST(test_uncascaded_sequencer_goes_round_in_eight_results);
+    RUN_TEST(test_boot_rom_has_copied_the_calibration);
+    RUN_TEST(test_uncalibrated_converter_is_off_until_software_copies_the_words);
+    RUN_TEST(test_module_reset_and_chip_reset_treat_the_calibration_differently);
     RUN_TEST(test_code_is_floor_and_clamped);
     RUN_TEST(test_offset_trim_is_signed);
     RUN_TEST(test_start_stop_mode_goes_on_behind_the_last_state);

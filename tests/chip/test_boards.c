@@ -169,7 +169,7 @@ static void test_same_events_on_modules_4_to_6(void)
 /* Tripped, nobody sees edges; on the release the pins show what the legs have come to meanwhile. */
 static void test_release_of_blind_legs_shows_the_true_state(void)
 {
-    const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 301u};
+    const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 298u};
     for (uint32_t phase = 0u; phase < 15000u; phase += 613u) {
         uint32_t count = 0u;
         for (uint32_t plain = 0u; plain < 2u; plain++) {
@@ -192,6 +192,31 @@ static void test_release_of_blind_legs_shows_the_true_state(void)
         TEST_ASSERT_TRUE_MESSAGE(count > 20u, "edges expected");
         TEST_ASSERT_EQUAL_UINT32(count, bench.edges);
         TEST_ASSERT_EQUAL_MEMORY(kept, bench.edge, count * sizeof(edge_t));
+    }
+}
+
+/* CMPA = 200 is shorter than the dead bands, so the last edge of a period nobody saw comes after the next
+ * zero: 298 - 200 counts after it on the lower gate, 301 - 200 on the upper. 1.5 ticks a count. */
+static void test_dead_band_of_a_blind_period_reaches_over_zero(void)
+{
+    for (uint32_t on_period = 0u; on_period < 2u; on_period++) {
+        begin(&(board_t){20000000u, 1u, false, on_period ? PERIOD_WORD : ZERO_WORD, AHC, 5000u, 301u, 298u},
+              true);
+        bench_in_interrupt = NULL;
+        bench_compare[0] = 200u;
+        chip_set_pin(&bench_chip, 12u, false);
+        run_periods(6u);
+        uint64_t zero = chip_now(&bench_chip);
+        chip_run(zero + 20u);
+        chip_set_pin(&bench_chip, 12u, true);
+        bus_allow();
+        bus_write16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
+        bus_protect();
+        bench_forget();
+        chip_run(zero + 300u);
+        TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
+        TEST_ASSERT_EQUAL_UINT64(zero + (on_period ? 147u : 152u), bench.edge[0].tick);
+        TEST_ASSERT_EQUAL_HEX32(on_period ? 2u : 1u, bench.edge[0].level & 3u);
     }
 }
 
@@ -354,14 +379,37 @@ static void test_carrier_zeros_ahead_are_exact(void)
     }
 }
 
+/* Counting up, TBCLK = SYSCLK / 4: 1000 counts are 4000 cycles. */
+static void test_zeros_ahead_of_a_divided_up_counter(void)
+{
+    bench_power_on();
+    bench_clock();
+    bus_write16(&EPWM(1u)->TBPRD, 999u);
+    bus_write16(&EPWM(1u)->TBCTL, TBCTL_CLKDIV(2));
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_TBCLKSYNC);
+    bus_protect();
+    start = chip_now(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT64(CHIP_NEVER, chip_carrier_zero(&bench_chip, 3u));
+    chip_run(start + 9000u);
+    TEST_ASSERT_EQUAL_UINT64(start + 8000u, chip_carrier_zero(&bench_chip, 0u));
+    TEST_ASSERT_EQUAL_UINT64(start + 20000u, chip_carrier_zero(&bench_chip, 3u));
+}
+
 /* ePWM2 counting on its own has no place beside legs on 4..6. */
 static void test_another_counter_beside_the_legs_is_not_plain(void)
 {
-    begin(&(board_t){30000000u, 4u, false, ZERO_WORD, AHC, 7500u, 450u, 450u}, true);
-    run_periods(3u);
-    TEST_ASSERT_TRUE(chip_carrier_plain(&bench_chip));
-    bus_write16(&EPWM(2u)->TBPRD, 1000u);
-    bus_write16(&EPWM(2u)->TBCTL, 0x0010u);
+    for (uint32_t led = 0u; led < 2u; led++) {
+        begin(&(board_t){30000000u, 4u, led != 0u, ZERO_WORD, AHC, 7500u, 450u, 450u}, true);
+        run_periods(3u);
+        TEST_ASSERT_TRUE(chip_carrier_plain(&bench_chip));
+        bus_write16(&EPWM(2u)->TBPRD, 1000u);
+        bus_write16(&EPWM(2u)->TBCTL, 0x0010u);
+        run_periods(6u);
+        TEST_ASSERT_FALSE(chip_carrier_plain(&bench_chip));
+    }
+    begin(&(board_t){30000000u, 4u, true, ZERO_WORD, AHC, 7500u, 450u, 450u}, true);
+    bus_write16(&EPWM(1u)->AQCTLA, ZERO_WORD); /* a leader whose output does something */
     run_periods(6u);
     TEST_ASSERT_FALSE(chip_carrier_plain(&bench_chip));
 }
@@ -375,6 +423,7 @@ int main(void)
     RUN_TEST(test_same_events_centred_on_the_period_match);
     RUN_TEST(test_same_events_on_modules_4_to_6);
     RUN_TEST(test_release_of_blind_legs_shows_the_true_state);
+    RUN_TEST(test_dead_band_of_a_blind_period_reaches_over_zero);
     RUN_TEST(test_averages_are_the_edges_at_every_corner);
     RUN_TEST(test_averages_in_ticks_at_100_megahertz);
     RUN_TEST(test_averages_at_the_limits_centred_on_the_period_match);
@@ -382,6 +431,7 @@ int main(void)
     RUN_TEST(test_polarity_against_the_board_is_told_by_edges);
     RUN_TEST(test_trip_of_modules_4_to_6);
     RUN_TEST(test_carrier_zeros_ahead_are_exact);
+    RUN_TEST(test_zeros_ahead_of_a_divided_up_counter);
     RUN_TEST(test_another_counter_beside_the_legs_is_not_plain);
     return UNITY_END();
 }

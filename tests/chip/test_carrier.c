@@ -323,6 +323,22 @@ static void test_leaving_the_plain_set_up_in_an_averaged_period(void)
     }
 }
 
+/* No edge comes any more, so the stop itself must end the average. */
+static void test_stopped_clock_in_an_averaged_period_shows_the_levels(void)
+{
+    begin(true, 0x000Bu, 450u, 450u);
+    bench_in_interrupt = NULL;
+    chip_set_averaged(&bench_chip, true);
+    chip_run(start + 5u * CARRIER + 6000u);
+    TEST_ASSERT_EQUAL_UINT32(0u, bench.edges);
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC);
+    bus_protect();
+    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
+    TEST_ASSERT_EQUAL_UINT64(start + 5u * CARRIER + 6000u, bench.edge[0].tick);
+    TEST_ASSERT_EQUAL_HEX32(0x2Au, bench.edge[0].level);
+}
+
 static void test_change_of_dead_band_while_running(void)
 {
     for (uint32_t plain = 0u; plain < 2u; plain++) {
@@ -479,6 +495,7 @@ int main(void)
     RUN_TEST(test_release_in_the_middle_of_a_period_shows_the_true_state);
     RUN_TEST(test_release_at_the_tick_of_an_edge);
     RUN_TEST(test_leaving_the_plain_set_up_in_an_averaged_period);
+    RUN_TEST(test_stopped_clock_in_an_averaged_period_shows_the_levels);
     RUN_TEST(test_change_of_dead_band_while_running);
     RUN_TEST(test_copy_runs_identically);
     RUN_TEST(test_runs_in_pieces_as_in_one);

@@ -98,6 +98,55 @@ static void test_not_enabled_not_muxed_or_not_clocked_stands_still(void)
     TEST_ASSERT_EQUAL_UINT32(10u, count_after(3000u));
 }
 
+/* eQEP2 on GPIO24 and 25 (multiplexer value 2) with its own clock and INT5.2. */
+static void test_second_module_has_its_own_pins_clock_and_interrupt(void)
+{
+    bus_allow();
+    bus_write32(&GPIO_CONTROL(0u)->MUX2, GPIO_FIELD(24u, 2u) | GPIO_FIELD(25u, 2u));
+    bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1 | PCLKCR1_EQEP2);
+    bus_protect();
+    bus_write32(&EQEP(2u)->QPOSMAX, 3999u);
+    bus_write32(&EQEP(2u)->QUPRD, 10000u);
+    bus_write16(&EQEP(2u)->QEINT, QEP_UTO);
+    bus_write16(&EQEP(2u)->QEPCTL, QEPCTL_QPEN | QEPCTL_PCRM(1) | QEPCTL_UTE | QEPCTL_QCLM);
+    enable(0u); /* eQEP1 too, but it has no pins */
+    bench.encoder_offset -= 10;
+    chip_run(start + 10001u);
+    TEST_ASSERT_EQUAL_UINT32(3990u, EQEP(2u)->QPOSLAT);
+    TEST_ASSERT_EQUAL_UINT32(3990u, EQEP(2u)->QPOSCNT);
+    TEST_ASSERT_EQUAL_UINT32(0u, EQEP(1u)->QPOSCNT);
+    TEST_ASSERT_EQUAL_HEX16(2u, PIE->group[4].IFR);
+    bench.encoder_offset += 10;
+    chip_run(start + 15000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT32(0u, EQEP(2u)->QPOSCNT);
+    TEST_ASSERT_EQUAL_UINT32(5000u, EQEP(2u)->QUTMR);
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1);
+    bus_protect();
+    bus_write16(&EQEP(2u)->QEPCTL, 0u);
+    TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_CLOCK_OFF));
+    bench.encoder_offset += 10;
+    chip_run(start + 40000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT32(0u, EQEP(2u)->QPOSCNT);
+}
+
+static void test_unit_timers_of_both_modules_run_side_by_side(void)
+{
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1 | PCLKCR1_EQEP2);
+    bus_protect();
+    bus_write32(&EQEP(1u)->QUPRD, 3000u);
+    bus_write32(&EQEP(2u)->QUPRD, 7000u);
+    bus_write16(&EQEP(2u)->QEPCTL, QEPCTL_UTE);
+    enable(QEPCTL_UTE);
+    chip_run(start + 10000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT32(1000u, EQEP(1u)->QUTMR);
+    TEST_ASSERT_EQUAL_UINT32(3000u, EQEP(2u)->QUTMR);
+}
+
 static void test_software_initialisation(void)
 {
     bus_write32(&EQEP(1u)->QPOSINIT, 4321u);
@@ -216,6 +265,8 @@ int main(void)
     RUN_TEST(test_wraps_at_the_maximum_both_ways);
     RUN_TEST(test_swap_reverses_and_XCR_halves);
     RUN_TEST(test_not_enabled_not_muxed_or_not_clocked_stands_still);
+    RUN_TEST(test_second_module_has_its_own_pins_clock_and_interrupt);
+    RUN_TEST(test_unit_timers_of_both_modules_run_side_by_side);
     RUN_TEST(test_software_initialisation);
     RUN_TEST(test_latch_is_the_position_at_the_tick_of_the_time_out);
     RUN_TEST(test_unit_timer_can_be_set);

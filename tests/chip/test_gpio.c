@@ -46,6 +46,59 @@ static void test_outputs_set_clear_toggle(void)
     TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF8u, GPIO_DATA(1u)->DAT);
 }
 
+/* A light on any pin. */
+static void test_driven_outputs_can_be_asked(void)
+{
+    for (uint32_t gpio = 0u; gpio < 88u; gpio++) {
+        TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, gpio));
+    }
+    for (uint32_t gpio = 0u; gpio < 88u; gpio++) {
+        direction(gpio / 32u, GPIO_PIN(gpio));
+        TEST_ASSERT_EQUAL_INT32(0, chip_pin_out(&bench_chip, gpio));
+        bus_write32(&GPIO_DATA(gpio / 32u)->SET, GPIO_PIN(gpio));
+        TEST_ASSERT_EQUAL_INT32(1, chip_pin_out(&bench_chip, gpio));
+        bus_write32(&GPIO_DATA(gpio / 32u)->TOGGLE, GPIO_PIN(gpio));
+        TEST_ASSERT_EQUAL_INT32(0, chip_pin_out(&bench_chip, gpio));
+        TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, (gpio + 1u) % 88u));
+        direction(gpio / 32u, 0u);
+    }
+    direction(1u, GPIO_PIN(32u));
+    bus_allow();
+    bus_write32(&GPIO_CONTROL(1u)->MUX1, GPIO_FIELD(32u, 1u)); /* another peripheral's */
+    bus_protect();
+    TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, 32u));
+}
+
+static void test_gates_can_be_asked(void)
+{
+    bench_start(0u);
+    chip_run(chip_now(&bench_chip) + 3u * CARRIER + 7500u); /* period match: all lower gates on */
+    for (uint32_t gpio = 0u; gpio < 6u; gpio++) {
+        TEST_ASSERT_EQUAL_INT32((int32_t)(gpio % 2u), chip_pin_out(&bench_chip, gpio));
+    }
+    bus_allow();
+    bus_write16(&EPWM(1u)->TZCTL, 0u); /* high impedance */
+    bus_write16(&EPWM(1u)->TZFRC, TZ_OST);
+    bus_protect();
+    TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, 1u));
+}
+
+/* A light that blinks elsewhere does not end an averaged period. */
+static void test_other_outputs_leave_an_average_alone(void)
+{
+    bench_start(0u);
+    direction(1u, GPIO_PIN(34u));
+    chip_set_averaged(&bench_chip, true);
+    uint64_t from = chip_now(&bench_chip);
+    chip_run(from + 3u * CARRIER + 5000u);
+    bench_forget();
+    bus_write32(&GPIO_DATA(1u)->TOGGLE, GPIO_PIN(34u));
+    chip_run(from + 5u * CARRIER + 5000u);
+    TEST_ASSERT_EQUAL_UINT32(2u, bench.averages);
+    TEST_ASSERT_EQUAL_UINT32(0u, bench.edges);
+    TEST_ASSERT_EQUAL_INT32(1, chip_pin_out(&bench_chip, 34u));
+}
+
 static void test_input_clock_off_freezes_inputs(void)
 {
     bus_allow();
@@ -103,6 +156,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_inputs_follow_the_board);
     RUN_TEST(test_outputs_set_clear_toggle);
+    RUN_TEST(test_driven_outputs_can_be_asked);
+    RUN_TEST(test_gates_can_be_asked);
+    RUN_TEST(test_other_outputs_leave_an_average_alone);
     RUN_TEST(test_input_clock_off_freezes_inputs);
     RUN_TEST(test_gate_pins_float_until_muxed_or_driven);
     RUN_TEST(test_data_register_shows_the_gate_pins);

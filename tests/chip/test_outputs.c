@@ -292,6 +292,26 @@ static void test_every_trip_input_has_its_pin(void)
     }
 }
 
+/* Every TZ pin reaches every module. */
+static void test_every_module_listens_to_every_trip_input(void)
+{
+    bus_allow();
+    bus_write16(&SYSCTRL->PCLKCR1, 0x003Fu);
+    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x55000555u);
+    bus_write32(&GPIO_CONTROL(0u)->MUX2, 0x0000000Fu);
+    for (uint32_t m = 1u; m <= 6u; m++) {
+        for (uint32_t n = 0u; n < 6u; n++) {
+            bus_write16(&EPWM(m)->TZSEL, (uint16_t)(TZSEL_OSHT1 << n));
+            bus_write16(&EPWM(m)->TZCLR, TZ_OST | TZ_INT);
+            TEST_ASSERT_FALSE(chip_tripped(&bench_chip, m));
+            chip_set_pin(&bench_chip, 12u + n, false);
+            chip_set_pin(&bench_chip, 12u + n, true);
+            TEST_ASSERT_TRUE(chip_tripped(&bench_chip, m));
+        }
+    }
+    bus_protect();
+}
+
 static void on_trip(void)
 {
     trips++;
@@ -352,6 +372,7 @@ int main(void)
     RUN_TEST(test_software_trip);
     RUN_TEST(test_unmuxed_trip_pin_is_inactive);
     RUN_TEST(test_every_trip_input_has_its_pin);
+    RUN_TEST(test_every_module_listens_to_every_trip_input);
     RUN_TEST(test_trip_interrupt_asks_again_only_after_INT_was_cleared);
     return UNITY_END();
 }

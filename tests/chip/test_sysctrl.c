@@ -1,4 +1,4 @@
-/* Clocks, flash, watchdog, EALLOW, access widths. The crystal is 30 MHz = 5 ticks. */
+/* Clocks, flash, watchdog, EALLOW, access widths. The crystal is 30 MHz = 5 ticks if nothing else is said. */
 #include <string.h>
 #include <unity.h>
 
@@ -70,6 +70,87 @@ static void test_lock_takes_131072_crystal_cycles(void)
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u));
     TEST_ASSERT_EQUAL_UINT32(150000000u, chip_sysclk_hz(&bench_chip));
     TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_FLASH_TOO_FAST));
+}
+
+/* 20 MHz = 7.5 ticks, 25 = 6, 24 = 6.25, 21 = 7 1/7. Lock and watchdog count crystal cycles. */
+static void test_everything_follows_the_crystal(void)
+{
+    static const struct {
+        uint32_t hz;
+        uint64_t lock, bite; /* [ticks] 131072 cycles; 256 x 512 cycles, the next whole tick */
+    } crystal[] = {{20000000u, 983040u, 983040u},
+                   {25000000u, 786432u, 786432u},
+                   {24000000u, 819200u, 819200u},
+                   {21000000u, 936229u, 936229u},
+                   {35000000u, 561738u, 561738u}};
+    for (uint32_t i = 0u; i < sizeof crystal / sizeof crystal[0]; i++) {
+        bench_power_on_with(crystal[i].hz);
+        TEST_ASSERT_EQUAL_UINT32(crystal[i].hz / 2u, chip_sysclk_hz(&bench_chip));
+        chip_run(crystal[i].bite);
+        TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_WATCHDOG_RESET));
+        chip_run(crystal[i].bite + 1u);
+        TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+        bench_power_on_with(crystal[i].hz);
+        watchdog_off();
+        bus_write16(&SYSCTRL->PLLSTS, 0u);
+        TEST_ASSERT_EQUAL_UINT32(crystal[i].hz / 4u, chip_sysclk_hz(&bench_chip));
+        bus_write16(&SYSCTRL->PLLCR, 8u);
+        chip_run(crystal[i].lock);
+        TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLSTS & PLLSTS_PLLLOCKS);
+        chip_run(crystal[i].lock + 1u);
+        TEST_ASSERT_EQUAL_HEX16(PLLSTS_PLLLOCKS, SYSCTRL->PLLSTS & PLLSTS_PLLLOCKS);
+        TEST_ASSERT_EQUAL_UINT32(crystal[i].hz * 2u, chip_sysclk_hz(&bench_chip));
+    }
+}
+
+static void test_a_hundred_megahertz_does_not_drift(void)
+{
+    bench_power_on_with(20000000u);
+    bench_clock();
+    TEST_ASSERT_EQUAL_UINT32(100000000u, chip_sysclk_hz(&bench_chip));
+    bus_write32(&CPU_TIMER(0u)->PRD, UINT32_MAX);
+    bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB);
+    uint64_t from = chip_now(&bench_chip); /* a cycle begins here, at the latest with the next tick */
+    chip_run(from + UINT64_C(3000000000));
+    chip_look(&bench_chip);
+    TEST_ASSERT_UINT32_WITHIN(1u, UINT32_MAX - 2000000000u, CPU_TIMER(0u)->TIM);
+    from = chip_now(&bench_chip);
+    for (uint32_t i = 0u; i < 1000u; i++) {
+        bus_wait(2u);
+    }
+    TEST_ASSERT_EQUAL_UINT64(from + 3000u, chip_now(&bench_chip));
+}
+
+static void test_watchdog_count_follows_the_crystal(void)
+{
+    bench_power_on_with(20000000u);
+    chip_run(3839u); /* 512 x 7.5 ticks a count */
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT16(0u, SYSCTRL->WDCNTR);
+    chip_run(100u * 3840u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT16(100u, SYSCTRL->WDCNTR);
+}
+
+/* PCLKCR3: a timer without clock stands and takes no write; the others go on. */
+static void test_timer_without_clock_stands(void)
+{
+    watchdog_off();
+    chip_run(1000u);
+    bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN | 0x0500u); /* timer 1 off */
+    uint32_t stood = CPU_TIMER(1u)->TIM;
+    TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 100u, stood);
+    chip_run(11000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT32(stood, CPU_TIMER(1u)->TIM);
+    TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 1100u, CPU_TIMER(0u)->TIM);
+    TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 1100u, CPU_TIMER(2u)->TIM);
+    bus_write16(&CPU_TIMER(1u)->TCR, TCR_TSS);
+    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_CLOCK_OFF));
+    bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN | 0x0700u);
+    chip_run(12000u);
+    chip_look(&bench_chip);
+    TEST_ASSERT_EQUAL_UINT32(stood - 100u, CPU_TIMER(1u)->TIM);
 }
 
 static void test_other_multipliers_count_right(void)
@@ -372,6 +453,10 @@ int main(void)
     RUN_TEST(test_sysclk_of_every_divider);
     RUN_TEST(test_lock_takes_131072_crystal_cycles);
     RUN_TEST(test_other_multipliers_count_right);
+    RUN_TEST(test_everything_follows_the_crystal);
+    RUN_TEST(test_a_hundred_megahertz_does_not_drift);
+    RUN_TEST(test_watchdog_count_follows_the_crystal);
+    RUN_TEST(test_timer_without_clock_stands);
     RUN_TEST(test_pll_misuse_is_ignored_and_reported);
     RUN_TEST(test_flash_wait_states);
     RUN_TEST(test_clock_change_keeps_counters_going);

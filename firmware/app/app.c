@@ -18,15 +18,20 @@ static float current_of(uint16_t code)
 }
 
 /* A sensor that is linear from 0 to 3 V. */
-static float temperature_of(uint16_t code, float at_0v, float at_3v)
-{
-    return ((float)code + BOARD_HALF_CODE) * ((at_3v - at_0v) / (float)BOARD_ADC_FULL) + at_0v;
-}
+#define TEMPERATURE_OF(code, at_0v, at_3v)                                                                   \
+    (((float)(code) + BOARD_HALF_CODE) * (((float)(at_3v) - (float)(at_0v)) / (float)BOARD_ADC_FULL) +       \
+     (float)(at_0v))
 
-#define TEMPERATURE_OF(name, code)                                                                           \
-    (BOARD_##name##_INPUT == BOARD_NONE                                                                      \
-         ? DRIVE_NO_TEMPERATURE                                                                              \
-         : temperature_of(code, (float)BOARD_##name##_AT_0V, (float)BOARD_##name##_AT_3V))
+#if BOARD_SINK_INPUT == BOARD_NONE
+#define SINK_OF(code) DRIVE_NO_TEMPERATURE
+#else
+#define SINK_OF(code) TEMPERATURE_OF(code, BOARD_SINK_AT_0V, BOARD_SINK_AT_3V)
+#endif
+#if BOARD_MOTOR_INPUT == BOARD_NONE
+#define MOTOR_OF(code) DRIVE_NO_TEMPERATURE
+#else
+#define MOTOR_OF(code) TEMPERATURE_OF(code, BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V)
+#endif
 
 void app_read(drive_samples_t *samples)
 {
@@ -34,10 +39,14 @@ void app_read(drive_samples_t *samples)
     hal_read(&counts);
     samples->i_a = current_of(counts.current_a);
     samples->i_b = current_of(counts.current_b);
-    samples->i_c = BOARD_CURRENT_SENSORS == 3 ? current_of(counts.current_c) : -(samples->i_a + samples->i_b);
+#if BOARD_CURRENT_SENSORS == 3
+    samples->i_c = current_of(counts.current_c);
+#else
+    samples->i_c = -(samples->i_a + samples->i_b);
+#endif
     samples->u_dc = ((float)counts.dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
-    samples->sink_temperature = TEMPERATURE_OF(SINK, counts.sink_temperature);
-    samples->motor_temperature = TEMPERATURE_OF(MOTOR, counts.motor_temperature);
+    samples->sink_temperature = SINK_OF(counts.sink_temperature);
+    samples->motor_temperature = MOTOR_OF(counts.motor_temperature);
     samples->encoder = counts.encoder;
     samples->flags = drive_flags(counts.flags);
 }

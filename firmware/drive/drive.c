@@ -11,6 +11,8 @@
 /* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
 #define CURRENT_MIDDLE       (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
 #define CURRENT_HALF         (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice that. */
+#define CURRENT_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
 #define CURRENT_CALM         (0.745f * DRIVE_CURRENT_RANGE) /* [A] no sensor is at its end, whatever its offset */
 #define U_DC_LIMIT           1000.0f               /* [V] no sensor of the board reads this: not a number */
 #define TEMPERATURE_LIMIT    1000.0f               /* [degC] likewise */
@@ -178,7 +180,7 @@ static bool is_measurement(const drive_samples_t *samples)
 {
     return bounds_within(samples->i_a - CURRENT_MIDDLE, CURRENT_HALF) &&
            bounds_within(samples->i_b - CURRENT_MIDDLE, CURRENT_HALF) &&
-           (DRIVE_CURRENT_SENSORS < 3 || bounds_within(samples->i_c - CURRENT_MIDDLE, CURRENT_HALF)) &&
+           bounds_within(samples->i_c - CURRENT_MIDDLE, CURRENT_C_SHARE * CURRENT_HALF) &&
            bounds_within(samples->u_dc, U_DC_LIMIT) &&
            bounds_within(samples->sink_temperature, TEMPERATURE_LIMIT) &&
            bounds_within(samples->motor_temperature, TEMPERATURE_LIMIT);
@@ -288,7 +290,7 @@ static void calibrate(drive_t *drive, const drive_samples_t *samples, uint32_t b
     if (drive->state_periods >= SETTLE_PERIODS + (uint32_t)drive->params.calibration_periods) {
         const float limit = drive->params.current_offset_max;
         if (bounds_within(drive->offset.a, limit) && bounds_within(drive->offset.b, limit) &&
-            (DRIVE_CURRENT_SENSORS < 3 || bounds_within(drive->offset.c, limit))) {
+            bounds_within(drive->offset.c, CURRENT_C_SHARE * limit)) {
             enter(drive, DRIVE_READY);
         } else {
             enter_fault(drive, REASON_CURRENT_OFFSET);

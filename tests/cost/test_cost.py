@@ -5,6 +5,7 @@ import contextlib
 import importlib.machinery
 import importlib.util
 import io
+import json
 import pathlib
 import struct
 import tempfile
@@ -137,6 +138,11 @@ class Tree(unittest.TestCase):
         for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # of 150 MHz
             self.file.write_text(text.replace("BOARD_CARRIER_HZ 10000", f"BOARD_CARRIER_HZ {hertz}"))
             self.assertEqual(cost.period_cycles(self.file), expected)
+
+    def test_readme_shows_the_committed_numbers(self):
+        committed = json.loads(cost.COMMITTED.read_text())
+        shown = cost.README.read_text(encoding="utf-8").partition(cost.BEGIN)[2].partition(cost.END)[0]
+        self.assertEqual(shown, cost.readme_table(committed, cost.period_cycles()))
 
     def test_a_board_without_a_carrier_is_named(self):
         self.file.write_text("#define BOARD_NAME \"nothing\"\n")

@@ -87,7 +87,7 @@ class Preset:
             where = [word for word in words if word == f"--include_path={ROOT}/firmware"]
             gates = "-DHAL_GATE_ACTIVE_HIGH=1" if self.memory == "flash" else "-DHAL_GATE_ACTIVE_HIGH=0"
             output = stand_in.value(words, "--output_file")
-            self.assertEqual(own, [gates] if name.startswith("hal/") and "lagless_hal" in output else [], name)
+            self.assertEqual(own, [gates, '-DLAGLESS_BOARD_FILE="hal/f28335/boards/pm50rl1a060.h"'], name)
             self.assertEqual(words, [
                 "--compile_only", f"--c_file={ROOT}/{name}", *own, *where, f"--include_path={ROOT}", *CHIP,
                 f"--include_path={self.build.tools}/include", *FLAGS, "--c99", "--relaxed_ansi",

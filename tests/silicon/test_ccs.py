@@ -87,7 +87,7 @@ def differences(project, build, gates=None):
         words = [portable(word) for word in words
                  if not re.match(r"--(compile_only|(c|asm)_file|preproc_\w+|output_file)\b", word)]
         if name.endswith(".asm"):  # Code Composer Studio assembles with the compiler's options
-            compare(f"{name}: options of its own", [word for word in words if word not in project.compiler], [])
+            compare(f"{name}: options of its own", [word for word in words if word not in project.compiler and word != gates], [])
             continue
         own = project.own.get(name[:-len(".c")] + ".obj", [])
         compare(f"{name}: options", of(project.compiler + own, "options"), of(words, "options"))

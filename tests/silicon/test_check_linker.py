@@ -250,7 +250,7 @@ class CheckLinker(unittest.TestCase):
 
     def in_ram(self, name, option=" --ramfunc=on"):
         path = self.root / "compile_commands.json"
-        line = rf'(_file={re.escape(str(self.root / name))} [^"]*?)( --ramfunc=on)?( --output_file)'
+        line = rf'(_file={re.escape(str(self.root / name))} [^\n]*?)( --ramfunc=on)?( --output_file)'
         text, changed = re.subn(line, rf"\1{option}\3", path.read_text(encoding="utf-8"))
         self.assertEqual(changed, 1)
         path.write_text(text, encoding="utf-8")

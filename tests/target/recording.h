@@ -3,7 +3,7 @@
  *
  *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of periods
  *     every slot of the parameters the drive was made with
- *     for each period: every slot of the requests in force, the seven samples, every slot of the signals
+ *     for each period: every slot of the requests in force, the samples, every slot of the signals
  * afterwards, and the command: duties and gates
  *
  * Slots are in the order of their table; a float is its bits. The magic number tells which estimator the
@@ -27,9 +27,8 @@ static inline uint32_t recording_tables(void)
     return table_hash(&signals_table, table_hash(&requests_table, table_hash(&params_table, 0u)));
 }
 
-/* Seven samples as words, and back; the command's four likewise. The structs are made of 32-bit slots on
- * every target. */
-#define RECORDING_SAMPLES 7u
-#define RECORDING_COMMAND 4u
+/* Samples and command as words, and back: the structs are made of 32-bit slots on every target. */
+#define RECORDING_SAMPLES ((uint32_t)(sizeof(drive_samples_t) / sizeof(uint32_t)))
+#define RECORDING_COMMAND ((uint32_t)(sizeof(drive_command_t) / sizeof(uint32_t)))
 
 #endif

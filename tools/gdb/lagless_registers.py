@@ -157,7 +157,7 @@ ADC = {
         ("POWER", 5, 3, "off|-|-|-|-|-|reference only|on"),
     ],
     "ADCST": bits("INT_SEQ1 INT_SEQ2 SEQ1_BSY SEQ2_BSY INT_SEQ1_CLR INT_SEQ2_CLR EOS_BUF1 EOS_BUF2"),
-    "ADCREFSEL": [("REF_SEL", 14, 2, "internal|2.048 V|1.5 V|1.024 V")],
+    "ADCREFSEL": [("REF_SEL", 14, 2, "internal|2.048 V|1.5 V|1.024 V"), ("CALIBRATION", 0, 14, None)],
     "ADCOFFTRIM": [("OFFSET_TRIM", 0, 9, None)],
 }
 for word in range(4):

@@ -36,32 +36,72 @@
 #define ADC_SINK        ADC_PAIR(BOARD_SINK_INPUT)
 #define ADC_MOTOR       ADC_PAIR(BOARD_MOTOR_INPUT)
 
-#define ADC_LATER(x, y) ((x) > (y) ? (x) : (y))
-#define ADC_PLACE_A     1
-#define ADC_PLACE_C     (ADC_C == 8 || ADC_C == ADC_A ? 1 : 2)
-#define ADC_PLACE_DC    (ADC_DC == ADC_A ? 1 : ADC_DC == ADC_C ? ADC_PLACE_C : ADC_PLACE_C + 1)
-#define ADC_LAST_DC     ADC_LATER(ADC_PLACE_C, ADC_PLACE_DC)
-#define ADC_PLACE_SINK                                                                                       \
-    (ADC_SINK == 8        ? 0                                                                                \
-     : ADC_SINK == ADC_A  ? 1                                                                                \
-     : ADC_SINK == ADC_C  ? ADC_PLACE_C                                                                      \
-     : ADC_SINK == ADC_DC ? ADC_PLACE_DC                                                                     \
-                          : ADC_LAST_DC + 1)
-#define ADC_LAST_SINK ADC_LATER(ADC_LAST_DC, ADC_PLACE_SINK)
-#define ADC_PLACE_MOTOR                                                                                      \
-    (ADC_MOTOR == 8          ? 0                                                                             \
-     : ADC_MOTOR == ADC_A    ? 1                                                                             \
-     : ADC_MOTOR == ADC_C    ? ADC_PLACE_C                                                                   \
-     : ADC_MOTOR == ADC_DC   ? ADC_PLACE_DC                                                                  \
-     : ADC_MOTOR == ADC_SINK ? ADC_PLACE_SINK                                                                \
-                             : ADC_LAST_SINK + 1)
-#define ADC_LAST ADC_LATER(ADC_LAST_SINK, ADC_PLACE_MOTOR)
-#define ADC_LAST_PAIR                                                                                        \
-    (ADC_PLACE_MOTOR == ADC_LAST  ? ADC_MOTOR                                                                \
-     : ADC_PLACE_SINK == ADC_LAST ? ADC_SINK                                                                 \
-     : ADC_PLACE_DC == ADC_LAST   ? ADC_DC                                                                   \
-     : ADC_PLACE_C == ADC_LAST    ? ADC_C                                                                    \
-                                  : ADC_A)
+#define ADC_PLACE_A 1
+
+#if ADC_C == 8 || ADC_C == ADC_A
+#define ADC_PLACE_C 1
+#define ADC_LAST_1  1
+#define ADC_PAIR_1  ADC_A
+#else
+#define ADC_PLACE_C 2
+#define ADC_LAST_1  2
+#define ADC_PAIR_1  ADC_C
+#endif
+
+#if ADC_DC == ADC_A
+#define ADC_PLACE_DC ADC_PLACE_A
+#elif ADC_DC == ADC_C
+#define ADC_PLACE_DC ADC_PLACE_C
+#else
+#define ADC_PLACE_DC (ADC_LAST_1 + 1)
+#endif
+#if ADC_PLACE_DC > ADC_LAST_1
+#define ADC_LAST_2 ADC_PLACE_DC
+#define ADC_PAIR_2 ADC_DC
+#else
+#define ADC_LAST_2 ADC_LAST_1
+#define ADC_PAIR_2 ADC_PAIR_1
+#endif
+
+#if ADC_SINK == 8
+#define ADC_PLACE_SINK 0
+#elif ADC_SINK == ADC_A
+#define ADC_PLACE_SINK ADC_PLACE_A
+#elif ADC_SINK == ADC_C
+#define ADC_PLACE_SINK ADC_PLACE_C
+#elif ADC_SINK == ADC_DC
+#define ADC_PLACE_SINK ADC_PLACE_DC
+#else
+#define ADC_PLACE_SINK (ADC_LAST_2 + 1)
+#endif
+#if ADC_PLACE_SINK > ADC_LAST_2
+#define ADC_LAST_3 ADC_PLACE_SINK
+#define ADC_PAIR_3 ADC_SINK
+#else
+#define ADC_LAST_3 ADC_LAST_2
+#define ADC_PAIR_3 ADC_PAIR_2
+#endif
+
+#if ADC_MOTOR == 8
+#define ADC_PLACE_MOTOR 0
+#elif ADC_MOTOR == ADC_A
+#define ADC_PLACE_MOTOR ADC_PLACE_A
+#elif ADC_MOTOR == ADC_C
+#define ADC_PLACE_MOTOR ADC_PLACE_C
+#elif ADC_MOTOR == ADC_DC
+#define ADC_PLACE_MOTOR ADC_PLACE_DC
+#elif ADC_MOTOR == ADC_SINK
+#define ADC_PLACE_MOTOR ADC_PLACE_SINK
+#else
+#define ADC_PLACE_MOTOR (ADC_LAST_3 + 1)
+#endif
+#if ADC_PLACE_MOTOR > ADC_LAST_3
+#define ADC_LAST      ADC_PLACE_MOTOR
+#define ADC_LAST_PAIR ADC_MOTOR
+#else
+#define ADC_LAST      ADC_LAST_3
+#define ADC_LAST_PAIR ADC_PAIR_3
+#endif
 
 /* Place of an input's result in the result registers: pair n gives 2n (A) and 2n + 1 (B). */
 #define ADC_RESULT(input, place) (2 * (place) + ((input) >= 8 ? 1 : 0))

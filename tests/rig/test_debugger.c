@@ -218,7 +218,7 @@ static void test_a_halted_bridge_shorts_the_motor(void)
         const double expected = short_circuit_current(rpm[n]);
         TEST_ASSERT_DOUBLE_WITHIN(5e-3 * expected, expected, current());
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.05, 14.03, short_circuit_current(600.0));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 14.01, short_circuit_current(600.0));
 }
 
 /* Slow enough that the short-circuit current, 4.5 A, trips nothing else. */
@@ -245,6 +245,24 @@ static void test_after_a_halt_the_drive_says_late_and_opens_the_gates(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, current());
         }
     }
+}
+
+/* The first sample was taken when the halt began. */
+static void test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_first_new_sample(void)
+{
+    run_put(rig, "friction_coulomb", 0.0);
+    run_put(rig, "params.current_limit", 2.0);
+    run_parameter(rig, "overcurrent_trip", 3.0);
+    run_held_at(60.0); /* 4.5 A when shorted */
+    halt_at(0.4);
+    pass_seconds(0.2);
+    const uint32_t before = samples();
+    watch();
+    chip_debug_run(chip());
+    pass_periods(2);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_OVERCURRENT, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, before + 2.0, rig_value(rig, "fault_period"));
+    TEST_ASSERT_EQUAL_HEX32(0u, seen.gates);
 }
 
 static void test_after_a_halt_and_a_reset_the_drive_runs_again(void)
@@ -530,6 +548,7 @@ int main(void)
     RUN_TEST(test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero);
     RUN_TEST(test_a_halted_bridge_shorts_the_motor);
     RUN_TEST(test_after_a_halt_the_drive_says_late_and_opens_the_gates);
+    RUN_TEST(test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_first_new_sample);
     RUN_TEST(test_after_a_halt_and_a_reset_the_drive_runs_again);
     RUN_TEST(test_a_halt_with_gates_off_keeps_them_off);
     RUN_TEST(test_the_fault_line_opens_the_gates_of_a_halted_drive);

@@ -58,7 +58,8 @@ typedef enum {
 /* The chain of periods is broken: this interrupt came when the next period had begun (or its conversion had),
  * or a period without a sample lies before this one, because the interrupt before ran into it. Compare values
  * of the late one act one period later than they should, and currents and position may be of different
- * periods. */
+ * periods. After a gap of ten periods or more, as a debugger's halt leaves it, the ten samples that follow
+ * are late as well. */
 #define HAL_FLAG_LATE (1u << 3)
 
 typedef struct {

@@ -1,8 +1,9 @@
 /* The board as a whole: order of the start-up, the pins, one sample, time.
  *
- * A period that went wrong is found by the clock: CPU timer 0 free-running, and the time of the last carrier
- * zero that a sample belonged to. That one word is kept in the period register of CPU timer 1, which stands
- * still, because nothing here may live in a variable (several chips share one process on the host). */
+ * A period that went wrong is found by the clock: CPU timer 0 free-running, through a debugger's halt too,
+ * and the time of the last carrier zero that a sample belonged to. That one word is kept in the period
+ * register of CPU timer 1, which stands still, because nothing here may live in a variable (several chips
+ * share one process on the host). */
 #include "hal/f28335/adc.h"
 #include "hal/f28335/bus.h"
 #include "hal/f28335/clock.h"
@@ -16,6 +17,11 @@
 
 /* From here on the next conversion is under way: too late for this sample's results and compare values. */
 #define LATEST (PWM_PERIOD - ADC_LEAD)
+
+/* Nobody controlled the currents for so long that the drive must not go on as if it were one sample: so many
+ * more are late. */
+#define GAP  (10u * PWM_PERIOD)
+#define HOLD (10u * PWM_PERIOD)
 
 /* Six neighbours, from GPIO0 = EPWM1A or GPIO6 = EPWM4A on, each with function 1. */
 #define GATE_PINS (UINT32_C(0x555) << (4u * (PWM_LEADER - 1u)))
@@ -35,7 +41,7 @@ static void start_time(void)
     bus_write32(&CPU_TIMER(0u)->PRD, UINT32_MAX);
     bus_write16(&CPU_TIMER(0u)->TPR, 0u);
     bus_write16(&CPU_TIMER(0u)->TPRH, 0u);
-    bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB);
+    bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE);
 }
 
 /* A pin gets its function; pins 0 to 15 of a port of 32 stand in MUX1, the others in MUX2. */
@@ -144,16 +150,27 @@ hal_status_t hal_init(const hal_config_t *config)
 #define RESULT(input, place)                                                                                 \
     ((input) == BOARD_NONE ? (uint16_t)0u : ADC_MIRROR->ADCRESULT[ADC_RESULT(input, place)])
 
+/* What becomes the last zero after a late sample: this one's, or after a gap one to come, which makes every
+ * sample late until it has come. */
+static uint32_t zero_after_late(uint32_t zero, uint32_t since_last)
+{
+    if (0u - since_last <= HOLD) {
+        return zero - since_last;
+    }
+    return since_last >= GAP ? zero + HOLD : zero;
+}
+
 void hal_read(hal_samples_t *samples)
 {
     const uint32_t elapsed = pwm_elapsed();
-    const uint32_t zero = hal_time() - elapsed;
+    uint32_t zero = hal_time() - elapsed;
     const uint32_t since_last = zero - *LAST_ZERO;
     uint16_t flags = 0u;
 
     /* One period since the last, give or take half of one. */
     if (elapsed >= LATEST || since_last - PWM_PERIOD / 2u >= PWM_PERIOD) {
         flags = HAL_FLAG_LATE;
+        zero = zero_after_late(zero, since_last);
     } else {
         qep_keep_step(elapsed);
     }
@@ -181,8 +198,8 @@ void hal_read(hal_samples_t *samples)
 void hal_end_of_sample(void)
 {
     /* Too long: the conversion that began meanwhile is lost. Moving the last zero back by a period makes the
-     * next sample late in any case. */
-    if (hal_time() - *LAST_ZERO >= LATEST) {
+     * next sample late in any case. One that is yet to come stays. */
+    if (hal_time() - *LAST_ZERO - LATEST < UINT32_MAX / 2u) {
         bus_write32(LAST_ZERO, *LAST_ZERO - PWM_PERIOD);
     }
     adc_rearm();

@@ -45,8 +45,8 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
     bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
-    /* A debugger in real-time mode that halts the background leaves the drive its interrupts; and it may look
-     * at memory while the program runs. */
+    /* A debugger in real-time mode that halts the background leaves the drive its interrupts, as long as the
+     * carrier runs (pwm.c); and it may look at memory while the program runs. */
     bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_debug_allow();
 }

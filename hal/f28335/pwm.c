@@ -11,7 +11,9 @@
 #define SYNC_DELAY 2u
 
 /* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. The chip has
- * nothing that would open them: none of its six trip inputs is the halt. */
+ * nothing that would open them: none of its six trip inputs is the halt. In real-time mode a halt of the
+ * background stops the carrier too, and with it the interrupts, unless the debugger writes FREE_SOFT = 2
+ * before: that carrier goes on in any halt, in a plain one with the last duties. */
 #define TBCTL_COMMON   ((uint16_t)(TBCTL_CTRMODE(TBCTL_UPDOWN) | TBCTL_FREE_SOFT(1u)))
 #define TBCTL_LEADER   ((uint16_t)(TBCTL_COMMON | TBCTL_SYNCOSEL(1u)))
 #define TBCTL_FOLLOWER ((uint16_t)(TBCTL_COMMON | TBCTL_PHSEN | TBCTL_PHSDIR_UP))

@@ -170,6 +170,21 @@ void rig_bind(rig_t *rig)
     chip_bind(&rig->state.chip, &rig->world);
 }
 
+void rig_start(rig_t *rig)
+{
+    rig_state_t *state = &rig->state;
+    const uint64_t begin = chip_now(&state->chip);
+    rig_bind(rig);
+    memset(app, 0, sizeof *app);
+    app_start();
+    /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
+     * come up has no carrier, or that of an earlier program, and time goes on all the same. */
+    const uint64_t zero = chip_carrier_tick(&state->chip);
+    state->start = (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
+    state->period = 0u;
+    chip_run(state->start);
+}
+
 rig_t *rig_create(uint64_t seed)
 {
     rig_t *rig = calloc(1, sizeof *rig);
@@ -189,13 +204,7 @@ rig_t *rig_create(uint64_t seed)
     const plant_params_t plant = rig_plant_params(&state->plant_values);
     plant_init(&state->plant, &plant, seed);
     chip_power_on(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
-    rig_bind(rig);
-    app_start();
-    /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
-     * come up has no carrier, and time goes on all the same. */
-    const uint64_t zero = chip_carrier_tick(&state->chip);
-    state->start = (zero != CHIP_NEVER ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
-    chip_run(state->start);
+    rig_start(rig);
     return rig;
 }
 

@@ -30,4 +30,8 @@ rig_state_t *rig_state(rig_t *rig);
  * does it. */
 void rig_bind(rig_t *rig);
 
+/* What follows power-on, and a debugger's restart: variables zero, main() up to its loop. Period 0 begins
+ * when this returns. rig_create does it. */
+void rig_start(rig_t *rig);
+
 #endif

@@ -939,6 +939,26 @@ static void test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too
     TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
 }
 
+/* As after a debugger's halt. Of more than half a turn of the clock, too. */
+static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
+{
+    static const uint32_t gap[] = {10u, 500u, 200000u, 286000u};
+    for (uint32_t n = 0; n < sizeof gap / sizeof gap[0]; n++) {
+        start_carrier();
+        TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+        for (uint32_t k = 0; k < 11u; k++) {
+            TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at((gap[n] + 1u + k) * PERIOD + 100u));
+            at((gap[n] + 1u + k) * PERIOD + 3000u);
+            hal_end_of_sample();
+        }
+        TEST_ASSERT_EQUAL_HEX16(0u, late_at((gap[n] + 12u) * PERIOD + 100u));
+    }
+    start_carrier();
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(10u * PERIOD + 100u));
+    TEST_ASSERT_EQUAL_HEX16(0u, late_at(11u * PERIOD + 100u));
+}
+
 static void test_lateness_survives_the_wrap_of_the_clock(void)
 {
     start_carrier();
@@ -1035,6 +1055,7 @@ static void test_time_counts_up_at_150_MHz(void)
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, CPU_TIMER(0u)->PRD);
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(0u, CPU_TIMER(0u)->TPR | CPU_TIMER(0u)->TPRH, "prescaled");
     TEST_ASSERT_BITS(TCR_TSS | TCR_TIE, 0u, CPU_TIMER(0u)->TCR);
+    TEST_ASSERT_BITS_MESSAGE(TCR_FREE, TCR_FREE, CPU_TIMER(0u)->TCR, "stands while a debugger halts");
     TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR, "timer 1 holds a value and must stand");
     const uint32_t before = hal_time();
     recording_pass(12345u);
@@ -1052,7 +1073,7 @@ static void test_time_runs_before_anything_waits(void)
     while (rec.entry[first_wait].did != DID_WAIT) {
         first_wait++;
     }
-    TEST_ASSERT_TRUE(recording_find_value(0u, &CPU_TIMER(0u)->TCR, TCR_TRB) < first_wait);
+    TEST_ASSERT_TRUE(recording_find_value(0u, &CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE) < first_wait);
 }
 
 static void test_watchdog_is_fed_by_its_two_keys_in_order(void)
@@ -1140,6 +1161,7 @@ int main(void)
     RUN_TEST(test_first_sample_is_in_time_when_the_first_period_is);
     RUN_TEST(test_interrupt_that_ends_after_the_next_conversion_began_makes_the_next_sample_late);
     RUN_TEST(test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too);
+    RUN_TEST(test_ten_samples_after_a_gap_of_ten_periods_are_late);
     RUN_TEST(test_lateness_survives_the_wrap_of_the_clock);
     RUN_TEST(test_end_of_sample_rearms_sequencer_flag_and_group_in_this_order);
     RUN_TEST(test_end_of_trip_acknowledges_its_group_and_leaves_the_trip);

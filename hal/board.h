@@ -271,15 +271,12 @@
 #define BOARD_DC_AT_3V    (BOARD_VOLTS(BOARD_DC_STEP_MV) * BOARD_PIN_MV / (float)BOARD_DC_PIN_MV) /* [V] */
 #define BOARD_DC_PER_CODE (BOARD_DC_AT_3V / (float)BOARD_ADC_FULL)                                /* [V] */
 
-#if BOARD_SINK_INPUT == BOARD_NONE
-#undef BOARD_SINK_AT_0V
-#undef BOARD_SINK_AT_3V
+/* For the desk, whose plant has both temperatures whether or not somebody looks: any line does. */
+#if !defined(BOARD_SINK_AT_0V)
 #define BOARD_SINK_AT_0V (-50)
 #define BOARD_SINK_AT_3V 150
 #endif
-#if BOARD_MOTOR_INPUT == BOARD_NONE
-#undef BOARD_MOTOR_AT_0V
-#undef BOARD_MOTOR_AT_3V
+#if !defined(BOARD_MOTOR_AT_0V)
 #define BOARD_MOTOR_AT_0V (-50)
 #define BOARD_MOTOR_AT_3V 150
 #endif

@@ -23,7 +23,7 @@
 #define OTP_ADCOFFTRIM UINT32_C(0x380085)
 #define OTP_ERASED     0xFFFFu
 
-static void calibrate(void)
+static void take_calibration(void)
 {
     const uint16_t reference = bus_otp(OTP_ADCREFSEL);
     const uint16_t offset = bus_otp(OTP_ADCOFFTRIM);
@@ -39,7 +39,7 @@ static void calibrate(void)
 
 void adc_init(void)
 {
-    calibrate();
+    take_calibration();
     bus_write16(&ADC->ADCTRL3, ADCTRL3_WORD);
     bus_wait(HAL_CLOCK_HZ / 1000u * POWER_UP_MS);
     bus_write16(&ADC->ADCTRL1, ADCTRL1_WORD);

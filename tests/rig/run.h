@@ -15,9 +15,9 @@
 
 /* ---- the board ---- */
 
-/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A; a trip is
- * half as much again. What a test needs on a board of other currents, follows from these two [-]; both are 1
- * where the board has that. */
+/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A; a
+ * trip is half as much again. What a test needs on a board of other currents, follows from these two [-];
+ * both are 1 where the board has that. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
 #define RUN_TRIP_SHARE  (BOARD_OVERCURRENT_TRIP_MA / 15000.0)
 
@@ -54,7 +54,8 @@ static inline void run_times(rig_t *rig, const char *name, double factor)
  * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged. */
 static inline void run_shaft_of_board(rig_t *rig)
 {
-    static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp", "speed_ki"};
+    static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
+                                       "speed_ki"};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         run_times(rig, rows[n], RUN_LIMIT_SHARE);
     }
@@ -67,8 +68,8 @@ static inline void run_motor_of_board(rig_t *rig)
 {
     static const char *const smaller[] = {"inertia",  "friction_coulomb", "motor_inertia",
                                           "speed_kp", "speed_ki",         "estimate_current_max"};
-    static const char *const larger[] = {"plant.resistance",   "plant.inductance_d", "plant.inductance_q",
-                                         "motor_resistance",   "motor_inductance_d", "motor_inductance_q",
+    static const char *const larger[] = {"plant.resistance", "plant.inductance_d", "plant.inductance_q",
+                                         "motor_resistance", "motor_inductance_d", "motor_inductance_q",
                                          "observer_slope"};
     for (size_t n = 0; n < sizeof smaller / sizeof smaller[0]; n++) {
         run_times(rig, smaller[n], RUN_TRIP_SHARE);
@@ -120,8 +121,9 @@ static inline void run_ideal(rig_t *rig)
 }
 
 /* What calibration leaves of the current sensors' errors, beside the defaults: dead time, drops and delays of
- * the module, 12-bit ADC, 10 mA noise. Without a sensor the offset of a is missing in c, where there is one it
- * may as well be: the vector is off by (30, 17) mA on every board. After ready. */
+ * the module, 12-bit ADC, 10 mA noise. Where phase c has no sensor, the offset of a comes with the other sign
+ * in the c that is reckoned; a sensor of c gets the same, so that the vector is off by (30, 17) mA on every
+ * board. After ready. */
 static inline void run_real(rig_t *rig)
 {
     run_put(rig, "current_offset_a", 0.03);

@@ -220,8 +220,9 @@ static void expect_voltages_act_in_their_period(double rpm)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1, copysign(6.32, rpm), torque_mean, message); /* load and friction */
     TEST_ASSERT_TRUE_MESSAGE(largest < 8.0, message);
     TEST_ASSERT_TRUE_MESSAGE(torque_step < 0.02, message);
-    /* In half ulps of a current, the larger axis: phase c, which a drive of two sensors makes from a and b, 4/3;
-     * differences and their sum, twice and four times as large, 8/3; the constant 1/3 and the product 2. */
+    /* In half ulps of a current, the larger axis: phase c, which a drive of two sensors makes from a and b,
+     * 4/3; differences and their sum, twice and four times as large, 8/3; the constant 1/3 and the product 2.
+     */
     TEST_ASSERT_TRUE_MESSAGE(frame < 6.0 * HALF_ULP, message);
     TEST_ASSERT_TRUE_MESSAGE(error < BOUND, message);
     TEST_ASSERT_TRUE_MESSAGE(tick > 3.0 * BOUND, message);
@@ -350,7 +351,7 @@ typedef struct {
     uint64_t after;    /* [ticks] shortest time that they stayed on */
 } zero_vector_t;
 
-#define SAMPLED_SIDE (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? 0u : 1u)
+#define SAMPLED_SIDE  (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? 0u : 1u)
 #define OF_LEGS(side) (0x15u << (side))
 
 static void on_gates_at_samples(void *context, uint64_t tick, uint32_t what, uint32_t value)
@@ -380,8 +381,8 @@ static void on_gates_at_samples(void *context, uint64_t tick, uint32_t what, uin
     seen->on = value;
 }
 
-/* A link too low for the speed: some leg has its largest duty, another its smallest, in every period. t_k is the
- * middle of the shortest pulse, which lacks the dead time at its beginning. Where shunts below the lower
+/* A link too low for the speed: some leg has its largest duty, another its smallest, in every period. t_k is
+ * the middle of the shortest pulse, which lacks the dead time at its beginning. Where shunts below the lower
  * switches are sampled, what is left of its first half is the time that they need to settle. */
 static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
 {
@@ -394,12 +395,11 @@ static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
     run_seconds(rig, 0.1);
     rig_watch_edges(rig, on_gates_at_samples, &seen);
     rig_step(rig); /* each leg switches */
-    seen = (zero_vector_t){.next = RIG_PERIOD_TICKS * rig_period(rig),
-                           .on = seen.on,
-                           .before = UINT64_MAX,
-                           .after = UINT64_MAX};
-    memcpy(seen.since, (uint64_t[3]){seen.next - RIG_PERIOD_TICKS, seen.next - RIG_PERIOD_TICKS,
-                                     seen.next - RIG_PERIOD_TICKS},
+    seen = (zero_vector_t){
+        .next = RIG_PERIOD_TICKS * rig_period(rig), .on = seen.on, .before = UINT64_MAX, .after = UINT64_MAX};
+    memcpy(seen.since,
+           (uint64_t[3]){seen.next - RIG_PERIOD_TICKS, seen.next - RIG_PERIOD_TICKS,
+                         seen.next - RIG_PERIOD_TICKS},
            sizeof seen.since);
     rig_run(rig, 2000);
     run_expect_no_fault(rig);
@@ -409,8 +409,9 @@ static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
     const double half_pulse = fmax(dead + BOARD_SHUNT_SETTLED_NS, 0.5 * (dead + BOARD_MINIMUM_PULSE_NS));
     const double before = 1e9 * TICK * (double)seen.before;
     char message[160];
-    snprintf(message, sizeof message, "%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u",
-             seen.samples, before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
+    snprintf(message, sizeof message,
+             "%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
+             before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
     printf("%s\n", message);
     TEST_ASSERT_TRUE_MESSAGE(seen.samples > 1990u, message);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.others, message);

@@ -228,15 +228,16 @@ static void test_dc_link_that_sinks_is_followed_until_the_limit(void)
         run_put(rig, "dc_voltage", 0.0);
         const watch_t seen = watch(real ? "supply lost, real" : "supply lost, ideal", 1.5);
         expect_stopped(&seen, REASON_DC_UNDERVOLTAGE, 0.05, 1.0);
-        /* 207 W out of 1 mF, or both in proportion, at 200 V: 1 V/ms, 0.1 V a period, of which the observer is told the mean */
+        /* 207 W out of 1 mF, or both in proportion, at 200 V: 1 V/ms, 0.1 V a period, of which the observer
+         * is told the mean */
         TEST_ASSERT_TRUE(seen.slipped < (real ? 30e-3 : 20e-3));
     }
 }
 
 /* ---- sensors ---- */
 
-/* A sensor at its rail is no measurement, at either end, also where they are not equally far from zero; a link that
- * reads nothing or too much is not there. */
+/* A sensor at its rail is no measurement, at either end, also where they are not equally far from zero; a
+ * link that reads nothing or too much is not there. */
 static void test_sensor_at_its_rail_stops_the_drive(void)
 {
     static const struct {
@@ -267,8 +268,8 @@ static void test_sensor_at_its_rail_stops_the_drive(void)
 }
 
 /* A current sensor that sticks within its range is believed: with two sensors there is no third to contradict
- * it, and three are not compared. What then happens hangs on the code; asked is that nothing shows but finite numbers and that where the
- * drive stops it stops for good. */
+ * it, and three are not compared. What then happens hangs on the code; asked is that nothing shows but finite
+ * numbers and that where the drive stops it stops for good. */
 static void test_current_sensor_stuck_within_its_range(void)
 {
     static const char *const rows[] = {"stuck_current_a", "stuck_current_b", "stuck_current_c"};
@@ -345,9 +346,9 @@ static void test_stalled_rotor_loses_the_estimate(void)
     }
 }
 
-/* With a real inverter the estimate of a rotor at rest may wander, for a while, between 3 and 5 rad/s: faster than
- * the least speed, slower than where an EMF that is missing goes beyond the allowance of 10 rad/s. How long
- * hangs on where the phase currents stand; of 240 starts none took 0.5 s. */
+/* With a real inverter the estimate of a rotor at rest may wander, for a while, between 3 and 5 rad/s: faster
+ * than the least speed, slower than where an EMF that is missing goes beyond the allowance of 10 rad/s. How
+ * long hangs on where the phase currents stand; of 240 starts none took 0.5 s. */
 static void test_stalled_rotor_is_told_wherever_it_stops(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};

@@ -14,8 +14,8 @@
 
 #define SENSORS_ADC   0.0
 #define SENSORS_EXACT 1.0
-#define TICK          (1.0 / 150e6)   /* [s] */
-#define LSB           (40.0 / 4096.0) /* [A] of the current channels */
+#define TICK          (1.0 / 150e6)                    /* [s] */
+#define LSB           ((double)BOARD_CURRENT_PER_CODE) /* [A] of the current channels */
 #define SQRT_3        1.73205080756887729353
 
 /* Half an ulp of a float below 8, as phase currents are here. */
@@ -41,25 +41,36 @@ static rig_t *turning(double rpm)
     return rig;
 }
 
+/* The phases that have a sensor. */
+static const char *const sampled[] = {"i_a", "i_b", "i_c"};
+static const char *const truths[] = {"true_i_a", "true_i_b", "true_i_c"};
+
 /* Bits, not numbers: what the drive holds is the truth's very slot. */
+static void expect_sample_is_the_truth(rig_t *rig)
+{
+    for (uint32_t n = 0; n < BOARD_CURRENT_SENSORS; n++) {
+        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, truths[n]), rig_value(rig, sampled[n]));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
+}
+
 static void expect_samples_are_the_truth(rig_t *rig, uint32_t periods)
 {
     for (uint32_t n = 0; n < periods; n++) {
         rig_step(rig);
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_a"), rig_value(rig, "i_a"));
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_b"), rig_value(rig, "i_b"));
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
+        expect_sample_is_the_truth(rig);
     }
 }
 
-/* Largest |i_a - true_i_a|, |i_b - true_i_b| over so many periods. */
+/* Largest |sampled - true| of the phases that have a sensor, over so many periods. */
 static double largest_sample_error(rig_t *rig, uint32_t periods)
 {
     double largest = 0.0;
     for (uint32_t n = 0; n < periods; n++) {
         rig_step(rig);
-        largest = fmax(largest, fabs(rig_value(rig, "i_a") - rig_value(rig, "true_i_a")));
-        largest = fmax(largest, fabs(rig_value(rig, "i_b") - rig_value(rig, "true_i_b")));
+        for (uint32_t s = 0; s < BOARD_CURRENT_SENSORS; s++) {
+            largest = fmax(largest, fabs(rig_value(rig, sampled[s]) - rig_value(rig, truths[s])));
+        }
     }
     return largest;
 }
@@ -79,8 +90,9 @@ static void make_inverter_ideal(rig_t *rig)
     for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
         run_put(rig, none[n], 0.0);
     }
-    run_put(rig, "plant.turn_off_delay", 2.5e-6);
-    run_put(rig, "params.turn_off_delay", 2.5e-6);
+    const double dead_time = rig_value(rig, "dead_time");
+    run_put(rig, "plant.turn_off_delay", dead_time);
+    run_put(rig, "params.turn_off_delay", dead_time);
     if (!rig_apply(rig)) {
         TEST_FAIL_MESSAGE(rig_error(rig));
     }
@@ -96,10 +108,13 @@ static double complex vector_of(double a, double b, double c)
 static double complex share_written(rig_t *rig)
 {
     static const char *const duties[] = {"duty_a", "duty_b", "duty_c"};
+    static const uint32_t legs[] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
     double count[3];
     rig_bind(rig);
     for (uint32_t n = 0; n < 3; n++) {
-        count[n] = EPWM(n + 1u)->CMPA;
+        const double compare = EPWM(legs[n])->CMPA;
+        /* the switch that is on while the counter is below it: the one whose zero vector is sampled */
+        count[n] = BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? compare : HAL_PERIOD_COUNT - compare;
         TEST_ASSERT_DOUBLE_WITHIN(0.501, rig_value(rig, duties[n]) * HAL_PERIOD_COUNT, count[n]);
     }
     return vector_of(count[0], count[1], count[2]) / HAL_PERIOD_COUNT;
@@ -174,9 +189,7 @@ static void expect_voltages_act_in_their_period(double rpm)
         const instant_t next = instant_of(rig);
         const double u_dc = rig_value(rig, "true_u_dc");
         const double torque_next = rig_value(rig, "true_torque");
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_a"), rig_value(rig, "i_a"));
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_i_b"), rig_value(rig, "i_b"));
-        TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
+        expect_sample_is_the_truth(rig);
         frame = fmax(frame, fabs(rig_value(rig, "i_alpha") - creal(next.current)));
         frame = fmax(frame, fabs(rig_value(rig, "i_beta") - cimag(next.current)));
         largest = fmax(largest, cabs(next.current));
@@ -207,8 +220,9 @@ static void expect_voltages_act_in_their_period(double rpm)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1, copysign(6.32, rpm), torque_mean, message); /* load and friction */
     TEST_ASSERT_TRUE_MESSAGE(largest < 8.0, message);
     TEST_ASSERT_TRUE_MESSAGE(torque_step < 0.02, message);
-    /* In half ulps of a current, the larger axis: phase c, which the drive makes from a and b, 4/3;
-     * differences and their sum, twice and four times as large, 8/3; the constant 1/3 and the product 2. */
+    /* In half ulps of a current, the larger axis: phase c, which a drive of two sensors makes from a and b,
+     * 4/3; differences and their sum, twice and four times as large, 8/3; the constant 1/3 and the product 2.
+     */
     TEST_ASSERT_TRUE_MESSAGE(frame < 6.0 * HALF_ULP, message);
     TEST_ASSERT_TRUE_MESSAGE(error < BOUND, message);
     TEST_ASSERT_TRUE_MESSAGE(tick > 3.0 * BOUND, message);
@@ -239,6 +253,8 @@ static void test_exact_samples_are_past_all_sensor_errors(void)
     run_put(rig, "current_gain_error_b", -0.03);
     run_put(rig, "current_offset_a", 0.3);
     run_put(rig, "current_offset_b", -0.2);
+    run_put(rig, "current_gain_error_c", 0.03);
+    run_put(rig, "current_offset_c", 0.2);
     run_put(rig, "current_noise", 0.1);
     run_put(rig, "plant.current_bandwidth", 5000.0);
     run_put(rig, "dc_gain_error", 0.02);
@@ -279,6 +295,134 @@ static void test_adc_samples_are_off_by_quantisation_and_noise_at_most(void)
     /* offset put on and taken off again: two roundings */
     TEST_ASSERT_TRUE(largest_sample_error(rig, 2000) <= 2.0 * HALF_ULP);
     run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+/* ---- the instant of the sample ---- */
+
+/* Of each sensor, rms over so many periods: what the drive believes minus what flows. Every gate edge or mean
+ * voltages; the noise is the samples' own. Beyond it is less than one code: half a step that the measured
+ * zero may lie beside, the rounding, and the 0.28 us that a third current is held later, in which the largest
+ * EMF here moves it by 2.6 mA. */
+static void expect_currents_within_a_code(double fidelity, double noise)
+{
+    rig_t *rig = turning(1500.0);
+    double square[3] = {0.0};
+    run_put(rig, "fidelity", fidelity);
+    run_put(rig, "current_noise", noise);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.3);
+    for (uint32_t n = 0; n < 4000; n++) {
+        rig_step(rig);
+        for (uint32_t s = 0; s < BOARD_CURRENT_SENSORS; s++) {
+            const double error = rig_value(rig, sampled[s]) - rig_value(rig, truths[s]);
+            square[s] += error * error / 4000.0;
+        }
+    }
+    run_expect_no_fault(rig);
+    for (uint32_t s = 0; s < BOARD_CURRENT_SENSORS; s++) {
+        char message[120];
+        snprintf(message, sizeof message, "%s: %.2f mA rms, noise %.1f, a code %.2f", sampled[s],
+                 1e3 * sqrt(square[s]), 1e3 * noise, 1e3 * LSB);
+        printf("  fidelity %.0f, %s\n", fidelity, message);
+        TEST_ASSERT_TRUE_MESSAGE(square[s] <= noise * noise + LSB * LSB, message);
+        TEST_ASSERT_TRUE_MESSAGE(square[s] > 0.9 * noise * noise, message);
+    }
+    rig_free(rig);
+}
+
+static void test_currents_of_each_sensor_are_within_a_code_of_the_truth(void)
+{
+    for (int32_t n = 0; n < 4; n++) {
+        expect_currents_within_a_code(n % 2, n / 2 == 0 ? 0.0 : 0.01);
+    }
+}
+
+/* What the gates are at the instants t_k. */
+typedef struct {
+    uint64_t next;     /* [ticks] the t_k that comes */
+    uint64_t since[3]; /* [ticks] when the sampled side's switch of each leg came on */
+    uint32_t on;       /* six commands */
+    uint32_t samples;  /* [periods] seen, all commands known */
+    uint32_t others;   /* [periods] in which a switch of the other side was on */
+    uint32_t away;     /* [periods] in which one of the sampled side was not */
+    uint64_t before;   /* [ticks] shortest time that the three had been on */
+    uint64_t after;    /* [ticks] shortest time that they stayed on */
+} zero_vector_t;
+
+#define SAMPLED_SIDE  (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? 0u : 1u)
+#define OF_LEGS(side) (0x15u << (side))
+
+static void on_gates_at_samples(void *context, uint64_t tick, uint32_t what, uint32_t value)
+{
+    zero_vector_t *seen = context;
+    if (what != RIG_EDGE_GATES) {
+        return;
+    }
+    while (seen->next < tick) {
+        seen->samples++;
+        seen->others += (seen->on & OF_LEGS(1u - SAMPLED_SIDE)) != 0u;
+        seen->away += (seen->on & OF_LEGS(SAMPLED_SIDE)) != OF_LEGS(SAMPLED_SIDE);
+        for (uint32_t leg = 0; leg < 3u; leg++) {
+            const bool on = (seen->on >> (2u * leg + SAMPLED_SIDE) & 1u) != 0u;
+            const uint64_t age = on ? seen->next - seen->since[leg] : 0u;
+            seen->before = age < seen->before ? age : seen->before;
+        }
+        seen->after = tick - seen->next < seen->after ? tick - seen->next : seen->after;
+        seen->next += RIG_PERIOD_TICKS;
+    }
+    for (uint32_t leg = 0; leg < 3u; leg++) {
+        const uint32_t bit = 1u << (2u * leg + SAMPLED_SIDE);
+        if ((value & bit) != 0u && (seen->on & bit) == 0u) {
+            seen->since[leg] = tick;
+        }
+    }
+    seen->on = value;
+}
+
+/* A link too low for the speed: some leg has its largest duty, another its smallest, in every period. t_k is
+ * the middle of the shortest pulse, which lacks the dead time at its beginning. Where shunts below the lower
+ * switches are sampled, what is left of its first half is the time that they need to settle. */
+static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
+{
+    rig_t *rig = turning(1500.0);
+    zero_vector_t seen = {.before = UINT64_MAX, .after = UINT64_MAX};
+    run_put(rig, "fidelity", 0.0);
+    run_put(rig, "dc_voltage", 1.02 * rig_value(rig, "dc_undervoltage"));
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.1);
+    rig_watch_edges(rig, on_gates_at_samples, &seen);
+    rig_step(rig); /* each leg switches */
+    seen = (zero_vector_t){
+        .next = RIG_PERIOD_TICKS * rig_period(rig), .on = seen.on, .before = UINT64_MAX, .after = UINT64_MAX};
+    memcpy(seen.since,
+           (uint64_t[3]){seen.next - RIG_PERIOD_TICKS, seen.next - RIG_PERIOD_TICKS,
+                         seen.next - RIG_PERIOD_TICKS},
+           sizeof seen.since);
+    rig_run(rig, 2000);
+    run_expect_no_fault(rig);
+    rig_watch_edges(rig, NULL, NULL);
+
+    const double dead = BOARD_DEAD_TIME_NS;
+    const double half_pulse = fmax(dead + BOARD_SHUNT_SETTLED_NS, 0.5 * (dead + BOARD_MINIMUM_PULSE_NS));
+    const double before = 1e9 * TICK * (double)seen.before;
+    char message[160];
+    snprintf(message, sizeof message,
+             "%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
+             before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
+    printf("%s\n", message);
+    TEST_ASSERT_TRUE_MESSAGE(seen.samples > 1990u, message);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.others, message);
+    if (half_pulse > dead) {
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.away, message);
+        TEST_ASSERT_TRUE_MESSAGE(before >= BOARD_SHUNT_SETTLED_NS, message);
+        TEST_ASSERT_TRUE_MESSAGE(1e9 * TICK * (double)seen.after >= BOARD_SHUNT_SETTLED_NS, message);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(20.0, half_pulse - dead, before, message); /* it was reached */
+    } else {
+        TEST_ASSERT_TRUE_MESSAGE(seen.away > 1000u, message); /* it was reached: nothing is on yet */
+    }
     rig_free(rig);
 }
 
@@ -459,6 +603,8 @@ int main(void)
     RUN_TEST(test_each_voltage_acts_in_its_period_in_reverse_too);
     RUN_TEST(test_exact_samples_are_past_all_sensor_errors);
     RUN_TEST(test_adc_samples_are_off_by_quantisation_and_noise_at_most);
+    RUN_TEST(test_currents_of_each_sensor_are_within_a_code_of_the_truth);
+    RUN_TEST(test_currents_are_held_in_the_zero_vector_that_the_board_needs);
     RUN_TEST(test_sensors_may_change_while_the_drive_runs_and_back);
     RUN_TEST(test_sensors_may_change_while_offsets_are_measured);
     RUN_TEST(test_unknown_sensors_are_refused_and_those_in_force_stay);

@@ -82,21 +82,25 @@ static void test_a_set_that_breaks_a_range_is_refused_and_the_old_one_runs_on(vo
 
 static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on(void)
 {
+    char range[120];
+    const double limit = BOARD_CURRENT_LIMIT_MA / 1e3;
+    const double trip = rig_value(rig, "overcurrent_trip");
     run_to_ready(rig);
     run_on(rig, 200.0);
     run_seconds(rig, 0.5);
     run_put(rig, "speed_ki", 3.0);
-    run_put(rig, "overcurrent_trip", 11.0);
+    run_put(rig, "overcurrent_trip", 1.1 * limit);
     TEST_ASSERT_FALSE(rig_apply(rig));
-    expect_refusal("overcurrent_trip", REASON_CROSS_RULE,
-                   "accepted 12 to 19 A (overcurrent_trip >= 1.2 current_limit)");
-    TEST_ASSERT_EQUAL_DOUBLE(15.0, rig_value(rig, "overcurrent_trip"));
+    snprintf(range, sizeof range, "accepted %.7g to %.7g A (overcurrent_trip >= 1.2 current_limit)",
+             (double)(1.2f * (float)limit), (double)(0.95f * BOARD_CURRENT_RANGE));
+    expect_refusal("overcurrent_trip", REASON_CROSS_RULE, range);
+    TEST_ASSERT_EQUAL_DOUBLE(trip, rig_value(rig, "overcurrent_trip"));
     TEST_ASSERT_EQUAL_DOUBLE(2.5, rig_value(rig, "speed_ki")); /* the set is taken as a whole or not at all */
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
-    run_put(rig, "current_limit", 9.0); /* mended in one set */
+    run_put(rig, "current_limit", 0.9 * limit); /* mended in one set */
     TEST_ASSERT_TRUE(rig_apply(rig));
-    TEST_ASSERT_EQUAL_DOUBLE(11.0, rig_value(rig, "overcurrent_trip"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)(float)(1.1 * limit), rig_value(rig, "overcurrent_trip"));
     TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "speed_ki"));
 }
 

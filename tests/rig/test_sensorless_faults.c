@@ -32,17 +32,24 @@ void tearDown(void)
     rig_free(rig);
 }
 
-/* On the desk and not yet started: sensorless, the estimate's defaults. */
-static void prepare(bool real)
+/* On the desk and not yet started: sensorless, the estimate's defaults, the paper's motor with a shaft in
+ * proportion to the board's current, or both in proportion. */
+static void prepare_with(bool real, uint32_t seed, void (*of_board)(rig_t *))
 {
     rig_free(rig);
-    rig = rig_create(SEED);
+    rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
+    of_board(rig);
     run_parameter(rig, "position_source", 1.0);
     if (!real) {
         run_ideal(rig);
     }
+}
+
+static void prepare(bool real)
+{
+    prepare_with(real, SEED, run_motor_of_board);
 }
 
 /* Running at this speed [r/min] for half a second. */
@@ -172,7 +179,7 @@ static void expect_running(const watch_t *seen, double rpm)
 
 /* ---- DC link ---- */
 
-/* A link that is short-circuited at once: the diodes brake the motor through it, up to twice psi_f/L = 15 A,
+/* A link that is short-circuited at once: the diodes brake the motor through it, up to twice psi_f/L (15 A),
  * whatever the drive does; it opens its gates after the debounce of the undervoltage. With the link back it
  * starts again. */
 static void test_dc_link_at_zero_stops_the_drive(void)
@@ -189,7 +196,7 @@ static void test_dc_link_at_zero_stops_the_drive(void)
         const watch_t seen = watch(what, 0.1);
         TEST_ASSERT_EQUAL_DOUBLE((double)REASON_DC_UNDERVOLTAGE, seen.reason);
         TEST_ASSERT_DOUBLE_WITHIN(1.5e-4, 11e-4, seen.lost); /* sampled, then 10 periods */
-        TEST_ASSERT_TRUE(seen.current < 2.0 * 15.0);
+        TEST_ASSERT_TRUE(seen.current < 2.0 * FLUX_LINKAGE / rig_value(rig, "plant.inductance_d"));
 
         run_put(rig, "dc_voltage", 311.0);
         run_put(rig, "enable", 0.0);
@@ -214,21 +221,23 @@ static void test_dc_link_that_sinks_is_followed_until_the_limit(void)
     for (int32_t n = 0; n < 2; n++) {
         const bool real = n == 1;
         prepare(real);
-        run_put(rig, "dc_resistance", 1.0);
-        run_put(rig, "dc_capacitance", 1e-3);
+        run_put(rig, "dc_resistance", 1.0 / RUN_TRIP_SHARE);
+        run_put(rig, "dc_capacitance", 1e-3 * RUN_TRIP_SHARE);
         start(real, 1500.0);
         run_seconds(rig, 1.0);
         run_put(rig, "dc_voltage", 0.0);
         const watch_t seen = watch(real ? "supply lost, real" : "supply lost, ideal", 1.5);
         expect_stopped(&seen, REASON_DC_UNDERVOLTAGE, 0.05, 1.0);
-        /* 207 W out of 1 mF at 200 V: 1 V/ms, 0.1 V a period, of which the observer is told the mean */
+        /* 207 W out of 1 mF, or both in proportion, at 200 V: 1 V/ms, 0.1 V a period, of which the observer
+         * is told the mean */
         TEST_ASSERT_TRUE(seen.slipped < (real ? 30e-3 : 20e-3));
     }
 }
 
 /* ---- sensors ---- */
 
-/* A sensor at its rail is no measurement; a link that reads nothing or too much is not there. */
+/* A sensor at its rail is no measurement, at either end, also where they are not equally far from zero; a
+ * link that reads nothing or too much is not there. */
 static void test_sensor_at_its_rail_stops_the_drive(void)
 {
     static const struct {
@@ -243,8 +252,10 @@ static void test_sensor_at_its_rail_stops_the_drive(void)
         {"stuck_current_b", RAIL, REASON_BAD_SAMPLE, 3.0},
         {"stuck_dc_link", 0.0, REASON_DC_UNDERVOLTAGE, 10.0},
         {"stuck_dc_link", RAIL, REASON_DC_OVERVOLTAGE, 2.0},
+        {"stuck_current_c", 0.0, REASON_BAD_SAMPLE, 3.0},
+        {"stuck_current_c", RAIL, REASON_BAD_SAMPLE, 3.0},
     };
-    for (uint32_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    for (uint32_t n = 0; n < 2u + 2u * DRIVE_CURRENT_SENSORS; n++) {
         char what[60];
         snprintf(what, sizeof what, "%s = %.0f", cases[n].row, cases[n].code);
         prepare(true);
@@ -257,19 +268,21 @@ static void test_sensor_at_its_rail_stops_the_drive(void)
 }
 
 /* A current sensor that sticks within its range is believed: with two sensors there is no third to contradict
- * it. What then happens hangs on the code; asked is that nothing shows but finite numbers and that where the
- * drive stops it stops for good. */
+ * it, and three are not compared. What then happens hangs on the code; asked is that nothing shows but finite
+ * numbers and that where the drive stops it stops for good. */
 static void test_current_sensor_stuck_within_its_range(void)
 {
-    static const double codes[] = {1548.0, 2048.0, 2060.0, 2548.0};
-    for (uint32_t n = 0; n < 8u; n++) {
-        const char *row = n < 4u ? "stuck_current_a" : "stuck_current_b";
+    static const char *const rows[] = {"stuck_current_a", "stuck_current_b", "stuck_current_c"};
+    static const double steps[] = {-500.0, 0.0, 12.0, 500.0}; /* [codes] of 20 A over 2048, from no current */
+    for (uint32_t n = 0; n < 4u * DRIVE_CURRENT_SENSORS; n++) {
+        const double current = RUN_TRIP_SHARE * steps[n % 4u] * 20.0 / 2048.0;
+        const double code = floor((current - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE);
         char what[60];
-        snprintf(what, sizeof what, "%s = %.0f", row, codes[n % 4u]);
+        snprintf(what, sizeof what, "%s = %.0f", rows[n / 4u], code);
         prepare(true);
         start(true, 600.0);
-        run_load(rig, 2.0, 0.5);
-        run_put(rig, row, codes[n % 4u]);
+        run_load(rig, 2.0 * RUN_TRIP_SHARE, 0.5);
+        run_put(rig, rows[n / 4u], code);
         const watch_t seen = watch(what, 2.0);
         TEST_ASSERT_EQUAL_DOUBLE(seen.lost == NEVER ? RUNNING : FAULT, rig_value(rig, "state"));
     }
@@ -280,18 +293,20 @@ static void test_current_sensor_stuck_within_its_range(void)
  * it is, nothing happens. */
 static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 {
-    static const double volts[] = {311.0, 250.0, 380.0};
-    const double current = 1.32 / (1.5 * 4.0 * FLUX_LINKAGE);
     for (uint32_t n = 0; n < 3u; n++) {
+        prepare(true);
+        const double volts[] = {311.0, 1.25 * rig_value(rig, "dc_undervoltage"),
+                                0.95 * rig_value(rig, "dc_overvoltage")};
+        const double inductance = rig_value(rig, "plant.inductance_q");
+        const double current = rig_value(rig, "friction_coulomb") / (1.5 * 4.0 * FLUX_LINKAGE);
         char what[60];
         snprintf(what, sizeof what, "DC link stuck at %.0f V", volts[n]);
-        prepare(true);
         start(true, 600.0);
-        run_put(rig, "stuck_dc_link", floor(volts[n] / 500.0 * 4096.0));
+        run_put(rig, "stuck_dc_link", floor(volts[n] / (double)BOARD_DC_PER_CODE));
         const watch_t seen = watch(what, 2.0);
         expect_running(&seen, 600.0);
         const double s = volts[n] / 311.0;
-        const double tilt = (s - 1.0) * 12.5e-3 * current / (s * FLUX_LINKAGE);
+        const double tilt = (s - 1.0) * inductance * current / (s * FLUX_LINKAGE);
         const run_error_t error = run_error(rig, 0.5);
         printf("    then mean %.2f (tilt %.2f), SD %.2f mrad\n", error.mean, 1e3 * tilt, error.sd);
         TEST_ASSERT_DOUBLE_WITHIN(2.0, 1e3 * tilt, error.mean);
@@ -312,11 +327,11 @@ static void test_stalled_rotor_loses_the_estimate(void)
     for (uint32_t n = 0; n < 12u; n++) {
         const bool real = n >= 6u;
         const double rpm = n % 2u == 0u ? 300.0 : -300.0;
-        const double load = loads[n / 2u % 3u];
+        const double load = RUN_LIMIT_SHARE * loads[n / 2u % 3u];
         char what[60];
         snprintf(what, sizeof what, "stalled by %.0f N m, %s, %.0f r/min", load, real ? "real" : "ideal",
                  rpm);
-        prepare(real);
+        prepare_with(real, SEED, run_shaft_of_board);
         start(real, rpm);
         run_put(rig, "load_torque", load);
         const watch_t seen = watch(what, 1.0);
@@ -325,10 +340,34 @@ static void test_stalled_rotor_loses_the_estimate(void)
         TEST_ASSERT_TRUE(seen.lost < seen.stopped + 2.0 * DEBOUNCE);
         TEST_ASSERT_TRUE(seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
                          seen.reason <= (double)REASON_ESTIMATE_SPEED);
-        TEST_ASSERT_TRUE(seen.current < 12.0);
+        TEST_ASSERT_TRUE(seen.current < 1.2 * rig_value(rig, "current_limit"));
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
     }
+}
+
+/* With a real inverter the estimate of a rotor at rest may wander, for a while, between 3 and 5 rad/s: faster
+ * than the least speed, slower than where an EMF that is missing goes beyond the allowance of 10 rad/s. How
+ * long hangs on where the phase currents stand; of 240 starts none took 0.5 s. */
+static void test_stalled_rotor_is_told_wherever_it_stops(void)
+{
+    static const double loads[] = {15.0, 50.0, 200.0};
+    double latest = 0.0;
+    for (uint32_t n = 0; n < 24u; n++) {
+        const double rpm = n % 2u == 0u ? 300.0 : -300.0;
+        prepare_with(true, SEED + n, run_shaft_of_board);
+        start(true, rpm);
+        run_seconds(rig, 2.3e-3 * n);
+        run_put(rig, "load_torque", RUN_LIMIT_SHARE * loads[n / 2u % 3u]);
+        watch_sums_t sums = watch_begin();
+        watch_more(&sums, 1.2);
+        TEST_ASSERT_TRUE(sums.seen.finite && sums.seen.lost != NEVER && sums.seen.stopped != NEVER);
+        TEST_ASSERT_TRUE(sums.seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
+                         sums.seen.reason <= (double)REASON_ESTIMATE_SPEED);
+        latest = fmax(latest, sums.seen.lost - sums.seen.stopped);
+    }
+    printf("  of 24 stalls the last was told %.3f s after the rotor had come to rest\n", latest);
+    TEST_ASSERT_TRUE(latest < 0.5);
 }
 
 /* ---- motor data ---- */
@@ -436,7 +475,7 @@ static void test_slow_crossing_with_a_real_inverter_never_goes_on_with_a_wrong_a
         TEST_ASSERT_TRUE(seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
                          seen.reason <= (double)REASON_ESTIMATE_SPEED);
         TEST_ASSERT_TRUE(seen.lost < seen.stopped + 2.0 * DEBOUNCE);
-        TEST_ASSERT_TRUE(seen.current < 15.0);
+        TEST_ASSERT_TRUE(seen.current < rig_value(rig, "overcurrent_trip"));
     }
 }
 
@@ -494,17 +533,18 @@ static void test_detector(void)
     }
 }
 
-/* At 1500 r/min the error makes 115 V: 200 V tanh(x/2), x = 1.31 A. */
+/* At 1500 r/min the error makes 115 V: 200 V tanh(x/2), x = 1.31 A, or in proportion. */
 static void test_current_error(void)
 {
     static const double limits[] = {1.2, 1.4, 0.0};
     for (uint32_t n = 0; n < 6u; n++) {
         const double rpm = n < 3u ? 1500.0 : -1500.0;
         char what[60];
-        snprintf(what, sizeof what, "current error 1.31 A, limit %.1f A", limits[n % 3u]);
+        snprintf(what, sizeof what, "current error %.2f A, limit %.2f A", RUN_TRIP_SHARE * 1.31,
+                 RUN_TRIP_SHARE * limits[n % 3u]);
         prepare(false);
         start(false, rpm);
-        run_parameter(rig, "estimate_current_max", limits[n % 3u]);
+        run_parameter(rig, "estimate_current_max", RUN_TRIP_SHARE * limits[n % 3u]);
         const watch_t seen = watch(what, 1.0);
         if (n % 3u == 0u) {
             expect_stopped(&seen, REASON_ESTIMATE_CURRENT, DEBOUNCE, DEBOUNCE + 5e-4);
@@ -547,7 +587,7 @@ static void test_debounce(void)
         prepare(false);
         run_parameter(rig, "estimate_time", times[n]);
         start(false, 1500.0);
-        run_parameter(rig, "estimate_current_max", 1.2);
+        run_parameter(rig, "estimate_current_max", RUN_TRIP_SHARE * 1.2);
         const watch_t seen = watch(n == 0u ? "no debounce" : "0.3 s of debounce", 0.6);
         expect_stopped(&seen, REASON_ESTIMATE_CURRENT, times[n], times[n] + 5e-4);
     }
@@ -579,6 +619,7 @@ int main(void)
     RUN_TEST(test_current_sensor_stuck_within_its_range);
     RUN_TEST(test_dc_link_sensor_stuck_within_its_range_is_survived);
     RUN_TEST(test_stalled_rotor_loses_the_estimate);
+    RUN_TEST(test_stalled_rotor_is_told_wherever_it_stops);
     RUN_TEST(test_flux_linkage_off_by_2_2_is_told_by_the_amplitude);
     RUN_TEST(test_flux_linkage_too_small_is_told_too);
     RUN_TEST(test_slow_crossing_of_zero_is_told_by_the_speed);

@@ -18,6 +18,10 @@ void tearDown(void)
 #define SWITCHED 0.0
 #define RATED    5.0 /* [N m] */
 
+/* Where the estimated speed is noisy the speed control needs room above the load: with 10 A it is 4.7 N m
+ * above the rated torque and friction, and in proportion where the limit is lower, so is the load. */
+#define LOAD_WITH_ROOM (RUN_LIMIT_SHARE * RATED)
+
 typedef struct {
     const char *name;
     double value;
@@ -110,7 +114,7 @@ static void test_dead_time_believed_too_small(void)
 {
     for (int32_t point = 0; point < 16; point++) {
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * (point / 8 > 0 ? 313.0 : 100.0);
-        const double load = (point & 2) != 0 ? RATED : 0.0;
+        const double load = (point & 2) != 0 ? LOAD_WITH_ROOM : 0.0;
         const run_error_t err = measure("dead time 20 % too small", (point & 4) != 0 ? SWITCHED : AVERAGED,
                                         believed_too_small, 2, rpm, load, 3.0);
         if (point / 8 > 0) {
@@ -124,7 +128,7 @@ static void test_50_rpm_is_held(void)
 {
     for (int32_t point = 0; point < 8; point++) {
         const double rpm = (point & 1) != 0 ? -50.0 : 50.0;
-        const double load = (point & 2) != 0 ? RATED : 0.0;
+        const double load = (point & 2) != 0 ? LOAD_WITH_ROOM : 0.0;
         const run_error_t err =
             measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, NULL, 0, rpm, load, 3.0);
         expect_at_most(250.0, err.mean, "mean");
@@ -185,16 +189,21 @@ static offsets_t offset_left(rig_t *rig)
     return sums;
 }
 
-/* 30 mA on a is (30, 17.3) mA in the stationary frame, -40 mA on b (0, -46.2). Three seconds after both came
- * the currents that the drive reckons with have less than 5 mA of them left, half a step of the ADC. */
+/* With two sensors 30 mA on a are (30, 17.3) mA in the stationary frame, -40 mA on b (0, -46.2); with three
+ * (20, 0) and (13.3, -23.1), and 35 mA on c (-11.7, -20.2). Three seconds after they came the currents that
+ * the drive reckons with have less than 5 mA of them left, half a step of the ADC. */
 static void test_offsets_are_trimmed_while_turning(void)
 {
     for (int32_t point = 0; point < 10; point++) {
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * speeds[point / 2];
-        const double offset_a = point % 4 < 2 ? 0.03 : 0.0;
-        const double offset_b = point % 4 < 2 ? 0.0 : -0.04;
-        const double alpha = offset_a;
-        const double beta = (offset_a + 2.0 * offset_b) / sqrt(3.0);
+        const int32_t sensor = point / 2 % DRIVE_CURRENT_SENSORS;
+        const double offset_a = sensor == 0 ? 0.03 : 0.0;
+        const double offset_b = sensor == 1 ? -0.04 : 0.0;
+        const double offset_c = sensor == 2 ? 0.035 : 0.0;
+        /* of c as the drive reckons with it */
+        const double reckoned_c = DRIVE_CURRENT_SENSORS == 3 ? offset_c : -(offset_a + offset_b);
+        const double alpha = (2.0 * offset_a - offset_b - reckoned_c) / 3.0;
+        const double beta = (offset_b - reckoned_c) / sqrt(3.0);
         char message[160];
         rig_t *rig = rig_create(7);
         TEST_ASSERT_NOT_NULL(rig);
@@ -204,6 +213,7 @@ static void test_offsets_are_trimmed_while_turning(void)
         run_real(rig);
         run_put(rig, "current_offset_a", offset_a);
         run_put(rig, "current_offset_b", offset_b);
+        run_put(rig, "current_offset_c", offset_c);
         run_on(rig, rpm);
         run_seconds(rig, 3.0);
         const offsets_t left = offset_left(rig);

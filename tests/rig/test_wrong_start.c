@@ -38,7 +38,7 @@ static void test_a_right_start_gives_an_interrupt_every_period(void)
 
 static void test_hspclkdiv_left_at_reset_halves_the_carrier(void)
 {
-    for (uint32_t n = 1; n <= 3; n++) {
+    for (uint32_t n = BOARD_LEG_FIRST; n <= BOARD_LEG_FIRST + 2u; n++) {
         bus_write16(&EPWM(n)->TBCTL, (uint16_t)(EPWM(n)->TBCTL | TBCTL_HSPCLKDIV(1)));
     }
     rig_run(rig, 4);
@@ -47,7 +47,7 @@ static void test_hspclkdiv_left_at_reset_halves_the_carrier(void)
 
 static void test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_reset(void)
 {
-    bus_write16(&EPWM(1)->ETSEL, 0);
+    bus_write16(&EPWM(BOARD_LEG_FIRST)->ETSEL, 0);
     rig_run(rig, 2);
     TEST_ASSERT_EQUAL_UINT32(0, interrupts_in(1000));
     TEST_ASSERT_EQUAL_UINT32(0, reports(CHIP_WATCHDOG_RESET));
@@ -78,7 +78,7 @@ static void test_missing_pieack_stops_the_interrupts_after_one(void)
 /* both outputs active high from the same signal, without complement */
 static void spoil_polarity(void)
 {
-    for (uint32_t n = 1; n <= 3; n++) {
+    for (uint32_t n = BOARD_LEG_FIRST; n <= BOARD_LEG_FIRST + 2u; n++) {
         bus_write16(&EPWM(n)->DBCTL, DBCTL_OUT_BOTH);
     }
 }
@@ -119,7 +119,7 @@ static void test_no_dead_band_at_all_shoots_through(void)
     rig_run(rig, 10);
     run_expect_no_fault(rig);
     rig_bind(rig);
-    for (uint32_t n = 1; n <= 3; n++) {
+    for (uint32_t n = BOARD_LEG_FIRST; n <= BOARD_LEG_FIRST + 2u; n++) {
         bus_write16(&EPWM(n)->DBRED, 0);
         bus_write16(&EPWM(n)->DBFED, 0);
     }
@@ -131,13 +131,14 @@ static void test_no_dead_band_at_all_shoots_through(void)
 
 static void test_a_protected_write_without_eallow_is_ignored_and_reported(void)
 {
-    const uint16_t before = EPWM(1)->TZSEL;
+    const uint16_t before = EPWM(BOARD_LEG_FIRST)->TZSEL;
     TEST_ASSERT_EQUAL_UINT32(0, reports(CHIP_PROTECTED_WRITE));
-    bus_write16(&EPWM(1)->TZSEL, 0);
-    TEST_ASSERT_EQUAL_HEX16(before, EPWM(1)->TZSEL);
+    bus_write16(&EPWM(BOARD_LEG_FIRST)->TZSEL, 0);
+    TEST_ASSERT_EQUAL_HEX16(before, EPWM(BOARD_LEG_FIRST)->TZSEL);
     TEST_ASSERT_EQUAL_UINT32(1, reports(CHIP_PROTECTED_WRITE));
-    TEST_ASSERT_EQUAL_STRING("EPWM1.TZSEL",
-                             chip_register_name(chip_last_report(&rig_state(rig)->chip)->address));
+    char name[20];
+    snprintf(name, sizeof name, "EPWM%u.TZSEL", (unsigned)BOARD_LEG_FIRST);
+    TEST_ASSERT_EQUAL_STRING(name, chip_register_name(chip_last_report(&rig_state(rig)->chip)->address));
     rig_step(rig);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "chip_reports"));
 }

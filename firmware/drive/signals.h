@@ -19,7 +19,7 @@
     U(2005, faults_later, fault.later, "-", "fault bits that came after the latched one")                    \
     F(2010, i_a, current_abc.a, "A", "phase current a at t_k, offset removed")                               \
     F(2011, i_b, current_abc.b, "A", "phase current b at t_k, offset removed")                               \
-    F(2012, i_c, current_abc.c, "A", "phase current c at t_k, from the other two")                           \
+    F(2012, i_c, current_abc.c, "A", "phase current c at t_k, offset removed, or from a and b")              \
     F(2013, i_alpha, current_ab.alpha, "A", "current in the stationary frame")                               \
     F(2014, i_beta, current_ab.beta, "A", "current in the stationary frame")                                 \
     F(2015, i_d, current.d, "A", "direct-axis current")                                                      \
@@ -41,6 +41,7 @@
     U(2034, encoder_count, encoder_count, "counts", "encoder position at t_k")                               \
     F(2040, offset_a, offset.a, "A", "offset of current sensor a, measured at zero current")                 \
     F(2041, offset_b, offset.b, "A", "offset of current sensor b, measured at zero current")                 \
+    F(2045, offset_c, offset.c, "A", "offset of current c, measured at zero current")                        \
     F(2042, sink_temperature, sink_temperature, "degC", "heat sink")                                         \
     F(2043, motor_temperature, motor_temperature, "degC", "motor winding")                                   \
     U(2044, sample_flags, sample_flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")       \

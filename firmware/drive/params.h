@@ -62,9 +62,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(13, dc_undervoltage, "V", BOARD_VOLTS(BOARD_UNDERVOLTAGE_MV), 10.0f,                                   \
       BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV - 10000), TABLE_LIVE,                                             \
       "DC-link voltage below which the drive will not run")                                                  \
-    F(14, sink_temperature_max, "degC", 90.0f, 0.0f, 120.0f, TABLE_LIVE,                                     \
+    F(14, sink_temperature_max, "degC", (float)BOARD_SINK_HOT, 0.0f, (float)BOARD_SINK_MAX, TABLE_LIVE,      \
       "heat-sink temperature that stops the drive")                                                          \
-    F(15, motor_temperature_max, "degC", 130.0f, 0.0f, 145.0f, TABLE_LIVE,                                   \
+    F(15, motor_temperature_max, "degC", (float)BOARD_MOTOR_HOT, 0.0f, (float)BOARD_MOTOR_MAX, TABLE_LIVE,   \
       "motor temperature that stops the drive")                                                              \
     F(16, dead_time, "s", BOARD_SECONDS(BOARD_DEAD_TIME_NS), BOARD_SECONDS(BOARD_DEAD_BAND_MIN_NS),          \
       DRIVE_DEAD_TIME_MAX, TABLE_OFF, "dead band of the legs, set in the ePWM")                              \

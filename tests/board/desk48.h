@@ -17,8 +17,7 @@
 #define BOARD_TRIP_ZONE    3 /* 6: TZ3 = GPIO14, driven both ways by a comparator */
 #define BOARD_TRIP_PULL_UP 0
 
-#define BOARD_DEAD_BAND_MIN_NS 322 /* 7: 250 ns of the gate driver, and 72 ns by which its channels differ   \
-                                    */
+#define BOARD_DEAD_BAND_MIN_NS 322 /* 7: 250 ns of the gate driver, 72 ns of skew */
 #define BOARD_DEAD_TIME_NS     400
 #define BOARD_MINIMUM_PULSE_NS 500
 

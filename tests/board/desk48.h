@@ -14,7 +14,7 @@
 
 #define BOARD_GATE_ACTIVE_HIGH 0 /* 5 */
 
-#define BOARD_TRIP_ZONE    3 /* 6: TZ3 = GPIO14, driven both ways by a comparator */
+#define BOARD_TRIP_ZONE    6 /* 6: TZ6 = GPIO17, driven both ways by a comparator */
 #define BOARD_TRIP_PULL_UP 0
 
 #define BOARD_DEAD_BAND_MIN_NS 322 /* 7: 250 ns of the gate driver, 72 ns of skew */

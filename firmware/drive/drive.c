@@ -160,15 +160,25 @@ static abc_t without_offset(const drive_t *drive, const drive_samples_t *samples
                    samples->i_c - drive->offset.c};
 }
 
+/* No phase current reaches the square root of this, judged by their vector where the third is the negative
+ * sum of the others. Of three sensors a broken one shows what all have in common, which the vector does not
+ * have. */
+static bool currents_within(abc_t i, float square)
+{
+    if (DRIVE_CURRENT_SENSORS == 3) {
+        return i.a * i.a < square && i.b * i.b < square && i.c * i.c < square;
+    }
+    const ab_t vector = frames_clarke(i);
+    return vector.alpha * vector.alpha + vector.beta * vector.beta < square;
+}
+
 /* Nothing to look at more closely in this sample, as in almost every period: one comparison for each value
- * does for what is no measurement and for what breaks a limit; no phase current is larger than their vector.
- */
+ * does for what is no measurement and for what breaks a limit. */
 static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 {
     const drive_calm_t *calm = &drive->calm;
-    const ab_t i = frames_clarke(without_offset(drive, samples));
     return (samples->flags | drive->protection.counting) == 0u && drive->state == DRIVE_OPERATION_ENABLED &&
-           i.alpha * i.alpha + i.beta * i.beta < calm->current_square &&
+           currents_within(without_offset(drive, samples), calm->current_square) &&
            bounds_within(samples->u_dc - calm->u_dc_middle, calm->u_dc_half) &&
            bounds_within(samples->sink_temperature, calm->sink_temperature) &&
            bounds_within(samples->motor_temperature, calm->motor_temperature);

@@ -47,6 +47,18 @@ static inline double board_torque_per_ampere(void)
     return 1.5 * board_motor.pole_pairs * board_motor.flux_linkage;
 }
 
+/* From power-on to ready: 64 samples settle, 512 are averaged, whatever the carrier. With a speed: on a rotor
+ * that turns; friction waits, so that it keeps it. */
+static inline void board_to_ready_at(rig_t *rig, double speed)
+{
+    const double friction = rig_value(rig, "friction_coulomb");
+    run_put(rig, "friction_coulomb", 0.0);
+    rig_set_motion(rig, 0.0, speed);
+    rig_run(rig, 64u + 512u + 24u);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    run_put(rig, "friction_coulomb", friction);
+}
+
 /* Plant and firmware get the motor; limits are the board's own. README, "Another motor": observer by k_s =
  * 1.75 e_max and slope 1.6 L/(k_s T_s), feed-forward 50 rad/s or 1.6 sqrt(p T/J), the PLL four times it. */
 static inline void board_put_motor(rig_t *rig)

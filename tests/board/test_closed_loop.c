@@ -60,17 +60,48 @@ static void step_to(rig_t *rig, double from, double to, double load)
     expect_at_most(1.2, peak / BOARD_LIMIT_AMPERES, "peak of a phase");
 }
 
+/* What a leg loses to dead time, delays and drops [V], at the mean of a period. */
+static double leg_loss(void)
+{
+    const double effective = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9;
+    return effective / RIG_PERIOD_SECONDS * BOARD_DC_NOMINAL_MV / 1e3 +
+           (BOARD_IGBT_DROP_MV + BOARD_DIODE_DROP_MV) / 2e3;
+}
+
+/* Share of the rated speed up to which the link can accelerate the motor at the limit: the circle of
+ * V_dc/sqrt(3), less what the clamps of the duties leave of it and what the legs lose, 4/3 of it in all,
+ * holds EMF, resistance and reactance; 3 % are left to the control. Short of it only where dead time and
+ * pulses take a large share of a short period. */
+static double top_share(void)
+{
+    const board_motor_t *m = &board_motor;
+    const double short_pulse = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9;
+    double width = 1.0 - 2.0 * short_pulse / RIG_PERIOD_SECONDS;
+    if (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR) {
+        const double settled = 2.0 * (BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS) / 1e9;
+        width = fmin(width, 1.0 - (settled + short_pulse) / RIG_PERIOD_SECONDS);
+    }
+    const double volts = 0.97 * (width * BOARD_DC_NOMINAL_MV / 1e3 / sqrt(3.0) - 4.0 / 3.0 * leg_loss());
+    double share = 1.0;
+    while (hypot(m->resistance * BOARD_LIMIT_AMPERES + m->flux_linkage * m->pole_pairs * m->speed * share,
+                 m->inductance * BOARD_LIMIT_AMPERES * m->pole_pairs * m->speed * share) > volts) {
+        share -= 0.01;
+    }
+    return share;
+}
+
 static void expect_speed_steps(double direction, double load)
 {
+    const double top = top_share();
     rig_t *rig = rig_create(11);
     board_put_motor(rig);
-    run_to_ready(rig);
+    board_to_ready_at(rig, 0.0);
     run_on(rig, 0.0);
     rig_step(rig);
     run_put(rig, "load_torque", load);
     step_to(rig, 0.0, direction / 15.0, load);
-    step_to(rig, direction / 15.0, direction, load);
-    step_to(rig, direction, direction * 2.0 / 3.0, load);
+    step_to(rig, direction / 15.0, direction * top, load);
+    step_to(rig, direction * top, direction * 2.0 / 3.0, load);
     rig_free(rig);
 }
 
@@ -114,11 +145,13 @@ static void make_real(rig_t *rig)
     run_put(rig, "current_noise", 0.01 * more);
 }
 
-/* Without the encoder, both directions in turn, with the rated load and without. */
+#define POINTS 8
+
+/* Without the encoder: each speed without load and with the rated one, directions in turn. */
 static run_error_t measure(bool real, double fidelity, int32_t point)
 {
-    const double share = ((point & 1) != 0 ? -1.0 : 1.0) * shares[point / 4 % 4];
-    const double load = ((point & 2) != 0) ? board_motor.load : 0.0;
+    const double share = ((point + point / 2) % 2 != 0 ? -1.0 : 1.0) * shares[point / 2];
+    const double load = ((point & 1) != 0) ? board_motor.load : 0.0;
     /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);
     rig_t *rig = rig_create(7);
@@ -128,7 +161,7 @@ static run_error_t measure(bool real, double fidelity, int32_t point)
     }
     board_put_motor(rig);
     run_parameter(rig, "position_source", 1.0);
-    run_to_ready_at(rig, loading * BOARD_RATED_RPM);
+    board_to_ready_at(rig, loading * board_motor.speed);
     if (real) {
         make_real(rig);
     }
@@ -152,22 +185,29 @@ static run_error_t measure(bool real, double fidelity, int32_t point)
 
 static void test_ideal_inverter_and_sensors_leave_no_error(void)
 {
-    for (int32_t point = 0; point < 16; point++) {
+    for (int32_t point = 0; point < POINTS; point++) {
         const run_error_t err = measure(false, AVERAGED, point);
         expect_at_most(0.3, err.mean, "mean [mrad]");
         expect_at_most(0.5, err.peak, "peak [mrad]");
     }
 }
 
-/* Every gate edge, the board's own dead time, delays, drops, ADC. */
+/* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
+ * and at the lowest speed, where it is as large as the EMF, so does what is uncertain of it: the limits there
+ * are for the 8 V that the default board's legs lose at 10 kHz while the EMF is as large. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {
-    for (int32_t point = 0; point < 16; point++) {
-        const bool slow = point / 4 == 0;
-        const bool loaded = (point & 2) != 0;
+    const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];
+    const double more = fmax(1.0, leg_loss() / slow_emf / (8.0 / 7.7));
+    const double ripple = fmax(1.0, RIG_PERIOD_SECONDS / 100e-6);
+    for (int32_t point = 0; point < POINTS; point++) {
+        const bool slow = point / 2 == 0;
+        const bool loaded = (point & 1) != 0;
         const run_error_t err = measure(true, SWITCHED, point);
-        expect_at_most(loaded ? (slow ? 3.0 : 1.5) : (slow ? 5.0 : 4.0), err.mean, "mean [mrad]");
-        expect_at_most(loaded ? (slow ? 5.0 : 1.5) : (slow ? 10.0 : 4.0), err.sd, "SD [mrad]");
+        expect_at_most(loaded ? (slow ? 3.0 * more : 1.5 * ripple) : (slow ? 5.0 * more : 4.0 * ripple),
+                       err.mean, "mean [mrad]");
+        expect_at_most(loaded ? (slow ? 5.0 * more : 1.5 * ripple) : (slow ? 10.0 * more : 4.0 * ripple),
+                       err.sd, "SD [mrad]");
         TEST_ASSERT_TRUE(err.peak < 1000.0);
     }
 }

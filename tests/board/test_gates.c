@@ -305,7 +305,7 @@ static rig_t *turning(double share, double load)
     rig_t *rig = rig_create(71);
     board_put_motor(rig);
     run_put(rig, "current_noise", 0.0);
-    run_to_ready_at(rig, share * BOARD_RATED_RPM);
+    board_to_ready_at(rig, share * board_motor.speed);
     run_on(rig, share * BOARD_RATED_RPM);
     run_put(rig, "load_torque", load);
     run_seconds(rig, 1.0);
@@ -326,7 +326,7 @@ static void expect_clamps(double dead_time)
     run_put(rig, "plant.resistance", 100.0);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "shaft_locked_speed", 0.2 * board_motor.speed);
-    run_to_ready(rig);
+    board_to_ready_at(rig, 0.0);
     run_put(rig, "mode", 1.0);
     run_put(rig, "i_q_request", BOARD_LIMIT_AMPERES);
     run_put(rig, "enable", 1.0);

@@ -19,7 +19,7 @@ void setUp(void)
     board_put_motor(rig);
     run_put(rig, "current_noise", 0.0);
     run_put(rig, "friction_coulomb", 0.0);
-    run_to_ready_at(rig, 0.5 * BOARD_RATED_RPM);
+    board_to_ready_at(rig, 0.5 * board_motor.speed);
 }
 
 void tearDown(void)

@@ -164,6 +164,9 @@
 #error                                                                                                       \
     "docs/board.md, line 6: BOARD_TRIP_ZONE is accepted from 1 to 6 (TZ1 = GPIO12 to TZ6 = GPIO17, active low)"
 #endif
+#if BOARD_TRIP_PULL_UP != 0 && BOARD_TRIP_PULL_UP != 1
+#error "docs/board.md, line 6: BOARD_TRIP_PULL_UP is 0 or 1"
+#endif
 
 /* ---- Line 7: dead band ---- */
 
@@ -242,8 +245,7 @@
 #if BOARD_SAMPLES_AT != BOARD_UPPER_ZERO_VECTOR && BOARD_SAMPLES_AT != BOARD_LOWER_ZERO_VECTOR
 #error "docs/board.md, line 10: BOARD_SAMPLES_AT is BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR"
 #endif
-#if BOARD_SHUNT_SETTLED_NS < 0 ||                                                                            \
-    BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS > 125000000 / (BOARD_CARRIER_HZ / 1000) / 1000
+#if BOARD_SHUNT_SETTLED_NS < 0 || BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS > 125000000 / BOARD_CARRIER_HZ
 #error                                                                                                       \
     "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is accepted from 0 to an eighth of a carrier period less dead time"
 #endif
@@ -267,6 +269,31 @@
 #error "docs/board.md, line 12: BOARD_MOTOR_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
 #endif
 
+/* Each input carries one signal. */
+#define BOARD_SAME_INPUT(x, y) ((x) != BOARD_NONE && (x) == (y))
+#if BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_A_INPUT) ||                                        \
+    BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_B_INPUT)
+#error "docs/board.md, line 8: BOARD_CURRENT_C_INPUT is the input of current a or b"
+#endif
+#if BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_A_INPUT) ||                                               \
+    BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_B_INPUT) ||                                               \
+    BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_C_INPUT)
+#error "docs/board.md, line 11: BOARD_DC_INPUT is the input of a current"
+#endif
+#if BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_A_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_B_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_C_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_DC_INPUT)
+#error "docs/board.md, line 12: BOARD_SINK_INPUT is the input of a current or of the link"
+#endif
+#if BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_A_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_B_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_C_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_DC_INPUT) ||                                                   \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_SINK_INPUT)
+#error "docs/board.md, line 12: BOARD_MOTOR_INPUT is the input of another signal"
+#endif
+
 #define BOARD_VOLTS(mv)   ((float)(mv) / 1000.0f)
 #define BOARD_DC_AT_3V    (BOARD_VOLTS(BOARD_DC_STEP_MV) * BOARD_PIN_MV / (float)BOARD_DC_PIN_MV) /* [V] */
 #define BOARD_DC_PER_CODE (BOARD_DC_AT_3V / (float)BOARD_ADC_FULL)                                /* [V] */
@@ -281,6 +308,25 @@
 #define BOARD_MOTOR_AT_3V 150
 #endif
 
+/* A trip above the end of its sensor's scale would never come; 2 % of it are left to the sensor. Hottest that
+ * may be asked for [degC]: the smaller of this end and what switches and windings stand anyway. */
+#define BOARD_HOTTER(x, y) ((x) > (y) ? (x) : (y))
+#define BOARD_COLDER(x, y) ((x) < (y) ? (x) : (y))
+#define BOARD_HOT_END(at_0v, at_3v)                                                                          \
+    (BOARD_HOTTER(at_0v, at_3v) - (BOARD_HOTTER(at_0v, at_3v) - BOARD_COLDER(at_0v, at_3v)) / 50)
+#define BOARD_SINK_MAX  BOARD_COLDER(BOARD_HOT_END(BOARD_SINK_AT_0V, BOARD_SINK_AT_3V), 120)
+#define BOARD_MOTOR_MAX BOARD_COLDER(BOARD_HOT_END(BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V), 145)
+#define BOARD_SINK_HOT  90  /* [degC] where the drive stops unless told otherwise */
+#define BOARD_MOTOR_HOT 130 /* [degC] */
+#if BOARD_SINK_AT_0V == BOARD_SINK_AT_3V || BOARD_SINK_MAX < BOARD_SINK_HOT
+#error                                                                                                       \
+    "docs/board.md, line 12: BOARD_SINK_AT_0V or BOARD_SINK_AT_3V is accepted from 95 degC: the ADC must see the trip at 90 degC"
+#endif
+#if BOARD_MOTOR_AT_0V == BOARD_MOTOR_AT_3V || BOARD_MOTOR_MAX < BOARD_MOTOR_HOT
+#error                                                                                                       \
+    "docs/board.md, line 12: BOARD_MOTOR_AT_0V or BOARD_MOTOR_AT_3V is accepted from 135 degC: the ADC must see the trip at 130 degC"
+#endif
+
 /* ---- Lines 13 and 14: encoder and lights ---- */
 
 #if BOARD_ENCODER != BOARD_EQEP1_GPIO20 && BOARD_ENCODER != BOARD_EQEP1_GPIO50 &&                            \
@@ -291,6 +337,22 @@
     (BOARD_LED_FAULT != BOARD_NONE && (BOARD_LED_FAULT < 0 || BOARD_LED_FAULT > 87))
 #error                                                                                                       \
     "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are the number of a GPIO, 0 to 87, or BOARD_NONE"
+#endif
+#define BOARD_ENCODER_PIN                                                                                    \
+    (BOARD_ENCODER == BOARD_EQEP1_GPIO20 ? 20 : BOARD_ENCODER == BOARD_EQEP1_GPIO50 ? 50 : 24)
+/* Pins of the gates, of the fault line, of the encoder. */
+#define BOARD_PIN_IS_TAKEN(pin)                                                                              \
+    (((pin) >= 2 * BOARD_LEG_FIRST - 2 && (pin) < 2 * BOARD_LEG_FIRST + 4) ||                                \
+     (pin) == 11 + BOARD_TRIP_ZONE || ((pin) >= BOARD_ENCODER_PIN && (pin) < BOARD_ENCODER_PIN + 4))
+#if BOARD_PIN_IS_TAKEN(BOARD_LED_RUN) || BOARD_PIN_IS_TAKEN(BOARD_LED_FAULT)
+#error                                                                                                       \
+    "docs/board.md, line 14: BOARD_LED_RUN or BOARD_LED_FAULT is a pin of a gate, of the fault line or of the encoder"
+#endif
+#if BOARD_LED_RUN != BOARD_NONE && BOARD_LED_RUN == BOARD_LED_FAULT
+#error "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are one pin"
+#endif
+#if BOARD_LED_ACTIVE_LOW != 0 && BOARD_LED_ACTIVE_LOW != 1
+#error "docs/board.md, line 14: BOARD_LED_ACTIVE_LOW is 0 or 1"
 #endif
 
 /* ---- Lines 15 and 16: power stage and limits ---- */
@@ -307,18 +369,38 @@
     "docs/board.md, line 15: BOARD_TURN_OFF_DELAY_NS exceeds dead time and turn-on delay: the legs would shoot through"
 #endif
 
+#if BOARD_IGBT_DROP_MV < 0 || BOARD_IGBT_DROP_MV > 5000 || BOARD_DIODE_DROP_MV < 0 ||                        \
+    BOARD_DIODE_DROP_MV > 5000
+#error "docs/board.md, line 15: BOARD_IGBT_DROP_MV and BOARD_DIODE_DROP_MV are accepted from 0 to 5000"
+#endif
+#if BOARD_IGBT_SLOPE_UOHM < 0 || BOARD_IGBT_SLOPE_UOHM > 1000000 || BOARD_DIODE_SLOPE_UOHM < 0 ||            \
+    BOARD_DIODE_SLOPE_UOHM > 1000000
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_IGBT_SLOPE_UOHM and BOARD_DIODE_SLOPE_UOHM are accepted from 0 to 1000000"
+#endif
+#if BOARD_SHORT_CIRCUIT_TRIP_MA < 0 ||                                                                       \
+    (BOARD_SHORT_CIRCUIT_TRIP_MA > 0 && BOARD_SHORT_CIRCUIT_TRIP_MA <= BOARD_OVERCURRENT_TRIP_MA)
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_SHORT_CIRCUIT_TRIP_MA is 0 (none) or more than BOARD_OVERCURRENT_TRIP_MA"
+#endif
+
 #define BOARD_ABS(x) ((x) < 0 ? -(x) : (x))
 #define BOARD_RANGE_UP_MA                                                                                    \
-    ((3000 - BOARD_CURRENT_ZERO_MV) * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
-#define BOARD_RANGE_DOWN_MA                                                                                  \
-    (BOARD_CURRENT_ZERO_MV * (BOARD_ABS(BOARD_CURRENT_STEP_MA) / 10) / BOARD_CURRENT_STEP_MV * 10)
+    ((3000 - BOARD_CURRENT_ZERO_MV) * BOARD_ABS(BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV)
+#define BOARD_RANGE_DOWN_MA (BOARD_CURRENT_ZERO_MV * BOARD_ABS(BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV)
 #if 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_UP_MA ||                                              \
     100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_DOWN_MA
 #error                                                                                                       \
     "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of what the sensors see in both directions"
 #endif
-#if BOARD_CURRENT_LIMIT_MA <= 0 || 12 * BOARD_CURRENT_LIMIT_MA > 10 * BOARD_OVERCURRENT_TRIP_MA
+#if BOARD_CURRENT_LIMIT_MA < 200
+#error "docs/board.md, line 16: BOARD_CURRENT_LIMIT_MA is accepted from 200"
+#endif
+#if 12 * BOARD_CURRENT_LIMIT_MA > 10 * BOARD_OVERCURRENT_TRIP_MA
 #error "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted from 1.2 BOARD_CURRENT_LIMIT_MA"
+#endif
+#if BOARD_UNDERVOLTAGE_MV < 10000
+#error "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV is accepted from 10000"
 #endif
 #if BOARD_UNDERVOLTAGE_MV + 10000 > BOARD_OVERVOLTAGE_MV ||                                                  \
     BOARD_OVERVOLTAGE_MV > BOARD_OVERVOLTAGE_MAX_MV || BOARD_DC_NOMINAL_MV <= BOARD_UNDERVOLTAGE_MV ||       \
@@ -326,7 +408,7 @@
 #error                                                                                                       \
     "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV < BOARD_OVERVOLTAGE_MV <= BOARD_OVERVOLTAGE_MAX_MV, 10 V between the trips"
 #endif
-#if BOARD_OVERVOLTAGE_MAX_MV / 1000 > BOARD_DC_STEP_MV / 1000 * 2940 / BOARD_DC_PIN_MV
+#if BOARD_OVERVOLTAGE_MAX_MV * BOARD_DC_PIN_MV > BOARD_DC_STEP_MV * 2940
 #error                                                                                                       \
     "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
 #endif

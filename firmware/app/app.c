@@ -87,9 +87,10 @@ HAL_INTERRUPT void app_trip(void)
     hal_end_of_trip();
 }
 
+/* Whole cycles, not less than was asked for: to a thousandth of one, by which a float may be too large. */
 static uint16_t dead_band_of(const params_t *params)
 {
-    return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.5f);
+    return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.999f);
 }
 
 static uint32_t encoder_max_of(const params_t *params)

@@ -24,6 +24,9 @@
 #define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE)  /* without one no temperature is judged */
 #define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* likewise */
 
+/* What a control may ask for [A]: above it ripple and overshoot need room below the trip. */
+#define DRIVE_CURRENT_LIMIT_MAX (0.8f * DRIVE_CURRENT_RANGE)
+
 /* So many periods take this time [s]: at least one. */
 #define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
 
@@ -43,7 +46,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(4, motor_inductance_q, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "quadrature-axis inductance L_q")       \
     F(5, motor_flux_linkage, "Wb", 0.183f, 1e-4f, 10.0f, TABLE_LIVE,                                         \
       "flux linkage psi_f, amplitude per phase")                                                             \
-    F(6, current_limit, "A", BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.1f, 0.8f * DRIVE_CURRENT_RANGE,        \
+    F(6, current_limit, "A", BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.1f, DRIVE_CURRENT_LIMIT_MAX,           \
       TABLE_LIVE, "limit of i_q from the speed control, either sign")                                        \
     F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
       "closed-loop bandwidth of the current control")                                                        \
@@ -59,9 +62,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(13, dc_undervoltage, "V", BOARD_VOLTS(BOARD_UNDERVOLTAGE_MV), 10.0f,                                   \
       BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV - 10000), TABLE_LIVE,                                             \
       "DC-link voltage below which the drive will not run")                                                  \
-    F(14, sink_temperature_max, "degC", 90.0f, 0.0f, 120.0f, TABLE_LIVE,                                     \
+    F(14, sink_temperature_max, "degC", (float)BOARD_SINK_HOT, 0.0f, (float)BOARD_SINK_MAX, TABLE_LIVE,      \
       "heat-sink temperature that stops the drive")                                                          \
-    F(15, motor_temperature_max, "degC", 130.0f, 0.0f, 145.0f, TABLE_LIVE,                                   \
+    F(15, motor_temperature_max, "degC", (float)BOARD_MOTOR_HOT, 0.0f, (float)BOARD_MOTOR_MAX, TABLE_LIVE,   \
       "motor temperature that stops the drive")                                                              \
     F(16, dead_time, "s", BOARD_SECONDS(BOARD_DEAD_TIME_NS), BOARD_SECONDS(BOARD_DEAD_BAND_MIN_NS),          \
       DRIVE_DEAD_TIME_MAX, TABLE_OFF, "dead band of the legs, set in the ePWM")                              \

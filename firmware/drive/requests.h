@@ -16,8 +16,10 @@
     E(1001, fault_reset, "no|yes", "going from no to yes resets a fault whose cause is gone")                \
     E(1002, mode, "speed|current", "what the references mean")                                               \
     F(1003, speed_request, "rad/s", 0.0f, -10000.0f, 10000.0f, "mechanical speed reference in mode speed")   \
-    F(1004, i_d_request, "A", 0.0f, -16.0f, 16.0f, "direct-axis current reference")                          \
-    F(1005, i_q_request, "A", 0.0f, -16.0f, 16.0f, "quadrature-axis current reference in mode current")
+    F(1004, i_d_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
+      "direct-axis current reference")                                                                       \
+    F(1005, i_q_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
+      "quadrature-axis current reference in mode current")
 
 typedef enum { REQUEST_OFF, REQUEST_ON, REQUEST_QUICK_STOP } request_enable_t;
 typedef enum { MODE_SPEED, MODE_CURRENT } request_mode_t;

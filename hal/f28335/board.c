@@ -69,7 +69,7 @@ static void connect_pins(void)
 #else
     bus_write32(&port->QSEL2, port->QSEL2 | GPIO_FIELD(PWM_FAULT_PIN, GPIO_QSEL_ASYNC));
 #endif
-    connect_pin(PWM_FAULT_PIN, 1u);
+    connect_pin(PWM_FAULT_PIN, PWM_FAULT_PIN_MUX);
     bus_write32(&port->MUX1, port->MUX1 | GATE_PINS);
     for (n = 0u; n < 4u; n++) {
         connect_pin((uint16_t)(QEP_PIN + n), QEP_PIN_MUX);

@@ -26,8 +26,10 @@
 /* The module that leads: its counter is the carrier. The legs are this one and the next two. */
 #define PWM_LEADER ((uint16_t)BOARD_LEG_FIRST)
 
-/* GPIO number of the trip input, the power module's fault line. */
-#define PWM_FAULT_PIN (11u + (uint16_t)BOARD_TRIP_ZONE)
+/* GPIO number of the trip input, the power module's fault line, and its function in the multiplexer: TZ1 to
+ * TZ4 are function 1 of GPIO12 to 15, TZ5 and TZ6 function 3 of GPIO16 and 17. */
+#define PWM_FAULT_PIN     (11u + (uint16_t)BOARD_TRIP_ZONE)
+#define PWM_FAULT_PIN_MUX (BOARD_TRIP_ZONE < 5 ? 1u : 3u)
 
 /* Everything of the three modules, counters standing, and the trip forced. False: a module did not take the
  * trip; the pins must not be connected then. Needs module clocks and TBCLKSYNC 0. `dead_band_count` in

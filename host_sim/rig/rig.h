@@ -19,13 +19,13 @@
 
 typedef struct rig rig_t;
 
-#if BOARD_PERIOD_CYCLES * 150 % (BOARD_SYSCLK_HZ / 1000000) != 0
+#if BOARD_PERIOD_CYCLES * 150000 % (BOARD_SYSCLK_HZ / 1000) != 0
 #error                                                                                                       \
     "docs/board.md, line 3: the desk counts 1/150 MHz, and this carrier is no whole number of them; a neighbour of it is (125 MHz: 9992 Hz)"
 #endif
 
 /* One rig_step: a period of the board's carrier, in ticks [1/150 MHz] whatever its system clock. */
-#define RIG_PERIOD_TICKS   ((uint64_t)BOARD_PERIOD_CYCLES * 150u / (BOARD_SYSCLK_HZ / 1000000u))
+#define RIG_PERIOD_TICKS   ((uint64_t)BOARD_PERIOD_CYCLES * 150000u / (BOARD_SYSCLK_HZ / 1000u))
 #define RIG_PERIOD_SECONDS ((double)RIG_PERIOD_TICKS / 150e6)
 
 extern const uint32_t rig_period_ticks; /* the same for a debugger, which knows no macros */

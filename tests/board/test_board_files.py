@@ -1,0 +1,317 @@
+#!/usr/bin/env python3
+"""hal/board.h refuses what cannot be right: each fact of a good board file taken away, and each kind of mistake made in it, ends in
+an error that names docs/board.md and the line of its table. And the guide tells what the header checks: the same facts under the
+same numbers. Compilers: CC, and clang where there is one."""
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+HEADER = PROJECT / "hal/board.h"
+GUIDE = PROJECT / "docs/board.md"
+BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h"]
+GOOD = PROJECT / "tests/board/desk48.h"  # says every fact, line 5 too
+KIT = PROJECT / "hal/f28335/boards/hvmtrpfckit.h"
+CC = shlex.split(os.environ.get("CC", "cc"))
+CLANG = shutil.which("clang")
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+FACT = re.compile(r"^#define (BOARD_\w+)[ \t]", re.MULTILINE)
+
+# Every macro of the header that firmware, HAL or desk takes a value from.
+USES = """#include "hal/board.h"
+const int uses[] = {BOARD_PERIOD_COUNT, BOARD_DEAD_BAND_MIN, BOARD_SINK_MAX, BOARD_MOTOR_MAX, BOARD_CURRENT_SENSORS,
+                    BOARD_ADC_PRESCALE, BOARD_PLL_TIMES, HAL_GATE_ACTIVE_HIGH};
+const float scales[] = {BOARD_CURRENT_RANGE, BOARD_CURRENT_PER_CODE, BOARD_DC_PER_CODE, BOARD_PERIOD};
+"""
+
+
+def compiled(board, *options, compiler=None, action="-S"):
+    """What the compiler says of hal/board.h with this board file; "" if nothing. action -E: the preprocessor alone, a third of
+    the time."""
+    command = [*(compiler or CC), *STRICT, f"-I{PROJECT}", f'-DLAGLESS_BOARD_FILE="{board}"', *options, "-x", "c", "-", action, "-o",
+               os.devnull]
+    done = subprocess.run(command, input=USES, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    return done.stdout if done.returncode != 0 or done.stdout else ""
+
+
+def without(text, name):
+    """The board file less one #define, with the lines that it goes on over."""
+    changed, count = re.subn(rf"^#define {name}[ \t](?:.*\\\n)*.*\n", "", text, flags=re.MULTILINE)
+    assert count == 1, name
+    return changed
+
+
+def with_value(text, name, value):
+    return without(text, name) + f"#define {name} {value}\n"
+
+
+def errors(output):
+    """Line numbers of docs/board.md that the errors of a compilation name, first to last, and the texts."""
+    return [(int(number), text) for number, text in re.findall(r"docs/board\.md, line (\d+): (.*?)\"", output)]
+
+
+class BoardFileTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = pathlib.Path(self.folder.name) / "wrong.h"
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def output(self, text, *options, action="-S"):
+        self.file.write_text(text, encoding="utf-8")
+        return compiled(self.file, *options, action=action)
+
+    def expect_line(self, number, text, *options, says=""):
+        """The first error is of this line of the table, and says this."""
+        output = self.output(text, *options, action="-E")
+        found = errors(output)
+        self.assertTrue(found, f"not refused, or without naming the guide:\n{output}")
+        self.assertEqual(found[0][0], number, found)
+        self.assertIn(says, found[0][1])
+
+
+class GoodFiles(BoardFileTest):
+    def test_each_board_compiles_clean(self):
+        self.assertEqual(len(BOARDS), 3)
+        for board in BOARDS:
+            for compiler in [CC, *([[CLANG]] if CLANG else [])]:
+                with self.subTest(board=board.name, compiler=compiler):
+                    self.assertEqual(compiled(board, compiler=compiler), "")
+
+    def test_what_is_just_right_is_taken(self):
+        good = GOOD.read_text(encoding="utf-8")
+        for name, value in [("BOARD_CARRIER_HZ", 5000), ("BOARD_CARRIER_HZ", 20000), ("BOARD_TRIP_ZONE", 1),
+                            ("BOARD_CURRENT_C_INPUT", "BOARD_NONE"), ("BOARD_SINK_AT_3V", "93"), ("BOARD_LED_RUN", 87),
+                            ("BOARD_SHORT_CIRCUIT_TRIP_MA", 0), ("BOARD_OVERCURRENT_TRIP_MA", 48579),
+                            ("BOARD_OVERVOLTAGE_MAX_MV", 70560)]:
+            with self.subTest(name=name, value=value):
+                self.assertEqual(self.output(with_value(good, name, value)), "")
+        # a divider of 24:1 as a ratio
+        ratio = with_value(with_value(good, "BOARD_DC_STEP_MV", 24), "BOARD_DC_PIN_MV", 1)
+        self.assertEqual(self.output(ratio), "")
+        # an eighth of the period at 5999 Hz is 20836 ns
+        kit = with_value(KIT.read_text(encoding="utf-8"), "BOARD_CARRIER_HZ", 5999)
+        self.assertEqual(self.output(with_value(kit, "BOARD_SHUNT_SETTLED_NS", 20836 - 2500)), "")
+
+
+class MissingFacts(BoardFileTest):
+    def test_each_fact_is_missed_under_its_line(self):
+        numbers = guide_facts()
+        for path in BOARDS:
+            text = path.read_text(encoding="utf-8")
+            for name in FACT.findall(text):
+                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the desk then takes active high
+                    continue
+                with self.subTest(board=path.name, name=name):
+                    self.expect_line(numbers[name], without(text, name), says="missing")
+
+    def test_gates_left_open_are_asked_for_on_the_chip(self):
+        text = without(GOOD.read_text(encoding="utf-8"), "BOARD_GATE_ACTIVE_HIGH")
+        self.expect_line(5, text, "-D__TMS320C2000__", says="-DLAGLESS_GATES=")
+        self.assertEqual(self.output(text), "")
+        self.assertEqual(self.output(text, "-D__TMS320C2000__", "-DHAL_GATE_ACTIVE_HIGH=0"), "")
+
+    def test_no_board_on_the_chip_is_refused(self):
+        done = subprocess.run([*CC, f"-I{PROJECT}", "-D__TMS320C2000__", "-fsyntax-only", "-x", "c", "-"], input=USES,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("no board is chosen: -DLAGLESS_BOARD=", done.stdout)
+
+
+class Mistakes(BoardFileTest):
+    # line of the table, what the message says, changed facts
+    CASES = [
+        (2, "20 to 35 MHz", {"BOARD_CRYSTAL_HZ": 19999000}),
+        (2, "20 to 35 MHz", {"BOARD_CRYSTAL_HZ": 36000000}),
+        (2, "75 to 150 MHz", {"BOARD_CRYSTAL_HZ": 30000000, "BOARD_SYSCLK_HZ": 151000000}),
+        (2, "75 to 150 MHz", {"BOARD_SYSCLK_HZ": 70000000}),
+        (2, "gives no such", {"BOARD_SYSCLK_HZ": 150000000}),
+        (2, "gives no such", {"BOARD_CRYSTAL_HZ": 30000000}),
+        (3, "5000 to 20000", {"BOARD_CARRIER_HZ": 4999}),
+        (3, "5000 to 20000", {"BOARD_CARRIER_HZ": 20001}),
+        (4, "ePWM1, 2, 3 or ePWM4, 5, 6", {"BOARD_LEG_A": 1, "BOARD_LEG_B": 2, "BOARD_LEG_C": 4}),
+        (4, "ePWM1, 2, 3 or ePWM4, 5, 6", {"BOARD_LEG_A": 2, "BOARD_LEG_B": 3, "BOARD_LEG_C": 4}),
+        (4, "each once", {"BOARD_LEG_B": 5}),
+        (4, "ePWM1, 2, 3 or ePWM4, 5, 6", {"BOARD_LEG_A": 7}),
+        (5, "0 or 1", {"BOARD_GATE_ACTIVE_HIGH": 2}),
+        (6, "1 to 6", {"BOARD_TRIP_ZONE": 7}),
+        (6, "1 to 6", {"BOARD_TRIP_ZONE": 0}),
+        (6, "BOARD_TRIP_PULL_UP is 0 or 1", {"BOARD_TRIP_PULL_UP": 2}),
+        (7, "from 50", {"BOARD_DEAD_BAND_MIN_NS": 49}),
+        (7, "shoot through", {"BOARD_DEAD_TIME_NS": 321}),
+        (7, "1023 cycles", {"BOARD_DEAD_TIME_NS": 10231}),
+        (7, "0 to 10000", {"BOARD_MINIMUM_PULSE_NS": 10001}),
+        (8, "a sensor each", {"BOARD_CURRENT_A_INPUT": "BOARD_NONE"}),
+        (8, "BOARD_CURRENT_C_INPUT is BOARD_ADC_A", {"BOARD_CURRENT_C_INPUT": 16}),
+        (8, "must be a pair", {"BOARD_CURRENT_B_INPUT": "BOARD_ADC_A(4)"}),
+        (8, "on one input", {"BOARD_CURRENT_B_INPUT": "BOARD_ADC_B(5)"}),
+        (8, "input of current a or b", {"BOARD_CURRENT_C_INPUT": "BOARD_ADC_A(5)"}),
+        (9, "300 to 2700", {"BOARD_CURRENT_ZERO_MV": 299}),
+        (9, "300 to 2700", {"BOARD_CURRENT_ZERO_MV": 2701}),
+        (9, "no scale", {"BOARD_CURRENT_STEP_MA": 0}),
+        (9, "no scale", {"BOARD_CURRENT_STEP_MV": -1320}),
+        (10, "BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR", {"BOARD_SAMPLES_AT": 2}),
+        (10, "an eighth of a carrier period",
+         {"BOARD_SAMPLES_AT": "BOARD_LOWER_ZERO_VECTOR", "BOARD_SHUNT_SETTLED_NS": 125000000 // 16000 - 400 + 1}),
+        (10, "0 at the upper zero vector", {"BOARD_SHUNT_SETTLED_NS": 1}),
+        (11, "BOARD_DC_INPUT is BOARD_ADC_A", {"BOARD_DC_INPUT": "BOARD_NONE"}),
+        (11, "no scale", {"BOARD_DC_PIN_MV": 0}),
+        (11, "input of a current", {"BOARD_DC_INPUT": "BOARD_ADC_B(2)"}),
+        (12, "BOARD_SINK_INPUT is BOARD_ADC_A", {"BOARD_SINK_INPUT": 16}),
+        (12, "BOARD_MOTOR_INPUT is BOARD_ADC_A", {"BOARD_MOTOR_INPUT": -1, "BOARD_MOTOR_AT_0V": 0, "BOARD_MOTOR_AT_3V": 150}),
+        (12, "BOARD_MOTOR_AT_0V or BOARD_MOTOR_AT_3V is missing", {"BOARD_MOTOR_INPUT": "BOARD_ADC_A(7)"}),
+        (12, "of a current or of the link", {"BOARD_SINK_INPUT": "BOARD_ADC_A(0)"}),
+        (12, "another signal", {"BOARD_MOTOR_INPUT": "BOARD_ADC_A(6)", "BOARD_MOTOR_AT_0V": 0, "BOARD_MOTOR_AT_3V": 150}),
+        (12, "must see the trip at 90 degC", {"BOARD_SINK_AT_3V": 90}),
+        (12, "must see the trip at 130 degC",
+         {"BOARD_MOTOR_INPUT": "BOARD_ADC_A(7)", "BOARD_MOTOR_AT_0V": 130, "BOARD_MOTOR_AT_3V": -50}),
+        (13, "BOARD_EQEP1_GPIO20, BOARD_EQEP1_GPIO50 or BOARD_EQEP2_GPIO24", {"BOARD_ENCODER": 3}),
+        (14, "0 to 87, or BOARD_NONE", {"BOARD_LED_RUN": 88}),
+        (14, "0 to 87, or BOARD_NONE", {"BOARD_LED_FAULT": -1}),
+        (14, "a pin of a gate", {"BOARD_LED_RUN": 6}),
+        (14, "of the fault line", {"BOARD_LED_FAULT": 17}),
+        (14, "of the encoder", {"BOARD_LED_FAULT": 27}),
+        (14, "one pin", {"BOARD_LED_FAULT": 32}),
+        (14, "BOARD_LED_ACTIVE_LOW is 0 or 1", {"BOARD_LED_ACTIVE_LOW": 2}),
+        (15, "0 to 5000", {"BOARD_TURN_ON_DELAY_NS": 5001}),
+        (15, "exceeds dead time", {"BOARD_TURN_OFF_DELAY_NS": 521}),
+        (15, "BOARD_IGBT_DROP_MV", {"BOARD_IGBT_DROP_MV": -1}),
+        (15, "BOARD_DIODE_SLOPE_UOHM", {"BOARD_DIODE_SLOPE_UOHM": 1000001}),
+        (15, "more than BOARD_OVERCURRENT_TRIP_MA", {"BOARD_SHORT_CIRCUIT_TRIP_MA": 45000}),
+        (16, "up to 95 %", {"BOARD_OVERCURRENT_TRIP_MA": 48580}),
+        (16, "from 1.2 BOARD_CURRENT_LIMIT_MA", {"BOARD_OVERCURRENT_TRIP_MA": 35999}),
+        (16, "BOARD_CURRENT_LIMIT_MA is accepted", {"BOARD_CURRENT_LIMIT_MA": 0}),
+        (16, "BOARD_UNDERVOLTAGE_MV is accepted", {"BOARD_UNDERVOLTAGE_MV": 9999}),
+        (16, "BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV", {"BOARD_UNDERVOLTAGE_MV": 48000}),
+        (16, "BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV", {"BOARD_DC_NOMINAL_MV": 60000}),
+        (16, "10 V between", {"BOARD_OVERVOLTAGE_MV": 50000, "BOARD_UNDERVOLTAGE_MV": 40001}),
+        (16, "<= BOARD_OVERVOLTAGE_MAX_MV", {"BOARD_OVERVOLTAGE_MAX_MV": 59999}),
+        (16, "98 % of what the ADC sees", {"BOARD_OVERVOLTAGE_MAX_MV": 70561}),
+    ]
+
+    def test_each_mistake_names_the_line(self):
+        good = GOOD.read_text(encoding="utf-8")
+        for number, says, facts in self.CASES:
+            with self.subTest(**facts):
+                text = good
+                for name, value in facts.items():
+                    text = (with_value(text, name, value) if re.search(rf"^#define {name}[ \t]", text, re.MULTILINE)
+                            else text + f"#define {name} {value}\n")
+                self.expect_line(number, text, says=says)
+
+    def test_gates_of_the_build_must_not_contradict_the_file(self):
+        text = GOOD.read_text(encoding="utf-8")
+        self.expect_line(5, text, "-DHAL_GATE_ACTIVE_HIGH=1", says="contradicts")
+        self.assertEqual(self.output(text, "-DHAL_GATE_ACTIVE_HIGH=0"), "")
+
+    def test_every_message_of_the_header_is_provoked(self):
+        """A check without a case here could rot."""
+        tested = {(number, says) for number, says, _ in self.CASES}
+        for number, text in errors(HEADER.read_text(encoding="utf-8")):
+            with self.subTest(number=number, text=text):
+                self.assertTrue("missing" in text or number == 5 or any(n == number and says in text for n, says in tested))
+
+
+class Configuration(unittest.TestCase):
+    def configure(self, board):
+        with tempfile.TemporaryDirectory() as folder:
+            return subprocess.run(["cmake", "-S", str(PROJECT), "-B", folder, "-DBUILD_TESTING=OFF", f"-DLAGLESS_BOARD={board}"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+
+    def test_unknown_board_is_refused_with_those_that_are_known(self):
+        for board in ("nosuch", "nosuch.h", "docs/board.md"):
+            with self.subTest(board=board):
+                done = self.configure(board)
+                self.assertNotEqual(done.returncode, 0)
+                said = " ".join(done.stdout.split())
+                known = ", ".join(path.stem for path in BOARDS[:-1])
+                self.assertIn(f"LAGLESS_BOARD={board}: accepted are {known}, or the path of a board file (docs/board.md)", said)
+
+
+def guide_rows():
+    """Line number and cells of each row of the guide's table."""
+    rows = {}
+    for line in GUIDE.read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if len(cells) == 5 and re.fullmatch(r"\d+", cells[0]):
+            rows[int(cells[0])] = cells
+    return rows
+
+
+def guide_facts():
+    """Line of the table that names each fact; `_B_INPUT` after `BOARD_CURRENT_A_INPUT` shares its beginning, `each with
+    _AT_0V` adds an ending."""
+    facts = {}
+    for number, cells in guide_rows().items():
+        before = None
+        endings = re.search(r"each with (.*)", cells[1])
+        for name in re.findall(r"`(\w+)`", re.sub(r",? ?each with .*", "", cells[1])):
+            if name.startswith("_"):
+                name = before[:-len(name)] + name
+            facts[name] = number
+            before = name
+            for ending in re.findall(r"`(\w+)`", endings.group(1)) if endings else []:
+                facts[re.sub(r"_INPUT$", ending, name)] = number
+    return facts
+
+
+class Guide(unittest.TestCase):
+    def test_table_is_numbered_through(self):
+        self.assertEqual(sorted(guide_rows()), list(range(1, 17)))
+
+    def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
+        """Of the header: what it asks for, and the number of the message behind the question."""
+        text = HEADER.read_text(encoding="utf-8").replace("\\\n", " ")
+        asked = {"BOARD_GATE_ACTIVE_HIGH": 5}
+        for condition, number in re.findall(r"#if ([^\n]*!defined[^\n]*)\n#error\s*\"docs/board\.md, line (\d+):", text):
+            for name in re.findall(r"!defined\((BOARD_\w+)\)", condition):
+                self.assertEqual(asked.setdefault(name, int(number)), int(number), name)
+        self.assertGreater(len(asked), 40)
+        self.assertEqual(guide_facts(), asked)
+
+    def test_messages_name_facts_under_their_own_line(self):
+        """The fact that a message begins with belongs to the line it names."""
+        facts = guide_facts()
+        for number, text in errors(HEADER.read_text(encoding="utf-8")):
+            first = re.match(r"(BOARD_\w+)", text)
+            if first and first.group(1) in facts:
+                with self.subTest(text=text):
+                    self.assertEqual(facts[first.group(1)], number)
+
+    def test_board_files_state_the_facts_of_the_guide_and_nothing_else(self):
+        facts = guide_facts()
+        for path in BOARDS:
+            for name in FACT.findall(path.read_text(encoding="utf-8")):
+                with self.subTest(board=path.name, name=name):
+                    self.assertIn(name, facts)
+
+    def test_board_files_number_their_lines_as_the_guide_does(self):
+        """A comment `/* 7: ... */` behind or above a fact names the line that it belongs to."""
+        facts = guide_facts()
+        for path in BOARDS:
+            text = path.read_text(encoding="utf-8").replace("\\\n", " ")
+            seen = set()
+            for name, number in re.findall(r"#define (BOARD_\w+)[^\n]*/\* (\d+)[:.]? ?[^\n]*\*/", text):
+                with self.subTest(board=path.name, name=name):
+                    self.assertEqual(facts[name], int(number))
+                    seen.add(int(number))
+            self.assertGreater(len(seen), 10, path.name)
+
+    def test_ranges_of_the_guide_are_those_of_the_header(self):
+        rows = guide_rows()
+        for number, *texts in [(2, "20 to 35 MHz", "75 to 150 MHz"), (3, "5000 to 20000"), (6, "1 to 6")]:
+            for text in texts:
+                with self.subTest(text=text):
+                    self.assertIn(text, rows[number][3])
+                    self.assertTrue(any(n == number and text in said for n, said in errors(HEADER.read_text(encoding="utf-8"))))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[1:]])

@@ -1,5 +1,5 @@
-# The work of target `coverage`: counts of an earlier run go, the tests run that reach firmware and hal (but the longest
-# of the closed loop, which reach little else), gcovr adds up.
+# The work of target `coverage`: counts of an earlier run go, the tests run that are made for firmware and hal (but the
+# longest of the closed loop, which reach little else), gcovr adds up.
 cmake_minimum_required(VERSION 3.21)
 cmake_host_system_information(RESULT jobs QUERY NUMBER_OF_LOGICAL_CORES)
 
@@ -8,8 +8,8 @@ if(stale)
     file(REMOVE ${stale})
 endif()
 
-execute_process(COMMAND "${CTEST}" --test-dir "${BUILD}" --output-on-failure
-        --label-regex "^(unit|hal|rig|fixed)$" --exclude-regex "^(values|no_float|rig_oracle|rig_sensorless_(dynamics|real))$" --parallel ${jobs} RESULT_VARIABLE failed)
+execute_process(COMMAND "${CTEST}" --preset asan --label-regex "^(unit|hal|rig|fixed)$" --parallel ${jobs} --no-tests=error
+    WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed)
 if(failed)
     message(FATAL_ERROR "coverage: the tests failed")
 endif()

@@ -30,7 +30,7 @@ set(LAGLESS_BOARD pm50rl1a060 CACHE STRING "The board: a name of hal/f28335/boar
 lagless_board_target(lagless_board "${LAGLESS_BOARD}")
 
 # The same libraries once more for another board, its name behind theirs: lagless_rig_NAME and what it stands on. For tests,
-# so without the optimisation across rooms.
+# so without the optimisation across rooms, and built where a test is.
 set(LAGLESS_OF_BOARD lagless_board lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
 function(lagless_add_board name board)
     lagless_board_target(lagless_board_${name} "${board}")
@@ -38,7 +38,7 @@ function(lagless_add_board name board)
         get_target_property(folder ${library} SOURCE_DIR)
         get_target_property(sources ${library} SOURCES)
         list(TRANSFORM sources PREPEND "${folder}/")
-        add_library(${library}_${name} STATIC ${sources})
+        add_library(${library}_${name} STATIC EXCLUDE_FROM_ALL ${sources})
         foreach(property C_STANDARD C_STANDARD_REQUIRED COMPILE_DEFINITIONS INTERFACE_COMPILE_DEFINITIONS INCLUDE_DIRECTORIES
                 INTERFACE_INCLUDE_DIRECTORIES)
             get_target_property(value ${library} ${property})

@@ -22,8 +22,7 @@ if(CMAKE_C_COMPILER_ID STREQUAL TI)
     return()
 endif()
 
-option(LAGLESS_COVERAGE "Count executed lines" OFF)
-option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(LAGLESS_SANITIZE "Address and undefined-behaviour sanitizers, and executed lines of firmware and hal counted" OFF)
 
 # The estimator that the drive and every experiment run on; both twins are always compiled.
 set(LAGLESS_ESTIMATOR float CACHE STRING "Arithmetic of the estimator: float or fixed")
@@ -45,17 +44,13 @@ endif()
 target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(LAGLESS_SANITIZE)
     target_compile_options(lagless_flags INTERFACE -O1 -fsanitize=address,undefined -fno-sanitize-recover=all)
-    target_link_options(lagless_flags INTERFACE -fsanitize=address,undefined)
-endif()
-if(LAGLESS_COVERAGE)
-    target_compile_options(lagless_flags INTERFACE --coverage)
-    target_link_options(lagless_flags INTERFACE --coverage)
+    target_link_options(lagless_flags INTERFACE -fsanitize=address,undefined --coverage)
 endif()
 
 # The optimised build links the command line tool across rooms (a sixth faster). Objects carry both forms, so that tests
 # link the plain one in no time.
 add_library(lagless_fast INTERFACE)
-if(CMAKE_C_COMPILER_ID STREQUAL GNU AND NOT LAGLESS_TARGET AND NOT LAGLESS_SANITIZE AND NOT LAGLESS_COVERAGE)
+if(CMAKE_C_COMPILER_ID STREQUAL GNU AND NOT LAGLESS_TARGET AND NOT LAGLESS_SANITIZE)
     target_compile_options(lagless_fast INTERFACE "$<$<CONFIG:RelWithDebInfo,Release>:-O3;-flto=auto;-ffat-lto-objects>")
     set(LAGLESS_FAST_LINK $<$<CONFIG:RelWithDebInfo,Release>:-flto=auto>)
     set(LAGLESS_PLAIN_LINK $<$<CONFIG:RelWithDebInfo,Release>:-fno-lto>)

@@ -172,6 +172,8 @@ static void write_row(const paper_row_t *row, FILE *file)
     number_of(file, "ours", row->ours);
     text_of(file, "unit", row->unit);
     number_of(file, "tolerance", row->tolerance);
+    flag_of(file, "kind", row->kind);
+    flag_of(file, "stopped", row->stopped);
     text_of(file, "verdict", paper_verdict_name(row->verdict));
     text_of(file, "because", row->because);
     text_of(file, "condition", row->condition);

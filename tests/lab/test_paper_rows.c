@@ -1,7 +1,9 @@
 /* Every row of a figure, a test of its own: `test_paper fig13` runs that figure's experiments on the real
  * interrupt code and holds each row to the verdict below and, where something is known of it, to a number
  * from the paper, physics.md or algebra. A row that is not below fails, and so does a line below without a
- * row. */
+ * row. `test_paper fig13 REPORT` runs nothing and takes rows and data from the folder of a report, as
+ * `lagless paper --out REPORT` wrote it. */
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -142,7 +144,9 @@ static const expected_t expected[] = {
 #define EXPECTED (sizeof expected / sizeof expected[0])
 
 static size_t figure;
-static paper_t *paper;
+static paper_row_t rows[PAPER_ROWS_MAX]; /* of the figure */
+static size_t row_count;
+static char *tables[2];             /* CSV: of the figure; what fig15 has besides, else NULL */
 static const paper_row_t *row;      /* of the test that runs */
 static const expected_t *should_be; /* likewise */
 
@@ -159,6 +163,16 @@ static const expected_t *expectation(const char *id)
     for (size_t n = 0; n < EXPECTED; n++) {
         if (strcmp(expected[n].id, id) == 0) {
             return &expected[n];
+        }
+    }
+    return NULL;
+}
+
+static const paper_row_t *row_by_id(const char *id)
+{
+    for (size_t n = 0; n < row_count; n++) {
+        if (strcmp(rows[n].id, id) == 0) {
+            return &rows[n];
         }
     }
     return NULL;
@@ -184,7 +198,7 @@ static void check_row(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(plain, row->because[0] == '\0', "a verdict that is not plain says why");
     TEST_ASSERT_TRUE(row->claim[0] != '\0' && row->unit[0] != '\0' && row->condition[0] != '\0');
     TEST_ASSERT_EQUAL_UINT(figure, row->figure);
-    TEST_ASSERT_EQUAL_PTR_MESSAGE(row, paper_row_by_id(paper, row->id), "two rows have this id");
+    TEST_ASSERT_EQUAL_PTR_MESSAGE(row, row_by_id(row->id), "two rows have this id");
 }
 
 static void check_missing(void)
@@ -203,17 +217,11 @@ static size_t count_of(const char *text, char c)
     return count;
 }
 
-static void check_table(void (*write)(const paper_t *, FILE *), size_t least_columns, size_t least_lines)
+static void check_table(char *text, size_t least_columns, size_t least_lines)
 {
-    char *text = NULL;
     char *line = NULL;
-    size_t size = 0;
     size_t lines = 0;
     size_t commas = 0;
-    FILE *file = open_memstream(&text, &size);
-    TEST_ASSERT_NOT_NULL(file);
-    write(paper, file);
-    fclose(file);
     for (char *rest = text; (line = strsep(&rest, "\n")) != NULL && line[0] != '\0'; lines++) {
         if (lines == 0) {
             commas = count_of(line, ',');
@@ -224,19 +232,13 @@ static void check_table(void (*write)(const paper_t *, FILE *), size_t least_col
         TEST_ASSERT_NULL_MESSAGE(strstr(line, "nan"), line);
     }
     TEST_ASSERT_TRUE(commas + 1u >= least_columns && lines >= least_lines);
-    free(text);
-}
-
-static void write_figure(const paper_t *of, FILE *file)
-{
-    paper_write_csv(of, figure, file);
 }
 
 static void csv_names_units_and_has_as_many_fields_in_every_line(void)
 {
-    check_table(write_figure, 5u, 40u);
-    if (figure == paper_figure("fig15")) {
-        check_table(paper_write_dead_time, 3u, 20u);
+    check_table(tables[0], 5u, 40u);
+    if (tables[1] != NULL) {
+        check_table(tables[1], 3u, 20u);
     }
 }
 
@@ -246,33 +248,202 @@ static bool belongs(const char *id)
     return strncmp(id, paper_figures[figure].id, length) == 0 && id[length] == '.';
 }
 
-int main(int argc, char **argv)
+/* ---- measured here ---- */
+
+static char *written(const paper_t *paper, bool dead_time)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    if (file != NULL) {
+        if (dead_time) {
+            paper_write_dead_time(paper, file);
+        } else {
+            paper_write_csv(paper, figure, file);
+        }
+        fclose(file);
+    }
+    return text;
+}
+
+static bool measure(bool dead_time)
 {
     bool wanted[PAPER_FIGURES] = {false};
     paper_error_t why;
-    figure = argc == 2 ? paper_figure(argv[1]) : PAPER_FIGURES;
-    if (figure == PAPER_FIGURES) {
-        fprintf(stderr, "usage: test_paper FIGURE, as in `lagless paper`\n");
-        return 2;
-    }
     wanted[figure] = true;
-    paper = paper_run(wanted, 1u, THREADS, NULL, NULL, &why);
+    paper_t *paper = paper_run(wanted, 1u, THREADS, NULL, NULL, &why);
     if (paper == NULL) {
         fprintf(stderr, "%s\n", why.text);
+        return false;
+    }
+    for (; row_count < paper_row_count(paper); row_count++) {
+        rows[row_count] = *paper_row(paper, row_count);
+    }
+    tables[0] = written(paper, false);
+    tables[1] = dead_time ? written(paper, true) : NULL;
+    paper_free(paper);
+    return tables[0] != NULL && (tables[1] != NULL || !dead_time);
+}
+
+/* ---- taken from a report ---- */
+
+static char *read_text(const char *folder, const char *name, const char *end)
+{
+    char path[4096];
+    char *text = NULL;
+    size_t size = 0;
+    snprintf(path, sizeof path, "%s/%s%s", folder, name, end);
+    FILE *file = fopen(path, "r");
+    if (file == NULL || getdelim(&text, &size, '\0', file) < 0) {
+        fprintf(stderr, "%s: cannot be read; `lagless paper --out %s` makes it\n", path, folder);
+        free(text);
+        text = NULL;
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    return text;
+}
+
+/* What stands behind this key of a row, which begins at `object`; NULL: it has no such key. */
+static const char *value_of(const char *object, const char *name)
+{
+    char key[40];
+    const int length = snprintf(key, sizeof key, "\"%s\": ", name);
+    for (const char *c = object; *c != '}' && *c != '\0'; c++) {
+        if (*c == '"' && strncmp(c, key, (size_t)length) == 0) {
+            return c + length;
+        }
+        if (*c == '"') {
+            for (c++; *c != '"' && *c != '\0'; c++) {
+                c += *c == '\\' && c[1] != '\0';
+            }
+        }
+        if (*c == '\0') {
+            break;
+        }
+    }
+    return NULL;
+}
+
+static bool text_of(const char *object, const char *name, char *text, size_t size)
+{
+    const char *c = value_of(object, name);
+    size_t length = 0;
+    if (c == NULL || *c != '"') {
+        return false;
+    }
+    for (c++; *c != '"' && *c != '\0' && length + 1u < size; c++) {
+        c += *c == '\\' && c[1] != '\0';
+        text[length++] = *c;
+    }
+    text[length] = '\0';
+    return *c == '"';
+}
+
+static bool number_of(const char *object, const char *name, double *number)
+{
+    const char *c = value_of(object, name);
+    if (c != NULL && strncmp(c, "null", 4) == 0) {
+        *number = (double)NAN;
+        return true;
+    }
+    if (c == NULL || !(isdigit((unsigned char)*c) || *c == '-')) {
+        return false;
+    }
+    *number = strtod(c, NULL);
+    return true;
+}
+
+static bool flag_of(const char *object, const char *name, bool *flag)
+{
+    const char *c = value_of(object, name);
+    *flag = c != NULL && strncmp(c, "true", 4) == 0;
+    return c != NULL && (*flag || strncmp(c, "false", 5) == 0);
+}
+
+/* A row of any figure; false: the report does not tell one. Texts that the row only points at live as long as
+ * the test. */
+static bool read_row(const char *object, paper_row_t *into)
+{
+    static char flavours[PAPER_ROWS_MAX][16];
+    static char units[PAPER_ROWS_MAX][16];
+    char of[40];
+    char verdict[40];
+    bool known =
+        text_of(object, "id", into->id, sizeof into->id) && text_of(object, "figure", of, sizeof of) &&
+        text_of(object, "flavour", flavours[row_count], sizeof flavours[0]) &&
+        text_of(object, "claim", into->claim, sizeof into->claim) &&
+        number_of(object, "paper", &into->paper) && number_of(object, "expected", &into->expected) &&
+        number_of(object, "ours", &into->ours) &&
+        text_of(object, "unit", units[row_count], sizeof units[0]) &&
+        number_of(object, "tolerance", &into->tolerance) && flag_of(object, "kind", &into->kind) &&
+        flag_of(object, "stopped", &into->stopped) && text_of(object, "verdict", verdict, sizeof verdict) &&
+        text_of(object, "because", into->because, sizeof into->because) &&
+        text_of(object, "condition", into->condition, sizeof into->condition);
+    into->figure = known ? paper_figure(of) : PAPER_FIGURES;
+    into->flavour = flavours[row_count];
+    into->unit = units[row_count];
+    into->verdict = PAPER_VERDICTS;
+    for (size_t n = 0; known && n < PAPER_VERDICTS; n++) {
+        if (strcmp(paper_verdict_name((paper_verdict_t)n), verdict) == 0) {
+            into->verdict = (paper_verdict_t)n;
+        }
+    }
+    return known && into->verdict != PAPER_VERDICTS;
+}
+
+static bool take(const char *report, bool dead_time)
+{
+    static const char begin[] = "\"rows\": [";
+    bool taken = true;
+    char *manifest = read_text(report, "report.json", "");
+    char name[60];
+    snprintf(name, sizeof name, "data/%s", paper_figures[figure].id);
+    tables[0] = read_text(report, name, ".csv");
+    tables[1] = dead_time ? read_text(report, name, "_dead_time.csv") : NULL;
+    if (manifest == NULL || tables[0] == NULL || (dead_time && tables[1] == NULL)) {
+        free(manifest);
+        return false;
+    }
+    const char *line = strstr(manifest, begin);
+    while (taken && line != NULL && (line = strchr(line, '\n')) != NULL && line[1] != '\0') {
+        line++; /* a row a line */
+        taken = row_count < PAPER_ROWS_MAX && read_row(line, &rows[row_count]);
+        if (!taken) {
+            fprintf(stderr, "%s/report.json: not a row: %.80s\n", report, line);
+        } else if (rows[row_count].figure == figure) {
+            row_count++;
+        }
+    }
+    free(manifest);
+    return taken;
+}
+
+int main(int argc, char **argv)
+{
+    figure = argc == 2 || argc == 3 ? paper_figure(argv[1]) : PAPER_FIGURES;
+    if (figure == PAPER_FIGURES) {
+        fprintf(stderr, "usage: test_paper FIGURE [REPORT], figures as in `lagless paper`\n");
+        return 2;
+    }
+    const bool dead_time = figure == paper_figure("fig15");
+    if (!(argc == 3 ? take(argv[2], dead_time) : measure(dead_time))) {
         return 1;
     }
     UNITY_BEGIN();
-    for (size_t n = 0; n < paper_row_count(paper); n++) {
-        row = paper_row(paper, n);
+    for (size_t n = 0; n < row_count; n++) {
+        row = &rows[n];
         should_be = expectation(row->id);
         UnityDefaultTestRun(check_row, row->id, __LINE__);
     }
     for (size_t n = 0; n < EXPECTED; n++) {
-        if (belongs(expected[n].id) && paper_row_by_id(paper, expected[n].id) == NULL) {
+        if (belongs(expected[n].id) && row_by_id(expected[n].id) == NULL) {
             UnityDefaultTestRun(check_missing, expected[n].id, __LINE__);
         }
     }
     RUN_TEST(csv_names_units_and_has_as_many_fields_in_every_line);
-    paper_free(paper);
+    free(tables[0]);
+    free(tables[1]);
     return UNITY_END();
 }

@@ -1,0 +1,165 @@
+"""The steps of tools/check: what fails, what runs beside, what was not checked. usage: test_steps.py CTEST"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+CTEST = sys.argv[1]
+TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
+
+# Four tests as CMake hands them to ctest.
+TESTS = """add_test(done "/bin/sh" "-c" "exit 0")
+add_test(without_tool "/bin/sh" "-c" "exit 77")
+set_tests_properties(without_tool PROPERTIES SKIP_RETURN_CODE 77)
+add_test(partly "/bin/sh" "-c" "echo Ran 9 tests; echo; echo 'OK (skipped=2)'")
+add_test(ignored "/bin/sh" "-c" "echo 7 Tests 0 Failures 3 Ignored; echo OK")
+"""
+
+
+class Steps(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="lagless_steps_"))
+        (self.folder / "tools").mkdir()
+        shutil.copy(TOOLS / "steps.sh", self.folder / "tools")
+
+    def tearDown(self):
+        shutil.rmtree(self.folder)
+
+    def run_script(self, text, ci=None, path=None):
+        (self.folder / "script").write_text("set -eu\n. tools/steps.sh\n" + text)
+        environment = {key: value for key, value in os.environ.items() if key != "CI"}
+        if ci is not None:
+            environment["CI"] = ci
+        if path is not None:
+            environment["PATH"] = path
+        return subprocess.run(["/bin/sh", "script"], cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
+
+    def log(self, name):
+        return (self.folder / "build/log" / name).read_text()
+
+    # ---- steps ----
+
+    def test_a_failing_step_shows_what_it_printed_and_ends_the_script(self):
+        done = self.run_script("step a 'one' echo quiet\nstep a 'two' sh -c 'echo why; exit 5'\necho after\n")
+        self.assertEqual(1, done.returncode)
+        self.assertRegex(done.stdout, r"^one +0 s\ntwo +0 s  FAILED\n$")
+        self.assertIn("why", done.stderr)
+        self.assertNotIn("quiet", done.stderr)
+
+    def test_what_runs_beside_is_told_where_it_is_waited_for(self):
+        done = self.run_script("""lane() { step a 'first of the lane' sleep 0.2; step a 'second of the lane' true; }
+            beside lane lane
+            step b 'in front' true
+            beside_end lane
+            echo end\n""")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        self.assertEqual(["in front", "first of the lane", "second of the lane", "end"],
+                         [line.split("  ")[0] for line in done.stdout.splitlines()])
+
+    def test_a_failure_beside_ends_the_script_at_its_next_step(self):
+        done = self.run_script("""lane() { step a 'bad' sh -c 'echo because; exit 3'; echo no further; }
+            beside lane lane
+            while [ ! -s build/log/lane.ended ]; do sleep 0.05; done
+            step b 'in front' true
+            echo after\n""")
+        self.assertEqual(1, done.returncode)
+        self.assertRegex(done.stdout, r"^in front +0 s\nbad +[0-9]+ s  FAILED\n")
+        self.assertIn("because", done.stdout)
+        self.assertNotIn("after", done.stdout)
+        self.assertNotIn("no further", done.stdout)
+
+    def test_a_failure_beside_that_comes_last_is_one_too(self):
+        done = self.run_script("lane() { sleep 0.3; step a bad false; }\nbeside lane lane\nbeside_end lane\necho after\n")
+        self.assertEqual(1, done.returncode)
+        self.assertNotIn("after", done.stdout)
+
+    def test_a_failing_step_ends_what_runs_beside(self):
+        begun = time.monotonic()
+        done = self.run_script("""lane() { step a 'long' sh -c 'echo $$ >pid; exec sleep 60'; }
+            beside lane lane
+            while [ ! -s pid ]; do sleep 0.05; done
+            step b 'bad' false\n""")
+        self.assertEqual(1, done.returncode)
+        self.assertLess(time.monotonic() - begun, 30.0)
+        process = int((self.folder / "pid").read_text())
+        for _ in range(100):
+            if not pathlib.Path(f"/proc/{process}/stat").exists() or not alive(process):
+                return
+            time.sleep(0.05)
+        self.fail("the step beside still runs")
+
+    # ---- what was not checked ----
+
+    def test_a_missing_tool_is_told_and_passes_by_hand(self):
+        done = self.run_script("tools_here dialect sh no_such_tool && echo wrong\nsteps_unchecked\necho end\n")
+        self.assertEqual(0, done.returncode, done.stderr)
+        line = "dialect: not checked, this machine has no no_such_tool (tools/setup installs it)"
+        self.assertEqual([line, "", "not checked, 1:", "  " + line, "end"], done.stdout.splitlines())
+
+    def test_a_missing_tool_is_a_failure_under_ci(self):
+        done = self.run_script("tools_here dialect no_such_tool || true\nsteps_unchecked\necho end\n", ci="true")
+        self.assertEqual(1, done.returncode)
+        self.assertIn("  dialect: not checked", done.stdout)
+        self.assertIn("CI is set", done.stderr)
+        self.assertNotIn("end", done.stdout)
+
+    def test_tools_that_are_there_are_no_failure_under_ci(self):
+        done = self.run_script("tools_here dialect sh\nsteps_unchecked\necho end\n", ci="true")
+        self.assertEqual((0, "end\n", ""), (done.returncode, done.stdout, done.stderr))
+
+    def test_what_could_not_be_checked_beside_counts(self):
+        done = self.run_script("lane() { unchecked 'x: not checked'; }\nbeside lane lane\nbeside_end lane\nsteps_unchecked\n",
+                               ci="1")
+        self.assertEqual(1, done.returncode)
+        self.assertEqual(2, done.stdout.count("x: not checked\n"))
+
+    def skipped(self, tests, ci=None):
+        build = self.folder / "build/preset"
+        build.mkdir(parents=True)
+        (build / "CTestTestfile.cmake").write_text(tests)
+        return self.run_script(f"""step preset ctest '{CTEST}' --test-dir build/preset --no-tests=error
+            steps_skipped preset preset
+            steps_skipped_inside build/preset preset
+            steps_unchecked\n""", ci)
+
+    def test_skipped_tests_and_skipped_parts_are_told(self):
+        done = self.skipped(TESTS)
+        self.assertEqual(0, done.returncode, done.stdout + done.stderr)
+        told = done.stdout[done.stdout.index("not checked, "):].splitlines()
+        self.assertEqual(["not checked, 3:", "  preset: test without_tool was skipped", "  preset: test partly skipped 2 of its parts",
+                          "  preset: test ignored skipped 3 of its parts"], told)
+
+    def test_a_skipped_test_is_a_failure_under_ci(self):
+        done = self.skipped("\n".join(TESTS.splitlines()[:3]), ci="yes")
+        self.assertIn("100% tests passed", self.log("preset.log"))  # ctest's own view
+        self.assertEqual(1, done.returncode)
+
+    def test_a_skipped_part_is_a_failure_under_ci(self):
+        done = self.skipped(TESTS.splitlines()[3], ci="yes")
+        self.assertEqual(1, done.returncode)
+
+    def test_nothing_skipped_is_no_failure_under_ci(self):
+        done = self.skipped(TESTS.splitlines()[0], ci="yes")
+        self.assertEqual(0, done.returncode, done.stdout + done.stderr)
+
+    def test_no_tests_at_all_fail(self):
+        done = self.skipped("")
+        self.assertEqual(1, done.returncode)
+        self.assertIn("FAILED", done.stdout)
+
+
+def alive(process):
+    """Not ended, and not merely waiting for its parent to notice."""
+    try:
+        return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -9,10 +9,11 @@
 #include "math/trig.h"
 
 /* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
-#define CURRENT_MIDDLE       (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
-#define CURRENT_HALF         (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
-/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice that. */
-#define CURRENT_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
+#define CURRENT_MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
+#define CURRENT_HALF   (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice
+ * that. */
+#define CURRENT_C_SHARE      (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
 #define CURRENT_CALM         (0.745f * DRIVE_CURRENT_RANGE) /* [A] no sensor is at its end, whatever its offset */
 #define U_DC_LIMIT           1000.0f               /* [V] no sensor of the board reads this: not a number */
 #define TEMPERATURE_LIMIT    1000.0f               /* [degC] likewise */

@@ -74,7 +74,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "command edge to current on, for the compensation")                                                    \
     F(19, turn_off_delay, "s", BOARD_SECONDS(BOARD_TURN_OFF_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,            \
       "command edge to current off, for the compensation")                                                   \
-    F(20, device_drop, "V", ((float)BOARD_IGBT_DROP_MV + (float)BOARD_DIODE_DROP_MV) / 2e3f, 0.0f, 5.0f,        \
+    F(20, device_drop, "V", ((float)BOARD_IGBT_DROP_MV + (float)BOARD_DIODE_DROP_MV) / 2e3f, 0.0f, 5.0f,     \
       TABLE_LIVE, "mean forward drop of IGBT and diode at small current")                                    \
     F(21, current_zone, "A", 0.05f, 1e-3f, 2.0f, TABLE_LIVE,                                                 \
       "current below which the dead-time error fades")                                                       \
@@ -128,8 +128,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
       "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
-    F(49, device_resistance, "ohm", ((float)BOARD_IGBT_SLOPE_UOHM + (float)BOARD_DIODE_SLOPE_UOHM) / 2e6f, 0.0f,    \
-      1.0f, TABLE_LIVE, "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
+    F(49, device_resistance, "ohm", ((float)BOARD_IGBT_SLOPE_UOHM + (float)BOARD_DIODE_SLOPE_UOHM) / 2e6f,   \
+      0.0f, 1.0f, TABLE_LIVE,                                                                                \
+      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

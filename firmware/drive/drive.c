@@ -42,10 +42,9 @@ static float smaller_of(float x, float y)
 
 static void retune(drive_t *drive, const params_t *params)
 {
-    const float i_calm = smaller_of(params->overcurrent_trip, CURRENT_CALM);
     drive->params = *params;
     drive->calm = (drive_calm_t){
-        .current_square = 0.9999f * i_calm * i_calm,
+        .current = smaller_of(params->overcurrent_trip, CURRENT_CALM),
         .u_dc_middle = 0.5f * (params->dc_overvoltage + params->dc_undervoltage),
         .u_dc_half = 0.4999f * (params->dc_overvoltage - params->dc_undervoltage),
         .sink_temperature = DRIVE_SINK_SENSOR ? params->sink_temperature_max : TEMPERATURE_LIMIT,
@@ -163,16 +162,11 @@ static abc_t without_offset(const drive_t *drive, const drive_samples_t *samples
                    samples->i_c - drive->offset.c};
 }
 
-/* No phase current reaches the square root of this, judged by their vector where the third is the negative
- * sum of the others. Of three sensors a broken one shows what all have in common, which the vector does not
- * have. */
-static bool currents_within(abc_t i, float square)
+/* Each phase by itself: of three sensors a broken one shows what all have in common, which their vector has
+ * not. */
+static bool currents_within(abc_t i, float limit)
 {
-    if (DRIVE_CURRENT_SENSORS == 3) {
-        return i.a * i.a < square && i.b * i.b < square && i.c * i.c < square;
-    }
-    const ab_t vector = frames_clarke(i);
-    return vector.alpha * vector.alpha + vector.beta * vector.beta < square;
+    return bounds_within(i.a, limit) && bounds_within(i.b, limit) && bounds_within(i.c, limit);
 }
 
 /* Nothing to look at more closely in this sample, as in almost every period: one comparison for each value
@@ -181,7 +175,7 @@ static bool is_calm(const drive_t *drive, const drive_samples_t *samples)
 {
     const drive_calm_t *calm = &drive->calm;
     return (samples->flags | drive->protection.counting) == 0u && drive->state == DRIVE_OPERATION_ENABLED &&
-           currents_within(without_offset(drive, samples), calm->current_square) &&
+           currents_within(without_offset(drive, samples), calm->current) &&
            bounds_within(samples->u_dc - calm->u_dc_middle, calm->u_dc_half) &&
            bounds_within(samples->sink_temperature, calm->sink_temperature) &&
            bounds_within(samples->motor_temperature, calm->motor_temperature);

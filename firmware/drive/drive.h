@@ -89,7 +89,7 @@ typedef struct {
 
 /* A sample inside these is a measurement, and nothing breaks a limit: nothing asks for a closer look. */
 typedef struct {
-    float current_square;    /* [A^2] of the largest current's, offsets removed */
+    float current;           /* [A] of each phase current's amount, offsets removed */
     float u_dc_middle;       /* [V] */
     float u_dc_half;         /* [V] of the distance from the middle */
     float sink_temperature;  /* [degC] of its amount */

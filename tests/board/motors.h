@@ -4,39 +4,31 @@
 
 #include "tests/rig/run.h"
 
-typedef struct {
-    double pole_pairs, resistance, inductance, flux_linkage; /* [-], [ohm], [H], [Wb] */
-    double inertia, friction;                                /* [kg m^2], [N m] */
-    double speed;                                            /* [rad/s] rated, mechanical */
-    double load;                                             /* [N m] rated, less than current_limit gives */
-    double bandwidth;                                        /* [rad/s] of the speed control */
-} board_motor_t;
-
 #if BOARD_DC_NOMINAL_MV >= 200000
 /* The paper's Table I in its rig. */
-static const board_motor_t board_motor = {.pole_pairs = 4.0,
-                                          .resistance = 0.95,
-                                          .inductance = 12.5e-3,
-                                          .flux_linkage = 0.183,
-                                          .inertia = 0.0636,
-                                          .friction = 1.32,
-                                          .speed = 1500.0 * RPM,
-                                          .load = 5.0,
-                                          .bandwidth = 8.0};
+static const run_motor_t board_motor = {.pole_pairs = 4.0,
+                                        .resistance = 0.95,
+                                        .inductance = 12.5e-3,
+                                        .flux_linkage = 0.183,
+                                        .inertia = 0.0636,
+                                        .friction = 1.32,
+                                        .speed = 1500.0 * RPM,
+                                        .bandwidth = 8.0};
+#define BOARD_RATED_TORQUE 5.0 /* [N m] less than current_limit gives */
 #else
 /* 48 V, 640 W at 3500 r/min: EMF 21.3 V of the 27.7 V that the link gives a phase; 20 A make 1.74 N m.
  * Inertia and friction with what it drives, a small pump: 2.3 A without load, as the paper's rig takes 1.2 A
  * of its 10. With bearings alone the ripple of the switching, some 2 A at most, would change the
  * current's sign within a period, and no compensation by sign knows the dead time's voltage then. */
-static const board_motor_t board_motor = {.pole_pairs = 4.0,
-                                          .resistance = 0.08,
-                                          .inductance = 0.2e-3,
-                                          .flux_linkage = 0.0145,
-                                          .inertia = 2e-3,
-                                          .friction = 0.2,
-                                          .speed = 3500.0 * RPM,
-                                          .load = 1.74,
-                                          .bandwidth = 20.0};
+static const run_motor_t board_motor = {.pole_pairs = 4.0,
+                                        .resistance = 0.08,
+                                        .inductance = 0.2e-3,
+                                        .flux_linkage = 0.0145,
+                                        .inertia = 2e-3,
+                                        .friction = 0.2,
+                                        .speed = 3500.0 * RPM,
+                                        .bandwidth = 20.0};
+#define BOARD_RATED_TORQUE 1.74
 #endif
 
 #define BOARD_RATED_RPM     (board_motor.speed / RPM)
@@ -59,49 +51,16 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* Plant and firmware get the motor; limits are the board's own. README, "Another motor": observer by k_s =
- * 1.75 e_max and slope 1.6 L/(k_s T_s), feed-forward 50 rad/s or 1.6 sqrt(p T/J), the PLL four times it. */
+/* Plant and firmware get the motor; limits are the board's own. README, "Another motor": feed-forward 50
+ * rad/s or 1.6 sqrt(p T/J), the PLL four times it. */
 static inline void board_put_motor(rig_t *rig)
 {
-    const board_motor_t *m = &board_motor;
-    const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
-    const double slope = 1.6 * m->inductance / (gain * RIG_PERIOD_SECONDS);
-    const double cutoff = fmax(50.0, 1.6 * sqrt(m->pole_pairs * m->load / m->inertia));
-    const double kt = board_torque_per_ampere();
-    const struct {
-        const char *name;
-        double value;
-    } rows[] = {
-        {"pole_pairs", m->pole_pairs},
-        {"plant.resistance", m->resistance},
-        {"plant.inductance_d", m->inductance},
-        {"plant.inductance_q", m->inductance},
-        {"plant.flux_linkage", m->flux_linkage},
-        {"plant.inertia", m->inertia},
-        {"friction_coulomb", m->friction},
-        {"motor_pole_pairs", m->pole_pairs},
-        {"motor_resistance", m->resistance},
-        {"motor_inductance_d", m->inductance},
-        {"motor_inductance_q", m->inductance},
-        {"motor_flux_linkage", m->flux_linkage},
-        {"motor_inertia", m->inertia},
-        {"overspeed_trip", 1.4 * m->speed},
-        {"start_speed", 0.05 * m->speed},
-        {"estimate_speed_min", 0.02 * m->speed},
-        {"speed_kp", m->bandwidth * m->inertia / kt},
-        {"speed_ki", 0.25 * m->bandwidth * m->bandwidth * m->inertia / kt},
-        {"observer_gain", gain},
-        {"observer_slope", slope},
-        {"estimate_current_max", fmin(4.0 / slope, 100.0)},
-        {"feedforward_cutoff", cutoff},
-        {"pll_bandwidth", 4.0 * cutoff},
-    };
-    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-        run_put(rig, rows[n].name, rows[n].value);
-    }
-    if (!rig_apply(rig)) {
-        TEST_FAIL_MESSAGE(rig_error(rig));
-    }
+    const run_motor_t *m = &board_motor;
+    const double cutoff = fmax(50.0, 1.6 * sqrt(m->pole_pairs * BOARD_RATED_TORQUE / m->inertia));
+    run_put_motor(rig, m);
+    run_put(rig, "overspeed_trip", 1.4 * m->speed);
+    run_put(rig, "feedforward_cutoff", cutoff);
+    run_parameter(rig, "pll_bandwidth", 4.0 * cutoff);
 }
 
 #endif

@@ -31,7 +31,7 @@ static void expect_at_most(double limit, double value, const char *what)
  * within 3 % of the limit but for the first 5 ms; no phase current above 1.2 limits. */
 static void step_to(rig_t *rig, double from, double to, double load)
 {
-    const board_motor_t *m = &board_motor;
+    const run_motor_t *m = &board_motor;
     const double torque = BOARD_LIMIT_AMPERES * board_torque_per_ampere() - load - m->friction;
     const double seconds = m->inertia * fabs(to - from) * m->speed / torque + 20.0 / m->bandwidth + 0.1;
     const uint32_t periods = (uint32_t)(seconds / RIG_PERIOD_SECONDS);
@@ -74,7 +74,7 @@ static double leg_loss(void)
  * pulses take a large share of a short period. */
 static double top_share(void)
 {
-    const board_motor_t *m = &board_motor;
+    const run_motor_t *m = &board_motor;
     const double short_pulse = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9;
     double width = 1.0 - 2.0 * short_pulse / RIG_PERIOD_SECONDS;
     if (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR) {
@@ -116,23 +116,6 @@ static void test_speed_steps_by_the_encoder(void)
 
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 0.993};
 
-/* As run_ideal() for the board whose dead band this is: what it delays one edge by, the turn-off delays the
- * other, on both sides. */
-static void make_ideal(rig_t *rig)
-{
-    static const char *const none[] = {
-        "igbt_voltage",         "igbt_resistance",         "diode_voltage", "diode_resistance",
-        "plant.turn_on_delay",  "plant.current_zone",      "current_noise", "params.device_drop",
-        "params.turn_on_delay", "params.device_resistance"};
-    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
-        run_put(rig, none[n], 0.0);
-    }
-    run_put(rig, "sensors", 1.0);
-    run_put(rig, "params.current_zone", 1e-3);
-    run_put(rig, "plant.turn_off_delay", BOARD_DEAD_TIME_NS / 1e9);
-    run_parameter(rig, "params.turn_off_delay", BOARD_DEAD_TIME_NS / 1e9);
-}
-
 /* What calibration leaves: that of run_real(), in proportion to the sensors' range where it is more than
  * 20 A. */
 static void make_real(rig_t *rig)
@@ -151,13 +134,13 @@ static void make_real(rig_t *rig)
 static run_error_t measure(bool real, double fidelity, int32_t point)
 {
     const double share = ((point + point / 2) % 2 != 0 ? -1.0 : 1.0) * shares[point / 2];
-    const double load = ((point & 1) != 0) ? board_motor.load : 0.0;
+    const double load = ((point & 1) != 0) ? BOARD_RATED_TORQUE : 0.0;
     /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);
     rig_t *rig = rig_create(7);
     run_put(rig, "fidelity", fidelity);
     if (!real) {
-        make_ideal(rig);
+        run_ideal(rig);
     }
     board_put_motor(rig);
     run_parameter(rig, "position_source", 1.0);

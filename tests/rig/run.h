@@ -131,6 +131,52 @@ static inline void run_real(rig_t *rig)
     run_put(rig, "current_gain_error_b", 0.002);
 }
 
+/* A motor and what it turns, and the largest speed that is asked of it. */
+typedef struct {
+    double pole_pairs, resistance, inductance, flux_linkage; /* [-], [ohm], [H], [Wb] */
+    double inertia, friction;                                /* [kg m^2], [N m] */
+    double speed;                                            /* [rad/s] mechanical */
+    double bandwidth;                                        /* [rad/s] of the speed control */
+} run_motor_t;
+
+/* Plant and firmware get it; what the rules of thumb make of it: k_s = 1.75 e_max, slope 1.6 L/(k_s T_s), a
+ * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Before ready, and not
+ * yet applied. */
+static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
+{
+    const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
+    const double slope = 1.6 * m->inductance / (gain * RIG_PERIOD_SECONDS);
+    const double torque_per_ampere = 1.5 * m->pole_pairs * m->flux_linkage;
+    const struct {
+        const char *name;
+        double value;
+    } rows[] = {
+        {"pole_pairs", m->pole_pairs},
+        {"plant.resistance", m->resistance},
+        {"plant.inductance_d", m->inductance},
+        {"plant.inductance_q", m->inductance},
+        {"plant.flux_linkage", m->flux_linkage},
+        {"plant.inertia", m->inertia},
+        {"friction_coulomb", m->friction},
+        {"motor_pole_pairs", m->pole_pairs},
+        {"motor_resistance", m->resistance},
+        {"motor_inductance_d", m->inductance},
+        {"motor_inductance_q", m->inductance},
+        {"motor_flux_linkage", m->flux_linkage},
+        {"motor_inertia", m->inertia},
+        {"start_speed", 0.05 * m->speed},
+        {"estimate_speed_min", 0.02 * m->speed},
+        {"speed_kp", m->bandwidth * m->inertia / torque_per_ampere},
+        {"speed_ki", 0.25 * m->bandwidth * m->bandwidth * m->inertia / torque_per_ampere},
+        {"observer_gain", gain},
+        {"observer_slope", slope},
+        {"estimate_current_max", fmin(4.0 / slope, 100.0)},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        run_put(rig, rows[n].name, rows[n].value);
+    }
+}
+
 /* From power-on to ready on a rotor that turns at this speed; friction waits, so that it keeps it. */
 static inline void run_to_ready_at(rig_t *rig, double rpm)
 {

@@ -113,48 +113,18 @@ static motor_t of_board(const motor_t *written)
     return m;
 }
 
-/* Plant and firmware get the motor; the observer by the rule k_s = 1.75 e_max, slope 1.6 L/(k_s T_s). */
+/* Plant and firmware get the motor, and limits around it. */
 static void put_motor(rig_t *rig, const motor_t *m)
 {
-    const double emf = m->flux_linkage * m->pole_pairs * m->speed;
-    const double gain = 1.75 * emf;
-    const double slope = 1.6 * m->inductance / (gain * RIG_PERIOD_SECONDS);
-    const double torque_per_ampere = 1.5 * m->pole_pairs * m->flux_linkage;
-    const struct {
-        const char *name;
-        double value;
-    } rows[] = {
-        {"pole_pairs", m->pole_pairs},
-        {"plant.resistance", m->resistance},
-        {"plant.inductance_d", m->inductance},
-        {"plant.inductance_q", m->inductance},
-        {"plant.flux_linkage", m->flux_linkage},
-        {"plant.inertia", m->inertia},
-        {"friction_coulomb", m->friction},
-        {"dc_voltage", m->dc_voltage},
-        {"motor_pole_pairs", m->pole_pairs},
-        {"motor_resistance", m->resistance},
-        {"motor_inductance_d", m->inductance},
-        {"motor_inductance_q", m->inductance},
-        {"motor_flux_linkage", m->flux_linkage},
-        {"motor_inertia", m->inertia},
-        {"current_limit", m->current},
-        {"overcurrent_trip", fmin(1.5 * m->current, 0.95 * (double)DRIVE_CURRENT_RANGE)},
-        {"dc_overvoltage", 1.1 * m->dc_voltage},
-        {"dc_undervoltage", 0.6 * m->dc_voltage},
-        {"overspeed_trip", 1.15 * m->speed},
-        {"start_speed", 0.05 * m->speed},
-        {"estimate_speed_min", 0.02 * m->speed},
-        {"speed_kp", m->bandwidth * m->inertia / torque_per_ampere},
-        {"speed_ki", 0.25 * m->bandwidth * m->bandwidth * m->inertia / torque_per_ampere},
-        {"observer_gain", gain},
-        {"observer_slope", slope},
-        /* the error at 96 % of k_s */
-        {"estimate_current_max", 4.0 / slope},
-    };
-    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-        run_put(rig, rows[n].name, rows[n].value);
-    }
+    const run_motor_t motor = {m->pole_pairs, m->resistance, m->inductance, m->flux_linkage,
+                               m->inertia,    m->friction,   m->speed,      m->bandwidth};
+    run_put_motor(rig, &motor);
+    run_put(rig, "dc_voltage", m->dc_voltage);
+    run_put(rig, "current_limit", m->current);
+    run_put(rig, "overcurrent_trip", fmin(1.5 * m->current, 0.95 * (double)DRIVE_CURRENT_RANGE));
+    run_put(rig, "dc_overvoltage", 1.1 * m->dc_voltage);
+    run_put(rig, "dc_undervoltage", 0.6 * m->dc_voltage);
+    run_put(rig, "overspeed_trip", 1.15 * m->speed);
 }
 
 /* Table I on this board. It is as written wherever 5.8 A are within the limit. */

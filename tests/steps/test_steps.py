@@ -47,7 +47,7 @@ class Steps(unittest.TestCase):
     def test_a_failing_step_shows_what_it_printed_and_ends_the_script(self):
         done = self.run_script("step a 'one' echo quiet\nstep a 'two' sh -c 'echo why; exit 5'\necho after\n")
         self.assertEqual(1, done.returncode)
-        self.assertRegex(done.stdout, r"^one +0 s\ntwo +0 s  FAILED\n$")
+        self.assertRegex(done.stdout, r"^one +[0-9]+ s\ntwo +[0-9]+ s  FAILED\n$")
         self.assertIn("why", done.stderr)
         self.assertNotIn("quiet", done.stderr)
 
@@ -68,7 +68,7 @@ class Steps(unittest.TestCase):
             step b 'in front' true
             echo after\n""")
         self.assertEqual(1, done.returncode)
-        self.assertRegex(done.stdout, r"^in front +0 s\nbad +[0-9]+ s  FAILED\n")
+        self.assertRegex(done.stdout, r"^in front +[0-9]+ s\nbad +[0-9]+ s  FAILED\n")
         self.assertIn("because", done.stdout)
         self.assertNotIn("after", done.stdout)
         self.assertNotIn("no further", done.stdout)

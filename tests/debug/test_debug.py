@@ -182,7 +182,7 @@ class ExactSensorsTest(unittest.TestCase):
         self.assertEqual(place(where)[0], 2000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
         _, _, _, text, where, why = session(
-            "period 3000", "set variable app->drive.calm.current_square = 0.0f",
+            "period 3000", "set variable app->drive.calm.current = 0.0f",
             "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
             "why", arguments=("30000", "exact"),
         )
@@ -220,7 +220,7 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.calm.current_square = 0.0f",
+            "period 10000", "set variable app->drive.calm.current = 0.0f",
             "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
             "why"
         )

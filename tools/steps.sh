@@ -120,13 +120,14 @@ steps_skipped() {
         done
 }
 # steps_skipped_inside FOLDER NAME: tests that passed, but left out a part, as ctest's record of the build FOLDER tells.
+# Told, and no failure: a board of two sensors, root who may read everything, a locale that is not installed.
 steps_skipped_inside() {
     awk '
         /^[0-9]+\/[0-9]+ Test: / { test = $3 }
         /^OK \(.*skipped=[0-9]/ { n = $0; sub(/.*skipped=/, "", n); print test, n + 0 }
         /^[0-9]+ Tests [0-9]+ Failures [1-9][0-9]* Ignored/ { print test, $5 }
     ' "$1/Testing/Temporary/LastTest.log" | while read -r test count; do
-        unchecked "$2: test $test skipped $count of its parts"
+        echo "$2: test $test skipped $count of its parts: what this machine or board has not"
     done
 }
 

@@ -58,14 +58,14 @@ void current_control_reset(current_control_t *control, dq_t integral);
 /* Wanted voltage [V] from reference and current [A] at t_k and electrical speed [rad/s]; not limited. The
  * integrals wait for current_control_applied(). Eight multiplications. */
 static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,
-                                        float omega_e)
+                                        float omega_e, dq_t emf)
 {
-    float flux_d = control->inductance_d * current.d + control->flux_linkage;
-    float flux_q = control->inductance_q * current.q;
     control->current_err.d = reference.d - current.d;
     control->current_err.q = reference.q - current.q;
-    control->voltage_ref.d = pi_output(&control->d, control->current_err.d) - omega_e * flux_q;
-    control->voltage_ref.q = pi_output(&control->q, control->current_err.q) + omega_e * flux_d;
+    control->voltage_ref.d = pi_output(&control->d, control->current_err.d) -
+                             omega_e * control->inductance_q * current.q + emf.d;
+    control->voltage_ref.q = pi_output(&control->q, control->current_err.q) +
+                             omega_e * control->inductance_d * current.d + emf.q;
     return control->voltage_ref;
 }
 

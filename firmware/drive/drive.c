@@ -445,10 +445,9 @@ static float whole_counts(float duty)
 /* The rotation in the middle of the period in which the voltage acts. */
 static rotation_t rotation_ahead(const drive_t *drive, rotation_t at)
 {
-    const float angle = 1.5f * DRIVE_PERIOD * drive->position.omega_e;
-    return bounds_within(angle, TRIG_ADVANCE_LIMIT)
-               ? trig_advance(at, angle)
-               : trig_rotation(angle_wrap(drive->position.theta_e + angle));
+    (void)at;
+    return trig_turn(
+        angle_turn_back(drive->position.theta_e + 1.5f * DRIVE_PERIOD * drive->position.omega_e));
 }
 
 /* Field-oriented control: references in, duties out. `at` is the rotation by theta_e. */
@@ -458,7 +457,7 @@ static abc_t control(drive_t *drive, rotation_t at)
     const rotation_t applied_at = rotation_ahead(drive, at);
 
     const dq_t reference = references(drive);
-    const dq_t asked = current_control_step(&drive->current_control, reference, drive->current, omega_e);
+    const dq_t asked = current_control_step(&drive->current_control, reference, drive->current, omega_e, (dq_t){0.0f, omega_e * drive->current_control.flux_linkage});
 
     /* The current at the instant the voltage acts is best known from its reference: the sampled one has the
      * wrong sign near its zero crossings. */
@@ -467,11 +466,10 @@ static abc_t control(drive_t *drive, rotation_t at)
     const ab_t wanted = frames_inverse_park(asked, applied_at);
     const svpwm_t modulated = svpwm_modulate((ab_t){wanted.alpha + lost.alpha, wanted.beta + lost.beta},
                                              drive->u_dc, drive->duty_min, drive->duty_max);
-    dq_t applied = asked;
-    if (modulated.cut != 0u) {
-        applied = frames_park(
-            (ab_t){modulated.voltage.alpha - lost.alpha, modulated.voltage.beta - lost.beta}, applied_at);
-    }
+    const ab_t cut = {modulated.voltage.alpha - (wanted.alpha + lost.alpha),
+                      modulated.voltage.beta - (wanted.beta + lost.beta)};
+    const dq_t cut_dq = frames_park(cut, applied_at);
+    const dq_t applied = {asked.d + cut_dq.d, asked.q + cut_dq.q};
     current_control_applied(&drive->current_control, applied);
     drive->current_ref = reference;
     drive->voltage_ref = asked;

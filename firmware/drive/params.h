@@ -8,10 +8,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drive/table.h"
+#include "contract/refusal.h"
+#include "contract/table.h"
 #include "estimator/estimator.h"
 #include "hal/board.h"
-#include "math/params_error.h"
 
 /* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
  */

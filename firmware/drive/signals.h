@@ -3,8 +3,8 @@
 #ifndef DRIVE_SIGNALS_H
 #define DRIVE_SIGNALS_H
 
+#include "contract/table.h"
 #include "drive/drive.h"
-#include "drive/table.h"
 
 /* F(id, name, slot of drive_t, unit, text): float
  * U(id, name, slot of drive_t, unit, text): uint32_t

@@ -28,12 +28,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/refusal.h"
 #include "estimator/lag.h"
 #include "estimator/pll.h"
 #include "estimator/position.h"
 #include "estimator/smo.h"
 #include "math/frames.h"
-#include "math/params_error.h"
 
 /* k_s over the largest EMF, at least: below 1 the sliding error runs away, eq. (10); the margin is for the
  * voltage error that the observer has to take as well. */

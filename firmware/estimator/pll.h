@@ -41,12 +41,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/refusal.h"
 #include "estimator/position.h"
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/frames.h"
-#include "math/params_error.h"
 #include "math/trig.h"
 
 /* The soft sign is whole from here on [rad/s]. */

@@ -30,8 +30,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/refusal.h"
 #include "math/frames.h"
-#include "math/params_error.h"
 #include "math/tanh.h"
 
 /* Cap of the sign's equivalent gain [1/A]: an error below 1 mA is less than any sensor resolves. */

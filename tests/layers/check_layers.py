@@ -18,6 +18,7 @@ import sys
 # Rooms by folder, the longest that fits wins.
 ROOMS = (
     "firmware/math",
+    "firmware/contract",
     "firmware/estimator",
     "firmware/control",
     "firmware/drive",
@@ -33,16 +34,17 @@ ROOMS = (
     "tests",
 )
 
-FIRMWARE_CORE = ("firmware/math", "firmware/estimator", "firmware/control", "firmware/drive")
-RIG_DOOR = ("host_sim/rig/rig.h", "firmware/drive/table.h", "firmware/drive/reasons.h")  # the door and the shapes of the tables
+FIRMWARE_CORE = ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "firmware/drive")
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/drive/reasons.h")  # the door and the shapes of the tables
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
 MAY_INCLUDE = {
     "firmware/math": (),
-    "firmware/estimator": ("firmware/math",),
-    "firmware/control": ("firmware/math",),
+    "firmware/contract": ("firmware/math",),
+    "firmware/estimator": ("firmware/math", "firmware/contract"),
+    "firmware/control": ("firmware/math", "firmware/contract"),
     # hal/board.h: rates, ranges and defaults of the board, constants all.
-    "firmware/drive": ("firmware/math", "firmware/estimator", "firmware/control", "hal/board.h"),
+    "firmware/drive": ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "hal/board.h"),
     "firmware/app": FIRMWARE_CORE + ("hal",),
     "firmware": (),
     "hal": (),

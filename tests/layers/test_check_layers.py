@@ -30,8 +30,11 @@ TREE = {
         "    return x < 0.0f ? sqrtf(1.0e3f) : (float)names[x > 1.0f][0];\n"
         "}\n"
     ),
+    "firmware/contract/table.h": "float table_get(float x);\n",
+    "firmware/contract/table.c": '#include "contract/table.h"\n#include "math/angle.h"\n'
+    "float table_get(float x)\n{\n    return angle_wrap(x);\n}\n",
     "firmware/estimator/smo.h": "float smo_step(float x);\n",
-    "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "math/angle.h"\n'
+    "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "contract/table.h"\n#include "math/angle.h"\n'
     "float smo_step(float x)\n{\n    return angle_wrap(x);\n}\n",
     "firmware/control/svpwm.h": "float svpwm(float x);\n",
     "firmware/control/svpwm.c": '#include "control/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
@@ -55,7 +58,8 @@ TREE = {
     "tests/unit/test_angle.c": '#include "math/angle.h"\n#include "unity.h"\n',
 }
 LIBRARIES = {
-    "firmware": ("firmware/math/angle.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c", "firmware/drive/drive.c"),
+    "firmware": ("firmware/math/angle.c", "firmware/contract/table.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c",
+                 "firmware/drive/drive.c"),
     "app": ("firmware/app/app.c",),
     "hal": ("hal/f28335/pwm.c",),
     "chip": ("host_sim/chip/chip.c",),
@@ -164,6 +168,15 @@ class CheckLayers(unittest.TestCase):
     def test_math_must_not_include_control(self):
         self.assert_forbidden_include("firmware/math/angle.h", "../control/svpwm.h")
 
+    def test_math_must_not_include_contract(self):
+        self.assert_forbidden_include("firmware/math/angle.c", "contract/table.h")
+
+    def test_contract_must_not_include_estimator(self):
+        self.assert_forbidden_include("firmware/contract/table.c", "estimator/smo.h")
+
+    def test_contract_must_not_include_drive(self):
+        self.assert_forbidden_include("firmware/contract/table.h", "drive/drive.h")
+
     def test_estimator_must_not_include_control(self):
         self.assert_forbidden_include("firmware/estimator/smo.c", "control/svpwm.h")
 
@@ -210,7 +223,7 @@ class CheckLayers(unittest.TestCase):
         self.assert_forbidden_include("host_sim/rig/rig.c", "host_sim/cli/cli.h")
 
     def test_cli_must_not_include_drive(self):
-        self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "drive/table.h"\n#include "drive/drive.h"\n')
+        self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "contract/table.h"\n#include "drive/drive.h"\n')
         self.assert_breach("host_sim/cli/main.c:3: include: ", "host_sim/cli must not include firmware/drive/drive.h")
 
     def test_nothing_includes_tests(self):

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "control/dead_time.h"
+#include "inverter/dead_time.h"
 
 #define J ((double complex)I)
 

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <unity.h>
 
-#include "control/svpwm.h"
+#include "inverter/svpwm.h"
 #include "tests/unit/sweep.h"
 
 #define J ((double complex)I)

@@ -10,8 +10,8 @@
  *
  * No state; the duties act one period later (design: timing convention). Does not handle: overmodulation
  * beyond the hexagon, minimum pulses other than by duty_min and duty_max. */
-#ifndef CONTROL_SVPWM_H
-#define CONTROL_SVPWM_H
+#ifndef INVERTER_SVPWM_H
+#define INVERTER_SVPWM_H
 
 #include "math/frames.h"
 

@@ -16,8 +16,8 @@
  *
  * Not modelled: SCI, eCAN, DMA, eCAP, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
  * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of the eQEPs,
- * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the erratum of the
- * first ADC sample, pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
+ * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the wrong first ADC
+ * sample (SPRZ272), pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
  * CHIP_UNKNOWN_REGISTER. */
 #ifndef HOST_SIM_CHIP_CHIP_H
 #define HOST_SIM_CHIP_CHIP_H

@@ -7,7 +7,7 @@
  * is the jump modulo 4.
  *
  * QUTMR goes from 0 to QUPRD, where the time-out sets it to 0 in the same cycle: the period is QUPRD cycles
- * (facts section 13). No index or strobe pulse ever comes, so the fields that react to one have no effect.
+ * (SPRUG05, unit timer). No index or strobe pulse ever comes, so the fields that react to one have no effect.
  *
  * A debugger's halt: FREE_SOFT 0 stops position counter and unit timer at once, 1 at their next roll-over,
  * 2 and 3 never. What the shaft does while the position counter stands is lost. */

@@ -13,3 +13,4 @@ target_link_libraries(lagless_rig PUBLIC lagless_app lagless_hal lagless_chip la
 # The one place where the desk stands between two functions of the firmware: the interrupt's call of drive_step goes
 # through desk_drive_step (rig_software.c).
 target_compile_definitions(lagless_app PRIVATE drive_step=desk_drive_step)
+target_link_options(lagless_rig INTERFACE -Wl,-u,desk_drive_step) # the linker meets the rig before the app that asks for it

@@ -182,6 +182,7 @@ static bool set_plant(rig_t *rig, const table_row_t *row, float value)
                  why.minimum, why.maximum, unit, why.rule);
         return rig_refuse(rig, named->id, REASON_CROSS_RULE, text);
     }
+    plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
     state->plant_values = next;
     plant_set_params(&state->plant, &params);
     rig_follow_fault_line(rig);

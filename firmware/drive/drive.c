@@ -19,8 +19,7 @@
 #define TEMPERATURE_LIMIT    1000.0f               /* [degC] likewise */
 #define SETTLE_PERIODS       64u                   /* [periods] after the start before offsets are averaged */
 #define REARM_PERIODS        DRIVE_PERIODS(20e-3f) /* fault line high for so long before a reset */
-#define ESTIMATE_SIGNS       (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
-#define JUDGED_PERIODS       10u /* [periods] from one judgement of the estimator to the next */
+#define ESTIMATE_CRITERIA    (ESTIMATOR_AMPLITUDE | ESTIMATOR_DETECTOR | ESTIMATOR_CURRENT | ESTIMATOR_SPEED)
 #define DOUBT_SHARE          0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_EMF            4.0f  /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_SHARE_FORESEEN 0.02f /* [-] likewise, while the speed changes */
@@ -68,7 +67,9 @@ static void retune(drive_t *drive, const params_t *params)
         .bandwidth = params->encoder_bandwidth,
         .period = DRIVE_PERIOD,
     };
-    encoder_retune(&drive->encoder, &encoder);
+    encoder_tuning_t encoder_tuning;
+    encoder_prepare(&encoder_tuning, &encoder);
+    encoder_take(&drive->encoder, &encoder_tuning);
 
     const speed_control_params_t speed = {
         .kp = params->speed_kp,
@@ -106,7 +107,17 @@ static void retune(drive_t *drive, const params_t *params)
 
     estimator_params_t estimator;
     params_estimator(params, &estimator);
-    locator_retune(&drive->estimator, &estimator);
+    chosen_tuning_t estimator_tuning;
+    chosen_prepare(&estimator_tuning, &estimator);
+    chosen_take(&drive->estimator, &estimator_tuning);
+
+    const flux_params_t flux = {.flux_linkage = estimator.flux_linkage,
+                                .adaptation = estimator.flux_adaptation,
+                                .period = DRIVE_PERIOD};
+    flux_tuning_t flux_tuning;
+    flux_prepare(&flux_tuning, &flux);
+    flux_take(&drive->flux, &flux_tuning);
+    chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
 
     const protection_limits_t limits = {
         .overcurrent = params->overcurrent_trip,
@@ -125,7 +136,8 @@ void drive_init(drive_t *drive, const params_t *params)
     CHECK(params_check(params, &why));
     memset(drive, 0, sizeof *drive);
     retune(drive, params);
-    locator_reset(&drive->estimator, drive->position, drive->current_ab);
+    chosen_reset(&drive->estimator, drive->position, drive->current_ab);
+    flux_reset(&drive->flux, drive->position.omega_e);
     requests_defaults(&drive->requests);
     drive->state = DRIVE_NOT_READY;
 }
@@ -223,7 +235,7 @@ static uint32_t judge_closely(drive_t *drive, uint32_t bad_sample)
         .encoder_error = (flags & DRIVE_SAMPLE_ENCODER) != 0u,
         .late = (flags & DRIVE_SAMPLE_LATE) != 0u,
         .bad_sample = bad_sample,
-        .estimate = sensorless(drive) ? drive->estimator.invalid & ESTIMATE_SIGNS : 0u,
+        .estimate = sensorless(drive) ? drive->estimator.estimate.invalid & ESTIMATE_CRITERIA : 0u,
         .bridge_on = gates_expected,
     };
     const uint32_t faults = protection_step(&drive->protection, &input);
@@ -236,7 +248,7 @@ static uint32_t judge_closely(drive_t *drive, uint32_t bad_sample)
 static uint32_t judge(drive_t *drive, bool calm, uint32_t bad_sample)
 {
     if (calm && bounds_within(drive->omega_m, drive->calm.omega_m) &&
-        (drive->estimator.invalid == 0u || !sensorless(drive))) {
+        (drive->estimator.estimate.invalid == 0u || !sensorless(drive))) {
         drive->clear_periods += drive->clear_periods < REARM_PERIODS;
         return 0u;
     }
@@ -379,7 +391,8 @@ static drive_gates_t transit(drive_t *drive, const drive_samples_t *samples, uin
             return GATES_OFF;
         }
         preset_control(drive);
-        locator_reset(&drive->estimator, drive->encoder_position, drive->current_ab);
+        chosen_reset(&drive->estimator, drive->encoder_position, drive->current_ab);
+        flux_reset(&drive->flux, drive->encoder_position.omega_e);
         drive->estimating = 1u;
         enter(drive, DRIVE_OPERATION_ENABLED);
         return GATES_KEEP;
@@ -490,8 +503,8 @@ static bool doubtful(drive_t *drive, ab_t current, float leg)
     const dead_time_range_t range = dead_time_range(current);
     const float missing = drive->omega_m_ref - drive->omega_m;
     const float zone = drive->params.doubtful_current;
-    const float amplitude = drive->estimator.pll.amplitude;
-    const bool steady = bounds_within(drive->estimator.pll.detector, DOUBT_DETECTOR) &&
+    const float amplitude = drive->estimator.estimate.amplitude;
+    const bool steady = bounds_within(drive->estimator.estimate.detector, DOUBT_DETECTOR) &&
                         bounds_within(missing, DOUBT_SPEED_SHARE * bounds_magnitude(drive->omega_m)) &&
                         !bounds_within(drive->estimate.omega_e, DOUBT_SPEED_STEADY);
     const bool foreseen = drive->params.torque_feedforward > 0.0f &&
@@ -511,8 +524,18 @@ static bool doubtful(drive_t *drive, ab_t current, float leg)
 /* Nothing is in doubt where the EMF is far above a leg's loss: the short way. */
 static bool in_doubt(drive_t *drive, ab_t current, float leg)
 {
-    return (drive->estimator.pll.amplitude < DOUBT_EMF * leg || drive->doubt != 0u) &&
+    return (drive->estimator.estimate.amplitude < DOUBT_EMF * leg || drive->doubt != 0u) &&
            doubtful(drive, current, leg);
+}
+
+/* psi_f follows what the estimator sees in the periods that it tracks. */
+static void adapt_flux(drive_t *drive)
+{
+    const estimate_t *seen = &drive->estimator.estimate;
+    if (drive->params.flux_adaptation > 0.0f && seen->coasted == 0u) {
+        flux_step(&drive->flux, seen->amplitude, seen->omega_smooth, seen->detector);
+        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
+    }
 }
 
 /* The estimate at t_k from the voltage that the duties of two steps ago made. */
@@ -526,17 +549,13 @@ static void estimate(drive_t *drive)
                           drive->duty_prev[1].beta * u_dc - lost.beta};
     drive->observer_voltage = voltage;
     if (in_doubt(drive, middle, dead_time_leg(&drive->dead_time_model, u_dc))) {
-        drive->estimate = locator_coast(&drive->estimator, voltage, drive->current_ab);
+        drive->estimate = chosen_coast(&drive->estimator, voltage, drive->current_ab);
     } else {
-        drive->estimate = locator_step(&drive->estimator, voltage, drive->current_ab);
-        drive->unjudged++;
-        if (drive->unjudged >= JUDGED_PERIODS) {
-            locator_judge(&drive->estimator, drive->unjudged);
-            drive->unjudged = 0u;
-        }
+        drive->estimate = chosen_step(&drive->estimator, voltage, drive->current_ab);
     }
-    (void)offset_trim_step(&drive->offset_trim, drive->estimator.smo.emf_hat, drive->estimate.theta_e,
-                           drive->estimator.pll.omega_smooth, drive->current_ab);
+    adapt_flux(drive);
+    (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat, drive->estimate.theta_e,
+                           drive->estimator.estimate.omega_smooth, drive->current_ab);
 }
 
 /* Position at t_k, and the rotation by its angle. While the bridge is off nothing is known of the voltage:
@@ -545,11 +564,10 @@ static rotation_t locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->encoder_count);
     if (drive->estimating != 0u) {
-        const rotation_t tracked = locator_rotation(&drive->estimator);
         estimate(drive);
         if (sensorless(drive)) {
             drive->position = drive->estimate;
-            return tracked;
+            return drive->estimator.estimate.rotation;
         }
     }
     drive->position = drive->encoder_position;

@@ -23,6 +23,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "adapt/flux.h"
 #include "control/current_control.h"
 #include "control/dead_time.h"
 #include "control/offset_trim.h"
@@ -31,8 +32,8 @@
 #include "drive/params.h"
 #include "drive/protection.h"
 #include "drive/requests.h"
+#include "estimator/chosen.h"
 #include "estimator/encoder.h"
-#include "estimator/locator.h"
 #include "estimator/position.h"
 #include "math/frames.h"
 
@@ -109,7 +110,8 @@ typedef struct {
 
     /* modules */
     encoder_t encoder;
-    locator_t estimator;
+    chosen_t estimator;
+    flux_t flux;
     offset_trim_t offset_trim;
     speed_control_t speed_control;
     current_control_t current_control;
@@ -145,7 +147,6 @@ typedef struct {
     ab_t observer_voltage;       /* [V] on the winding in [t_{k-1}, t_k) */
     ab_t duty_prev[2];           /* [-] duties in the stationary frame, of one and two steps ago */
     float u_dc_prev;             /* [V] one period ago */
-    uint32_t unjudged;           /* [periods] that the estimator tracked since it was judged */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     uint32_t doubt;              /* [periods] for which the tracking loop still coasts */
     float omega_m;               /* [rad/s] mechanical */

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
-#include "estimator/locator.h"
+#include "estimator/chosen.h"
 
 /* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
  * motor, what its dead time leaves after compensation. */
@@ -190,7 +190,7 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
                       "estimate_speed_min < overspeed_trip", params->estimate_speed_min, 0.0f,
                       params->overspeed_trip);
     }
-    return locator_params_check(&estimator, why) || refuse_for_estimator(params, why);
+    return chosen_params_check(&estimator, why) || refuse_for_estimator(params, why);
 }
 
 bool params_check(const params_t *params, params_error_t *why)

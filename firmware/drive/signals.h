@@ -47,23 +47,25 @@
     U(2044, sample_flags, sample_flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")       \
     F(2050, theta_hat, estimate.theta_e, "rad", "electrical angle of the estimator at t_k")                  \
     F(2051, omega_hat, estimate.omega_e, "rad/s", "electrical speed of the estimator, k_p term included")    \
-    F(2052, omega_smooth, estimator.pll.omega_smooth, "rad/s", "its integrator and feed-forward alone")      \
-    U(2053, estimator_invalid, estimator.invalid, "-",                                                       \
+    F(2052, omega_smooth, estimator.estimate.omega_smooth, "rad/s", "its integrator and feed-forward alone") \
+    U(2053, estimator_invalid, estimator.estimate.invalid, "-",                                              \
       "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
-    F(2054, e_hat_alpha, estimator.smo.emf_hat.alpha, "V", "back-EMF as observed, filtered, with its lag")   \
-    F(2055, e_hat_beta, estimator.smo.emf_hat.beta, "V", "back-EMF as observed, filtered, with its lag")     \
-    F(2056, e_alpha, estimator.emf.alpha, "V", "back-EMF at t_k, lag undone")                                \
-    F(2057, e_beta, estimator.emf.beta, "V", "back-EMF at t_k, lag undone")                                  \
-    F(2058, e_amplitude, estimator.pll.amplitude, "V", "its length")                                         \
-    F(2059, k_f_alpha, estimator.smo.gain_axis.alpha, "1/A",                                                 \
+    F(2054, e_hat_alpha, estimator.estimate.emf_hat.alpha, "V",                                              \
+      "back-EMF as observed, filtered, with its lag")                                                        \
+    F(2055, e_hat_beta, estimator.estimate.emf_hat.beta, "V",                                                \
+      "back-EMF as observed, filtered, with its lag")                                                        \
+    F(2056, e_alpha, estimator.estimate.emf.alpha, "V", "back-EMF at t_k, lag undone")                       \
+    F(2057, e_beta, estimator.estimate.emf.beta, "V", "back-EMF at t_k, lag undone")                         \
+    F(2058, e_amplitude, estimator.estimate.amplitude, "V", "its length")                                    \
+    F(2059, k_f_alpha, estimator.estimate.gain_axis.alpha, "1/A",                                            \
       "equivalent gain of the alpha axis; the vector form has k_f alone")                                    \
-    F(2060, k_f_beta, estimator.smo.gain_axis.beta, "1/A",                                                   \
+    F(2060, k_f_beta, estimator.estimate.gain_axis.beta, "1/A",                                              \
       "equivalent gain of the beta axis; the vector form has k_f alone")                                     \
-    F(2061, k_f, estimator.smo.gain_mean, "1/A", "equivalent gain that the compensation uses")               \
-    F(2062, i_err_alpha, estimator.smo.current_err.alpha, "A", "observed minus measured current")            \
-    F(2063, i_err_beta, estimator.smo.current_err.beta, "A", "observed minus measured current")              \
-    F(2064, detector, estimator.pll.detector, "-", "detector of the tracking loop: sine of its error")       \
-    F(2065, psi_f_hat, estimator.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")            \
+    F(2061, k_f, estimator.estimate.gain, "1/A", "equivalent gain that the compensation uses")               \
+    F(2062, i_err_alpha, estimator.estimate.current_err.alpha, "A", "observed minus measured current")       \
+    F(2063, i_err_beta, estimator.estimate.current_err.beta, "A", "observed minus measured current")         \
+    F(2064, detector, estimator.estimate.detector, "-", "detector of the tracking loop: sine of its error")  \
+    F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")                 \
     F(2066, u_alpha, observer_voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                \
     F(2067, u_beta, observer_voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                  \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \

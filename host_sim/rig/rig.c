@@ -387,7 +387,7 @@ typedef struct {
 } estimator_input_t;
 
 typedef struct {
-    locator_t start;
+    chosen_t start;
     estimator_input_t inputs[RIG_ESTIMATOR_STEPS];
 } estimator_record_t;
 
@@ -407,9 +407,9 @@ void rig_estimator_record(rig_t *rig, void *record)
     }
 }
 
-typedef position_t (*locator_step_t)(locator_t *est, ab_t voltage, ab_t current);
+typedef position_t (*estimator_step_t)(chosen_t *est, ab_t voltage, ab_t current);
 
-static position_t empty_step(locator_t *est, ab_t voltage, ab_t current)
+static position_t empty_step(chosen_t *est, ab_t voltage, ab_t current)
 {
     (void)est;
     (void)voltage;
@@ -420,8 +420,8 @@ static position_t empty_step(locator_t *est, ab_t voltage, ab_t current)
 __attribute__((noinline)) float rig_estimator_replay(const void *record, bool empty)
 {
     const estimator_record_t *from = record;
-    const volatile locator_step_t step = empty ? empty_step : locator_step;
-    locator_t est = from->start;
+    const volatile estimator_step_t step = empty ? empty_step : chosen_step;
+    chosen_t est = from->start;
     position_t position = {0.0f, 0.0f};
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         position = step(&est, from->inputs[n].voltage, from->inputs[n].current);

@@ -19,10 +19,10 @@
 #include "math/frames.h"
 
 typedef struct {
-    float current;            /* phase current below which a leg's loss is in doubt [A]; 0: never */
-    float emf_cutoff;         /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
-    bool acceleration_known;  /* is the loop told of the motor's torque? */
-    float period;             /* T [s] */
+    float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
+    float emf_cutoff;        /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
+    bool acceleration_known; /* is the loop told of the motor's torque? */
+    float period;            /* T [s] */
 } doubt_params_t;
 
 typedef struct {

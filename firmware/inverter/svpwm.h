@@ -17,7 +17,8 @@
 
 typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
-    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or shorter */
+    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or
+                     shorter */
 } svpwm_t;
 
 /* Duties for `voltage` [V] at the DC link `u_dc` [V], each within [duty_min, duty_max] (0 <= duty_min <=

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
-#include "estimator/locator.h"
+#include "estimator/chosen.h"
 
 /* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
  * motor, what its dead time leaves after compensation. */
@@ -79,20 +79,26 @@ static bool rule_holds(params_error_t *why, const char *field, const char *rule,
     return params_check_rule(&params_table, field, rule, value, min, max, why);
 }
 
-float params_resistance(const params_t *params)
+believed_t params_believed(const params_t *params)
 {
-    return params->motor_resistance + params->device_resistance;
+    return (believed_t){
+        .resistance = params->motor_resistance + params->device_resistance,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .inertia = params->motor_inertia,
+    };
 }
 
-void params_estimator(const params_t *params, estimator_params_t *estimator)
+void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float psi_f = params->motor_flux_linkage;
+    const float psi_f = believed->flux_linkage;
     *estimator = (estimator_params_t){
         .smo =
             {
-                .resistance = params_resistance(params),
-                .inductance = params->motor_inductance_q,
+                .resistance = believed->resistance,
+                .inductance = believed->inductance_q,
                 .gain = params->observer_gain,
                 .slope = params->observer_slope,
                 .emf_cutoff = params->observer_emf_cutoff,
@@ -104,7 +110,7 @@ void params_estimator(const params_t *params, estimator_params_t *estimator)
         .flux_linkage = psi_f,
         .flux_adaptation = params->flux_adaptation,
         .torque_feedforward =
-            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / params->motor_inertia,
+            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
         .validity =
             {
                 .amplitude_min = params->estimate_amplitude_min,
@@ -167,7 +173,8 @@ static bool refuse_for_estimator(const params_t *params, params_error_t *why)
 static bool estimator_holds(const params_t *params, params_error_t *why)
 {
     estimator_params_t estimator;
-    params_estimator(params, &estimator);
+    const believed_t believed = params_believed(params);
+    params_estimator(params, &believed, &estimator);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const float share_max = ESTIMATOR_TORQUE_FEEDFORWARD_MAX * params->motor_inertia /
                             (1.5f * pole_pairs * pole_pairs * params->motor_flux_linkage);
@@ -190,7 +197,7 @@ static bool estimator_holds(const params_t *params, params_error_t *why)
                       "estimate_speed_min < overspeed_trip", params->estimate_speed_min, 0.0f,
                       params->overspeed_trip);
     }
-    return locator_params_check(&estimator, why) || refuse_for_estimator(params, why);
+    return chosen_params_check(&estimator, why) || refuse_for_estimator(params, why);
 }
 
 bool params_check(const params_t *params, params_error_t *why)

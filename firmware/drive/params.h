@@ -8,10 +8,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drive/table.h"
+#include "contract/refusal.h"
+#include "adapt/believed.h"
+#include "contract/table.h"
 #include "estimator/estimator.h"
 #include "hal/board.h"
-#include "math/params_error.h"
 
 /* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
  */
@@ -163,10 +164,10 @@ bool params_check_rule(const table_t *table, const char *field, const char *rule
 
 /* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
  * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */
-void params_estimator(const params_t *params, estimator_params_t *estimator);
+void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator);
 
-/* What a phase of motor and inverter drops in proportion to its current [ohm]. */
-float params_resistance(const params_t *params);
+/* What a set of parameters says of all that could be learnt. */
+believed_t params_believed(const params_t *params);
 
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
 float params_duty_min(const params_t *params);

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/table.h"
 #include "drive/params.h"
-#include "drive/table.h"
 
 /* F(id, name, unit, default, min, max, text): float
  * E(id, name, choices, text): int32_t with named values, default the first */

@@ -13,7 +13,7 @@
 
 #include <stddef.h>
 
-#include "drive/table.h"
+#include "contract/table.h"
 
 #define NAMES_LENGTH_MAX 63u /* [chars] longer names are near to nothing */
 

@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#include "drive/table.h"
+#include "contract/table.h"
 #include "host_sim/lab/recorder.h"
 #include "host_sim/rig/rig.h"
 

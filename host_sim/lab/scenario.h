@@ -48,7 +48,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "drive/table.h"
+#include "contract/table.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 

@@ -16,7 +16,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "drive/table.h"
+#include "contract/table.h"
 
 /* Table unit of mechanical speeds; everywhere else it reads "rad/s". */
 #define UNITS_SPEED "rad/s mechanical"

@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "drive/table.h"
+#include "contract/table.h"
 #include "hal/board.h"
 
 typedef struct rig rig_t;

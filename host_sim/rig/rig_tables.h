@@ -3,7 +3,7 @@
 #ifndef HOST_SIM_RIG_RIG_TABLES_H
 #define HOST_SIM_RIG_RIG_TABLES_H
 
-#include "drive/table.h"
+#include "contract/table.h"
 #include "host_sim/plant/plant.h"
 
 /* F(id, name, unit, text): float */

@@ -30,8 +30,11 @@ TREE = {
         "    return x < 0.0f ? sqrtf(1.0e3f) : (float)names[x > 1.0f][0];\n"
         "}\n"
     ),
+    "firmware/contract/table.h": "float table_get(float x);\n",
+    "firmware/contract/table.c": '#include "contract/table.h"\n#include "math/angle.h"\n'
+    "float table_get(float x)\n{\n    return angle_wrap(x);\n}\n",
     "firmware/estimator/smo.h": "float smo_step(float x);\n",
-    "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "math/angle.h"\n'
+    "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "contract/table.h"\n#include "math/angle.h"\n'
     "float smo_step(float x)\n{\n    return angle_wrap(x);\n}\n",
     "firmware/control/svpwm.h": "float svpwm(float x);\n",
     "firmware/control/svpwm.c": '#include "control/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
@@ -55,7 +58,8 @@ TREE = {
     "tests/unit/test_angle.c": '#include "math/angle.h"\n#include "unity.h"\n',
 }
 LIBRARIES = {
-    "firmware": ("firmware/math/angle.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c", "firmware/drive/drive.c"),
+    "firmware": ("firmware/math/angle.c", "firmware/contract/table.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c",
+                 "firmware/drive/drive.c"),
     "app": ("firmware/app/app.c",),
     "hal": ("hal/f28335/pwm.c",),
     "chip": ("host_sim/chip/chip.c",),
@@ -164,6 +168,15 @@ class CheckLayers(unittest.TestCase):
     def test_math_must_not_include_control(self):
         self.assert_forbidden_include("firmware/math/angle.h", "../control/svpwm.h")
 
+    def test_math_must_not_include_contract(self):
+        self.assert_forbidden_include("firmware/math/angle.c", "contract/table.h")
+
+    def test_contract_must_not_include_estimator(self):
+        self.assert_forbidden_include("firmware/contract/table.c", "estimator/smo.h")
+
+    def test_contract_must_not_include_drive(self):
+        self.assert_forbidden_include("firmware/contract/table.h", "drive/drive.h")
+
     def test_estimator_must_not_include_control(self):
         self.assert_forbidden_include("firmware/estimator/smo.c", "control/svpwm.h")
 
@@ -210,7 +223,7 @@ class CheckLayers(unittest.TestCase):
         self.assert_forbidden_include("host_sim/rig/rig.c", "host_sim/cli/cli.h")
 
     def test_cli_must_not_include_drive(self):
-        self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "drive/table.h"\n#include "drive/drive.h"\n')
+        self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "contract/table.h"\n#include "drive/drive.h"\n')
         self.assert_breach("host_sim/cli/main.c:3: include: ", "host_sim/cli must not include firmware/drive/drive.h")
 
     def test_nothing_includes_tests(self):
@@ -303,6 +316,40 @@ class CheckLayers(unittest.TestCase):
     def test_folder_of_that_name_in_the_project_is_none(self):
         self.write("README.md", "see " + "/".join(["docs", "home", "index"]) + "\n")
         self.assertEqual(self.check().returncode, 0)
+
+    # Documents. Written so that these lines cite none.
+
+    def test_document_that_is_not_there_is_found(self):
+        for name in ("hal/f28335/pwm.c", "host_sim/chip/chip.c", "firmware/math/angle.h"):
+            with self.subTest(name=name):
+                self.prepend(name, "/* as in notes" + ".md, section 2 */")
+                self.assert_breach(f"{name}:1: document: ", "notes" + ".md is no file of the project")
+                self.write(name, TREE[name])
+
+    def test_document_in_another_folder_is_found(self):
+        self.write("docs/notes" + ".md", "")
+        self.prepend("hal/f28335/pwm.c", "/* docs/notes" + ".md */")
+        self.assertEqual(self.check().returncode, 0)
+        self.prepend("hal/f28335/pwm.c", "/* papers/notes" + ".md */")
+        self.assert_breach("hal/f28335/pwm.c:1: document: ", "papers/notes" + ".md")
+
+    def test_phrases_for_papers_outside_are_found(self):
+        for phrase in ("facts" + " on dead time", "(" + "facts" + " section 13)", "facts" + ": memory map", "(" + "design" + ": timing)",
+                       "Timing (" + "design)", "the reference" + " study", "Issue" + " 4"):
+            with self.subTest(phrase=phrase):
+                self.write("tools/thing", f"line one\n# {phrase}\n")
+                self.assert_breach("tools/thing:2: document: ", "cites what is not in the project")
+
+    def test_facts_and_designs_that_cite_nothing_are_none(self):
+        self.write("tools/thing", "# the facts of a board; by design; what an issue is; SPRU812; pll_design(&params)\n")
+        self.assertEqual(self.check().returncode, 0)
+
+    def test_section_of_the_theory_must_exist(self):
+        self.write("docs/theory" + ".md", "# Theory\n\n## 1. One\n")
+        self.prepend("hal/f28335/pwm.c", "/* docs/theory" + ".md, 1 */")
+        self.assertEqual(self.check().returncode, 0)
+        self.prepend("hal/f28335/pwm.c", "/* docs/theory" + ".md,\n * 2 */")
+        self.assert_breach("hal/f28335/pwm.c:1: document: ", "has no section 2")
 
     # Symbols: an include rule can be dodged by a declaration by hand
 

@@ -287,7 +287,7 @@ static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, -0.15, rig_value(rig, "offset_b"));
     /* without a sensor c is minus the sum of the others, and so is its offset */
     TEST_ASSERT_DOUBLE_WITHIN(5e-3, DRIVE_CURRENT_SENSORS == 3 ? 0.1 : -0.05,
-                              (double)rig_state(rig)->app.drive.offset.c);
+                              (double)rig_state(rig)->app.drive.measure.offset.c);
 }
 
 static void test_quick_stop_brings_the_motor_to_standstill(void)

@@ -284,8 +284,8 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("hal/f28335/wait.c:", "bus_wait stays in flash", "set_flash_waits -> bus_wait")
 
     def test_ram_for_what_does_not_need_it(self):
-        self.in_ram("firmware/drive/table.c")
-        self.assert_breach("firmware/drive/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt")
+        self.in_ram("firmware/contract/table.c")
+        self.assert_breach("firmware/contract/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt")
 
     def test_a_copy_by_the_library_in_the_interrupt(self):
         self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "

@@ -1,11 +1,11 @@
-/* Numbers of the facts on dead time: 311 V, 100 us, turn-on 0.7 us, turn-off 0.9 us; and the six-vector
- * picture of its section 4, integrated here in double precision. */
+/* Numbers of docs/theory.md, 12, and of the stand-in power module: 311 V, 100 us, turn-on 0.7 us, turn-off
+ * 0.9 us; and its six-vector picture, integrated here in double precision. */
 #include <complex.h>
 #include <math.h>
 #include <string.h>
 #include <unity.h>
 
-#include "control/dead_time.h"
+#include "inverter/dead_time.h"
 
 #define J ((double complex)I)
 
@@ -43,9 +43,9 @@ static double complex lost(const dead_time_params_t *params, double amplitude, d
     return (double)voltage.alpha + J * (double)voltage.beta;
 }
 
-static void test_size_of_one_leg_is_that_of_the_facts(void)
+static void test_size_of_one_leg_is_that_of_the_formula(void)
 {
-    /* Section 3: timing 5.6, 7.2, 8.7 V at 2.0, 2.5, 3.0 us and 0.97 V of drops, total 6.6, 8.1, 9.7 V, each
+    /* By hand: timing 5.6, 7.2, 8.7 V at 2.0, 2.5, 3.0 us and 0.97 V of drops, total 6.6, 8.1, 9.7 V, each
      * rounded to 0.1 V. Along phase a, with b and c certain too, the vector is 4/3 of that. */
     static const float dead_times[] = {2.0e-6f, 2.5e-6f, 3.0e-6f};
     static const double totals[] = {6.6, 8.1, 9.7};
@@ -193,7 +193,7 @@ static void test_retune_is_init(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_size_of_one_leg_is_that_of_the_facts);
+    RUN_TEST(test_size_of_one_leg_is_that_of_the_formula);
     RUN_TEST(test_vector_has_constant_length_and_six_directions);
     RUN_TEST(test_is_the_sum_of_its_legs_in_and_out_of_the_zone);
     RUN_TEST(test_harmonics_of_the_uncompensated_inverter);

@@ -64,7 +64,7 @@ static void tune(estimator_params_t *params, double bandwidth, double cutoff)
     TEST_ASSERT_TRUE(pll_design(&params->pll, (float)bandwidth, 1.0f, (float)cutoff, (float)T));
 }
 
-/* The default: vector sigmoid by the rule (physics.md section 2), exact lag, 2000 rad/s, PLL 200 / 50. */
+/* The default: vector sigmoid by the rule (docs/theory.md, 3), exact lag, 2000 rad/s, PLL 200 / 50. */
 static estimator_params_t params_of(int machine)
 {
     double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;
@@ -269,7 +269,7 @@ static void test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle
  *     (omega T/2) (cos(phi)^2 - cos(phi) sin(phi) R/(omega L))
  *
  * and the filter by omega T/2; the next terms are smaller by (g T/L)(omega T) or so, 0.04 at T = 1e-4. At
- * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (physics.md section 2). */
+ * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (docs/theory.md, 21). */
 static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes(void)
 {
     static const double cutoffs[] = {0.0, 2000.0};
@@ -475,7 +475,7 @@ static void test_feedforward_carries_the_whole_speed(void)
     }
 }
 
-/* ---- 2. the paper's configuration: numbers of physics.md section 2 and issue 4, after the PLL ---- */
+/* ---- 2. the paper's configuration: numbers of docs/theory.md, 4, after the PLL ---- */
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 
@@ -701,7 +701,7 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
     }
 }
 
-/* Late by asin((1 - psi/psi_hat) a/ki), physics.md section 3. */
+/* Late by asin((1 - psi/psi_hat) a/ki), docs/theory.md, 6. */
 static void test_wrong_flux_leaves_its_share_of_the_lag(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -863,7 +863,7 @@ static void test_flux_rests_while_the_detector_is_off(void)
 }
 
 /* K off by rho leaves rho times the error without it; right: the jump of the current in its first period, and
- * the half period by which a sampled integral of it is early, physics.md section 10 (1.6 mrad). */
+ * the half period by which a sampled integral of it is early (docs/theory.md, 21: 1.6 mrad). */
 static void test_torque_feedforward_takes_the_error_away(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -929,7 +929,7 @@ static void test_error_of_a_swinging_speed_is_that_of_the_loop_alone(void)
 
 /* ---- 5. pull-in ---- */
 
-/* Issue 4; for 3 rad the reference study's 163 and 320 ms and a tenth. */
+/* The times of docs/theory.md, 21 and a fifth; for 3 rad a tenth. */
 static void check_pull_in(double bandwidth, double cutoff, double angle, double limit)
 {
     for (int n = 0; n < 4; n++) {
@@ -1015,7 +1015,7 @@ static void test_reset_of_the_vector_form_goes_on_without_a_bump(void)
     check_reset(SMO_SIGMOID_VECTOR, 0.0f, 1.0);
 }
 
-/* Its k_f starts from one sample instead of a mean over turns: 5 mrad of issue 4. */
+/* Its k_f starts from one sample instead of a mean over turns: 5 mrad. */
 static void test_reset_of_the_sigmoid_goes_on_with_little(void)
 {
     check_reset(SMO_SIGMOID, 2000.0f, 5.0);
@@ -2039,7 +2039,7 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
 /* ---- 10. timing ---- */
 
 /* omega T is 62.8 mrad at 1500 r/min. Without current the voltage is the EMF's mean, turned by just that; a
- * current adds R i and L di/dt that are turned too (physics.md section 1: +62.8 and -62.9 in closed loop). */
+ * current adds R i and L di/dt that are turned too (docs/theory.md, 21: +62.8 and -62.9 in closed loop). */
 static void check_voltage_off(double way, double current, double tolerance)
 {
     double omega = way * 1500.0 * RAD_PER_RPM;

@@ -156,7 +156,7 @@ static void test_exact_lag_leaves_nothing_of_the_vector_form(void)
     }
 }
 
-/* The reference study's numbers, power-weighted k_f; printed: +35.5 at 1500 r/min. */
+/* The table of docs/theory.md, 4; printed: +35.5 at 1500 r/min. */
 static void test_modes_leave_what_is_published_of_the_sigmoid_per_axis(void)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};

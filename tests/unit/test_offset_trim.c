@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "control/offset_trim.h"
+#include "adapt/offset_trim.h"
 
 #define J ((double complex)I)
 

@@ -388,7 +388,7 @@ static void test_only_live_rows_change_while_the_bridge_is_on(void)
     }
 }
 
-/* Facts on the ePWM, section 8: 2.5 us dead time and a 1.5 us pulse make 300 of 7500 counts. */
+/* docs/theory.md, 16: 2.5 us dead time and a 1.5 us pulse make 300 of 7500 counts. */
 static void test_smallest_duty_holds_dead_time_and_shortest_pulse(void)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 300.0f / 7500.0f, params_duty_min(&params));

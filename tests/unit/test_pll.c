@@ -1,6 +1,6 @@
 /* A rotating EMF whose angle and speed are known in double precision is given to the loop. Small deviations
- * are held against the linear oracle (pll_oracle.h), large ones against the numbers of the reference study
- * (physics.md section 8) and closed forms.
+ * are held against the linear oracle (pll_oracle.h), large ones against the numbers of docs/theory.md, 21 and
+ * closed forms.
  *
  * Rounding: theta_e, its sine and the angle's increment are good to 4e-7 rad a step, which the loop (kp T >=
  * 0.005) turns into less than 1e-5 rad in the mean. An integrator that carries the whole speed (conventional
@@ -260,9 +260,9 @@ static void test_feedforward_error_for_growing_acceleration_is_that_of_c3(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected + ROUNDING, expected, error_out[COUNT - 1]);
 }
 
-/* physics.md section 3, wn within 1 %: omega_c and wn are printed rounded (60 may be 60.45, 11.4 half a digit
- * is 0.4 %); ki is the square. */
-static void test_designs_are_those_of_the_reference_study(void)
+/* Of an independent design to three digits, wn within 1 % (omega_c of 60 may be 60.45; half a digit of 11.4
+ * is 0.4 %), ki the square; docs/theory.md, 7. */
+static void test_designs_are_those_of_an_independent_design(void)
 {
     static const double table[][3] = {{100, 0, 40.3},  {100, 8, 35.3},  {100, 20, 28.5}, {100, 25, 25.9},
                                       {100, 40, 18.9}, {100, 60, 11.4}, {200, 0, 80.6},  {200, 16, 70.7},
@@ -642,7 +642,7 @@ static void test_reset_takes_its_direction_from_the_start_speed(void)
 
 /* Started at rest, it finds an EMF of either direction; the conventional loop from the right angle, told the
  * direction, and a speed below kp/2, so that it catches it without a slip. 2 s are ten times the pull-in of
- * physics.md section 8. */
+ * docs/theory.md, 21. */
 static void test_start_from_zero_speed_catches_both_directions(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -698,7 +698,7 @@ static void test_reversal_without_torque_feedforward_ends_locked(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, error);
 }
 
-/* Torque's share wrong by rho: rho times the error without it (physics.md section 10). Large errors are
+/* Torque's share wrong by rho: rho times the error without it (docs/theory.md, 9). Large errors are
  * avoided. */
 static void test_error_is_proportional_to_the_error_of_the_torque_share(void)
 {
@@ -721,7 +721,6 @@ static void test_error_is_proportional_to_the_error_of_the_torque_share(void)
     check_below(peak[2], 0.03 * peak[0], "right share");
 }
 
-/* Pull-in with the allowance of physics.md section 8: 20 % over the reference. */
 /* What the short way leaves of |e| where |e|^2 has changed by the share 2 m, from below: 3/2 m^2 after a step
  * of Newton's iteration, and once more of that. */
 static double length_error(double m)
@@ -993,7 +992,7 @@ int main(void)
     RUN_TEST(test_feedforward_leaves_no_error_in_acceleration);
     RUN_TEST(test_wrong_speed_per_volt_leaves_its_share_of_the_error);
     RUN_TEST(test_feedforward_error_for_growing_acceleration_is_that_of_c3);
-    RUN_TEST(test_designs_are_those_of_the_reference_study);
+    RUN_TEST(test_designs_are_those_of_an_independent_design);
     RUN_TEST(test_designs_have_one_crossing_at_their_bandwidth);
     RUN_TEST(test_impossible_designs_are_refused_and_change_nothing);
     RUN_TEST(test_check_accepts_exactly_the_stable_loops);

@@ -87,7 +87,7 @@ void tearDown(void)
 {
 }
 
-/* paper Fig. 11, numbers of the reference study (one decimal, after a PLL); both directions are mirror
+/* paper Fig. 11; the table of docs/theory.md, 4 (one decimal, after a PLL); both directions are mirror
  * images. */
 static void test_lag_of_the_sigmoid_grows_with_speed_as_published(void)
 {

@@ -92,8 +92,9 @@ static void test_retune_lowers_the_limit_and_keeps_the_integral(void)
 
 static void test_closed_loop_is_the_second_order_system_of_the_gains(void)
 {
-    /* Rig of physics.md: K_t = 1.5 * 4 * 0.183 N m/A, J = 0.0636 kg m^2, ideal current. With m = K_t/J the
-     * error after a unit step is the solution of e'' + kp m e' + ki m e = 0, e(0) = 1, e'(0) = -kp m. */
+    /* The rig of docs/theory.md, 19: K_t = 1.5 * 4 * 0.183 N m/A, J = 0.0636 kg m^2, ideal current. With m =
+     * K_t/J the error after a unit step is the solution of e'' + kp m e' + ki m e = 0, e(0) = 1, e'(0) = -kp
+     * m. */
     double per_ampere = 1.5 * 4.0 * 0.183 / 0.0636;
     double sigma = 0.5 * 0.5 * per_ampere;
     double wd = sqrt(2.5 * per_ampere - sigma * sigma);

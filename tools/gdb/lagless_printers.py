@@ -33,7 +33,7 @@ def global_value(name):
 
 
 def table_rows(table):
-    """Rows of one of the program's tables (drive/table.h)."""
+    """Rows of one of the program's tables (contract/table.h)."""
     value = global_value(table)
     return [value["rows"][n] for n in range(int(value["count"]))]
 

@@ -1,7 +1,7 @@
 /* Why a set of parameters was refused: the first violated rule, as data. Text is made outside
  * (params_error_text on the host side), so that a calibration tool can show it in its own way. */
-#ifndef MATH_PARAMS_ERROR_H
-#define MATH_PARAMS_ERROR_H
+#ifndef CONTRACT_REFUSAL_H
+#define CONTRACT_REFUSAL_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,4 +1,4 @@
-#include "math/params_error.h"
+#include "contract/refusal.h"
 
 bool params_refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
                    float max)

@@ -1,4 +1,4 @@
-#include "drive/table.h"
+#include "contract/table.h"
 
 #include <string.h>
 

@@ -5,8 +5,8 @@
  * kind, default, range, text. Ids are unique over all tables: parameters 1..999, requests 1000..1999, signals
  * 2000..2999; the desk uses 3000 and up. Look-ups are linear and for the background, not for the interrupt.
  */
-#ifndef DRIVE_TABLE_H
-#define DRIVE_TABLE_H
+#ifndef CONTRACT_TABLE_H
+#define CONTRACT_TABLE_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,0 +1,29 @@
+/* Space-vector modulation: duties of the three legs from a voltage in the stationary frame, by min-max zero
+ * sequence.
+ *
+ *     duty_x = middle + (v_x - (max(v) + min(v))/2) / u_dc,   middle = (duty_min + duty_max)/2
+ *
+ * The highest and the lowest leg lie symmetrically about the middle of the allowed range, which equals
+ * space-vector modulation with equal zero vectors: linear up to (duty_max - duty_min) u_dc/sqrt(3) in every
+ * direction (180 V at 311 V and 0..1), up to 2/sqrt(3) times that in the corners of the hexagon. A longer
+ * vector keeps its direction and is cut at the hexagon's edge.
+ *
+ * No state; the duties act one period later (design: timing convention). Does not handle: overmodulation
+ * beyond the hexagon, minimum pulses other than by duty_min and duty_max. */
+#ifndef INVERTER_SVPWM_H
+#define INVERTER_SVPWM_H
+
+#include "math/frames.h"
+
+typedef struct {
+    abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
+    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or shorter */
+} svpwm_t;
+
+/* Duties for `voltage` [V] at the DC link `u_dc` [V], each within [duty_min, duty_max] (0 <= duty_min <=
+ * duty_max <= 1). Where nothing sensible can be made (u_dc <= 0 or below 1e-37 V, any of the three not
+ * finite or beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division; two when the
+ * vector is cut. */
+svpwm_t svpwm_modulate(ab_t voltage, float u_dc, float duty_min, float duty_max);
+
+#endif

@@ -4,7 +4,7 @@
  *             --> current control --> inverter: duties                             (each in a room of its
  * own)
  *
- * Timing: the step of period k gets the currents and the encoder at t_k; the duties it returns act on
+ * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it returns act on
  * [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e + 1.5 T_s
  * omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps ago made
  * (inverter/inverter.h).

@@ -9,7 +9,8 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
  * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of. Does not handle: which leg it is. */
+ * currents whose torque the loop is told of. Reasons: docs/theory.md, 13.
+ * Does not handle: which leg it is. */
 #ifndef INVERTER_DOUBT_H
 #define INVERTER_DOUBT_H
 

@@ -8,7 +8,7 @@
  * direction (180 V at 311 V and 0..1), up to 2/sqrt(3) times that in the corners of the hexagon. A longer
  * vector keeps its direction and is cut at the hexagon's edge.
  *
- * No state; the duties act one period later (design: timing convention). Does not handle: overmodulation
+ * No state; the duties act one period later (docs/theory.md, 2). Does not handle: overmodulation
  * beyond the hexagon, minimum pulses other than by duty_min and duty_max. */
 #ifndef INVERTER_SVPWM_H
 #define INVERTER_SVPWM_H

@@ -26,9 +26,11 @@ static void estimate(drive_t *drive)
         (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
     }
     drive->estimate = drive->estimator.estimate;
-    if (flux_step(&drive->flux, &drive->estimate)) {
-        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
+    if (drive->estimate.coasted == 0u) {
+        flux_step(&drive->flux, drive->estimate.amplitude, drive->estimate.omega_smooth,
+                  drive->estimate.detector);
     }
+    chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     (void)offset_trim_step(&drive->offset_trim, drive->estimate.emf_hat, drive->estimate.position.theta_e,
                            drive->estimate.omega_smooth, measured->current);
 }
@@ -92,6 +94,7 @@ static void start(drive_t *drive, sequence_order_t order)
     }
     if (order.track) {
         chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
+        flux_reset(&drive->flux, drive->encoder_position.omega_e);
         drive->estimating = 1u;
     }
 }

@@ -20,7 +20,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
 {
     const flux_params_t flux = {
         .flux_linkage = believed->flux_linkage,
-        .rate = params->flux_adaptation,
+        .adaptation = params->flux_adaptation,
         .period = DRIVE_PERIOD,
     };
     flux_prepare(&tuning->flux, &flux);

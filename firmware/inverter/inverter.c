@@ -1,5 +1,7 @@
 #include "inverter/inverter.h"
 
+#include <stdint.h>
+
 #include "inverter/svpwm.h"
 
 inverter_tuning_t inverter_prepare(const inverter_params_t *params)

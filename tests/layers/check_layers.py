@@ -21,7 +21,10 @@ ROOMS = (
     "firmware/math",
     "firmware/contract",
     "firmware/estimator",
+    "firmware/inverter",
     "firmware/control",
+    "firmware/adapt",
+    "firmware/manoeuvre",
     "firmware/drive",
     "firmware/app",
     "firmware",
@@ -35,17 +38,25 @@ ROOMS = (
     "tests",
 )
 
-FIRMWARE_CORE = ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "firmware/drive")
-RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/drive/reasons.h")  # the door and the shapes of the tables
+# The floors of the firmware, lowest first; rooms of one floor do not call each other.
+FLOOR_1 = ("firmware/math",)
+FLOOR_2 = FLOOR_1 + ("firmware/contract",)
+FLOOR_3 = FLOOR_2 + ("firmware/estimator", "firmware/inverter", "firmware/control", "firmware/adapt")
+FLOOR_4 = FLOOR_3 + ("firmware/manoeuvre",)
+FIRMWARE_CORE = FLOOR_4 + ("firmware/drive",)
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/drive/reasons.h", "firmware/drive/faults.h")  # the door and the shapes of the tables
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
 MAY_INCLUDE = {
     "firmware/math": (),
-    "firmware/contract": ("firmware/math",),
-    "firmware/estimator": ("firmware/math", "firmware/contract"),
-    "firmware/control": ("firmware/math", "firmware/contract"),
+    "firmware/contract": FLOOR_1,
+    "firmware/estimator": FLOOR_2,
+    "firmware/inverter": FLOOR_2,
+    "firmware/control": FLOOR_2,
+    "firmware/adapt": FLOOR_2,
+    "firmware/manoeuvre": FLOOR_3,
     # hal/board.h: rates, ranges and defaults of the board, constants all.
-    "firmware/drive": ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "hal/board.h"),
+    "firmware/drive": FLOOR_4 + ("hal/board.h",),
     "firmware/app": FIRMWARE_CORE + ("hal",),
     "firmware": (),
     "hal": (),

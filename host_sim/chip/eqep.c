@@ -13,6 +13,8 @@
  * 2 and 3 never. What the shaft does while the position counter stands is lost. */
 #include "host_sim/chip/parts.h"
 
+#include <assert.h>
+
 #define QEPCTL_WDE        (1u << 0)
 #define QDECCTL_STORED    (QDECCTL_SWAP | QDECCTL_XCR)
 #define QFLG_INT          (1u << 0)
@@ -338,4 +340,13 @@ void eqep_write32(chip_t *chip, uint32_t address, uint32_t value)
         chip_report(chip, CHIP_READ_ONLY, address);
         break;
     }
+}
+
+void chip_align_encoder(chip_t *chip, uint32_t n, int64_t count)
+{
+    assert(n >= 1u && n <= CHIP_EQEPS);
+    settle(chip);
+    const int64_t turn = (int64_t)chip->registers.eqep[n - 1u].QPOSMAX + 1;
+    const int64_t within = count % turn;
+    chip->registers.eqep[n - 1u].QPOSCNT = (uint32_t)(within < 0 ? within + turn : within);
 }

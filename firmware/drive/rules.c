@@ -1,5 +1,8 @@
 #include "drive/rules.h"
 
+/* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
+#define ROUNDING 1.0000005f
+
 const rule_t rules[RULES] = {
     [RULE_TRIP] = {"overcurrent_trip >= 1.2 current_limit",
                    2,
@@ -140,11 +143,11 @@ bool rules_hold(rule_number_t rule, const params_t *params)
 {
     switch (rule) {
     case RULE_TRIP:
-        return params->overcurrent_trip >= 1.2f * params->current_limit;
+        return params->overcurrent_trip * ROUNDING >= 1.2f * params->current_limit;
     case RULE_LINK:
-        return params->dc_undervoltage <= params->dc_overvoltage - 10.0f;
+        return params->dc_undervoltage + 10.0f <= params->dc_overvoltage * ROUNDING;
     case RULE_DELAY:
-        return params->turn_off_delay <= params->dead_time + params->turn_on_delay;
+        return params->turn_off_delay <= (params->dead_time + params->turn_on_delay) * ROUNDING;
     case RULE_ENCODER:
         /* Fewer counts a pole pair: the angle steps by more than 25 mrad, and the current control hears it.
          */
@@ -152,9 +155,9 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_TURN:
         /* One sample must not turn the frame by more: the delays of the loop are made up for to first order
          * only. */
-        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f;
+        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f * ROUNDING;
     case RULE_FEEDFORWARD:
-        return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth;
+        return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
     case RULE_FORGETTING:
         return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f;
     case RULE_SPEEDS:
@@ -162,7 +165,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_RINGING:
         return !estimator_takes(RULE_WINDING, params) || estimator_takes(rule, params);
     case RULE_LOOP:
-        return params->feedforward_cutoff > 0.95f * params->pll_bandwidth || estimator_takes(rule, params);
+        return params->feedforward_cutoff > 0.95f * params->pll_bandwidth * ROUNDING ||
+               estimator_takes(rule, params);
     case RULE_FILTER:
         return !estimator_takes(RULE_LOOP, params) || estimator_takes(rule, params);
     case RULE_WINDING:

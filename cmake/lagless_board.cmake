@@ -40,7 +40,7 @@ function(lagless_add_board name board)
         list(TRANSFORM sources PREPEND "${folder}/")
         add_library(${library}_${name} STATIC EXCLUDE_FROM_ALL ${sources})
         foreach(property C_STANDARD C_STANDARD_REQUIRED COMPILE_DEFINITIONS INTERFACE_COMPILE_DEFINITIONS INCLUDE_DIRECTORIES
-                INTERFACE_INCLUDE_DIRECTORIES)
+                INTERFACE_INCLUDE_DIRECTORIES INTERFACE_LINK_OPTIONS)
             get_target_property(value ${library} ${property})
             if(value)
                 set_target_properties(${library}_${name} PROPERTIES ${property} "${value}")

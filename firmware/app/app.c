@@ -101,7 +101,8 @@ static uint32_t encoder_max_of(const params_t *params)
 void app_start(void)
 {
     params_defaults(&app->staged);
-    drive_init(&app->drive, &app->staged);
+    app->active = app->staged;
+    drive_init(&app->drive, &app->active);
     const hal_config_t config = {
         .dead_band_count = dead_band_of(&app->staged),
         .encoder_count_max = encoder_max_of(&app->staged),
@@ -116,33 +117,91 @@ void app_start(void)
     hal_watchdog_start();
 }
 
-void app_background(void)
+/* ---- the background list ---- */
+
+static void look(void)
 {
-    hal_leds(drive_bridge_on(&app->drive), app->drive.state == (int32_t)DRIVE_FAULT);
-    const uint32_t period = app->drive.period;
-    if (period != app->fed_period) {
-        app->fed_period = period;
+    hal_interrupts_off();
+    app->seen = (app_seen_t){
+        .period = app->drive.period,
+        .state = app->drive.sequence.state,
+        .fault_reason = app->drive.sequence.fault_reason,
+        .bridge_on = drive_bridge_on(&app->drive),
+    };
+    hal_interrupts_on();
+}
+
+static void show(void)
+{
+    hal_leds(app->seen.bridge_on, app->seen.state == (int32_t)DRIVE_FAULT);
+}
+
+/* The last task: who comes here has done all others, and the interrupt has run since the last time. */
+static void feed(void)
+{
+    if (app->seen.period != app->fed_period) {
+        app->fed_period = app->seen.period;
         hal_watchdog_feed();
     }
 }
 
+void app_background(void)
+{
+    static void (*const tasks[])(void) = {look, show, feed};
+    tasks[app->task]();
+    app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);
+}
+
+/* ---- changes from outside ---- */
+
+static void offer(const params_t *params)
+{
+    const believed_t believed = params_believed(params);
+    drive_prepare(&app->drive.offer, params, &believed);
+}
+
 bool app_apply(params_error_t *why)
 {
+    const params_t *next = &app->staged;
+    if (!params_check(next, why)) {
+        return false;
+    }
+    const bool live = params_check_live(&app->active, next, why);
+    if ((!live && drive_bridge_on(&app->drive)) || !requests_check(&app->drive.requests, next, why)) {
+        return false;
+    }
+    const uint16_t dead_band = dead_band_of(next);
+    const uint32_t encoder_max = encoder_max_of(next);
+
+    drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
+    offer(next);
     hal_interrupts_off();
-    const bool taken = drive_apply(&app->drive, &app->staged, why);
-    if (taken &&
-        !drive_bridge_on(&app->drive)) { /* what lives in registers changes only while the bridge is off */
-        (void)hal_set_dead_band(dead_band_of(&app->staged));
-        (void)hal_set_encoder(encoder_max_of(&app->staged));
+    const bool bridge_on = drive_bridge_on(&app->drive);
+    const bool taken = live || !bridge_on;
+    if (taken) {
+        drive_offer(&app->drive);
+        if (!bridge_on) { /* what lives in registers changes only while the bridge is off */
+            (void)hal_set_dead_band(dead_band);
+            (void)hal_set_encoder(encoder_max);
+        }
     }
     hal_interrupts_on();
+    if (taken) {
+        app->active = *next;
+    } else {
+        offer(&app->active); /* an earlier offer may have been withdrawn: the active set once more */
+        drive_offer(&app->drive);
+    }
     return taken;
 }
 
 bool app_request(const requests_t *requests, params_error_t *why)
 {
+    if (!requests_check(requests, &app->active, why)) {
+        return false;
+    }
     hal_interrupts_off();
-    const bool taken = drive_request(&app->drive, requests, why);
+    drive_request(&app->drive, requests);
     hal_interrupts_on();
-    return taken;
+    return true;
 }

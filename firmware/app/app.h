@@ -11,22 +11,34 @@
 #include "drive/drive.h"
 #include "hal/hal.h"
 
+/* What the background knows of the drive: copied whole between two interrupts. */
+typedef struct {
+    uint32_t period;      /* [periods] */
+    int32_t state;        /* [-] drive_state_t */
+    int32_t fault_reason; /* [-] reason_t */
+    bool bridge_on;
+} app_seen_t;
+
 typedef struct {
     drive_t drive;
     params_t staged;      /* written value by value from outside; app_apply makes it the active set */
+    params_t active;      /* what the drive runs on, or takes at the start of its next step */
     int32_t board_status; /* [-] hal_status_t of the start */
+    app_seen_t seen;      /* of the last look */
+    uint32_t task;        /* [-] of the background list: the next one's number */
     uint32_t fed_period;  /* [periods] of the drive when the watchdog was last fed */
 } app_t;
 
 extern HAL_PER_CHIP app_t *app;
 
 /* After reset: default parameters, board up, watchdog started; from here on the interrupt runs every period
- * and app_background must be called at least every 100 ms. If the board does not come up, the drive is in
- * fault. */
+ * and app_background must be called again and again, each task of its list at least every 100 ms. If the
+ * board does not come up, the drive is in fault. */
 void app_start(void);
 
-/* The background loop's work, once round. Feeds the watchdog as long as the interrupt is alive too: a drive
- * whose interrupt has stopped is reset, and with it the gates open. */
+/* The background: the next task of its list, each of bounded work. The watchdog is fed when the list has come
+ * round and the interrupt with it: a drive whose interrupt or background has stopped is reset, and with it
+ * the gates open. */
 void app_background(void);
 
 /* The interrupts: of the sample, and of the power module's fault line. */
@@ -41,8 +53,9 @@ HAL_INTERRUPT void app_trip(void);
 void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
 
-/* From the background: judge the staged set and take it over between two interrupts. false: the old set runs
- * on, `why` says what was wrong. */
+/* From the background: judge the staged set, prepare its tuning and offer that to the interrupt, which takes
+ * it at the start of its next step. Interrupts are off only for the offer. false: the old set runs on, `why`
+ * says what was wrong. */
 bool app_apply(params_error_t *why);
 
 /* From the background: judge a set of requests and take it over between two interrupts. */

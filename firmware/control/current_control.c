@@ -1,28 +1,34 @@
 #include "control/current_control.h"
 
-void current_control_init(current_control_t *control, const current_control_params_t *params)
+current_control_tuning_t current_control_prepare(const current_control_params_t *params)
 {
-    dq_t zero = {0.0f, 0.0f};
-    current_control_reset(control, zero);
-    current_control_retune(control, params);
+    const float ki = params->resistance * params->bandwidth;
+    return (current_control_tuning_t){
+        .inductance_d = params->inductance_d,
+        .inductance_q = params->inductance_q,
+        .d = pi_prepare(params->inductance_d * params->bandwidth, ki, params->period),
+        .q = pi_prepare(params->inductance_q * params->bandwidth, ki, params->period),
+    };
 }
 
-void current_control_retune(current_control_t *control, const current_control_params_t *params)
+void current_control_init(current_control_t *control, const current_control_tuning_t *tuning)
 {
-    float ki = params->resistance * params->bandwidth;
-    control->inductance_d = params->inductance_d;
-    control->inductance_q = params->inductance_q;
-    control->flux_linkage = params->flux_linkage;
-    pi_retune(&control->d, params->inductance_d * params->bandwidth, ki, params->period);
-    pi_retune(&control->q, params->inductance_q * params->bandwidth, ki, params->period);
+    current_control_take(control, tuning);
+    current_control_reset(control, (dq_t){0.0f, 0.0f});
+}
+
+void current_control_take(current_control_t *control, const current_control_tuning_t *tuning)
+{
+    control->inductance_d = tuning->inductance_d;
+    control->inductance_q = tuning->inductance_q;
+    pi_take(&control->d, &tuning->d);
+    pi_take(&control->q, &tuning->q);
 }
 
 void current_control_reset(current_control_t *control, dq_t integral)
 {
     pi_reset(&control->d, integral.d);
     pi_reset(&control->q, integral.q);
-    control->current_err.d = 0.0f;
-    control->current_err.q = 0.0f;
-    control->voltage_ref.d = 0.0f;
-    control->voltage_ref.q = 0.0f;
+    control->current_err = (dq_t){0.0f, 0.0f};
+    control->voltage_ref = (dq_t){0.0f, 0.0f};
 }

@@ -1,15 +1,21 @@
 #include "control/speed_control.h"
 
-void speed_control_init(speed_control_t *control, const speed_control_params_t *params)
+speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params)
 {
-    speed_control_reset(control, 0.0f);
-    speed_control_retune(control, params);
+    return (speed_control_tuning_t){params->current_limit,
+                                    pi_prepare(params->kp, params->ki, params->period)};
 }
 
-void speed_control_retune(speed_control_t *control, const speed_control_params_t *params)
+void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning)
 {
-    control->current_limit = params->current_limit;
-    pi_retune(&control->pi, params->kp, params->ki, params->period);
+    speed_control_take(control, tuning);
+    speed_control_reset(control, 0.0f);
+}
+
+void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning)
+{
+    control->current_limit = tuning->current_limit;
+    pi_take(&control->pi, &tuning->pi);
 }
 
 void speed_control_reset(speed_control_t *control, float current)

@@ -2,8 +2,8 @@
  *
  *     i_q_ref = kp (omega_ref - omega) + I, within +-current_limit
  *
- * The units are the paper's as physics.md reads them: k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A
- * (paper section 2). While the output is at its limit the integral is back-calculated (math/pi.h).
+ * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
+ * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
  *
  * Does not handle: sharing the limit with a d-axis current, ramps of the reference, electrical speeds (divide
  * by the pole pairs first). */
@@ -20,17 +20,23 @@ typedef struct {
 } speed_control_params_t;
 
 typedef struct {
-    /* coefficient, from speed_control_init */
     float current_limit; /* [A] */
-    /* coefficients and state */
-    pi_t pi; /* output [A], error [rad/s] mechanical */
+    pi_tuning_t pi;
+} speed_control_tuning_t;
+
+typedef struct {
+    float current_limit; /* of the tuning [A] */
+    pi_t pi;             /* output [A], error [rad/s] mechanical */
 } speed_control_t;
 
-/* Coefficients; integral 0. One division. */
-void speed_control_init(speed_control_t *control, const speed_control_params_t *params);
+/* Coefficients. One division. */
+speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params);
 
-/* Coefficients alone; the integral stays. A lower limit acts from the next step on. One division. */
-void speed_control_retune(speed_control_t *control, const speed_control_params_t *params);
+/* These coefficients; integral 0. */
+void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
+
+/* New coefficients; the integral stays. A lower limit acts from the next step on. */
+void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning);
 
 /* Bumpless start: the next output for zero error is `current` [A], cut to the limit. */
 void speed_control_reset(speed_control_t *control, float current);

@@ -3,9 +3,13 @@
 #include <stddef.h>
 
 const reason_row_t reasons[] = {
-#define REASON_ROW(number, NAME, name, text, remedy) {number, name, text, remedy},
-    DRIVE_REASONS(REASON_ROW)
-#undef REASON_ROW
+#define ROW_OF_REFUSAL(number, NAME, name, text, remedy) {number, name, text, remedy},
+#define ROW_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,      \
+                     text, remedy)                                                                           \
+    {number, name, text, remedy},
+    DRIVE_REFUSALS(ROW_OF_REFUSAL) DRIVE_FAULTS(ROW_OF_FAULT)
+#undef ROW_OF_REFUSAL
+#undef ROW_OF_FAULT
 };
 
 const uint32_t reasons_count = sizeof reasons / sizeof reasons[0];

@@ -1,12 +1,15 @@
-/* Reasons: why the drive stopped or would not go on. One table of number (permanent, append only), name, text
- * and remedy; faults and refusals share it. */
+/* Reasons: why the drive stopped or would not go on, or warns. Number (permanent, append only), name, text
+ * and remedy, of the fault table (faults.h) and of the refusals here. */
 #ifndef DRIVE_REASONS_H
 #define DRIVE_REASONS_H
 
 #include <stdint.h>
 
-/* R(number, NAME, "name", "what happened", "what to do") */
-#define DRIVE_REASONS(R)                                                                                     \
+#include "drive/faults.h"
+
+/* R(number, NAME, "name", "what happened", "what to do"): refusals, and what stops the drive without a row of
+ * the fault table. */
+#define DRIVE_REFUSALS(R)                                                                                    \
     R(0, NONE, "none", "nothing is wrong", "nothing to do")                                                  \
     R(1, NOT_READY, "not_ready", "the current offsets are still being measured",                             \
       "wait until the state is ready")                                                                       \
@@ -26,50 +29,22 @@
       "set the parameter or request that makes it")                                                          \
     R(9, BOARD_FAILED, "board_failed", "the board did not come up (clock or configuration)",                 \
       "check crystal and supply, then reset the controller")                                                 \
-    R(20, MODULE_FAULT, "module_fault",                                                                      \
-      "the power module pulled its fault line: short circuit, over-temperature or "                          \
-      "low gate supply",                                                                                     \
-      "look for a short circuit; check the 15 V supplies and the heat sink")                                 \
-    R(21, OVERCURRENT, "overcurrent", "a phase current exceeded overcurrent_trip",                           \
-      "check wiring, encoder direction and offset, current_bandwidth, motor data")                           \
-    R(22, DC_OVERVOLTAGE, "dc_overvoltage", "the DC link exceeded dc_overvoltage",                           \
-      "brake more slowly or add a brake resistor")                                                           \
-    R(23, DC_UNDERVOLTAGE, "dc_undervoltage", "the DC link is below dc_undervoltage",                        \
-      "check supply and precharge")                                                                          \
-    R(24, SINK_HOT, "sink_hot", "the heat sink is above sink_temperature_max",                               \
-      "reduce load, improve cooling")                                                                        \
-    R(25, MOTOR_HOT, "motor_hot", "the motor is above motor_temperature_max",                                \
-      "reduce load, improve cooling")                                                                        \
-    R(26, OVERSPEED, "overspeed", "the speed exceeded overspeed_trip", "check references, encoder and load") \
     R(27, CURRENT_OFFSET, "current_offset",                                                                  \
       "a current sensor reads more than current_offset_max at zero current",                                 \
       "check sensor supply and wiring")                                                                      \
-    R(28, ENCODER_PHASE, "encoder_phase", "the encoder tracks changed both at once",                         \
-      "check encoder cable and screen")                                                                      \
-    R(29, LATE, "late", "the interrupt ran past its period several times in a row", "shorten the interrupt") \
-    R(30, BAD_SAMPLE, "bad_sample", "a sample was not a number or a current sensor was at its rail",         \
-      "check sensor supply, wiring and range")                                                               \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
       "check the fault line of the power module")                                                            \
-    R(32, ESTIMATE_AMPLITUDE, "estimate_amplitude",                                                          \
-      "the estimated back-EMF did not fit the estimated speed: the rotor is lost",                           \
-      "check motor_flux_linkage, dead time and load; below 50 r/min there is too little EMF")                \
-    R(33, ESTIMATE_DETECTOR, "estimate_detector",                                                            \
-      "the tracking error of the estimator stayed too large: the rotor is lost",                             \
-      "raise pll_bandwidth or use the torque feed-forward; check dead time and motor data")                  \
-    R(34, ESTIMATE_CURRENT, "estimate_current",                                                              \
-      "the observed current stayed far from the measured one: the observer is lost",                         \
-      "raise observer_gain; check motor_resistance, motor_inductance_q and wiring")                          \
-    R(35, ESTIMATE_SPEED, "estimate_speed",                                                                  \
-      "the speed stayed below estimate_speed_min or above overspeed_trip: nothing to see or to follow",      \
-      "keep sensorless operation faster, or run with the encoder")                                           \
     R(36, TOO_SLOW, "too_slow", "the rotor turns slower than start_speed: there is no back-EMF to start on", \
       "bring it to start_speed first, or run with the encoder")
 
 typedef enum {
-#define REASON_VALUE(number, NAME, name, text, remedy) REASON_##NAME = number,
-    DRIVE_REASONS(REASON_VALUE)
-#undef REASON_VALUE
+#define REASON_OF_REFUSAL(number, NAME, name, text, remedy) REASON_##NAME = number,
+#define REASON_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,   \
+                        text, remedy)                                                                        \
+    REASON_##NAME = number,
+    DRIVE_REFUSALS(REASON_OF_REFUSAL) DRIVE_FAULTS(REASON_OF_FAULT)
+#undef REASON_OF_REFUSAL
+#undef REASON_OF_FAULT
 } reason_t;
 
 typedef struct {

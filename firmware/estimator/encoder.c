@@ -7,24 +7,31 @@
 
 void encoder_init(encoder_t *encoder, const encoder_params_t *params)
 {
-    encoder_retune(encoder, params);
+    encoder_tuning_t tuning;
+    encoder_prepare(&tuning, params);
+    encoder_take(encoder, &tuning);
     encoder_reset(encoder, UINT32_C(0));
 }
 
-void encoder_retune(encoder_t *encoder, const encoder_params_t *params)
+void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
 {
     const uint64_t count_per_turn = (uint64_t)(uint32_t)params->count_per_turn;
     const uint64_t pole_pairs = (uint64_t)(uint32_t)params->pole_pairs;
     const uint64_t per_count = (pole_pairs << 48) / count_per_turn;
     const float offset = angle_wrap(params->offset) * STEPS_PER_RADIAN;
     const float rest = exponential_rest(params->bandwidth * params->period);
-    encoder->last_count = (uint32_t)params->count_per_turn - UINT32_C(1);
-    encoder->steps_per_count = (uint32_t)(per_count >> 16);
-    encoder->rest_per_count = (uint32_t)per_count & UINT32_C(0xFFFF);
-    encoder->first = (uint32_t)(int32_t)offset + (uint32_t)(per_count >> 17);
-    encoder->angle_gain = rest * (2.0f - rest);
-    encoder->speed_gain = rest * rest / params->period / STEPS_PER_RADIAN;
-    encoder->step_gain = params->period * STEPS_PER_RADIAN;
+    tuning->last_count = (uint32_t)params->count_per_turn - UINT32_C(1);
+    tuning->steps_per_count = (uint32_t)(per_count >> 16);
+    tuning->rest_per_count = (uint32_t)per_count & UINT32_C(0xFFFF);
+    tuning->first = (uint32_t)(int32_t)offset + (uint32_t)(per_count >> 17);
+    tuning->angle_gain = rest * (2.0f - rest);
+    tuning->speed_gain = rest * rest / params->period / STEPS_PER_RADIAN;
+    tuning->step_gain = params->period * STEPS_PER_RADIAN;
+}
+
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning)
+{
+    encoder->tuning = *tuning;
 }
 
 void encoder_reset(encoder_t *encoder, uint32_t count)

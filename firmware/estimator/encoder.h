@@ -42,7 +42,6 @@ typedef struct {
 } encoder_params_t;
 
 typedef struct {
-    /* coefficients, from encoder_init */
     uint32_t last_count;      /* N - 1 [-] */
     uint32_t steps_per_count; /* p/N of a turn [2^-32 turns] */
     uint32_t rest_per_count;  /* what that leaves [2^-48 turns] */
@@ -50,17 +49,24 @@ typedef struct {
     float angle_gain;         /* r (2 - r) [-] */
     float speed_gain;         /* r^2/T, of an error in steps [rad/s] */
     float step_gain;          /* T/(2 pi) 2^32 [s] */
+} encoder_tuning_t;
+
+typedef struct {
+    encoder_tuning_t tuning;
     /* state */
     uint32_t next; /* the angle expected at the next sample [2^-32 turns], electrical */
     float omega_e; /* [rad/s], electrical */
 } encoder_t;
 
+/* Coefficients. Divisions, one of 64 bits, and an exponential: for the background. */
+void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
+
+/* The coefficients alone. A new offset, pole or count number turns the angle at once and the speed loop sees
+ * it as a step: follow with encoder_reset() then. */
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning);
+
 /* Coefficients; expects count 0 at standstill. */
 void encoder_init(encoder_t *encoder, const encoder_params_t *params);
-
-/* Coefficients alone. A new offset, pole or count number turns the angle at once and the speed loop sees it
- * as a step: follow with encoder_reset() then. */
-void encoder_retune(encoder_t *encoder, const encoder_params_t *params);
 
 /* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
 void encoder_reset(encoder_t *encoder, uint32_t count);
@@ -68,8 +74,9 @@ void encoder_reset(encoder_t *encoder, uint32_t count);
 /* Electrical angle of the middle of a count step [2^-32 turns]. */
 static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)
 {
-    uint32_t c = count < encoder->last_count ? count : encoder->last_count;
-    return encoder->first + c * encoder->steps_per_count + ((c * encoder->rest_per_count) >> 16);
+    const encoder_tuning_t *tuning = &encoder->tuning;
+    uint32_t c = count < tuning->last_count ? count : tuning->last_count;
+    return tuning->first + c * tuning->steps_per_count + ((c * tuning->rest_per_count) >> 16);
 }
 
 /* [rad per 2^-32 turns]; half a turn becomes ANGLE_LARGEST. */
@@ -84,8 +91,8 @@ static inline position_t encoder_step(encoder_t *encoder, uint32_t count)
 {
     uint32_t phase = encoder_phase(encoder, count);
     float error = (float)(int32_t)(phase - encoder->next);
-    encoder->omega_e += encoder->speed_gain * error;
-    float moved = encoder->step_gain * encoder->omega_e + encoder->angle_gain * error;
+    encoder->omega_e += encoder->tuning.speed_gain * error;
+    float moved = encoder->tuning.step_gain * encoder->omega_e + encoder->tuning.angle_gain * error;
     encoder->next += (uint32_t)(int32_t)(bounds_within(moved, ENCODER_MOVE_LIMIT) ? moved : 0.0f);
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }

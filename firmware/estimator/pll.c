@@ -1,8 +1,12 @@
 #include "estimator/pll.h"
 
+#include "math/angle.h"
+#include "math/bounds.h"
 #include "math/check.h"
 #include "math/exponential.h"
+#include "math/filter.h"
 #include "math/root.h"
+#include "math/trig.h"
 
 /* What has a square that stays in range [V]. */
 #define EMF_LARGEST 1.0e15f
@@ -32,48 +36,32 @@ bool pll_params_check(const pll_params_t *params, params_error_t *why)
                                                     params->amplitude_floor, 1.0e-3f, 1.0e4f);
 }
 
-/* Is the short way one for the next step? pll->inverse has any sign. */
-static inline void look_ahead(pll_t *pll)
+void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params)
 {
-    float speed = bounds_magnitude(pll->omega_smooth);
-    bool slow = speed < PLL_SIGNED_SPEED;
-    float lower = slow ? PLL_SIGN_SPEED : PLL_SIGNED_SPEED;
-    float upper = slow ? PLL_SIGNED_SPEED : pll->turn_limit;
-    float inverse = bounds_magnitude(pll->inverse);
-    bool one = speed >= lower && speed <= upper && inverse <= pll->inverse_floor && pll->direction == 0.0f;
-    float sign = pll->omega_smooth < 0.0f ? -1.0f : 1.0f;
-    pll->slow = slow;
-    pll->half = 0.5f * (upper - lower);
-    pll->middle = sign * (lower + pll->half);
-    pll->inverse = one ? sign * inverse : 0.0f;
+    params_error_t why;
+    CHECK(pll_params_check(params, &why));
+
+    tuning->kp = params->kp;
+    tuning->ki_period = params->ki * params->period;
+    tuning->feedforward_share = lowpass_share(params->feedforward_cutoff, params->period);
+    tuning->inverse_floor = 1.0f / params->amplitude_floor;
+    tuning->speed_limit = PLL_TURN_LIMIT / params->period;
+    tuning->period = params->period;
+    tuning->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
+}
+
+void pll_take(pll_t *pll, const pll_tuning_t *tuning)
+{
+    pll->tuning = *tuning;
 }
 
 void pll_init(pll_t *pll, const pll_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};
-    pll->omega_smooth = 0.0f;
-    pll->amplitude = 0.0f;
-    pll->inverse = 0.0f;
-    pll->direction = 0.0f;
-    pll_retune(pll, params);
+    pll_tuning_t tuning;
+    pll_prepare(&tuning, params);
+    pll_take(pll, &tuning);
     pll_reset(pll, origin);
-}
-
-void pll_retune(pll_t *pll, const pll_params_t *params)
-{
-    params_error_t why;
-    CHECK(pll_params_check(params, &why));
-
-    pll->kp = params->kp;
-    pll->ki_period = params->ki * params->period;
-    pll->amplitude_floor = params->amplitude_floor;
-    pll->inverse_floor = 1.0f / params->amplitude_floor;
-    pll->speed_limit = PLL_TURN_LIMIT / params->period;
-    pll->period = params->period;
-    pll->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
-    pll->turn_limit = TRIG_ADVANCE_LIMIT / params->period - params->kp;
-    lowpass_retune(&pll->feedforward, params->feedforward_cutoff, params->period);
-    look_ahead(pll);
 }
 
 static inline void place(pll_t *pll, float theta_e)
@@ -83,138 +71,126 @@ static inline void place(pll_t *pll, float theta_e)
 }
 
 /* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
-static inline void move(pll_t *pll, float omega_e)
+static inline void turn(pll_t *pll, float omega_e)
 {
     pll->omega_e = omega_e;
-    place(pll, angle_turn_back(pll->theta_e + pll->period * omega_e));
+    place(pll, angle_turn_back(pll->theta_e + pll->tuning.period * omega_e));
 }
 
 void pll_reset(pll_t *pll, position_t start)
 {
-    bool has_feedforward = pll->feedforward.alpha > 0.0f;
-    float omega_e = bounds_clamp(start.omega_e, pll->speed_limit);
-    lowpass_reset(&pll->feedforward, has_feedforward ? omega_e : 0.0f);
+    bool has_feedforward = pll->tuning.feedforward_share > 0.0f;
+    float omega_e = bounds_clamp(start.omega_e, pll->tuning.speed_limit);
+    pll->feedforward = has_feedforward ? omega_e : 0.0f;
     pll->integral = has_feedforward ? 0.0f : omega_e;
     place(pll, angle_wrap(start.theta_e));
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
-    pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
-    pll->detector = 0.0f;
-    pll->amplitude = 0.0f;
-    pll->inverse = 0.0f;
-    pll->emf = (dq_t){0.0f, 0.0f};
-    if (bounds_magnitude(omega_e) >= PLL_SIGN_SPEED) {
-        pll->direction = 0.0f;
+    pll->direction = 0.0f;
+    if (bounds_magnitude(omega_e) < PLL_SIGN_SPEED) {
+        pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
     }
+    pll->detector = 0.0f;
+    pll_reset_emf(pll, 0.0f);
 }
 
-void pll_settle(pll_t *pll, float amplitude)
+void pll_reset_emf(pll_t *pll, float amplitude)
 {
     pll->emf = (dq_t){0.0f, pll->omega_smooth < 0.0f ? -amplitude : amplitude};
     pll->amplitude = amplitude;
-    pll->inverse = amplitude >= pll->amplitude_floor ? 1.0f / amplitude : 0.0f;
-    look_ahead(pll);
-}
-
-void pll_advance(pll_t *pll)
-{
-    move(pll, pll->omega_smooth);
 }
 
 position_t pll_coast(pll_t *pll, float acceleration)
 {
-    float feedforward = pll->feedforward.value + pll->period * acceleration;
-    if (bounds_magnitude(feedforward) <= pll->speed_limit) {
-        lowpass_reset(&pll->feedforward, feedforward);
+    float feedforward = pll->feedforward + pll->tuning.period * acceleration;
+    if (bounds_magnitude(feedforward) <= pll->tuning.speed_limit) {
+        pll->feedforward = feedforward;
         pll->omega_smooth = pll->integral + feedforward;
     }
     position_t position = {pll->theta_e, pll->omega_smooth};
     pll->detector = 0.0f;
-    if (pll->inverse != 0.0f && pll_goes_on(pll, pll->omega_smooth)) {
-        pll_turn(pll, position.omega_e);
-    } else {
-        move(pll, position.omega_e);
-        look_ahead(pll);
-    }
+    turn(pll, position.omega_e);
     return position;
 }
 
-static float square_of(dq_t e)
+/* The EMF in the frame of the loop, low-passed there. */
+static inline dq_t filtered(const pll_t *pll, ab_t emf)
+{
+    dq_t e = frames_park(emf, pll->rotation);
+    e.d += pll->tuning.emf_decay * (pll->emf.d - e.d);
+    e.q += pll->tuning.emf_decay * (pll->emf.q - e.q);
+    return e;
+}
+
+/* |e|^2 [V^2]. */
+static inline float square_of(dq_t e)
 {
     return e.d * e.d + e.q * e.q;
 }
 
+static inline bool is_emf(float square)
+{
+    return square <= EMF_LARGEST * EMF_LARGEST;
+}
+
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
 {
-    dq_t e = pll_filtered(pll, emf);
-    if (square_of(e) <= EMF_LARGEST * EMF_LARGEST) {
+    dq_t e = filtered(pll, emf);
+    if (is_emf(square_of(e))) {
         pll->emf = e;
     }
     return pll_coast(pll, acceleration);
 }
 
-/* The detector's sign at low speed; once the loop is faster, a start's direction is no longer needed. */
-static float soft_sign(pll_t *pll)
+/* s: the detector's sign, soft around zero speed; once the loop is faster, a start's direction is no longer
+ * needed. */
+static inline float soft_sign(pll_t *pll)
 {
-    if (bounds_magnitude(pll->omega_smooth) >= PLL_SIGN_SPEED) {
+    float sign = bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+    if (bounds_magnitude(sign) >= 1.0f) {
         pll->direction = 0.0f;
     }
-    if (pll->direction != 0.0f) {
-        return pll->direction;
-    }
-    return bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+    return pll->direction != 0.0f ? pll->direction : sign;
 }
 
-position_t pll_take(pll_t *pll, float feedforward, float integral)
+/* An F that leaves its limit, or is no number, stays as it was. */
+static inline float feedforward_within(const pll_t *pll, float feedforward)
 {
-    float new_feedforward = feedforward;
-    float new_integral = integral;
-    if (!(bounds_magnitude(feedforward) + bounds_magnitude(integral) <= pll->speed_limit)) {
-        if (!(bounds_magnitude(feedforward) <= pll->speed_limit)) { /* or no number */
-            new_feedforward = pll->feedforward.value;
-        }
-        new_integral = bounds_clamp(integral, 2.0f * pll->speed_limit);
-    }
-    position_t position = {pll->theta_e, pll->integral + pll->kp * pll->detector + new_feedforward};
-    move(pll, position.omega_e);
-    lowpass_reset(&pll->feedforward, new_feedforward);
-    pll->integral = new_integral;
-    pll->omega_smooth = new_integral + new_feedforward;
-    look_ahead(pll);
-    return position;
-}
-
-position_t pll_step_closely(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
-{
-    dq_t e = pll_filtered(pll, emf);
-    float square = square_of(e);
-    if (!(square <= EMF_LARGEST * EMF_LARGEST)) {
-        pll->amplitude = 0.0f;
-        return pll_coast(pll, acceleration);
-    }
-
-    float inverse = inverse_root(square);
-    float amplitude = square * inverse;
-    float sign = soft_sign(pll);
-    float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
-    float detector = -(sign * e.d) * (amplitude < pll->amplitude_floor ? pll->inverse_floor : inverse);
-    pll->emf = e;
-    pll->amplitude = amplitude;
-    pll->inverse = inverse;
-    pll->detector = detector;
-
-    float feedforward = pll->feedforward.value;
-    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
-    feedforward += pll->period * acceleration;
-    return pll_take(pll, feedforward, pll->integral + pll->ki_period * detector);
+    return bounds_magnitude(feedforward) <= pll->tuning.speed_limit ? feedforward : pll->feedforward;
 }
 
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    position_t position;
-    return pll_track(pll, emf, speed_per_volt, acceleration, &position)
-               ? position
-               : pll_step_closely(pll, emf, speed_per_volt, acceleration);
+    const pll_tuning_t *tuning = &pll->tuning;
+    dq_t e = filtered(pll, emf);
+    float square = square_of(e);
+    if (!is_emf(square)) {
+        pll->amplitude = 0.0f;
+        return pll_coast(pll, acceleration);
+    }
+
+    /* Detector (15), (16), normalised (17). */
+    float inverse = inverse_root(square);
+    float amplitude = square * inverse;
+    float sign = soft_sign(pll);
+    float detector = -(sign * e.d) * (inverse < tuning->inverse_floor ? inverse : tuning->inverse_floor);
+
+    /* Speed from the EMF (3), feed-forward of Fig. 7. */
+    float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
+    float feedforward =
+        lowpass_step(pll->feedforward, tuning->feedforward_share, signed_emf * speed_per_volt);
+    feedforward = feedforward_within(pll, feedforward + tuning->period * acceleration);
+
+    /* Loop (18), (19); its integrator acts from the next period on. */
+    position_t position = {pll->theta_e, pll->integral + tuning->kp * detector + feedforward};
+    pll->integral = bounds_clamp(pll->integral + tuning->ki_period * detector, 2.0f * tuning->speed_limit);
+    pll->feedforward = feedforward;
+    pll->omega_smooth = pll->integral + feedforward;
+    pll->emf = e;
+    pll->amplitude = amplitude;
+    pll->detector = detector;
+    turn(pll, position.omega_e);
+    return position;
 }
 
 bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period)

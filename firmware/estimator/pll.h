@@ -21,9 +21,7 @@
  * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
  * them.
  *
- * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed. Its
- * reciprocal, which the detector uses too, is within 1e-6, or on the short way (pll_track) one step of
- * Newton's iteration from the last one: short by 3/2 m^2 where |e|^2 has grown by the share 2 m since.
+ * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed.
  *
  * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
  * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
@@ -43,11 +41,7 @@
 
 #include "contract/refusal.h"
 #include "estimator/position.h"
-#include "math/angle.h"
-#include "math/bounds.h"
-#include "math/filter.h"
 #include "math/frames.h"
-#include "math/trig.h"
 
 /* The soft sign is whole from here on [rad/s]. */
 #define PLL_SIGN_SPEED 20.0f
@@ -58,12 +52,6 @@
 /* Largest angle that the feed-forward may turn in one period [rad]; the integrator may turn twice this, so
  * that it can still oppose a feed-forward that is at its limit. */
 #define PLL_TURN_LIMIT 1.0f
-
-/* On the short way of a step, pll_track(), |e|^2 may change by twice these shares in a period [-]: up to the
- * first, one step of Newton's iteration leaves 6e-3 of |e|, up to the second two steps. An EMF that fades as
- * slowly as that passes the floor without notice, if w_s stays. */
-#define PLL_NEAR 0.0625f
-#define PLL_FAR  0.2f
 
 typedef struct {
     float kp;                 /* [rad/s], on the normalised detector (17): ki T < kp < 2/T + ki T/2 */
@@ -76,27 +64,25 @@ typedef struct {
 } pll_params_t;
 
 typedef struct {
-    /* coefficients, from pll_init */
-    float kp;              /* [rad/s] */
-    float ki_period;       /* ki T [rad/s] */
-    float amplitude_floor; /* [V] */
-    float inverse_floor;   /* 1/amplitude_floor [1/V] */
-    float speed_limit;     /* PLL_TURN_LIMIT/T [rad/s] */
-    float period;          /* T [s] */
-    float emf_decay;       /* exp(-emf_cutoff T) [-]; 0 = no filter */
-    float turn_limit;      /* largest |w_s| on the short way [rad/s] */
-    /* coefficient and state */
-    lowpass_t feedforward; /* F [rad/s] */
+    float kp;                /* [rad/s] */
+    float ki_period;         /* ki T [rad/s] */
+    float feedforward_share; /* 1 - exp(-omega_c T) [-]; 0 = conventional */
+    float inverse_floor;     /* 1/amplitude_floor [1/V] */
+    float speed_limit;       /* PLL_TURN_LIMIT/T [rad/s] */
+    float period;            /* T [s] */
+    float emf_decay;         /* exp(-emf_cutoff T) [-]; 0 = no filter */
+} pll_tuning_t;
+
+typedef struct {
+    pll_tuning_t tuning;
     /* state */
     float theta_e;       /* angle of the next step's result [rad], [-pi, pi) */
     rotation_t rotation; /* its sine and cosine [-] */
     float integral;      /* I [rad/s] */
+    float feedforward;   /* F [rad/s] */
     dq_t emf;            /* in the frame of the loop, filtered [V] */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
-    float inverse;       /* 1/|e| of the last step with the sign of w_s [1/V]; 0 = not the short way */
-    float middle, half;  /* on the short way w_s is middle +- half [rad/s] */
-    uint32_t slow;       /* [-] 1: there |w_s| is below PLL_SIGNED_SPEED */
     float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
     float detector;  /* eps of the last step [-], -1..1 */
     float amplitude; /* |e| of the last step [V] */
@@ -107,13 +93,16 @@ typedef struct {
  * 1 is so with every smaller s; the feed-forward is outside the loop and always stable. */
 bool pll_params_check(const pll_params_t *params, params_error_t *why);
 
-/* Coefficients; angle 0, speed 0. The set must be good (checked). Two divisions. */
-void pll_init(pll_t *pll, const pll_params_t *params);
+/* Coefficients of a good (checked) set. Divisions and exponentials: for the background. */
+void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params);
 
-/* Coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its share
- * of kp. If the feed-forward is switched off its last value stays, and the integrator works against it: reset
- * then. */
-void pll_retune(pll_t *pll, const pll_params_t *params);
+/* The coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its
+ * share of kp. If the feed-forward is switched off its last value stays, and the integrator works against it:
+ * reset then. */
+void pll_take(pll_t *pll, const pll_tuning_t *tuning);
+
+/* Coefficients; angle 0, speed 0. The set must be good (checked). */
+void pll_init(pll_t *pll, const pll_params_t *params);
 
 /* As if the loop had been locked at `start`, the angle [rad] and speed [rad/s] of the EMF: with that EMF the
  * next step returns just these. The speed, cut to +-PLL_TURN_LIMIT/T, goes to the feed-forward if there is
@@ -135,103 +124,12 @@ void pll_reset(pll_t *pll, position_t start);
  * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice
  * that limit. Zero EMF: detector 0, F decays.
  *
- * No division; straight line for a loop that follows an EMF, pll_track(). */
+ * No division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
-
-/* The same for any state and input; pll_step() takes it where pll_track() does not do. */
-position_t pll_step_closely(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
-
-/* The end of a step: F and I [rad/s], within their limits, from a detector [-] that is in the state, and the
- * position. */
-position_t pll_take(pll_t *pll, float feedforward, float integral);
-
-/* The EMF in the frame of the loop, filtered. */
-static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
-{
-    dq_t e = frames_park(emf, pll->rotation);
-    e.d += pll->emf_decay * (pll->emf.d - e.d);
-    e.q += pll->emf_decay * (pll->emf.q - e.q);
-    return e;
-}
-
-/* To the angle of the next result at this speed, which turns by at most TRIG_ADVANCE_LIMIT. The rotation is
- * turned on by what theta_e has moved, rounding included, and made anew in each turn, at +-pi: within 5e-6
- * rad of theta_e, its length within 1e-4 of 1. A turn ends 3e-7 rad early, so that theta_e is within
- * +-ANGLE_LARGEST. */
-static inline void pll_turn(pll_t *pll, float omega_e)
-{
-    float theta_e = pll->theta_e + pll->period * omega_e;
-    rotation_t from = pll->rotation;
-    float angle = theta_e - pll->theta_e;
-    if (!(bounds_magnitude(theta_e) <= ANGLE_LARGEST)) {
-        float half_turn = theta_e > 0.0f ? ANGLE_LARGEST : -ANGLE_LARGEST;
-        angle = theta_e - half_turn;
-        theta_e = angle - half_turn;
-        from = (rotation_t){0.0f, -1.0f};
-    }
-    pll->omega_e = omega_e;
-    pll->theta_e = theta_e;
-    pll->rotation = trig_advance(from, angle);
-}
-
-/* Is this smooth speed [rad/s] one for the short way, as the last one was? */
-static inline bool pll_goes_on(const pll_t *pll, float omega_smooth)
-{
-    return bounds_magnitude(omega_smooth - pll->middle) <= pll->half;
-}
-
-/* pll_step() of a loop that turns with an EMF, inline for the interrupt: w_s from 20 rad/s to what turns by
- * TRIG_ADVANCE_LIMIT in a period, and an EMF about as long as the last one. false: the loop is as before,
- * take pll_step_closely(). An EMF that is no number, too small or too large is there too. */
-static inline bool pll_track(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration,
-                             position_t *position)
-{
-    dq_t e = pll_filtered(pll, emf);
-    float square = e.d * e.d + e.q * e.q;
-    float inverse = pll->inverse;
-    float missing = 0.5f - 0.5f * (square * inverse * inverse);
-    if (!(bounds_magnitude(missing) <= PLL_NEAR)) {
-        if (!(bounds_magnitude(missing) <= PLL_FAR)) {
-            return false;
-        }
-        inverse += inverse * missing;
-        missing = 0.5f - 0.5f * (square * inverse * inverse);
-    }
-    inverse += inverse * missing;
-    float signed_emf = square * inverse;
-    float detector = -(e.d * inverse);
-    pll->emf = e;
-    pll->inverse = inverse;
-    pll->amplitude = bounds_magnitude(signed_emf);
-    pll->detector = detector;
-    if (pll->slow != 0u) {
-        signed_emf = e.q;
-    }
-
-    float feedforward = pll->feedforward.value;
-    feedforward += pll->feedforward.alpha * (signed_emf * speed_per_volt - feedforward);
-    feedforward += pll->period * acceleration;
-    float integral = pll->integral + pll->ki_period * detector;
-    float omega_smooth = integral + feedforward;
-    if (!pll_goes_on(pll, omega_smooth)) {
-        *position = pll_take(pll, feedforward, integral);
-        return true;
-    }
-    pll->omega_smooth = omega_smooth;
-    pll->feedforward.value = feedforward;
-    float omega_e = pll->integral + pll->kp * detector + feedforward;
-    pll->integral = integral;
-    *position = (position_t){pll->theta_e, omega_e};
-    pll_turn(pll, omega_e);
-    return true;
-}
 
 /* After a reset: as if the filter had settled on an EMF of this amplitude [V] too. Without it the filter
  * starts from zero and the feed-forward dips for some of its time constants. */
-void pll_settle(pll_t *pll, float amplitude);
-
-/* After a reset whose own period is not stepped: on to the next t_k at the speed of the start. */
-void pll_advance(pll_t *pll);
+void pll_reset_emf(pll_t *pll, float amplitude);
 
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */

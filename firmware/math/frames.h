@@ -38,6 +38,14 @@ typedef struct {
     float sin, cos;
 } rotation_t;
 
+/* A turning frame at one instant: what current control, modulation and signals work in, wherever it comes
+ * from. */
+typedef struct {
+    float theta_e;       /* [rad] electrical, [-pi, pi) */
+    float omega_e;       /* [rad/s] electrical */
+    rotation_t rotation; /* by theta_e [-] */
+} frame_t;
+
 /* Phases to the stationary frame; whatever the three have in common disappears. */
 static inline ab_t frames_clarke(abc_t phases)
 {

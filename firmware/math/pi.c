@@ -1,20 +1,20 @@
 #include "math/pi.h"
 
-void pi_init(pi_t *pi, float kp, float ki, float period)
+pi_tuning_t pi_prepare(float kp, float ki, float period)
 {
-    pi_reset(pi, 0.0f);
-    pi_retune(pi, kp, ki, period);
+    pi_tuning_t tuning = {kp, ki * period, 0.0f};
+    if (tuning.ki_period < kp) {
+        tuning.back_gain = tuning.ki_period / kp;
+    } else {
+        tuning.back_gain = tuning.ki_period > 0.0f ? 1.0f : 0.0f;
+    }
+    return tuning;
 }
 
-void pi_retune(pi_t *pi, float kp, float ki, float period)
+void pi_init(pi_t *pi, const pi_tuning_t *tuning)
 {
-    pi->kp = kp;
-    pi->ki_period = ki * period;
-    if (pi->ki_period < kp) {
-        pi->back_gain = pi->ki_period / kp;
-    } else {
-        pi->back_gain = pi->ki_period > 0.0f ? 1.0f : 0.0f;
-    }
+    pi_take(pi, tuning);
+    pi_reset(pi, 0.0f);
 }
 
 void pi_reset(pi_t *pi, float integral)

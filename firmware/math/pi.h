@@ -14,20 +14,30 @@
 #ifndef MATH_PI_H
 #define MATH_PI_H
 
+/* U = unit of the output, E = unit of the error */
 typedef struct {
-    /* coefficients, from pi_init; U = unit of the output, E = unit of the error */
     float kp;        /* [U/E] */
     float ki_period; /* ki T [U/E] */
     float back_gain; /* share of the shortfall that goes to the integral [-], 0..1 */
-    /* state */
+} pi_tuning_t;
+
+typedef struct {
+    pi_tuning_t tuning;
     float integral; /* I [U] */
 } pi_t;
 
-/* Gains `kp` >= 0 [U/E] and `ki` >= 0 [U/(E s)], sample time `period` > 0 [s]; integral 0. One division. */
-void pi_init(pi_t *pi, float kp, float ki, float period);
+/* Coefficients from the gains `kp` >= 0 [U/E] and `ki` >= 0 [U/(E s)] and the sample time `period` > 0 [s].
+ * One division. */
+pi_tuning_t pi_prepare(float kp, float ki, float period);
 
-/* The gains alone; the integral stays. One division. */
-void pi_retune(pi_t *pi, float kp, float ki, float period);
+/* These coefficients; integral 0. */
+void pi_init(pi_t *pi, const pi_tuning_t *tuning);
+
+/* New coefficients; the integral stays. */
+static inline void pi_take(pi_t *pi, const pi_tuning_t *tuning)
+{
+    pi->tuning = *tuning;
+}
 
 /* The next output for zero error is `integral` [U]. */
 void pi_reset(pi_t *pi, float integral);
@@ -35,14 +45,14 @@ void pi_reset(pi_t *pi, float integral);
 /* kp e + I [U] for this error [E]; changes nothing. One multiplication. */
 static inline float pi_output(const pi_t *pi, float error)
 {
-    return pi->kp * error + pi->integral;
+    return pi->tuning.kp * error + pi->integral;
 }
 
 /* Integrate: `error` [E] of the last output, `shortfall` [U] = applied - wanted, 0 when nothing was cut off.
  * Once per period, after pi_output(). Two multiplications. */
 static inline void pi_update(pi_t *pi, float error, float shortfall)
 {
-    pi->integral += pi->ki_period * error + pi->back_gain * shortfall;
+    pi->integral += pi->tuning.ki_period * error + pi->tuning.back_gain * shortfall;
 }
 
 /* Both with a clamp: the output [U] within [lower, upper], lower <= upper, and the integral kept in line with

@@ -15,11 +15,6 @@
 /* The end of the first piece. */
 #define TANH_SHORT_END 2.0f
 
-/* The first piece: tanh_ratio() up to there, P(z) = P0 + P1 z over Q(z) = P0 + Q1 z + z^2. */
-#define TANH_P0 111.209503f
-#define TANH_P1 10.4015303f
-#define TANH_Q1 47.4701691f
-
 /* The two pieces beyond it: for tanh_ratio(). */
 float tanh_ratio_far(float square);
 
@@ -30,8 +25,12 @@ static inline float tanh_ratio(float square)
     if (!(square <= TANH_SHORT_END)) {
         return tanh_ratio_far(square);
     }
-    return (TANH_P0 + square * TANH_P1) / (TANH_P0 + square * (TANH_Q1 + square));
+    return (111.209503f + square * 10.4015303f) / (111.209503f + square * (47.4701691f + square));
 }
+
+/* tanh(x)/x [-] at the x where tanh(x)^2 is `square` in [0, 0.98], above as at 0.98. Twenty divisions: for
+ * resets. */
+float tanh_ratio_at(float square);
 
 /* tanh(x) [-]: relative and absolute error <= 2e-6, odd bit for bit, never beyond +-1, exactly +-1 for |x| >
  * 7 (infinity included); NaN: 0. At most one division. */

@@ -1,7 +1,7 @@
 /* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439
  * (simultaneous sampling timing).
  *
- *   pair 0    dropped: the first conversion after a pause may be wrong (errata); the last pair, converted
+ *   pair 0    dropped: the first conversion after a pause may be wrong (SPRZ272); the last pair, converted
  * once more pair 1    phase currents a and b, held exactly at t_k pair 2..  current c, DC link, heat sink,
  * motor, as far as the board has them; what shares a pair is converted once
  *

@@ -54,7 +54,7 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
 void interrupts_acknowledge(uint16_t group)
 {
     bus_write16(&PIE->PIEACK, group_bit(group));
-    /* The write must have arrived before the return from interrupt opens the masks (errata: spurious
+    /* The write must have arrived before the return from interrupt opens the masks (SPRZ272: spurious
      * interrupt). */
     (void)PIE->PIEACK;
 }

@@ -48,7 +48,8 @@ static int64_t no_encoder(void *context, uint64_t tick)
     return 0;
 }
 
-static const chip_world_t nothing = {NULL, no_voltage, no_gates, no_carrier, no_encoder, NULL, 0u};
+static const chip_world_t nothing = {
+    .analog = no_voltage, .gates = no_gates, .carrier = no_carrier, .encoder = no_encoder};
 
 static void power_on(chip_t *chip, uint32_t crystal_hz, bool boot_rom)
 {

@@ -16,8 +16,8 @@
  *
  * Not modelled: SCI, eCAN, DMA, eCAP, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
  * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of the eQEPs,
- * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the erratum of the
- * first ADC sample, pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
+ * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the wrong first ADC
+ * sample (SPRZ272), pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
  * CHIP_UNKNOWN_REGISTER. */
 #ifndef HOST_SIM_CHIP_CHIP_H
 #define HOST_SIM_CHIP_CHIP_H
@@ -89,6 +89,9 @@ typedef struct {
     /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
      * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);
+    /* Runs the function of an interrupt that the CPU has entered; for whoever wants to measure it. NULL: the
+     * chip calls it itself. */
+    void (*interrupt)(void *context, uint32_t vector, void (*function)(void));
     /* For recordings; NULL: nobody. */
     void (*event)(void *context, uint64_t tick, chip_event_t what, uint32_t value);
     /* The board's gates are on while their pin is low. Averages are told only of legs whose dead band fits
@@ -147,6 +150,10 @@ void chip_look(chip_t *chip);
 /* The board pulls an input pin (GPIO number 0..87) to a level. Takes effect at the chip's present tick; a
  * trip shuts the gates before this returns. Pins start high, GPIO0..11 (pull-ups off) low. */
 void chip_set_pin(chip_t *chip, uint32_t gpio, bool high);
+
+/* An encoder's index as an alignment would use it: the position counter of eQEP `n` (1, 2) becomes `count`,
+ * wrapped to 0..QPOSMAX, and no edge is seen. */
+void chip_align_encoder(chip_t *chip, uint32_t n, int64_t count);
 
 /* true: from the next counter zero on, legs whose set-up is the plain centre-aligned complementary one are
  * reported once a carrier period. */

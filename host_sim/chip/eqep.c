@@ -7,11 +7,13 @@
  * is the jump modulo 4.
  *
  * QUTMR goes from 0 to QUPRD, where the time-out sets it to 0 in the same cycle: the period is QUPRD cycles
- * (facts section 13). No index or strobe pulse ever comes, so the fields that react to one have no effect.
+ * (SPRUG05, unit timer). No index or strobe pulse ever comes, so the fields that react to one have no effect.
  *
  * A debugger's halt: FREE_SOFT 0 stops position counter and unit timer at once, 1 at their next roll-over,
  * 2 and 3 never. What the shaft does while the position counter stands is lost. */
 #include "host_sim/chip/parts.h"
+
+#include <assert.h>
 
 #define QEPCTL_WDE        (1u << 0)
 #define QDECCTL_STORED    (QDECCTL_SWAP | QDECCTL_XCR)
@@ -338,4 +340,13 @@ void eqep_write32(chip_t *chip, uint32_t address, uint32_t value)
         chip_report(chip, CHIP_READ_ONLY, address);
         break;
     }
+}
+
+void chip_align_encoder(chip_t *chip, uint32_t n, int64_t count)
+{
+    assert(n >= 1u && n <= CHIP_EQEPS);
+    settle(chip);
+    const int64_t turn = (int64_t)chip->registers.eqep[n - 1u].QPOSMAX + 1;
+    const int64_t within = count % turn;
+    chip->registers.eqep[n - 1u].QPOSCNT = (uint32_t)(within < 0 ? within + turn : within);
 }

@@ -14,7 +14,7 @@
 
 typedef enum { SOURCE_EPWM, SOURCE_EQEP, SOURCE_ADC, SOURCE_CPU, SOURCE_RARE, SOURCES } source_t;
 
-/* Word addresses of the blocks (facts: memory map). */
+/* Word addresses of the blocks (SPRS439, memory map). */
 #define FLASH_AT        0x0A80u
 #define MIRROR_AT       0x0B00u
 #define TIMER_AT        0x0C00u

@@ -145,7 +145,11 @@ void cpu_enter(chip_t *chip)
     }
     chip_refresh(chip);
     chip_tell(chip, CHIP_EVENT_INTERRUPT, vector);
-    function_of(token)();
+    if (chip_world->interrupt != NULL) {
+        chip_world->interrupt(chip_world->context, vector, function_of(token));
+    } else {
+        function_of(token)();
+    }
     chip_tell(chip, CHIP_EVENT_RETURN, vector);
     if (chip->cpu.halted || chip->cpu.resets != resets) {
         return;

@@ -1,5 +1,5 @@
 /* Watchdog: SPRUFB0 ch. 5. Counts crystal / 512 / prescale, 8 bits; overflow, a wrong WDCHK or a wrong key
- * reset the chip. A wrong key resets per the erratum; 0xAA without 0x55 before it does nothing. */
+ * reset the chip. A wrong key resets (SPRZ272); 0xAA without 0x55 before it does nothing. */
 #include "host_sim/chip/parts.h"
 
 #define COUNT_CYCLES  UINT64_C(512) /* of the crystal, one count at prescale 1 */

@@ -3,8 +3,8 @@
  * one run per curve.
  *
  * The conditions of every run are the tables of paper_runs.c: what is not in the print (inertia, friction,
- * bandwidth's meaning, k_s, omega_c) is what physics.md infers from the paper's numbers (errata 5, 11, 13).
- * Two flavours of each, where both mean something:
+ * bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers (docs/theory.md, 19; errata 5, 11,
+ * 13). Two flavours of each, where both mean something:
  *
  *     ideal  inverter and sensors without error, as the theory assumes
  *     real   inverter of the plant's defaults (2.5 us dead time, delays, drops), compensated, 12-bit ADC,
@@ -13,7 +13,7 @@
  * In fig16 the real machine's EMF has 1 % of 5th and 0.5 % of 7th harmonic besides, and in fig15 some loops
  * run with a dead time that nothing compensates. Mean voltages over a period in all but beyond_map (see map.h
  * for what that leaves out). The estimate closes the loop but in fig05 and fig10, which run beside the
- * encoder: the sign SMO loses 100 r/min without load (physics.md, section 4). Errors are theta_hat - theta,
+ * encoder: the sign SMO loses 100 r/min without load (docs/theory.md, 21). Errors are theta_hat - theta,
  * electrical.
  *
  * Verdicts are computed. Of the paper's figures: reproduced, if our number is within the row's tolerance of

@@ -63,13 +63,13 @@ static void judge_speed(paper_t *paper, bool real)
         }
     }
     const char *condition = "six speeds from 307 r/min, 5 N m";
-    /* Ideal: float arithmetic and the speed's settling; real: what the compensation leaves (physics.md,
-     * section 8). */
+    /* Ideal: float arithmetic and the speed's settling; real: what the compensation leaves (docs/theory.md,
+     * 21). */
     const claim_t small =
         paper_claim_of_theory(BEYOND_SPEED, "lagless", "lagless: largest mean error at 5 N m from 300 r/min",
                               "mrad", 0.0, real ? 1.5 : 0.5, "more is left");
-    /* Theory's k_f is that of one sine; physics.md's table has 0.3 mrad of rounding and harmonics, and what
-     * the inverter adds is as above. */
+    /* Theory's k_f is that of one sine; harmonics and rounding add up to 0.3 mrad (docs/theory.md, 4, the
+     * table), and what the inverter adds is as above. */
     const claim_t none = paper_claim_of_theory(
         BEYOND_SPEED, "uncompensated", "not compensated: distance from theory of the sampled observer",
         "mrad", 0.0, real ? 2.5 : 1.0, "the distance is larger");
@@ -83,8 +83,8 @@ static void judge_speed(paper_t *paper, bool real)
     row_of_worst(paper, &as_printed, &printed, condition);
 
     const result_t *fast = of(paper, BEYOND_SPEED, speed_variants[V_PRINTED], 1, fastest, real);
-    /* physics.md, section 2, at 1500 r/min: 32.5 with a filtered k_f, 35.5 with the power-weighted one of our
-     * firmware. */
+    /* docs/theory.md, 4, at 1500 r/min: 35.5 with the power-weighted k_f of the firmware; a plain mean of k_f
+     * leaves 32.5. */
     const claim_t leaves = paper_claim_of_theory(
         BEYOND_SPEED, "printed_1490", "(14) as printed, 1490 r/min: what is left", "mrad",
         left_by_printed(speeds_beyond[fastest]), printed_tolerance, "another number is left");
@@ -127,14 +127,14 @@ static void judge_bandwidth(paper_t *paper, bool real)
     }
     const char *condition = "five bandwidths from 100 to 400 rad/s, no load and 5 N m";
     /* Ideal: what has not settled. Real: what the inverter's compensation leaves towards 1500 r/min without
-     * load (physics.md, section 8). */
+     * load (docs/theory.md, 21). */
     const claim_t follows = paper_claim_of_theory(
         BEYOND_BANDWIDTH, "conventional", "conventional: distance of the steady error from asin(a/k_i)",
         "mrad", 0.0, real ? 4.0 : 0.5, "the distance is larger");
     const claim_t none = paper_claim_of_theory(BEYOND_BANDWIDTH, "feedforward",
                                                "feed-forward: largest steady error while accelerating",
                                                "mrad", 0.0, real ? 4.0 : 2.0, "more is left");
-    /* Real: the largest of physics.md, section 10. */
+    /* Real: what dead time adds while i_q passes zero (docs/theory.md, 21). */
     const claim_t small = paper_claim_of_theory(BEYOND_BANDWIDTH, "torque_feedforward",
                                                 "torque fed forward: largest error of both speed changes",
                                                 "mrad", 0.0, real ? 24.0 : 10.0, "it is larger");

@@ -67,7 +67,7 @@ static void judge_fig08(paper_t *paper)
             b == 0 ? "100 rad/s: frequencies at which more omega_c does not lower the loop filter"
                    : "200 rad/s: frequencies at which more omega_c does not lower the loop filter",
             "-", 0.0, 0.0, "it is not lower there");
-        /* Where k_p rules, 20 log of the ratio of k_p: 40.3/25.9 in physics.md, section 3, at 25.2 rad/s. */
+        /* Where k_p rules, 20 log of the ratio of k_p: 40.3/25.9, docs/theory.md, 7, at 25.2 rad/s. */
         const claim_t lower = paper_claim_of_theory(
             FIG08, b == 0 ? "b100_lower" : "b200_lower",
             b == 0 ? "100 rad/s: omega_c 25 rad/s lowers the loop filter everywhere, at least by"
@@ -310,7 +310,7 @@ static void judge_losses(paper_t *paper)
     }
     const char *none = "the print does not say how long the dead time was";
     const char *condition = "eight dead times from 2.5 to 4.75 us, each with three seeds";
-    /* The reference study: held at 3.0 us, lost at 3.25 (see dead_times_15). */
+    /* docs/theory.md, 21: held at 3.0 us, lost at 3.25 (see dead_times_15). */
     const claim_t lost =
         paper_claim_of_theory(FIG15, "b200_wc0_dead_time",
                               "200 rad/s, conventional: lost from this dead time on", "us", 3.25, 0.25, none);
@@ -500,7 +500,7 @@ static void judge_fig16(paper_t *paper, bool real)
     }
 }
 
-/* Peaks and what is accepted of them: those of the reference study, 115 +- 6, at most 105, at most 32. */
+/* Peaks and what is accepted of them: those of docs/theory.md, 21: 115 +- 6, at most 105, at most 32. */
 static void judge_fig17(paper_t *paper, bool real)
 {
     static const struct {

@@ -190,7 +190,7 @@ static const setting_t real_settings[] = {
     {"plant.current_offset_a", 0.03},
     {"plant.current_gain_error_a", 0.002},
 };
-/* Of fig16 besides, as in the reference study: a machine whose EMF is no pure sine. */
+/* Of fig16 besides: a machine whose EMF is no pure sine. */
 static const setting_t harmonic_settings[] = {
     {"plant.emf_5th", 0.01},
     {"plant.emf_7th", 0.005},

@@ -125,11 +125,12 @@ static const run_t runs[] = {
 /* ---- sweeps ---- */
 
 const char *const loops_15[LOOPS_15] = {"b200_wc0", "b200_wc25", "b100_wc0"};
-/* Around 3.37 us, where the conventional loop of 200 rad/s is lost, in small steps. The reference study held
- * it at 3.0 us and lost it at 3.25. Its devices drop 1.1 V; these drop 0.98 V at this load, and with 1.1 V
- * the loop is lost from 3.28 us here. Drops that the drive knows of, or none, make it 3.63 us; 5.5 N m 3.15
- * us; half the current control's bandwidth 3.55 us. Seed, zero-current zone, sensor errors, EMF filters from
- * 2000 rad/s up and gate edges instead of mean voltages move it by 0.06 us at most. */
+/* Around 3.37 us, where the conventional loop of 200 rad/s is lost, in small steps. The simulation of
+ * docs/theory.md, 21 held it at 3.0 us and lost it at 3.25. Its devices drop 1.1 V; these drop 0.98 V at this
+ * load, and with 1.1 V the loop is lost from 3.28 us here. Drops that the drive knows of, or none, make
+ * it 3.63 us; 5.5 N m 3.15 us; half the current control's bandwidth 3.55 us. Seed, zero-current zone, sensor
+ * errors, EMF filters from 2000 rad/s up and gate edges instead of mean voltages move it by 0.06 us at most.
+ */
 const double dead_times_15[DEAD_TIMES_15] = {2.5, 3.0, 3.25, 3.4, 3.5, 3.75, 4.0, 4.75};
 
 /* None is a whole number of samples per revolution (see map_setup_default). */

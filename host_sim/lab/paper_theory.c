@@ -112,7 +112,7 @@ static double describing_gain(double slope, double amplitude)
     return 2.0 * sum / (points * amplitude);
 }
 
-/* v/e of the sampled observer, exact zero-order hold, for g = k_s k_f (physics.md, section 2). */
+/* v/e of the sampled observer, exact zero-order hold, for g = k_s k_f (docs/theory.md, 4). */
 static double complex sampled_response(double g, double omega_e)
 {
     const double lambda = paper_machine.resistance / paper_machine.inductance;

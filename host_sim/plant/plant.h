@@ -14,7 +14,7 @@
  * PLANT_SHAFT_FOLLOW (T_c + T_passive)/J where that is more (a lighter rotor than a step can follow). A
  * torque below T_c therefore makes the rotor creep, slower than w, where a real one would stick.
  *
- * Inverter (facts on dead time, "one leg, one period"): a leg's pole voltage follows from its two gates and
+ * Inverter (docs/theory.md, 12): a leg's pole voltage follows from its two gates and
  * the sign of its current. Upper on: V_dc - V_ce(i) or V_dc + V_f(|i|). Lower on: -V_f(i) or +V_ce(|i|).
  * Both off: lower diode for i > 0, upper diode for i < 0. Between -current_zone and +current_zone each of
  * these goes linearly from the one value to the other: for both gates off this stands for the charge of the
@@ -27,12 +27,12 @@
  * Both on: shoot-through, counted; the pole voltage is V_dc/2 as long as the protection leaves it so.
  * DC link: stiff, or a capacitor behind a resistance and a rectifier (nothing flows back to the source).
  *
- * Protection of the module (facts on PM50RL1A060, section 4): an arm whose IGBT carries more than
- * short_circuit_current, or that takes part in a shoot-through, shuts; a lower one takes its two neighbours
- * with it (one common driver supply and fault output), the others keep obeying. The fault line is active for
- * fault_pulse; a shut gate obeys again after the pulse and a fresh off-on edge. force_fault shuts all and
- * holds the line. In averaged mode any trip shuts all arms, and the first carrier period after the pulse
- * resumes.
+ * Protection of the module (as Mitsubishi's L series has it, PM50B5LA060's data sheet for one; when a shut
+ * gate obeys again is assumed): an arm whose IGBT carries more than short_circuit_current, or that takes part
+ * in a shoot-through, shuts; a lower one takes its two neighbours with it (one common driver supply and fault
+ * output), the others keep obeying. The fault line is active for fault_pulse; a shut gate obeys again after
+ * the pulse and a fresh off-on edge. force_fault shuts all and holds the line. In averaged mode any trip
+ * shuts all arms, and the first carrier period after the pulse resumes.
  *
  * Averaged mode: one mean pole voltage per leg and carrier period, V_dc high/period minus the error of dead
  * time, delays and drops: time share shorter by T_e = dead + t_on - t_off for i > 0, longer for i < 0, linear

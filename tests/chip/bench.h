@@ -1,6 +1,6 @@
 /* A virtual chip on a bench: a world that records everything the chip shows, and the good start-up of a drive
- * in registers, from which a test leaves one thing out. Expected words: facts sheet of the F28335, sections
- * 3, 8, 9. */
+ * in registers, from which a test leaves one thing out. Expected words: SPRUFB0 (clock), SPRUG04 (ePWM) and
+ * SPRU812 (ADC). */
 #ifndef TESTS_CHIP_BENCH_H
 #define TESTS_CHIP_BENCH_H
 

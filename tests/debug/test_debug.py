@@ -155,15 +155,15 @@ class TravelTest(unittest.TestCase):
 
 
 class ExactSensorsTest(unittest.TestCase):
-    """With the rig's sensors = exact the sample interrupt is another function, in the rig."""
+    """With the rig's sensors = exact the sample interrupt is the same; the rig stands between it and the drive's step."""
 
     def test_period_forward_and_back_stops_on_its_first_line(self):
         shown, _, hash_1, back, hash_2, _, hash_3, here = session(
             "period 1234", "where-time", "rig-hash", "period -2", "rig-hash", "period +2", "rig-hash", "period 1234",
             arguments=("2000", "exact"),
         )
-        self.assertRegex(shown, r"^period 1234, 0\.1234 s \+ \d\.\d\d us\n#0  exact_interrupt \(\)")
-        for line in ("app_read(&samples);", "samples.i_a = truth->true_i_a", "drive_step(&app->drive, &samples, &command);"):
+        self.assertRegex(shown, r"^period 1234, 0\.1234 s \+ \d\.\d\d us\n#0  app_interrupt \(\)")
+        for line in ("app_read(&samples);", "drive_step(&app->drive, &samples, &command);", "app_write(&command);"):
             self.assertEqual(shown.count(line), 1, shown)
         self.assertRegex(back, r"^period 1232, ")
         self.assertEqual(hash_3, hash_1)
@@ -188,19 +188,19 @@ class ExactSensorsTest(unittest.TestCase):
         )
         self.assertEqual(place(where)[0], 3000)
         self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(transit < )?(advance < )?drive_step\n")
-        self.assertIn("exact_interrupt ()", text)
+        self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
     def test_until_fault_stops_at_its_limit(self):
         text, where = session("until-fault 300", "where-time", arguments=("2000", "exact"))
         self.assertTrue(text.startswith("no fault before period 300"), text)
-        self.assertIn("#0  exact_interrupt ()", text)
+        self.assertIn("#0  app_interrupt ()", text)
         self.assertEqual(place(where)[0], 300)
 
     def test_stop_by_environment_needs_no_command(self):
         _, text = session("set environment LAGLESS_STOP 77", "run", arguments=("100", "exact"))
         self.assertIn("period 77, 0.0077 s", text)
-        self.assertIn("exact_interrupt ()", text)
+        self.assertIn("app_interrupt ()", text)
 
 
 class FaultTest(unittest.TestCase):

@@ -77,8 +77,8 @@ class FieldTest(unittest.TestCase):
                 self.assertLessEqual(len(meanings.split("|")), 1 << bits, f"{register}.{name} has too many meanings")
         self.assertEqual(len(fields), len({field[0] for field in fields}), f"{register}: a name twice")
 
-    def test_words_of_the_facts_read_as_meant(self):
-        # The recommended set-up of the F28335 facts, section 8, word by word.
+    def test_words_of_a_drive_read_as_meant(self):
+        # A carrier of 10 kHz with dead band and one-shot trip, word by word (SPRUG04).
         for register, word, text in (
             ("TBCTL", 0x4012, "CTRMODE up-down, PRDLD shadow, SYNCOSEL CTR=0, HSPCLKDIV /1, CLKDIV /1, "
              "PHSDIR down after sync, FREE_SOFT halt: end of cycle"),

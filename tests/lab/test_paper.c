@@ -23,7 +23,7 @@ void tearDown(void)
 
 /* ---- formulas ---- */
 
-/* Natural frequencies of physics.md, section 3, for omega_c in these ratios to that of the conventional loop,
+/* Natural frequencies of docs/theory.md, 7, for omega_c in these ratios to that of the conventional loop,
  * 40.3 rad/s at 100 rad/s. Three digits: 0.05 of the result, and 0.05 x 1.5 of omega_c, which moves it by up
  * to 0.55 times as much. */
 static void test_loops_of_equal_bandwidth(void)
@@ -61,7 +61,7 @@ static void test_loop_that_does_not_exist_is_refused(void)
     TEST_ASSERT_EQUAL_DOUBLE(8.0, ki);
 }
 
-/* Table of physics.md, section 2, simulated there and rounded to 0.1 mrad; and its 0.08 rad for 162 V. */
+/* Table of docs/theory.md, 4, rounded to 0.1 mrad; and the 0.08 rad of Fig. 11 for 162 V. */
 static void test_lag_of_the_sampled_observer(void)
 {
     static const double speeds[] = {100.0, 500.0, 1000.0, 1500.0};
@@ -79,7 +79,7 @@ static void test_lag_of_the_sampled_observer(void)
 }
 
 /* The three accelerations of the paper, from its own numbers: asin(a/k_i) and the equilibrium with the
- * torque's cosine (physics.md, section 3), k_i 1624, to the 1 % at which they fix the rig. */
+ * torque's cosine (docs/theory.md, 19), k_i 1624, to the 1 % at which they fix the rig. */
 static void test_tracking_error_at_the_current_limit(void)
 {
     const double ki = 1624.0;

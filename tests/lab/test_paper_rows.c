@@ -1,7 +1,7 @@
 /* Every row of a figure, a test of its own: `test_paper fig13` runs that figure's experiments on the real
  * interrupt code and holds each row to the verdict below and, where something is known of it, to a number
- * from the paper, physics.md or algebra. A row that is not below fails, and so does a line below without a
- * row. `test_paper fig13 REPORT` runs nothing and takes rows and data from the folder of a report, as
+ * from the paper, docs/theory.md or algebra. A row that is not below fails, and so does a line below without
+ * a row. `test_paper fig13 REPORT` runs nothing and takes rows and data from the folder of a report, as
  * `lagless paper --out REPORT` wrote it. */
 #include <ctype.h>
 #include <math.h>
@@ -31,7 +31,7 @@ typedef struct {
         id ".ideal", v, n, t                                                                                 \
     }
 /* What the real inverter and sensors add is between 1.5 mrad at rated load and 4 mrad without, towards 1500
- * r/min (physics.md, section 8). */
+ * r/min (docs/theory.md, 21). */
 #define REAL_MORE(id, v, n, t, more)                                                                         \
     {id ".real", v, n, (t) + (more)},                                                                        \
     {                                                                                                        \
@@ -51,7 +51,7 @@ static const expected_t expected[] = {
     BOTH("fig05.sign", KIND, NONE, 0.0),
     BOTH("fig05.sign_spread", KIND, NONE, 0.0),
 
-    /* Least where k_p rules: 20 log(40.3/25.9), to the digits of physics.md's table, section 3. */
+    /* Least where k_p rules: 20 log(40.3/25.9), to the digits of docs/theory.md, 7. */
     {"fig08.b100_falling.formula", SAME, 0.0, 0.0}, {"fig08.b100_lower.formula", KIND, 3.84, 0.05},
     {"fig08.b200_falling.formula", SAME, 0.0, 0.0}, {"fig08.b200_lower.formula", KIND, 3.84, 0.05},
 
@@ -59,7 +59,7 @@ static const expected_t expected[] = {
     BOTH("fig10.mean", KIND, 0.0, 31.4),
     BOTH("fig10.ripple", KIND, NONE, 0.0),
 
-    /* physics.md, section 8; (14) as printed with the power-weighted k_f leaves 35.5. */
+    /* docs/theory.md, 4; (14) as printed with the power-weighted k_f leaves 35.5. */
     BOTH("fig11.ks162", SAME, -80.0, 3.0),
     REAL_MORE("fig11.ks200", KIND, -54.1, 1.0, 1.5),
     REAL_MORE("fig11.theory", SAME, 0.0, 1.0, 3.0),
@@ -74,7 +74,7 @@ static const expected_t expected[] = {
     BOTH("fig12.i_q", NOT, 0.0128, 0.003),
     BOTH("fig12.i_d", SAME, 0.3207, 0.003),
 
-    /* The paper's, as accepted in physics.md, section 8. The last settles at 0.629 rad, where
+    /* The paper's (docs/theory.md, 19), with 3 %. The last settles at 0.629 rad, where
      * k_i sin e = (p/J)(T_m cos e + T_f + T_L), and may be off by the 2 % that a/k_i may. */
     REAL_MORE("fig13.steady", SAME, 0.0, 0.5, 3.5),
     BOTH("fig13.accelerating", SAME, 355.0, 10.0),
@@ -83,7 +83,7 @@ static const expected_t expected[] = {
     BOTH("fig13.theory", SAME, 1.0, 0.02),
     BOTH("fig13.equilibrium", SAME, 1.0, 0.02),
 
-    /* physics.md, section 3, its table and 5 %. */
+    /* docs/theory.md, 21, and 5 %. */
     REAL_MORE("fig14.b100_feedforward", SAME, 0.0, 3.0, 1.0),
     REAL_MORE("fig14.b200_feedforward", SAME, 0.0, 3.0, 1.0),
     BOTH("fig14.b100_conventional", KIND, -354.7, 10.0),
@@ -99,13 +99,13 @@ static const expected_t expected[] = {
     {"fig15.conventional.real", SAME, 1.0, 0.0},
     {"fig15.feedforward.real", SAME, 0.0, 0.0},
     {"fig15.moderate.real", SAME, 0.0, 0.0},
-    /* The reference study's threshold and its step; its survivors go at least as far as it was tried. */
+    /* The threshold of docs/theory.md, 21, and its step; its survivors go at least as far as it was tried. */
     {"fig15.b200_wc0_dead_time.real", KIND, 3.25, 0.25},
     {"fig15.b200_wc25_dead_time.real", KIND, 4.0, 0.75},
     {"fig15.b100_wc0_dead_time.real", KIND, 4.0, 0.75},
 
     /* Fewer than the 20 and 12 that are at 1500 r/min. omega_c of the least overshoot: 0.62 of the conventional
-     * loop's natural frequency, and flat around (physics.md, sections 3 and 8); under noise up to 1.62 times it. */
+     * loop's natural frequency, and flat around (docs/theory.md, 7); under noise up to 1.62 times it. */
     {"fig16.speed_sd.real", SAME, 0.0, 0.0},
     {"fig16.position_sd.real", KIND, 10.0, 9.0},
     {"fig16.speed_sd_bandwidth.real", SAME, 0.0, 0.0},
@@ -119,7 +119,7 @@ static const expected_t expected[] = {
     REAL_MORE("fig16.b100_rated_decelerating", KIND, 25.0, 8.0, 7.5),
     REAL_MORE("fig16.b200_rated_decelerating", KIND, 50.0, 16.0, 15.0),
 
-    /* The reference study's peaks: 115 +- 6, at most 105, at most 32. */
+    /* docs/theory.md, 21: 115 +- 6, at most 105, at most 32. */
     BOTH("fig17.b100_wc0_500", KIND, 115.0, 6.0), BOTH("fig17.b100_wc0_1500", KIND, 115.0, 6.0),
     BOTH("fig17.b100_wc25_500", KIND, 98.0, 7.0), BOTH("fig17.b100_wc25_1500", KIND, 98.0, 7.0),
     BOTH("fig17.b200_wc50_500", KIND, 28.0, 4.0), BOTH("fig17.b200_wc50_1500", KIND, 28.0, 4.0),
@@ -131,7 +131,7 @@ static const expected_t expected[] = {
     REAL_MORE("beyond_speed.printed", HOLDS, 0.0, 1.5, 3.0),
     REAL_MORE("beyond_speed.printed_1490", HOLDS, 35.3, 1.5, 3.0),
 
-    /* physics.md, sections 8 and 10. */
+    /* docs/theory.md, 21. */
     REAL_MORE("beyond_bandwidth.conventional", HOLDS, 0.0, 0.5, 3.5),
     REAL_MORE("beyond_bandwidth.feedforward", HOLDS, 0.0, 2.0, 2.0),
     REAL_MORE("beyond_bandwidth.torque_feedforward", HOLDS, 0.0, 10.0, 14.0),

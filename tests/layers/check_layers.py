@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the rules of the house: who may include whom, which symbols a library may need, and what may not stand in the C
-of firmware/ and hal/. Prints one line a breach, `file:line: rule: text`, and ends with 1 if there is any.
+"""Checks the rules of the house: who may include whom, which symbols a library may need, what may not stand in the C of
+firmware/ and hal/, and that no file cites a document that the project has not. Prints one line a breach,
+`file:line: rule: text`, and ends with 1 if there is any.
 
 usage: check_layers.py [--root FOLDER] [--nm NM] [--library ROOM=ARCHIVE]...
 
@@ -20,7 +21,10 @@ ROOMS = (
     "firmware/math",
     "firmware/contract",
     "firmware/estimator",
+    "firmware/inverter",
     "firmware/control",
+    "firmware/adapt",
+    "firmware/manoeuvre",
     "firmware/drive",
     "firmware/app",
     "firmware",
@@ -34,17 +38,25 @@ ROOMS = (
     "tests",
 )
 
-FIRMWARE_CORE = ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "firmware/drive")
-RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/drive/reasons.h")  # the door and the shapes of the tables
+# The floors of the firmware, lowest first; rooms of one floor do not call each other.
+FLOOR_1 = ("firmware/math",)
+FLOOR_2 = FLOOR_1 + ("firmware/contract",)
+FLOOR_3 = FLOOR_2 + ("firmware/estimator", "firmware/inverter", "firmware/control", "firmware/adapt")
+FLOOR_4 = FLOOR_3 + ("firmware/manoeuvre",)
+FIRMWARE_CORE = FLOOR_4 + ("firmware/drive",)
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/drive/reasons.h", "firmware/drive/faults.h")  # the door and the shapes of the tables
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
 MAY_INCLUDE = {
     "firmware/math": (),
-    "firmware/contract": ("firmware/math",),
-    "firmware/estimator": ("firmware/math", "firmware/contract"),
-    "firmware/control": ("firmware/math", "firmware/contract"),
+    "firmware/contract": FLOOR_1,
+    "firmware/estimator": FLOOR_2,
+    "firmware/inverter": FLOOR_2,
+    "firmware/control": FLOOR_2,
+    "firmware/adapt": FLOOR_2,
+    "firmware/manoeuvre": FLOOR_3,
     # hal/board.h: rates, ranges and defaults of the board, constants all.
-    "firmware/drive": ("firmware/math", "firmware/contract", "firmware/estimator", "firmware/control", "hal/board.h"),
+    "firmware/drive": FLOOR_4 + ("hal/board.h",),
     "firmware/app": FIRMWARE_CORE + ("hal",),
     "firmware": (),
     "hal": (),
@@ -68,7 +80,8 @@ COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr"}
 # data it may own (regular expression or None).
 LIBRARIES = {
     "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
-    "app": {"extern": r"", "uses": ("firmware", "hal"), "data": r"app"},
+    # desk_drive_step: the desk's build puts it in the place of drive_step (host_sim/rig/rig.cmake).
+    "app": {"extern": r"desk_drive_step", "uses": ("firmware", "hal"), "data": r"app"},
     "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
     "chip": {"never_uses": ("firmware", "app", "hal", "plant", "rig")},
     "plant": {"never_uses": ("firmware", "app", "hal", "chip", "rig")},
@@ -101,6 +114,15 @@ FORBIDDEN = {
 
 # Paths of one person's machine. Written so that this line is none.
 MACHINE_PATH = re.compile(r"(?<![A-Za-z0-9_.$}/-])/(?:root|home|work|farm|Users)/[A-Za-z0-9_.]")
+
+# Documents: a comment cites nothing that a reader of the project has not before him. A word that ends like a document must
+# be a file of the project; these phrases have stood for papers of our own outside it. Manuals by number are real documents.
+DOCUMENT = re.compile(r"[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\b")
+OUTSIDE = re.compile(
+    r"\b[Ff]acts (?:on|sheet|section|table)\b|\bfacts: (?=[a-z])|\bF28335 facts\b|\(design\)|\bdesign: (?=[a-z])"
+    r"|\breference study\b|\b[Ii]ssue #?\d"
+)
+CITED_SECTION = re.compile(r"docs/theory\.md,[\s*#/]*(\d+)")
 
 # ---- Reading sources ----------------------------------------------------------------------------------------------------
 
@@ -294,14 +316,35 @@ class Checker:
             line = line_of(text, match.start())
             self.breach(path, line, "machine", "a path of one machine: " + text.splitlines()[line - 1].strip())
 
+    # ---- Documents --------------------------------------------------------------------------------------------------
+
+    def check_documents(self, path, text, files):
+        names = {name.rpartition("/")[2] for name in files}
+        for match in DOCUMENT.finditer(text):
+            word = re.sub(r"^(?:\.{0,2}/)+", "", match.group())
+            if word not in (files if "/" in word else names):
+                self.breach(path, line_of(text, match.start()), "document", f"{word} is no file of the project")
+        if path.endswith(".md"):
+            return
+        for match in OUTSIDE.finditer(text):
+            self.breach(path, line_of(text, match.start()), "document",
+                        f"`{match.group()}`: cites what is not in the project; docs/theory.md, a manual's number, or the reason")
+        theory = self.root / "docs/theory.md"
+        sections = set(re.findall(r"^## (\d+)\.", theory.read_text(), re.MULTILINE)) if theory.is_file() else set()
+        for match in CITED_SECTION.finditer(text):
+            if match.group(1) not in sections:
+                self.breach(path, line_of(text, match.start()), "document", f"docs/theory.md has no section {match.group(1)}")
+
     def check_sources(self):
         target_sources = {}
-        for path in project_files(self.root):
+        files = project_files(self.root)
+        for path in files:
             data = (self.root / path).read_bytes()
             if b"\0" in data:
                 continue
             text = data.decode("utf-8", errors="replace")
             self.check_machine_paths(path, text)
+            self.check_documents(path, text, files)
             if pathlib.PurePosixPath(path).suffix not in C_ENDINGS:
                 continue
             self.check_includes(path, text)

@@ -317,6 +317,40 @@ class CheckLayers(unittest.TestCase):
         self.write("README.md", "see " + "/".join(["docs", "home", "index"]) + "\n")
         self.assertEqual(self.check().returncode, 0)
 
+    # Documents. Written so that these lines cite none.
+
+    def test_document_that_is_not_there_is_found(self):
+        for name in ("hal/f28335/pwm.c", "host_sim/chip/chip.c", "firmware/math/angle.h"):
+            with self.subTest(name=name):
+                self.prepend(name, "/* as in notes" + ".md, section 2 */")
+                self.assert_breach(f"{name}:1: document: ", "notes" + ".md is no file of the project")
+                self.write(name, TREE[name])
+
+    def test_document_in_another_folder_is_found(self):
+        self.write("docs/notes" + ".md", "")
+        self.prepend("hal/f28335/pwm.c", "/* docs/notes" + ".md */")
+        self.assertEqual(self.check().returncode, 0)
+        self.prepend("hal/f28335/pwm.c", "/* papers/notes" + ".md */")
+        self.assert_breach("hal/f28335/pwm.c:1: document: ", "papers/notes" + ".md")
+
+    def test_phrases_for_papers_outside_are_found(self):
+        for phrase in ("facts" + " on dead time", "(" + "facts" + " section 13)", "facts" + ": memory map", "(" + "design" + ": timing)",
+                       "Timing (" + "design)", "the reference" + " study", "Issue" + " 4"):
+            with self.subTest(phrase=phrase):
+                self.write("tools/thing", f"line one\n# {phrase}\n")
+                self.assert_breach("tools/thing:2: document: ", "cites what is not in the project")
+
+    def test_facts_and_designs_that_cite_nothing_are_none(self):
+        self.write("tools/thing", "# the facts of a board; by design; what an issue is; SPRU812; pll_design(&params)\n")
+        self.assertEqual(self.check().returncode, 0)
+
+    def test_section_of_the_theory_must_exist(self):
+        self.write("docs/theory" + ".md", "# Theory\n\n## 1. One\n")
+        self.prepend("hal/f28335/pwm.c", "/* docs/theory" + ".md, 1 */")
+        self.assertEqual(self.check().returncode, 0)
+        self.prepend("hal/f28335/pwm.c", "/* docs/theory" + ".md,\n * 2 */")
+        self.assert_breach("hal/f28335/pwm.c:1: document: ", "has no section 2")
+
     # Symbols: an include rule can be dodged by a declaration by hand
 
     def assert_forbidden_symbol(self, name, text, line, message):

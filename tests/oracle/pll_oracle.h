@@ -42,7 +42,7 @@ double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n);
  * t^n/n!. */
 void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t count, double *error);
 
-/* The same of the sampled loop, in the order of physics.md section 1, from samples of the angle [rad] and of
+/* The same of the sampled loop, in the order of docs/theory.md, 7, from samples of the angle [rad] and of
  * the speed [rad/s]; and its whole frequency [rad/s]. */
 void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const double *omega, size_t count,
                         double *error, double *frequency);

@@ -68,10 +68,11 @@ static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high
     return (after - before) / 1e-4;
 }
 
-static void test_dead_time_error_is_that_of_the_facts_table(void)
+static void test_dead_time_error_is_that_of_the_formula(void)
 {
-    /* Section 3: drops at 4.55 A, 0.8 + 0.018 * 4.55 and 0.95 + 0.025 * 4.55 V; here without slope, so that
-     * the current does not matter. Current into a, out of b and c: the vector's error is 4/3 of one leg's. */
+    /* docs/theory.md, 12, with drops at 4.55 A, 0.8 + 0.018 * 4.55 and 0.95 + 0.025 * 4.55 V; here without
+     * slope, so that the current does not matter. Current into a, out of b and c: the vector's error is 4/3
+     * of one leg's. */
     static const uint32_t dead[] = {300, 375, 450};
     static const double row[] = {6.6, 8.1, 9.7};
     plant_params_t q = locked();
@@ -83,7 +84,7 @@ static void test_dead_time_error_is_that_of_the_facts_table(void)
         double t_e = (dead[n] + 105.0 - 135.0) / LOOP_PERIOD;
         double v =
             t_e * (311.0 - q.igbt_voltage + q.diode_voltage) + 0.5 * (q.igbt_voltage + q.diode_voltage);
-        /* The small term (d - 1/2)(V_ce - V_f) of section 2, for d = 0.56 and 0.44. */
+        /* The small term (d - 1/2)(V_ce - V_f), for d = 0.56 and 0.44. */
         double small = 2.0 / 3.0 * (0.06 + 0.06) * (q.igbt_voltage - q.diode_voltage);
         double commanded = 2.0 / 3.0 * 0.12 * 311.0;
         for (int averaged = 0; averaged < 2; averaged++) {
@@ -573,7 +574,7 @@ static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_dead_time_error_is_that_of_the_facts_table);
+    RUN_TEST(test_dead_time_error_is_that_of_the_formula);
     RUN_TEST(test_ideal_inverter_gives_the_commanded_mean);
     RUN_TEST(test_averaged_mode_has_no_error_where_nothing_switches);
     RUN_TEST(test_averaged_mode_carries_the_same_mean_currents_as_edges);

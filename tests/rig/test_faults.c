@@ -121,6 +121,66 @@ static void test_hot_motor(void)
     expect_stopped_by_heat("motor_temperature", DRIVE_MOTOR_SENSOR, 135.0, REASON_MOTOR_HOT);
 }
 
+/* Four whole turns between two looks of the eQEP: more counts than its clock has cycles since then, so that
+ * both tracks changed within one. The angle is where it was, and the counter follows the tracks modulo 4: it
+ * loses what the shaft did between the two looks, 10 counts, and nothing but the phase error tells of it. */
+#define JUMP (4.0 * 2.0 * 3.14159265358979323846) /* [rad] mechanical */
+
+/* The step that saw it, within the next two: the flag is there for one period. */
+static void expect_phase_error_seen_once(void)
+{
+    uint32_t seen = 0;
+    for (uint32_t n = 0; n < 4u; n++) {
+        rig_step(rig);
+        const uint32_t flags = (uint32_t)rig_value(rig, "sample_flags");
+        seen += (flags & DRIVE_SAMPLE_ENCODER) != 0u;
+        TEST_ASSERT_TRUE(n < 2u || (flags & DRIVE_SAMPLE_ENCODER) == 0u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, seen);
+}
+
+static double encoder_error(void)
+{
+    return remainder(rig_value(rig, "encoder_theta_e") - rig_value(rig, "true_theta_e"),
+                     2.0 * 3.14159265358979323846);
+}
+
+static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "sample_flags"));
+    const double period = rig_value(rig, "period");
+    run_put(rig, "plant.encoder_offset", JUMP);
+    expect_phase_error_seen_once();
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, period + 1.0, rig_value(rig, "fault_period"));
+    expect_stopped(REASON_ENCODER_PHASE);
+    const double lost = rig_value(rig, "omega_e") * RIG_PERIOD_SECONDS;
+    TEST_ASSERT_DOUBLE_WITHIN(0.004, -lost, encoder_error()); /* a count is 2.5 mrad */
+
+    /* Nothing of it is left: a reset, and the drive runs again. */
+    run_put(rig, "enable", 0.0);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+}
+
+/* Somebody plugs the encoder in: told, and no fault while the bridge is off. */
+static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
+{
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.01);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    run_put(rig, "plant.encoder_offset", JUMP);
+    expect_phase_error_seen_once();
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.1);
+    run_expect_no_fault(rig);
+}
+
 static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway(void)
 {
     /* half an electrical turn off: torque has the wrong sign, the speed control drives the wrong way */
@@ -227,7 +287,7 @@ static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, -0.15, rig_value(rig, "offset_b"));
     /* without a sensor c is minus the sum of the others, and so is its offset */
     TEST_ASSERT_DOUBLE_WITHIN(5e-3, DRIVE_CURRENT_SENSORS == 3 ? 0.1 : -0.05,
-                              (double)rig_state(rig)->app.drive.offset.c);
+                              (double)rig_state(rig)->app.drive.measure.offset.c);
 }
 
 static void test_quick_stop_brings_the_motor_to_standstill(void)
@@ -281,6 +341,8 @@ int main(void)
     RUN_TEST(test_dc_link_sag_stops_after_its_debounce);
     RUN_TEST(test_hot_heat_sink);
     RUN_TEST(test_hot_motor);
+    RUN_TEST(test_encoder_tracks_that_change_both_at_once_stop_the_drive);
+    RUN_TEST(test_encoder_tracks_may_jump_while_the_bridge_is_off);
     RUN_TEST(test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway);
     RUN_TEST(test_sensorless_start_from_rest_is_refused_until_the_rotor_turns);
     RUN_TEST(test_seized_shaft_loses_the_estimate_and_stops_the_drive);

@@ -202,6 +202,33 @@ static void sink(void *context, uint32_t period, const uint32_t *slots, uint32_t
     calls++;
 }
 
+/* A shaft that coasts without friction, J domega/dt = -T_load: until t_k nothing of a load that is set at t_k
+ * shows, and n periods later the speed has fallen by T_load n T_s/J. A load that acted from some instant
+ * within the period before would show at t_k already. */
+static void expect_load_acts_from_its_instant_on(double fidelity)
+{
+    const double load = 10.0;
+    rig_t *rig = rig_create(1);
+    run_put(rig, "fidelity", fidelity);
+    run_put(rig, "friction_coulomb", 0.0);
+    rig_set_motion(rig, 0.0, 500.0 * RPM);
+    run_to_ready(rig);
+    const double before = rig_value(rig, "true_omega_m");
+    const double a_period = load / rig_value(rig, "plant.inertia") * RIG_PERIOD_SECONDS;
+    run_put(rig, "load_torque", load);
+    rig_step(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(before, rig_value(rig, "true_omega_m"));
+    rig_run(rig, 100);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * a_period, before - 100.0 * a_period, rig_value(rig, "true_omega_m"));
+    rig_free(rig);
+}
+
+static void test_a_plant_row_acts_from_the_instant_at_which_it_is_set(void)
+{
+    expect_load_acts_from_its_instant_on(0.0);
+    expect_load_acts_from_its_instant_on(1.0);
+}
+
 static void test_tap_hands_over_the_chosen_slots_every_nth_period(void)
 {
     rig_t *rig = started(1, 500.0);
@@ -250,6 +277,7 @@ int main(void)
     RUN_TEST(test_a_state_of_another_size_is_refused);
     RUN_TEST(test_averaged_follows_switched);
     RUN_TEST(test_samples_are_those_of_t_k);
+    RUN_TEST(test_a_plant_row_acts_from_the_instant_at_which_it_is_set);
     RUN_TEST(test_tap_hands_over_the_chosen_slots_every_nth_period);
     RUN_TEST(test_run_stops_in_the_period_that_meets_the_condition);
     return UNITY_END();

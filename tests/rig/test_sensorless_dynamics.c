@@ -1,7 +1,7 @@
-/* Sensorless, while the speed changes at the limit of the current: how far the estimated angle is off. Lines
- * 4 and 9 of the estimator's acceptance: what the theory of the two loops predicts (paper eqs. (20),
- * (25)-(27), errata 8, 10) at constant acceleration, what the steps of the paper's experiment leave, and
- * reversals through zero speed. Everything in both directions of rotation.
+/* Sensorless, while the speed changes at the limit of the current: how far the estimated angle is off. What
+ * the theory of the two loops predicts (paper eqs. (20), (25)-(27), errata 8, 10) at constant acceleration,
+ * what the steps of the paper's experiment leave, and reversals through zero speed. Everything in both
+ * directions of rotation.
  *
  * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
  * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity: voltages
@@ -230,7 +230,7 @@ static double natural_frequency(double bandwidth, double cutoff)
 }
 
 /* A light rotor needs a fast loop: wn = 1.6 sqrt(p T_rated/J) and omega_c = wn keep a step of the rated
- * torque at about 0.12 rad (physics.md, section 10). */
+ * torque at about 0.11 rad (docs/theory.md, 6). */
 static drive_case_t bare_motor(bool real, double direction, double torque_share, double inertia_error)
 {
     const double wn = 1.6 * sqrt(POLE_PAIRS * RATED_TORQUE / INERTIA_BARE);

@@ -314,8 +314,7 @@ static void expect_means(const char *what, double gain, double lag, const double
     }
 }
 
-/* Means of the reference study, physics of the describing function: with SD up to 1 mrad, the paper's
- * harmonics. */
+/* Means of docs/theory.md, 4; SD up to 1 mrad, the harmonics of the sigmoid per axis. */
 static void test_paper_uncompensated(void)
 {
     static const double wanted[] = {-3.1, -15.8, -33.1, -54.1};

@@ -77,9 +77,9 @@ static void expect_at_most(double limit, double value, const char *what)
 
 /* ---- what was asked for ---- */
 
-/* Limits of the acceptance list. Without load it names 100 r/min only; there the limit from 300 r/min on is
- * the reference study's at 1500 r/min (4 mrad), since the current's ripple is then no longer small against
- * the current, and the dead time follows the current at its edges. */
+/* What is asked of a real drive. Without load, from 300 r/min on, the limit is that of docs/theory.md, 21 at
+ * 1500 r/min (4 mrad), since the current's ripple is then no longer small against the current, and the dead
+ * time follows the current at its edges. */
 static void expect_required(double fidelity)
 {
     for (int32_t point = 0; point < 20; point++) {

@@ -55,7 +55,7 @@ void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
         put(RECORDING_MAGIC);
         put(recording_tables());
         put(rig_periods(SECONDS));
-        put_table(&params_table, &drive->params);
+        put_table(&params_table, &app->active);
     }
     put_table(&requests_table, &drive->requests);
     put_words(samples, RECORDING_SAMPLES);

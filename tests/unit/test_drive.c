@@ -643,7 +643,7 @@ static void test_estimate_is_that_of_the_sample_in_either_direction(void)
             TEST_ASSERT_DOUBLE_WITHIN(3e-4, 0.0, estimate_error());
         }
         TEST_ASSERT_DOUBLE_WITHIN(1.0, way * 418.9, (double)drive.estimate.omega_e);
-        TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.invalid);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.estimate.invalid);
     }
 }
 
@@ -669,7 +669,7 @@ static void test_estimator_starts_anew_at_every_switching_on(void)
         machine_step();
         TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, estimate_error());
     }
-    TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.invalid);
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.estimate.invalid);
 }
 
 /* The control's angle goes on by omega T from period to period. The encoder's is right to its half step,
@@ -735,14 +735,14 @@ static void expect_lost(int32_t reason, uint32_t bit, double most_seconds)
     const uint32_t begin = drive.period;
     for (uint32_t n = 0; drive.state == DRIVE_OPERATION_ENABLED && n < (uint32_t)(most_seconds / PERIOD);
          n++) {
-        TEST_ASSERT_EQUAL_HEX32(0u, drive.estimator.invalid);
+        TEST_ASSERT_EQUAL_HEX32(0u, drive.estimator.estimate.invalid);
         machine_step();
     }
     const double taken = (drive.period - begin) * PERIOD;
     printf("%s after %.4f s\n", reason_by_number(drive.fault.reason)->name, taken);
     expect_state(DRIVE_FAULT);
     TEST_ASSERT_EQUAL_INT32(reason, drive.fault.reason);
-    TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.invalid);
+    TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.estimate.invalid);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
     TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
     TEST_ASSERT_EQUAL_UINT32(drive.period, drive.fault.period);
@@ -829,7 +829,7 @@ static void test_lost_estimate_is_no_fault_on_the_encoder(void)
     machine_steps(3000);
     machine.flux_end = 1.6 * PSI;
     machine_steps(7000);
-    TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.estimator.invalid);
+    TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.estimator.estimate.invalid);
     expect_state(DRIVE_OPERATION_ENABLED);
     params_t next = drive.params; /* and stops as soon as it would have to rely on it */
     next.position_source = POSITION_SENSORLESS;
@@ -857,7 +857,7 @@ static coasting_t coasting(double periods)
     double complex before = machine.current;
     for (double n = 0.0; n < periods; n += 1.0) {
         const double complex mean = 0.5 * (before + machine.current);
-        const double smooth = (double)drive.estimator.pll.omega_smooth;
+        const double smooth = (double)drive.estimator.estimate.omega_smooth;
         before = machine.current;
         machine_step();
         double smallest = 100.0;
@@ -871,7 +871,7 @@ static coasting_t coasting(double periods)
         if (coasts) {
             TEST_ASSERT_TRUE(since < 13u);
             TEST_ASSERT_TRUE((double)drive.estimate.omega_e == smooth);
-            TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.estimator.pll.detector);
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.estimator.estimate.detector);
         } else {
             TEST_ASSERT_TRUE(smallest >= 0.09 || drive.params.doubtful_current == 0.0f ||
                              fabs(machine.omega_e) > 60.0);

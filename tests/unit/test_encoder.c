@@ -282,7 +282,9 @@ static void test_retune_keeps_angle_and_speed(void)
     }
     encoder_params_t other = PARAMS;
     other.bandwidth = 60.0f;
-    encoder_retune(&encoder, &other);
+    encoder_tuning_t tuning;
+    encoder_prepare(&tuning, &other);
+    encoder_take(&encoder, &tuning);
     /* What the wider loop left behind (its ripple, and its angle error within two half steps, which the
      * slower loop takes as one of its own) decays. */
     double bound = ripple_bound(&PARAMS) + 2.0 * ripple_bound(&other);

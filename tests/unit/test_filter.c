@@ -22,11 +22,11 @@ static void test_step_response_is_the_exact_exponential(void)
 {
     static const float cutoffs[] = {20.0f, 600.0f, 2000.0f, 20000.0f};
     for (unsigned c = 0; c < sizeof cutoffs / sizeof cutoffs[0]; c++) {
-        lowpass_t filter;
-        lowpass_init(&filter, cutoffs[c], PERIOD);
+        const float share = lowpass_share(cutoffs[c], PERIOD);
+        float value = 0.0f;
         double decay = (double)cutoffs[c] * (double)PERIOD;
         for (int n = 1; n <= 200; n++) {
-            float value = lowpass_step(&filter, 1.0f);
+            value = lowpass_step(value, share, 1.0f);
             TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE(1.0 - exp(-decay)), 1.0 - exp(-decay * n), (double)value);
         }
     }
@@ -34,14 +34,13 @@ static void test_step_response_is_the_exact_exponential(void)
 
 static void test_ramp_is_followed_late_by_the_known_time(void)
 {
-    lowpass_t filter;
-    lowpass_init(&filter, CUTOFF, PERIOD);
+    const float share = lowpass_share(CUTOFF, PERIOD);
     double alpha = 1.0 - exp(-(double)CUTOFF * (double)PERIOD);
     float input = 0.0f;
     float value = 0.0f;
     for (int n = 0; n < 400; n++) {
         input = 0.25f * (float)n;
-        value = lowpass_step(&filter, input);
+        value = lowpass_step(value, share, input);
     }
     /* y = x - slope (1/alpha - 1) once settled; numbers up to 100 round by 4e-6 and forget it in 1/alpha
      * steps. */
@@ -49,41 +48,24 @@ static void test_ramp_is_followed_late_by_the_known_time(void)
                               (double)input - (double)value);
 }
 
-static void test_reset_means_settled(void)
+static void test_output_at_its_input_stays_bit_for_bit(void)
 {
-    lowpass_t filter;
-    lowpass_init(&filter, CUTOFF, PERIOD);
-    lowpass_reset(&filter, -7.25f);
-    for (int n = 0; n < 10; n++) {
-        TEST_ASSERT_TRUE(lowpass_step(&filter, -7.25f) == -7.25f);
-    }
+    const float share = lowpass_share(CUTOFF, PERIOD);
+    TEST_ASSERT_TRUE(lowpass_step(-7.25f, share, -7.25f) == -7.25f);
+    TEST_ASSERT_TRUE(lowpass_step(0.0f, share, 0.0f) == 0.0f);
 }
 
-static void test_init_starts_from_zero(void)
+/* 3 + (1 - exp(-0.01)) (4 - 3). */
+static void test_step_goes_on_from_any_output(void)
 {
-    lowpass_t filter = {9.0f, 9.0f};
-    lowpass_init(&filter, CUTOFF, PERIOD);
-    TEST_ASSERT_TRUE(lowpass_step(&filter, 0.0f) == 0.0f);
-}
-
-static void test_retune_goes_on_from_the_present_output(void)
-{
-    lowpass_t filter;
-    lowpass_init(&filter, CUTOFF, PERIOD);
-    lowpass_reset(&filter, 3.0f);
-    lowpass_retune(&filter, 100.0f, PERIOD);
-    /* One step of the new cutoff: 3 + (1 - exp(-0.01)) (4 - 3). */
-    TEST_ASSERT_DOUBLE_WITHIN(5e-7, 3.0 - expm1(-0.01), (double)lowpass_step(&filter, 4.0f));
+    const float share = lowpass_share(100.0f, PERIOD);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-7, 3.0 - expm1(-0.01), (double)lowpass_step(3.0f, share, 4.0f));
 }
 
 static void test_cutoff_zero_holds_and_a_huge_one_passes(void)
 {
-    lowpass_t filter;
-    lowpass_init(&filter, 0.0f, PERIOD);
-    lowpass_reset(&filter, 2.0f);
-    TEST_ASSERT_TRUE(lowpass_step(&filter, 100.0f) == 2.0f);
-    lowpass_retune(&filter, 1e7f, PERIOD);
-    TEST_ASSERT_TRUE(lowpass_step(&filter, 100.0f) == 100.0f);
+    TEST_ASSERT_TRUE(lowpass_step(2.0f, lowpass_share(0.0f, PERIOD), 100.0f) == 2.0f);
+    TEST_ASSERT_TRUE(lowpass_step(2.0f, lowpass_share(1e7f, PERIOD), 100.0f) == 100.0f);
 }
 
 int main(void)
@@ -91,9 +73,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_step_response_is_the_exact_exponential);
     RUN_TEST(test_ramp_is_followed_late_by_the_known_time);
-    RUN_TEST(test_reset_means_settled);
-    RUN_TEST(test_init_starts_from_zero);
-    RUN_TEST(test_retune_goes_on_from_the_present_output);
+    RUN_TEST(test_output_at_its_input_stays_bit_for_bit);
+    RUN_TEST(test_step_goes_on_from_any_output);
     RUN_TEST(test_cutoff_zero_holds_and_a_huge_one_passes);
     return UNITY_END();
 }

@@ -13,7 +13,7 @@ import lagless_registers as registers
 import lagless_time as time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-INTERRUPTS = ("app_interrupt", "exact_interrupt")  # the sample interrupt; the second with the rig's sensors = exact
+INTERRUPT = "app_interrupt"  # the sample interrupt
 NO_RIG = (gdb.error, gdb.GdbError)  # what looking at the rig raises before there is one
 
 
@@ -82,8 +82,8 @@ def place_text():
 class Entry(gdb.Breakpoint):
     """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
 
-    def __init__(self, interrupt):
-        super().__init__(function=interrupt, internal=True)
+    def __init__(self):
+        super().__init__(function=INTERRUPT, internal=True)
         self.enabled = False
         self.silent = True  # the commands tell where
         self.hit = False
@@ -109,8 +109,7 @@ class Gate(gdb.Breakpoint):
             self.rig = gdb.newest_frame().read_var("rig")
         except (ValueError, gdb.error):
             self.rig = None
-        for entry in entries:
-            entry.enabled = True
+        entry.enabled = True
         return False
 
 
@@ -181,21 +180,21 @@ class Landing(gdb.Breakpoint):
 
 
 def disarm():
-    for breakpoint in (*entries, fault, written):
+    for breakpoint in (entry, fault, written):
         if breakpoint.enabled:
             breakpoint.enabled = False
 
 
 def on_stop(_):
     """After every stop. One that no command of this file waits for: the program was started with LAGLESS_STOP by hand."""
-    armed = any(entry.enabled for entry in entries)
+    armed = entry.enabled
     disarm()
     if armed and entry_hit() and not travelling:
         tell_place()
 
 
 def entry_hit():
-    return any(entry.hit for entry in entries)
+    return entry.hit
 
 
 def forget_rig(_):
@@ -216,7 +215,7 @@ before the old one ends, since such a program ends its session with the last pro
         self.value = "cli"
 
     def get_set_string(self):
-        for breakpoint in (*entries, fault, written):
+        for breakpoint in (entry, fault, written):
             breakpoint.silent = self.value == "cli"
         return ""
 
@@ -278,7 +277,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    for breakpoint in (*entries, gate, fault, written):
+    for breakpoint in (entry, gate, fault, written):
         breakpoint.hit = False
     try:
         if again or not program_lives():
@@ -297,7 +296,7 @@ def tell_place():
     gdb.execute("frame")
     here = gdb.selected_frame().find_sal()
     function = gdb.selected_frame().function()
-    if here.symtab and function is not None and function.name in INTERRUPTS:
+    if here.symtab and function is not None and function.name == INTERRUPT:
         block = gdb.selected_frame().block()
         while block.function is None or block.function.name != function.name:
             block = block.superblock
@@ -319,11 +318,7 @@ def stopped_on_the_way():
 
 def at_entry_of(period):
     frame = gdb.newest_frame()
-    return (
-        any(frame.pc() == entry.pc for entry in entries)
-        and frame.name() in INTERRUPTS
-        and present_period() == period
-    )
+    return frame.pc() == entry.pc and frame.name() == INTERRUPT and present_period() == period
 
 
 def go_to(period):
@@ -795,7 +790,7 @@ For example: print $rig()->state.chip.tick"""
 
 
 travelling = False
-entries = [Entry(interrupt) for interrupt in INTERRUPTS]
+entry = Entry()
 gate, fault, written = Gate(), Fault(), Written()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)

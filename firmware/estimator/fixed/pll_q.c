@@ -30,23 +30,16 @@ static void move(pll_q_t *pll, int32_t omega_e)
     pll->omega_e = omega_e;
 }
 
-void pll_retune_q(pll_q_t *pll, const pll_params_q_t *params)
+void pll_take_q(pll_q_t *pll, const pll_tuning_q_t *tuning)
 {
-    pll->params = *params;
-}
-
-void pll_init_q(pll_q_t *pll, const pll_params_q_t *params)
-{
-    const position_q_t origin = {0u, 0};
-    pll_retune_q(pll, params);
-    pll_reset_q(pll, origin);
+    pll->tuning = *tuning;
 }
 
 void pll_reset_q(pll_q_t *pll, position_q_t start)
 {
     int64_t speed = q_clamp_long(long_speed(start.omega_e), PLL_SPEED_LIMIT);
     int32_t omega_e = short_speed(speed);
-    if (pll->params.feedforward_share > 0) {
+    if (pll->tuning.feedforward_share > 0) {
         pll->feedforward = speed;
         pll->integral = 0;
     } else {
@@ -60,21 +53,16 @@ void pll_reset_q(pll_q_t *pll, position_q_t start)
     pll->detector = 0;
     pll->amplitude = 0;
     pll->emf = (dq_q_t){0, 0};
-    if (q_magnitude(omega_e) >= pll->params.sign_speed) {
+    if (q_magnitude(omega_e) >= pll->tuning.sign_speed) {
         pll->direction = 0;
     }
 }
 
-void pll_settle_q(pll_q_t *pll, int32_t amplitude)
+void pll_reset_emf_q(pll_q_t *pll, int32_t amplitude)
 {
     int32_t length = q_clamp(amplitude, SAMPLE_LARGEST);
     pll->emf = (dq_q_t){0, pll->omega_smooth < 0 ? -length : length};
     pll->amplitude = length;
-}
-
-void pll_advance_q(pll_q_t *pll)
-{
-    move(pll, pll->omega_smooth);
 }
 
 static void take_speeds(pll_q_t *pll, int64_t feedforward, int64_t integral)
@@ -99,7 +87,7 @@ position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration)
 /* The EMF in the frame of the loop, filtered. */
 static inline dq_q_t filtered(const pll_q_t *pll, ab_q_t emf)
 {
-    int32_t decay = pll->params.emf_decay;
+    int32_t decay = pll->tuning.emf_decay;
     int32_t share = Q_ONE(UNIT_Q) - decay;
     dq_q_t e = frames_park_q(emf, pll->rotation);
     e.d = q_cut(q_product(share, e.d) + q_product(decay, pll->emf.d), UNIT_Q, SAMPLE_BITS);
@@ -116,14 +104,14 @@ position_q_t pll_watch_q(pll_q_t *pll, ab_q_t emf, int64_t acceleration)
 /* The detector's sign at low speed; from there on a start's direction is no longer needed. */
 static int32_t soft_sign(pll_q_t *pll)
 {
-    int32_t omega_smooth = q_clamp(pll->omega_smooth, pll->params.sign_speed);
-    if (q_magnitude(omega_smooth) >= pll->params.sign_speed) {
+    int32_t omega_smooth = q_clamp(pll->omega_smooth, pll->tuning.sign_speed);
+    if (q_magnitude(omega_smooth) >= pll->tuning.sign_speed) {
         pll->direction = 0;
     }
     if (pll->direction != 0) {
         return pll->direction * Q_ONE(UNIT_Q);
     }
-    return q_clamp(q_multiply_saturated(omega_smooth, pll->params.inverse_sign_speed,
+    return q_clamp(q_multiply_saturated(omega_smooth, pll->tuning.inverse_sign_speed,
                                         SPEED_Q + SPEED_INVERSE_Q - UNIT_Q),
                    Q_ONE(UNIT_Q));
 }
@@ -138,7 +126,7 @@ static inline int64_t speed_within(int64_t speed, int32_t limit, int64_t before)
 /* e_d/floor, Q30. */
 static int32_t sine_below_floor(const pll_q_t *pll, int32_t e_d)
 {
-    return q_clamp(q_multiply_saturated(e_d, pll->params.inverse_floor, VOLTAGE_Q + FLOOR_INVERSE_Q - UNIT_Q),
+    return q_clamp(q_multiply_saturated(e_d, pll->tuning.inverse_floor, VOLTAGE_Q + FLOOR_INVERSE_Q - UNIT_Q),
                    Q_ONE(UNIT_Q));
 }
 
@@ -147,11 +135,11 @@ position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_
     dq_q_t e = filtered(pll, emf);
     direction_q_t direction = direction_q(e.d, e.q);
     int32_t amplitude = direction.length;
-    int32_t sine = amplitude < pll->params.amplitude_floor ? sine_below_floor(pll, e.d) : direction.cosine;
+    int32_t sine = amplitude < pll->tuning.amplitude_floor ? sine_below_floor(pll, e.d) : direction.cosine;
 
     int32_t signed_emf = pll->omega_smooth < 0 ? -amplitude : amplitude;
     int32_t detector = pll->omega_smooth < 0 ? sine : -sine;
-    if (q_magnitude(pll->omega_smooth) < pll->params.signed_speed) {
+    if (q_magnitude(pll->omega_smooth) < pll->tuning.signed_speed) {
         signed_emf = e.q;
         detector = -q_multiply(sine, soft_sign(pll), UNIT_Q);
     }
@@ -160,16 +148,16 @@ position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_
         q_cut(q_product(signed_emf, speed_per_volt), VOLTAGE_Q + SPEED_PER_VOLT_Q - SPEED_Q, SPEED_Q - 2);
     int32_t missing = speed_of_emf - short_speed(pll->feedforward);
     int64_t feedforward =
-        pll->feedforward + q_product(pll->params.feedforward_share, 2 * missing) + acceleration;
+        pll->feedforward + q_product(pll->tuning.feedforward_share, 2 * missing) + acceleration;
     feedforward = speed_within(feedforward, PLL_SHORT_LIMIT, pll->feedforward);
-    int64_t integral = pll->integral + q_scaled(detector, pll->params.ki_period);
+    int64_t integral = pll->integral + q_scaled(detector, pll->tuning.ki_period);
     integral = speed_within(integral, 2 * PLL_SHORT_LIMIT, pll->integral);
     take_speeds(pll, feedforward, integral);
 
     position_q_t position;
     position.theta_e = pll->theta_e;
     position.omega_e =
-        pll->omega_smooth + q_multiply(pll->params.kp_rest, detector, SHARE_Q + UNIT_Q - SPEED_Q);
+        pll->omega_smooth + q_multiply(pll->tuning.kp_rest, detector, SHARE_Q + UNIT_Q - SPEED_Q);
 
     move(pll, position.omega_e);
     pll->emf = e;

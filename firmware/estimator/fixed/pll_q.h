@@ -26,7 +26,7 @@ typedef struct {
     int32_t sign_speed;         /* PLL_SIGN_SPEED, Q31 */
     int32_t inverse_sign_speed; /* Q14, 1/PLL_SIGN_SPEED */
     int32_t signed_speed;       /* PLL_SIGNED_SPEED, Q31 */
-} pll_params_q_t;
+} pll_tuning_q_t;
 
 /* 1/amplitude_floor fits. */
 #define PLL_FLOOR_LEAST Q_ONE(VOLTAGE_Q - 15)
@@ -36,7 +36,7 @@ typedef struct {
 #define PLL_SPEED_LIMIT (PLL_SHORT_LIMIT * (INT64_C(1) << (LONG_SPEED_Q - SPEED_Q)))
 
 typedef struct {
-    pll_params_q_t params;
+    pll_tuning_q_t tuning;
     /* state */
     uint32_t theta_e;      /* angle of the next step's result */
     rotation_q_t rotation; /* its sine and cosine */
@@ -50,14 +50,11 @@ typedef struct {
     int32_t amplitude;     /* |e| of the last step */
 } pll_q_t;
 
-/* As pll_init(), pll_retune(), pll_reset(), pll_settle(), pll_advance(), pll_step(), pll_coast() and
- * pll_watch(); `acceleration` is what the speed gains in a period, Q63, within +-2 PLL_SPEED_LIMIT;
- * `speed_per_volt` is Q30. */
-void pll_init_q(pll_q_t *pll, const pll_params_q_t *params);
-void pll_retune_q(pll_q_t *pll, const pll_params_q_t *params);
+/* As pll_take(), pll_reset(), pll_reset_emf(), pll_step(), pll_coast() and pll_watch(); `acceleration` is
+ * what the speed gains in a period, Q63, within +-2 PLL_SPEED_LIMIT; `speed_per_volt` is Q30. */
+void pll_take_q(pll_q_t *pll, const pll_tuning_q_t *tuning);
 void pll_reset_q(pll_q_t *pll, position_q_t start);
-void pll_settle_q(pll_q_t *pll, int32_t amplitude);
-void pll_advance_q(pll_q_t *pll);
+void pll_reset_emf_q(pll_q_t *pll, int32_t amplitude);
 position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_t acceleration);
 position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration);
 position_q_t pll_watch_q(pll_q_t *pll, ab_q_t emf, int64_t acceleration);

@@ -15,14 +15,11 @@
 #define RESET_STEPS      10
 #define RESET_Q          27 /* of tanh's argument, squared: up to 16 */
 
-void smo_retune_q(smo_q_t *smo, const smo_params_q_t *params)
+void smo_take_q(smo_q_t *smo, const smo_tuning_q_t *tuning)
 {
-    if (smo->params.filtering == 0u && params->filtering != 0u) {
-        smo->switched = smo->emf_hat;
-    }
-    smo->params = *params;
-    smo->mean_product.alpha = params->mean_share;
-    smo->mean_square.alpha = params->mean_share;
+    smo->tuning = *tuning;
+    smo->mean_product.alpha = tuning->mean_share;
+    smo->mean_square.alpha = tuning->mean_share;
 }
 
 static int32_t sign_of(int32_t x)
@@ -35,30 +32,30 @@ static int32_t sign_gain(const smo_q_t *smo, int32_t x)
 {
     int32_t length = q_magnitude(x);
     if (length < Q_ONE(CURRENT_Q - 11)) {
-        return smo->params.axis_gain_largest;
+        return smo->tuning.axis_gain_largest;
     }
     int32_t gain = quotient_q(Q_ONE(20), reciprocal_q(length), CURRENT_Q + AXIS_GAIN_Q - 20);
-    return q_clamp(gain, smo->params.axis_gain_largest);
+    return q_clamp(gain, smo->tuning.axis_gain_largest);
 }
 
 /* a_f/2 tanh(y)/y as k_f: Q26 times Q30. */
 static int32_t gain_of(const smo_q_t *smo, int32_t ratio)
 {
-    return q_high(smo->params.half_slope, ratio);
+    return q_high(smo->tuning.half_slope, ratio);
 }
 
 static ab_q_t switch_vector(smo_q_t *smo, ab_q_t x)
 {
     int32_t ratio = tanh_ratio_q(q_square_sum(smo_stretched_q(smo, x.alpha), smo_stretched_q(smo, x.beta)));
     smo->gain_mean = gain_of(smo, ratio);
-    smo->conductance = q_high(smo->params.gain_slope, ratio);
+    smo->conductance = q_high(smo->tuning.gain_slope, ratio);
     return (ab_q_t){smo_switched_q(smo->conductance, x.alpha), smo_switched_q(smo->conductance, x.beta)};
 }
 
 /* One axis: f in Q30, and its k_f. */
 static int32_t switch_axis(const smo_q_t *smo, int32_t x, int32_t *k_f)
 {
-    if (smo->params.switching == (int32_t)SMO_SIGN) {
+    if (smo->tuning.switching == (int32_t)SMO_SIGN) {
         *k_f = sign_gain(smo, x);
         return sign_of(x) * Q_ONE(UNIT_Q);
     }
@@ -88,8 +85,8 @@ static int32_t within_filter(int64_t value)
     return (int32_t)q_clamp_long(value, FILTER_Q_LARGEST);
 }
 
-/* v and k_f of the forms that act on each axis; `settled`: the means are those of this sample. */
-static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
+/* v and k_f of the forms that act on each axis; `anew`: the means are those of this sample. */
+static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool anew)
 {
     int32_t alpha = switch_axis(smo, x.alpha, &smo->gain_axis.alpha);
     int32_t beta = switch_axis(smo, x.beta, &smo->gain_axis.beta);
@@ -97,7 +94,7 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
     int64_t length_square = q_product(x.alpha, x.alpha) + q_product(x.beta, x.beta);
     int32_t product = within_filter(q_round(power, UNIT_Q + CURRENT_Q - MEAN_Q));
     int32_t square = within_filter(q_round(length_square, 2 * CURRENT_Q - MEAN_Q));
-    if (settled) {
+    if (anew) {
         lowpass_reset_q(&smo->mean_product, product);
         lowpass_reset_q(&smo->mean_square, square);
     } else {
@@ -105,26 +102,22 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool settled)
         (void)lowpass_step_q(&smo->mean_square, square);
     }
     int32_t largest =
-        smo->params.switching == (int32_t)SMO_SIGN ? smo->params.gain_largest : gain_of(smo, Q_ONE(UNIT_Q));
+        smo->tuning.switching == (int32_t)SMO_SIGN ? smo->tuning.gain_largest : gain_of(smo, Q_ONE(UNIT_Q));
     smo->gain_mean = weighted(smo->mean_product.value, smo->mean_square.value, largest);
-    smo->conductance = q_clamp(q_multiply(smo->params.gain, smo->gain_mean, GAIN_Q), CONDUCTANCE_LARGEST);
-    return (ab_q_t){q_multiply(smo->params.gain, alpha, GAIN_Q + UNIT_Q - VOLTAGE_Q),
-                    q_multiply(smo->params.gain, beta, GAIN_Q + UNIT_Q - VOLTAGE_Q)};
+    smo->conductance = q_clamp(q_multiply(smo->tuning.gain, smo->gain_mean, GAIN_Q), CONDUCTANCE_LARGEST);
+    return (ab_q_t){q_multiply(smo->tuning.gain, alpha, GAIN_Q + UNIT_Q - VOLTAGE_Q),
+                    q_multiply(smo->tuning.gain, beta, GAIN_Q + UNIT_Q - VOLTAGE_Q)};
 }
 
-void smo_init_q(smo_q_t *smo, const smo_params_q_t *params)
+/* The one decision: v of the error x, and its k_f. */
+static ab_q_t switched_by(smo_q_t *smo, ab_q_t x, bool anew)
 {
-    const ab_q_t none = {0, 0};
-    smo->params.filtering = 1u;
-    smo_retune_q(smo, params);
-    smo->gain_axis = none;
-    lowpass_reset_q(&smo->mean_product, 0);
-    lowpass_reset_q(&smo->mean_square, 0);
-    smo_reset_q(smo, none, none);
+    return smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR ? switch_vector(smo, x)
+                                                                : switch_axes(smo, x, anew);
 }
 
 /* tanh(y)/y, Q30, at the y where tanh(y)^2 = `square`; Newton's method as in smo.c. */
-static int32_t settled_ratio(int32_t square)
+static int32_t ratio_at(int32_t square)
 {
     int32_t target = q_clamp(square, RESET_SQUARE_MAX);
     int32_t z = target >> (UNIT_Q - RESET_Q);
@@ -143,7 +136,7 @@ static int32_t settled_ratio(int32_t square)
 /* f/(a_f/2 ratio), within the range of the error. */
 static int32_t error_for(const smo_q_t *smo, int32_t f, int32_t ratio)
 {
-    int32_t slope = q_multiply(smo->params.half_slope, ratio, UNIT_Q);
+    int32_t slope = q_multiply(smo->tuning.half_slope, ratio, UNIT_Q);
     return q_clamp(quotient_q(f, reciprocal_q(slope), SLOPE_Q + CURRENT_Q - UNIT_Q), ERROR_LARGEST);
 }
 
@@ -165,85 +158,68 @@ static ab_q_t within(ab_q_t voltage)
     return (ab_q_t){q_clamp(voltage.alpha, SWITCHED_LARGEST), q_clamp(voltage.beta, SWITCHED_LARGEST)};
 }
 
-void smo_preset_error_q(smo_q_t *smo, ab_q_t current, ab_q_t error)
+void smo_reset_error_q(smo_q_t *smo, ab_q_t current, ab_q_t error)
 {
     smo->current_err = error;
     smo->current_hat.alpha = q_clamp(current.alpha, SAMPLE_LARGEST) + error.alpha;
     smo->current_hat.beta = q_clamp(current.beta, SAMPLE_LARGEST) + error.beta;
-    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo->switched = switch_vector(smo, error);
-    } else {
-        smo->switched = switch_axes(smo, error, true);
-    }
+    smo->switched = switched_by(smo, error, true);
     smo->emf_hat = smo->switched;
-    smo->passed_over = 0u;
+    smo->rejected = 0u;
 }
 
-void smo_preset_q(smo_q_t *smo, ab_q_t current, ab_q_t switched, ab_q_t emf_hat)
+void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf)
 {
-    root_q_t per_gain = reciprocal_q(smo->params.gain);
-    ab_q_t f = {share_of_gain(switched.alpha, per_gain), share_of_gain(switched.beta, per_gain)};
+    root_q_t per_gain = reciprocal_q(smo->tuning.gain);
+    ab_q_t f = {share_of_gain(emf.alpha, per_gain), share_of_gain(emf.beta, per_gain)};
     ab_q_t x = {0, 0};
-    switch ((smo_switching_t)smo->params.switching) {
+    switch ((smo_switching_t)smo->tuning.switching) {
     case SMO_SIGN:
         break;
     case SMO_SIGMOID:
-        x.alpha = error_for(smo, f.alpha, settled_ratio(to_unit(q_square(f.alpha))));
-        x.beta = error_for(smo, f.beta, settled_ratio(to_unit(q_square(f.beta))));
+        x.alpha = error_for(smo, f.alpha, ratio_at(to_unit(q_square(f.alpha))));
+        x.beta = error_for(smo, f.beta, ratio_at(to_unit(q_square(f.beta))));
         break;
     case SMO_SIGMOID_VECTOR: {
-        int32_t ratio = settled_ratio(to_unit(q_square_sum(f.alpha, f.beta)));
+        int32_t ratio = ratio_at(to_unit(q_square_sum(f.alpha, f.beta)));
         x.alpha = error_for(smo, f.alpha, ratio);
         x.beta = error_for(smo, f.beta, ratio);
         break;
     }
     }
 
-    smo_preset_error_q(smo, current, x);
-    if (smo->params.switching == (int32_t)SMO_SIGN) {
-        smo->switched = within(switched);
+    smo_reset_error_q(smo, current, x);
+    if (smo->tuning.switching == (int32_t)SMO_SIGN) {
+        smo->switched = within(emf);
+        smo->emf_hat = smo->switched;
     }
-    smo->emf_hat = smo->params.filtering != 0u ? within(emf_hat) : smo->switched;
-}
-
-void smo_reset_q(smo_q_t *smo, ab_q_t current, ab_q_t emf)
-{
-    smo_preset_q(smo, current, emf, emf);
-    smo->emf_hat = smo->switched;
 }
 
 static int32_t filtered(const smo_q_t *smo, int32_t v, int32_t emf_hat)
 {
-    return q_clamp(v + q_multiply(smo->params.emf_decay, emf_hat - v, SHARE_Q), SWITCHED_LARGEST);
+    return q_clamp(v + q_multiply(smo->tuning.emf_decay, emf_hat - v, SHARE_Q), SWITCHED_LARGEST);
 }
 
 ab_q_t smo_step_q(smo_q_t *smo, ab_q_t voltage, ab_q_t current)
 {
     if (!smo_measured_q(voltage.alpha) || !smo_measured_q(voltage.beta) || !smo_measured_q(current.alpha) ||
         !smo_measured_q(current.beta)) {
-        smo->passed_over = 1u;
+        smo->rejected = 1u;
         return smo->emf_hat;
     }
 
     ab_q_t hat = smo->current_hat;
-    ab_q_t v = smo->params.filtering != 0u ? smo->switched : smo->emf_hat;
+    ab_q_t v = smo->switched;
     ab_q_t x = {q_clamp(smo_error_q(smo, hat.alpha, voltage.alpha - v.alpha, current.alpha), ERROR_LARGEST),
                 q_clamp(smo_error_q(smo, hat.beta, voltage.beta - v.beta, current.beta), ERROR_LARGEST)};
-    smo->passed_over = 0u;
+    smo->rejected = 0u;
     smo->current_hat = (ab_q_t){current.alpha + x.alpha, current.beta + x.beta};
     smo->current_err = x;
-    if (smo->params.switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        v = switch_vector(smo, x);
-    } else {
-        v = switch_axes(smo, x, false);
-    }
+    v = switched_by(smo, x, false);
     smo->switched = v;
-    if (smo->params.filtering != 0u) {
-        v.alpha = filtered(smo, v.alpha, smo->emf_hat.alpha);
-        v.beta = filtered(smo, v.beta, smo->emf_hat.beta);
-    }
-    smo->emf_hat = v;
-    return v;
+    smo->emf_hat.alpha = filtered(smo, v.alpha, smo->emf_hat.alpha);
+    smo->emf_hat.beta = filtered(smo, v.beta, smo->emf_hat.beta);
+    return smo->emf_hat;
 }
 
 int32_t smo_equivalent_gain_q(const smo_q_t *smo)

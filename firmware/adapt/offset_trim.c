@@ -1,20 +1,23 @@
-#include "control/offset_trim.h"
+#include "adapt/offset_trim.h"
 
 #include <stdbool.h>
 
 #include "math/bounds.h"
 
-void offset_trim_init(offset_trim_t *trim, const offset_trim_params_t *params)
+offset_trim_tuning_t offset_trim_prepare(const offset_trim_params_t *params)
 {
-    const ab_t none = {0.0f, 0.0f};
-    offset_trim_retune(trim, params);
-    offset_trim_reset(trim, none);
+    return (offset_trim_tuning_t){params->gain, (uint32_t)(TRIM_WINDOW / params->period)};
 }
 
-void offset_trim_retune(offset_trim_t *trim, const offset_trim_params_t *params)
+void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
 {
-    trim->gain = params->gain;
-    trim->window_periods = (uint32_t)(TRIM_WINDOW / params->period);
+    offset_trim_take(trim, tuning);
+    offset_trim_reset(trim, (ab_t){0.0f, 0.0f});
+}
+
+void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
+{
+    trim->tuning = *tuning;
 }
 
 static void begin_window(offset_trim_t *trim, float omega_e)
@@ -41,11 +44,11 @@ static bool steady(const offset_trim_t *trim, float omega_e, ab_t current)
 
 void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current)
 {
-    if (trim->count < trim->window_periods) {
+    if (trim->count < trim->tuning.window_periods) {
         return;
     }
     if (steady(trim, omega_e, current)) {
-        float share = trim->gain / (float)trim->count;
+        float share = trim->tuning.gain / (float)trim->count;
         trim->offset.alpha = bounds_clamp(trim->offset.alpha - share * trim->sum.alpha, TRIM_LIMIT);
         trim->offset.beta = bounds_clamp(trim->offset.beta - share * trim->sum.beta, TRIM_LIMIT);
     }

@@ -6,15 +6,15 @@
  *
  *     mean e_hat = -(R + 2 V_leg/(pi |i|)) o
  *
- * (the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
+ * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
  * TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a share of it.
  *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean and is trimmed
  * away as if it were an offset: the estimate profits, the current carries what remains. Does not handle:
  * speed below TRIM_SPEED_MIN or changing, currents so small that they never leave the zone of the dead time.
  */
-#ifndef CONTROL_OFFSET_TRIM_H
-#define CONTROL_OFFSET_TRIM_H
+#ifndef ADAPT_OFFSET_TRIM_H
+#define ADAPT_OFFSET_TRIM_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -34,10 +34,12 @@ typedef struct {
 } offset_trim_params_t;
 
 typedef struct {
-    /* coefficients, from offset_trim_init */
     float gain;              /* [A/V] */
     uint32_t window_periods; /* [periods] */
-    /* state */
+} offset_trim_tuning_t;
+
+typedef struct {
+    offset_trim_tuning_t tuning;
     ab_t sum;         /* of e_hat in this window [V] */
     uint32_t count;   /* samples in it [-] */
     float theta_prev; /* [rad] */
@@ -45,11 +47,14 @@ typedef struct {
     ab_t offset;      /* o [A] */
 } offset_trim_t;
 
-/* Coefficients; no offset known. One division. */
-void offset_trim_init(offset_trim_t *trim, const offset_trim_params_t *params);
+/* Coefficients. One division. */
+offset_trim_tuning_t offset_trim_prepare(const offset_trim_params_t *params);
 
-/* Coefficients alone. */
-void offset_trim_retune(offset_trim_t *trim, const offset_trim_params_t *params);
+/* These coefficients; no offset known. */
+void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
+
+/* New coefficients; window and offset go on. */
+void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
 
 /* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);

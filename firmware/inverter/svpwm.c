@@ -1,4 +1,4 @@
-#include "control/svpwm.h"
+#include "inverter/svpwm.h"
 
 #include <stdbool.h>
 

@@ -7,16 +7,16 @@
  * DV is the mean of commanded minus actual pole voltage, positive along the current; drop = (V_ce + V_f)/2,
  * the mean of the on-state drops of transistor and diode at zero current (their slope, some 20 mohm, belongs
  * to the winding's resistance). sat runs linearly through zero within +-zone, where the node's capacitance
- * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Source: own
- * derivation, facts on dead time, section 2; neglected there: +-0.05 V that depend on the duty.
+ * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Derivation:
+ * docs/theory.md, 12; neglected there: below 0.1 V that depend on the duty.
  *
  * Add it to the voltage before svpwm_modulate(), subtract it from the applied voltage to get what the motor
  * sees. Use the current expected in the middle of the period in which the duties act: the sampled sign is
  * late by up to 1.5 periods.
  *
  * No state. Does not handle: differences between the legs, the device's own temperature. */
-#ifndef CONTROL_DEAD_TIME_H
-#define CONTROL_DEAD_TIME_H
+#ifndef INVERTER_DEAD_TIME_H
+#define INVERTER_DEAD_TIME_H
 
 #include "math/bounds.h"
 #include "math/frames.h"
@@ -36,21 +36,20 @@ typedef struct {
     float drop;          /* gain drop [V] */
     float zone;          /* [A] */
     float per_zone;      /* 1/zone [1/A] */
-} dead_time_t;
+} dead_time_tuning_t;
 
-/* Coefficients. Two divisions. There is nothing else, so both are the same. */
-void dead_time_init(dead_time_t *dead_time, const dead_time_params_t *params);
-void dead_time_retune(dead_time_t *dead_time, const dead_time_params_t *params);
+/* Coefficients, which is all there is: no state. Two divisions. */
+dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params);
 
 /* What a leg whose sign is certain loses [V] at the DC link `u_dc` [V]. */
-static inline float dead_time_leg(const dead_time_t *dead_time, float u_dc)
+static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_dc)
 {
     return dead_time->volt_per_volt * u_dc + dead_time->drop;
 }
 
 /* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. The currents are
  * cut to the zone and transformed; what comes out is stretched to volts. No division, six compares. */
-static inline ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current, float u_dc)
+static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, ab_t current, float u_dc)
 {
     abc_t phases = frames_inverse_clarke(current);
     phases.a = bounds_clamp(phases.a, dead_time->zone);
@@ -60,15 +59,5 @@ static inline ab_t dead_time_voltage(const dead_time_t *dead_time, ab_t current,
     float volt_per_ampere = dead_time_leg(dead_time, u_dc) * dead_time->per_zone;
     return (ab_t){volt_per_ampere * cut.alpha, volt_per_ampere * cut.beta};
 }
-
-/* How sure that is: near its zero crossing a current's sign, and with it a whole leg's loss, is at the mercy
- * of a sensor's offset. */
-typedef struct {
-    float smallest; /* of the three phase currents' amounts [A] */
-    float largest;  /* likewise [A] */
-} dead_time_range_t;
-
-/* Of the `current` [A]. Straight line. */
-dead_time_range_t dead_time_range(ab_t current);
 
 #endif

@@ -1,0 +1,42 @@
+#include "contract/tap.h"
+
+#include <string.h>
+
+void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        memcpy(&slots[n], (const char *)base + offsets[n], sizeof slots[n]);
+    }
+}
+
+bool tap_history_init(tap_history_t *history, const table_t *table, const uint32_t ids[TAP_SLOTS])
+{
+    size_t offsets[TAP_SLOTS];
+    for (uint32_t n = 0; n < TAP_SLOTS; n++) {
+        const table_row_t *row = table_by_id(table, ids[n]);
+        if (row == NULL) {
+            return false;
+        }
+        offsets[n] = row->offset;
+    }
+    memcpy(history->offsets, offsets, sizeof offsets);
+    memcpy(history->ids, ids, sizeof history->ids);
+    history->next = 0u;
+    return true;
+}
+
+void tap_history_keep(tap_history_t *history, const void *base)
+{
+    tap_copy(history->offsets, TAP_SLOTS, base, history->slots[history->next % TAP_PERIODS]);
+    history->next++;
+}
+
+uint32_t tap_history_count(const tap_history_t *history)
+{
+    return history->next < TAP_PERIODS ? history->next : TAP_PERIODS;
+}
+
+const uint32_t *tap_history_at(const tap_history_t *history, uint32_t ago)
+{
+    return history->slots[(history->next - 1u - ago) % TAP_PERIODS];
+}

@@ -1,0 +1,39 @@
+/* The tap: chosen slots of a struct, copied once per period as they stand, and the history of the last ones.
+ *
+ * Recorder, history and whoever else looks in from outside read only what was copied: all values of one row
+ * of the history belong to the same period. */
+#ifndef CONTRACT_TAP_H
+#define CONTRACT_TAP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "contract/table.h"
+
+/* Copies the 32-bit slots at these offsets [chars of the target] of `base`, in their order. */
+void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots);
+
+#define TAP_PERIODS UINT32_C(256) /* of the history: a power of two */
+#define TAP_SLOTS   UINT32_C(12)  /* in each of them */
+
+typedef struct {
+    size_t offsets[TAP_SLOTS]; /* [chars of the target] of the chosen slots */
+    uint32_t ids[TAP_SLOTS];   /* [-] of their rows */
+    uint32_t next;             /* [periods] kept so far; modulo TAP_PERIODS the place of the next */
+    uint32_t slots[TAP_PERIODS][TAP_SLOTS];
+} tap_history_t;
+
+/* An empty history of these rows. false: an id is none of the table; nothing has changed. */
+bool tap_history_init(tap_history_t *history, const table_t *table, const uint32_t ids[TAP_SLOTS]);
+
+/* One period more; the oldest is forgotten. */
+void tap_history_keep(tap_history_t *history, const void *base);
+
+/* How many periods are kept: TAP_PERIODS, or fewer after a start. */
+uint32_t tap_history_count(const tap_history_t *history);
+
+/* The slots of the period that is so many periods older than the newest; `ago` below the count. */
+const uint32_t *tap_history_at(const tap_history_t *history, uint32_t ago);
+
+#endif

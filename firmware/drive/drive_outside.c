@@ -1,0 +1,87 @@
+#include "drive/drive.h"
+
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "drive/signals.h"
+#include "math/check.h"
+
+void drive_take(drive_t *drive)
+{
+    const drive_tuning_t *tuning = &drive->offer;
+    measure_take(&drive->measure, &tuning->measure);
+    guard_take(&drive->guard, &tuning->guard);
+    encoder_take(&drive->encoder, &tuning->encoder);
+    chosen_take(&drive->estimator, &tuning->estimator);
+    flux_take(&drive->flux, &tuning->flux);
+    offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
+    inverter_take(&drive->inverter, &tuning->inverter);
+    drive->doubt.tuning = tuning->doubt;
+    current_control_take(&drive->current_control, &tuning->current_control);
+    run_take(&drive->run, &tuning->run);
+    drive->pole_pairs_inverse = tuning->pole_pairs_inverse;
+    drive->dc_undervoltage = tuning->dc_undervoltage;
+    drive->start_speed = tuning->start_speed;
+    drive->sensorless = tuning->sensorless;
+    drive->offered = 0u;
+}
+
+void drive_init(drive_t *drive, const params_t *params)
+{
+    params_error_t why;
+    CHECK(params_check(params, &why));
+    memset(drive, 0, sizeof *drive);
+    const believed_t believed = params_believed(params);
+    drive_prepare(&drive->offer, params, &believed);
+    drive_take(drive);
+    chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
+    sequence_init(&drive->sequence);
+    requests_defaults(&drive->requests);
+    CHECK(tap_history_init(&drive->history, &signals_table, signals_history));
+}
+
+bool drive_bridge_on(const drive_t *drive)
+{
+    return sequence_bridge_on(&drive->sequence);
+}
+
+void drive_offer(drive_t *drive)
+{
+    drive->offered = 1u;
+}
+
+void drive_withdraw(drive_t *drive)
+{
+    drive->offered = 0u;
+}
+
+void drive_request(drive_t *drive, const requests_t *next)
+{
+    drive->requests = *next;
+}
+
+void drive_note_fault(drive_t *drive)
+{
+    measure_begin_calibration(&drive->measure);
+    drive->fault = (drive_fault_t){
+        .period = drive->period,
+        .i_a = drive->measure.measured.current_abc.a,
+        .i_b = drive->measure.measured.current_abc.b,
+        .u_dc = drive->measure.measured.u_dc,
+        .theta_e = drive->frame.theta_e,
+        .omega_e = drive->frame.omega_e,
+    };
+}
+
+void drive_stop(drive_t *drive, int32_t reason)
+{
+    sequence_fault(&drive->sequence, reason);
+    drive_note_fault(drive);
+}
+
+void drive_trip(drive_t *drive)
+{
+    if (drive_bridge_on(drive)) {
+        drive_stop(drive, REASON_MODULE_FAULT);
+    }
+}

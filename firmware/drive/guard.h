@@ -1,0 +1,45 @@
+/* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
+ * counting, straight line but for the counting of what holds, no division.
+ *
+ * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
+ * the protection against all that the power module cannot see. */
+#ifndef DRIVE_GUARD_H
+#define DRIVE_GUARD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/measured.h"
+#include "drive/faults.h"
+
+typedef struct {
+    float limit[FAULTS]; /* [unit of the quantity] row by row, margin added */
+} guard_tuning_t;
+
+typedef struct {
+    guard_tuning_t tuning;
+    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce */
+    uint32_t holding;      /* [-] bits of the rows that held in the last period */
+    uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
+    uint32_t warnings;     /* [-] bits of those with reaction WARN */
+} guard_t;
+
+/* The limits of this set. */
+guard_tuning_t guard_prepare(const params_t *params);
+
+/* These limits; nothing holds. */
+void guard_init(guard_t *guard, const guard_tuning_t *tuning);
+
+/* New limits; what is being counted goes on. */
+void guard_take(guard_t *guard, const guard_tuning_t *tuning);
+
+/* guard->faults and guard->warnings of this period, from its measurements, the mechanical speed [rad/s], the
+ * criteria by which the estimate in use has failed (ESTIMATOR_..., 0: none, or none in use), and whether the
+ * gates shall be on. */
+void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint32_t estimate_invalid,
+                bool running);
+
+/* Reason number of the gravest of these bits; REASON_NONE for 0. */
+int32_t guard_reason(uint32_t faults);
+
+#endif

@@ -1,0 +1,66 @@
+/* Samples to measurements: offsets of the current sensors, found while no current flows, and what is no
+ * measurement at all: not a number, or a sensor at its end. The last good sample then stands in. */
+#ifndef DRIVE_MEASURE_H
+#define DRIVE_MEASURE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/measured.h"
+#include "drive/params.h"
+
+#define DRIVE_SAMPLE_TRIPPED    UINT32_C(1) /* the trip zone holds the gates off */
+#define DRIVE_SAMPLE_FAULT_LINE UINT32_C(2) /* the power module pulls its fault line now */
+#define DRIVE_SAMPLE_ENCODER    UINT32_C(4) /* quadrature phase error since the last sample */
+#define DRIVE_SAMPLE_LATE       UINT32_C(8) /* this period's interrupt came too late */
+
+/* What a sensor that the board has not reads: no temperature there is [degC]. */
+#define DRIVE_NO_TEMPERATURE (-273.15f)
+
+typedef struct {
+    float i_a;               /* [A] phase currents at t_k, as the sensors say, positive into the motor */
+    float i_b;               /* [A] */
+    float i_c;               /* [A] with two sensors minus the sum of the others */
+    float u_dc;              /* [V] DC link */
+    float sink_temperature;  /* [degC] DRIVE_NO_TEMPERATURE without a sensor, this one and the next */
+    float motor_temperature; /* [degC] */
+    uint32_t encoder;        /* [counts] 0 .. 4 encoder_lines - 1, at t_k */
+    uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
+} drive_samples_t;
+
+typedef struct {
+    float weight;     /* 1/calibration_periods [-] */
+    uint32_t periods; /* [periods] of the whole calibration */
+    float offset_max; /* [A] of a sensor that is accepted */
+} measure_tuning_t;
+
+typedef struct {
+    measure_tuning_t tuning;
+    abc_t offset;        /* [A] measured at zero current */
+    uint32_t calibrated; /* [periods] of the calibration so far */
+    measured_t measured; /* of the newest sample */
+} measure_t;
+
+typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED } calibration_t;
+
+/* Coefficients. One division. */
+measure_tuning_t measure_prepare(const params_t *params);
+
+/* These coefficients; offsets zero, nothing measured. */
+void measure_init(measure_t *measure, const measure_tuning_t *tuning);
+
+/* New coefficients; offsets and a calibration under way go on. */
+void measure_take(measure_t *measure, const measure_tuning_t *tuning);
+
+/* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
+void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim);
+
+/* The next calibration begins anew. */
+void measure_begin_calibration(measure_t *measure);
+
+/* A period of the calibration: the offsets become the mean of the currents while none flows. The first
+ * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
+ * than a sensor's may be. No division. */
+calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
+
+#endif

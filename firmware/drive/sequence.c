@@ -1,0 +1,169 @@
+#include "drive/sequence.h"
+
+#include <string.h>
+
+#include "drive/guard.h"
+#include "drive/reasons.h"
+
+#define REARM_PERIODS DRIVE_PERIODS(20e-3f) /* without a fault or its line before a reset or a start */
+
+/* Gates off, or as they are, and nothing to start. */
+static const sequence_order_t off = {GATES_OFF, false, false};
+static const sequence_order_t keep = {GATES_KEEP, false, false};
+
+void sequence_init(sequence_t *sequence)
+{
+    memset(sequence, 0, sizeof *sequence);
+    sequence->state = (int32_t)DRIVE_NOT_READY;
+}
+
+bool sequence_bridge_on(const sequence_t *sequence)
+{
+    return sequence->state == (int32_t)DRIVE_SWITCHED_ON ||
+           sequence->state == (int32_t)DRIVE_OPERATION_ENABLED ||
+           sequence->state == (int32_t)DRIVE_QUICK_STOP;
+}
+
+static void enter(sequence_t *sequence, drive_state_t state)
+{
+    sequence->state = (int32_t)state;
+    sequence->coming_on = 0u;
+}
+
+void sequence_fault(sequence_t *sequence, int32_t reason)
+{
+    sequence->fault_reason = reason;
+    sequence->faults_later = 0u;
+    enter(sequence, DRIVE_FAULT);
+}
+
+static bool rearmed(const sequence_t *sequence)
+{
+    return sequence->quiet_periods >= REARM_PERIODS;
+}
+
+static sequence_order_t in_fault(sequence_t *sequence, const sequence_input_t *input, bool reset_edge)
+{
+    sequence->faults_later |= input->faults;
+    sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
+    if (reset_edge && rearmed(sequence)) {
+        sequence->fault_reason = REASON_NONE;
+        enter(sequence, DRIVE_NOT_READY);
+    } else if (reset_edge || !rearmed(sequence)) {
+        sequence->refusal = REASON_FAULT_PRESENT;
+    }
+    return off;
+}
+
+static sequence_order_t in_not_ready(sequence_t *sequence, const sequence_input_t *input)
+{
+    sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_NOT_READY;
+    if (input->calibration == CALIBRATION_GOOD) {
+        enter(sequence, DRIVE_READY);
+    } else if (input->calibration == CALIBRATION_FAILED) {
+        sequence_fault(sequence, REASON_CURRENT_OFFSET);
+    }
+    return off;
+}
+
+static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *input)
+{
+    if (!rearmed(sequence)) {
+        return REASON_FAULT_PRESENT;
+    }
+    if (input->undervoltage) {
+        return REASON_DC_UNDERVOLTAGE;
+    }
+    return input->too_slow ? REASON_TOO_SLOW : REASON_NONE;
+}
+
+static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *input)
+{
+    sequence_order_t order = off;
+    if (input->requests->enable == (int32_t)REQUEST_ON && sequence->stopped == 0u) {
+        sequence->refusal = why_not_on(sequence, input);
+        if (sequence->refusal == REASON_NONE) {
+            order.preset = true;
+            enter(sequence, DRIVE_SWITCHED_ON);
+        }
+    }
+    return order;
+}
+
+/* First period: the duties of the turning rotor go out; second: the gates come on with them; third: they
+ * must. */
+static sequence_order_t in_switched_on(sequence_t *sequence, const sequence_input_t *input)
+{
+    if (input->requests->enable != (int32_t)REQUEST_ON) {
+        enter(sequence, DRIVE_READY);
+        return off;
+    }
+    sequence->coming_on++;
+    if (sequence->coming_on < 2u) {
+        return (sequence_order_t){GATES_ON, false, false};
+    }
+    if (input->tripped) {
+        sequence_fault(sequence, REASON_GATES_REFUSED);
+        return off;
+    }
+    enter(sequence, DRIVE_OPERATION_ENABLED);
+    return (sequence_order_t){GATES_KEEP, true, true};
+}
+
+static sequence_order_t in_operation(sequence_t *sequence, const sequence_input_t *input)
+{
+    if (input->requests->enable == (int32_t)REQUEST_OFF) {
+        enter(sequence, DRIVE_READY);
+        return off;
+    }
+    if (input->requests->enable == (int32_t)REQUEST_QUICK_STOP) {
+        enter(sequence, DRIVE_QUICK_STOP);
+    }
+    return keep;
+}
+
+static sequence_order_t in_quick_stop(sequence_t *sequence, const sequence_input_t *input)
+{
+    if (input->requests->enable == (int32_t)REQUEST_OFF || input->standstill) {
+        sequence->stopped = 1u;
+        enter(sequence, DRIVE_READY);
+        return off;
+    }
+    return keep;
+}
+
+sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
+{
+    const int32_t reset = input->requests->fault_reset;
+    const bool reset_edge = reset != 0 && sequence->fault_reset_seen == 0;
+    const bool quiet = input->faults == 0u && !input->fault_line;
+    sequence->fault_reset_seen = reset;
+    sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
+    sequence->refusal = REASON_NONE;
+    if (input->requests->enable == (int32_t)REQUEST_OFF) {
+        sequence->stopped = 0u;
+    }
+
+    if (sequence->state == (int32_t)DRIVE_FAULT) {
+        return in_fault(sequence, input, reset_edge);
+    }
+    if (input->faults != 0u) {
+        sequence_fault(sequence, guard_reason(input->faults));
+        return off;
+    }
+    switch ((drive_state_t)sequence->state) {
+    case DRIVE_NOT_READY:
+        return in_not_ready(sequence, input);
+    case DRIVE_READY:
+        return in_ready(sequence, input);
+    case DRIVE_SWITCHED_ON:
+        return in_switched_on(sequence, input);
+    case DRIVE_OPERATION_ENABLED:
+        return in_operation(sequence, input);
+    case DRIVE_QUICK_STOP:
+        return in_quick_stop(sequence, input);
+    case DRIVE_FAULT:
+        break;
+    }
+    return off;
+}

@@ -1,0 +1,77 @@
+/* The state machine, states by their DS-402 names: which of them the drive is in, what the gates shall do,
+ * and why a wish is not obeyed. One transition at most per period.
+ *
+ *   not ready           current offsets are being measured, gates off
+ *   ready               gates off, waiting for `enable` = on
+ *   switched on         two periods: control preset to the turning rotor, gates coming on
+ *   operation enabled   the motor follows the references
+ *   quick stop          speed reference zero until standstill, then ready
+ *   fault               gates off until fault_reset, then not ready */
+#ifndef DRIVE_SEQUENCE_H
+#define DRIVE_SEQUENCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drive/measure.h"
+#include "drive/requests.h"
+
+typedef enum {
+    DRIVE_NOT_READY,
+    DRIVE_READY,
+    DRIVE_SWITCHED_ON,
+    DRIVE_OPERATION_ENABLED,
+    DRIVE_QUICK_STOP,
+    DRIVE_FAULT
+} drive_state_t;
+#define DRIVE_STATE_NAMES "not_ready|ready|switched_on|operation_enabled|quick_stop|fault"
+
+typedef enum {
+    GATES_KEEP, /* leave the trip zone as it is */
+    GATES_ON,   /* release the trip, this once */
+    GATES_OFF   /* trip by software */
+} drive_gates_t;
+
+/* What the machine decides by, of one period. */
+typedef struct {
+    const requests_t *requests;
+    uint32_t faults;           /* [-] bits of the fault table that open the bridge */
+    bool fault_line;           /* the power module pulls its fault line now */
+    bool tripped;              /* the trip zone holds the gates off */
+    bool undervoltage;         /* the DC link is below dc_undervoltage */
+    bool too_slow;             /* the source of position needs a faster rotor to start on */
+    bool standstill;           /* a quick stop has come to its end */
+    calibration_t calibration; /* while not ready */
+} sequence_input_t;
+
+/* What the rest of the drive shall do now. */
+typedef struct {
+    drive_gates_t gates;
+    bool preset; /* control starts anew on the turning rotor */
+    bool track;  /* the estimator starts */
+} sequence_order_t;
+
+typedef struct {
+    int32_t state;            /* [-] drive_state_t */
+    int32_t refusal;          /* [-] reason_t: why a wish is not obeyed now */
+    int32_t fault_reason;     /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
+    uint32_t faults_later;    /* [-] bits of the fault table that came after it */
+    uint32_t coming_on;       /* [periods] in switched on */
+    uint32_t quiet_periods;   /* [periods] without a fault or its line, up to what a reset asks for */
+    int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
+    uint32_t stopped;         /* [-] 1: quick stop is done; `enable` must go off before the next start */
+} sequence_t;
+
+/* Not ready, nothing wished for yet. */
+void sequence_init(sequence_t *sequence);
+
+/* The state of this period and what follows from it. */
+sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *input);
+
+/* Into fault at once, with this reason. */
+void sequence_fault(sequence_t *sequence, int32_t reason);
+
+/* Are the gates on, or coming on? */
+bool sequence_bridge_on(const sequence_t *sequence);
+
+#endif

@@ -1,0 +1,89 @@
+#include "drive/tuning.h"
+
+static void prepare_position(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const encoder_params_t encoder = {
+        .count_per_turn = 4.0f * (float)params->encoder_lines,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .offset = params->encoder_offset,
+        .bandwidth = params->encoder_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    encoder_prepare(&tuning->encoder, &encoder);
+
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    chosen_prepare(&tuning->estimator, &estimator);
+}
+
+static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const flux_params_t flux = {
+        .flux_linkage = believed->flux_linkage,
+        .adaptation = params->flux_adaptation,
+        .period = DRIVE_PERIOD,
+    };
+    flux_prepare(&tuning->flux, &flux);
+    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_PERIOD};
+    tuning->offset_trim = offset_trim_prepare(&trim);
+}
+
+static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)
+{
+    const inverter_params_t inverter = {
+        .dead_time =
+            {
+                .dead_time = params->dead_time,
+                .turn_on_delay = params->turn_on_delay,
+                .turn_off_delay = params->turn_off_delay,
+                .drop = params->device_drop,
+                .current_zone = params->current_zone,
+                .gain = params->compensation_gain,
+                .period = DRIVE_PERIOD,
+            },
+        .duty_min = params_duty_min(params),
+        .duty_max = params_duty_max(params),
+        .duty_counts = DRIVE_DUTY_COUNTS,
+    };
+    tuning->inverter = inverter_prepare(&inverter);
+    const doubt_params_t doubt = {
+        .current = params->doubtful_current,
+        .emf_cutoff = params->observer_emf_cutoff,
+        .acceleration_known = params->torque_feedforward > 0.0f,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->doubt = doubt_prepare(&doubt);
+}
+
+static void prepare_control(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const current_control_params_t current = {
+        .resistance = believed->resistance,
+        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .bandwidth = params->current_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->current_control = current_control_prepare(&current);
+    const speed_control_params_t speed = {
+        .kp = params->speed_kp,
+        .ki = params->speed_ki,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->run = (run_tuning_t){speed_control_prepare(&speed), believed->flux_linkage};
+}
+
+void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    tuning->measure = measure_prepare(params);
+    tuning->guard = guard_prepare(params);
+    prepare_position(tuning, params, believed);
+    prepare_adaptation(tuning, params, believed);
+    prepare_inverter(tuning, params);
+    prepare_control(tuning, params, believed);
+    tuning->pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs;
+    tuning->dc_undervoltage = params->dc_undervoltage;
+    tuning->start_speed = params->start_speed;
+    tuning->sensorless = params->position_source == (int32_t)POSITION_SENSORLESS;
+}

@@ -1,0 +1,42 @@
+/* Tuning: the coefficients of every module, derived from a set of parameters. Made in the background, with
+ * all its divisions and exponentials; the interrupt takes it whole at the start of a step. */
+#ifndef DRIVE_TUNING_H
+#define DRIVE_TUNING_H
+
+#include <stdint.h>
+
+#include "adapt/believed.h"
+#include "adapt/flux.h"
+#include "adapt/offset_trim.h"
+#include "control/current_control.h"
+#include "drive/guard.h"
+#include "drive/measure.h"
+#include "drive/params.h"
+#include "estimator/chosen.h"
+#include "estimator/encoder.h"
+#include "inverter/doubt.h"
+#include "inverter/inverter.h"
+#include "manoeuvre/run.h"
+
+typedef struct {
+    measure_tuning_t measure;
+    guard_tuning_t guard;
+    encoder_tuning_t encoder;
+    chosen_tuning_t estimator;
+    flux_tuning_t flux;
+    offset_trim_tuning_t offset_trim;
+    inverter_tuning_t inverter;
+    doubt_tuning_t doubt;
+    current_control_tuning_t current_control;
+    run_tuning_t run;
+    float pole_pairs_inverse; /* [-] */
+    float dc_undervoltage;    /* [V] without so much the bridge stays off */
+    float start_speed;        /* [rad/s] mechanical, of a sensorless start */
+    uint32_t sensorless;      /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+} drive_tuning_t;
+
+/* Coefficients of a set that params_check has accepted, with `believed` in the place of what the set says of
+ * motor and sensors. For the background. */
+void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+
+#endif

@@ -1,0 +1,39 @@
+/* The estimator that the drive runs on: that in float (estimator.h) or its fixed-point twin (fixed/fixed.h),
+ * as the build says (LAGLESS_ESTIMATOR). The one place that knows; both take the same parameters and fill the
+ * same estimate_t, their member `estimate`. */
+#ifndef ESTIMATOR_CHOSEN_H
+#define ESTIMATOR_CHOSEN_H
+
+#ifdef LAGLESS_ESTIMATOR_FIXED
+
+#include "estimator/fixed/fixed.h"
+
+typedef fixed_t chosen_t;
+typedef fixed_tuning_t chosen_tuning_t;
+#define chosen_params_check fixed_params_check
+#define chosen_prepare      fixed_prepare
+#define chosen_take         fixed_take
+#define chosen_init         fixed_init
+#define chosen_set_flux     fixed_set_flux
+#define chosen_reset        fixed_reset
+#define chosen_step         fixed_step
+#define chosen_coast        fixed_coast
+
+#else
+
+#include "estimator/estimator.h"
+
+typedef estimator_t chosen_t;
+typedef estimator_tuning_t chosen_tuning_t;
+#define chosen_params_check estimator_params_check
+#define chosen_prepare      estimator_prepare
+#define chosen_take         estimator_take
+#define chosen_init         estimator_init
+#define chosen_set_flux     estimator_set_flux
+#define chosen_reset        estimator_reset
+#define chosen_step         estimator_step
+#define chosen_coast        estimator_coast
+
+#endif
+
+#endif

@@ -1,0 +1,58 @@
+/* The back-EMF at t_k from voltage, current and speed: observer (smo.h) and phase self-compensation (lag.h)
+ * in a row. The speed is an argument, so that it steps with any source of it: the tracking loop, an encoder,
+ * a forced ramp.
+ *
+ * Sample time: one step per T, in the timing of smo.h. */
+#ifndef ESTIMATOR_OBSERVER_H
+#define ESTIMATOR_OBSERVER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "estimator/lag.h"
+#include "estimator/smo.h"
+
+typedef struct {
+    smo_params_t smo;
+    lag_mode_t lag;
+} observer_params_t;
+
+typedef struct {
+    smo_tuning_t smo;
+    int32_t lag; /* lag_mode_t */
+} observer_tuning_t;
+
+typedef struct {
+    int32_t lag; /* lag_mode_t, of the tuning */
+    smo_t smo;
+    /* state */
+    ab_t emf; /* e at t_k, lag undone [V] */
+} observer_t;
+
+/* Coefficients of a set whose `smo` has passed smo_params_check. Divisions: for the background. */
+void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params);
+
+/* The coefficients alone; the state goes on. */
+void observer_take(observer_t *observer, const observer_tuning_t *tuning);
+
+/* Coefficients, and a start without current and EMF. */
+void observer_init(observer_t *observer, const observer_params_t *params);
+
+/* As if settled at t_k on this `emf` [V] turning at omega_e [rad/s] with this current [A]; the next step is
+ * that of t_k+1. Beyond LAG_TURN_LIMIT as at it. Returns the angle [rad] that the lag mode leaves added to
+ * the EMF's. Many divisions. */
+float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf);
+
+/* The EMF [V] at t_k from the voltage [V] that acted on [t_k-1, t_k), the current [A] at t_k and the speed
+ * [rad/s] of this period. false: the sample was rejected, nothing has changed. */
+static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e)
+{
+    (void)smo_step(&observer->smo, voltage, current);
+    if (observer->smo.rejected != 0u) {
+        return false;
+    }
+    observer->emf = lag_emf(&observer->smo, (lag_mode_t)observer->lag, omega_e);
+    return true;
+}
+
+#endif

@@ -1,0 +1,90 @@
+#include "estimator/validity.h"
+
+#include "math/bounds.h"
+
+/* A limit that nothing reaches: not judged. */
+#define UNLIMITED 1e30f
+
+bool validity_params_check(const validity_params_t *params, params_error_t *why)
+{
+    if (!params_within(why, "amplitude_min", PARAMS_RANGE, params->amplitude_min, 0.0f, 1.0f) ||
+        !params_within(why, "detector_max", PARAMS_RANGE, params->detector_max, 0.0f, 1.0f) ||
+        !params_within(why, "current_max", PARAMS_RANGE, params->current_max, 0.0f, 1e3f) ||
+        !params_within(why, "speed_max", PARAMS_RANGE, params->speed_max, 0.0f, 1e6f) ||
+        !params_within(why, "speed_min", PARAMS_RANGE, params->speed_min, 0.0f, 1e6f) ||
+        !params_within(why, "amplitude_time", PARAMS_RANGE, params->amplitude_time, 0.0f, 10.0f) ||
+        !params_within(why, "detector_time", PARAMS_RANGE, params->detector_time, 0.0f, 10.0f) ||
+        !params_within(why, "current_time", PARAMS_RANGE, params->current_time, 0.0f, 10.0f) ||
+        !params_within(why, "speed_time", PARAMS_RANGE, params->speed_time, 0.0f, 10.0f)) {
+        return false;
+    }
+    if (params->amplitude_max != 0.0f && !(params->amplitude_max > 1.0f && params->amplitude_max <= 100.0f)) {
+        return params_refuse(why, "amplitude_max", "0 (not judged), or 1 < amplitude_max <= 100",
+                             params->amplitude_max, 1.0f, 100.0f);
+    }
+    return params->speed_max == 0.0f || params->speed_min < params->speed_max ||
+           params_refuse(why, "speed_min", "speed_min < speed_max", params->speed_min, 0.0f,
+                         params->speed_max);
+}
+
+static float limit_of(float value)
+{
+    return value > 0.0f ? value : UNLIMITED;
+}
+
+static uint32_t periods_of(float time, float period)
+{
+    return (uint32_t)(time / period) + 1u;
+}
+
+void validity_prepare_debounce(debounce_tuning_t *tuning, const validity_params_t *params, float period)
+{
+    tuning->limit[0] = periods_of(params->amplitude_time, period);
+    tuning->limit[1] = periods_of(params->detector_time, period);
+    tuning->limit[2] = periods_of(params->current_time, period);
+    tuning->limit[3] = periods_of(params->speed_time, period);
+}
+
+void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params, float period)
+{
+    tuning->amplitude_min = params->amplitude_min;
+    tuning->amplitude_max = limit_of(params->amplitude_max);
+    tuning->detector_max = limit_of(params->detector_max);
+    tuning->error_square_max = limit_of(params->current_max * params->current_max);
+    tuning->speed_min = params->speed_min;
+    tuning->speed_max = limit_of(params->speed_max);
+    validity_prepare_debounce(&tuning->debounce, params, period);
+}
+
+void validity_take(validity_t *validity, const validity_tuning_t *tuning)
+{
+    validity->tuning = *tuning;
+}
+
+void validity_reset(validity_t *validity)
+{
+    debounce_reset(&validity->debounce);
+}
+
+void validity_step(validity_t *validity, float omega_smooth, float speed_of_emf, float detector,
+                   float error_square)
+{
+    const validity_tuning_t *limits = &validity->tuning;
+    const float speed = bounds_magnitude(omega_smooth);
+    const float least = limits->amplitude_min * speed - ESTIMATOR_AMPLITUDE_ALLOWANCE;
+    const float most = limits->amplitude_max * speed + ESTIMATOR_AMPLITUDE_ALLOWANCE;
+    uint32_t failing = 0u;
+    if (speed_of_emf < least || speed_of_emf > most) {
+        failing |= ESTIMATOR_AMPLITUDE;
+    }
+    if (bounds_magnitude(detector) > limits->detector_max) {
+        failing |= ESTIMATOR_DETECTOR;
+    }
+    if (error_square > limits->error_square_max) {
+        failing |= ESTIMATOR_CURRENT;
+    }
+    if (speed < limits->speed_min || speed > limits->speed_max) {
+        failing |= ESTIMATOR_SPEED;
+    }
+    debounce_step(&validity->debounce, &limits->debounce, failing);
+}

@@ -1,0 +1,70 @@
+/* The power stage: what it makes of a voltage, and which voltage it made. One model for both ways: dead time,
+ * drops and the whole counts of the compare registers.
+ *
+ *     wanted u, current then --> inverter_make: u + what will be lost --> svpwm --> whole counts: duties of k
+ *     duties of k-2, current, u_dc --> inverter_acted: the voltage on the winding in [t_k-1, t_k)
+ *
+ * Timing: the duties of step k act on [t_k+1, t_k+2); inverter_acted() of step k therefore speaks of those of
+ * step k-2, at the mean of the currents and of the DC link at t_k-1 and t_k. Does not handle: differences
+ * between the legs. */
+#ifndef INVERTER_INVERTER_H
+#define INVERTER_INVERTER_H
+
+#include "inverter/dead_time.h"
+#include "math/frames.h"
+
+typedef struct {
+    dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
+    float duty_min, duty_max;     /* [-] least and largest duty of a leg */
+    float duty_counts;            /* [-] steps of a duty from 0 to 1 */
+} inverter_params_t;
+
+typedef struct {
+    dead_time_tuning_t compensated; /* what the modulation makes up for */
+    dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
+    float duty_min, duty_max;       /* [-] */
+    float duty_counts;              /* [-] */
+    float per_count;                /* 1/duty_counts [-] */
+} inverter_tuning_t;
+
+typedef struct {
+    inverter_tuning_t tuning;
+    ab_t duty_prev[2]; /* duties in the stationary frame, of one and two steps ago [-] */
+    ab_t current_prev; /* one period ago [A] */
+    float u_dc_prev;   /* likewise [V] */
+} inverter_t;
+
+typedef struct {
+    abc_t duty;   /* [-] of whole counts */
+    ab_t missing; /* what the DC link has too little for: made minus wanted voltage [V] */
+} inverter_made_t;
+
+typedef struct {
+    ab_t voltage; /* on the winding in [t_k-1, t_k) [V] */
+    ab_t current; /* mean in the same time [A] */
+    float leg;    /* loss of a leg whose sign is certain [V] */
+} inverter_acted_t;
+
+/* Coefficients. Five divisions. */
+inverter_tuning_t inverter_prepare(const inverter_params_t *params);
+
+/* These coefficients; nothing has acted yet. */
+void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
+
+/* New coefficients; what acted stays in memory. */
+void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning);
+
+/* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
+ * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
+ * best guess, a sampled one has the wrong sign near its zero crossings. One division, two at the voltage
+ * limit. */
+inverter_made_t inverter_make(const inverter_t *inverter, ab_t wanted, ab_t current, float u_dc);
+
+/* What acted in the last period, from the current [A] and the DC link [V] at t_k. No division. */
+inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t current, float u_dc);
+
+/* The end of a period: what the next ones will want to know of its duties, its current [A] and its DC link
+ * [V]. */
+void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc);
+
+#endif

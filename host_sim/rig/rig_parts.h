@@ -1,0 +1,59 @@
+/* What the parts of the rig know of each other. Included by host_sim/rig/.c files only. */
+#ifndef HOST_SIM_RIG_RIG_PARTS_H
+#define HOST_SIM_RIG_RIG_PARTS_H
+
+#include "host_sim/rig/rig_state.h"
+
+/* Tables by their order, which is also that of rig_table(). */
+typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
+
+typedef struct {
+    table_number_t table;
+    const table_row_t *row;
+    const char *base; /* struct that holds the slot */
+} place_t;
+
+struct rig {
+    rig_state_t state;
+    chip_world_t world;
+    /* onlookers; none of this changes what happens */
+    const uint32_t *tap_slots[RIG_TAP_MAX];
+    uint32_t tap_count;
+    uint32_t tap_every;
+    rig_sink_t tap_sink;
+    void *tap_context;
+    rig_edge_sink_t edge_sink;
+    void *edge_context;
+    place_t stop_place;
+    rig_compare_t stop_compare;
+    double stop_value;
+    bool stop_hook_set;
+    uint32_t stop_hook_period;
+    uint32_t error_id;
+    int32_t error_reason;
+    double error_min, error_max; /* the first above the second: no range */
+    char error[512];
+};
+
+/* rig_values.c */
+bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);
+bool rig_refuse_id(rig_t *rig, uint32_t id);
+bool rig_find(const rig_t *rig, uint32_t id, place_t *place);
+
+/* rig_rows.c */
+double rig_row_get(const table_row_t *row, const void *base);
+void rig_row_put(const table_row_t *row, void *base, double value); /* accepted by the row */
+
+/* rig_world.c */
+chip_world_t rig_world(rig_t *rig);
+void rig_follow_fault_line(rig_t *rig); /* the plant has changed beside a gate edge */
+
+/* rig_software.c */
+void rig_software_bind(rig_t *rig);
+/* What app_interrupt calls on the desk in the place of drive_step (rig.cmake). */
+void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+
+/* rig_bench.c */
+double rig_clock_seconds(void); /* [s] of this machine, from an arbitrary zero */
+
+#endif

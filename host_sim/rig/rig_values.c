@@ -1,0 +1,309 @@
+/* Values by the ids of their rows: tables, get and set, and what a refusal has to say. */
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "drive/signals.h"
+#include "host_sim/rig/rig_parts.h"
+
+static const table_t *const tables[TABLES] = {
+    [PARAMS] = &params_table, [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,
+    [TRUTH] = &truth_table,   [PLANT] = &plant_table,       [CONDITIONS] = &conditions_table,
+};
+
+/* ---- tables ---- */
+
+uint32_t rig_table_count(void)
+{
+    return TABLES;
+}
+
+const table_t *rig_table(uint32_t index)
+{
+    return index < TABLES ? tables[index] : NULL;
+}
+
+const table_row_t *rig_row(uint32_t id)
+{
+    for (uint32_t n = 0; n < TABLES; n++) {
+        const table_row_t *row = table_by_id(tables[n], id);
+        if (row != NULL) {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+const table_row_t *rig_row_by_name(const char *name)
+{
+    const char *dot = strchr(name, '.');
+    for (uint32_t n = 0; n < TABLES; n++) {
+        const table_row_t *row = NULL;
+        if (dot == NULL) {
+            row = table_by_name(tables[n], name);
+        } else if (strlen(tables[n]->name) == (size_t)(dot - name) &&
+                   strncmp(tables[n]->name, name, (size_t)(dot - name)) == 0) {
+            row = table_by_name(tables[n], dot + 1);
+        }
+        if (row != NULL) {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+uint32_t rig_tables_hash(void)
+{
+    uint32_t hash = 0;
+    for (uint32_t n = 0; n < TABLES; n++) {
+        hash = table_hash(tables[n], hash);
+    }
+    return hash;
+}
+
+/* ---- values ---- */
+
+bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
+{
+    rig->error_id = id;
+    rig->error_reason = reason;
+    rig->error_min = 1.0;
+    rig->error_max = 0.0;
+    snprintf(rig->error, sizeof rig->error, "%s", text);
+    return false;
+}
+
+/* "inertia = 3 kg m^2: accepted 1e-07 to 1 kg m^2" and what stands behind it. */
+static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason, double value, double min,
+                             double max, const char *behind)
+{
+    char text[sizeof rig->error];
+    char number[RIG_NUMBER_SIZE];
+    char range[RIG_RANGE_SIZE];
+    const bool pure = strcmp(row->unit, "-") == 0;
+    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted %s%.280s", row->name, rig_value_text(number, value),
+             pure ? "" : " ", pure ? "" : row->unit, rig_range_text(range, row, min, max), behind);
+    rig_refuse(rig, row->id, reason, text);
+    rig->error_min = min;
+    rig->error_max = max;
+    return false;
+}
+
+/* "; rule of thumb 281.82 V"; where the row itself has no room, which one to change. */
+static void advice_text(char *to, size_t size, const params_error_t *why)
+{
+    const table_row_t *row = rig_row(why->change);
+    char number[RIG_NUMBER_SIZE];
+    to[0] = '\0';
+    if (row == NULL) {
+        snprintf(to, size, "; no single row makes room");
+        return;
+    }
+    const bool pure = strcmp(row->unit, "-") == 0;
+    if (why->change != why->id) {
+        snprintf(to, size, "; change %s", row->name);
+    }
+    if (why->advice != 0.0f) {
+        const size_t used = strlen(to);
+        snprintf(to + used, size - used, "%s rule of thumb %s%s%s", used > 0u ? "," : ";",
+                 rig_value_text(number, (double)why->advice), pure ? "" : " ", pure ? "" : row->unit);
+    }
+}
+
+static bool refuse_value(rig_t *rig, const params_error_t *why)
+{
+    const table_row_t *row = rig_row(why->id);
+    char text[sizeof rig->error];
+    char numbers[2][RIG_NUMBER_SIZE];
+    if (why->reason == REASON_BRIDGE_ON) {
+        const bool pure = strcmp(row->unit, "-") == 0;
+        const char *space = pure ? "" : " ";
+        const char *unit = pure ? "" : row->unit;
+        snprintf(text, sizeof text, "%s = %s%s%s: it changes only while the bridge is off; now %s%s%s",
+                 row->name, rig_value_text(numbers[0], (double)why->value), space, unit,
+                 rig_value_text(numbers[1], (double)why->min), space, unit);
+        return rig_refuse(rig, why->id, why->reason, text);
+    }
+    char advice[128];
+    advice_text(advice, sizeof advice, why);
+    snprintf(text, sizeof text, " (%s)%s", why->rule, advice);
+    return refuse_in_favour(rig, row, why->reason, (double)why->value, (double)why->min, (double)why->max,
+                            text);
+}
+
+static bool refuse_range(rig_t *rig, const table_row_t *row, double value)
+{
+    return refuse_in_favour(rig, row, REASON_OUT_OF_RANGE, value, rig_min(row), rig_max(row), "");
+}
+
+bool rig_find(const rig_t *rig, uint32_t id, place_t *place)
+{
+    const rig_state_t *state = &rig->state;
+    const void *const bases[TABLES] = {
+        [PARAMS] = &state->app.active,  [REQUESTS] = &state->app.drive.requests,
+        [SIGNALS] = &state->app.drive,  [TRUTH] = &state->truth,
+        [PLANT] = &state->plant_values, [CONDITIONS] = &state->conditions,
+    };
+    for (table_number_t n = PARAMS; n < TABLES; n++) {
+        place->row = table_by_id(tables[n], id);
+        if (place->row != NULL) {
+            place->table = n;
+            place->base = bases[n];
+            return true;
+        }
+    }
+    return false;
+}
+
+bool rig_refuse_id(rig_t *rig, uint32_t id)
+{
+    char text[64];
+    snprintf(text, sizeof text, "id %lu: no table has it", (unsigned long)id);
+    return rig_refuse(rig, id, REASON_UNKNOWN_ID, text);
+}
+
+bool rig_get(rig_t *rig, uint32_t id, double *value)
+{
+    place_t place;
+    if (!rig_find(rig, id, &place)) {
+        return rig_refuse_id(rig, id);
+    }
+    *value = rig_row_get(place.row, place.base);
+    return true;
+}
+
+static bool set_request(rig_t *rig, const table_row_t *row, double value)
+{
+    requests_t next = rig->state.app.drive.requests;
+    params_error_t why;
+    rig_row_put(row, &next, value);
+    return app_request(&next, &why) || refuse_value(rig, &why);
+}
+
+static bool set_plant(rig_t *rig, const table_row_t *row, double value)
+{
+    rig_state_t *state = &rig->state;
+    rig_plant_t next = state->plant_values;
+    rig_row_put(row, &next, value);
+    const plant_params_t params = rig_plant_params(&next);
+    plant_params_error_t why;
+    if (!plant_params_check(&params, &why)) {
+        /* A rule between rows may speak of another one than was set. */
+        const table_row_t *named = table_by_name(&plant_table, why.field);
+        char behind[sizeof rig->error];
+        snprintf(behind, sizeof behind, " (%s)", why.rule);
+        return refuse_in_favour(rig, named, REASON_CROSS_RULE, why.value, why.minimum, why.maximum, behind);
+    }
+    plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
+    state->plant_values = next;
+    plant_set_params(&state->plant, &params);
+    rig_follow_fault_line(rig);
+    return true;
+}
+
+static void set_condition(rig_t *rig, const table_row_t *row, double value)
+{
+    rig_state_t *state = &rig->state;
+    rig_conditions_t *now = &state->conditions;
+    rig_row_put(row, now, value);
+    chip_set_averaged(&state->chip, now->fidelity != 0);
+    chip_set_interrupt_delay(&state->chip, (uint32_t)((double)now->interrupt_delay * 150e6 + 0.5));
+    chip_stick_adc(&state->chip, BOARD_CURRENT_A_INPUT, (int32_t)now->stuck_current_a);
+    chip_stick_adc(&state->chip, BOARD_CURRENT_B_INPUT, (int32_t)now->stuck_current_b);
+    if (BOARD_CURRENT_SENSORS == 3) {
+        chip_stick_adc(&state->chip, BOARD_CURRENT_C_INPUT, (int32_t)now->stuck_current_c);
+    }
+    chip_stick_adc(&state->chip, BOARD_DC_INPUT, (int32_t)now->stuck_dc_link);
+    if (row->offset == offsetof(rig_conditions_t, metering)) {
+        plant_set_metering(&state->plant, now->metering != 0);
+    }
+}
+
+bool rig_set(rig_t *rig, uint32_t id, double value)
+{
+    place_t place;
+    if (!rig_find(rig, id, &place)) {
+        return rig_refuse_id(rig, id);
+    }
+    const table_row_t *row = place.row;
+    if (row->access == TABLE_READ) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "%s: it is shown, not set", row->name);
+        return rig_refuse(rig, id, REASON_READ_ONLY, text);
+    }
+    if (!rig_accepts(row, value)) {
+        return refuse_range(rig, row, value);
+    }
+
+    rig_bind(rig);
+    switch (place.table) {
+    case PARAMS:
+        rig_row_put(row, &rig->state.app.staged, value);
+        return true;
+    case REQUESTS:
+        return set_request(rig, row, value);
+    case PLANT:
+        return set_plant(rig, row, value);
+    case CONDITIONS:
+        set_condition(rig, row, value);
+        return true;
+    case SIGNALS:
+    case TRUTH:
+    case TABLES:
+        break;
+    }
+    return false;
+}
+
+bool rig_apply(rig_t *rig)
+{
+    params_error_t why;
+    rig_bind(rig);
+    return app_apply(&why) || refuse_value(rig, &why);
+}
+
+double rig_value(rig_t *rig, const char *name)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    double value = 0.0;
+    assert(row != NULL);
+    (void)rig_get(rig, row->id, &value);
+    return value;
+}
+
+bool rig_put(rig_t *rig, const char *name, double value)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    if (row == NULL) {
+        char text[sizeof rig->error];
+        snprintf(text, sizeof text, "%s: no table has a row of this name", name);
+        return rig_refuse(rig, 0u, REASON_UNKNOWN_ID, text);
+    }
+    return rig_set(rig, row->id, value);
+}
+
+const char *rig_error(const rig_t *rig)
+{
+    return rig->error;
+}
+
+uint32_t rig_error_id(const rig_t *rig)
+{
+    return rig->error_id;
+}
+
+int32_t rig_error_reason(const rig_t *rig)
+{
+    return rig->error_reason;
+}
+
+bool rig_error_range(const rig_t *rig, double *min, double *max)
+{
+    if (!(rig->error_min <= rig->error_max)) {
+        return false;
+    }
+    *min = rig->error_min;
+    *max = rig->error_max;
+    return true;
+}

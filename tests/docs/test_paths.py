@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""Every path, link and function that a document names exists in the tree; and the search finds one that does not.
+
+usage: test_paths.py DOCUMENT...        paths from the project's root. Python 3.9, standard library only
+"""
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCUMENTS = []
+
+# A path begins with a folder or a file of the root, in backquotes; NAME stands for any.
+FOLDERS = ("cmake", "docs", "firmware", "hal", "host_sim", "linker", "targetConfigs", "tests", "ti", "tools")
+PATH = re.compile(rf"`((?:{'|'.join(FOLDERS)})/[\w./-]*)[ `]")
+LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+FUNCTION = re.compile(r"(?<![\w.>])([a-z]\w*_\w+)\(\)")
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+
+
+def functions_of_the_tree():
+    """Names followed by a bracket in C outside comments: whatever is declared, defined or called."""
+    found = set()
+    for folder in ("firmware", "hal", "host_sim"):
+        for path in (ROOT / folder).rglob("*.[ch]"):
+            found |= set(re.findall(r"\b([a-z]\w*)\s*\(", COMMENT.sub(" ", path.read_text(encoding="utf-8"))))
+    return found
+
+
+def missing(text, folder, functions):
+    """What the text names and the tree has not, in the order of the text."""
+    lacking = [path for path in PATH.findall(text) if "NAME" not in path and not (ROOT / path).exists()]
+    lacking += [link for link in LINK.findall(text) if not (folder / link).exists()]
+    lacking += [name + "()" for name in FUNCTION.findall(text) if name not in functions]
+    return lacking
+
+
+class Paths(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.functions = functions_of_the_tree()
+
+    def test_what_documents_name_exists(self):
+        self.assertTrue(DOCUMENTS, "which documents?")
+        for name in DOCUMENTS:
+            with self.subTest(document=name):
+                path = ROOT / name
+                self.assertEqual(missing(path.read_text(encoding="utf-8"), path.parent, self.functions), [])
+
+    def test_what_does_not_exist_is_found(self):
+        text = ("`hal/hal.h`, `hal/nothing.h`, `tools/cost --accept`, `tools/nothing --accept`, [a](docs/board.md), [b](docs/none" ".md#x), "
+                "`drive_step()`, drive_nothing(), `make_x(1)`, [c](https://example.org)")
+        self.assertEqual(missing(text, ROOT, self.functions),
+                         ["hal/nothing.h", "tools/nothing", "docs/none" + ".md", "drive_nothing()"])
+
+
+if __name__ == "__main__":
+    DOCUMENTS = [argument for argument in sys.argv[1:] if not argument.startswith("-")]
+    unittest.main(argv=sys.argv[:1])

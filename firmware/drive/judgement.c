@@ -29,17 +29,6 @@ static bool is_judged(const rule_t *rule, const params_t *params, param_t except
     return true;
 }
 
-/* How a rule depends on a row; IS_READ: not at all, or not one way. */
-static lever_sense_t sense_of(const rule_t *rule, param_t param)
-{
-    for (int32_t n = 0; n < rule->count; n++) {
-        if (rule->levers[n].row == param) {
-            return rule->levers[n].sense;
-        }
-    }
-    return IS_READ;
-}
-
 /* ---- the range that is accepted ---- */
 
 /* A row in which a range is searched, on a set of its own. Its values are numbered in their order, neighbours
@@ -160,7 +149,7 @@ static search_t accepted(const params_t *params, param_t param)
                        .min = number_of(row, table_min(row)),
                        .max = number_of(row, table_max(row))};
     for (rule_number_t rule = RULE_TRIP; rule < RULES && !search.none; rule++) {
-        const lever_sense_t sense = sense_of(&rules[rule], param);
+        const lever_sense_t sense = rules_sense(rule, param);
         if (sense != IS_READ && is_judged(&rules[rule], params, param)) {
             narrow(&search, rule, sense);
         }
@@ -224,7 +213,7 @@ static void advise_another(const params_t *params, param_t param, params_error_t
     }
     why->change = 0u;
     for (rule_number_t rule = RULE_TRIP; rule < RULES; rule++) {
-        for (int32_t n = 0; n < rules[rule].count && sense_of(&rules[rule], param) != IS_READ; n++) {
+        for (int32_t n = 0; n < rules[rule].count && rules_sense(rule, param) != IS_READ; n++) {
             const lever_t *lever = &rules[rule].levers[n];
             if (why->change == 0u && lever->row != param && lever->sense != IS_READ &&
                 makes_room(&wished, param, lever, &why->advice)) {

@@ -178,3 +178,13 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     }
     return true;
 }
+
+lever_sense_t rules_sense(rule_number_t rule, param_t param)
+{
+    for (int32_t n = 0; n < rules[rule].count; n++) {
+        if (rules[rule].levers[n].row == param) {
+            return rules[rule].levers[n].sense;
+        }
+    }
+    return IS_READ;
+}

@@ -168,16 +168,13 @@ static search_t accepted(const params_t *params, param_t param)
 /* The rule of thumb for a row, with the others as they are, in its unit; 0: there is none. */
 static float thumb(const params_t *params, param_t param)
 {
-    switch (param) {
-    case PARAM_observer_gain:
+    if (param == PARAM_observer_gain) {
         return 1.75f * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip;
-    case PARAM_observer_slope:
-        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
-    case PARAM_estimate_current_max:
-        return 4.0f / params->observer_slope;
-    default:
-        return 0.0f;
     }
+    if (param == PARAM_observer_slope) {
+        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
+    }
+    return param == PARAM_estimate_current_max ? 4.0f / params->observer_slope : 0.0f;
 }
 
 static float between(float value, float min, float max)
@@ -275,9 +272,9 @@ bool params_check_live(const params_t *active, const params_t *next, params_erro
         const table_row_t *row = &params_table.rows[n];
         const float value = table_get(row, next);
         const float now = table_get(row, active);
-        const bool same =
-            row->kind == SLOT_FLOAT ? value == now : table_whole(row, next) == table_whole(row, active);
-        if (row->access == TABLE_OFF && !same) {
+        const bool differs = row->kind == SLOT_FLOAT ? (value < now || value > now)
+                                                     : (table_whole(row, next) != table_whole(row, active));
+        if (row->access == TABLE_OFF && differs) {
             *why = (params_error_t){.field = row->name,
                                     .rule = "changes only while the bridge is off",
                                     .value = value,

@@ -266,22 +266,27 @@ bool params_check(const params_t *params, params_error_t *why)
            refuse(params, blamed, REASON_CROSS_RULE, why->rule, why);
 }
 
+static bool differs(const table_row_t *row, const params_t *one, const params_t *other)
+{
+    if (row->kind == SLOT_FLOAT) {
+        return table_get(row, one) != table_get(row, other);
+    }
+    return table_whole(row, one) != table_whole(row, other);
+}
+
 bool params_check_live(const params_t *active, const params_t *next, params_error_t *why)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
         const table_row_t *row = &params_table.rows[n];
-        const float value = table_get(row, next);
-        const float now = table_get(row, active);
-        const bool differs = row->kind == SLOT_FLOAT ? (value < now || value > now)
-                                                     : (table_whole(row, next) != table_whole(row, active));
-        if (row->access == TABLE_OFF && differs) {
+        if (row->access == TABLE_OFF && differs(row, next, active)) {
+            const float now = table_get(row, active);
             *why = (params_error_t){.field = row->name,
                                     .rule = "changes only while the bridge is off",
-                                    .value = value,
+                                    .value = table_get(row, next),
                                     .min = now,
                                     .max = now,
                                     .id = row->id,
-                                    .reason = REASON_BRIDGE_ON,
+                                    .reason = (int32_t)REASON_BRIDGE_ON,
                                     .change = row->id};
             return false;
         }

@@ -133,7 +133,14 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         alone.flux_linkage = all.flux_linkage;
         alone.validity.speed_max = all.validity.speed_max;
         break;
-    default:
+    case RULE_TRIP:
+    case RULE_LINK:
+    case RULE_DELAY:
+    case RULE_ENCODER:
+    case RULE_TURN:
+    case RULE_FEEDFORWARD:
+    case RULE_FORGETTING:
+    case RULES:
         break;
     }
     return estimator_params_check(&alone, &ignored);

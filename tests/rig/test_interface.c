@@ -215,8 +215,8 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
     } wrong[] = {
         {"overspeed_trip", 1300.0},    {"overspeed_trip", 2.0},       {"observer_gain", 100.1},
         {"observer_gain", 333.3},      {"motor_resistance", 70.0},    {"feedforward_cutoff", 199.0},
-        {"observer_emf_cutoff", 50.0}, {"estimate_speed_min", 221.7}, {"dc_undervoltage", 399.0},
-        {"turn_off_delay", 4.9e-6},    {"overcurrent_trip", 3.3},
+        {"observer_emf_cutoff", 50.0}, {"estimate_speed_min", 221.7}, {"turn_off_delay", 4.9e-6},
+        {"overcurrent_trip", 3.3},
     };
     for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
         rig_free(rig);

@@ -12,6 +12,9 @@
 #include "estimator/locator.h"
 #include "math/float_bits.h"
 
+/* The rule that the fixed-point twin breaks: its formats follow several rows, the range is told. */
+#define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
+
 static const table_row_t *row_of(param_t param)
 {
     return &params_table.rows[param];
@@ -263,7 +266,7 @@ bool params_check(const params_t *params, params_error_t *why)
     }
     param_t blamed = PARAM_motor_pole_pairs;
     return estimator_blames(params, &blamed, why) == 0 ||
-           refuse(params, blamed, REASON_CROSS_RULE, why->rule, why);
+           refuse(params, blamed, REASON_CROSS_RULE, FORMATS, why);
 }
 
 static bool differs(const table_row_t *row, const params_t *one, const params_t *other)

@@ -116,6 +116,7 @@ static void test_begins_not_ready_with_gates_off(void)
     expect_order(GATES_OFF, false, false);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
+    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_periods); /* and counts no further */
 }
 
 static void test_a_good_calibration_makes_ready(void)

@@ -105,6 +105,28 @@ static void test_bare_motor_reverse_rated(void)
     profile(0.003, 0.0, 5.0, -1.0, 2.0);
 }
 
+/* Another encoder: its lines reach the counter, which starts at zero again, as the rotor stands. */
+static void test_another_number_of_lines_reaches_the_counter(void)
+{
+    rig_t *rig = rig_create(13);
+    run_put(rig, "plant.encoder_lines", 1000.0);
+    run_parameter(rig, "params.encoder_lines", 1000.0);
+    run_to_ready(rig);
+    run_on(rig, 300.0);
+    double largest = 0.0;
+    double error = 0.0;
+    for (uint32_t n = 0; n < 20000u; n++) {
+        rig_step(rig);
+        largest = fmax(largest, rig_value(rig, "encoder_count"));
+        error = fmax(error, fabs(rig_value(rig, "theta_err")));
+    }
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(3999.0, largest);
+    /* half a count and what the shaft turns from t_k to the next: a step is 2 pi 4/4000 */
+    TEST_ASSERT_TRUE(error < 1.1 * 3.14159265358979 * 4.0 / 4000.0);
+    rig_free(rig);
+}
+
 /* A salient machine with a wrong-way d current reference: cross-coupling feed-forward must hold both axes. */
 static void test_salient_machine_keeps_both_axes(void)
 {
@@ -132,6 +154,7 @@ int main(void)
     RUN_TEST(test_bare_motor_forward_rated);
     RUN_TEST(test_bare_motor_reverse_no_load);
     RUN_TEST(test_bare_motor_reverse_rated);
+    RUN_TEST(test_another_number_of_lines_reaches_the_counter);
     RUN_TEST(test_salient_machine_keeps_both_axes);
     return UNITY_END();
 }

@@ -125,6 +125,18 @@ static void test_hash_is_fnv_1a(void)
     TEST_ASSERT_EQUAL_HEX32(expected, table_hash(&one, 0));
 }
 
+static void test_hash_covers_all_of_an_id(void)
+{
+    const uint32_t hash = table_hash(&table, 0);
+    table_row_t changed[4];
+    const table_t other = {"test", changed, 4};
+    for (uint16_t n = 0; n < 32u; n++) {
+        memcpy(changed, rows, sizeof rows);
+        changed[2].id ^= UINT32_C(1) << n;
+        TEST_ASSERT_NOT_EQUAL(hash, table_hash(&other, 0));
+    }
+}
+
 /* The contract of the tables: what outside relies on. */
 static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
 {
@@ -203,6 +215,7 @@ int main(void)
     RUN_TEST(test_rows_are_found_by_id_and_name);
     RUN_TEST(test_hash_notices_id_name_unit_kind_and_choices_but_not_text);
     RUN_TEST(test_hash_is_fnv_1a);
+    RUN_TEST(test_hash_covers_all_of_an_id);
     RUN_TEST(test_ids_and_names_of_the_drive_are_unique_and_in_their_bands);
     RUN_TEST(test_defaults_of_the_drive_are_accepted_by_their_rows);
     RUN_TEST(test_choices_of_the_drive_are_in_the_order_of_their_enumerations);

@@ -1,0 +1,45 @@
+/* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
+ * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. BOOT_IN_PLACE, as in
+ * the RAM image: both addresses are the first array. */
+#include <string.h>
+#include <unity.h>
+
+#include "hal/hal.h"
+
+#define AROUND 8
+#define LEFT   0xA5A5u
+#define ROOM   (BOOT_WORDS + 2 * AROUND)
+
+uint16_t stand_in_flash[ROOM]; /* the code begins at its first word, as what follows it shows */
+uint16_t stand_in_ram[ROOM];
+
+void setUp(void)
+{
+    for (int32_t n = 0; n < ROOM; n++) {
+        stand_in_flash[n] = (uint16_t)(0x1234 + 0x9E37 * n);
+        stand_in_ram[n] = LEFT;
+    }
+}
+
+void tearDown(void)
+{
+}
+
+static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void)
+{
+    uint16_t flash[ROOM];
+    memcpy(flash, stand_in_flash, sizeof flash);
+    hal_boot();
+    TEST_ASSERT_EQUAL_HEX16_ARRAY(flash, stand_in_flash, ROOM);
+    for (int32_t n = 0; n < ROOM; n++) {
+        const uint16_t expected = !BOOT_IN_PLACE && n < BOOT_WORDS ? flash[n] : LEFT;
+        TEST_ASSERT_EQUAL_HEX16(expected, stand_in_ram[n]);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed);
+    return UNITY_END();
+}

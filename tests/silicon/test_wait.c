@@ -1,0 +1,84 @@
+/* bus_wait() of the chip as it is, hal/f28335/wait.c, with a CPU timer that counts down by some cycles from
+ * one look at it to the next, as code that runs takes time. */
+#include <unity.h>
+
+#include "hal/f28335/bus.h"
+
+static cpu_timer_regs_t timer;
+static uint32_t step;  /* [cycles] from look to look */
+static uint32_t looks; /* [-] */
+
+static const volatile cpu_timer_regs_t *look(uint32_t number)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, number); /* the one that hal_init has started */
+    timer.TIM -= looks > 0u ? step : 0u;
+    looks++;
+    return &timer;
+}
+
+#undef CPU_TIMER
+#define CPU_TIMER(n) look(n)
+#include "hal/f28335/wait.c"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* What the timer has counted when bus_wait returns, begun at this count. */
+static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
+{
+    timer.TIM = from;
+    step = cycles_a_look;
+    looks = 0;
+    bus_wait(cycles);
+    return from - timer.TIM;
+}
+
+static const uint32_t lengths[] = {1u, 2u, 9u, 10u, 11u, 1000u, 150000u};
+
+static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
+{
+    for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
+        for (uint32_t turn = 2u; turn <= 12u; turn++) {
+            const uint32_t passed = waited(lengths[n], UINT32_MAX, turn);
+            TEST_ASSERT_TRUE(passed >= lengths[n]);
+            TEST_ASSERT_TRUE(passed < lengths[n] + turn);
+        }
+    }
+}
+
+/* hal_time() wraps after 28 s. */
+static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(void)
+{
+    for (uint32_t from = 0u; from < 40u; from++) {
+        TEST_ASSERT_EQUAL_UINT32(102u, waited(100u, from, 6u));
+    }
+}
+
+/* Before hal_init has started it, or after somebody stopped it: a turn takes a cycle and more. */
+static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
+{
+    for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
+        (void)waited(lengths[n], 1234u, 0u);
+        TEST_ASSERT_EQUAL_UINT32(1u + lengths[n], looks);
+    }
+}
+
+static void test_no_cycles_are_no_wait(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more);
+    RUN_TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference);
+    RUN_TEST(test_a_timer_that_stands_ends_it_after_as_many_turns);
+    RUN_TEST(test_no_cycles_are_no_wait);
+    return UNITY_END();
+}

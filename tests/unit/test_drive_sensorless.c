@@ -191,6 +191,28 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     TEST_ASSERT_TRUE(early > 1.0 && late > 1.0); /* so it would have shown */
 }
 
+/* The current flows against its reference: what will be lost is judged by the reference, and made up for;
+ * first within what the link has, then far beyond it. Half a count of each leg, 4/3 20.7 mV. */
+static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses(void)
+{
+    bring_to_run();
+    for (int n = 0; n < 40; n++) {
+        const double complex wanted =
+            n < 20 ? -3.0 + (double complex)I * 2.0 : -9.0 + (double complex)I * 8.0;
+        request_currents((float)creal(wanted), (float)cimag(wanted));
+        samples.i_a = n % 2 == 0 ? -2.0f : 2.0f;
+        samples.i_b = n % 2 == 0 ? 0.7f : 0.3f;
+        turn(20, 1);
+        const double angle = (double)drive.frame.theta_e + 1.5 * PERIOD * (double)drive.frame.omega_e;
+        const double complex frame = cexp((double complex)I * angle);
+        const double complex voltage =
+            ((double)drive.voltage.d + (double complex)I * (double)drive.voltage.q) * frame;
+        const double complex made = duty_of(&command) * U_DC - lost_at(wanted * frame, 0.023 * U_DC + 0.875);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, 0.0, cabs(made - voltage));
+        TEST_ASSERT_EQUAL(n < 20, drive.voltage_ref.d == drive.voltage.d);
+    }
+}
+
 /* The same in the loop: the estimator is right when its voltage is. Without errors in inverter and sensors
  * it is off by what float arithmetic leaves, 0.3 mrad; a voltage one period off is omega T = 42 mrad. */
 static void test_estimate_is_that_of_the_sample_in_either_direction(void)
@@ -440,10 +462,29 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
     }
 }
 
+/* 185 rad/s are 33.9 V, more than four times 8.03 V, which is 32.1 V; 165 rad/s are 30.2 V. */
+static void test_a_large_emf_is_tracked_through_every_zero(void)
+{
+    static const double speeds[] = {185.0, 165.0};
+    for (int m = 0; m < 2; m++) {
+        setUp();
+        machine.loss = 0.023 * U_DC + 0.875;
+        given_running_machine(speeds[m], 2.0);
+        machine_steps(5000);
+        uint32_t coasted = 0u;
+        for (int n = 0; n < 1000; n++) {
+            machine_step();
+            coasted += drive.estimator.estimate.coasted;
+        }
+        TEST_ASSERT_EQUAL(m == 1, coasted > 0u);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_observer_gets_the_voltage_that_acted_in_the_last_period);
+    RUN_TEST(test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses);
     RUN_TEST(test_estimate_is_that_of_the_sample_in_either_direction);
     RUN_TEST(test_estimator_starts_anew_at_every_switching_on);
     RUN_TEST(test_position_source_changes_live_without_a_bump);
@@ -454,5 +495,6 @@ int main(void)
     RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
     RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
     RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);
+    RUN_TEST(test_a_large_emf_is_tracked_through_every_zero);
     return UNITY_END();
 }

@@ -20,6 +20,7 @@ ROOMS = (
     "firmware/math",
     "firmware/estimator",
     "firmware/control",
+    "firmware/adapt",
     "firmware/drive",
     "firmware/app",
     "firmware",
@@ -33,7 +34,7 @@ ROOMS = (
     "tests",
 )
 
-FIRMWARE_CORE = ("firmware/math", "firmware/estimator", "firmware/control", "firmware/drive")
+FIRMWARE_CORE = ("firmware/math", "firmware/estimator", "firmware/control", "firmware/adapt", "firmware/drive")
 RIG_DOOR = ("host_sim/rig/rig.h", "firmware/drive/table.h", "firmware/drive/reasons.h")  # the door and the shapes of the tables
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
@@ -41,8 +42,9 @@ MAY_INCLUDE = {
     "firmware/math": (),
     "firmware/estimator": ("firmware/math",),
     "firmware/control": ("firmware/math",),
+    "firmware/adapt": ("firmware/math",),
     # hal/board.h: rates, ranges and defaults of the board, constants all.
-    "firmware/drive": ("firmware/math", "firmware/estimator", "firmware/control", "hal/board.h"),
+    "firmware/drive": ("firmware/math", "firmware/estimator", "firmware/control", "firmware/adapt", "hal/board.h"),
     "firmware/app": FIRMWARE_CORE + ("hal",),
     "firmware": (),
     "hal": (),

@@ -26,11 +26,11 @@ static void estimate(drive_t *drive)
         (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
     }
 
-    if (drive->estimator.estimate.coasted == 0u) {
+    if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
         flux_step(&drive->flux, drive->estimator.estimate.amplitude, drive->estimator.estimate.omega_smooth,
                   drive->estimator.estimate.detector);
+        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
-    chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
                            drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
                            measured->current);

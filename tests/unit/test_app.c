@@ -329,6 +329,40 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters(v
     TEST_ASSERT_TRUE(interrupts_on);
 }
 
+/* Two sets before the interrupt has taken the first: that one is not touched while it could be. */
+static void test_a_second_set_takes_the_place_of_one_that_still_waits(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    app->staged.speed_kp = 0.9f;
+    from_here();
+    const drive_tuning_t first = app->drive.offer;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    expect_asked_in_good_order("off dead-band encoder on ");
+    TEST_ASSERT_TRUE(memcmp(&first, &app->drive.offer, sizeof first) != 0);
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    app_interrupt();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+}
+
+static void test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    const drive_tuning_t first = app->drive.offer;
+    app->staged.speed_kp = 0.9f;
+    app->staged.encoder_lines = 1024;
+    from_here();
+    before_off = come_on;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    TEST_ASSERT_EQUAL_MEMORY(&first, &app->drive.offer, sizeof first);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
+}
+
 static void test_requests_are_taken_with_interrupts_off(void)
 {
     params_error_t why;
@@ -360,6 +394,8 @@ int main(void)
     RUN_TEST(test_while_the_bridge_is_on_the_registers_stay);
     RUN_TEST(test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again);
     RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters);
+    RUN_TEST(test_a_second_set_takes_the_place_of_one_that_still_waits);
+    RUN_TEST(test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();
 }

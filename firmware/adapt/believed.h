@@ -1,5 +1,5 @@
-/* What is believed of motor, inverter and sensors and could be learnt: one owner for each such value. It begins
- * as the parameters say; whoever learns better writes here, and all who use it read here. */
+/* What is believed of motor, inverter and sensors and could be learnt: one owner for each such value. It
+ * begins as the parameters say; whoever learns better writes here, and all who use it read here. */
 #ifndef ADAPT_BELIEVED_H
 #define ADAPT_BELIEVED_H
 

@@ -6,7 +6,7 @@
  *
  *     mean e_hat = -(R + 2 V_leg/(pi |i|)) o
  *
- * (the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
+ * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
  * TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a share of it.
  *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean and is trimmed

@@ -37,8 +37,8 @@ extern HAL_PER_CHIP app_t *app;
 void app_start(void);
 
 /* The background: the next task of its list, each of bounded work. The watchdog is fed when the list has come
- * round and the interrupt with it: a drive whose interrupt or background has stopped is reset, and with it the
- * gates open. */
+ * round and the interrupt with it: a drive whose interrupt or background has stopped is reset, and with it
+ * the gates open. */
 void app_background(void);
 
 /* The interrupts: of the sample, and of the power module's fault line. */
@@ -53,9 +53,9 @@ HAL_INTERRUPT void app_trip(void);
 void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
 
-/* From the background: judge the staged set, prepare its tuning and offer that to the interrupt, which takes it
- * at the start of its next step. Interrupts are off only for the offer. false: the old set runs on, `why` says
- * what was wrong. */
+/* From the background: judge the staged set, prepare its tuning and offer that to the interrupt, which takes
+ * it at the start of its next step. Interrupts are off only for the offer. false: the old set runs on, `why`
+ * says what was wrong. */
 bool app_apply(params_error_t *why);
 
 /* From the background: judge a set of requests and take it over between two interrupts. */

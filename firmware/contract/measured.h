@@ -14,7 +14,8 @@ typedef struct {
     float motor_temperature; /* [degC] */
     uint32_t encoder_count;  /* [counts] */
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
-    uint32_t good;           /* [-] 0: the sample was no measurement; currents, DC link and temperatures are the last good ones */
+    uint32_t good; /* [-] 0: the sample was no measurement; currents, DC link and temperatures are the last
+                      good ones */
 } measured_t;
 
 #endif

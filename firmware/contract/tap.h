@@ -1,7 +1,7 @@
 /* The tap: chosen slots of a struct, copied once per period as they stand, and the history of the last ones.
  *
- * Recorder, history and whoever else looks in from outside read only what was copied: all values of one row of
- * the history belong to the same period. */
+ * Recorder, history and whoever else looks in from outside read only what was copied: all values of one row
+ * of the history belong to the same period. */
 #ifndef CONTRACT_TAP_H
 #define CONTRACT_TAP_H
 

@@ -1,13 +1,14 @@
-/* Current control in a turning frame, the rotor's or another: one PI per axis, decoupled, one step per `period`.
+/* Current control in a turning frame, the rotor's or another: one PI per axis, decoupled, one step per
+ * `period`.
  *
  *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q i_q + e_d
  *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d i_d + e_q
  *     kp = L bandwidth,   ki = R bandwidth
  *
  * The PI's zero cancels the winding's pole R/L, the feed-forward its cross-coupling and the EMF e that the
- * caller knows of: (0, omega psi_f) in the rotor's frame. What remains is an integrator with the gain `bandwidth` behind the delay of 1.5 periods (the voltage of period k acts from
- * t_k+1 to t_k+2). With K = bandwidth * period the loop is z^2 - z + K = 0: no overshoot up to K = 0.25,
- * unstable from K = 1.
+ * caller knows of: (0, omega psi_f) in the rotor's frame. What remains is an integrator with the gain
+ * `bandwidth` behind the delay of 1.5 periods (the voltage of period k acts from t_k+1 to t_k+2). With K =
+ * bandwidth * period the loop is z^2 - z + K = 0 (docs/theory.md, 15): no overshoot up to K = 0.25, unstable from K = 1.
  *
  * The voltage that comes out is the wanted one and may be too long. After modulation
  * current_control_applied() says what was really applied (without what only compensates dead time), and the
@@ -64,23 +65,22 @@ void current_control_reset(current_control_t *control, dq_t integral);
  * the stationary frame, so that the voltage does not jump. Four multiplications. */
 static inline void current_control_turn(current_control_t *control, rotation_t turn)
 {
-    dq_t integral =
-        frames_park((ab_t){control->d.integral, control->q.integral}, turn);
+    dq_t integral = frames_park((ab_t){control->d.integral, control->q.integral}, turn);
     control->d.integral = integral.d;
     control->q.integral = integral.q;
 }
 
-/* Wanted voltage [V] from reference and current [A] at t_k, electrical speed of the frame [rad/s] and EMF [V];
- * not limited. The integrals wait for current_control_applied(). Six multiplications. */
+/* Wanted voltage [V] from reference and current [A] at t_k, electrical speed of the frame [rad/s] and EMF
+ * [V]; not limited. The integrals wait for current_control_applied(). Six multiplications. */
 static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,
                                         float omega_e, dq_t emf)
 {
     control->current_err.d = reference.d - current.d;
     control->current_err.q = reference.q - current.q;
-    control->voltage_ref.d = pi_output(&control->d, control->current_err.d) -
-                             omega_e * control->inductance_q * current.q + emf.d;
-    control->voltage_ref.q = pi_output(&control->q, control->current_err.q) +
-                             omega_e * control->inductance_d * current.d + emf.q;
+    control->voltage_ref.d =
+        pi_output(&control->d, control->current_err.d) - omega_e * control->inductance_q * current.q + emf.d;
+    control->voltage_ref.q =
+        pi_output(&control->q, control->current_err.q) + omega_e * control->inductance_d * current.d + emf.q;
     return control->voltage_ref;
 }
 

@@ -2,7 +2,8 @@
 
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params)
 {
-    return (speed_control_tuning_t){params->current_limit, pi_prepare(params->kp, params->ki, params->period)};
+    return (speed_control_tuning_t){params->current_limit,
+                                    pi_prepare(params->kp, params->ki, params->period)};
 }
 
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning)

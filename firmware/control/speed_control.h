@@ -2,8 +2,8 @@
  *
  *     i_q_ref = kp (omega_ref - omega) + I, within +-current_limit
  *
- * The units are the paper's: k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A
- * (paper section 2). While the output is at its limit the integral is back-calculated (math/pi.h).
+ * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
+ * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
  *
  * Does not handle: sharing the limit with a d-axis current, ramps of the reference, electrical speeds (divide
  * by the pole pairs first). */

@@ -14,9 +14,9 @@ static void estimate(drive_t *drive)
     const doubt_input_t doubt = {
         .current = drive->acted.current,
         .leg = drive->acted.leg,
-        .amplitude = drive->estimate.amplitude,
-        .detector = drive->estimate.detector,
-        .omega_e = drive->estimate.position.omega_e,
+        .amplitude = drive->estimator.estimate.amplitude,
+        .detector = drive->estimator.estimate.detector,
+        .omega_e = drive->estimator.estimate.position.omega_e,
         .omega_m = drive->omega_m,
         .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
     };
@@ -25,18 +25,19 @@ static void estimate(drive_t *drive)
     } else {
         (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
     }
-    drive->estimate = drive->estimator.estimate;
-    if (drive->estimate.coasted == 0u) {
-        flux_step(&drive->flux, drive->estimate.amplitude, drive->estimate.omega_smooth,
-                  drive->estimate.detector);
+
+    if (drive->estimator.estimate.coasted == 0u) {
+        flux_step(&drive->flux, drive->estimator.estimate.amplitude, drive->estimator.estimate.omega_smooth,
+                  drive->estimator.estimate.detector);
     }
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
-    (void)offset_trim_step(&drive->offset_trim, drive->estimate.emf_hat, drive->estimate.position.theta_e,
-                           drive->estimate.omega_smooth, measured->current);
+    (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
+                           drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
+                           measured->current);
 }
 
-/* The frame in force at t_k. While the bridge is off nothing is known of the voltage: the estimator rests, and
- * the encoder shows the rotor. */
+/* The frame in force at t_k. While the bridge is off nothing is known of the voltage: the estimator rests,
+ * and the encoder shows the rotor. */
 static void locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->measure.measured.encoder_count);
@@ -44,8 +45,9 @@ static void locate(drive_t *drive)
         estimate(drive);
     }
     if (drive->estimating != 0u && drive->sensorless != 0u) {
-        drive->frame = (frame_t){drive->estimate.position.theta_e, drive->estimate.position.omega_e,
-                                 drive->estimate.rotation};
+        drive->frame =
+            (frame_t){drive->estimator.estimate.position.theta_e, drive->estimator.estimate.position.omega_e,
+                      drive->estimator.estimate.rotation};
     } else {
         drive->frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
                                  trig_turn(drive->encoder_position.theta_e)};
@@ -58,7 +60,7 @@ static void judge(drive_t *drive)
 {
     const bool running = drive_bridge_on(drive) && drive->sequence.state != (int32_t)DRIVE_SWITCHED_ON;
     guard_step(&drive->guard, &drive->measure.measured, drive->omega_m,
-               drive->sensorless != 0u ? drive->estimate.invalid : 0u, running);
+               drive->sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
 }
 
 static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)

@@ -1,9 +1,10 @@
 /* The drive: one step per PWM period turns samples into a command. Pure: no registers, no globals.
  *
  *     samples --> measure --> estimate (encoder, estimator) --> guard --> sequence --> manoeuvre: demand
- *             --> current control --> inverter: duties                             (each in a room of its own)
+ *             --> current control --> inverter: duties                             (each in a room of its
+ * own)
  *
- * Timing: the step of period k gets the currents and the encoder at t_k; the duties it returns act on
+ * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it returns act on
  * [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e + 1.5 T_s
  * omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps ago made
  * (inverter/inverter.h).
@@ -69,7 +70,6 @@ typedef struct {
     /* what goes from room to room in a period */
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
-    estimate_t estimate;         /* at t_k, of the estimator */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     inverter_acted_t acted;      /* in [t_{k-1}, t_k), as the estimator got it */
     frame_t frame;               /* in force at t_k */

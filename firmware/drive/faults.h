@@ -82,13 +82,13 @@ typedef enum { FAULT_ALWAYS, FAULT_RUNNING } fault_when_t;
 
 /* A row as data. */
 typedef struct {
-    int32_t reason;            /* [-] reason_t */
-    const char *name;          /* of reason and fault */
-    const char *quantity;      /* field of quantities_t in guard.c */
-    const char *comparison;    /* "ABOVE", "BELOW" or "HOLDS" */
-    const char *limit;         /* row of the parameters; "": none */
-    float margin;              /* [unit of the limit] */
-    uint32_t debounce;         /* [periods] */
+    int32_t reason;         /* [-] reason_t */
+    const char *name;       /* of reason and fault */
+    const char *quantity;   /* field of quantities_t in guard.c */
+    const char *comparison; /* "ABOVE", "BELOW" or "HOLDS" */
+    const char *limit;      /* row of the parameters; "": none */
+    float margin;           /* [unit of the limit] */
+    uint32_t debounce;      /* [periods] */
     fault_when_t when;
     fault_reaction_t reaction;
 } fault_row_t;

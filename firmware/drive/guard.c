@@ -99,8 +99,7 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    | (uint32_t)IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])                          \
-          << (uint32_t)FAULT_##NAME
+    | (uint32_t)IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME]) << (uint32_t)FAULT_##NAME
     const uint32_t all = 0u DRIVE_FAULTS(FAULT_HOLDS);
 #undef FAULT_HOLDS
     return running ? all : all & ~RUNNING_ROWS;

@@ -29,9 +29,9 @@ typedef struct {
 } drive_samples_t;
 
 typedef struct {
-    float weight;           /* 1/calibration_periods [-] */
-    uint32_t periods;       /* [periods] of the whole calibration */
-    float offset_max;       /* [A] of a sensor that is accepted */
+    float weight;     /* 1/calibration_periods [-] */
+    uint32_t periods; /* [periods] of the whole calibration */
+    float offset_max; /* [A] of a sensor that is accepted */
 } measure_tuning_t;
 
 typedef struct {

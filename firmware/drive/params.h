@@ -8,8 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "contract/refusal.h"
 #include "adapt/believed.h"
+#include "contract/refusal.h"
 #include "contract/table.h"
 #include "estimator/estimator.h"
 #include "hal/board.h"

@@ -1,5 +1,5 @@
-/* The state machine, states by their DS-402 names: which of them the drive is in, what the gates shall do, and
- * why a wish is not obeyed. One transition at most per period.
+/* The state machine, states by their DS-402 names: which of them the drive is in, what the gates shall do,
+ * and why a wish is not obeyed. One transition at most per period.
  *
  *   not ready           current offsets are being measured, gates off
  *   ready               gates off, waiting for `enable` = on

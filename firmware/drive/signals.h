@@ -13,61 +13,67 @@
  * E(id, name, slot of drive_t, choices, text): int32_t with named values */
 #define DRIVE_SIGNALS(F, U, I, E)                                                                            \
     U(2000, period, period, "periods", "the one clock: PWM periods since the start")                         \
-    E(2001, state, sequence.state, DRIVE_STATE_NAMES, "state of the drive")                                           \
-    I(2002, fault_reason, sequence.fault_reason, "-", "reason of the latched fault; 0: none")                         \
-    I(2003, refusal, sequence.refusal, "-", "reason why a wish is not obeyed now; 0: none")                           \
+    E(2001, state, sequence.state, DRIVE_STATE_NAMES, "state of the drive")                                  \
+    I(2002, fault_reason, sequence.fault_reason, "-", "reason of the latched fault; 0: none")                \
+    I(2003, refusal, sequence.refusal, "-", "reason why a wish is not obeyed now; 0: none")                  \
     U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
-    U(2005, faults_later, sequence.faults_later, "-", "fault bits that came after the latched one")                    \
+    U(2005, faults_later, sequence.faults_later, "-", "fault bits that came after the latched one")          \
     U(2006, warnings, guard.warnings, "-", "fault bits that warn now")                                       \
-    F(2010, i_a, measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")                               \
-    F(2011, i_b, measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")                               \
-    F(2012, i_c, measure.measured.current_abc.c, "A", "phase current c at t_k, offset removed, or from a and b")              \
-    F(2013, i_alpha, measure.measured.current.alpha, "A", "current in the stationary frame")                               \
-    F(2014, i_beta, measure.measured.current.beta, "A", "current in the stationary frame")                                 \
+    F(2010, i_a, measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")              \
+    F(2011, i_b, measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")              \
+    F(2012, i_c, measure.measured.current_abc.c, "A",                                                        \
+      "phase current c at t_k, offset removed, or from a and b")                                             \
+    F(2013, i_alpha, measure.measured.current.alpha, "A", "current in the stationary frame")                 \
+    F(2014, i_beta, measure.measured.current.beta, "A", "current in the stationary frame")                   \
     F(2015, i_d, current.d, "A", "direct-axis current")                                                      \
     F(2016, i_q, current.q, "A", "quadrature-axis current")                                                  \
-    F(2017, i_d_ref, demand.current.d, "A", "direct-axis current reference")                                    \
-    F(2018, i_q_ref, demand.current.q, "A", "quadrature-axis current reference")                                \
+    F(2017, i_d_ref, demand.current.d, "A", "direct-axis current reference")                                 \
+    F(2018, i_q_ref, demand.current.q, "A", "quadrature-axis current reference")                             \
     F(2020, u_d_ref, voltage_ref.d, "V", "direct-axis voltage that the current control asks for")            \
     F(2021, u_q_ref, voltage_ref.q, "V", "quadrature-axis voltage that the current control asks for")        \
     F(2022, u_d, voltage.d, "V", "direct-axis voltage really applied from t_k+1")                            \
     F(2023, u_q, voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")                        \
-    F(2024, u_dc, measure.measured.u_dc, "V", "DC-link voltage")                                                              \
+    F(2024, u_dc, measure.measured.u_dc, "V", "DC-link voltage")                                             \
     F(2025, duty_a, command.duty.a, "-", "duty of leg a from t_k+1")                                         \
     F(2026, duty_b, command.duty.b, "-", "duty of leg b from t_k+1")                                         \
     F(2027, duty_c, command.duty.c, "-", "duty of leg c from t_k+1")                                         \
-    F(2030, theta_e, frame.theta_e, "rad", "electrical angle that the control uses, at t_k")              \
-    F(2031, omega_e, frame.omega_e, "rad/s", "electrical speed that the control uses, at t_k")            \
+    F(2030, theta_e, frame.theta_e, "rad", "electrical angle that the control uses, at t_k")                 \
+    F(2031, omega_e, frame.omega_e, "rad/s", "electrical speed that the control uses, at t_k")               \
     F(2032, omega_m, omega_m, "rad/s", "mechanical speed")                                                   \
-    F(2033, omega_m_ref, demand.omega_m_ref, "rad/s", "mechanical speed reference in force")                        \
-    U(2034, encoder_count, measure.measured.encoder_count, "counts", "encoder position at t_k")                               \
-    F(2040, offset_a, measure.offset.a, "A", "offset of current sensor a, measured at zero current")                 \
-    F(2041, offset_b, measure.offset.b, "A", "offset of current sensor b, measured at zero current")                 \
-    F(2045, offset_c, measure.offset.c, "A", "offset of current c, measured at zero current")                        \
-    F(2042, sink_temperature, measure.measured.sink_temperature, "degC", "heat sink")                                         \
-    F(2043, motor_temperature, measure.measured.motor_temperature, "degC", "motor winding")                                   \
-    U(2044, sample_flags, measure.measured.flags, "-", "1 tripped, 2 fault line, 4 encoder phase error, 8 late")       \
-    F(2050, theta_hat, estimate.position.theta_e, "rad", "electrical angle of the estimator at t_k")                  \
-    F(2051, omega_hat, estimate.position.omega_e, "rad/s", "electrical speed of the estimator, k_p term included")    \
-    F(2052, omega_smooth, estimate.omega_smooth, "rad/s", "its integrator and feed-forward alone")      \
-    U(2053, estimator_invalid, estimate.invalid, "-",                                                       \
+    F(2033, omega_m_ref, demand.omega_m_ref, "rad/s", "mechanical speed reference in force")                 \
+    U(2034, encoder_count, measure.measured.encoder_count, "counts", "encoder position at t_k")              \
+    F(2040, offset_a, measure.offset.a, "A", "offset of current sensor a, measured at zero current")         \
+    F(2041, offset_b, measure.offset.b, "A", "offset of current sensor b, measured at zero current")         \
+    F(2045, offset_c, measure.offset.c, "A", "offset of current c, measured at zero current")                \
+    F(2042, sink_temperature, measure.measured.sink_temperature, "degC", "heat sink")                        \
+    F(2043, motor_temperature, measure.measured.motor_temperature, "degC", "motor winding")                  \
+    U(2044, sample_flags, measure.measured.flags, "-",                                                       \
+      "1 tripped, 2 fault line, 4 encoder phase error, 8 late")                                              \
+    F(2050, theta_hat, estimator.estimate.position.theta_e, "rad",                                           \
+      "electrical angle of the estimator at t_k")                                                            \
+    F(2051, omega_hat, estimator.estimate.position.omega_e, "rad/s",                                         \
+      "electrical speed of the estimator, k_p term included")                                                \
+    F(2052, omega_smooth, estimator.estimate.omega_smooth, "rad/s", "its integrator and feed-forward alone") \
+    U(2053, estimator_invalid, estimator.estimate.invalid, "-",                                              \
       "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
-    F(2054, e_hat_alpha, estimate.emf_hat.alpha, "V", "back-EMF as observed, filtered, with its lag")   \
-    F(2055, e_hat_beta, estimate.emf_hat.beta, "V", "back-EMF as observed, filtered, with its lag")     \
-    F(2056, e_alpha, estimate.emf.alpha, "V", "back-EMF at t_k, lag undone")                                \
-    F(2057, e_beta, estimate.emf.beta, "V", "back-EMF at t_k, lag undone")                                  \
-    F(2058, e_amplitude, estimate.amplitude, "V", "its length")                                         \
-    F(2059, k_f_alpha, estimate.gain_axis.alpha, "1/A",                                                 \
+    F(2054, e_hat_alpha, estimator.estimate.emf_hat.alpha, "V",                                              \
+      "back-EMF as observed, filtered, with its lag")                                                        \
+    F(2055, e_hat_beta, estimator.estimate.emf_hat.beta, "V",                                                \
+      "back-EMF as observed, filtered, with its lag")                                                        \
+    F(2056, e_alpha, estimator.estimate.emf.alpha, "V", "back-EMF at t_k, lag undone")                       \
+    F(2057, e_beta, estimator.estimate.emf.beta, "V", "back-EMF at t_k, lag undone")                         \
+    F(2058, e_amplitude, estimator.estimate.amplitude, "V", "its length")                                    \
+    F(2059, k_f_alpha, estimator.estimate.gain_axis.alpha, "1/A",                                            \
       "equivalent gain of the alpha axis; the vector form has k_f alone")                                    \
-    F(2060, k_f_beta, estimate.gain_axis.beta, "1/A",                                                   \
+    F(2060, k_f_beta, estimator.estimate.gain_axis.beta, "1/A",                                              \
       "equivalent gain of the beta axis; the vector form has k_f alone")                                     \
-    F(2061, k_f, estimate.gain, "1/A", "equivalent gain that the compensation uses")               \
-    F(2062, i_err_alpha, estimate.current_err.alpha, "A", "observed minus measured current")            \
-    F(2063, i_err_beta, estimate.current_err.beta, "A", "observed minus measured current")              \
-    F(2064, detector, estimate.detector, "-", "detector of the tracking loop: sine of its error")       \
-    F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")            \
-    F(2066, u_alpha, acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                \
-    F(2067, u_beta, acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                  \
+    F(2061, k_f, estimator.estimate.gain, "1/A", "equivalent gain that the compensation uses")               \
+    F(2062, i_err_alpha, estimator.estimate.current_err.alpha, "A", "observed minus measured current")       \
+    F(2063, i_err_beta, estimator.estimate.current_err.beta, "A", "observed minus measured current")         \
+    F(2064, detector, estimator.estimate.detector, "-", "detector of the tracking loop: sine of its error")  \
+    F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")                 \
+    F(2066, u_alpha, acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                   \
+    F(2067, u_beta, acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                     \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \

@@ -1,5 +1,5 @@
-/* Tuning: the coefficients of every module, derived from a set of parameters. Made in the background, with all
- * its divisions and exponentials; the interrupt takes it whole at the start of a step. */
+/* Tuning: the coefficients of every module, derived from a set of parameters. Made in the background, with
+ * all its divisions and exponentials; the interrupt takes it whole at the start of a step. */
 #ifndef DRIVE_TUNING_H
 #define DRIVE_TUNING_H
 

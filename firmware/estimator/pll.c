@@ -86,7 +86,10 @@ void pll_reset(pll_t *pll, position_t start)
     place(pll, angle_wrap(start.theta_e));
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
-    pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
+    pll->direction = 0.0f;
+    if (bounds_magnitude(omega_e) < PLL_SIGN_SPEED) {
+        pll->direction = omega_e < 0.0f ? -1.0f : 1.0f;
+    }
     pll->detector = 0.0f;
     pll_reset_emf(pll, 0.0f);
 }

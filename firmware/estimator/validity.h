@@ -14,8 +14,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "estimator/debounce.h"
 #include "contract/refusal.h"
+#include "estimator/debounce.h"
 
 /* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
  */

@@ -7,8 +7,8 @@
  * DV is the mean of commanded minus actual pole voltage, positive along the current; drop = (V_ce + V_f)/2,
  * the mean of the on-state drops of transistor and diode at zero current (their slope, some 20 mohm, belongs
  * to the winding's resistance). sat runs linearly through zero within +-zone, where the node's capacitance
- * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Source: own
- * derivation, facts on dead time, section 2; neglected there: +-0.05 V that depend on the duty.
+ * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Derivation:
+ * docs/theory.md, 12; neglected there: below 0.1 V that depend on the duty.
  *
  * Add it to the voltage before svpwm_modulate(), subtract it from the applied voltage to get what the motor
  * sees. Use the current expected in the middle of the period in which the duties act: the sampled sign is

@@ -9,7 +9,8 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
  * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of. Does not handle: which leg it is. */
+ * currents whose torque the loop is told of. Reasons: docs/theory.md, 13.
+ * Does not handle: which leg it is. */
 #ifndef INVERTER_DOUBT_H
 #define INVERTER_DOUBT_H
 
@@ -19,10 +20,10 @@
 #include "math/frames.h"
 
 typedef struct {
-    float current;            /* phase current below which a leg's loss is in doubt [A]; 0: never */
-    float emf_cutoff;         /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
-    bool acceleration_known;  /* is the loop told of the motor's torque? */
-    float period;             /* T [s] */
+    float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
+    float emf_cutoff;        /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
+    bool acceleration_known; /* is the loop told of the motor's torque? */
+    float period;            /* T [s] */
 } doubt_params_t;
 
 typedef struct {

@@ -8,7 +8,7 @@
  * direction (180 V at 311 V and 0..1), up to 2/sqrt(3) times that in the corners of the hexagon. A longer
  * vector keeps its direction and is cut at the hexagon's edge.
  *
- * No state; the duties act one period later (design: timing convention). Does not handle: overmodulation
+ * No state; the duties act one period later (docs/theory.md, 2). Does not handle: overmodulation
  * beyond the hexagon, minimum pulses other than by duty_min and duty_max. */
 #ifndef INVERTER_SVPWM_H
 #define INVERTER_SVPWM_H
@@ -17,7 +17,8 @@
 
 typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
-    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or shorter */
+    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or
+                     shorter */
 } svpwm_t;
 
 /* Duties for `voltage` [V] at the DC link `u_dc` [V], each within [duty_min, duty_max] (0 <= duty_min <=

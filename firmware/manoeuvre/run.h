@@ -18,7 +18,7 @@ typedef struct {
 } run_t;
 
 typedef enum {
-    RUN_ZERO,   /* no current: the gates are coming on */
+    RUN_ZERO, /* no current: the gates are coming on */
     RUN_CURRENT,
     RUN_SPEED
 } run_mode_t;

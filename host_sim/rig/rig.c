@@ -112,7 +112,8 @@ void rig_step(rig_t *rig)
     take_truth(rig);
     chip_run(begin + RIG_PERIOD_TICKS);
     state->truth.theta_err = angle_between(state->app.drive.frame.theta_e, state->truth.true_theta_e);
-    state->truth.theta_hat_err = angle_between(state->app.drive.estimate.position.theta_e, state->truth.true_theta_e);
+    state->truth.theta_hat_err =
+        angle_between(state->app.drive.estimator.estimate.position.theta_e, state->truth.true_theta_e);
     if (state->period % BACKGROUND_EVERY == 0u) {
         app_background();
     }

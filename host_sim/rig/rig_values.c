@@ -109,9 +109,9 @@ bool rig_find(const rig_t *rig, uint32_t id, place_t *place)
 {
     const rig_state_t *state = &rig->state;
     const void *const bases[TABLES] = {
-        [PARAMS] = &state->app.active, [REQUESTS] = &state->app.drive.requests,
-        [SIGNALS] = &state->app.drive,       [TRUTH] = &state->truth,
-        [PLANT] = &state->plant_values,      [CONDITIONS] = &state->conditions,
+        [PARAMS] = &state->app.active,  [REQUESTS] = &state->app.drive.requests,
+        [SIGNALS] = &state->app.drive,  [TRUTH] = &state->truth,
+        [PLANT] = &state->plant_values, [CONDITIONS] = &state->conditions,
     };
     for (table_number_t n = PARAMS; n < TABLES; n++) {
         place->row = table_by_id(tables[n], id);

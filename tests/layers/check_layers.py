@@ -123,7 +123,6 @@ OUTSIDE = re.compile(
     r"|\breference study\b|\b[Ii]ssue #?\d"
 )
 CITED_SECTION = re.compile(r"docs/theory\.md,[\s*#/]*(\d+)")
-NOT_YET_CLEAN = ("firmware/estimator/", "firmware/control/", "firmware/drive/", "firmware/app/")  # to be ()
 
 # ---- Reading sources ----------------------------------------------------------------------------------------------------
 
@@ -320,8 +319,6 @@ class Checker:
     # ---- Documents --------------------------------------------------------------------------------------------------
 
     def check_documents(self, path, text, files):
-        if path.startswith(NOT_YET_CLEAN):
-            return
         names = {name.rpartition("/")[2] for name in files}
         for match in DOCUMENT.finditer(text):
             word = re.sub(r"^(?:\.{0,2}/)+", "", match.group())

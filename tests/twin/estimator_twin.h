@@ -13,16 +13,17 @@
 
 typedef struct {
     /* of estimator_t */
-    smo_t smo;
-    pll_t pll;
-    ab_t emf;
-    float flux_linkage, speed_per_volt;
-    uint32_t count[ESTIMATOR_SIGNS];
-    uint32_t invalid;
+    observer_t observer;
+    tracker_t tracker;
+    estimate_t estimate;
     /* what it is seen from */
-    smo_params_t smo_params;
     fixed_t fixed;
 } twin_t;
+
+typedef struct {
+    estimator_tuning_t flt;
+    fixed_tuning_t fixed;
+} twin_tuning_t;
 
 static inline ab_t twin_pair(ab_q_t pair, float unit)
 {
@@ -31,61 +32,67 @@ static inline ab_t twin_pair(ab_q_t pair, float unit)
 
 static inline float twin_speed(const fixed_t *fixed, int64_t speed)
 {
-    return (float)((double)speed / 4294967296.0) * fixed->units.speed;
+    return (float)((double)speed / 4294967296.0) * fixed->scale.units.speed;
 }
 
 static inline void twin_show(twin_t *est)
 {
     const fixed_t *fixed = &est->fixed;
-    const smo_q_t *smo = &fixed->q.smo;
-    const pll_q_t *pll = &fixed->q.pll;
+    const smo_q_t *from_smo = &fixed->q.smo;
+    const pll_q_t *from_pll = &fixed->q.pll;
+    smo_t *smo = &est->observer.smo;
+    pll_t *pll = &est->tracker.pll;
+    const fixed_units_t *units = &fixed->scale.units;
     const float one = 1.0f / 1073741824.0f;
-    smo_retune(&est->smo, &est->smo_params);
-    est->smo.current_hat = twin_pair(smo->current_hat, fixed->units.current);
-    est->smo.current_err = fixed->smo.current_err;
-    est->smo.switched = twin_pair(smo->switched, fixed->units.voltage);
-    est->smo.emf_hat = fixed->smo.emf_hat;
-    est->smo.gain_axis = fixed->smo.gain_axis;
-    est->smo.gain_mean = fixed->smo.gain_mean;
-    est->smo.passed_over = smo->passed_over;
-    est->pll.theta_e = (float)q_signed(pll->theta_e) * (3.14159265f / 2147483648.0f);
-    est->pll.rotation = (rotation_t){(float)pll->rotation.sin * one, (float)pll->rotation.cos * one};
-    est->pll.integral = twin_speed(fixed, pll->integral);
-    est->pll.feedforward.value = twin_speed(fixed, pll->feedforward);
-    est->pll.emf = (dq_t){(float)pll->emf.d * fixed->units.voltage, (float)pll->emf.q * fixed->units.voltage};
-    est->pll.omega_e = (float)pll->omega_e * fixed->units.speed;
-    est->pll.omega_smooth = fixed->pll.omega_smooth;
-    est->pll.direction = (float)pll->direction;
-    est->pll.detector = fixed->pll.detector;
-    est->pll.amplitude = fixed->pll.amplitude;
-    est->emf = fixed->emf;
-    est->flux_linkage = fixed->flux_linkage;
-    est->speed_per_volt = 1.0f / fixed->flux_linkage;
-    memcpy(est->count, fixed->q.count, sizeof est->count);
-    est->invalid = fixed->invalid;
+    est->estimate = fixed->estimate;
+    smo->current_hat = twin_pair(from_smo->current_hat, units->current);
+    smo->current_err = fixed->estimate.current_err;
+    smo->switched = twin_pair(from_smo->switched, units->voltage);
+    smo->emf_hat = fixed->estimate.emf_hat;
+    smo->axes.gain_axis = fixed->estimate.gain_axis;
+    smo->gain_mean = fixed->estimate.gain;
+    smo->rejected = from_smo->rejected;
+    pll->theta_e = (float)q_signed(from_pll->theta_e) * (3.14159265f / 2147483648.0f);
+    pll->rotation = (rotation_t){(float)from_pll->rotation.sin * one, (float)from_pll->rotation.cos * one};
+    pll->integral = twin_speed(fixed, from_pll->integral);
+    pll->feedforward = twin_speed(fixed, from_pll->feedforward);
+    pll->emf = (dq_t){(float)from_pll->emf.d * units->voltage, (float)from_pll->emf.q * units->voltage};
+    pll->omega_e = (float)from_pll->omega_e * units->speed;
+    pll->omega_smooth = fixed->estimate.omega_smooth;
+    pll->direction = (float)from_pll->direction;
+    pll->detector = fixed->estimate.detector;
+    pll->amplitude = fixed->estimate.amplitude;
+    est->tracker.speed_per_volt =
+        (float)fixed->q.speed_per_volt * one / fixed->scale.base.voltage / fixed->scale.base.turn_per_rad;
+    est->tracker.flux_linkage = 1.0f / est->tracker.speed_per_volt;
+    est->tracker.validity.debounce = fixed->q.debounce;
 }
 
-static inline void twin_params(twin_t *est, const estimator_params_t *params)
+static inline void twin_prepare(twin_tuning_t *tuning, const estimator_params_t *params)
 {
-    est->smo_params = params->smo;
-    if (params->lag == LAG_EXACT) {
-        est->smo_params.emf_cutoff = 0.0f;
-    }
-    est->pll.kp = params->pll.kp;
-    est->pll.speed_limit = PLL_TURN_LIMIT / params->smo.period;
+    estimator_prepare(&tuning->flt, params);
+    fixed_prepare(&tuning->fixed, params);
+}
+
+static inline void twin_take(twin_t *est, const twin_tuning_t *tuning)
+{
+    observer_take(&est->observer, &tuning->flt.observer);
+    tracker_take(&est->tracker, &tuning->flt.tracker);
+    fixed_take(&est->fixed, &tuning->fixed);
+    twin_show(est);
 }
 
 static inline void twin_init(twin_t *est, const estimator_params_t *params)
 {
+    twin_tuning_t tuning;
+    twin_prepare(&tuning, params);
     fixed_init(&est->fixed, params);
-    twin_params(est, params);
-    twin_show(est);
+    twin_take(est, &tuning);
 }
 
-static inline void twin_retune(twin_t *est, const estimator_params_t *params)
+static inline void twin_set_flux(twin_t *est, float flux_linkage, float speed_per_volt)
 {
-    fixed_retune(&est->fixed, params);
-    twin_params(est, params);
+    fixed_set_flux(&est->fixed, flux_linkage, speed_per_volt);
     twin_show(est);
 }
 
@@ -109,12 +116,6 @@ static inline position_t twin_coast(twin_t *est, ab_t voltage, ab_t current)
     return position;
 }
 
-static inline void twin_judge(twin_t *est, uint32_t periods)
-{
-    fixed_judge(&est->fixed, periods);
-    twin_show(est);
-}
-
 static inline uint16_t twin_invalid(const twin_t *est)
 {
     return fixed_invalid(&est->fixed);
@@ -132,11 +133,11 @@ static inline bool twin_skips(const char *test)
         "test_without_feedforward_it_is_conventional_bit_for_bit",
         /* samples beyond the formats: ESTIMATOR_SAMPLE here */
         "test_integrators_end_at_their_limits",
-        "test_sign_switched_off_is_not_judged",
+        "test_criterion_switched_off_is_not_judged",
         /* halves are rounded upward: the mirror image of chatter differs by a count, and then altogether */
         "test_backward_is_the_mirror_of_forward_with_the_sign",
         /* to the last digit of a float */
-        "test_at_its_limit_a_sign_still_holds",
+        "test_at_its_limit_a_criterion_still_holds",
     };
     for (unsigned n = 0; n < sizeof skipped / sizeof skipped[0]; n++) {
         if (strcmp(test, skipped[n]) == 0) {
@@ -159,13 +160,15 @@ static inline bool twin_skips(const char *test)
 #define FAST_RESET 0.13
 
 #define estimator_t            twin_t
+#define estimator_tuning_t     twin_tuning_t
 #define estimator_params_check fixed_params_check
+#define estimator_prepare      twin_prepare
+#define estimator_take         twin_take
 #define estimator_init         twin_init
-#define estimator_retune       twin_retune
+#define estimator_set_flux     twin_set_flux
 #define estimator_reset        twin_reset
 #define estimator_step         twin_step
 #define estimator_coast        twin_coast
-#define estimator_judge        twin_judge
 #define estimator_invalid      twin_invalid
 
 #endif

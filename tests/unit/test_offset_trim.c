@@ -31,6 +31,18 @@ typedef struct {
 
 static rotor_t rotor;
 
+static void begin(const offset_trim_params_t *params)
+{
+    const offset_trim_tuning_t tuning = offset_trim_prepare(params);
+    offset_trim_init(&rotor.trim, &tuning);
+}
+
+static void take(const offset_trim_params_t *params)
+{
+    const offset_trim_tuning_t tuning = offset_trim_prepare(params);
+    offset_trim_take(&rotor.trim, &tuning);
+}
+
 static float omega_of(double samples_per_turn)
 {
     return (float)(2.0 * PI / (samples_per_turn * 1e-4));
@@ -45,7 +57,7 @@ static void start(double samples_per_turn)
                       .amplitude = 60.0,
                       .current = CURRENT,
                       .omega = omega_of(samples_per_turn)};
-    offset_trim_init(&rotor.trim, &PARAMS);
+    begin(&PARAMS);
 }
 
 /* 314 rad/s; five turns of 200 samples are a window. */
@@ -265,11 +277,11 @@ static void test_a_small_current_is_left_alone(void)
 static void test_gain_zero_is_off(void)
 {
     const offset_trim_params_t off = {.gain = 0.0f, .period = PERIOD};
-    offset_trim_init(&rotor.trim, &off);
+    begin(&off);
     expect_offset(0.0, 0.0, steps(CONSTANT, 10 * WINDOW));
 }
 
-/* ---- limits, reset, retune ---- */
+/* ---- limits, reset, new coefficients ---- */
 
 static void test_each_component_stops_at_the_limit(void)
 {
@@ -312,13 +324,13 @@ static void test_reset_takes_the_offset_and_forgets_the_window(void)
     expect_offset(0.02 - 0.01 * J - 0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
 }
 
-static void test_retune_keeps_the_state(void)
+static void test_new_coefficients_keep_the_state(void)
 {
     const offset_trim_params_t twice = {.gain = 2.0f * GAIN, .period = PERIOD};
     begin_window();
     (void)steps(CONSTANT, WINDOW);
     const ab_t before = steps(CONSTANT, WINDOW / 2);
-    offset_trim_retune(&rotor.trim, &twice);
+    take(&twice);
     TEST_ASSERT_EQUAL_FLOAT(before.alpha, rotor.trim.offset.alpha);
     TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.count);
     expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, WINDOW / 2));
@@ -327,8 +339,8 @@ static void test_retune_keeps_the_state(void)
 static void test_window_is_a_time(void)
 {
     const offset_trim_params_t slow = {.gain = GAIN, .period = 2.0f * PERIOD};
-    offset_trim_retune(&rotor.trim, &slow);
-    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.window_periods);
+    take(&slow);
+    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.tuning.window_periods);
 }
 
 static void test_result_is_the_offset(void)
@@ -360,7 +372,7 @@ int main(void)
     RUN_TEST(test_each_component_stops_at_the_limit);
     RUN_TEST(test_limit_below_at_and_above);
     RUN_TEST(test_reset_takes_the_offset_and_forgets_the_window);
-    RUN_TEST(test_retune_keeps_the_state);
+    RUN_TEST(test_new_coefficients_keep_the_state);
     RUN_TEST(test_window_is_a_time);
     RUN_TEST(test_result_is_the_offset);
     return UNITY_END();

@@ -14,17 +14,23 @@ void tearDown(void)
 {
 }
 
+static void begin(pi_t *pi, float kp, float ki)
+{
+    const pi_tuning_t tuning = pi_prepare(kp, ki, PERIOD);
+    pi_init(pi, &tuning);
+}
+
 static void test_first_output_is_proportional_only(void)
 {
     pi_t pi;
-    pi_init(&pi, 12.5f, 950.0f, PERIOD);
+    begin(&pi, 12.5f, 950.0f);
     TEST_ASSERT_TRUE(pi_output(&pi, 2.0f) == 25.0f);
 }
 
 static void test_output_changes_nothing(void)
 {
     pi_t pi;
-    pi_init(&pi, 12.5f, 950.0f, PERIOD);
+    begin(&pi, 12.5f, 950.0f);
     float first = pi_output(&pi, 2.0f);
     TEST_ASSERT_TRUE(pi_output(&pi, 2.0f) == first);
 }
@@ -32,7 +38,7 @@ static void test_output_changes_nothing(void)
 static void test_constant_error_integrates_with_ki(void)
 {
     pi_t pi;
-    pi_init(&pi, 0.5f, 2.5f, PERIOD);
+    begin(&pi, 0.5f, 2.5f);
     for (int n = 0; n < 1000; n++) {
         pi_update(&pi, 4.0f, 0.0f);
     }
@@ -44,7 +50,7 @@ static void test_constant_error_integrates_with_ki(void)
 static void test_back_calculation_integrates_the_error_that_would_have_fitted(void)
 {
     pi_t pi;
-    pi_init(&pi, 2.0f, 300.0f, PERIOD);
+    begin(&pi, 2.0f, 300.0f);
     pi_reset(&pi, 5.0f);
     /* Wanted 2*10 + 5 = 25, applied 9: the error 2 would have given 9 (2*2 + 5), so the integral gets ki T 2
      * = 0.06. */
@@ -57,8 +63,8 @@ static void test_clamp_cuts_both_ways_and_says_so_to_the_integral(void)
 {
     pi_t up;
     pi_t down;
-    pi_init(&up, 2.0f, 300.0f, PERIOD);
-    pi_init(&down, 2.0f, 300.0f, PERIOD);
+    begin(&up, 2.0f, 300.0f);
+    begin(&down, 2.0f, 300.0f);
     TEST_ASSERT_TRUE(pi_step(&up, 100.0f, -10.0f, 10.0f) == 10.0f);
     TEST_ASSERT_TRUE(pi_step(&down, -100.0f, -10.0f, 10.0f) == -10.0f);
     /* ki T e' with e' = 10/2. */
@@ -72,7 +78,7 @@ static void test_clamp_below_at_above_the_limit(void)
     float integrals[3];
     for (int k = 0; k < 3; k++) {
         pi_t pi;
-        pi_init(&pi, 2.0f, 300.0f, PERIOD);
+        begin(&pi, 2.0f, 300.0f);
         outputs[k] = pi_step(&pi, 4.5f + 0.5f * (float)k, -10.0f, 10.0f);
         integrals[k] = pi.integral;
     }
@@ -87,7 +93,7 @@ static void test_clamp_below_at_above_the_limit(void)
 static void test_integral_settles_at_the_limit_while_saturated(void)
 {
     pi_t pi;
-    pi_init(&pi, 2.0f, 300.0f, PERIOD);
+    begin(&pi, 2.0f, 300.0f);
     /* I(n) = limit (1 - (1 - g)^n), g = ki T/kp = 0.015, whatever the error. */
     for (int n = 1; n <= 1000; n++) {
         float output = pi_step(&pi, 500.0f + (float)n, -10.0f, 10.0f);
@@ -100,7 +106,7 @@ static void test_integral_settles_at_the_limit_while_saturated(void)
 static void test_output_leaves_the_limit_as_soon_as_the_error_turns(void)
 {
     pi_t pi;
-    pi_init(&pi, 2.0f, 300.0f, PERIOD);
+    begin(&pi, 2.0f, 300.0f);
     for (int32_t n = 0; n < 100000; n++) {
         pi_step(&pi, 50.0f, -10.0f, 10.0f);
     }
@@ -110,7 +116,7 @@ static void test_output_leaves_the_limit_as_soon_as_the_error_turns(void)
 static void test_pure_integrator_stops_at_the_limit(void)
 {
     pi_t pi;
-    pi_init(&pi, 0.0f, 1000.0f, PERIOD);
+    begin(&pi, 0.0f, 1000.0f);
     for (int n = 0; n < 100; n++) {
         pi_step(&pi, 5.0f, -2.0f, 2.0f);
     }
@@ -123,12 +129,12 @@ static void test_pure_integrator_stops_at_the_limit(void)
 static void test_no_integral_part_stays_without(void)
 {
     pi_t pi;
-    pi_init(&pi, 3.0f, 0.0f, PERIOD);
+    begin(&pi, 3.0f, 0.0f);
     for (int n = 0; n < 100; n++) {
         pi_step(&pi, 50.0f, -2.0f, 2.0f);
     }
     TEST_ASSERT_TRUE(pi.integral == 0.0f);
-    pi_init(&pi, 0.0f, 0.0f, PERIOD);
+    begin(&pi, 0.0f, 0.0f);
     pi_reset(&pi, 50.0f);
     pi_step(&pi, 1.0f, -2.0f, 2.0f);
     TEST_ASSERT_TRUE(pi.integral == 50.0f);
@@ -138,24 +144,25 @@ static void test_back_calculation_gain_is_capped_at_one(void)
 {
     pi_t pi;
     /* ki T/kp = 0.99, 1, 3. */
-    pi_init(&pi, 1.0f, 9900.0f, PERIOD);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.99, (double)pi.back_gain);
-    pi_init(&pi, 1.0f, 10000.0f, PERIOD);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)pi.back_gain);
-    pi_init(&pi, 1.0f, 30000.0f, PERIOD);
-    TEST_ASSERT_TRUE(pi.back_gain == 1.0f);
+    begin(&pi, 1.0f, 9900.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.99, (double)pi.tuning.back_gain);
+    begin(&pi, 1.0f, 10000.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)pi.tuning.back_gain);
+    begin(&pi, 1.0f, 30000.0f);
+    TEST_ASSERT_TRUE(pi.tuning.back_gain == 1.0f);
 }
 
-static void test_reset_is_bumpless_and_retune_keeps_the_integral(void)
+static void test_reset_is_bumpless_and_new_coefficients_keep_the_integral(void)
 {
     pi_t pi;
-    pi_init(&pi, 2.0f, 300.0f, PERIOD);
+    begin(&pi, 2.0f, 300.0f);
     pi_reset(&pi, -3.5f);
     TEST_ASSERT_TRUE(pi_output(&pi, 0.0f) == -3.5f);
-    pi_retune(&pi, 4.0f, 100.0f, PERIOD);
+    const pi_tuning_t other = pi_prepare(4.0f, 100.0f, PERIOD);
+    pi_take(&pi, &other);
     TEST_ASSERT_TRUE(pi_output(&pi, 0.0f) == -3.5f);
     TEST_ASSERT_TRUE(pi_output(&pi, 1.0f) == 0.5f);
-    pi_init(&pi, 2.0f, 300.0f, PERIOD);
+    begin(&pi, 2.0f, 300.0f);
     TEST_ASSERT_TRUE(pi_output(&pi, 0.0f) == 0.0f);
 }
 
@@ -173,6 +180,6 @@ int main(void)
     RUN_TEST(test_pure_integrator_stops_at_the_limit);
     RUN_TEST(test_no_integral_part_stays_without);
     RUN_TEST(test_back_calculation_gain_is_capped_at_one);
-    RUN_TEST(test_reset_is_bumpless_and_retune_keeps_the_integral);
+    RUN_TEST(test_reset_is_bumpless_and_new_coefficients_keep_the_integral);
     return UNITY_END();
 }

@@ -178,8 +178,8 @@ static void test_two_steps_by_hand(void)
     double w1 = 200.0 * tanh(y1 / 2.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, (1.0 - c) * v1, (double)first.alpha);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, (1.0 - c) * w1, (double)first.beta);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(x1 / 2.0) / x1, (double)smo.gain_axis.alpha);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(y1 / 2.0) / y1, (double)smo.gain_axis.beta);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(x1 / 2.0) / x1, (double)smo.axes.gain_axis.alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, tanh(y1 / 2.0) / y1, (double)smo.axes.gain_axis.beta);
 
     double x2 = a * (x1 + 0.1) + b * (20.0 - v1) - 0.4;
     double y2 = a * (y1 - 0.3) + b * (10.0 - w1) + 0.2;
@@ -212,10 +212,10 @@ static void test_mean_gain_is_the_describing_function(void)
     /* Currents chosen such that the error is a circle of 1.2 A. Its gain ripples with the fourth harmonic,
      * 2513 rad/s behind the low-pass of 100 rad/s: less than 1e-3. */
     for (int k = 0; k < 4000; k++) {
-        float alpha = smo.current_hat.alpha * (1.0f - smo.voltage_gain * smo.resistance) -
-                      smo.voltage_gain * smo.switched.alpha;
-        float beta = smo.current_hat.beta * (1.0f - smo.voltage_gain * smo.resistance) -
-                     smo.voltage_gain * smo.switched.beta;
+        float alpha = smo.current_hat.alpha * (1.0f - smo.tuning.voltage_gain * smo.tuning.resistance) -
+                      smo.tuning.voltage_gain * smo.switched.alpha;
+        float beta = smo.current_hat.beta * (1.0f - smo.tuning.voltage_gain * smo.tuning.resistance) -
+                     smo.tuning.voltage_gain * smo.switched.beta;
         double angle = 2.0 * PI * 0.01 * k;
         ab_t current = {alpha - (float)(1.2 * cos(angle)), beta - (float)(1.2 * sin(angle))};
         (void)smo_step(&smo, (ab_t){0.0f, 0.0f}, current);
@@ -238,7 +238,7 @@ static void test_gains_without_error(void)
         }
         TEST_ASSERT_TRUE(smo_equivalent_gain(&smo) == expected);
         if (s != SMO_SIGMOID_VECTOR) { /* which has no axes */
-            TEST_ASSERT_TRUE(smo.gain_axis.alpha == expected && smo.gain_axis.beta == expected);
+            TEST_ASSERT_TRUE(smo.axes.gain_axis.alpha == expected && smo.axes.gain_axis.beta == expected);
         }
     }
 }
@@ -249,8 +249,8 @@ static void test_gain_of_the_sign_is_capped(void)
     smo_init(&smo, &params);
     ab_t emf = smo_step(&smo, (ab_t){0.0f, 0.0f}, (ab_t){0.0005f, -0.25f});
     TEST_ASSERT_TRUE(emf.alpha == -200.0f && emf.beta == 200.0f);
-    TEST_ASSERT_TRUE(smo.gain_axis.alpha == SMO_SIGN_GAIN_MAX);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 4.0, (double)smo.gain_axis.beta);
+    TEST_ASSERT_TRUE(smo.axes.gain_axis.alpha == SMO_SIGN_GAIN_MAX);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 4.0, (double)smo.axes.gain_axis.beta);
     /* <f x>/<x x> = 0.2505/(0.0625 + 2.5e-7). */
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.2505 / 0.06250025, (double)smo_equivalent_gain(&smo));
 }
@@ -303,19 +303,18 @@ static void test_reset_of_the_sign_continues_the_emf(void)
 
 /* The voltage that holds current and v: v stays, and the filter goes from its own value towards it. Rounding
  * as in test_reset_is_settled. */
-static void test_preset_continues_v_and_the_filter_each(void)
+static void test_filter_goes_from_its_own_value_to_v(void)
 {
     const ab_t current = {-7.0f, 3.0f};
-    const ab_t switched = {60.0f, -97.0f};
     const ab_t filtered = {20.0f, -50.0f};
     const double c = exp(-0.2);
     for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
         smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
         smo_init(&smo, &params);
-        smo_preset(&smo, current, switched, filtered);
-        TEST_ASSERT_TRUE(smo.emf_hat.alpha == filtered.alpha && smo.emf_hat.beta == filtered.beta);
+        smo_reset(&smo, current, (ab_t){60.0f, -97.0f});
+        smo.emf_hat = filtered;
         const ab_t hat = smo.current_hat;
-        const ab_t voltage = {0.95f * hat.alpha + switched.alpha, 0.95f * hat.beta + switched.beta};
+        const ab_t voltage = {0.95f * hat.alpha + 60.0f, 0.95f * hat.beta - 97.0f};
         double rest = 1.0;
         for (int n = 0; n < 50; n++) {
             ab_t result = smo_step(&smo, voltage, current);
@@ -326,19 +325,39 @@ static void test_preset_continues_v_and_the_filter_each(void)
     }
 }
 
-static void test_retune_keeps_the_state(void)
+/* v = k_s tanh(a_f |x|/2) x/|x|, for |x| = 2.5 A; per axis tanh(0.75) and tanh(-1). */
+static void test_reset_on_an_error_has_its_v(void)
+{
+    for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
+        smo_params_t params = with((smo_switching_t)s, 200.0f, 0.0f);
+        const bool vector = s == SMO_SIGMOID_VECTOR;
+        smo_init(&smo, &params);
+        smo_reset_error(&smo, (ab_t){3.0f, 4.0f}, (ab_t){1.5f, -2.0f});
+        TEST_ASSERT_EQUAL_FLOAT(4.5f, smo.current_hat.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(2.0f, smo.current_hat.beta);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-4, 200.0 * (vector ? 0.6 * tanh(1.25) : tanh(0.75)),
+                                  (double)smo.switched.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-4, -200.0 * (vector ? 0.8 * tanh(1.25) : tanh(1.0)),
+                                  (double)smo.switched.beta);
+        TEST_ASSERT_TRUE(smo.emf_hat.alpha == smo.switched.alpha && smo.emf_hat.beta == smo.switched.beta);
+    }
+}
+
+static void test_take_keeps_the_state(void)
 {
     smo_reset(&smo, (ab_t){2.0f, 1.0f}, (ab_t){50.0f, 20.0f});
     smo_t before = smo;
     smo_params_t params = with(SMO_SIGMOID_VECTOR, 150.0f, 500.0f);
-    smo_retune(&smo, &params);
+    smo_tuning_t tuning;
+    smo_prepare(&tuning, &params);
+    smo_take(&smo, &tuning);
     TEST_ASSERT_EQUAL_MEMORY(&before.current_hat, &smo.current_hat,
                              sizeof smo - (size_t)((char *)&smo.current_hat - (char *)&smo));
-    TEST_ASSERT_TRUE(smo.gain == 150.0f && smo.switching == SMO_SIGMOID_VECTOR);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, exp(-0.05), (double)smo.emf_decay);
+    TEST_ASSERT_TRUE(smo.tuning.gain == 150.0f && smo.tuning.switching == SMO_SIGMOID_VECTOR);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, exp(-0.05), (double)smo.tuning.emf_decay);
 }
 
-static void test_bad_sample_is_passed_over(void)
+static void test_bad_sample_is_rejected(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e38f};
     for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
@@ -353,31 +372,31 @@ static void test_bad_sample_is_passed_over(void)
             *slots[n / 4] = bad[n % 4];
             ab_t emf = smo_step(&smo, voltage, current);
             TEST_ASSERT_TRUE(emf.alpha == before.emf_hat.alpha && emf.beta == before.emf_hat.beta);
-            TEST_ASSERT_EQUAL_UINT32(0u, before.passed_over);
-            before.passed_over = 1u; /* and nothing else */
+            TEST_ASSERT_EQUAL_UINT32(0u, before.rejected);
+            before.rejected = 1u; /* and nothing else */
             TEST_ASSERT_EQUAL_MEMORY(&before, &smo, sizeof smo);
         }
     }
 }
 
 /* SMO_ERROR_LIMIT, 1e6 A, from a zero state: the error is minus the current. */
-static void test_passed_over_tells_of_the_last_sample_alone(void)
+static void test_rejected_tells_of_the_last_sample_alone(void)
 {
     ab_t zero = {0.0f, 0.0f};
     for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
         smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
         smo_init(&smo, &params);
         (void)smo_step(&smo, zero, (ab_t){6e5f, -8e5f});
-        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over); /* the length is the limit itself */
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.rejected); /* the length is the limit itself */
         smo_reset(&smo, zero, zero);
         (void)smo_step(&smo, zero, (ab_t){6.001e5f, -8e5f});
-        TEST_ASSERT_EQUAL_UINT32(1u, smo.passed_over);
+        TEST_ASSERT_EQUAL_UINT32(1u, smo.rejected);
         (void)smo_step(&smo, zero, zero);
-        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over);
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.rejected);
         (void)smo_step(&smo, zero, (ab_t){NAN, 0.0f});
-        TEST_ASSERT_EQUAL_UINT32(1u, smo.passed_over);
+        TEST_ASSERT_EQUAL_UINT32(1u, smo.rejected);
         smo_reset(&smo, zero, zero);
-        TEST_ASSERT_EQUAL_UINT32(0u, smo.passed_over);
+        TEST_ASSERT_EQUAL_UINT32(0u, smo.rejected);
     }
 }
 
@@ -489,10 +508,11 @@ int main(void)
     RUN_TEST(test_reset_is_settled);
     RUN_TEST(test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond);
     RUN_TEST(test_reset_of_the_sign_continues_the_emf);
-    RUN_TEST(test_preset_continues_v_and_the_filter_each);
-    RUN_TEST(test_retune_keeps_the_state);
-    RUN_TEST(test_bad_sample_is_passed_over);
-    RUN_TEST(test_passed_over_tells_of_the_last_sample_alone);
+    RUN_TEST(test_filter_goes_from_its_own_value_to_v);
+    RUN_TEST(test_reset_on_an_error_has_its_v);
+    RUN_TEST(test_take_keeps_the_state);
+    RUN_TEST(test_bad_sample_is_rejected);
+    RUN_TEST(test_rejected_tells_of_the_last_sample_alone);
     RUN_TEST(test_params_check_names_field_value_and_range);
     RUN_TEST(test_params_check_refuses_too_much_loop_gain);
     RUN_TEST(test_params_check_refuses_a_period_longer_than_half_the_time_constant);

@@ -16,13 +16,25 @@ void tearDown(void)
 {
 }
 
+static void begin(speed_control_t *control)
+{
+    const speed_control_tuning_t tuning = speed_control_prepare(&PARAMS);
+    speed_control_init(control, &tuning);
+}
+
+static void take(speed_control_t *control, const speed_control_params_t *params)
+{
+    const speed_control_tuning_t tuning = speed_control_prepare(params);
+    speed_control_take(control, &tuning);
+}
+
 static void test_first_output_is_proportional(void)
 {
     speed_control_t control;
     memset(&control, 0x55, sizeof control);
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     TEST_ASSERT_TRUE(speed_control_step(&control, 10.0f, 4.0f) == 3.0f);
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     TEST_ASSERT_TRUE(speed_control_step(&control, -10.0f, -4.0f) == -3.0f);
 }
 
@@ -32,9 +44,9 @@ static void test_output_below_at_above_the_limit(void)
     static const float outputs[] = {9.99f, 10.0f, 10.0f, 10.0f};
     for (unsigned k = 0; k < sizeof errors / sizeof errors[0]; k++) {
         speed_control_t control;
-        speed_control_init(&control, &PARAMS);
+        begin(&control);
         TEST_ASSERT_TRUE(speed_control_step(&control, errors[k], 0.0f) == outputs[k]);
-        speed_control_init(&control, &PARAMS);
+        begin(&control);
         TEST_ASSERT_TRUE(speed_control_step(&control, 0.0f, errors[k]) == -outputs[k]);
     }
 }
@@ -44,7 +56,7 @@ static void test_reset_is_bumpless(void)
     static const float currents[] = {0.0f, 4.55f, -9.9f};
     for (unsigned k = 0; k < sizeof currents / sizeof currents[0]; k++) {
         speed_control_t control;
-        speed_control_init(&control, &PARAMS);
+        begin(&control);
         speed_control_reset(&control, currents[k]);
         TEST_ASSERT_TRUE(speed_control_step(&control, 157.0f, 157.0f) == currents[k]);
         TEST_ASSERT_TRUE(speed_control_step(&control, 157.0f, 157.0f) == currents[k]);
@@ -54,7 +66,7 @@ static void test_reset_is_bumpless(void)
 static void test_reset_beyond_the_limit_is_cut(void)
 {
     speed_control_t control;
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     speed_control_reset(&control, 25.0f);
     TEST_ASSERT_TRUE(speed_control_step(&control, 1.0f, 1.0f) == 10.0f);
     speed_control_reset(&control, -25.0f);
@@ -64,7 +76,7 @@ static void test_reset_beyond_the_limit_is_cut(void)
 static void test_integral_follows_the_limit_while_it_holds(void)
 {
     speed_control_t control;
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     /* I = limit (1 - (1 - ki T/kp)^n) whatever the error: a time constant kp/ki = 0.2 s. kp e = 70 A rounds
      * by 4e-6 in the shortfall, remembered for 2000 steps of weight 1/2000; the sum itself rounds by 5e-7 for
      * as many. */
@@ -76,17 +88,17 @@ static void test_integral_follows_the_limit_while_it_holds(void)
     TEST_ASSERT_TRUE(speed_control_step(&control, 157.0f, 157.5f) < 10.0f);
 }
 
-static void test_retune_lowers_the_limit_and_keeps_the_integral(void)
+static void test_new_coefficients_lower_the_limit_and_keep_the_integral(void)
 {
     speed_control_t control;
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     speed_control_reset(&control, 6.0f);
     speed_control_params_t params = PARAMS;
     params.kp = 1.0f;
-    speed_control_retune(&control, &params);
+    take(&control, &params);
     TEST_ASSERT_TRUE(speed_control_step(&control, 1.0f, 0.0f) == 7.0f);
     params.current_limit = 4.0f;
-    speed_control_retune(&control, &params);
+    take(&control, &params);
     TEST_ASSERT_TRUE(speed_control_step(&control, 1.0f, 0.0f) == 4.0f);
 }
 
@@ -99,7 +111,7 @@ static void test_closed_loop_is_the_second_order_system_of_the_gains(void)
     double sigma = 0.5 * 0.5 * per_ampere;
     double wd = sqrt(2.5 * per_ampere - sigma * sigma);
     speed_control_t control;
-    speed_control_init(&control, &PARAMS);
+    begin(&control);
     double omega = 50.0;
     for (int k = 0; k < 15000; k++) {
         double time = k * 1e-4;
@@ -120,7 +132,7 @@ int main(void)
     RUN_TEST(test_reset_is_bumpless);
     RUN_TEST(test_reset_beyond_the_limit_is_cut);
     RUN_TEST(test_integral_follows_the_limit_while_it_holds);
-    RUN_TEST(test_retune_lowers_the_limit_and_keeps_the_integral);
+    RUN_TEST(test_new_coefficients_lower_the_limit_and_keep_the_integral);
     RUN_TEST(test_closed_loop_is_the_second_order_system_of_the_gains);
     return UNITY_END();
 }

@@ -92,6 +92,24 @@ static void test_any_vector_is_made_or_cut_in_its_direction(void)
     sweep(24.0, 0.0f, 1.0f);
 }
 
+/* What can be made comes back bit for bit; what is cut, in the very direction of the request. */
+static void test_voltage_is_a_share_of_the_request(void)
+{
+    for (double angle = -3.1; angle < 3.2; angle += 0.1) {
+        const double edge = hexagon(angle, 0.92 * 311.0);
+        const ab_t inside = polar(0.999 * edge, angle);
+        const svpwm_t whole = svpwm_modulate(inside, 311.0f, 0.04f, 0.96f);
+        TEST_ASSERT_TRUE(whole.voltage.alpha == inside.alpha && whole.voltage.beta == inside.beta);
+        for (double times = 1.01; times < 1e6; times *= 10.0) {
+            const ab_t wanted = polar(times * edge, angle);
+            const double complex cut = of_ab(svpwm_modulate(wanted, 311.0f, 0.04f, 0.96f).voltage);
+            const double complex share = cut / of_ab(wanted);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 / times, 1.0 / times, creal(share));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7 / times, 0.0, cimag(share));
+        }
+    }
+}
+
 static void test_linear_limit_and_corner(void)
 {
     /* 311 V/sqrt(3) = 179.56 V in the worst direction (30 degrees), 2/3 of 311 V in the best (phase axis). */
@@ -178,6 +196,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_any_vector_is_made_or_cut_in_its_direction);
+    RUN_TEST(test_voltage_is_a_share_of_the_request);
     RUN_TEST(test_linear_limit_and_corner);
     RUN_TEST(test_edge_of_the_hexagon_below_at_above);
     RUN_TEST(test_no_voltage_is_the_middle_of_the_range);

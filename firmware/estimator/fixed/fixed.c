@@ -16,16 +16,16 @@ bool fixed_params_check(const estimator_params_t *params, params_error_t *why)
     return estimator_params_check(params, why) && per_unit_check(params, why);
 }
 
-static void prepare_units(fixed_tuning_t *tuning, const bases_t *base)
+static void prepare_scale(fixed_scale_t *scale, const bases_t *base)
 {
-    tuning->units.voltage = base->voltage / TWO_TO_27;
-    tuning->units.current = base->current / TWO_TO_25;
-    tuning->units.speed = 1.0f / (base->turn_per_rad * TWO_TO_31);
-    tuning->units.gain = 2.0f / TWO_TO_25 / base->current;
-    tuning->voltage_counts = TWO_TO_27 / base->voltage;
-    tuning->current_counts = TWO_TO_25 / base->current;
-    tuning->speed_counts = base->turn_per_rad * TWO_TO_31;
-    tuning->base = *base;
+    scale->units.voltage = base->voltage / TWO_TO_27;
+    scale->units.current = base->current / TWO_TO_25;
+    scale->units.speed = 1.0f / (base->turn_per_rad * TWO_TO_31);
+    scale->units.gain = 2.0f / TWO_TO_25 / base->current;
+    scale->voltage_counts = TWO_TO_27 / base->voltage;
+    scale->current_counts = TWO_TO_25 / base->current;
+    scale->speed_counts = base->turn_per_rad * TWO_TO_31;
+    scale->base = *base;
 }
 
 void fixed_prepare(fixed_tuning_t *tuning, const estimator_params_t *params)
@@ -34,7 +34,7 @@ void fixed_prepare(fixed_tuning_t *tuning, const estimator_params_t *params)
     CHECK(fixed_params_check(params, &why));
 
     const bases_t base = per_unit_bases(params);
-    prepare_units(tuning, &base);
+    prepare_scale(&tuning->scale, &base);
     tuning->q = per_unit_of(params, &base);
 }
 
@@ -85,15 +85,15 @@ static void rebase(estimator_q_t *q, float voltage, float current, float speed)
 
 void fixed_take(fixed_t *fixed, const fixed_tuning_t *tuning)
 {
-    const fixed_units_t before = fixed->tuning.units;
-    const fixed_units_t now = tuning->units;
+    const fixed_units_t before = fixed->scale.units;
+    const fixed_units_t now = tuning->scale.units;
     const bool moved =
         before.voltage != now.voltage || before.current != now.current || before.speed != now.speed;
     if (before.speed > 0.0f && moved) {
         rebase(&fixed->q, before.voltage / now.voltage, before.current / now.current,
                before.speed / now.speed);
     }
-    fixed->tuning = *tuning;
+    fixed->scale = tuning->scale;
     estimator_take_q(&fixed->q, &tuning->q);
 }
 
@@ -103,7 +103,7 @@ void fixed_init(fixed_t *fixed, const estimator_params_t *params)
     const ab_t none = {0.0f, 0.0f};
     fixed_tuning_t tuning;
     fixed_prepare(&tuning, params);
-    fixed->tuning.units.speed = 0.0f; /* no state yet */
+    fixed->scale.units.speed = 0.0f; /* no state yet */
     fixed_take(fixed, &tuning);
     fixed->estimate.gain_axis = none;
     fixed->q.smo.gain_axis = (ab_q_t){0, 0};
@@ -113,7 +113,7 @@ void fixed_init(fixed_t *fixed, const estimator_params_t *params)
 void fixed_set_flux(fixed_t *fixed, float flux_linkage, float speed_per_volt)
 {
     (void)flux_linkage;
-    fixed->q.speed_per_volt = per_unit_speed_per_volt(speed_per_volt, &fixed->tuning.base);
+    fixed->q.speed_per_volt = per_unit_speed_per_volt(speed_per_volt, &fixed->scale.base);
 }
 
 /* ---- samples and results ---- */
@@ -125,21 +125,21 @@ static ab_t pair_of(ab_q_t pair, float unit)
 
 static ab_q_t voltage_of(const fixed_t *fixed, ab_t voltage)
 {
-    return (ab_q_t){per_unit_counts(voltage.alpha, fixed->tuning.voltage_counts),
-                    per_unit_counts(voltage.beta, fixed->tuning.voltage_counts)};
+    return (ab_q_t){per_unit_counts(voltage.alpha, fixed->scale.voltage_counts),
+                    per_unit_counts(voltage.beta, fixed->scale.voltage_counts)};
 }
 
 static ab_q_t current_of(const fixed_t *fixed, ab_t current)
 {
-    return (ab_q_t){per_unit_counts(current.alpha, fixed->tuning.current_counts),
-                    per_unit_counts(current.beta, fixed->tuning.current_counts)};
+    return (ab_q_t){per_unit_counts(current.alpha, fixed->scale.current_counts),
+                    per_unit_counts(current.beta, fixed->scale.current_counts)};
 }
 
 static position_t position_of(const fixed_t *fixed, position_q_t q)
 {
     position_t position;
     position.theta_e = bounds_clamp((float)q_signed(q.theta_e) * (ANGLE_TWO_PI / TWO_TO_32), ANGLE_LARGEST);
-    position.omega_e = (float)q.omega_e * fixed->tuning.units.speed;
+    position.omega_e = (float)q.omega_e * fixed->scale.units.speed;
     return position;
 }
 
@@ -152,7 +152,7 @@ static rotation_t rotation_of(rotation_q_t q)
 static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation)
 {
     const estimator_q_t *q = &fixed->q;
-    const fixed_units_t *units = &fixed->tuning.units;
+    const fixed_units_t *units = &fixed->scale.units;
     fixed->estimate = (estimate_t){
         .position = position_of(fixed, position),
         .rotation = rotation_of(rotation),
@@ -177,7 +177,7 @@ static uint32_t angle_of(float theta_e)
 void fixed_reset(fixed_t *fixed, position_t start, ab_t current)
 {
     const position_q_t from = {angle_of(start.theta_e),
-                               per_unit_counts(start.omega_e, fixed->tuning.speed_counts)};
+                               per_unit_counts(start.omega_e, fixed->scale.speed_counts)};
     estimator_reset_q(&fixed->q, from, current_of(fixed, current));
     publish(fixed, from, trig_rotation_q(from.theta_e));
 }

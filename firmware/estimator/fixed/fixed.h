@@ -29,11 +29,15 @@ typedef struct {
     float current_counts; /* [1/A] */
     float speed_counts;   /* [s/rad] */
     bases_t base;
+} fixed_scale_t;
+
+typedef struct {
+    fixed_scale_t scale;
     estimator_tuning_q_t q;
 } fixed_tuning_t;
 
 typedef struct {
-    fixed_tuning_t tuning;
+    fixed_scale_t scale; /* of the tuning */
     estimator_q_t q;
     estimate_t estimate; /* after the last step or reset, in SI */
 } fixed_t;

@@ -1,0 +1,323 @@
+/* The inequalities of the header, each just inside, at and just outside its limit. Limits: a current of 0.2
+ * of the largest, an EMF of four leg losses, 5 mrad, a detector of 0.03, a miss of 0.1 of the speed, 30
+ * rad/s; where the acceleration is known 0.02 of the largest and 10 rad/s. */
+#include "inverter/doubt.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <unity.h>
+
+#define ZONE 0.1f /* [A] */
+#define LEG  8.0f /* [V] */
+
+static const doubt_params_t PARAMS = {
+    .current = ZONE, .emf_cutoff = 0.0f, .acceleration_known = false, .period = 1e-4f};
+
+static doubt_t doubt;
+static doubt_input_t input;
+
+static void begin(const doubt_params_t *params)
+{
+    const doubt_tuning_t tuning = doubt_prepare(params);
+    doubt_init(&doubt, &tuning);
+}
+
+/* Phase a carries `largest`, b next to nothing: a doubtful voltage in a steady drive. */
+static ab_t largest_of(float largest)
+{
+    return (ab_t){largest, 0.577350269f * largest};
+}
+
+/* Phase a carries `smallest`, b and c much more. */
+static ab_t smallest_of(float smallest)
+{
+    return (ab_t){smallest, 3.0f};
+}
+
+void setUp(void)
+{
+    begin(&PARAMS);
+    input = (doubt_input_t){
+        .current = largest_of(4.0f),
+        .leg = LEG,
+        .amplitude = 7.0f,
+        .detector = 0.0f,
+        .omega_e = 42.0f,
+        .omega_m = 10.5f,
+        .omega_m_miss = 0.0f,
+    };
+}
+
+void tearDown(void)
+{
+}
+
+/* Of this input alone, whatever came before. */
+static bool doubted(void)
+{
+    doubt.left = 0u;
+    return doubt_step(&doubt, &input);
+}
+
+/* One value just below a limit, at it, just above it. */
+static void expect_around(float *value, float limit, bool below, bool at, bool above)
+{
+    const float towards = limit < 0.0f ? -1e9f : 1e9f; /* above: of the amount */
+    *value = nextafterf(limit, 0.0f);
+    TEST_ASSERT_EQUAL(below, doubted());
+    *value = limit;
+    TEST_ASSERT_EQUAL(at, doubted());
+    *value = nextafterf(limit, towards);
+    TEST_ASSERT_EQUAL(above, doubted());
+}
+
+static void test_a_small_current_in_a_steady_drive_is_in_doubt(void)
+{
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+}
+
+static void test_nothing_is_in_doubt_at_first(void)
+{
+    doubt.left = 5u;
+    begin(&PARAMS);
+    input.amplitude = 100.0f;
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+}
+
+/* ---- the voltage ---- */
+
+static void test_smallest_current_below_at_above_the_limit(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        input.current = smallest_of(0.0f);
+        expect_around(&input.current.alpha, (float)sign * ZONE, true, false, false);
+    }
+}
+
+/* Whichever phase it is: a turn of the current, judged by the three cosines. */
+static void test_every_phase_counts_as_the_smallest(void)
+{
+    int found = 0;
+    for (int degree = 0; degree < 360; degree++) {
+        const double angle = degree * 3.14159265358979323846 / 180.0;
+        double smallest = 100.0;
+        for (int phase = 0; phase < 3; phase++) {
+            smallest = fmin(smallest, fabs(4.0 * cos(angle - phase * 2.0 * 3.14159265358979323846 / 3.0)));
+        }
+        input.current = (ab_t){(float)(4.0 * cos(angle)), (float)(4.0 * sin(angle))};
+        TEST_ASSERT_EQUAL(smallest < 0.1, doubted()); /* no whole degree comes closer to 0.1 A than 30 mA */
+        found += smallest < 0.1;
+    }
+    TEST_ASSERT_EQUAL_INT(18, found); /* six zeros, 1.43 degrees to either side of each */
+}
+
+static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn(void)
+{
+    static const float limit = 0.5f; /* 0.1 A/0.2 */
+    for (int sign = -1; sign <= 1; sign += 2) {
+        input.current = largest_of((float)sign * limit);
+        expect_around(&input.current.alpha, (float)sign * limit, false, false, true);
+    }
+}
+
+/* The largest, whichever phase it is: here b or c, at 0.45 A of a, whose 0.866 beta makes up for it. */
+static void test_every_phase_counts_as_the_largest(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        input.current = (ab_t){0.05f, (float)sign * 0.54f}; /* 0.025 + 0.4677 = 0.4927 A */
+        TEST_ASSERT_FALSE(doubted());
+        input.current = (ab_t){0.05f, (float)sign * 0.55f}; /* 0.5013 A */
+        TEST_ASSERT_TRUE(doubted());
+        input.current = (ab_t){-0.05f, (float)sign * 0.55f};
+        TEST_ASSERT_TRUE(doubted());
+    }
+}
+
+static void test_emf_below_at_above_four_leg_losses(void)
+{
+    expect_around(&input.amplitude, 4.0f * LEG, true, false, false);
+}
+
+/* With |e| largest = 128 VA and a leg of 8 V the zone's limit is 0.005 128/8 = 0.08 A. */
+static void test_flux_lost_in_the_zone_below_at_above_the_angle_that_matters(void)
+{
+    static const float limit = 0.005f * 16.0f;
+    input.amplitude = 16.0f;
+    input.current = largest_of(8.0f);
+    expect_around(&doubt.tuning.current, limit, false, false, true);
+}
+
+static void test_no_limit_is_no_doubt(void)
+{
+    doubt_params_t params = PARAMS;
+    params.current = 0.0f;
+    begin(&params);
+    TEST_ASSERT_FALSE(doubted());
+    input.current = smallest_of(0.0f);
+    TEST_ASSERT_FALSE(doubted());
+    input.current = (ab_t){0.0f, 0.0f};
+    TEST_ASSERT_FALSE(doubted());
+}
+
+/* ---- when the loop may coast: a steady drive ---- */
+
+static void test_detector_below_at_above_what_is_no_error(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        expect_around(&input.detector, (float)sign * 0.03f, true, false, false);
+    }
+}
+
+static void test_speed_miss_below_at_above_a_tenth(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (int way = -1; way <= 1; way += 2) {
+            input.omega_m = (float)way * 10.5f;
+            expect_around(&input.omega_m_miss, (float)sign * (0.1f * 10.5f), true, false, false);
+        }
+    }
+}
+
+static void test_speed_below_at_above_the_least_of_a_steady_drive(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        expect_around(&input.omega_e, (float)sign * 30.0f, false, true, true);
+    }
+}
+
+/* ---- or one whose acceleration is known ---- */
+
+/* Steady by no means. */
+static void given_known_acceleration(void)
+{
+    doubt_params_t params = PARAMS;
+    params.acceleration_known = true;
+    begin(&params);
+    input.current = largest_of(8.0f);
+    input.detector = 0.5f;
+    input.omega_m_miss = 100.0f;
+    input.omega_e = 15.0f;
+}
+
+static void test_a_known_acceleration_needs_no_steady_drive(void)
+{
+    given_known_acceleration();
+    TEST_ASSERT_TRUE(doubted());
+    doubt.tuning.acceleration_known = 0u;
+    TEST_ASSERT_FALSE(doubted());
+}
+
+static void test_known_acceleration_needs_a_large_current_below_at_above(void)
+{
+    given_known_acceleration();
+    doubt.tuning.current = 0.02f * 4.0f;
+    input.current = largest_of(4.0f);
+    expect_around(&input.current.alpha, 4.0f, false, false, true);
+}
+
+static void test_known_acceleration_needs_a_speed_below_at_above(void)
+{
+    given_known_acceleration();
+    for (int sign = -1; sign <= 1; sign += 2) {
+        expect_around(&input.omega_e, (float)sign * 10.0f, false, true, true);
+    }
+}
+
+/* Either is enough: a steady drive at a current too small for the other. */
+static void test_known_acceleration_takes_nothing_from_a_steady_drive(void)
+{
+    given_known_acceleration();
+    input.current = largest_of(4.0f);
+    TEST_ASSERT_FALSE(doubted());
+    input.detector = 0.0f;
+    input.omega_m_miss = 0.0f;
+    input.omega_e = 42.0f;
+    TEST_ASSERT_TRUE(doubted());
+}
+
+/* ---- memory ---- */
+
+/* The doubtful period itself and those that remember it. */
+static uint32_t coasted(void)
+{
+    uint32_t count = doubted() ? 1u : 0u;
+    input.amplitude = 100.0f;
+    while (count < 1000u && doubt_step(&doubt, &input)) {
+        count++;
+    }
+    return count;
+}
+
+/* Three periods of the observer, and two time constants of an EMF filter faster than 200 rad/s: 2/(cutoff T).
+ */
+static void test_is_remembered_as_long_as_the_filter_does(void)
+{
+    static const struct {
+        float cutoff;
+        uint32_t periods;
+    } cases[] = {{0.0f, 3u},          {100.0f, 3u},       {200.0f, 3u},  {201.0f, 3u + 99u},
+                 {1300.0f, 3u + 15u}, {2300.0f, 3u + 8u}, {21000.0f, 3u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        doubt_params_t params = PARAMS;
+        params.emf_cutoff = cases[n].cutoff;
+        setUp();
+        begin(&params);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].periods, coasted());
+    }
+}
+
+static void test_memory_is_a_time(void)
+{
+    doubt_params_t params = PARAMS;
+    params.emf_cutoff = 2300.0f;
+    params.period = 0.5e-4f;
+    begin(&params);
+    TEST_ASSERT_EQUAL_UINT32(3u + 17u, coasted());
+}
+
+static void test_a_new_doubt_begins_the_memory_anew(void)
+{
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    input.amplitude = 100.0f;
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    input.amplitude = 7.0f;
+    TEST_ASSERT_EQUAL_UINT32(3u, coasted());
+}
+
+/* An error to work off ends the coasting at once, and what was remembered with it. */
+static void test_memory_ends_with_the_steady_drive(void)
+{
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    input.amplitude = 100.0f;
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    input.detector = 0.1f;
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+    input.detector = 0.0f;
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_small_current_in_a_steady_drive_is_in_doubt);
+    RUN_TEST(test_nothing_is_in_doubt_at_first);
+    RUN_TEST(test_smallest_current_below_at_above_the_limit);
+    RUN_TEST(test_every_phase_counts_as_the_smallest);
+    RUN_TEST(test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn);
+    RUN_TEST(test_every_phase_counts_as_the_largest);
+    RUN_TEST(test_emf_below_at_above_four_leg_losses);
+    RUN_TEST(test_flux_lost_in_the_zone_below_at_above_the_angle_that_matters);
+    RUN_TEST(test_no_limit_is_no_doubt);
+    RUN_TEST(test_detector_below_at_above_what_is_no_error);
+    RUN_TEST(test_speed_miss_below_at_above_a_tenth);
+    RUN_TEST(test_speed_below_at_above_the_least_of_a_steady_drive);
+    RUN_TEST(test_a_known_acceleration_needs_no_steady_drive);
+    RUN_TEST(test_known_acceleration_needs_a_large_current_below_at_above);
+    RUN_TEST(test_known_acceleration_needs_a_speed_below_at_above);
+    RUN_TEST(test_known_acceleration_takes_nothing_from_a_steady_drive);
+    RUN_TEST(test_is_remembered_as_long_as_the_filter_does);
+    RUN_TEST(test_memory_is_a_time);
+    RUN_TEST(test_a_new_doubt_begins_the_memory_anew);
+    RUN_TEST(test_memory_ends_with_the_steady_drive);
+    return UNITY_END();
+}

@@ -1,0 +1,328 @@
+/* Oracle: three legs in double precision. A leg loses its share of dead time and drops against its current,
+ * linearly within the zone; its duty is the nearest whole count; what is left acts two steps later. */
+#include "inverter/inverter.h"
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+#define COUNTS   7500
+#define DUTY_MIN 0.04
+#define DUTY_MAX 0.96
+
+/* T_e = 2.5 + 0.7 - 0.9 = 2.3 us of 100 us. */
+static const inverter_params_t PARAMS = {
+    .dead_time = {.dead_time = 2.5e-6f,
+                  .turn_on_delay = 0.7e-6f,
+                  .turn_off_delay = 0.9e-6f,
+                  .drop = 0.875f,
+                  .current_zone = 0.4f,
+                  .gain = 1.0f,
+                  .period = 1e-4f},
+    .duty_min = (float)DUTY_MIN,
+    .duty_max = (float)DUTY_MAX,
+    .duty_counts = COUNTS,
+};
+
+/* Voltages up to 400 V, eight roundings. */
+#define VOLT_TOLERANCE (8.0 * 400.0 / 16777216.0)
+
+static const ab_t NONE = {0.0f, 0.0f};
+
+static inverter_t inverter;
+
+static void begin(float gain)
+{
+    inverter_params_t params = PARAMS;
+    params.dead_time.gain = gain;
+    const inverter_tuning_t tuning = inverter_prepare(&params);
+    memset(&inverter, 0x55, sizeof inverter);
+    inverter_init(&inverter, &tuning);
+}
+
+void setUp(void)
+{
+    begin(1.0f);
+}
+
+void tearDown(void)
+{
+}
+
+static double complex of_ab(ab_t vector)
+{
+    return (double)vector.alpha + J * (double)vector.beta;
+}
+
+static ab_t to_ab(double complex vector)
+{
+    return (ab_t){(float)creal(vector), (float)cimag(vector)};
+}
+
+static double phase_of(double complex vector, int phase)
+{
+    return creal(vector * cexp(-J * (2.0 * PI / 3.0 * phase)));
+}
+
+static double complex vector_of(const double phases[3])
+{
+    double complex sum = 0.0;
+    for (int phase = 0; phase < 3; phase++) {
+        sum += 2.0 / 3.0 * phases[phase] * cexp(J * (2.0 * PI / 3.0 * phase));
+    }
+    return sum;
+}
+
+static double complex duties_of(abc_t duty)
+{
+    const double phases[3] = {(double)duty.a, (double)duty.b, (double)duty.c};
+    return vector_of(phases);
+}
+
+/* [V] of a leg whose sign is certain. */
+static double leg_at(double u_dc)
+{
+    return 0.023 * u_dc + 0.875;
+}
+
+static double complex lost_at(double complex current, double u_dc)
+{
+    double lost[3];
+    for (int phase = 0; phase < 3; phase++) {
+        lost[phase] = leg_at(u_dc) * fmax(-1.0, fmin(1.0, phase_of(current, phase) / 0.4));
+    }
+    return vector_of(lost);
+}
+
+/* Longest voltage in this direction: a phase-to-phase voltage of 0.92 u_dc. */
+static double longest(double angle, double u_dc)
+{
+    return (DUTY_MAX - DUTY_MIN) * u_dc / (sqrt(3.0) * cos(fmod(angle + 4.0 * PI, PI / 3.0) - PI / 6.0));
+}
+
+/* ---- there: duties for a voltage ---- */
+
+/* The ideal duty of each leg, highest and lowest symmetric about the middle; half a count and a float's
+ * rounding (7500 x 6e-8) from it is the nearest that a register can hold. */
+static void expect_nearest_counts(double complex asked, double u_dc, abc_t duty)
+{
+    const double made[3] = {(double)duty.a, (double)duty.b, (double)duty.c};
+    double highest = -1e9;
+    double lowest = 1e9;
+    for (int leg = 0; leg < 3; leg++) {
+        highest = fmax(highest, phase_of(asked, leg));
+        lowest = fmin(lowest, phase_of(asked, leg));
+    }
+    for (int leg = 0; leg < 3; leg++) {
+        const double ideal = 0.5 + (phase_of(asked, leg) - 0.5 * (highest + lowest)) / u_dc;
+        const double count = made[leg] * COUNTS;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
+        TEST_ASSERT_DOUBLE_WITHIN(0.5 + 6e-3, ideal * COUNTS, count);
+    }
+}
+
+/* Wanted voltages and currents all around; zone and beyond. */
+static void check_duties(double gain)
+{
+    int odd = 0;
+    begin((float)gain);
+    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
+        for (double amperes = 0.0; amperes < 10.0; amperes += 0.3) {
+            const double complex wanted = 100.0 * cexp(J * angle);
+            const double complex current = amperes * cexp(J * (angle + 0.6));
+            const double u_dc = 311.0 - 3.0 * amperes;
+            const inverter_made_t made = inverter_make(&inverter, to_ab(wanted), to_ab(current), (float)u_dc);
+            expect_nearest_counts(wanted + gain * lost_at(current, u_dc), u_dc, made.duty);
+            TEST_ASSERT_TRUE(made.missing.alpha == 0.0f && made.missing.beta == 0.0f);
+            odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
+        }
+    }
+    TEST_ASSERT_TRUE(odd > 100); /* of 1258: and not fewer counts */
+}
+
+static void test_duties_make_up_for_all_that_will_be_lost(void)
+{
+    check_duties(1.0);
+}
+
+static void test_duties_make_up_for_half_of_it(void)
+{
+    check_duties(0.5);
+}
+
+static void test_duties_make_up_for_nothing(void)
+{
+    check_duties(0.0);
+}
+
+static void test_no_voltage_without_current_is_the_middle(void)
+{
+    const inverter_made_t made = inverter_make(&inverter, NONE, NONE, 311.0f);
+    TEST_ASSERT_TRUE(made.duty.a == 0.5f && made.duty.b == 0.5f && made.duty.c == 0.5f);
+}
+
+/* The limit concerns what is asked for, losses included: below, at, above. */
+static void test_what_the_link_has_too_little_for_is_missing(void)
+{
+    static const double shares[] = {0.9, 0.999, 1.001, 1.2, 5.0};
+    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
+        for (unsigned n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+            const double complex lost = lost_at(3.0 * J, 311.0);
+            const double reach = longest(angle, 311.0);
+            const double complex asked = shares[n] * reach * cexp(J * angle);
+            const inverter_made_t made =
+                inverter_make(&inverter, to_ab(asked - lost), to_ab(3.0 * J), 311.0f);
+            const double complex missing = fmin(0.0, 1.0 - shares[n]) * reach * cexp(J * angle);
+            TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE * fmax(1.0, shares[n]), 0.0,
+                                      cabs(of_ab(made.missing) - missing));
+            /* and the duties say so: each half a count of 41 mV at most from it, which makes 4/3 of that */
+            TEST_ASSERT_DOUBLE_WITHIN(4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3, 0.0,
+                                      cabs(duties_of(made.duty) * 311.0 - (asked + missing)));
+        }
+    }
+}
+
+static void test_duties_stay_within_their_limits(void)
+{
+    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
+        const inverter_made_t made =
+            inverter_make(&inverter, to_ab(1000.0 * cexp(J * angle)), to_ab(5.0 * cexp(J * angle)), 311.0f);
+        TEST_ASSERT_TRUE(fmaxf(made.duty.a, fmaxf(made.duty.b, made.duty.c)) <= (float)DUTY_MAX + 1e-7f);
+        TEST_ASSERT_TRUE(fminf(made.duty.a, fminf(made.duty.b, made.duty.c)) >= (float)DUTY_MIN - 1e-7f);
+    }
+}
+
+/* ---- back: the voltage that acted ---- */
+
+static void test_nothing_has_acted_at_first(void)
+{
+    const inverter_acted_t acted = inverter_acted(&inverter, NONE, 311.0f);
+    TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
+    TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
+}
+
+typedef struct {
+    abc_t duty;             /* that the step gave out */
+    double complex current; /* [A] at its sample */
+    double u_dc;            /* [V] likewise */
+} period_t;
+
+static period_t period_of(int k)
+{
+    const float a = (float)(0.5 + 0.4 * sin(0.7 * k));
+    return (period_t){.duty = {a, (float)(0.5 + 0.3 * sin(1.1 * k)), 1.0f - a},
+                      .current = 2.0 * cexp(J * (0.37 * k)),
+                      .u_dc = 311.0 + 20.0 * sin(0.9 * k)};
+}
+
+static void remember(const period_t *period)
+{
+    inverter_remember(&inverter, period->duty, to_ab(period->current), (float)period->u_dc);
+}
+
+/* Whatever share of it is compensated, all of the loss is lost. */
+static void check_acted(float gain)
+{
+    double early = 0.0;
+    double late = 0.0;
+    begin(gain);
+    for (int k = 0; k < 500; k++) {
+        const period_t now = period_of(k);
+        const period_t before = period_of(k - 1);
+        const inverter_acted_t acted = inverter_acted(&inverter, to_ab(now.current), (float)now.u_dc);
+        const double link = 0.5 * (now.u_dc + before.u_dc);
+        const double complex mean = 0.5 * (now.current + before.current);
+        const double complex rest = -lost_at(mean, link);
+        if (k >= 2) {
+            TEST_ASSERT_DOUBLE_WITHIN(
+                VOLT_TOLERANCE, 0.0,
+                cabs(of_ab(acted.voltage) - (duties_of(period_of(k - 2).duty) * link + rest)));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, cabs(of_ab(acted.current) - mean));
+            TEST_ASSERT_DOUBLE_WITHIN(2e-6, leg_at(link), (double)acted.leg);
+            early = fmax(early, cabs(of_ab(acted.voltage) - (duties_of(before.duty) * link + rest)));
+            late = fmax(late, cabs(of_ab(acted.voltage) - (duties_of(period_of(k - 3).duty) * link + rest)));
+        }
+        remember(&now);
+    }
+    TEST_ASSERT_TRUE(early > 10.0 && late > 10.0); /* so it would have shown */
+}
+
+static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
+{
+    check_acted(1.0f);
+    check_acted(0.5f);
+    check_acted(0.0f);
+}
+
+/* With a steady current and link: asked for in step k, on the winding in the period before step k+2, but for
+ * half a count of each leg. */
+static void test_there_and_back_is_what_was_wanted(void)
+{
+    const double half_counts = 4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3;
+    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
+        const double complex wanted = 80.0 * cexp(J * angle);
+        const double complex current = 3.0 * cexp(J * (angle - 0.4));
+        begin(1.0f);
+        const abc_t duty = inverter_make(&inverter, to_ab(wanted), to_ab(current), 311.0f).duty;
+        inverter_remember(&inverter, duty, to_ab(current), 311.0f);
+        inverter_remember(&inverter, (abc_t){0.5f, 0.5f, 0.5f}, to_ab(current), 311.0f);
+        const double complex acted = of_ab(inverter_acted(&inverter, to_ab(current), 311.0f).voltage);
+        TEST_ASSERT_DOUBLE_WITHIN(half_counts, 0.0, cabs(acted - wanted));
+
+        begin(0.0f);
+        const abc_t bare = inverter_make(&inverter, to_ab(wanted), to_ab(current), 311.0f).duty;
+        inverter_remember(&inverter, bare, to_ab(current), 311.0f);
+        inverter_remember(&inverter, (abc_t){0.5f, 0.5f, 0.5f}, to_ab(current), 311.0f);
+        const double complex less = of_ab(inverter_acted(&inverter, to_ab(current), 311.0f).voltage);
+        TEST_ASSERT_DOUBLE_WITHIN(half_counts, 0.0, cabs(less - (wanted - lost_at(current, 311.0))));
+    }
+}
+
+/* A drop of 1.875 V in place of 0.875 V and a third of the counts; the periods are those of before. */
+static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
+{
+    const period_t oldest = period_of(3);
+    const period_t last = period_of(4);
+    remember(&oldest);
+    remember(&last);
+    inverter_params_t params = PARAMS;
+    params.dead_time.drop = 1.875f;
+    params.duty_counts = 2500.0f;
+    const inverter_tuning_t tuning = inverter_prepare(&params);
+    inverter_take(&inverter, &tuning);
+
+    const period_t now = period_of(5);
+    const double link = 0.5 * (now.u_dc + last.u_dc);
+    const double complex mean = 0.5 * (now.current + last.current);
+    const double more = 1.0 + 1.0 / leg_at(link);
+    const inverter_acted_t acted = inverter_acted(&inverter, to_ab(now.current), (float)now.u_dc);
+    TEST_ASSERT_DOUBLE_WITHIN(
+        VOLT_TOLERANCE, 0.0,
+        cabs(of_ab(acted.voltage) - (duties_of(oldest.duty) * link - more * lost_at(mean, link))));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, leg_at(link) + 1.0, (double)acted.leg);
+
+    const abc_t duty = inverter_make(&inverter, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
+    const double count = 2500.0 * (double)duty.a;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_duties_make_up_for_all_that_will_be_lost);
+    RUN_TEST(test_duties_make_up_for_half_of_it);
+    RUN_TEST(test_duties_make_up_for_nothing);
+    RUN_TEST(test_no_voltage_without_current_is_the_middle);
+    RUN_TEST(test_what_the_link_has_too_little_for_is_missing);
+    RUN_TEST(test_duties_stay_within_their_limits);
+    RUN_TEST(test_nothing_has_acted_at_first);
+    RUN_TEST(test_duties_of_two_steps_ago_acted_less_what_the_inverter_took);
+    RUN_TEST(test_there_and_back_is_what_was_wanted);
+    RUN_TEST(test_new_coefficients_act_at_once_on_what_stays_in_memory);
+    return UNITY_END();
+}

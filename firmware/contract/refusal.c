@@ -3,7 +3,7 @@
 bool params_refuse(params_error_t *why, const char *field, const char *rule, float value, float min,
                    float max)
 {
-    *why = (params_error_t){field, rule, value, min, max, UINT32_C(0), INT32_C(0)};
+    *why = (params_error_t){.field = field, .rule = rule, .value = value, .min = min, .max = max};
     return false;
 }
 

@@ -27,16 +27,25 @@ static const void *slot_of(const table_row_t *row, const void *base)
     return (const char *)base + row->offset;
 }
 
-float table_get(const table_row_t *row, const void *base)
+int64_t table_whole(const table_row_t *row, const void *base)
 {
     const void *slot = slot_of(row, base);
-    if (row->kind == SLOT_FLOAT) {
-        return *(const float *)slot;
-    }
+    return row->kind == SLOT_UINT ? (int64_t) * (const uint32_t *)slot : (int64_t) * (const int32_t *)slot;
+}
+
+void table_set_whole(const table_row_t *row, void *base, int64_t value)
+{
+    void *slot = (char *)base + row->offset;
     if (row->kind == SLOT_UINT) {
-        return (float)*(const uint32_t *)slot;
+        *(uint32_t *)slot = (uint32_t)value;
+    } else {
+        *(int32_t *)slot = (int32_t)value;
     }
-    return (float)*(const int32_t *)slot;
+}
+
+float table_get(const table_row_t *row, const void *base)
+{
+    return row->kind == SLOT_FLOAT ? *(const float *)slot_of(row, base) : (float)table_whole(row, base);
 }
 
 void table_set(const table_row_t *row, void *base, float value)
@@ -44,10 +53,8 @@ void table_set(const table_row_t *row, void *base, float value)
     void *slot = (char *)base + row->offset;
     if (row->kind == SLOT_FLOAT) {
         *(float *)slot = value;
-    } else if (row->kind == SLOT_UINT) {
-        *(uint32_t *)slot = (uint32_t)(value + 0.5f);
     } else {
-        *(int32_t *)slot = (int32_t)(value + (value < 0.0f ? -0.5f : 0.5f));
+        table_set_whole(row, base, (int64_t)(value + (value < 0.0f ? -0.5f : 0.5f)));
     }
 }
 
@@ -58,30 +65,56 @@ uint32_t table_bits(const table_row_t *row, const void *base)
     return bits;
 }
 
-float table_max(const table_row_t *row)
+int32_t table_whole_max(const table_row_t *row)
 {
     if (row->kind != SLOT_ENUM) {
-        return row->max;
+        return row->whole.max;
     }
-    float last = 0.0f;
+    int32_t last = 0;
     for (const char *c = row->choices; *c != '\0'; c++) {
-        last += *c == '|' ? 1.0f : 0.0f;
+        last += *c == '|' ? 1 : 0;
     }
     return last;
 }
 
+float table_min(const table_row_t *row)
+{
+    return row->kind == SLOT_FLOAT ? row->min : (float)row->whole.min;
+}
+
+float table_max(const table_row_t *row)
+{
+    return row->kind == SLOT_FLOAT ? row->max : (float)table_whole_max(row);
+}
+
+bool table_accepts_whole(const table_row_t *row, int64_t value)
+{
+    return value >= row->whole.min && value <= table_whole_max(row);
+}
+
 bool table_accepts(const table_row_t *row, float value)
 {
-    if (!(value >= row->min && value <= table_max(row))) { /* also refuses NaN */
+    if (!(value >= table_min(row) && value <= table_max(row))) { /* also refuses NaN */
         return false;
     }
     return row->kind == SLOT_FLOAT || value == (float)(int32_t)value;
 }
 
+bool table_holds(const table_row_t *row, const void *base)
+{
+    return row->kind == SLOT_FLOAT ? table_accepts(row, table_get(row, base))
+                                   : table_accepts_whole(row, table_whole(row, base));
+}
+
 void table_defaults(const table_t *table, void *base)
 {
     for (uint32_t n = 0; n < table->count; n++) {
-        table_set(&table->rows[n], base, table->rows[n].initial);
+        const table_row_t *row = &table->rows[n];
+        if (row->kind == SLOT_FLOAT) {
+            table_set(row, base, row->initial);
+        } else {
+            table_set_whole(row, base, row->whole.initial);
+        }
     }
 }
 
@@ -123,8 +156,9 @@ uint32_t table_hash(const table_t *table, uint32_t seed)
     uint32_t hash = seed ^ UINT32_C(2166136261);
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
-        hash = hash_octet(hash, row->id);
-        hash = hash_octet(hash, row->id >> 8);
+        for (uint32_t shift = 0u; shift < 32u; shift += 8u) {
+            hash = hash_octet(hash, row->id >> shift);
+        }
         hash = hash_octet(hash, (uint32_t)row->kind);
         hash = hash_text(hash, row->name);
         hash = hash_text(hash, row->unit);

@@ -27,6 +27,10 @@ typedef enum {
 } table_access_t;
 
 typedef struct {
+    int32_t initial, min, max;
+} table_whole_t;
+
+typedef struct {
     uint32_t id;
     slot_kind_t kind;
     table_access_t access;
@@ -35,8 +39,10 @@ typedef struct {
     const char *unit;    /* SI; "-" for pure numbers */
     const char *text;    /* one line */
     const char *choices; /* SLOT_ENUM: names of the values from 0 up, "off|on"; else "" */
-    float initial;       /* default, in the unit */
-    float min, max;      /* accepted range, both ends included; TABLE_READ: 0, 0 */
+    /* Default and accepted range, both ends included; TABLE_READ: all 0. A SLOT_ENUM's range is its choices.
+     */
+    float initial, min, max; /* [unit] of a SLOT_FLOAT */
+    table_whole_t whole;     /* [unit] of every other kind */
 } table_row_t;
 
 typedef struct {
@@ -48,17 +54,27 @@ typedef struct {
 const table_row_t *table_by_id(const table_t *table, uint32_t id);        /* NULL if there is none */
 const table_row_t *table_by_name(const table_t *table, const char *name); /* NULL if there is none */
 
-/* The slot's value as a number, and back. Writing stores without judging; integers are rounded to nearest.
- * Values of integer slots beyond +-2^24 lose their last bits in a float: read those with table_bits. */
+/* The slot's value as a number, and back; writing stores without judging. As a float, of any kind: integers
+ * are rounded to nearest, and those beyond +-2^24 lose their last bits. Whole, of any kind but SLOT_FLOAT:
+ * exact. Bits: as they stand. */
 float table_get(const table_row_t *row, const void *base);
 void table_set(const table_row_t *row, void *base, float value);
+int64_t table_whole(const table_row_t *row, const void *base);
+void table_set_whole(const table_row_t *row, void *base, int64_t value);
 uint32_t table_bits(const table_row_t *row, const void *base);
 
-/* Largest accepted value: of a SLOT_ENUM row the number of its last choice. */
+/* Ends of the accepted range, of any kind. As a float that of a whole row is exact up to +-2^24. */
+float table_min(const table_row_t *row);
 float table_max(const table_row_t *row);
+int32_t table_whole_max(const table_row_t *row); /* of a SLOT_ENUM row the number of its last choice */
 
-/* Is the value finite, whole where the kind demands it, and in the row's range? */
+/* Is the value finite, whole where the kind demands it, and in the row's range? The second is for every kind
+ * but SLOT_FLOAT, and exact. */
 bool table_accepts(const table_row_t *row, float value);
+bool table_accepts_whole(const table_row_t *row, int64_t value);
+
+/* Does the slot hold a value that its row accepts? */
+bool table_holds(const table_row_t *row, const void *base);
 
 /* Every slot of the struct gets its default. */
 void table_defaults(const table_t *table, void *base);

@@ -148,19 +148,15 @@ extern const table_t params_table;
 /* Defaults of every row: a set that params_check accepts. */
 void params_defaults(params_t *params);
 
-/* May the drive run on this set? false: `why` names the first field that is out of its range, or the first
- * rule between fields that is broken, with value and accepted range. Pure; for the background (divisions). */
+/* May the drive run on this set? false: `why` names the first row that is out of its range, or the first
+ * broken rule between rows (rules.h) by its first row, with the row's value and the range that would be
+ * accepted with every other row as it is: the row's own, and within it what all rules between rows leave. The
+ * row to change is the one that is named; where nothing is accepted, another one that makes room for it, or 0
+ * where no single row does. Pure; for the background: a refusal asks the rules some hundred times. */
 bool params_check(const params_t *params, params_error_t *why);
 
 /* May `next` replace `active` while the bridge is on? false: names the first TABLE_OFF field that differs. */
 bool params_check_live(const params_t *active, const params_t *next, params_error_t *why);
-
-/* The two steps of every such judgement, shared with other tables. Range: the slot of `row` in `base` is a
- * number in its range. Rule: the named field, whose value is given, must lie in a range that other fields
- * make. */
-bool params_check_range(const table_row_t *row, const void *base, params_error_t *why);
-bool params_check_rule(const table_t *table, const char *field, const char *rule, float value, float min,
-                       float max, params_error_t *why);
 
 /* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
  * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */

@@ -39,11 +39,11 @@ static void print_json(bool with_settable)
             json_text(stdout, row->text);
             if (with_settable) {
                 printf(", \"default\": ");
-                json_number(stdout, (double)row->initial);
+                json_number(stdout, rig_initial(row));
                 printf(", \"min\": ");
-                json_number(stdout, (double)row->min);
+                json_number(stdout, rig_min(row));
                 printf(", \"max\": ");
-                json_number(stdout, (double)table_max(row));
+                json_number(stdout, rig_max(row));
                 printf(", \"while_running\": %s", row->access == TABLE_LIVE ? "true" : "false");
             }
             if (row->kind == SLOT_ENUM) {
@@ -61,7 +61,7 @@ static void range_text(char text[2 * UNITS_TEXT_SIZE], const table_row_t *row)
     if (row->kind == SLOT_ENUM) {
         snprintf(text, 2 * UNITS_TEXT_SIZE, "%s", row->choices);
     } else {
-        units_range_text(text, (double)row->min, (double)row->max, units_of_row(row));
+        units_range_text(text, rig_min(row), rig_max(row), units_of_row(row));
     }
 }
 
@@ -78,7 +78,7 @@ static void print_text(bool with_settable)
             char value[UNITS_TEXT_SIZE];
             char range[2 * UNITS_TEXT_SIZE];
             if (with_settable) {
-                units_row_text(value, (double)row->initial, row);
+                units_row_text(value, rig_initial(row), row);
                 range_text(range, row);
                 printf("  %4lu  %-22s %-14s %-28s %s%s\n", (unsigned long)row->id, row->name, value, range,
                        row->text, row->access == TABLE_OFF ? " (bridge off)" : "");
@@ -115,7 +115,7 @@ static void print_markdown(void)
             printf("| %lu |", (unsigned long)row->id);
             markdown_cell(row->name);
             if (settable(table)) {
-                markdown_cell(units_row_text(value, (double)row->initial, row));
+                markdown_cell(units_row_text(value, rig_initial(row), row));
                 range_text(range, row);
                 markdown_cell(range);
             } else {

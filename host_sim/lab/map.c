@@ -271,7 +271,7 @@ size_t map_count(const map_setup_t *setup)
 
 uint32_t map_window(const map_setup_t *setup, double rpm)
 {
-    const double pole_pairs = (double)rig_row_by_name("plant.pole_pairs")->initial;
+    const double pole_pairs = rig_initial(rig_row_by_name("plant.pole_pairs"));
     const double electrical = 60.0 / (fabs(rpm) * pole_pairs); /* [s] */
     return rig_periods(ceil(setup->window / electrical) * electrical);
 }

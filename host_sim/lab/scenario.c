@@ -270,13 +270,11 @@ scenario_accepted_t scenario_accepted(const table_row_t *row)
         }
         return accepted;
     }
-    char si[UNITS_TEXT_SIZE];
+    char si[RIG_RANGE_SIZE];
     char readable[UNITS_TEXT_SIZE] = "";
-    const char *unit = strcmp(row->unit, "-") == 0 ? "" : row->unit;
-    snprintf(si, sizeof si, "%s%.7g to %.7g%s%s", row->kind == SLOT_FLOAT ? "" : "whole numbers ",
-             (double)row->min, (double)table_max(row), unit[0] != '\0' ? " " : "", unit);
+    rig_range_text(si, row, rig_min(row), rig_max(row));
     if (strcmp(units_of_row(row), UNITS_SPEED) == 0) {
-        units_range_text(readable, (double)row->min, (double)row->max, UNITS_SPEED);
+        units_range_text(readable, rig_min(row), rig_max(row), UNITS_SPEED);
         snprintf(accepted.text, sizeof accepted.text, "%s (%s)", si, readable);
     } else {
         snprintf(accepted.text, sizeof accepted.text, "%s", si);
@@ -323,7 +321,7 @@ bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t
         return scenario_fail(error, place, row->name, "%s is no finite number; accepted: %s",
                              isnan(value) ? "nan" : "inf", scenario_accepted(row).text);
     }
-    if (!(fabs(value) <= 3.4e38) || !table_accepts(row, (float)value)) {
+    if (!rig_accepts(row, value)) {
         char given[UNITS_TEXT_SIZE];
         return scenario_fail(error, place, row->name, "%s is outside its range; accepted: %s",
                              units_row_text(given, value, row), scenario_accepted(row).text);
@@ -354,7 +352,7 @@ double scenario_initial(const scenario_t *scenario, const table_row_t *row)
             return (double)(float)initial->settings[n].value;
         }
     }
-    return (double)row->initial;
+    return rig_initial(row);
 }
 
 bool scenario_set(rig_t *rig, const scenario_setting_t *settings, uint32_t count)
@@ -386,7 +384,18 @@ void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_set
     if (strncmp(text, name, length) == 0 && strncmp(text + length, " = ", 3) == 0) {
         text += length + 3u;
     }
-    scenario_fail(error, guilty->place, name, "%s", text);
+    char given[UNITS_TEXT_SIZE];
+    char accepted[UNITS_TEXT_SIZE];
+    double value = 0.0;
+    double min = 0.0;
+    double max = 0.0;
+    if (row != NULL && strcmp(units_of_row(row), UNITS_SPEED) == 0 &&
+        rig_error_range(rig, &value, &min, &max)) {
+        scenario_fail(error, guilty->place, name, "%s; that is %s, accepted %s", text,
+                      units_row_text(given, value, row), units_range_text(accepted, min, max, UNITS_SPEED));
+    } else {
+        scenario_fail(error, guilty->place, name, "%s", text);
+    }
     name_file(error, scenario->path);
 }
 

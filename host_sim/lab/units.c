@@ -325,15 +325,37 @@ const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit)
     return to;
 }
 
+/* One end of a range with at least six digits, and as many as it takes to be read as a value in the range: of
+ * a 32-bit slot where the ends are such values. */
+static void end_text(char to[UNITS_TEXT_SIZE], double end, double min, double max, const spelling_t *spelling)
+{
+    const bool slots = (double)(float)min == min && (double)(float)max == max;
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(to, UNITS_TEXT_SIZE, "%.*g", digits, in_spelling(end, spelling));
+        char exact[UNITS_TEXT_SIZE + 16u];
+        const char *power = strchr(to, 'e');
+        const int shift = spelling->power + (power != NULL ? atoi(power + 1) : 0);
+        snprintf(exact, sizeof exact, "%.*se%d", power != NULL ? (int)(power - to) : (int)strlen(to), to,
+                 shift);
+        const double read = strtod(exact, NULL) * spelling->factor;
+        const double value = slots ? (double)(float)read : read;
+        if (value >= min && value <= max) {
+            break;
+        }
+    }
+}
+
 const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, const char *unit)
 {
-    const spelling_t *spelling = best_spelling(fmax(fabs(min), fabs(max)), unit);
-    if (spelling == NULL) {
-        snprintf(to, UNITS_TEXT_SIZE, "%.6g to %.6g %.40s", min, max, plain(unit));
-    } else {
-        snprintf(to, UNITS_TEXT_SIZE, "%.6g to %.6g%s%.40s", in_spelling(min, spelling),
-                 in_spelling(max, spelling), spelling->spelling[0] == '\0' ? "" : " ", spelling->spelling);
-    }
+    static const spelling_t plainly = {"", "", 0, 1.0, WRITTEN};
+    const spelling_t *best = best_spelling(fmax(fabs(min), fabs(max)), unit);
+    const spelling_t *spelling = best != NULL ? best : &plainly;
+    const char *name = best != NULL ? best->spelling : plain(unit);
+    char ends[2][UNITS_TEXT_SIZE];
+    end_text(ends[0], min, min, max, spelling);
+    end_text(ends[1], max, min, max, spelling);
+    snprintf(to, UNITS_TEXT_SIZE, "%.24s to %.24s%s%.40s", ends[0], ends[1], name[0] == '\0' ? "" : " ",
+             name);
     return to;
 }
 

@@ -38,7 +38,7 @@ bool units_read(const char *text, const char *unit, double *value, units_error_t
  * returns `to`. A value that is not finite is written as such. */
 const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit);
 
-/* Both ends of a range in one unit: "0 to 2100 r/min". Returns `to`. */
+/* Both ends of a range in one unit: "0 to 2100 r/min"; read again, they are in the range. Returns `to`. */
 const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, const char *unit);
 
 /* Value of a row: the name of a choice, or units_text in the row's unit. */

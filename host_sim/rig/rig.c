@@ -133,7 +133,7 @@ static bool stop_met(const rig_t *rig)
     if (rig->stop_compare == RIG_NEVER) {
         return false;
     }
-    const double value = (double)table_get(rig->stop_place.row, rig->stop_place.base);
+    const double value = rig_row_get(rig->stop_place.row, rig->stop_place.base);
     switch (rig->stop_compare) {
     case RIG_EQUAL:
         return value == rig->stop_value;

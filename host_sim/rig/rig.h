@@ -82,6 +82,19 @@ const table_row_t *rig_row(uint32_t id);              /* NULL: no such id */
 const table_row_t *rig_row_by_name(const char *name); /* NULL: no such name */
 uint32_t rig_tables_hash(void);
 
+/* Default and accepted range of a settable row, in double: exact for every kind. */
+double rig_initial(const table_row_t *row);
+double rig_min(const table_row_t *row);
+double rig_max(const table_row_t *row);
+bool rig_accepts(const table_row_t *row, double value); /* finite, whole where the kind is, in the range */
+
+/* A value of a slot, as short as it tells it from its neighbours; and a range in the row's unit, "1 to 10000
+ * rad/s" or "none", whose ends as they are written are in it. Both return `to`. */
+#define RIG_NUMBER_SIZE 32u
+#define RIG_RANGE_SIZE  112u
+const char *rig_value_text(char to[RIG_NUMBER_SIZE], double value);
+const char *rig_range_text(char to[RIG_RANGE_SIZE], const table_row_t *row, double min, double max);
+
 /* Value of a row; parameters: the active set. false: no such id (see rig_error). */
 bool rig_get(rig_t *rig, uint32_t id, double *value);
 
@@ -106,6 +119,10 @@ void rig_set_motion(rig_t *rig, double theta_m, double omega_m);
 const char *rig_error(const rig_t *rig);
 uint32_t rig_error_id(const rig_t *rig);    /* row it was about; 0: none */
 int32_t rig_error_reason(const rig_t *rig); /* drive's reason number */
+
+/* The value that was refused and the range of that row that would be accepted with everything else as it is,
+ * in its unit. false: the refusal was about no range, or nothing is accepted. */
+bool rig_error_range(const rig_t *rig, double *value, double *min, double *max);
 
 /* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th
  * period). */

@@ -31,13 +31,20 @@ struct rig {
     uint32_t stop_hook_period;
     uint32_t error_id;
     int32_t error_reason;
-    char error[256];
+    double error_value, error_min, error_max; /* the last two out of order: no range */
+    char error[512];
 };
 
 /* rig_values.c */
 bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);
 bool rig_refuse_id(rig_t *rig, uint32_t id);
 bool rig_find(const rig_t *rig, uint32_t id, place_t *place);
+
+/* rig_rows.c */
+double rig_row_get(const table_row_t *row, const void *base);
+void rig_row_put(const table_row_t *row, void *base, double value); /* accepted by the row */
+/* Four digits, or as many as it takes to stay in the range. Returns `to`. */
+const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min, double max);
 
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);

@@ -2,7 +2,8 @@
 
 static const table_row_t truth_rows[] = {
 #define TRUTH_ROW(id, name, unit, text)                                                                      \
-    {id, SLOT_FLOAT, TABLE_READ, offsetof(rig_truth_t, name), #name, unit, text, "", 0.0f, 0.0f, 0.0f},
+    {id,   SLOT_FLOAT, TABLE_READ, offsetof(rig_truth_t, name), #name, unit, text, "", 0.0f,                 \
+     0.0f, 0.0f,       {0, 0, 0}},
     RIG_TRUTH(TRUTH_ROW)
 #undef TRUTH_ROW
 };
@@ -27,7 +28,8 @@ static const table_row_t plant_rows[] = {
      "",                                                                                                     \
      (float)(initial),                                                                                       \
      (float)(min),                                                                                           \
-     (float)(max)},
+     (float)(max),                                                                                           \
+     {0, 0, 0}},
     PLANT_PARAMS(PLANT_ROW)
 #undef PLANT_ROW
 };
@@ -35,10 +37,11 @@ const table_t plant_table = {"plant", plant_rows, sizeof plant_rows / sizeof pla
 
 static const table_row_t condition_rows[] = {
 #define CONDITION_ROW_FLOAT(id, name, unit, initial, min, max, text)                                         \
-    {id, SLOT_FLOAT, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, unit, text, "", initial, min, max},
+    {id,  SLOT_FLOAT, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, unit, text, "", initial,          \
+     min, max,        {0, 0, 0}},
 #define CONDITION_ROW_ENUM(id, name, choices, text)                                                          \
-    {id,   SLOT_ENUM, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, "-", text, choices,               \
-     0.0f, 0.0f,      0.0f},
+    {id,   SLOT_ENUM, TABLE_LIVE, offsetof(rig_conditions_t, name), #name, "-", text, choices, 0.0f,         \
+     0.0f, 0.0f,      {0, 0, 0}},
     RIG_CONDITIONS(CONDITION_ROW_FLOAT, CONDITION_ROW_ENUM)
 #undef CONDITION_ROW_FLOAT
 #undef CONDITION_ROW_ENUM

@@ -1,6 +1,5 @@
 /* Values by the ids of their rows: tables, get and set, and what a refusal has to say. */
 #include <assert.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -69,40 +68,74 @@ bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
 {
     rig->error_id = id;
     rig->error_reason = reason;
+    rig->error_min = 1.0;
+    rig->error_max = 0.0;
     snprintf(rig->error, sizeof rig->error, "%s", text);
     return false;
 }
 
-/* " ohm"; nothing for pure numbers. */
-static const char *unit_after(const table_row_t *row, char text[24])
+/* "inertia = 3 kg m^2: accepted 1e-07 to 1 kg m^2" and what stands behind it. */
+static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason, double value, double min,
+                             double max, const char *behind)
 {
-    snprintf(text, 24, " %s", row->unit);
-    return strcmp(row->unit, "-") == 0 ? "" : text;
+    char text[sizeof rig->error];
+    char number[RIG_NUMBER_SIZE];
+    char range[RIG_RANGE_SIZE];
+    const bool pure = strcmp(row->unit, "-") == 0;
+    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted %s%.280s", row->name,
+             rig_value_text(number, value), pure ? "" : " ", pure ? "" : row->unit,
+             rig_range_text(range, row, min, max), behind);
+    rig_refuse(rig, row->id, reason, text);
+    rig->error_value = value;
+    rig->error_min = min;
+    rig->error_max = max;
+    return false;
+}
+
+/* "; advised 281.8 V"; where the row itself has no room, which one to change. */
+static void advice_text(char *to, size_t size, const params_error_t *why)
+{
+    const table_row_t *row = rig_row(why->change);
+    char number[RIG_NUMBER_SIZE];
+    if (row == NULL) {
+        snprintf(to, size, "; no single row makes room");
+        return;
+    }
+    const bool own = why->change == why->id;
+    const bool pure = strcmp(row->unit, "-") == 0;
+    const size_t used = (size_t)snprintf(to, size, "%s%s", own ? "" : "; change ", own ? "" : row->name);
+    if (why->advice != 0.0f) {
+        snprintf(to + used, size - used, "%s advised %s%s%s", own ? ";" : ",",
+                 rig_advice_text(number, (double)why->advice, own ? (double)why->min : rig_min(row),
+                                 own ? (double)why->max : rig_max(row)),
+                 pure ? "" : " ", pure ? "" : row->unit);
+    }
 }
 
 static bool refuse_value(rig_t *rig, const params_error_t *why)
 {
+    const table_row_t *row = rig_row(why->id);
     char text[sizeof rig->error];
-    char buffer[24];
-    const char *unit = unit_after(rig_row(why->id), buffer);
+    char numbers[2][RIG_NUMBER_SIZE];
     if (why->reason == REASON_BRIDGE_ON) {
-        snprintf(text, sizeof text, "%s = %.7g%s: it changes only while the bridge is off; now %.7g%s",
-                 why->field, (double)why->value, unit, (double)why->min, unit);
-    } else {
-        snprintf(text, sizeof text, "%s = %.7g%s: accepted %.7g to %.7g%s (%s)", why->field,
-                 (double)why->value, unit, (double)why->min, (double)why->max, unit, why->rule);
+        const bool pure = strcmp(row->unit, "-") == 0;
+        const char *space = pure ? "" : " ";
+        const char *unit = pure ? "" : row->unit;
+        snprintf(text, sizeof text, "%s = %s%s%s: it changes only while the bridge is off; now %s%s%s",
+                 row->name, rig_value_text(numbers[0], (double)why->value), space, unit,
+                 rig_value_text(numbers[1], (double)why->min), space, unit);
+        return rig_refuse(rig, why->id, why->reason, text);
     }
-    return rig_refuse(rig, why->id, why->reason, text);
+    char advice[128];
+    advice_text(advice, sizeof advice, why);
+    snprintf(text, sizeof text, " (%s)%s", why->rule, advice);
+    return refuse_in_favour(rig, row, why->reason, (double)why->value, (double)why->min, (double)why->max,
+                            text);
 }
 
 static bool refuse_range(rig_t *rig, const table_row_t *row, double value)
 {
-    char text[sizeof rig->error];
-    char buffer[24];
-    const char *unit = unit_after(row, buffer);
-    snprintf(text, sizeof text, "%s = %.7g%s: accepted %s%.7g to %.7g%s", row->name, value, unit,
-             row->kind == SLOT_FLOAT ? "" : "whole numbers ", (double)row->min, (double)table_max(row), unit);
-    return rig_refuse(rig, row->id, REASON_OUT_OF_RANGE, text);
+    return refuse_in_favour(rig, row, REASON_OUT_OF_RANGE, value, rig_min(row), rig_max(row), "");
 }
 
 bool rig_find(const rig_t *rig, uint32_t id, place_t *place)
@@ -131,56 +164,37 @@ bool rig_refuse_id(rig_t *rig, uint32_t id)
     return rig_refuse(rig, id, REASON_UNKNOWN_ID, text);
 }
 
-static double number_at(const place_t *place)
-{
-    const uint32_t bits = table_bits(place->row, place->base);
-    switch (place->row->kind) {
-    case SLOT_UINT:
-        return (double)bits;
-    case SLOT_INT:
-    case SLOT_ENUM:
-        return (double)(int32_t)bits;
-    case SLOT_FLOAT:
-    case SLOT_KINDS:
-        break;
-    }
-    return (double)table_get(place->row, place->base);
-}
-
 bool rig_get(rig_t *rig, uint32_t id, double *value)
 {
     place_t place;
     if (!rig_find(rig, id, &place)) {
         return rig_refuse_id(rig, id);
     }
-    *value = number_at(&place);
+    *value = rig_row_get(place.row, place.base);
     return true;
 }
 
-static bool set_request(rig_t *rig, const table_row_t *row, float value)
+static bool set_request(rig_t *rig, const table_row_t *row, double value)
 {
     requests_t next = rig->state.app.drive.requests;
     params_error_t why;
-    table_set(row, &next, value);
+    rig_row_put(row, &next, value);
     return app_request(&next, &why) || refuse_value(rig, &why);
 }
 
-static bool set_plant(rig_t *rig, const table_row_t *row, float value)
+static bool set_plant(rig_t *rig, const table_row_t *row, double value)
 {
     rig_state_t *state = &rig->state;
     rig_plant_t next = state->plant_values;
-    table_set(row, &next, value);
+    rig_row_put(row, &next, value);
     const plant_params_t params = rig_plant_params(&next);
     plant_params_error_t why;
     if (!plant_params_check(&params, &why)) {
         /* A rule between rows may speak of another one than was set. */
         const table_row_t *named = table_by_name(&plant_table, why.field);
-        char text[sizeof rig->error];
-        char buffer[24];
-        const char *unit = unit_after(named, buffer);
-        snprintf(text, sizeof text, "%s = %.7g%s: accepted %.7g to %.7g%s (%s)", named->name, why.value, unit,
-                 why.minimum, why.maximum, unit, why.rule);
-        return rig_refuse(rig, named->id, REASON_CROSS_RULE, text);
+        char behind[sizeof rig->error];
+        snprintf(behind, sizeof behind, " (%s)", why.rule);
+        return refuse_in_favour(rig, named, REASON_CROSS_RULE, why.value, why.minimum, why.maximum, behind);
     }
     plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
     state->plant_values = next;
@@ -189,11 +203,11 @@ static bool set_plant(rig_t *rig, const table_row_t *row, float value)
     return true;
 }
 
-static void set_condition(rig_t *rig, const table_row_t *row, float value)
+static void set_condition(rig_t *rig, const table_row_t *row, double value)
 {
     rig_state_t *state = &rig->state;
     rig_conditions_t *now = &state->conditions;
-    table_set(row, now, value);
+    rig_row_put(row, now, value);
     chip_set_averaged(&state->chip, now->fidelity != 0);
     chip_set_interrupt_delay(&state->chip, (uint32_t)((double)now->interrupt_delay * 150e6 + 0.5));
     chip_stick_adc(&state->chip, BOARD_CURRENT_A_INPUT, (int32_t)now->stuck_current_a);
@@ -219,21 +233,21 @@ bool rig_set(rig_t *rig, uint32_t id, double value)
         snprintf(text, sizeof text, "%s: it is shown, not set", row->name);
         return rig_refuse(rig, id, REASON_READ_ONLY, text);
     }
-    if (!(fabs(value) <= 3.4e38) || !table_accepts(row, (float)value)) {
+    if (!rig_accepts(row, value)) {
         return refuse_range(rig, row, value);
     }
 
     rig_bind(rig);
     switch (place.table) {
     case PARAMS:
-        table_set(row, &rig->state.app.staged, (float)value);
+        rig_row_put(row, &rig->state.app.staged, value);
         return true;
     case REQUESTS:
-        return set_request(rig, row, (float)value);
+        return set_request(rig, row, value);
     case PLANT:
-        return set_plant(rig, row, (float)value);
+        return set_plant(rig, row, value);
     case CONDITIONS:
-        set_condition(rig, row, (float)value);
+        set_condition(rig, row, value);
         return true;
     case SIGNALS:
     case TRUTH:
@@ -283,4 +297,15 @@ uint32_t rig_error_id(const rig_t *rig)
 int32_t rig_error_reason(const rig_t *rig)
 {
     return rig->error_reason;
+}
+
+bool rig_error_range(const rig_t *rig, double *value, double *min, double *max)
+{
+    if (!(rig->error_min <= rig->error_max)) {
+        return false;
+    }
+    *value = rig->error_value;
+    *min = rig->error_min;
+    *max = rig->error_max;
+    return true;
 }

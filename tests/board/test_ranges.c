@@ -58,14 +58,15 @@ static void test_current_limit_leaves_a_fifth_of_the_sensors_range(void)
 {
     const double value = 0.81 * seen();
     params.current_limit = (float)value;
-    expect_refused("current_limit", value, 0.1, 0.8 * seen());
+    /* the trip leaves room above the limit */
+    expect_refused("current_limit", value, 0.1, fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3));
 }
 
 static void test_overcurrent_trip_stays_within_the_sensors_range(void)
 {
     const double value = 0.96 * seen();
     params.overcurrent_trip = (float)value;
-    expect_refused("overcurrent_trip", value, 0.2, 0.95 * seen());
+    expect_refused("overcurrent_trip", value, 1.2 * BOARD_CURRENT_LIMIT_MA / 1e3, 0.95 * seen());
     params.overcurrent_trip = (float)(0.9499 * seen());
     TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
 }
@@ -74,7 +75,7 @@ static void test_overvoltage_trip_stays_within_what_the_stage_stands(void)
 {
     const double max = BOARD_OVERVOLTAGE_MAX_MV / 1e3;
     params.dc_overvoltage = (float)(1.01 * max);
-    expect_refused("dc_overvoltage", 1.01 * max, 20.0, max);
+    expect_refused("dc_overvoltage", 1.01 * max, BOARD_UNDERVOLTAGE_MV / 1e3 + 10.0, max);
     params.dc_overvoltage = (float)max;
     TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
 }
@@ -110,7 +111,8 @@ static void test_current_requests_follow_the_sensors_too(void)
     TEST_ASSERT_FALSE(requests_check(&requests, &params, &why));
     TEST_ASSERT_EQUAL_STRING("i_q_request", why.field);
     TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, why.reason);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * seen(), 0.8 * seen(), (double)why.max);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * seen(), fmin(0.8 * seen(), BOARD_CURRENT_LIMIT_MA / 1e3),
+                              (double)why.max);
     requests.i_q_request = -params.current_limit;
     TEST_ASSERT_TRUE(requests_check(&requests, &params, &why));
 }

@@ -442,7 +442,7 @@ static void test_every_settable_row_can_be_overridden_at_once(void)
                 snprintf(choice, sizeof choice, "%.*s", (int)strcspn(row->choices, "|"), row->choices);
                 snprintf(assignment, sizeof assignment,
                          row->kind == SLOT_ENUM ? "%s.%s=%s" : "%s.%s=%.0s%.9g", table->name, row->name,
-                         choice, (double)row->initial);
+                         choice, rig_initial(row));
                 set(assignment);
             }
         }

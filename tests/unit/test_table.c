@@ -25,11 +25,32 @@ typedef struct {
 } slots_t;
 
 static const table_row_t rows[] = {
-    {1, SLOT_FLOAT, TABLE_LIVE, offsetof(slots_t, f), "f", "V", "a float", "", 1.5f, -2.0f, 2.0f},
-    {2, SLOT_INT, TABLE_LIVE, offsetof(slots_t, i), "i", "-", "an integer", "", -3.0f, -5.0f, 5.0f},
-    {3, SLOT_UINT, TABLE_LIVE, offsetof(slots_t, u), "u", "-", "unsigned", "", 7.0f, 0.0f, 9.0f},
-    {4, SLOT_ENUM, TABLE_LIVE, offsetof(slots_t, e), "e", "-", "a choice", "red|green|blue", 1.0f, 0.0f,
-     0.0f},
+    {1, SLOT_FLOAT, TABLE_LIVE, offsetof(slots_t, f), "f", "V", "a float", "", 1.5f, -2.0f, 2.0f, {0, 0, 0}},
+    {2,
+     SLOT_INT,
+     TABLE_LIVE,
+     offsetof(slots_t, i),
+     "i",
+     "-",
+     "an integer",
+     "",
+     0.0f,
+     0.0f,
+     0.0f,
+     {-3, -5, 5}},
+    {3, SLOT_UINT, TABLE_LIVE, offsetof(slots_t, u), "u", "-", "unsigned", "", 0.0f, 0.0f, 0.0f, {7, 0, 9}},
+    {4,
+     SLOT_ENUM,
+     TABLE_LIVE,
+     offsetof(slots_t, e),
+     "e",
+     "-",
+     "a choice",
+     "red|green|blue",
+     0.0f,
+     0.0f,
+     0.0f,
+     {1, 0, 0}},
 };
 static const table_t table = {"test", rows, 4};
 
@@ -56,6 +77,59 @@ static void test_set_rounds_integers_to_nearest_and_get_reads_back(void)
     TEST_ASSERT_EQUAL_FLOAT(-4.0f, table_get(&rows[1], &slots));
     TEST_ASSERT_EQUAL_FLOAT(8.0f, table_get(&rows[2], &slots));
     TEST_ASSERT_EQUAL_HEX32(0x3E800000, table_bits(&rows[0], &slots)); /* IEEE 754: 0.25 */
+}
+
+/* A float has 24 bits: 2^24 + 1 and the ends of both types are none. */
+static void test_whole_numbers_are_exact_to_their_last_bit(void)
+{
+    static const int64_t ints[] = {16777217, -16777217, INT32_MAX, INT32_MIN, 0};
+    static const int64_t uints[] = {16777217, UINT32_MAX, INT64_C(2147483648), 0};
+    slots_t slots;
+    for (size_t n = 0; n < sizeof ints / sizeof ints[0]; n++) {
+        table_set_whole(&rows[1], &slots, ints[n]);
+        TEST_ASSERT_EQUAL_INT64(ints[n], table_whole(&rows[1], &slots));
+        TEST_ASSERT_EQUAL_INT64(ints[n], slots.i);
+    }
+    for (size_t n = 0; n < sizeof uints / sizeof uints[0]; n++) {
+        table_set_whole(&rows[2], &slots, uints[n]);
+        TEST_ASSERT_EQUAL_INT64(uints[n], table_whole(&rows[2], &slots));
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)uints[n], slots.u);
+    }
+}
+
+static void test_whole_limits_are_exact_and_so_are_defaults(void)
+{
+    table_row_t row = rows[1];
+    const table_t one = {"one", &row, 1};
+    slots_t slots;
+    row.whole = (table_whole_t){16777217, -16777217, 16777219};
+    table_defaults(&one, &slots);
+    TEST_ASSERT_EQUAL_INT32(16777217, slots.i);
+    TEST_ASSERT_TRUE(table_accepts_whole(&row, 16777219));
+    TEST_ASSERT_FALSE(table_accepts_whole(&row, 16777220));
+    TEST_ASSERT_TRUE(table_accepts_whole(&row, -16777217));
+    TEST_ASSERT_FALSE(table_accepts_whole(&row, -16777218));
+    TEST_ASSERT_FALSE(table_accepts_whole(&row, INT64_C(4294967296) + 5)); /* 5 in its last 32 bits */
+    slots.i = 16777220;
+    TEST_ASSERT_FALSE(table_holds(&row, &slots));
+    slots.i = 16777219;
+    TEST_ASSERT_TRUE(table_holds(&row, &slots));
+    slots.f = NAN;
+    TEST_ASSERT_FALSE(table_holds(&rows[0], &slots));
+}
+
+/* A refusal tells its range in floats: those of the drive's whole rows are exact. */
+static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
+{
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        const table_row_t *row = &params_table.rows[n];
+        if (row->kind != SLOT_FLOAT) {
+            TEST_ASSERT_TRUE_MESSAGE(row->whole.min >= -16777216 && table_whole_max(row) <= 16777216,
+                                     row->name);
+            TEST_ASSERT_EQUAL_INT32(row->whole.min, (int32_t)table_min(row));
+            TEST_ASSERT_EQUAL_INT32(table_whole_max(row), (int32_t)table_max(row));
+        }
+    }
 }
 
 static void test_range_is_judged_below_at_and_above_each_limit(void)
@@ -112,11 +186,11 @@ static void test_hash_notices_id_name_unit_kind_and_choices_but_not_text(void)
     TEST_ASSERT_NOT_EQUAL(hash, table_hash(&table, 1));
 }
 
-/* FNV-1a of the octets of id (little-endian, two), kind, then name, unit, choices each closed by a zero
+/* FNV-1a of the octets of id (little-endian, four), kind, then name, unit, choices each closed by a zero
  * octet. */
 static void test_hash_is_fnv_1a(void)
 {
-    const uint8_t octets[] = {1, 0, 0, 'f', 0, 'V', 0, 0};
+    const uint8_t octets[] = {1, 0, 0, 0, 0, 'f', 0, 'V', 0, 0};
     const table_t one = {"one", rows, 1};
     uint32_t expected = 2166136261u;
     for (size_t n = 0; n < sizeof octets; n++) {
@@ -162,7 +236,9 @@ static void test_defaults_of_the_drive_are_accepted_by_their_rows(void)
     for (size_t t = 0; t < 2; t++) {
         for (uint32_t n = 0; n < tables[t]->count; n++) {
             const table_row_t *row = &tables[t]->rows[n];
-            TEST_ASSERT_TRUE_MESSAGE(table_accepts(row, row->initial), row->name);
+            TEST_ASSERT_TRUE_MESSAGE(row->kind == SLOT_FLOAT ? table_accepts(row, row->initial)
+                                                             : table_accepts_whole(row, row->whole.initial),
+                                     row->name);
         }
     }
 }
@@ -214,6 +290,9 @@ int main(void)
     RUN_TEST(test_choices_are_found_by_whole_name_and_bound_the_value);
     RUN_TEST(test_rows_are_found_by_id_and_name);
     RUN_TEST(test_hash_notices_id_name_unit_kind_and_choices_but_not_text);
+    RUN_TEST(test_whole_numbers_are_exact_to_their_last_bit);
+    RUN_TEST(test_whole_limits_are_exact_and_so_are_defaults);
+    RUN_TEST(test_whole_limits_of_the_drive_are_exact_as_floats);
     RUN_TEST(test_hash_is_fnv_1a);
     RUN_TEST(test_hash_covers_all_of_an_id);
     RUN_TEST(test_ids_and_names_of_the_drive_are_unique_and_in_their_bands);

@@ -13,7 +13,10 @@ typedef struct {
 #define ROW(n)                                                                                               \
     {                                                                                                        \
         700u + (n), (slot_kind_t)((n) % 4), TABLE_READ, offsetof(source_t, slot) + (n) * sizeof(uint32_t),   \
-            "slot" #n, "-", "a slot", "", 0.0f, 0.0f, 0.0f                                                   \
+            "slot" #n, "-", "a slot", "", 0.0f, 0.0f, 0.0f,                                                  \
+        {                                                                                                    \
+            0, 0, 0                                                                                          \
+        }                                                                                                    \
     }
 
 static const table_row_t rows[SLOTS] = {ROW(0), ROW(1), ROW(2),  ROW(3),  ROW(4),  ROW(5),  ROW(6),  ROW(7),

@@ -1,0 +1,198 @@
+#include "drive/rules.h"
+
+/* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
+#define ROUNDING 1.0000005f
+
+const rule_t rules[RULES] = {
+    [RULE_TRIP] = {"overcurrent_trip >= 1.2 current_limit",
+                   2,
+                   {{PARAM_overcurrent_trip, MORE_HELPS}, {PARAM_current_limit, LESS_HELPS}}},
+    [RULE_LINK] = {"dc_undervoltage <= dc_overvoltage - 10 V",
+                   2,
+                   {{PARAM_dc_undervoltage, LESS_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS}}},
+    [RULE_DELAY] = {"turn_off_delay <= dead_time + turn_on_delay, else the legs shoot through",
+                    3,
+                    {{PARAM_turn_off_delay, LESS_HELPS},
+                     {PARAM_dead_time, MORE_HELPS},
+                     {PARAM_turn_on_delay, MORE_HELPS}}},
+    [RULE_ENCODER] = {"256 motor_pole_pairs <= 4 encoder_lines",
+                      2,
+                      {{PARAM_motor_pole_pairs, LESS_HELPS}, {PARAM_encoder_lines, MORE_HELPS}}},
+    [RULE_TURN] = {"overspeed_trip motor_pole_pairs T_s <= 0.5 rad",
+                   2,
+                   {{PARAM_overspeed_trip, LESS_HELPS}, {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_WINDING] = {"motor_resistance + device_resistance <= motor_inductance_q / (2 T_s), and 100 ohm",
+                      3,
+                      {{PARAM_motor_resistance, LESS_HELPS},
+                       {PARAM_device_resistance, LESS_HELPS},
+                       {PARAM_motor_inductance_q, MORE_HELPS}}},
+    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth",
+                          2,
+                          {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
+    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, else nothing forgets "
+                         "its error",
+                         2,
+                         {{PARAM_torque_feedforward, LESS_HELPS}, {PARAM_feedforward_cutoff, MORE_HELPS}}},
+    [RULE_TORQUE] = {"torque_feedforward 1.5 motor_pole_pairs^2 motor_flux_linkage / motor_inertia <= 1e7 "
+                     "rad/s^2 per A",
+                     4,
+                     {{PARAM_torque_feedforward, LESS_HELPS},
+                      {PARAM_motor_inertia, MORE_HELPS},
+                      {PARAM_motor_flux_linkage, LESS_HELPS},
+                      {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_SPEEDS] = {"estimate_speed_min < overspeed_trip",
+                     2,
+                     {{PARAM_estimate_speed_min, LESS_HELPS}, {PARAM_overspeed_trip, MORE_HELPS}}},
+    /* b k_s a_f/2 <= 1.2, b = (1 - exp(-R T_s/L))/R */
+    [RULE_RINGING] = {"observer_gain observer_slope (1 - exp(-R T_s / motor_inductance_q)) / (2 R) <= 1.2, R "
+                      "= motor_resistance + device_resistance, else the observer rings",
+                      6,
+                      {{PARAM_observer_gain, LESS_HELPS},
+                       {PARAM_observer_slope, LESS_HELPS},
+                       {PARAM_motor_inductance_q, MORE_HELPS},
+                       {PARAM_motor_resistance, MORE_HELPS},
+                       {PARAM_device_resistance, MORE_HELPS},
+                       {PARAM_observer_switching, IS_READ}}},
+    [RULE_LOOP] = {"pll_bandwidth, pll_damping and feedforward_cutoff make a stable loop at the PWM "
+                   "frequency",
+                   3,
+                   {{PARAM_pll_bandwidth, LESS_HELPS},
+                    {PARAM_pll_damping, LESS_HELPS},
+                    {PARAM_feedforward_cutoff, LESS_HELPS}}},
+    [RULE_FILTER] = {"observer_emf_cutoff = 0, or not below the gain that pll_bandwidth, pll_damping and "
+                     "feedforward_cutoff make, with lag_compensation exact",
+                     5,
+                     {{PARAM_observer_emf_cutoff, MORE_HELPS},
+                      {PARAM_pll_bandwidth, LESS_HELPS},
+                      {PARAM_pll_damping, LESS_HELPS},
+                      {PARAM_feedforward_cutoff, MORE_HELPS},
+                      {PARAM_lag_compensation, IS_READ}}},
+    [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
+                    "overspeed_trip",
+                    4,
+                    {{PARAM_observer_gain, MORE_HELPS},
+                     {PARAM_motor_flux_linkage, LESS_HELPS},
+                     {PARAM_overspeed_trip, LESS_HELPS},
+                     {PARAM_motor_pole_pairs, LESS_HELPS}}},
+};
+
+/* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
+static estimator_params_t harmless(void)
+{
+    return (estimator_params_t){
+        .smo = {.resistance = 1.0f,
+                .inductance = 1.0f,
+                .gain = 1e4f,
+                .slope = 1e-3f,
+                .period = DRIVE_PERIOD,
+                .switching = SMO_SIGN},
+        .lag = LAG_NONE,
+        .pll = {.kp = 100.0f,
+                .ki = 2500.0f,
+                .feedforward_cutoff = 1.0f,
+                .amplitude_floor = 1.0f,
+                .period = DRIVE_PERIOD},
+        .flux_linkage = 1e-4f,
+    };
+}
+
+/* The estimator's own rules are asked, one at a time: of the set that the rows make only what the rule reads,
+ * all else harmless. */
+static bool estimator_takes(rule_number_t rule, const params_t *params)
+{
+    params_error_t ignored;
+    estimator_params_t all;
+    estimator_params_t alone = harmless();
+    const believed_t believed = params_believed(params);
+    params_estimator(params, &believed, &all);
+    switch (rule) {
+    case RULE_WINDING:
+        alone.smo.resistance = all.smo.resistance;
+        alone.smo.inductance = all.smo.inductance;
+        break;
+    case RULE_RINGING:
+        alone.smo = all.smo;
+        alone.smo.emf_cutoff = 0.0f;
+        break;
+    case RULE_TORQUE:
+        alone.torque_feedforward = all.torque_feedforward;
+        break;
+    case RULE_SPEEDS:
+        alone.validity.speed_min = all.validity.speed_min;
+        alone.validity.speed_max = all.validity.speed_max;
+        break;
+    case RULE_FILTER:
+        alone.lag = all.lag;
+        alone.smo.emf_cutoff = all.smo.emf_cutoff;
+        alone.pll = all.pll;
+        break;
+    case RULE_LOOP:
+        alone.pll = all.pll;
+        break;
+    case RULE_REACH:
+        alone.smo.gain = all.smo.gain;
+        alone.flux_linkage = all.flux_linkage;
+        alone.validity.speed_max = all.validity.speed_max;
+        break;
+    case RULE_TRIP:
+    case RULE_LINK:
+    case RULE_DELAY:
+    case RULE_ENCODER:
+    case RULE_TURN:
+    case RULE_FEEDFORWARD:
+    case RULE_FORGETTING:
+    case RULES:
+        break;
+    }
+    return estimator_params_check(&alone, &ignored);
+}
+
+bool rules_hold(rule_number_t rule, const params_t *params)
+{
+    switch (rule) {
+    case RULE_TRIP:
+        return params->overcurrent_trip * ROUNDING >= 1.2f * params->current_limit;
+    case RULE_LINK:
+        return params->dc_undervoltage + 10.0f <= params->dc_overvoltage * ROUNDING;
+    case RULE_DELAY:
+        return params->turn_off_delay <= (params->dead_time + params->turn_on_delay) * ROUNDING;
+    case RULE_ENCODER:
+        /* Fewer counts a pole pair: the angle steps by more than 25 mrad, and the current control hears it.
+         */
+        return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
+    case RULE_TURN:
+        /* One sample must not turn the frame by more: the delays of the loop are made up for to first order
+         * only. */
+        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f * ROUNDING;
+    case RULE_FEEDFORWARD:
+        return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
+    case RULE_FORGETTING:
+        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f;
+    case RULE_SPEEDS:
+        return params->estimate_speed_min < params->overspeed_trip && estimator_takes(rule, params);
+    case RULE_RINGING:
+        return !estimator_takes(RULE_WINDING, params) || estimator_takes(rule, params);
+    case RULE_LOOP:
+        return params->feedforward_cutoff > 0.95f * params->pll_bandwidth * ROUNDING ||
+               estimator_takes(rule, params);
+    case RULE_FILTER:
+        return !estimator_takes(RULE_LOOP, params) || estimator_takes(rule, params);
+    case RULE_WINDING:
+    case RULE_TORQUE:
+    case RULE_REACH:
+        return estimator_takes(rule, params);
+    case RULES:
+        break;
+    }
+    return true;
+}
+
+lever_sense_t rules_sense(rule_number_t rule, param_t param)
+{
+    for (int32_t n = 0; n < rules[rule].count; n++) {
+        if (rules[rule].levers[n].row == param) {
+            return rules[rule].levers[n].sense;
+        }
+    }
+    return IS_READ;
+}

@@ -1,0 +1,334 @@
+/* What a refusal of the parameters tells is true: every value of the told range is accepted as far as the row
+ * is concerned, one number beyond it is not, and where nothing is accepted the row to change makes room. */
+#include <math.h>
+#include <string.h>
+
+#include "drive/params.h"
+#include "drive/reasons.h"
+#include "drive/requests.h"
+#include "tests/unit/sweep.h"
+#include "unity.h"
+
+static params_t params;
+static params_error_t why;
+
+void setUp(void)
+{
+    params_defaults(&params);
+    memset(&why, 0, sizeof why);
+}
+
+void tearDown(void)
+{
+}
+
+static const table_row_t *row_of(const char *name)
+{
+    const table_row_t *row = table_by_name(&params_table, name);
+    TEST_ASSERT_NOT_NULL_MESSAGE(row, name);
+    return row;
+}
+
+/* Is the row named again with this value in it? */
+static bool is_named_with(const params_t *set, const table_row_t *row, float value)
+{
+    params_t changed = *set;
+    params_error_t again;
+    table_set(row, &changed, value);
+    return !params_check(&changed, &again) && again.id == row->id;
+}
+
+static float beyond(const table_row_t *row, float value, float towards)
+{
+    return row->kind == SLOT_FLOAT ? nextafterf(value, towards) : value + (towards > value ? 1.0f : -1.0f);
+}
+
+/* The neighbour of an end breaks a rule that reads the row: the set is refused, by this row or another one of
+ * the rule. */
+static void expect_refused_at(const params_t *set, const table_row_t *row, float value)
+{
+    params_t changed = *set;
+    params_error_t ignored;
+    table_set(row, &changed, value);
+    TEST_ASSERT_FALSE_MESSAGE(params_check(&changed, &ignored), row->name);
+}
+
+/* The parts of a name are letters, digits and underscores; each with an underscore in a rule is a row. */
+static void expect_told_in_rows(const char *rule)
+{
+    char word[64];
+    for (const char *c = rule; *c != '\0';) {
+        size_t length = strspn(c, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_");
+        TEST_ASSERT_TRUE(length < sizeof word);
+        memcpy(word, c, length);
+        word[length] = '\0';
+        if (strchr(word, '_') != NULL && strcmp(word, "T_s") != 0) {
+            TEST_ASSERT_NOT_NULL_MESSAGE(table_by_name(&params_table, word), rule);
+        }
+        c += length > 0 ? length : 1;
+    }
+    static const char *const inner[] = {"speed_max", "flux_linkage speed", "gain >=", "slope /",
+                                        "inductance /"};
+    for (size_t n = 0; n < sizeof inner / sizeof inner[0]; n++) {
+        const char *found = strstr(rule, inner[n]);
+        TEST_ASSERT_TRUE_MESSAGE(found == NULL || (found > rule && found[-1] == '_'), rule);
+    }
+}
+
+static uint32_t random_state;
+
+static float random_share(void)
+{
+    random_state = random_state * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (float)(random_state >> 8) * (1.0f / 16777216.0f);
+}
+
+static void expect_true(const params_t *set)
+{
+    const table_row_t *row = table_by_id(&params_table, why.id);
+    TEST_ASSERT_NOT_NULL(row);
+    TEST_ASSERT_EQUAL_STRING(row->name, why.field);
+    expect_told_in_rows(why.rule);
+    if (params_none_accepted(&why)) {
+        for (int n = 0; n <= 20; n++) { /* nothing, wherever one looks */
+            const float share = (float)n / 20.0f;
+            expect_refused_at(set, row, table_min(row) + share * share * (table_max(row) - table_min(row)));
+        }
+        return;
+    }
+    TEST_ASSERT_EQUAL_UINT32(row->id, why.change);
+    const float inside[] = {why.min, why.max, 0.5f * (why.min + why.max), sqrtf(why.min) * sqrtf(why.max)};
+    for (int n = 0; n < (row->kind == SLOT_FLOAT ? 4 : 2); n++) {
+        if (inside[n] >= why.min && inside[n] <= why.max) {
+            TEST_ASSERT_FALSE_MESSAGE(is_named_with(set, row, inside[n]), why.rule);
+        }
+    }
+    if (why.min > table_min(row)) {
+        const float value = beyond(row, why.min, -INFINITY);
+        expect_refused_at(set, row, value);
+    } else {
+        TEST_ASSERT_FALSE(table_accepts(row, beyond(row, why.min, -INFINITY)));
+    }
+    expect_refused_at(set, row, beyond(row, why.max, INFINITY));
+    if (why.advice != 0.0f) {
+        TEST_ASSERT_TRUE_MESSAGE(why.advice >= why.min && why.advice <= why.max, why.field);
+    }
+}
+
+/* One or two rows anywhere in their ranges or somewhat beyond them, the others at their defaults. */
+static void make_random_set(void)
+{
+    params_defaults(&params);
+    const int changes = random_share() < 0.5f ? 1 : 2;
+    for (int n = 0; n < changes; n++) {
+        const table_row_t *row = &params_table.rows[(uint32_t)(random_share() * (float)params_table.count)];
+        const float share = random_share();
+        const float span = table_max(row) - table_min(row);
+        const float value = table_min(row) + share * share * share * 1.05f * span;
+        table_set(row, &params, random_share() < 0.1f ? table_min(row) - share * (1.0f + span) : value);
+    }
+}
+
+static void test_every_told_range_is_true_of_random_sets(void)
+{
+    uint32_t refused = 0u;
+    random_state = 14u;
+    for (int n = 0; n < 20000; n += SWEEP) {
+        make_random_set();
+        if (!params_check(&params, &why)) {
+            expect_true(&params);
+            refused++;
+        }
+    }
+    TEST_ASSERT_TRUE(refused > 4000u / SWEEP);
+}
+
+/* Where a row has no room, the row to change makes some: at its advice, or without one at an end of its
+ * range. Then either another row is told of, or this one with a range. */
+static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
+{
+    uint32_t found = 0u;
+    random_state = 41u;
+    for (int n = 0; n < 20000; n += SWEEP) {
+        make_random_set();
+        if (params_check(&params, &why) || !params_none_accepted(&why)) {
+            continue;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(why.change != why.id, why.rule);
+        if (why.change == 0u) { /* two at once at least */
+            continue;
+        }
+        const table_row_t *other = table_by_id(&params_table, why.change);
+        TEST_ASSERT_NOT_NULL(other);
+        const float ends[] = {table_min(other), table_max(other)};
+        bool makes_room = false;
+        for (int m = 0; m < (why.advice != 0.0f ? 1 : 2); m++) {
+            params_t changed = params;
+            params_error_t again;
+            table_set(other, &changed, why.advice != 0.0f ? why.advice : ends[m]);
+            makes_room = makes_room || params_check(&changed, &again) || again.id != why.id ||
+                         !params_none_accepted(&again);
+        }
+        TEST_ASSERT_TRUE_MESSAGE(makes_room, why.rule);
+        found++;
+    }
+    TEST_ASSERT_TRUE(found > 40u / SWEEP);
+}
+
+typedef struct {
+    const char *row;
+    float value;
+} setting_t;
+
+/* Every rule of the estimator that a set of rows can break, by the field that the estimator itself names, and
+ * the row by which it is told. What is not here is kept by the ranges of the rows. */
+static const struct {
+    const char *field;
+    const char *row;
+    setting_t settings[3];
+} broken[] = {
+    {"resistance",
+     "motor_resistance",
+     {{"motor_resistance", 99.9f}, {"device_resistance", 0.2f}, {"motor_inductance_q", 1.0f}}},
+    {"period", "motor_resistance", {{"motor_resistance", 62.6f}}},
+    {"period", "motor_resistance", {{"motor_inductance_q", 1.9e-4f}}},
+    {"period", "motor_resistance", {{"device_resistance", 1.0f}, {"motor_inductance_q", 3e-4f}}},
+    {"gain", "observer_gain", {{"observer_gain", 302.0f}}},
+    {"gain", "observer_gain", {{"observer_slope", 1.6f}}},
+    {"gain", "observer_gain", {{"motor_inductance_q", 8e-3f}}},
+    {"gain", "observer_gain", {{"observer_gain", 177.0f}}},
+    {"gain", "observer_gain", {{"overspeed_trip", 249.0f}}},
+    {"gain", "observer_gain", {{"motor_flux_linkage", 0.3f}}},
+    {"gain", "observer_gain", {{"motor_pole_pairs", 5.0f}}},
+    {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 100.0f}}},
+    {"emf_cutoff", "observer_emf_cutoff", {{"pll_bandwidth", 4750.0f}}},
+    {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 105.0f}, {"pll_damping", 2.0f}}},
+    {"torque_feedforward", "torque_feedforward", {{"torque_feedforward", 1.0f}, {"motor_inertia", 4e-7f}}},
+    {"torque_feedforward",
+     "torque_feedforward",
+     {{"torque_feedforward", 0.5f}, {"feedforward_cutoff", 0.0f}}},
+    {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 220.0f}}},
+    {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 300.0f}}},
+    {"period", "feedforward_cutoff", {{"feedforward_cutoff", 200.0f}}}, /* no such loop: none is made */
+};
+
+static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
+{
+    for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
+        estimator_params_t estimator;
+        params_defaults(&params);
+        for (size_t m = 0; m < 3 && broken[n].settings[m].row != NULL; m++) {
+            table_set(row_of(broken[n].settings[m].row), &params, broken[n].settings[m].value);
+        }
+        const believed_t believed = params_believed(&params);
+        params_estimator(&params, &believed, &estimator);
+        TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&estimator, &why), broken[n].field);
+        TEST_ASSERT_EQUAL_STRING(broken[n].field, why.field);
+        TEST_ASSERT_FALSE(params_check(&params, &why));
+        TEST_ASSERT_EQUAL_STRING(broken[n].row, why.field);
+        TEST_ASSERT_EQUAL_INT32(REASON_CROSS_RULE, why.reason);
+        expect_true(&params);
+    }
+}
+
+/* Largest EMF 0.183 Wb x 4 x 220 rad/s = 161.04 V, times 1.75: 281.82 V. */
+static void test_rules_of_thumb_are_told(void)
+{
+    params.observer_gain = 100.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_UINT32(row_of("observer_gain")->id, why.change);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 281.82f, why.advice);
+
+    /* 1.6 x 12.5 mH/(200 V x 100 us) = 1/A */
+    params_defaults(&params);
+    params.observer_slope = 2000.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_UINT32(row_of("observer_slope")->id, why.change);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f, why.advice);
+
+    /* 4/(0.5 1/A) */
+    params_defaults(&params);
+    params.observer_slope = 0.5f;
+    params.estimate_current_max = -1.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("estimate_current_max", why.field);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f, why.advice);
+}
+
+/* 500 rad/s asks for 1.1 x 366 V = 402.6 V, and with a slope of 1 the observer rings from 301 V: no gain
+ * does. The slope has to fall: 1.6 L/(k_s T) = 0.31223 with k_s = 1.75 x 366 V = 640.5 V. */
+static void test_a_gain_without_room_asks_for_another_slope(void)
+{
+    params.overspeed_trip = 500.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("observer_gain", why.field);
+    TEST_ASSERT_TRUE(params_none_accepted(&why));
+    TEST_ASSERT_EQUAL_UINT32(row_of("observer_slope")->id, why.change);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.31226f, why.advice);
+    params.observer_slope = why.advice;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_UINT32(row_of("observer_gain")->id, why.change);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 640.5f, why.advice);
+    params.observer_gain = why.advice;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+/* A row beyond its own range is told what all rules leave of it: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s.
+ */
+static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
+{
+    params.overspeed_trip = 20000.0f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, why.reason);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 248.385f, why.max);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f, why.min); /* above estimate_speed_min */
+    TEST_ASSERT_TRUE(why.min > 3.0f);
+    expect_true(&params);
+}
+
+/* Every request, every way out of what is accepted, under several sets of parameters. */
+static void test_told_ranges_of_requests_are_true(void)
+{
+    static const float shares[] = {0.01f, 0.3f, 1.0f};
+    for (size_t s = 0; s < 3; s++) {
+        params.overspeed_trip = 220.0f * shares[s];
+        params.current_limit = 10.0f * shares[s];
+        for (uint32_t n = 0; n < requests_table.count; n++) {
+            const table_row_t *row = &requests_table.rows[n];
+            const float bad[] = {beyond(row, table_max(row), INFINITY),
+                                 beyond(row, table_min(row), -INFINITY), 1.01f * params.current_limit,
+                                 0.96f * params.overspeed_trip};
+            for (size_t m = 0; m < (row->kind == SLOT_FLOAT ? 4u : 2u); m++) {
+                requests_t requests;
+                requests_defaults(&requests);
+                table_set(row, &requests, bad[m]);
+                if (requests_check(&requests, &params, &why)) {
+                    continue;
+                }
+                TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
+                TEST_ASSERT_EQUAL_UINT32(row->id, why.change);
+                const params_error_t told = why;
+                const float ends[] = {told.min, told.max};
+                for (size_t e = 0; e < 2; e++) {
+                    table_set(row, &requests, ends[e]);
+                    TEST_ASSERT_TRUE_MESSAGE(requests_check(&requests, &params, &why), told.rule);
+                    table_set(row, &requests, beyond(row, ends[e], e == 0 ? -INFINITY : INFINITY));
+                    TEST_ASSERT_FALSE_MESSAGE(requests_check(&requests, &params, &why), told.rule);
+                }
+            }
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_told_range_is_true_of_random_sets);
+    RUN_TEST(test_the_row_to_change_makes_room_for_the_one_that_has_none);
+    RUN_TEST(test_every_rule_of_the_estimator_is_told_in_rows_and_truly);
+    RUN_TEST(test_rules_of_thumb_are_told);
+    RUN_TEST(test_a_gain_without_room_asks_for_another_slope);
+    RUN_TEST(test_a_row_out_of_range_is_told_what_the_rules_leave_of_it);
+    RUN_TEST(test_told_ranges_of_requests_are_true);
+    return UNITY_END();
+}

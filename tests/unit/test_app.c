@@ -19,11 +19,28 @@ static uint32_t fed;
 static bool led_run, led_fault;
 
 static app_t the_app;
-static drive_t seen; /* the drive as an interrupt would find it */
+static drive_t seen;             /* the drive as an interrupt would find it */
+static void (*before_off)(void); /* what an interrupt does that comes just before they are off; NULL: none */
 
 static void ask(const char *what)
 {
     strncat(asked, what, sizeof asked - strlen(asked) - 1u);
+}
+
+/* What only the background writes: an offer that stands is whole, and none is touched that the interrupt may
+ * take. */
+static bool same_but_for_the_offer(void)
+{
+    static drive_t now, then;
+    now = app->drive;
+    then = seen;
+    const bool offer_changed = memcmp(&now.offer, &then.offer, sizeof now.offer) != 0;
+    const bool changed_in_force = offer_changed && now.offered != 0u;
+    memset(&now.offer, 0, sizeof now.offer);
+    memset(&then.offer, 0, sizeof then.offer);
+    now.offered = 0u;
+    then.offered = 0u;
+    return memcmp(&now, &then, sizeof now) == 0 && !changed_in_force;
 }
 
 hal_status_t hal_init(const hal_config_t *with)
@@ -104,7 +121,10 @@ void hal_interrupts_off(void)
     ask("off ");
     interrupts_wrong |= !interrupts_on;
     interrupts_on = false;
-    interrupts_wrong |= memcmp(&seen, &app->drive, sizeof seen) != 0; /* changed while it could come */
+    interrupts_wrong |= !same_but_for_the_offer();
+    if (before_off != NULL) {
+        before_off();
+    }
 }
 
 void hal_interrupts_on(void)
@@ -128,6 +148,7 @@ static void start(hal_status_t of_board)
     encoder_max = 0u;
     interrupts_on = false;
     interrupts_wrong = false;
+    before_off = NULL;
     conversion = (hal_samples_t){.current_a = 2048,
                                  .current_b = 2048,
                                  .current_c = 2048,
@@ -150,7 +171,16 @@ static void expect_asked_in_good_order(const char *what)
     TEST_ASSERT_EQUAL_STRING(what, asked);
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
-    TEST_ASSERT_EQUAL_MEMORY(&seen, &app->drive, sizeof seen);
+    seen.offer = app->drive.offer; /* offered whole, after they were on again */
+    TEST_ASSERT_TRUE(same_but_for_the_offer());
+}
+
+/* Every task of the background's list. */
+static void background(void)
+{
+    do {
+        app_background();
+    } while (app->task != 0u);
 }
 
 void setUp(void)
@@ -164,10 +194,10 @@ void tearDown(void)
 
 static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog(void)
 {
-    const params_t *params = &app->drive.params;
+    const params_t *params = &app->active;
     TEST_ASSERT_EQUAL_STRING("init watchdog ", asked);
     TEST_ASSERT_EQUAL_INT32(HAL_OK, app->board_status);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.sequence.state);
     TEST_ASSERT_EQUAL_UINT32(4u * 2500u - 1u, config.encoder_count_max);
     TEST_ASSERT_TRUE((double)config.dead_band_count >= (double)params->dead_time * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)config.dead_band_count < (double)params->dead_time * HAL_CLOCK_HZ + 1.0);
@@ -185,9 +215,9 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
         start(failures[n]);
         TEST_ASSERT_EQUAL_STRING("init ", asked);
         TEST_ASSERT_EQUAL_INT32(failures[n], app->board_status);
-        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.state);
-        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.fault.reason);
-        app_background();
+        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.sequence.state);
+        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.sequence.fault_reason);
+        background();
         TEST_ASSERT_EQUAL_UINT32(0u, fed);
         TEST_ASSERT_TRUE(led_fault);
         TEST_ASSERT_FALSE(led_run);
@@ -196,18 +226,18 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
 
 static void test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive(void)
 {
-    app_background();
+    background();
     TEST_ASSERT_EQUAL_UINT32(0u, fed);
     for (uint32_t n = 1; n <= 3u; n++) {
         app_interrupt();
-        app_background();
-        app_background();
+        background();
+        background();
         TEST_ASSERT_EQUAL_UINT32(n, fed);
     }
     TEST_ASSERT_FALSE(led_run);
     TEST_ASSERT_FALSE(led_fault);
-    app->drive.state = DRIVE_OPERATION_ENABLED;
-    app_background();
+    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    background();
     TEST_ASSERT_TRUE(led_run);
 }
 
@@ -248,7 +278,7 @@ static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(voi
     from_here();
     TEST_ASSERT_TRUE(app_apply(&why));
     expect_asked_in_good_order("off dead-band encoder on ");
-    TEST_ASSERT_EQUAL_INT32(1024, app->drive.params.encoder_lines);
+    TEST_ASSERT_EQUAL_INT32(1024, app->active.encoder_lines);
     TEST_ASSERT_EQUAL_UINT32(4095u, encoder_max);
     TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
@@ -257,12 +287,12 @@ static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(voi
 static void test_while_the_bridge_is_on_the_registers_stay(void)
 {
     params_error_t why;
-    app->drive.state = DRIVE_OPERATION_ENABLED;
+    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
     app->staged.speed_kp = 0.7f;
     from_here();
     TEST_ASSERT_TRUE(app_apply(&why));
     expect_asked_in_good_order("off on ");
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.params.speed_kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
 }
 
 static void test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again(void)
@@ -271,13 +301,66 @@ static void test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_aga
     app->staged.speed_kp = -1.0f;
     app->staged.encoder_lines = 1024;
     from_here();
-    const drive_t before = app->drive;
     TEST_ASSERT_FALSE(app_apply(&why));
-    TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
+    TEST_ASSERT_TRUE(same_but_for_the_offer());
     TEST_ASSERT_NULL(strstr(asked, "encoder"));
     TEST_ASSERT_NULL(strstr(asked, "dead-band"));
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
+}
+
+static void come_on(void)
+{
+    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+}
+
+/* The bridge was off when the set was judged and is on when it is offered. */
+static void test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters(void)
+{
+    params_error_t why;
+    app->staged.encoder_lines = 1024;
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    before_off = come_on;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_STRING("off on ", asked);
+    TEST_ASSERT_EQUAL_INT32(2500, app->active.encoder_lines);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, app->active.speed_kp);
+    TEST_ASSERT_TRUE(interrupts_on);
+}
+
+/* Two sets before the interrupt has taken the first: that one is not touched while it could be. */
+static void test_a_second_set_takes_the_place_of_one_that_still_waits(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    app->staged.speed_kp = 0.9f;
+    from_here();
+    const drive_tuning_t first = app->drive.offer;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    expect_asked_in_good_order("off dead-band encoder on ");
+    TEST_ASSERT_TRUE(memcmp(&first, &app->drive.offer, sizeof first) != 0);
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    app_interrupt();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+}
+
+static void test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    const drive_tuning_t first = app->drive.offer;
+    app->staged.speed_kp = 0.9f;
+    app->staged.encoder_lines = 1024;
+    from_here();
+    before_off = come_on;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    TEST_ASSERT_EQUAL_MEMORY(&first, &app->drive.offer, sizeof first);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
 }
 
 static void test_requests_are_taken_with_interrupts_off(void)
@@ -293,9 +376,8 @@ static void test_requests_are_taken_with_interrupts_off(void)
 
     requests.speed_request = 1e9f;
     from_here();
-    const drive_t before = app->drive;
     TEST_ASSERT_FALSE(app_request(&requests, &why));
-    TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
+    TEST_ASSERT_TRUE(same_but_for_the_offer());
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
 }
@@ -311,6 +393,9 @@ int main(void)
     RUN_TEST(test_a_set_is_taken_with_interrupts_off_and_the_registers_follow);
     RUN_TEST(test_while_the_bridge_is_on_the_registers_stay);
     RUN_TEST(test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again);
+    RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters);
+    RUN_TEST(test_a_second_set_takes_the_place_of_one_that_still_waits);
+    RUN_TEST(test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();
 }

@@ -35,6 +35,9 @@ struct rig {
     char error[512];
 };
 
+/* rig.c */
+void rig_pass(rig_t *rig, uint64_t until); /* [ticks] time passes where software runs */
+
 /* rig_values.c */
 bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);
 bool rig_refuse_id(rig_t *rig, uint32_t id);
@@ -52,10 +55,14 @@ void rig_follow_fault_line(rig_t *rig); /* the plant has changed beside a gate e
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
+uint64_t rig_section(void *context); /* [ticks] that a section with interrupts off takes */
+bool rig_background(rig_t *rig);     /* its turn; false: the CPU or the background itself is not free */
 /* What app_interrupt calls on the desk in the place of drive_step (rig.cmake). */
 void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
 /* rig_bench.c */
-double rig_clock_seconds(void); /* [s] of this machine, from an arbitrary zero */
+double rig_clock_seconds(void);          /* [s] of this machine, from an arbitrary zero */
+void rig_timing_pause(const rig_t *rig); /* what follows, up to the next call, is not the interrupt's */
+void rig_timing_go_on(const rig_t *rig);
 
 #endif

@@ -370,7 +370,6 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.speed_time);
     params.estimate_amplitude_max = 1.01f;
-    const believed_t believed = params_believed(&params);
     params_estimator(&params, &believed, &estimator);
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
 }

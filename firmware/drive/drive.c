@@ -77,7 +77,7 @@ static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
         .standstill = bounds_within(drive->omega_m, STANDSTILL),
         .calibration = CALIBRATION_GOES_ON,
     };
-    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY && drive->guard.faults == 0u) {
+    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         input.calibration = measure_calibrate(&drive->measure, samples);
     }

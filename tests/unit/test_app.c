@@ -19,28 +19,12 @@ static uint32_t fed;
 static bool led_run, led_fault;
 
 static app_t the_app;
-static drive_t seen;             /* the drive as an interrupt would find it */
-static void (*before_off)(void); /* what an interrupt does that comes just before they are off; NULL: none */
+static drive_t seen;      /* the drive as an interrupt would find it */
+static bool bridge_comes; /* with the interrupt just before the next time that they are off */
 
 static void ask(const char *what)
 {
     strncat(asked, what, sizeof asked - strlen(asked) - 1u);
-}
-
-/* What only the background writes: an offer that stands is whole, and none is touched that the interrupt may
- * take. */
-static bool same_but_for_the_offer(void)
-{
-    static drive_t now, then;
-    now = app->drive;
-    then = seen;
-    const bool offer_changed = memcmp(&now.offer, &then.offer, sizeof now.offer) != 0;
-    const bool changed_in_force = offer_changed && now.offered != 0u;
-    memset(&now.offer, 0, sizeof now.offer);
-    memset(&then.offer, 0, sizeof then.offer);
-    now.offered = 0u;
-    then.offered = 0u;
-    return memcmp(&now, &then, sizeof now) == 0 && !changed_in_force;
 }
 
 hal_status_t hal_init(const hal_config_t *with)
@@ -116,14 +100,26 @@ void hal_leds(bool run, bool fault)
     led_fault = fault;
 }
 
+/* Has anything changed that an interrupt would have read? A tuning that is not offered it does not read. */
+static bool changed(void)
+{
+    static drive_t now;
+    now = app->drive;
+    if (now.offered == 0u) {
+        now.offered = seen.offered;
+        now.offer = seen.offer;
+    }
+    return memcmp(&seen, &now, sizeof seen) != 0;
+}
+
 void hal_interrupts_off(void)
 {
     ask("off ");
-    interrupts_wrong |= !interrupts_on;
+    interrupts_wrong |= !interrupts_on || changed();
     interrupts_on = false;
-    interrupts_wrong |= !same_but_for_the_offer();
-    if (before_off != NULL) {
-        before_off();
+    if (bridge_comes) {
+        app->drive.sequence.state = DRIVE_SWITCHED_ON;
+        bridge_comes = false;
     }
 }
 
@@ -148,7 +144,7 @@ static void start(hal_status_t of_board)
     encoder_max = 0u;
     interrupts_on = false;
     interrupts_wrong = false;
-    before_off = NULL;
+    bridge_comes = false;
     conversion = (hal_samples_t){.current_a = 2048,
                                  .current_b = 2048,
                                  .current_c = 2048,
@@ -166,21 +162,32 @@ static void from_here(void)
     seen = app->drive;
 }
 
+static void given_bridge_on(void)
+{
+    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    from_here();
+}
+
+static void interrupt(void)
+{
+    app_interrupt();
+    seen = app->drive;
+}
+
+/* More than once round its list. */
+static void background(void)
+{
+    for (int n = 0; n < 12; n++) {
+        app_background();
+    }
+}
+
 static void expect_asked_in_good_order(const char *what)
 {
     TEST_ASSERT_EQUAL_STRING(what, asked);
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
-    seen.offer = app->drive.offer; /* offered whole, after they were on again */
-    TEST_ASSERT_TRUE(same_but_for_the_offer());
-}
-
-/* Every task of the background's list. */
-static void background(void)
-{
-    do {
-        app_background();
-    } while (app->task != 0u);
+    TEST_ASSERT_EQUAL_MEMORY(&seen, &app->drive, sizeof seen);
 }
 
 void setUp(void)
@@ -229,16 +236,50 @@ static void test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_
     background();
     TEST_ASSERT_EQUAL_UINT32(0u, fed);
     for (uint32_t n = 1; n <= 3u; n++) {
-        app_interrupt();
-        background();
+        interrupt();
+        interrupt();
         background();
         TEST_ASSERT_EQUAL_UINT32(n, fed);
     }
+}
+
+/* With the interrupt always alive it is fed once a round: the other tasks come between. */
+static void test_the_watchdog_is_fed_when_the_list_has_come_round(void)
+{
+    uint32_t calls = 0u;
+    do {
+        interrupt();
+        app_background();
+        calls++;
+    } while (fed == 0u && calls < 100u);
+    TEST_ASSERT_TRUE(calls > 1u && calls < 100u);
+    for (uint32_t n = 0; n < 10u * calls; n++) {
+        interrupt();
+        app_background();
+    }
+    TEST_ASSERT_EQUAL_UINT32(11u, fed);
+}
+
+static void test_the_background_sees_the_drive_between_two_interrupts_and_shows_it(void)
+{
+    interrupt();
+    background();
+    TEST_ASSERT_EQUAL_UINT32(1u, app->seen.period);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->seen.state);
     TEST_ASSERT_FALSE(led_run);
     TEST_ASSERT_FALSE(led_fault);
-    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    given_bridge_on();
     background();
+    TEST_ASSERT_TRUE(app->seen.bridge_on);
     TEST_ASSERT_TRUE(led_run);
+    drive_trip(&app->drive);
+    from_here();
+    background();
+    TEST_ASSERT_EQUAL_INT32(REASON_MODULE_FAULT, app->seen.fault_reason);
+    TEST_ASSERT_FALSE(led_run);
+    TEST_ASSERT_TRUE(led_fault);
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    TEST_ASSERT_TRUE(interrupts_on);
 }
 
 static void test_the_interrupt_reads_first_and_acknowledges_last(void)
@@ -270,7 +311,7 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
 
 /* ---- parameters and requests ---- */
 
-static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(void)
+static void test_a_set_is_offered_with_interrupts_off_and_the_registers_follow(void)
 {
     params_error_t why;
     app->staged.encoder_lines = 1024;
@@ -282,85 +323,109 @@ static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(voi
     TEST_ASSERT_EQUAL_UINT32(4095u, encoder_max);
     TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
+    interrupt();
+    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.encoder.tuning.last_count);
 }
 
 static void test_while_the_bridge_is_on_the_registers_stay(void)
 {
     params_error_t why;
-    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
     app->staged.speed_kp = 0.7f;
-    from_here();
+    given_bridge_on();
     TEST_ASSERT_TRUE(app_apply(&why));
     expect_asked_in_good_order("off on ");
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
 }
 
-static void test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again(void)
+/* Refused for this row: the drive, its registers and the active set are those of before. */
+static void expect_refused(const char *field, int32_t reason)
 {
+    static drive_t before;
     params_error_t why;
-    app->staged.speed_kp = -1.0f;
-    app->staged.encoder_lines = 1024;
+    const params_t active = app->active;
     from_here();
+    before = app->drive;
     TEST_ASSERT_FALSE(app_apply(&why));
-    TEST_ASSERT_TRUE(same_but_for_the_offer());
+    TEST_ASSERT_EQUAL_STRING(field, why.field);
+    TEST_ASSERT_EQUAL_INT32(reason, why.reason);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&active, &app->active, sizeof active);
     TEST_ASSERT_NULL(strstr(asked, "encoder"));
     TEST_ASSERT_NULL(strstr(asked, "dead-band"));
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
 }
 
-static void come_on(void)
+static void test_a_bad_set_is_refused_and_changes_nothing(void)
 {
-    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    app->staged.speed_kp = -1.0f;
+    app->staged.encoder_lines = 1024;
+    expect_refused("speed_kp", REASON_OUT_OF_RANGE);
 }
 
-/* The bridge was off when the set was judged and is on when it is offered. */
-static void test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters(void)
+static void test_a_set_that_the_present_request_would_violate_is_refused(void)
+{
+    app->drive.requests.speed_request = 200.0f;
+    app->staged.overspeed_trip = 150.0f;
+    expect_refused("speed_request", REASON_CROSS_RULE);
+}
+
+static void test_what_changes_only_with_the_bridge_off_is_refused_while_it_is_on(void)
+{
+    given_bridge_on();
+    app->staged.encoder_lines = 1024;
+    expect_refused("encoder_lines", REASON_BRIDGE_ON);
+}
+
+/* The bridge was off when the set was judged, and on when it was to be offered. */
+static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
 {
     params_error_t why;
     app->staged.encoder_lines = 1024;
-    app->staged.speed_kp = 0.7f;
     from_here();
-    before_off = come_on;
+    bridge_comes = true;
     TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_INT32(REASON_BRIDGE_ON, why.reason);
     TEST_ASSERT_EQUAL_STRING("off on ", asked);
+    TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_EQUAL_INT32(2500, app->active.encoder_lines);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, app->active.speed_kp);
-    TEST_ASSERT_TRUE(interrupts_on);
+    interrupt();
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
 }
 
-/* Two sets before the interrupt has taken the first: that one is not touched while it could be. */
-static void test_a_second_set_takes_the_place_of_one_that_still_waits(void)
+/* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
+static void test_the_last_good_set_before_an_interrupt_is_taken(void)
 {
     params_error_t why;
     app->staged.speed_kp = 0.7f;
-    TEST_ASSERT_TRUE(app_apply(&why));
-    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
-    app->staged.speed_kp = 0.9f;
     from_here();
-    const drive_tuning_t first = app->drive.offer;
     TEST_ASSERT_TRUE(app_apply(&why));
-    expect_asked_in_good_order("off dead-band encoder on ");
-    TEST_ASSERT_TRUE(memcmp(&first, &app->drive.offer, sizeof first) != 0);
-    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
-    app_interrupt();
-    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
-}
-
-static void test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late(void)
-{
-    params_error_t why;
-    app->staged.speed_kp = 0.7f;
+    app->staged.speed_kp = 0.6f;
+    app->staged.start_speed = 9.0f;
     TEST_ASSERT_TRUE(app_apply(&why));
-    const drive_tuning_t first = app->drive.offer;
-    app->staged.speed_kp = 0.9f;
-    app->staged.encoder_lines = 1024;
-    from_here();
-    before_off = come_on;
+    app->staged.speed_kp = -1.0f;
     TEST_ASSERT_FALSE(app_apply(&why));
-    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
-    TEST_ASSERT_EQUAL_MEMORY(&first, &app->drive.offer, sizeof first);
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, app->drive.start_speed);
+}
+
+/* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
+static void test_a_set_offered_before_survives_one_that_came_too_late(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    app->staged.encoder_lines = 1024;
+    bridge_comes = true;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
 }
 
 static void test_requests_are_taken_with_interrupts_off(void)
@@ -376,8 +441,9 @@ static void test_requests_are_taken_with_interrupts_off(void)
 
     requests.speed_request = 1e9f;
     from_here();
+    const drive_t before = app->drive;
     TEST_ASSERT_FALSE(app_request(&requests, &why));
-    TEST_ASSERT_TRUE(same_but_for_the_offer());
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
 }
@@ -388,14 +454,18 @@ int main(void)
     RUN_TEST(test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog);
     RUN_TEST(test_a_start_that_fails_is_a_fault_and_starts_no_watchdog);
     RUN_TEST(test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive);
+    RUN_TEST(test_the_watchdog_is_fed_when_the_list_has_come_round);
+    RUN_TEST(test_the_background_sees_the_drive_between_two_interrupts_and_shows_it);
     RUN_TEST(test_the_interrupt_reads_first_and_acknowledges_last);
     RUN_TEST(test_each_flag_of_the_board_is_the_drive_s);
-    RUN_TEST(test_a_set_is_taken_with_interrupts_off_and_the_registers_follow);
+    RUN_TEST(test_a_set_is_offered_with_interrupts_off_and_the_registers_follow);
     RUN_TEST(test_while_the_bridge_is_on_the_registers_stay);
-    RUN_TEST(test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again);
-    RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_board_s_parameters);
-    RUN_TEST(test_a_second_set_takes_the_place_of_one_that_still_waits);
-    RUN_TEST(test_a_set_that_waits_is_not_lost_by_one_that_comes_too_late);
+    RUN_TEST(test_a_bad_set_is_refused_and_changes_nothing);
+    RUN_TEST(test_a_set_that_the_present_request_would_violate_is_refused);
+    RUN_TEST(test_what_changes_only_with_the_bridge_off_is_refused_while_it_is_on);
+    RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set);
+    RUN_TEST(test_the_last_good_set_before_an_interrupt_is_taken);
+    RUN_TEST(test_a_set_offered_before_survives_one_that_came_too_late);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();
 }

@@ -143,7 +143,7 @@ static void test_error_of_a_swinging_speed_is_that_of_the_loop_alone(void)
 
 /* ---- 5. pull-in ---- */
 
-/* Issue 4; for 3 rad the reference study's 163 and 320 ms and a tenth. */
+/* For 3 rad 163 and 320 ms of another simulation (docs/theory.md, 21) and a tenth. */
 static void check_pull_in(double bandwidth, double cutoff, double angle, double limit)
 {
     for (int n = 0; n < 4; n++) {

@@ -51,7 +51,7 @@ static void test_reset_of_the_vector_form_goes_on_without_a_bump(void)
     check_reset(SMO_SIGMOID_VECTOR, 0.0f, 1.0);
 }
 
-/* Its k_f starts from one sample instead of a mean over turns: 5 mrad of issue 4. */
+/* Its k_f starts from one sample instead of a mean over turns. */
 static void test_reset_of_the_sigmoid_goes_on_with_little(void)
 {
     check_reset(SMO_SIGMOID, 2000.0f, 5.0);

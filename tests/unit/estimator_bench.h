@@ -68,7 +68,7 @@ static inline void tune(estimator_params_t *params, double bandwidth, double cut
     TEST_ASSERT_TRUE(pll_design(&params->pll, (float)bandwidth, 1.0f, (float)cutoff, (float)T));
 }
 
-/* The default: vector sigmoid by the rule (physics.md section 2), exact lag, 2000 rad/s, PLL 200 / 50. */
+/* The default: vector sigmoid by the rule (docs/theory.md, 3), exact lag, 2000 rad/s, PLL 200 / 50. */
 static inline estimator_params_t params_of(int machine)
 {
     double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;

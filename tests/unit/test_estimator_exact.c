@@ -88,7 +88,7 @@ static void test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle
  *     (omega T/2) (cos(phi)^2 - cos(phi) sin(phi) R/(omega L))
  *
  * and the filter by omega T/2; the next terms are smaller by (g T/L)(omega T) or so, 0.04 at T = 1e-4. At
- * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (physics.md section 2). */
+ * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (docs/theory.md, 21). */
 static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes(void)
 {
     static const double cutoffs[] = {0.0, 2000.0};
@@ -300,7 +300,7 @@ static void test_feedforward_carries_the_whole_speed(void)
 /* ---- 10. timing ---- */
 
 /* omega T is 62.8 mrad at 1500 r/min. Without current the voltage is the EMF's mean, turned by just that; a
- * current adds R i and L di/dt that are turned too (physics.md section 1: +62.8 and -62.9 in closed loop). */
+ * current adds R i and L di/dt that are turned too (docs/theory.md, 21: +62.8 and -62.9 in closed loop). */
 static void check_voltage_off(double way, double current, double tolerance)
 {
     double omega = way * 1500.0 * RAD_PER_RPM;

@@ -8,8 +8,9 @@
  *     e = (R + j omega_e L) x + W v,     W = b (R + j omega_e L)/(z - a) = F(d + j omega_e T)/F(d),
  *                                        F(y) = y/(e^y - 1),  d = R T/L
  *
- * W is what holding v costs: mostly half a period of lead, 1 - j omega_e T/2 + (omega_e T)^2 ... (smo_prepare
- * makes its series). As v = g x with g = k_s k_f of the moment, one impedance says all:
+ * W is what holding v costs: with little resistance 1 - j x/2 - x^2/12 - x^4/720, x = omega_e T;
+ * smo_prepare() makes the series for any d. As v = g x with g = k_s k_f of the moment, one impedance says
+ * all:
  *
  *     e = Z x,     Z = R + j omega_e L + g W,     e_hat = v = g x lags by arg Z and is shorter by |Z|/g
  *

@@ -29,9 +29,6 @@
 #define RATED       4.55 /* [A] of the paper's machine at 5 N m */
 #define FLOAT_MEAN  0.03 /* [mrad] */
 #define FLOAT_PEAK  0.1  /* [mrad] */
-#ifndef FAST_RESET
-#define FAST_RESET 0.05 /* [mrad] where a length is off by 1e-6 */
-#endif
 
 static const struct {
     double resistance, inductance, flux_linkage, omega_max;

@@ -1,4 +1,4 @@
-"""The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER"""
+"""The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER FAULT_ROWS"""
 
 import json
 import os
@@ -9,7 +9,7 @@ import sys
 import time
 import unittest
 
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+LAGLESS, FOLDER, FAULT_ROWS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
 
 STEP = """schema = 1
 title = "a test"
@@ -72,6 +72,35 @@ class CommandLine(unittest.TestCase):
             done = lagless(*arguments, "--json")
             self.assertEqual(0, done.returncode, arguments)
             self.assertIsInstance(json.loads(done.stdout), dict)
+
+    def test_explain_shows_every_row_of_the_fault_table(self):
+        rows = [line.split("\t") for line in subprocess.run([FAULT_ROWS], capture_output=True, text=True).stdout.splitlines()]
+        reasons = {reason["name"]: reason for reason in json.loads(lagless("explain", "--json").stdout)["reasons"]}
+        self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
+        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, running, opens in rows:
+            by_name = json.loads(lagless("explain", name, "--json").stdout)
+            self.assertEqual(by_name, json.loads(lagless("explain", number, "--json").stdout))
+            self.assertEqual(by_name, reasons[name])
+            self.assertEqual(int(number), by_name["number"])
+            self.assertEqual({
+                "quantity": quantity, "comparison": comparison, "limit": limit or None, "margin": float(margin),
+                "default": float(value) if limit else None, "unit": unit or None, "debounce_periods": int(debounce),
+                "debounce_ms": float(debounce_ms), "when": "RUNNING" if running == "1" else "ALWAYS",
+                "reaction": "OPEN" if opens == "1" else "WARN"}, by_name["fault"])
+            text = lagless("explain", name).stdout
+            told = dict(line.strip().split(": ", 1) for line in text.replace(":    ", ": ").splitlines()[1:])
+            self.assertTrue(told["must hold for"].startswith(debounce + " period"), text)
+            self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms)), text)
+            self.assertIn("latched" if opens == "1" else "warnings", told["reaction"])
+            self.assertIn("gates" if running == "1" else "always", told["judged"])
+            for part in (quantity, limit, {"ABOVE": " > ", "BELOW": " < ", "HOLDS": ""}[comparison]):
+                self.assertIn(part, told["condition"])
+
+    def test_explain_shows_the_limit_with_its_margin_and_unit(self):
+        self.assertRegex(lagless("explain", "sink_warm").stdout,
+                         r"sink_temperature > sink_temperature_max - 10, by default \S+ degC\n")
+        self.assertRegex(lagless("explain", "overspeed").stdout, r"speed > overspeed_trip, by default \S+ r/min\n")
+        self.assertNotIn("condition", lagless("explain", "not_ready").stdout)
 
     def test_bench_counts_instructions_of_the_estimator(self):
         done = lagless("bench", "--seconds", "0.01", "--json")

@@ -280,11 +280,11 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
 {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "sample_flags"));
     const double period = rig_value(rig, "period");
+    const double lost = rig_value(rig, "true_omega_e") * RIG_PERIOD_SECONDS;
     run_put(rig, "plant.encoder_offset", JUMP);
     expect_phase_error_seen_once();
     TEST_ASSERT_DOUBLE_WITHIN(1.0, period + 1.0, rig_value(rig, "fault_period"));
     expect_stopped(REASON_ENCODER_PHASE);
-    const double lost = rig_value(rig, "omega_e") * RIG_PERIOD_SECONDS;
     TEST_ASSERT_DOUBLE_WITHIN(0.004, -lost, encoder_error()); /* a count is 2.5 mrad */
 
     /* Nothing of it is left: a reset, and the drive runs again. */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "app/app.h"
 #include "host_sim/rig/rig.h"
 #include "tests/target/recording.h"
 

@@ -82,8 +82,11 @@ static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
         input.calibration = measure_calibrate(&drive->measure, samples);
     }
     const sequence_order_t order = sequence_step(&drive->sequence, &input);
-    if (drive->sequence.state == (int32_t)DRIVE_FAULT && !was_fault) {
+    const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
+    if (is_fault && !was_fault) {
         drive_note_fault(drive);
+    } else if (was_fault && !is_fault) {
+        tap_history_clear(&drive->history);
     }
     return order;
 }
@@ -168,7 +171,8 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     drive->command.gates = (int32_t)order.gates;
     inverter_remember(&drive->inverter, drive->command.duty, drive->measure.measured.current,
                       drive->measure.measured.u_dc);
-    if (drive->sequence.state != (int32_t)DRIVE_FAULT) {
+    /* up to the fault's own period, which is this one unless a trip came between two steps */
+    if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
         tap_history_keep(&drive->history, drive);
     }
     *command = drive->command;

@@ -4,10 +4,10 @@
  *             --> current control --> inverter: duties                             (each in a room of its
  * own)
  *
- * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it returns act on
- * [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e + 1.5 T_s
- * omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps ago made
- * (inverter/inverter.h).
+ * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it
+ * returns act on [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e
+ * + 1.5 T_s omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps
+ * ago made (inverter/inverter.h).
  *
  * Position: the encoder or the estimator, as position_source says. The estimator runs whenever the bridge is
  * on; it starts from the encoder's angle, which stands for the start that a drive without one needs.
@@ -85,7 +85,7 @@ typedef struct {
     uint32_t offered; /* [-] 1: there is one */
     drive_tuning_t offer;
 
-    tap_history_t history; /* the periods before a fault, and the newest without one */
+    tap_history_t history; /* a fault holds it: its own period is the newest; a reset empties it */
 } drive_t;
 
 /* All state zero, in not ready, requests off. The set must be good (checked). */

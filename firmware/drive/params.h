@@ -1,7 +1,7 @@
 /* Parameters of the drive: the one table, the struct made from it, and the judgement over a whole set.
  *
  * Staged and active: outside writes single values into a staged set; params_check judges the whole set,
- * ranges first, then the rules between parameters; only then may drive_apply take it over. */
+ * ranges first, then the rules between parameters; only then is its tuning made (drive_prepare) and taken. */
 #ifndef DRIVE_PARAMS_H
 #define DRIVE_PARAMS_H
 
@@ -124,7 +124,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "for how long on balance a sign must fail before the estimate counts as lost")                         \
+      "for how long on balance a criterion must fail before the estimate counts as lost")                    \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
       "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \

@@ -343,6 +343,6 @@ int command_bench(int argc, char **argv)
     printf("  interrupt  %7.0f ns\n", isr_ns);
     printf("one estimator_step, " LAGLESS_BUILD "\n");
     print_cost("typical", &typical, "1000 r/min, 5 N m");
-    print_cost("worst", &worst, "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a sign failing");
+    print_cost("worst", &worst, "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a criterion failing");
     return EXIT_DONE;
 }

@@ -195,7 +195,7 @@ static const setting_t harmonic_settings[] = {
     {"plant.emf_5th", 0.01},
     {"plant.emf_7th", 0.005},
 };
-/* The rig, and the signs of a lost estimate, which the paper does not have. */
+/* The rig, and the criteria of a lost estimate, which the paper does not have. */
 const setting_t paper_common[] = {
     {"params.speed_kp", 0.5},
     {"params.speed_ki", 2.5},

@@ -465,7 +465,7 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
     return 0.0;
 }
 
-/* floor(), for what fits 64 bits; the usual sign is the short way. */
+/* floor(), for what fits 64 bits; one comparison for what is not negative. */
 static int64_t floor_of(double x)
 {
     if (x >= 0.0) {

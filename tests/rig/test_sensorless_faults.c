@@ -322,8 +322,8 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 #define WANDERS 0.5
 
 /* Whatever stalls it, the estimate is lost with a reason and the gates open: at the latest 0.2 s after the
- * rotor has come to rest, twice the debounce, since a sign has to fail on balance; with a real inverter as
- * late as the estimate wanders (next test). The current stays within its limit. */
+ * rotor has come to rest, twice the debounce, since a criterion has to fail on balance; with a real inverter
+ * as late as the estimate wanders (next test). The current stays within its limit. */
 static void test_stalled_rotor_loses_the_estimate(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
@@ -497,7 +497,7 @@ static void test_fast_crossing_is_not_stopped(void)
     }
 }
 
-/* ---- each sign below its limit, above it, and off ---- */
+/* ---- each criterion below its limit, above it, and off ---- */
 
 static void test_amplitude_is_not_judged_when_off(void)
 {

@@ -291,7 +291,7 @@ static void run_all(void)
                             .refusal = REASON_FAULT_LATCHED,
                             .fault_reason = REASON_BAD_SAMPLE,
                             .fault_period = stopped,
-                            .faults_later = 8.0, /* the fourth row of the protection's table */
+                            .faults_later = 8.0, /* bit 3: the fault table's fourth row */
                             .flags = 1.0});
 
     settings_period = RIG_PERIOD_SECONDS;

@@ -73,7 +73,7 @@ void tearDown(void)
 static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place(void)
 {
     if (setjmp(leave) == 0) {
-        check_failed("pll_retune", 67u);
+        check_failed("pll_prepare", 67u);
     }
     TEST_ASSERT_EQUAL_STRING("interrupts off, gates off, feed", asked);
     TEST_ASSERT_EQUAL_UINT32(TURNS, fed);
@@ -82,9 +82,9 @@ static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog
 static void test_function_and_line_are_there_for_a_debugger(void)
 {
     if (setjmp(leave) == 0) {
-        check_failed("pll_retune", 67u);
+        check_failed("pll_prepare", 67u);
     }
-    TEST_ASSERT_EQUAL_STRING("pll_retune", check_failure.function);
+    TEST_ASSERT_EQUAL_STRING("pll_prepare", check_failure.function);
     TEST_ASSERT_EQUAL_UINT(67u, check_failure.line);
 }
 

@@ -313,8 +313,8 @@ static void test_sensorless_start_needs_a_rotor_that_turns(void)
     }
 }
 
-/* Until the sign `bit` fails in every period it takes what the machine does; from then on 0.1 s on balance,
- * 1001 periods. The step that finds it opens the bridge. */
+/* Until the criterion `bit` fails in every period it takes what the machine does; from then on 0.1 s on
+ * balance, 1001 periods. The step that finds it opens the bridge. */
 static void expect_lost(int32_t reason, uint32_t bit, double most_seconds)
 {
     const uint32_t begin = drive.period;

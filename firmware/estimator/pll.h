@@ -188,7 +188,7 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_v
         return pll_coast(pll, acceleration);
     }
 
-    /* Detector (15), (16), normalised (17). */
+    /* Detector and its normalisation, eqs. (15) - (17). */
     float inverse = inverse_root(square);
     float amplitude = square * inverse;
     float sign = pll_soft_sign(pll);
@@ -204,7 +204,7 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_v
         feedforward = pll->feedforward;
     }
 
-    /* Loop (18), (19); its integrator acts from the next period on. */
+    /* Loop, eqs. (18), (19); its integrator acts from the next period on. */
     position_t position = {pll->theta_e, pll->integral + tuning->kp * detector + feedforward};
     float integral = pll->integral + tuning->ki_period * detector;
     if (bounds_magnitude(integral) <= 2.0f * tuning->speed_limit) {
@@ -222,7 +222,7 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_v
 /* A period whose EMF is in doubt: it goes into the filter, and the loop coasts. */
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration);
 
-/* kp, ki, feedforward_cutoff and period for a -3 dB bandwidth of the closed loop (22) of `bandwidth` [rad/s]:
+/* kp, ki, feedforward_cutoff and period for a -3 dB `bandwidth` [rad/s] of the closed loop, eq. (22):
  * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping
  *
  *     (1 + c^2) u^4 + [4 z^2 + 2 + c^2 (4 z^2 - 2)] u^2 + 8 z c u = 1 - c^2           (|Phi_1|^2 = 1/2)

@@ -138,7 +138,7 @@ static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
     ab_t hat = smo->current_hat;
     ab_t v = smo->switched;
 
-    /* (5): a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
+    /* eq. (5): a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
     hat.alpha += tuning->voltage_gain * (voltage.alpha - v.alpha - tuning->resistance * hat.alpha);
     hat.beta += tuning->voltage_gain * (voltage.beta - v.beta - tuning->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
@@ -153,7 +153,7 @@ static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
     smo_switch(smo, square);
 
     v = smo->switched;
-    if (tuning->emf_decay > 0.0f) { /* (11) */
+    if (tuning->emf_decay > 0.0f) { /* eq. (11) */
         v.alpha += tuning->emf_decay * (smo->emf_hat.alpha - v.alpha);
         v.beta += tuning->emf_decay * (smo->emf_hat.beta - v.beta);
     }

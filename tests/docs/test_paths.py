@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Every path, link and function that a document names exists in the tree; and the search finds one that does not.
+"""Every path, link and function that a document names exists in the tree, a function in the file that is named with it; and
+the search finds what does not.
 
 usage: test_paths.py DOCUMENT...        paths from the project's root. Python 3.9, standard library only
 """
@@ -16,6 +17,7 @@ FOLDERS = ("cmake", "docs", "firmware", "hal", "host_sim", "linker", "targetConf
 PATH = re.compile(rf"`((?:{'|'.join(FOLDERS)})/[\w./-]*)[ `]")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 FUNCTION = re.compile(r"(?<![\w.>])([a-z]\w*_\w+)\(\)")
+PLACE = re.compile(r"`([\w./]+\.[ch])`:\s+`(\w+)\(\)`")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
@@ -24,8 +26,12 @@ def functions_of_the_tree():
     found = set()
     for folder in ("firmware", "hal", "host_sim"):
         for path in (ROOT / folder).rglob("*.[ch]"):
-            found |= set(re.findall(r"\b([a-z]\w*)\s*\(", COMMENT.sub(" ", path.read_text(encoding="utf-8"))))
+            found |= functions_of(path)
     return found
+
+
+def functions_of(path):
+    return set(re.findall(r"\b([a-z]\w*)\s*\(", COMMENT.sub(" ", path.read_text(encoding="utf-8"))))
 
 
 def missing(text, folder, functions):
@@ -33,6 +39,8 @@ def missing(text, folder, functions):
     lacking = [path for path in PATH.findall(text) if "NAME" not in path and not (ROOT / path).exists()]
     lacking += [link for link in LINK.findall(text) if not (folder / link).exists()]
     lacking += [name + "()" for name in FUNCTION.findall(text) if name not in functions]
+    lacking += [f"{path}: {name}()" for path, name in PLACE.findall(text)
+                if (ROOT / path).exists() and name not in functions_of(ROOT / path)]
     return lacking
 
 
@@ -50,9 +58,10 @@ class Paths(unittest.TestCase):
 
     def test_what_does_not_exist_is_found(self):
         text = ("`hal/hal.h`, `hal/nothing.h`, `tools/cost --accept`, `tools/nothing --accept`, [a](docs/board.md), [b](docs/none" ".md#x), "
-                "`drive_step()`, drive_nothing(), `make_x(1)`, [c](https://example.org)")
+                "`drive_step()`, drive_nothing(), `make_x(1)`, [c](https://example.org), "
+                "`hal/hal.h`: `hal_init()`, `hal/board.h`: `hal_init()`")
         self.assertEqual(missing(text, ROOT, self.functions),
-                         ["hal/nothing.h", "tools/nothing", "docs/none" + ".md", "drive_nothing()"])
+                         ["hal/nothing.h", "tools/nothing", "docs/none" + ".md", "drive_nothing()", "hal/board.h: hal_init()"])
 
 
 if __name__ == "__main__":

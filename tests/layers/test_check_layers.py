@@ -36,10 +36,10 @@ TREE = {
     "firmware/estimator/smo.h": "float smo_step(float x);\n",
     "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "contract/table.h"\n#include "math/angle.h"\n'
     "float smo_step(float x)\n{\n    return angle_wrap(x);\n}\n",
-    "firmware/control/svpwm.h": "float svpwm(float x);\n",
-    "firmware/control/svpwm.c": '#include "control/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
+    "firmware/inverter/svpwm.h": "float svpwm(float x);\n",
+    "firmware/inverter/svpwm.c": '#include "inverter/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
     "firmware/drive/drive.h": "float drive_step(float x);\n",
-    "firmware/drive/drive.c": '#include "drive.h"\n#include "estimator/smo.h"\n#include "control/svpwm.h"\n'
+    "firmware/drive/drive.c": '#include "drive.h"\n#include "estimator/smo.h"\n#include "inverter/svpwm.h"\n'
     "float drive_step(float x)\n{\n    return svpwm(smo_step(x));\n}\n",
     "firmware/app/app.c": '#include "drive/drive.h"\n#include "hal/hal.h"\nfloat app_run(void);\n'
     "struct { float x; } app;\n"
@@ -58,7 +58,7 @@ TREE = {
     "tests/unit/test_angle.c": '#include "math/angle.h"\n#include "unity.h"\n',
 }
 LIBRARIES = {
-    "firmware": ("firmware/math/angle.c", "firmware/contract/table.c", "firmware/estimator/smo.c", "firmware/control/svpwm.c",
+    "firmware": ("firmware/math/angle.c", "firmware/contract/table.c", "firmware/estimator/smo.c", "firmware/inverter/svpwm.c",
                  "firmware/drive/drive.c"),
     "app": ("firmware/app/app.c",),
     "hal": ("hal/f28335/pwm.c",),
@@ -165,8 +165,8 @@ class CheckLayers(unittest.TestCase):
     def test_math_must_not_include_estimator(self):
         self.assert_forbidden_include("firmware/math/angle.c", "estimator/smo.h")
 
-    def test_math_must_not_include_control(self):
-        self.assert_forbidden_include("firmware/math/angle.h", "../control/svpwm.h")
+    def test_math_must_not_include_inverter(self):
+        self.assert_forbidden_include("firmware/math/angle.h", "../inverter/svpwm.h")
 
     def test_math_must_not_include_contract(self):
         self.assert_forbidden_include("firmware/math/angle.c", "contract/table.h")
@@ -177,14 +177,14 @@ class CheckLayers(unittest.TestCase):
     def test_contract_must_not_include_drive(self):
         self.assert_forbidden_include("firmware/contract/table.h", "drive/drive.h")
 
-    def test_estimator_must_not_include_control(self):
-        self.assert_forbidden_include("firmware/estimator/smo.c", "control/svpwm.h")
+    def test_estimator_must_not_include_inverter(self):
+        self.assert_forbidden_include("firmware/estimator/smo.c", "inverter/svpwm.h")
 
-    def test_control_must_not_include_estimator(self):
-        self.assert_forbidden_include("firmware/control/svpwm.c", "firmware/estimator/smo.h")
+    def test_inverter_must_not_include_estimator(self):
+        self.assert_forbidden_include("firmware/inverter/svpwm.c", "firmware/estimator/smo.h")
 
-    def test_control_must_not_include_drive(self):
-        self.assert_forbidden_include("firmware/control/svpwm.c", "drive/drive.h")
+    def test_inverter_must_not_include_drive(self):
+        self.assert_forbidden_include("firmware/inverter/svpwm.c", "drive/drive.h")
 
     def test_drive_must_not_include_app(self):
         self.assert_forbidden_include("firmware/drive/drive.c", "app/app.h")
@@ -381,18 +381,6 @@ class CheckLayers(unittest.TestCase):
         self.assertEqual(self.check(*self.build()).returncode, 0)
         self.assert_forbidden_symbol("hal/f28335/pwm.c", text.format(2), 5, "hal must not need check_failed")
 
-    def test_math_must_not_need_drive(self):
-        self.assert_forbidden_symbol(
-            "firmware/math/angle.c",
-            "float drive_step(float);\nfloat f(float);\nfloat f(float x)\n{\n    return drive_step(x);\n}\n",
-            5, "firmware/math must not need drive_step of firmware/drive")
-
-    def test_control_must_not_need_estimator(self):
-        self.assert_forbidden_symbol(
-            "firmware/control/svpwm.c",
-            "float smo_step(float);\nfloat f(float);\nfloat f(float x)\n{\n    return smo_step(x);\n}\n",
-            5, "firmware/control must not need smo_step of firmware/estimator")
-
     def test_firmware_must_not_own_data(self):
         self.assert_forbidden_symbol(
             "firmware/drive/drive.c",
@@ -426,18 +414,6 @@ class CheckLayers(unittest.TestCase):
             "hal/f28335/pwm.c",
             "float drive_step(float);\nvoid f(void);\nvoid f(void)\n{\n    drive_step(1.0f);\n}\n",
             5, "hal must not need drive_step")
-
-    def test_chip_must_not_need_hal(self):
-        self.assert_forbidden_symbol(
-            "host_sim/chip/chip.c",
-            "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
-            5, "chip must not need hal_write")
-
-    def test_plant_must_not_need_firmware(self):
-        self.assert_forbidden_symbol(
-            "host_sim/plant/plant.c",
-            "float angle_wrap(float);\ndouble f(void);\ndouble f(void)\n{\n    return (double)angle_wrap(1.0f);\n}\n",
-            5, "plant must not need angle_wrap")
 
     def test_plant_must_not_need_inexact_libm(self):
         self.assert_forbidden_symbol(

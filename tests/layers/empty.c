@@ -1,0 +1,5 @@
+/* A program of nothing, for a library to be linked with. */
+int main(void)
+{
+    return 0;
+}

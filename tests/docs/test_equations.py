@@ -87,7 +87,7 @@ class Equations(unittest.TestCase):
 
     def test_function_is_defined_in_the_file(self):
         for number, places in self.table.items():
-            self.assertIn(places[0], self.defined, f"({number})")
+            self.assertTrue(places[0] in self.defined, f"({number}): {places[0]}")
 
     def test_its_comment_claims_the_equation_and_no_other_does(self):
         for number, places in self.table.items():

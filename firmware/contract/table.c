@@ -50,8 +50,9 @@ float table_get(const table_row_t *row, const void *base)
 
 void table_set(const table_row_t *row, void *base, float value)
 {
+    void *slot = (char *)base + row->offset;
     if (row->kind == SLOT_FLOAT) {
-        *(float *)((char *)base + row->offset) = value;
+        *(float *)slot = value;
     } else {
         table_set_whole(row, base, (int64_t)(value + (value < 0.0f ? -0.5f : 0.5f)));
     }
@@ -155,7 +156,7 @@ uint32_t table_hash(const table_t *table, uint32_t seed)
     uint32_t hash = seed ^ UINT32_C(2166136261);
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
-        for (int32_t shift = 0; shift < 32; shift += 8) {
+        for (uint32_t shift = 0u; shift < 32u; shift += 8u) {
             hash = hash_octet(hash, row->id >> shift);
         }
         hash = hash_octet(hash, (uint32_t)row->kind);

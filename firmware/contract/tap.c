@@ -28,7 +28,8 @@ bool tap_history_init(tap_history_t *history, const table_t *table, const uint32
 void tap_history_keep(tap_history_t *history, const void *base)
 {
     tap_copy(history->offsets, TAP_SLOTS, base, history->slots[history->next % TAP_PERIODS]);
-    history->next++;
+    history->next =
+        history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }
 
 uint32_t tap_history_count(const tap_history_t *history)

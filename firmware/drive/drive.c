@@ -26,11 +26,11 @@ static void estimate(drive_t *drive)
         (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
     }
 
-    if (drive->estimator.estimate.coasted == 0u) {
+    if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
         flux_step(&drive->flux, drive->estimator.estimate.amplitude, drive->estimator.estimate.omega_smooth,
                   drive->estimator.estimate.detector);
+        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
-    chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
                            drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
                            measured->current);
@@ -77,7 +77,7 @@ static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
         .standstill = bounds_within(drive->omega_m, STANDSTILL),
         .calibration = CALIBRATION_GOES_ON,
     };
-    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY && drive->guard.faults == 0u) {
+    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         input.calibration = measure_calibrate(&drive->measure, samples);
     }

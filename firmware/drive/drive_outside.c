@@ -14,6 +14,7 @@ void drive_take(drive_t *drive)
     encoder_take(&drive->encoder, &tuning->encoder);
     chosen_take(&drive->estimator, &tuning->estimator);
     flux_take(&drive->flux, &tuning->flux);
+    chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
     inverter_take(&drive->inverter, &tuning->inverter);
     drive->doubt.tuning = tuning->doubt;

@@ -12,6 +12,9 @@
 #include "estimator/chosen.h"
 #include "math/float_bits.h"
 
+/* The rule that the fixed-point twin breaks: its formats follow several rows, the range is told. */
+#define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
+
 static const table_row_t *row_of(param_t param)
 {
     return &params_table.rows[param];
@@ -27,17 +30,6 @@ static bool is_judged(const rule_t *rule, const params_t *params, param_t except
         }
     }
     return true;
-}
-
-/* How a rule depends on a row; IS_READ: not at all, or not one way. */
-static lever_sense_t sense_of(const rule_t *rule, param_t param)
-{
-    for (int32_t n = 0; n < rule->count; n++) {
-        if (rule->levers[n].row == param) {
-            return rule->levers[n].sense;
-        }
-    }
-    return IS_READ;
 }
 
 /* ---- the range that is accepted ---- */
@@ -161,7 +153,7 @@ static search_t accepted(const params_t *params, param_t param)
                        .min = number_of(row, table_min(row)),
                        .max = number_of(row, table_max(row))};
     for (rule_number_t rule = RULE_TRIP; rule < RULES && !search.none; rule++) {
-        const lever_sense_t sense = sense_of(&rules[rule], param);
+        const lever_sense_t sense = rules_sense(rule, param);
         if (sense != IS_READ && is_judged(&rules[rule], params, param)) {
             narrow(&search, rule, sense);
         }
@@ -180,16 +172,13 @@ static search_t accepted(const params_t *params, param_t param)
 /* The rule of thumb for a row, with the others as they are, in its unit; 0: there is none. */
 static float thumb(const params_t *params, param_t param)
 {
-    switch (param) {
-    case PARAM_observer_gain:
+    if (param == PARAM_observer_gain) {
         return 1.75f * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip;
-    case PARAM_observer_slope:
-        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
-    case PARAM_estimate_current_max:
-        return 4.0f / params->observer_slope;
-    default:
-        return 0.0f;
     }
+    if (param == PARAM_observer_slope) {
+        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
+    }
+    return param == PARAM_estimate_current_max ? 4.0f / params->observer_slope : 0.0f;
 }
 
 static float between(float value, float min, float max)
@@ -225,7 +214,7 @@ static void advise_another(const params_t *params, param_t param, params_error_t
     }
     why->change = 0u;
     for (rule_number_t rule = RULE_TRIP; rule < RULES; rule++) {
-        for (int32_t n = 0; n < rules[rule].count && sense_of(&rules[rule], param) != IS_READ; n++) {
+        for (int32_t n = 0; n < rules[rule].count && rules_sense(rule, param) != IS_READ; n++) {
             const lever_t *lever = &rules[rule].levers[n];
             if (why->change == 0u && lever->row != param && lever->sense != IS_READ &&
                 makes_room(&wished, param, lever, &why->advice)) {
@@ -278,25 +267,30 @@ bool params_check(const params_t *params, params_error_t *why)
     }
     param_t blamed = PARAM_motor_pole_pairs;
     return estimator_blames(params, &blamed, why) == 0 ||
-           refuse(params, blamed, REASON_CROSS_RULE, why->rule, why);
+           refuse(params, blamed, REASON_CROSS_RULE, FORMATS, why);
+}
+
+static bool differs(const table_row_t *row, const params_t *one, const params_t *other)
+{
+    if (row->kind == SLOT_FLOAT) {
+        return table_get(row, one) != table_get(row, other);
+    }
+    return table_whole(row, one) != table_whole(row, other);
 }
 
 bool params_check_live(const params_t *active, const params_t *next, params_error_t *why)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
         const table_row_t *row = &params_table.rows[n];
-        const float value = table_get(row, next);
-        const float now = table_get(row, active);
-        const bool same =
-            row->kind == SLOT_FLOAT ? value == now : table_whole(row, next) == table_whole(row, active);
-        if (row->access == TABLE_OFF && !same) {
+        if (row->access == TABLE_OFF && differs(row, next, active)) {
+            const float now = table_get(row, active);
             *why = (params_error_t){.field = row->name,
                                     .rule = "changes only while the bridge is off",
-                                    .value = value,
+                                    .value = table_get(row, next),
                                     .min = now,
                                     .max = now,
                                     .id = row->id,
-                                    .reason = REASON_BRIDGE_ON,
+                                    .reason = (int32_t)REASON_BRIDGE_ON,
                                     .change = row->id};
             return false;
         }

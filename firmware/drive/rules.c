@@ -134,7 +134,14 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         alone.flux_linkage = all.flux_linkage;
         alone.validity.speed_max = all.validity.speed_max;
         break;
-    default:
+    case RULE_TRIP:
+    case RULE_LINK:
+    case RULE_DELAY:
+    case RULE_ENCODER:
+    case RULE_TURN:
+    case RULE_FEEDFORWARD:
+    case RULE_FORGETTING:
+    case RULES:
         break;
     }
     return estimator_params_check(&alone, &ignored);
@@ -178,4 +185,14 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         break;
     }
     return true;
+}
+
+lever_sense_t rules_sense(rule_number_t rule, param_t param)
+{
+    for (int32_t n = 0; n < rules[rule].count; n++) {
+        if (rules[rule].levers[n].row == param) {
+            return rules[rule].levers[n].sense;
+        }
+    }
+    return IS_READ;
 }

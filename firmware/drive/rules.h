@@ -56,4 +56,7 @@ extern const rule_t rules[RULES];
  * one holds where that does not. */
 bool rules_hold(rule_number_t rule, const params_t *params);
 
+/* How a rule depends on a row; IS_READ: not at all, or not one way. */
+lever_sense_t rules_sense(rule_number_t rule, param_t param);
+
 #endif

@@ -124,7 +124,11 @@ static sequence_order_t in_operation(sequence_t *sequence, const sequence_input_
 
 static sequence_order_t in_quick_stop(sequence_t *sequence, const sequence_input_t *input)
 {
-    if (input->requests->enable == (int32_t)REQUEST_OFF || input->standstill) {
+    if (input->requests->enable == (int32_t)REQUEST_OFF) {
+        enter(sequence, DRIVE_READY);
+        return off;
+    }
+    if (input->standstill) {
         sequence->stopped = 1u;
         enter(sequence, DRIVE_READY);
         return off;

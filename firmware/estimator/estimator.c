@@ -92,14 +92,12 @@ static inline void publish(estimator_t *est, position_t position, rotation_t rot
     estimate->rotation = rotation;
     estimate->omega_smooth = pll->omega_smooth;
     estimate->emf_hat = smo->emf_hat;
-    estimate->emf = est->observer.emf;
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
     estimate->current_err = smo->current_err;
     estimate->gain_axis = smo->axes.gain_axis;
     estimate->gain = smo->gain_mean;
-    estimate->invalid =
-        est->tracker.validity.debounce.invalid | (smo->rejected != 0u ? ESTIMATOR_SAMPLE : 0u);
+    estimate->invalid = est->tracker.validity.debounce.invalid | (smo->rejected * ESTIMATOR_SAMPLE);
 }
 
 void estimator_reset(estimator_t *est, position_t start, ab_t current)
@@ -112,6 +110,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
                   bounds_magnitude(length));
     publish(est, rotor, rotation);
+    est->estimate.emf = emf;
     est->estimate.coasted = 0u;
 }
 
@@ -120,14 +119,15 @@ static inline position_t step(estimator_t *est, ab_t voltage, ab_t current, bool
 {
     tracker_t *tracker = &est->tracker;
     const rotation_t rotation = tracker->pll.rotation;
-    const bool seen = observer_step(&est->observer, voltage, current, tracker->pll.omega_e);
+    ab_t emf;
+    const bool seen = observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf);
     position_t position;
     if (!seen) {
         position = tracker_coast(tracker);
-    } else if (doubtful) {
-        position = tracker_watch(tracker, est->observer.emf, current);
     } else {
-        position = tracker_step(tracker, est->observer.emf, current, smo_error_square(&est->observer.smo));
+        est->estimate.emf = emf;
+        position = doubtful ? tracker_watch(tracker, emf, current)
+                            : tracker_step(tracker, emf, current, smo_error_square(&est->observer.smo));
     }
     publish(est, position, rotation);
     est->estimate.coasted = !seen || doubtful;

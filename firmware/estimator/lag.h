@@ -46,8 +46,42 @@ float lag_attenuation(const smo_t *smo, float omega_e);
  * other modes take the filtered e_hat, turn it by lag_angle() and divide by lag_attenuation(). */
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
 
+/* Z, or what else multiplies a vector [ohm]. */
+typedef struct {
+    float re, im;
+} lag_impedance_t;
+
+/* Z [ohm] at this speed [rad/s] and g [ohm]. */
+static inline lag_impedance_t lag_impedance(const smo_tuning_t *tuning, float omega_e, float g)
+{
+    float x = omega_e * tuning->period;
+    float square = x * x;
+    float w_re = 1.0f - square * (tuning->hold[1] - square * tuning->hold[3]);
+    float w_im = x * (tuning->hold[0] - square * tuning->hold[2]);
+    return (lag_impedance_t){tuning->resistance + g * w_re, omega_e * tuning->inductance + g * w_im};
+}
+
+/* What lag_emf() does for the paper's modes: paper/lag_paper.h. */
+ab_t lag_paper_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
+
+/* lag_emf() itself, inline for the interrupt. */
+static inline ab_t lag_emf_inline(const smo_t *smo, lag_mode_t mode, float omega_e)
+{
+    if (mode != LAG_EXACT) {
+        return lag_paper_emf(smo, mode, omega_e);
+    }
+    float g = smo->tuning.gain * smo->gain_mean;
+    ab_t error = smo->current_err;
+    if (smo->tuning.switching != (int32_t)SMO_SIGMOID_VECTOR) {
+        float per_g = 1.0f / g;
+        error = (ab_t){per_g * smo->switched.alpha, per_g * smo->switched.beta};
+    }
+    lag_impedance_t z = lag_impedance(&smo->tuning, omega_e, g);
+    return (ab_t){z.re * error.alpha - z.im * error.beta, z.re * error.beta + z.im * error.alpha};
+}
+
 /* The current error [A] of the vector form that has settled on the EMF `emf` [V] turning at omega_e [rad/s]:
- * lag_emf() backwards, for resets. An EMF longer than 0.99 k_s is taken as that long. Six divisions. */
+ * lag_emf() backwards, for resets. An EMF longer than 0.99 k_s is taken as that long. Nine divisions. */
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf);
 
 /* The switching voltage v [V] of an observer that has settled on the EMF `emf` [V] turning at omega_e

@@ -44,7 +44,6 @@ float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf
     if (smo->tuning.emf_decay > 0.0f) {
         smo->emf_hat = lag_filtered(smo, omega_e, smo->switched);
     }
-    observer->emf = emf;
     const lag_mode_t mode = (lag_mode_t)observer->lag;
     return mode == LAG_EXACT ? 0.0f : lag_angle(smo, mode, omega_e) - lag_angle(smo, LAG_EXACT, omega_e);
 }

@@ -25,8 +25,6 @@ typedef struct {
 typedef struct {
     int32_t lag; /* lag_mode_t, of the tuning */
     smo_t smo;
-    /* state */
-    ab_t emf; /* e at t_k, lag undone [V] */
 } observer_t;
 
 /* Coefficients of a set whose `smo` has passed smo_params_check. Divisions: for the background. */
@@ -43,15 +41,15 @@ void observer_init(observer_t *observer, const observer_params_t *params);
  * the EMF's. Many divisions. */
 float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf);
 
-/* The EMF [V] at t_k from the voltage [V] that acted on [t_k-1, t_k), the current [A] at t_k and the speed
- * [rad/s] of this period. false: the sample was rejected, nothing has changed. */
-static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e)
+/* `emf` [V] at t_k from the voltage [V] that acted on [t_k-1, t_k), the current [A] at t_k and the speed
+ * [rad/s] of this period. false: the sample was rejected, nothing has changed and there is no EMF. */
+static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf)
 {
-    (void)smo_step(&observer->smo, voltage, current);
+    (void)smo_step_inline(&observer->smo, voltage, current);
     if (observer->smo.rejected != 0u) {
         return false;
     }
-    observer->emf = lag_emf(&observer->smo, (lag_mode_t)observer->lag, omega_e);
+    *emf = lag_emf_inline(&observer->smo, (lag_mode_t)observer->lag, omega_e);
     return true;
 }
 

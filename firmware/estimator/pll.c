@@ -5,11 +5,7 @@
 #include "math/check.h"
 #include "math/exponential.h"
 #include "math/filter.h"
-#include "math/root.h"
 #include "math/trig.h"
-
-/* What has a square that stays in range [V]. */
-#define EMF_LARGEST 1.0e15f
 
 #define DESIGN_ITERATIONS 24
 
@@ -64,26 +60,14 @@ void pll_init(pll_t *pll, const pll_params_t *params)
     pll_reset(pll, origin);
 }
 
-static inline void place(pll_t *pll, float theta_e)
-{
-    pll->theta_e = theta_e;
-    pll->rotation = trig_turn(theta_e);
-}
-
-/* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
-static inline void turn(pll_t *pll, float omega_e)
-{
-    pll->omega_e = omega_e;
-    place(pll, angle_turn_back(pll->theta_e + pll->tuning.period * omega_e));
-}
-
 void pll_reset(pll_t *pll, position_t start)
 {
     bool has_feedforward = pll->tuning.feedforward_share > 0.0f;
     float omega_e = bounds_clamp(start.omega_e, pll->tuning.speed_limit);
     pll->feedforward = has_feedforward ? omega_e : 0.0f;
     pll->integral = has_feedforward ? 0.0f : omega_e;
-    place(pll, angle_wrap(start.theta_e));
+    pll->theta_e = angle_wrap(start.theta_e);
+    pll->rotation = trig_turn(pll->theta_e);
     pll->omega_e = omega_e;
     pll->omega_smooth = omega_e;
     pll->direction = 0.0f;
@@ -109,88 +93,22 @@ position_t pll_coast(pll_t *pll, float acceleration)
     }
     position_t position = {pll->theta_e, pll->omega_smooth};
     pll->detector = 0.0f;
-    turn(pll, position.omega_e);
+    pll_turn(pll, position.omega_e);
     return position;
-}
-
-/* The EMF in the frame of the loop, low-passed there. */
-static inline dq_t filtered(const pll_t *pll, ab_t emf)
-{
-    dq_t e = frames_park(emf, pll->rotation);
-    e.d += pll->tuning.emf_decay * (pll->emf.d - e.d);
-    e.q += pll->tuning.emf_decay * (pll->emf.q - e.q);
-    return e;
-}
-
-/* |e|^2 [V^2]. */
-static inline float square_of(dq_t e)
-{
-    return e.d * e.d + e.q * e.q;
-}
-
-static inline bool is_emf(float square)
-{
-    return square <= EMF_LARGEST * EMF_LARGEST;
 }
 
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
 {
-    dq_t e = filtered(pll, emf);
-    if (is_emf(square_of(e))) {
+    dq_t e = pll_filtered(pll, emf);
+    if (pll_is_emf(e.d * e.d + e.q * e.q)) {
         pll->emf = e;
     }
     return pll_coast(pll, acceleration);
 }
 
-/* s: the detector's sign, soft around zero speed; once the loop is faster, a start's direction is no longer
- * needed. */
-static inline float soft_sign(pll_t *pll)
-{
-    float sign = bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
-    if (bounds_magnitude(sign) >= 1.0f) {
-        pll->direction = 0.0f;
-    }
-    return pll->direction != 0.0f ? pll->direction : sign;
-}
-
-/* An F that leaves its limit, or is no number, stays as it was. */
-static inline float feedforward_within(const pll_t *pll, float feedforward)
-{
-    return bounds_magnitude(feedforward) <= pll->tuning.speed_limit ? feedforward : pll->feedforward;
-}
-
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    const pll_tuning_t *tuning = &pll->tuning;
-    dq_t e = filtered(pll, emf);
-    float square = square_of(e);
-    if (!is_emf(square)) {
-        pll->amplitude = 0.0f;
-        return pll_coast(pll, acceleration);
-    }
-
-    /* Detector (15), (16), normalised (17). */
-    float inverse = inverse_root(square);
-    float amplitude = square * inverse;
-    float sign = soft_sign(pll);
-    float detector = -(sign * e.d) * (inverse < tuning->inverse_floor ? inverse : tuning->inverse_floor);
-
-    /* Speed from the EMF (3), feed-forward of Fig. 7. */
-    float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
-    float feedforward =
-        lowpass_step(pll->feedforward, tuning->feedforward_share, signed_emf * speed_per_volt);
-    feedforward = feedforward_within(pll, feedforward + tuning->period * acceleration);
-
-    /* Loop (18), (19); its integrator acts from the next period on. */
-    position_t position = {pll->theta_e, pll->integral + tuning->kp * detector + feedforward};
-    pll->integral = bounds_clamp(pll->integral + tuning->ki_period * detector, 2.0f * tuning->speed_limit);
-    pll->feedforward = feedforward;
-    pll->omega_smooth = pll->integral + feedforward;
-    pll->emf = e;
-    pll->amplitude = amplitude;
-    pll->detector = detector;
-    turn(pll, position.omega_e);
-    return position;
+    return pll_step_inline(pll, emf, speed_per_volt, acceleration);
 }
 
 bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period)

@@ -41,7 +41,12 @@
 
 #include "contract/refusal.h"
 #include "estimator/position.h"
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/filter.h"
 #include "math/frames.h"
+#include "math/root.h"
+#include "math/trig.h"
 
 /* The soft sign is whole from here on [rad/s]. */
 #define PLL_SIGN_SPEED 20.0f
@@ -52,6 +57,9 @@
 /* Largest angle that the feed-forward may turn in one period [rad]; the integrator may turn twice this, so
  * that it can still oppose a feed-forward that is at its limit. */
 #define PLL_TURN_LIMIT 1.0f
+
+/* What has a square that stays in range [V]. */
+#define PLL_EMF_LIMIT 1.0e15f
 
 typedef struct {
     float kp;                 /* [rad/s], on the normalised detector (17): ki T < kp < 2/T + ki T/2 */
@@ -121,8 +129,8 @@ void pll_reset(pll_t *pll, position_t start);
  *
  * feedforward_cutoff = 0 with acceleration = 0 is the conventional PLL bit for bit. For any input, non-finite
  * ones too, result and state stay finite: with an EMF that is not finite or, filtered, beyond 1e15 V the loop
- * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was; I is cut to twice
- * that limit. Zero EMF: detector 0, F decays.
+ * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was, and so does an I
+ * that would leave twice that limit. Zero EMF: detector 0, F decays.
  *
  * No division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
@@ -134,6 +142,82 @@ void pll_reset_emf(pll_t *pll, float amplitude);
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */
 position_t pll_coast(pll_t *pll, float acceleration);
+
+/* The EMF in the frame of the loop, low-passed there. */
+static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
+{
+    dq_t e = frames_park(emf, pll->rotation);
+    e.d += pll->tuning.emf_decay * (pll->emf.d - e.d);
+    e.q += pll->tuning.emf_decay * (pll->emf.q - e.q);
+    return e;
+}
+
+/* Is this |e|^2 [V^2] that of an EMF? Not of one beyond PLL_EMF_LIMIT or no number. */
+static inline bool pll_is_emf(float square)
+{
+    return square <= PLL_EMF_LIMIT * PLL_EMF_LIMIT;
+}
+
+/* s: the detector's sign, soft around zero speed; once the loop is faster, a start's direction is no longer
+ * needed. */
+static inline float pll_soft_sign(pll_t *pll)
+{
+    float sign = bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
+    if (bounds_magnitude(sign) >= 1.0f) {
+        pll->direction = 0.0f;
+    }
+    return pll->direction != 0.0f ? pll->direction : sign;
+}
+
+/* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
+static inline void pll_turn(pll_t *pll, float omega_e)
+{
+    pll->omega_e = omega_e;
+    pll->theta_e = angle_turn_back(pll->theta_e + pll->tuning.period * omega_e);
+    pll->rotation = trig_turn(pll->theta_e);
+}
+
+/* pll_step() itself, inline for the interrupt. */
+static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
+{
+    const pll_tuning_t *tuning = &pll->tuning;
+    dq_t e = pll_filtered(pll, emf);
+    float square = e.d * e.d + e.q * e.q;
+    if (!pll_is_emf(square)) {
+        pll->amplitude = 0.0f;
+        return pll_coast(pll, acceleration);
+    }
+
+    /* Detector (15), (16), normalised (17). */
+    float inverse = inverse_root(square);
+    float amplitude = square * inverse;
+    float sign = pll_soft_sign(pll);
+    float detector = -(sign * e.d) * (inverse < tuning->inverse_floor ? inverse : tuning->inverse_floor);
+
+    /* Speed from the EMF (3), feed-forward of Fig. 7; an F that would leave its limit, or is no number,
+     * stays as it was; so does I. */
+    float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
+    float feedforward =
+        lowpass_step(pll->feedforward, tuning->feedforward_share, signed_emf * speed_per_volt) +
+        tuning->period * acceleration;
+    if (!(bounds_magnitude(feedforward) <= tuning->speed_limit)) {
+        feedforward = pll->feedforward;
+    }
+
+    /* Loop (18), (19); its integrator acts from the next period on. */
+    position_t position = {pll->theta_e, pll->integral + tuning->kp * detector + feedforward};
+    float integral = pll->integral + tuning->ki_period * detector;
+    if (bounds_magnitude(integral) <= 2.0f * tuning->speed_limit) {
+        pll->integral = integral;
+    }
+    pll->feedforward = feedforward;
+    pll->omega_smooth = pll->integral + feedforward;
+    pll->emf = e;
+    pll->amplitude = amplitude;
+    pll->detector = detector;
+    pll_turn(pll, position.omega_e);
+    return position;
+}
 
 /* A period whose EMF is in doubt: it goes into the filter, and the loop coasts. */
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration);

@@ -79,36 +79,12 @@ void smo_init(smo_t *smo, const smo_params_t *params)
     smo_reset(smo, none, none);
 }
 
-static bool is_vector(const smo_t *smo)
-{
-    return smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR;
-}
-
-float smo_vector_gain(const smo_t *smo, float square)
-{
-    float h = smo->tuning.half_slope;
-    return h * tanh_ratio(h * h * square);
-}
-
-/* f(x) [-] of the error x [A] with this square [A^2], and its k_f; `anew`: nothing was before. */
-static ab_t switching_function(smo_t *smo, ab_t x, float square, bool anew)
-{
-    if (is_vector(smo)) {
-        smo->gain_mean = smo_vector_gain(smo, square);
-        return (ab_t){smo->gain_mean * x.alpha, smo->gain_mean * x.beta};
-    }
-    const switching_tuning_t *tuning = &smo->tuning.axes;
-    ab_t f = anew ? switching_reset(&smo->axes, tuning, x) : switching_step(&smo->axes, tuning, x);
-    smo->gain_mean = smo->axes.gain;
-    return f;
-}
-
 void smo_reset_error(smo_t *smo, ab_t current, ab_t error)
 {
-    ab_t f = switching_function(smo, error, error.alpha * error.alpha + error.beta * error.beta, true);
     smo->current_err = error;
     smo->current_hat = (ab_t){current.alpha + error.alpha, current.beta + error.beta};
-    smo->switched = (ab_t){smo->tuning.gain * f.alpha, smo->tuning.gain * f.beta};
+    switching_reset(&smo->axes);
+    smo_switch(smo, smo_error_square(smo));
     smo->emf_hat = smo->switched;
     smo->rejected = 0u;
 }
@@ -117,7 +93,7 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
 {
     float per_volt = 1.0f / smo->tuning.gain;
     ab_t f = {per_volt * emf.alpha, per_volt * emf.beta};
-    if (is_vector(smo)) {
+    if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
         float k_f = smo->tuning.half_slope * tanh_ratio_at(f.alpha * f.alpha + f.beta * f.beta);
         smo_reset_error(smo, current, (ab_t){f.alpha / k_f, f.beta / k_f});
         return;
@@ -131,31 +107,14 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
 
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
 {
-    const smo_tuning_t *tuning = &smo->tuning;
-    float b = tuning->voltage_gain;
-    ab_t hat = smo->current_hat;
-    ab_t v = smo->switched;
+    return smo_step_inline(smo, voltage, current);
+}
 
-    /* (5): a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
-    hat.alpha += b * (voltage.alpha - v.alpha - tuning->resistance * hat.alpha);
-    hat.beta += b * (voltage.beta - v.beta - tuning->resistance * hat.beta);
-    ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
-    float square = x.alpha * x.alpha + x.beta * x.beta;
-    if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
-        smo->rejected = 1u;
-        return smo->emf_hat;
-    }
-    smo->rejected = 0u;
-    smo->current_hat = hat;
-    smo->current_err = x;
-
-    ab_t f = switching_function(smo, x, square, false);
-    v = (ab_t){tuning->gain * f.alpha, tuning->gain * f.beta};
-    smo->switched = v;
-    /* (11) */
-    smo->emf_hat.alpha = v.alpha + tuning->emf_decay * (smo->emf_hat.alpha - v.alpha);
-    smo->emf_hat.beta = v.beta + tuning->emf_decay * (smo->emf_hat.beta - v.beta);
-    return smo->emf_hat;
+void smo_switch_axes(smo_t *smo)
+{
+    ab_t f = switching_step(&smo->axes, &smo->tuning.axes, smo->current_err);
+    smo->gain_mean = smo->axes.gain;
+    smo->switched = (ab_t){smo->tuning.gain * f.alpha, smo->tuning.gain * f.beta};
 }
 
 float smo_equivalent_gain(const smo_t *smo)

@@ -29,34 +29,8 @@ void tracker_init(tracker_t *tracker, const tracker_params_t *params)
 
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude)
 {
+    start.theta_e += tracker->pll.tuning.period * start.omega_e;
     pll_reset(&tracker->pll, start);
     pll_reset_emf(&tracker->pll, amplitude);
-    (void)pll_coast(&tracker->pll, 0.0f);
     validity_reset(&tracker->validity);
-}
-
-/* The torque's share: K i_q. */
-static inline float acceleration_of(const tracker_t *tracker, ab_t current)
-{
-    return tracker->torque_feedforward * frames_park(current, tracker->pll.rotation).q;
-}
-
-position_t tracker_step(tracker_t *tracker, ab_t emf, ab_t current, float error_square)
-{
-    pll_t *pll = &tracker->pll;
-    const float acceleration = acceleration_of(tracker, current);
-    const position_t position = pll_step(pll, emf, tracker->speed_per_volt, acceleration);
-    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * tracker->speed_per_volt,
-                  pll->detector, error_square);
-    return position;
-}
-
-position_t tracker_watch(tracker_t *tracker, ab_t emf, ab_t current)
-{
-    return pll_watch(&tracker->pll, emf, acceleration_of(tracker, current));
-}
-
-position_t tracker_coast(tracker_t *tracker)
-{
-    return pll_coast(&tracker->pll, 0.0f);
 }

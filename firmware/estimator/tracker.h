@@ -51,14 +51,34 @@ void tracker_init(tracker_t *tracker, const tracker_params_t *params);
  * t_k+1. Validity starts anew. */
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude);
 
+/* The torque's share: K i_q [rad/s^2]. */
+static inline float tracker_acceleration(const tracker_t *tracker, ab_t current)
+{
+    return tracker->torque_feedforward * frames_park(current, tracker->pll.rotation).q;
+}
+
 /* Position at t_k from the EMF [V] and the current [A]; judged with the square of the observer's current
  * error [A^2]. */
-position_t tracker_step(tracker_t *tracker, ab_t emf, ab_t current, float error_square);
+static inline position_t tracker_step(tracker_t *tracker, ab_t emf, ab_t current, float error_square)
+{
+    pll_t *pll = &tracker->pll;
+    const position_t position =
+        pll_step_inline(pll, emf, tracker->speed_per_volt, tracker_acceleration(tracker, current));
+    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * tracker->speed_per_volt,
+                  pll->detector, error_square);
+    return position;
+}
 
 /* A period whose EMF is in doubt: it goes into the loop's filter, the loop coasts on, nothing is judged. */
-position_t tracker_watch(tracker_t *tracker, ab_t emf, ab_t current);
+static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, ab_t current)
+{
+    return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, current));
+}
 
 /* A period without an EMF: the loop coasts on the last speed, nothing is judged. */
-position_t tracker_coast(tracker_t *tracker);
+static inline position_t tracker_coast(tracker_t *tracker)
+{
+    return pll_coast(&tracker->pll, 0.0f);
+}
 
 #endif

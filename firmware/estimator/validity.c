@@ -1,7 +1,5 @@
 #include "estimator/validity.h"
 
-#include "math/bounds.h"
-
 /* A limit that nothing reaches: not judged. */
 #define UNLIMITED 1e30f
 
@@ -64,27 +62,4 @@ void validity_take(validity_t *validity, const validity_tuning_t *tuning)
 void validity_reset(validity_t *validity)
 {
     debounce_reset(&validity->debounce);
-}
-
-void validity_step(validity_t *validity, float omega_smooth, float speed_of_emf, float detector,
-                   float error_square)
-{
-    const validity_tuning_t *limits = &validity->tuning;
-    const float speed = bounds_magnitude(omega_smooth);
-    const float least = limits->amplitude_min * speed - ESTIMATOR_AMPLITUDE_ALLOWANCE;
-    const float most = limits->amplitude_max * speed + ESTIMATOR_AMPLITUDE_ALLOWANCE;
-    uint32_t failing = 0u;
-    if (speed_of_emf < least || speed_of_emf > most) {
-        failing |= ESTIMATOR_AMPLITUDE;
-    }
-    if (bounds_magnitude(detector) > limits->detector_max) {
-        failing |= ESTIMATOR_DETECTOR;
-    }
-    if (error_square > limits->error_square_max) {
-        failing |= ESTIMATOR_CURRENT;
-    }
-    if (speed < limits->speed_min || speed > limits->speed_max) {
-        failing |= ESTIMATOR_SPEED;
-    }
-    debounce_step(&validity->debounce, &limits->debounce, failing);
 }

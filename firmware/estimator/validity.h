@@ -16,6 +16,7 @@
 
 #include "contract/refusal.h"
 #include "estimator/debounce.h"
+#include "math/bounds.h"
 
 /* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
  */
@@ -73,7 +74,27 @@ void validity_reset(validity_t *validity);
 
 /* One tracked period: smooth speed [rad/s], the EMF's amplitude as a speed |e|/psi_f [rad/s], the detector
  * [-] and the square of the observer's current error [A^2]. */
-void validity_step(validity_t *validity, float omega_smooth, float speed_of_emf, float detector,
-                   float error_square);
+static inline void validity_step(validity_t *validity, float omega_smooth, float speed_of_emf, float detector,
+                                 float error_square)
+{
+    const validity_tuning_t *limits = &validity->tuning;
+    const float speed = bounds_magnitude(omega_smooth);
+    const float least = limits->amplitude_min * speed - ESTIMATOR_AMPLITUDE_ALLOWANCE;
+    const float most = limits->amplitude_max * speed + ESTIMATOR_AMPLITUDE_ALLOWANCE;
+    uint32_t failing = 0u;
+    if (speed_of_emf < least || speed_of_emf > most) {
+        failing |= ESTIMATOR_AMPLITUDE;
+    }
+    if (bounds_magnitude(detector) > limits->detector_max) {
+        failing |= ESTIMATOR_DETECTOR;
+    }
+    if (error_square > limits->error_square_max) {
+        failing |= ESTIMATOR_CURRENT;
+    }
+    if (speed < limits->speed_min || speed > limits->speed_max) {
+        failing |= ESTIMATOR_SPEED;
+    }
+    debounce_step(&validity->debounce, &limits->debounce, failing);
+}
 
 #endif

@@ -101,7 +101,12 @@ void bus_enable_group(uint16_t group)
 
 void bus_interrupts_enable(void)
 {
-    chip_bound->cpu.interrupts_off = 0u;
+    chip_cpu_t *cpu = &chip_bound->cpu;
+    if (cpu->interrupts_off && chip_world->section != NULL) {
+        const uint64_t from = cpu->busy_until > chip_bound->tick ? cpu->busy_until : chip_bound->tick;
+        cpu->busy_until = from + chip_world->section(chip_world->context);
+    }
+    cpu->interrupts_off = 0u;
     cpu_update(chip_bound);
 }
 

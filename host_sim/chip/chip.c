@@ -142,7 +142,8 @@ static inline void consider(const chip_t *chip, source_t candidate, uint64_t *at
     *at = first ? next : *at;
 }
 
-void chip_engine(chip_t *chip, uint64_t until)
+/* true: an interrupt has returned to the background, for whoever asked. */
+static bool engine(chip_t *chip, uint64_t until, bool to_background)
 {
     for (;;) {
         uint64_t at = until;
@@ -172,6 +173,9 @@ void chip_engine(chip_t *chip, uint64_t until)
             break;
         case SOURCE_CPU:
             cpu_enter(chip);
+            if (to_background && cpu_in_background(chip)) {
+                return true;
+            }
             break;
         case SOURCE_RARE:
             rare_event(chip);
@@ -183,6 +187,12 @@ void chip_engine(chip_t *chip, uint64_t until)
     if (chip->tick < until) {
         chip->tick = until;
     }
+    return false;
+}
+
+void chip_engine(chip_t *chip, uint64_t until)
+{
+    (void)engine(chip, until, false);
 }
 
 void chip_refresh(chip_t *chip)
@@ -199,6 +209,12 @@ void chip_run(uint64_t until)
     chip_t *chip = chip_bound;
     assert(chip != NULL);
     chip_engine(chip, until);
+}
+
+bool chip_run_to_background(uint64_t until)
+{
+    assert(chip_bound != NULL);
+    return engine(chip_bound, until, true);
 }
 
 void chip_look(chip_t *chip)

@@ -6,10 +6,13 @@
  * the peripherals slower, not the ticks. Inside, peripherals count SYSCLK cycles; clock.c turns the one into
  * the other.
  *
- * Software takes no time: an interrupt function, or what runs between two bus_wait(), happens at one tick.
- * Registers that move by themselves (TBCTR, TBSTS, TIM, QPOSCNT, QUTMR, ADCASEQSR, WDCNTR) are brought up to
- * date before every interrupt function, after every bus_wait() and by chip_look(); between these they stand
- * still.
+ * Software runs at the speed of the host and takes the simulated time that it is given. An interrupt
+ * function: by bus_wait(), and by whoever stands around the chip and calls chip_run() in the midst of it;
+ * what it reads and writes before and after happens at those two ticks, and in between the CPU is busy: what
+ * INTM, IER and PIEACK hold back waits. A section of the background with INTM set: by the hook `section`. All
+ * else takes no time. Registers that move by themselves (TBCTR, TBSTS, TIM, QPOSCNT, QUTMR, ADCASEQSR,
+ * WDCNTR) are brought up to date before every interrupt function, after every bus_wait() and by chip_look();
+ * between these they stand still.
  *
  * A debugger may halt the CPU: no software runs, time goes on for the world, and every peripheral does what
  * its own emulation bits say.
@@ -66,7 +69,7 @@ typedef enum {
 } chip_event_t;
 
 /* The world around the pins; called in order of time while chip_run() or bus_wait() runs. A callback may call
- * chip_set_pin, nothing else that changes the chip. */
+ * chip_set_pin, nothing else that changes the chip; `interrupt` may what the function may. */
 typedef struct {
     void *context;
     /* Voltage [V] at the ADC pin at this tick, the end of its sample window; channel 0..7 = A0..A7, 8..15 =
@@ -92,6 +95,9 @@ typedef struct {
     /* Runs the function of an interrupt that the CPU has entered; for whoever wants to measure it. NULL: the
      * chip calls it itself. */
     void (*interrupt)(void *context, uint32_t vector, void (*function)(void));
+    /* A section with INTM set ends at this moment: the ticks that it took. What it wrote was there at its
+     * begin; interrupts wait until these ticks have passed. NULL: no time. */
+    uint64_t (*section)(void *context);
     /* For recordings; NULL: nobody. */
     void (*event)(void *context, uint64_t tick, chip_event_t what, uint32_t value);
     /* The board's gates are on while their pin is low. Averages are told only of legs whose dead band fits
@@ -143,8 +149,11 @@ void chip_bind(chip_t *chip, const chip_world_t *world);
  * the chip at tick `until`, or later if an interrupt function waited past it. */
 void chip_run(uint64_t until);
 
-/* Registers that move by themselves show the present tick: for background software that runs between two
- * chip_run(). */
+/* The same, but returns true as soon as an interrupt function has returned to the background and none waits:
+ * there the background goes on. false: it is `until`. */
+bool chip_run_to_background(uint64_t until);
+
+/* Registers that move by themselves show the present tick: for software that goes on behind a chip_run(). */
 void chip_look(chip_t *chip);
 
 /* The board pulls an input pin (GPIO number 0..87) to a level. Takes effect at the chip's present tick; a

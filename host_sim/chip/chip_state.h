@@ -126,6 +126,7 @@ typedef struct {
 } chip_clock_t;
 
 typedef struct {
+    uint64_t busy_until;     /* [tick] sections with INTM set took until here */
     uint32_t interrupts_off; /* [-] INTM */
     uint32_t ier;            /* [-] */
     uint32_t ifr;            /* [-] */

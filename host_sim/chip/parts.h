@@ -86,6 +86,7 @@ void pie_request(chip_t *chip, uint32_t group, uint32_t lines); /* lines: bit y-
 void cpu_request(chip_t *chip, uint32_t n);                     /* INT13, INT14 */
 void cpu_update(chip_t *chip);                                  /* something that gates interrupts changed */
 void cpu_enter(chip_t *chip);                                   /* event */
+bool cpu_in_background(const chip_t *chip);                     /* the CPU runs it, and no interrupt waits */
 
 /* eqep.c */
 void eqep_reset(chip_t *chip);

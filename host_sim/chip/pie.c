@@ -60,6 +60,12 @@ static uint32_t takable(const chip_t *chip)
     return cpu->interrupts_off ? 0u : cpu->ifr & cpu->ier;
 }
 
+bool cpu_in_background(const chip_t *chip)
+{
+    const chip_cpu_t *cpu = &chip->cpu;
+    return !cpu->halted && !chip->debug.halted && !cpu->interrupts_off && takable(chip) == 0u;
+}
+
 void cpu_update(chip_t *chip)
 {
     bool enabled = (chip->registers.pie.PIECTRL & PIECTRL_ENPIE) != 0u;
@@ -69,7 +75,8 @@ void cpu_update(chip_t *chip)
     if (takable(chip) == 0u) {
         chip->next[SOURCE_CPU] = CHIP_NEVER;
     } else if (chip->next[SOURCE_CPU] == CHIP_NEVER) {
-        chip_plan(chip, SOURCE_CPU, tick_of(chip, cycle_now(chip) + LATENCY_CYCLES) + chip->cpu.delay);
+        uint64_t entry = tick_of(chip, cycle_now(chip) + LATENCY_CYCLES) + chip->cpu.delay;
+        chip_plan(chip, SOURCE_CPU, entry > chip->cpu.busy_until ? entry : chip->cpu.busy_until);
     }
 }
 
@@ -89,6 +96,7 @@ void cpu_request(chip_t *chip, uint32_t n)
 void pie_reset(chip_t *chip)
 {
     chip->cpu.interrupts_off = 1u;
+    chip->cpu.busy_until = 0u;
     chip->cpu.dbgm = 1u;
     chip->cpu.dbgier = 0u;
     chip->cpu.ier = 0u;

@@ -122,7 +122,7 @@ static double interrupt_ns(void)
 /* ---- one step of the estimator ---- */
 
 /* A running sensorless drive's estimator and what it gets; NULL: said why. `worst`: everything that may be
- * switched on is, and a sign of validity fails in every period, too short for the drive to give up. */
+ * switched on is, and a criterion of validity fails in every period, too short for the drive to give up. */
 static void *estimator_record(bool worst)
 {
     static const struct {

@@ -384,12 +384,15 @@ void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_set
     if (strncmp(text, name, length) == 0 && strncmp(text + length, " = ", 3) == 0) {
         text += length + 3u;
     }
-    char readable[UNITS_TEXT_SIZE];
+    char given[UNITS_TEXT_SIZE];
+    char accepted[UNITS_TEXT_SIZE];
+    double value = 0.0;
     double min = 0.0;
     double max = 0.0;
-    if (row != NULL && strcmp(units_of_row(row), UNITS_SPEED) == 0 && rig_error_range(rig, &min, &max)) {
-        scenario_fail(error, guilty->place, name, "%s; that is %s", text,
-                      units_range_text(readable, min, max, UNITS_SPEED));
+    if (row != NULL && strcmp(units_of_row(row), UNITS_SPEED) == 0 &&
+        rig_error_range(rig, &value, &min, &max)) {
+        scenario_fail(error, guilty->place, name, "%s; that is %s, accepted %s", text,
+                      units_row_text(given, value, row), units_range_text(accepted, min, max, UNITS_SPEED));
     } else {
         scenario_fail(error, guilty->place, name, "%s", text);
     }

@@ -8,9 +8,6 @@
 #include "drive/reasons.h"
 #include "host_sim/rig/rig_parts.h"
 
-/* [periods] the background loop comes round once a millisecond */
-#define BACKGROUND_EVERY rig_periods(1e-3)
-
 /* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
 __attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;
 
@@ -40,6 +37,8 @@ void rig_start(rig_t *rig)
     const uint64_t zero = chip_carrier_tick(&state->chip);
     state->start = (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
     state->period = 0u;
+    state->begun = 0u;
+    state->background_next = state->start;
     chip_run(state->start);
 }
 
@@ -75,10 +74,18 @@ static float angle_between(float a, float b)
                                               : difference);
 }
 
-static void take_truth(rig_t *rig)
+/* The next t_k that nobody has seen yet: the truth is taken there. */
+static uint64_t next_begin(const rig_state_t *state)
 {
-    const plant_t *plant = &rig->state.plant;
-    rig_truth_t *truth = &rig->state.truth;
+    return state->start + RIG_PERIOD_TICKS * state->begun;
+}
+
+static void begin_period(rig_t *rig)
+{
+    plant_t *plant = &rig->state.plant;
+    rig_truth_t *truth = &rig->state.ahead[rig->state.begun % RIG_AHEAD];
+    plant_advance(plant, next_begin(&rig->state));
+    rig->state.begun++;
     truth->true_theta_e = (float)plant->theta_e;
     truth->true_omega_m = (float)plant->omega_m;
     truth->true_omega_e = (float)(plant->omega_m * plant->p);
@@ -91,6 +98,48 @@ static void take_truth(rig_t *rig)
     truth->true_u_dc = (float)plant->v_dc;
     truth->shoot_throughs = (float)plant->shoot_throughs;
     truth->chip_reports = (float)chip_report_total(&rig->state.chip);
+}
+
+void rig_pass(rig_t *rig, uint64_t until)
+{
+    while (next_begin(&rig->state) < until) {
+        chip_run(next_begin(&rig->state));
+        begin_period(rig);
+    }
+    chip_run(until);
+}
+
+/* The truth at the t_k of the present period; errors of angle are not known yet and stay. */
+static void show_truth(rig_t *rig)
+{
+    rig_truth_t *truth = &rig->state.truth;
+    const rig_truth_t last = *truth;
+    *truth = rig->state.ahead[rig->state.period % RIG_AHEAD];
+    truth->theta_err = last.theta_err;
+    truth->theta_hat_err = last.theta_hat_err;
+}
+
+/* Up to `ticks` of the present period; the background has its turns behind the interrupts. How many it had.
+ */
+static uint32_t run_period(rig_t *rig, uint64_t ticks)
+{
+    rig_state_t *state = &rig->state;
+    uint32_t turns = 0;
+    rig_bind(rig);
+    if (state->begun <= state->period) {
+        state->begun = state->period;
+        begin_period(rig);
+    }
+    show_truth(rig);
+    while (chip_run_to_background(state->start + RIG_PERIOD_TICKS * state->period + ticks)) {
+        turns += rig_background(rig);
+    }
+    return turns;
+}
+
+void rig_step_part(rig_t *rig, uint64_t ticks)
+{
+    run_period(rig, ticks < RIG_PERIOD_TICKS ? ticks : RIG_PERIOD_TICKS);
 }
 
 __attribute__((noinline)) void rig_stop_at(rig_t *rig, uint32_t period)
@@ -106,17 +155,15 @@ void rig_step(rig_t *rig)
     if (rig->stop_hook_set && rig->stop_hook_period == state->period) {
         rig_stop_at(rig, state->period);
     }
-    rig_bind(rig);
-    const uint64_t begin = state->start + RIG_PERIOD_TICKS * state->period;
-    plant_advance(&state->plant, begin);
-    take_truth(rig);
-    chip_run(begin + RIG_PERIOD_TICKS);
+    if (run_period(rig, RIG_PERIOD_TICKS) == 0u) {
+        plant_advance(&state->plant,
+                      chip_now(&state->chip)); /* or the encoder would be seen to jump at t_k+1 */
+        chip_look(&state->chip);
+        rig_background(rig);
+    }
     state->truth.theta_err = angle_between(state->app.drive.frame.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err =
         angle_between(state->app.drive.estimator.estimate.position.theta_e, state->truth.true_theta_e);
-    if (state->period % BACKGROUND_EVERY == 0u) {
-        app_background();
-    }
     state->period++;
 
     if (rig->tap_sink != NULL && (state->period - 1u) % rig->tap_every == 0u) {

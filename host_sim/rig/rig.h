@@ -120,9 +120,9 @@ const char *rig_error(const rig_t *rig);
 uint32_t rig_error_id(const rig_t *rig);    /* row it was about; 0: none */
 int32_t rig_error_reason(const rig_t *rig); /* drive's reason number */
 
-/* The range of that row that would be accepted with everything else as it is, in its unit. false: the refusal
- * was about no range, or nothing is accepted. */
-bool rig_error_range(const rig_t *rig, double *min, double *max);
+/* The value that was refused and the range of that row that would be accepted with everything else as it is,
+ * in its unit. false: the refusal was about no range, or nothing is accepted. */
+bool rig_error_range(const rig_t *rig, double *value, double *min, double *max);
 
 /* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th
  * period). */

@@ -8,6 +8,7 @@ typedef struct {
 
 typedef struct {
     chosen_t start;
+    flux_t flux;
     estimator_input_t inputs[RIG_ESTIMATOR_STEPS];
 } estimator_record_t;
 
@@ -21,17 +22,31 @@ void rig_estimator_record(rig_t *rig, void *record)
     estimator_record_t *to = record;
     const drive_t *drive = &rig->state.app.drive;
     to->start = drive->estimator;
+    to->flux = drive->flux;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         rig_step(rig);
         to->inputs[n] = (estimator_input_t){drive->acted.voltage, drive->measure.measured.current};
     }
 }
 
-typedef position_t (*chosen_step_t)(chosen_t *est, ab_t voltage, ab_t current);
+typedef position_t (*step_t)(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current);
 
-static position_t empty_step(chosen_t *est, ab_t voltage, ab_t current)
+/* A step, and the adaptation beside it as in the drive. */
+static position_t estimator_and_flux(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current)
+{
+    const position_t position = chosen_step(est, voltage, current);
+    const estimate_t *seen = &est->estimate;
+    if (flux->tuning.share > 0.0f && seen->coasted == 0u) {
+        flux_step(flux, seen->amplitude, seen->omega_smooth, seen->detector);
+        chosen_set_flux(est, flux->flux_linkage, flux->speed_per_volt);
+    }
+    return position;
+}
+
+static position_t empty_step(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current)
 {
     (void)est;
+    (void)flux;
     (void)voltage;
     (void)current;
     return (position_t){0.0f, 0.0f};
@@ -40,11 +55,12 @@ static position_t empty_step(chosen_t *est, ab_t voltage, ab_t current)
 __attribute__((noinline)) float rig_estimator_replay(const void *record, bool empty)
 {
     const estimator_record_t *from = record;
-    const volatile chosen_step_t step = empty ? empty_step : chosen_step;
+    const volatile step_t step = empty ? empty_step : estimator_and_flux;
     chosen_t est = from->start;
+    flux_t flux = from->flux;
     position_t position = {0.0f, 0.0f};
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
-        position = step(&est, from->inputs[n].voltage, from->inputs[n].current);
+        position = step(&est, &flux, from->inputs[n].voltage, from->inputs[n].current);
     }
     return position.theta_e;
 }

@@ -31,9 +31,12 @@ struct rig {
     uint32_t stop_hook_period;
     uint32_t error_id;
     int32_t error_reason;
-    double error_min, error_max; /* the first above the second: no range */
+    double error_value, error_min, error_max; /* the last two out of order: no range */
     char error[512];
 };
+
+/* rig.c */
+void rig_pass(rig_t *rig, uint64_t until); /* [ticks] time passes where software runs */
 
 /* rig_values.c */
 bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);
@@ -43,6 +46,8 @@ bool rig_find(const rig_t *rig, uint32_t id, place_t *place);
 /* rig_rows.c */
 double rig_row_get(const table_row_t *row, const void *base);
 void rig_row_put(const table_row_t *row, void *base, double value); /* accepted by the row */
+/* Four digits, or as many as it takes to stay in the range. Returns `to`. */
+const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min, double max);
 
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);
@@ -50,10 +55,14 @@ void rig_follow_fault_line(rig_t *rig); /* the plant has changed beside a gate e
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
+uint64_t rig_section(void *context); /* [ticks] that a section with interrupts off takes */
+bool rig_background(rig_t *rig);     /* its turn; false: the CPU or the background itself is not free */
 /* What app_interrupt calls on the desk in the place of drive_step (rig.cmake). */
 void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
 /* rig_bench.c */
-double rig_clock_seconds(void); /* [s] of this machine, from an arbitrary zero */
+double rig_clock_seconds(void);          /* [s] of this machine, from an arbitrary zero */
+void rig_timing_pause(const rig_t *rig); /* what follows, up to the next call, is not the interrupt's */
+void rig_timing_go_on(const rig_t *rig);
 
 #endif

@@ -54,14 +54,14 @@ const char *rig_value_text(char to[RIG_NUMBER_SIZE], double value)
     return to;
 }
 
-/* One end of a range, as short as it can be told without a step out of the range. */
-static void end_text(char to[RIG_NUMBER_SIZE], double end, double min, double max)
+/* One end of a range or a value in it, as short as it can be told without a step out of the range. */
+static void end_text(char to[RIG_NUMBER_SIZE], double end, double min, double max, int least_digits)
 {
     const double slot = (double)(float)end;
     const double inside = slot < min   ? (double)nextafterf((float)end, INFINITY)
                           : slot > max ? (double)nextafterf((float)end, -INFINITY)
                                        : end;
-    for (int digits = 6; digits <= 17; digits++) {
+    for (int digits = least_digits; digits <= 17; digits++) {
         snprintf(to, RIG_NUMBER_SIZE, "%.*g", digits, inside);
         const double read = (double)(float)strtod(to, NULL);
         if (read >= min && read <= max) {
@@ -77,10 +77,16 @@ const char *rig_range_text(char to[RIG_RANGE_SIZE], const table_row_t *row, doub
         snprintf(to, RIG_RANGE_SIZE, "none");
         return to;
     }
-    end_text(ends[0], min, min, max);
-    end_text(ends[1], max, min, max);
+    end_text(ends[0], min, min, max, 6);
+    end_text(ends[1], max, min, max, 6);
     const bool pure = row->unit[0] == '-' && row->unit[1] == '\0';
     snprintf(to, RIG_RANGE_SIZE, "%s%s to %s%s%.24s", row->kind == SLOT_FLOAT ? "" : "whole numbers ",
              ends[0], ends[1], pure ? "" : " ", pure ? "" : row->unit);
+    return to;
+}
+
+const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min, double max)
+{
+    end_text(to, advice, min, max, 4);
     return to;
 }

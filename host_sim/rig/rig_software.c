@@ -1,4 +1,8 @@
-/* What the desk does with the software that runs on its chip. */
+/* What the desk does with the software that runs on its chip: the time it takes, ideal sensors, the
+ * background's turn.
+ *
+ * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
+ * drive's step stands, between the two. */
 #include "host_sim/rig/rig_parts.h"
 
 /* The rig whose chip and application run on this thread: for the interrupts, which get no argument. */
@@ -7,6 +11,20 @@ static __thread rig_t *bound;
 void rig_software_bind(rig_t *rig)
 {
     bound = rig;
+}
+
+/* [ticks] of so many cycles times the factor of a row. */
+static uint64_t ticks_of(uint32_t cycles, float factor)
+{
+    return (uint64_t)((double)cycles * (double)factor * (150e6 / (double)BOARD_SYSCLK_HZ) + 0.5);
+}
+
+static void take_time(rig_t *rig, uint64_t ticks)
+{
+    if (ticks != 0u) {
+        rig_pass(rig, chip_now(&rig->state.chip) + ticks);
+        chip_look(&rig->state.chip);
+    }
 }
 
 /* Ideal sensors: the truth of t_k. The drive takes off the zero that it has measured of the real sensors; it
@@ -27,4 +45,25 @@ void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_comma
         take_exact(&bound->state.truth, drive, &taken);
     }
     drive_step(drive, &taken, command);
+    rig_timing_pause(bound);
+    take_time(bound, ticks_of(RIG_INTERRUPT_CYCLES, bound->state.conditions.interrupt_time));
+    rig_timing_go_on(bound);
+}
+
+uint64_t rig_section(void *context)
+{
+    const rig_t *rig = context;
+    return ticks_of(RIG_SECTION_CYCLES, rig->state.conditions.section_time);
+}
+
+bool rig_background(rig_t *rig)
+{
+    rig_state_t *state = &rig->state;
+    const uint64_t now = chip_now(&state->chip);
+    if (chip_halted(&state->chip) || chip_debug_halted(&state->chip) || now < state->background_next) {
+        return false;
+    }
+    state->background_next = now + (uint64_t)((double)state->conditions.background_time * 150e6 + 0.5);
+    app_background();
+    return true;
 }

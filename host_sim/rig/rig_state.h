@@ -10,21 +10,32 @@
 #include "host_sim/rig/rig.h"
 #include "host_sim/rig/rig_tables.h"
 
+/* [periods] that an interrupt may run over, the present one among them: 20 times its tracked cost at 75 MHz
+ * is 440 us, on a carrier of 20 kHz nine periods */
+#define RIG_AHEAD 16u
+
 typedef struct {
     chip_t chip;
     plant_t plant;
-    uint64_t start;        /* [ticks] t_0: carrier zero of period 0 */
-    int64_t encoder_moved; /* [counts] by rig_set_motion, of which the tracks show nothing */
+    uint64_t start;           /* [ticks] t_0: carrier zero of period 0; */
+    uint64_t background_next; /* [ticks] the background may come round again */
+    int64_t encoder_moved;    /* [counts] by rig_set_motion, of which the tracks show nothing */
     app_t app;
     rig_plant_t plant_values; /* what plant_set_params was last given */
     rig_conditions_t conditions;
-    rig_truth_t truth;   /* at t_k of the last period */
-    uint32_t period;     /* [periods] run so far */
-    uint32_t fault_line; /* [-] 1: the power module pulls the trip pin low */
+    rig_truth_t truth;            /* at t_k of the last period */
+    rig_truth_t ahead[RIG_AHEAD]; /* at t_k of period k, in k mod RIG_AHEAD */
+    uint32_t begun;               /* [periods] whose t_k is in `ahead` or before it */
+    uint32_t period;              /* [periods] run so far */
+    uint32_t fault_line;          /* [-] 1: the power module pulls the trip pin low */
 } rig_state_t;
 
 /* For tests that look into or sabotage the inside. */
 rig_state_t *rig_state(rig_t *rig);
+
+/* The first so many ticks of the coming period, at most all of them; the next rig_step runs the rest. For
+ * what happens between two t_k. */
+void rig_step_part(rig_t *rig, uint64_t ticks);
 
 /* Make this rig's chip and application the ones that registers and firmware of this thread mean. rig_step
  * does it. */

@@ -37,6 +37,12 @@ typedef struct {
 #undef PLANT_FIELD
 } rig_plant_t;
 
+/* [SYSCLK cycles] What the software takes on the chip. The sample interrupt: isr_cycles_c28x_estimate of
+ * tools/target/cost.json to a tenth, so that not every change of the firmware moves the instants of its
+ * writes. A section with interrupts off: a few instructions that hand over what was prepared. */
+#define RIG_INTERRUPT_CYCLES 1643u
+#define RIG_SECTION_CYCLES   50u
+
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */
 #define RIG_CONDITIONS(F, E)                                                                                 \
     E(5000, fidelity, "switched|averaged",                                                                   \
@@ -51,7 +57,12 @@ typedef struct {
     E(5006, sensors, "adc|exact",                                                                            \
       "exact: the drive gets the true currents and DC link of t_k, past sensor errors and ADC")              \
     F(5007, stuck_current_c, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code that the ADC gives for current c, where it has a sensor, whatever flows; -1: none")
+      "code that the ADC gives for current c, where it has a sensor, whatever flows; -1: none")              \
+    F(5008, interrupt_time, "-", 1.0f, 0.0f, 20.0f,                                                          \
+      "time from the sample interrupt's read to its writes, in parts of its tracked cost on the chip")       \
+    F(5009, section_time, "-", 1.0f, 0.0f, 1000.0f,                                                          \
+      "time that the background keeps interrupts off for a change, in parts of what a flip takes")           \
+    F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "the background comes round at most once in this time")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

@@ -82,32 +82,33 @@ static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason,
     char number[RIG_NUMBER_SIZE];
     char range[RIG_RANGE_SIZE];
     const bool pure = strcmp(row->unit, "-") == 0;
-    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted %s%.280s", row->name, rig_value_text(number, value),
-             pure ? "" : " ", pure ? "" : row->unit, rig_range_text(range, row, min, max), behind);
+    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted %s%.280s", row->name,
+             rig_value_text(number, value), pure ? "" : " ", pure ? "" : row->unit,
+             rig_range_text(range, row, min, max), behind);
     rig_refuse(rig, row->id, reason, text);
+    rig->error_value = value;
     rig->error_min = min;
     rig->error_max = max;
     return false;
 }
 
-/* "; rule of thumb 281.82 V"; where the row itself has no room, which one to change. */
+/* "; advised 281.8 V"; where the row itself has no room, which one to change. */
 static void advice_text(char *to, size_t size, const params_error_t *why)
 {
     const table_row_t *row = rig_row(why->change);
     char number[RIG_NUMBER_SIZE];
-    to[0] = '\0';
     if (row == NULL) {
         snprintf(to, size, "; no single row makes room");
         return;
     }
+    const bool own = why->change == why->id;
     const bool pure = strcmp(row->unit, "-") == 0;
-    if (why->change != why->id) {
-        snprintf(to, size, "; change %s", row->name);
-    }
+    const size_t used = (size_t)snprintf(to, size, "%s%s", own ? "" : "; change ", own ? "" : row->name);
     if (why->advice != 0.0f) {
-        const size_t used = strlen(to);
-        snprintf(to + used, size - used, "%s rule of thumb %s%s%s", used > 0u ? "," : ";",
-                 rig_value_text(number, (double)why->advice), pure ? "" : " ", pure ? "" : row->unit);
+        snprintf(to + used, size - used, "%s advised %s%s%s", own ? ";" : ",",
+                 rig_advice_text(number, (double)why->advice, own ? (double)why->min : rig_min(row),
+                                 own ? (double)why->max : rig_max(row)),
+                 pure ? "" : " ", pure ? "" : row->unit);
     }
 }
 
@@ -298,11 +299,12 @@ int32_t rig_error_reason(const rig_t *rig)
     return rig->error_reason;
 }
 
-bool rig_error_range(const rig_t *rig, double *min, double *max)
+bool rig_error_range(const rig_t *rig, double *value, double *min, double *max)
 {
     if (!(rig->error_min <= rig->error_max)) {
         return false;
     }
+    *value = rig->error_value;
     *min = rig->error_min;
     *max = rig->error_max;
     return true;

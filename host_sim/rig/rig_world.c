@@ -106,6 +106,7 @@ chip_world_t rig_world(rig_t *rig)
                           .gates = on_gates,
                           .carrier = on_carrier,
                           .encoder = on_encoder,
+                          .section = rig_section,
                           .active_low = HAL_GATE_ACTIVE_HIGH == 0};
 }
 

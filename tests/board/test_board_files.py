@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-HEADER = PROJECT / "hal/board.h"
+HEADERS = (PROJECT / "hal/board.h", PROJECT / "hal/board_check.h")
 GUIDE = PROJECT / "docs/board.md"
 BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h"]
 GOOD = PROJECT / "tests/board/desk48.h"  # says every fact, line 5 too
@@ -38,6 +38,10 @@ def compiled(board, *options, compiler=None, action="-S"):
                os.devnull]
     done = subprocess.run(command, input=USES, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     return done.stdout if done.returncode != 0 or done.stdout else ""
+
+
+def header_text():
+    return "".join(header.read_text(encoding="utf-8") for header in HEADERS)
 
 
 def without(text, name):
@@ -214,7 +218,7 @@ class Mistakes(BoardFileTest):
     def test_every_message_of_the_header_is_provoked(self):
         """A check without a case here could rot."""
         tested = {(number, says) for number, says, _ in self.CASES}
-        for number, text in errors(HEADER.read_text(encoding="utf-8")):
+        for number, text in errors(header_text()):
             with self.subTest(number=number, text=text):
                 self.assertTrue("missing" in text or number == 5 or any(n == number and says in text for n, says in tested))
 
@@ -268,7 +272,7 @@ class Guide(unittest.TestCase):
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
         """Of the header: what it asks for, and the number of the message behind the question."""
-        text = HEADER.read_text(encoding="utf-8").replace("\\\n", " ")
+        text = header_text().replace("\\\n", " ")
         asked = {"BOARD_GATE_ACTIVE_HIGH": 5}
         for condition, number in re.findall(r"#if ([^\n]*!defined[^\n]*)\n#error\s*\"docs/board\.md, line (\d+):", text):
             for name in re.findall(r"!defined\((BOARD_\w+)\)", condition):
@@ -279,7 +283,7 @@ class Guide(unittest.TestCase):
     def test_messages_name_facts_under_their_own_line(self):
         """The fact that a message begins with belongs to the line it names."""
         facts = guide_facts()
-        for number, text in errors(HEADER.read_text(encoding="utf-8")):
+        for number, text in errors(header_text()):
             first = re.match(r"(BOARD_\w+)", text)
             if first and first.group(1) in facts:
                 with self.subTest(text=text):
@@ -310,7 +314,7 @@ class Guide(unittest.TestCase):
             for text in texts:
                 with self.subTest(text=text):
                     self.assertIn(text, rows[number][3])
-                    self.assertTrue(any(n == number and text in said for n, said in errors(HEADER.read_text(encoding="utf-8"))))
+                    self.assertTrue(any(n == number and text in said for n, said in errors(header_text())))
 
 
 if __name__ == "__main__":

@@ -228,6 +228,22 @@ static void on_eqep(void)
     bus_write16(&PIE->PIEACK, 1u << 4);
 }
 
+/* To the count that an index pulse stands for, any turn of it; the way goes on from there. */
+static void test_alignment_sets_the_count_and_is_no_edge(void)
+{
+    enable(0u);
+    bench.encoder_offset += 17;
+    (void)count_after(1000u);
+    chip_align_encoder(&bench_chip, 1u, -3);
+    TEST_ASSERT_EQUAL_UINT32(9997u, EQEP(1u)->QPOSCNT);
+    chip_align_encoder(&bench_chip, 1u, 20004);
+    TEST_ASSERT_EQUAL_UINT32(4u, EQEP(1u)->QPOSCNT);
+    TEST_ASSERT_EQUAL_UINT32(4u, count_after(2000u));
+    TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
+    bench.encoder_offset += 5;
+    TEST_ASSERT_EQUAL_UINT32(9u, count_after(3000u));
+}
+
 static void test_interrupt(void)
 {
     calls = 0u;
@@ -272,6 +288,7 @@ int main(void)
     RUN_TEST(test_unit_timer_can_be_set);
     RUN_TEST(test_position_reset_by_unit_time_out);
     RUN_TEST(test_jump_of_the_shaft_is_a_phase_error);
+    RUN_TEST(test_alignment_sets_the_count_and_is_no_edge);
     RUN_TEST(test_interrupt);
     RUN_TEST(test_what_is_not_modelled_says_so);
     return UNITY_END();

@@ -2,6 +2,7 @@
  * exact. */
 #include <locale.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "host_sim/lab/units.h"
@@ -236,6 +237,45 @@ static void test_both_ends_of_a_range_have_one_unit(void)
     TEST_ASSERT_EQUAL_STRING("0 to 1.2", units_range_text(text, 0.0, 1.2, "-"));
 }
 
+/* Read again, in the unit that it is written in, each end is a 32-bit value of the range: for speeds, whose
+ * factor is no decimal number, and for prefixes. */
+static void test_ends_of_a_range_are_read_as_values_of_it(void)
+{
+    static const char *const units[] = {UNITS_SPEED, "rad/s", "s", "A", "H", "-", "kg m^2", "degC"};
+    uint32_t state = 5u;
+    for (int n = 0; n < 4000; n++) {
+        float ends[2];
+        for (int m = 0; m < 2; m++) {
+            state = state * UINT32_C(1664525) + UINT32_C(1013904223);
+            const float share = (float)(state >> 8) / 16777216.0f;
+            state = state * UINT32_C(1664525) + UINT32_C(1013904223);
+            ends[m] = (share - 0.3f) * powf(10.0f, (float)((int)(state >> 28) - 8));
+        }
+        const float min = fminf(ends[0], ends[1]);
+        const float max = fmaxf(ends[0], ends[1]);
+        const char *unit = units[n % 8];
+        char text[UNITS_TEXT_SIZE];
+        char low[UNITS_TEXT_SIZE * 2];
+        units_range_text(text, (double)min, (double)max, unit);
+        char *to = strstr(text, " to ");
+        TEST_ASSERT_NOT_NULL(to);
+        const char *high = to + 4;
+        snprintf(low, sizeof low, "%.*s%s", (int)(to - text), text, high + strcspn(high, " "));
+        double read[2];
+        units_error_t why;
+        TEST_ASSERT_TRUE_MESSAGE(units_read(low, unit, &read[0], &why), low);
+        TEST_ASSERT_TRUE_MESSAGE(units_read(high, unit, &read[1], &why), high);
+        for (int m = 0; m < 2; m++) {
+            TEST_ASSERT_TRUE_MESSAGE((float)read[m] >= min && (float)read[m] <= max, text);
+        }
+        const double span = fmax(fabs((double)min), fabs((double)max));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5 * span, (double)min, read[0], text);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5 * span, (double)max, read[1], text);
+    }
+    char text[UNITS_TEXT_SIZE];
+    TEST_ASSERT_EQUAL_STRING("9.5493 to 95492.97 r/min", units_range_text(text, 1.0, 1e4, UNITS_SPEED));
+}
+
 static void test_choices_are_written_by_name(void)
 {
     char text[UNITS_TEXT_SIZE];
@@ -279,6 +319,7 @@ int main(void)
     RUN_TEST(test_values_are_written_in_the_unit_that_reads_best);
     RUN_TEST(test_values_that_are_no_number_are_written_as_such);
     RUN_TEST(test_both_ends_of_a_range_have_one_unit);
+    RUN_TEST(test_ends_of_a_range_are_read_as_values_of_it);
     RUN_TEST(test_choices_are_written_by_name);
     RUN_TEST(test_reading_does_not_depend_on_the_locale);
     return UNITY_END();

@@ -1,5 +1,6 @@
 /* The rig's C interface: tables, staged parameters, refusals as data and as text. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -130,6 +131,123 @@ static void test_numbers_that_are_none_are_refused(void)
     expect_refusal("params.encoder_lines", REASON_OUT_OF_RANGE, "whole numbers 16 to 16384");
 }
 
+/* What a float would round to a whole number is none, and one that it cannot hold is told as it was given. */
+static void test_whole_rows_are_judged_to_the_last_digit(void)
+{
+    TEST_ASSERT_FALSE(rig_put(rig, "params.encoder_lines", 16384.0001));
+    expect_refusal("params.encoder_lines", REASON_OUT_OF_RANGE, "whole numbers 16 to 16384");
+    TEST_ASSERT_FALSE(rig_put(rig, "enable", 1.00000001));
+    TEST_ASSERT_FALSE(
+        rig_put(rig, "calibration_periods", 4294967296.0 + 512.0)); /* 512 in its last 32 bits */
+    run_put(rig, "params.encoder_lines", 16384.0);
+}
+
+typedef struct {
+    char text[2][32]; /* the ends as they are written */
+} told_t;
+
+/* The range that the last refusal tells. */
+static told_t told_range(void)
+{
+    told_t told;
+    const char *from = strstr(rig_error(rig), "accepted ");
+    TEST_ASSERT_NOT_NULL_MESSAGE(from, rig_error(rig));
+    from += strlen("accepted ");
+    from += strncmp(from, "whole numbers ", 14) == 0 ? 14 : 0;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(2, sscanf(from, "%31s to %31s", told.text[0], told.text[1]),
+                                  rig_error(rig));
+    return told;
+}
+
+/* One more (or less) in the last digit that is written; two where the slot does not tell one from none. */
+static double one_digit_on(const char *text, double direction)
+{
+    char step[40];
+    const size_t mantissa = strcspn(text, "e");
+    size_t last = 0;
+    for (size_t n = 0; n < mantissa; n++) {
+        step[n] = text[n];
+        if (text[n] >= '0' && text[n] <= '9') {
+            step[n] = '0';
+            last = n;
+        }
+    }
+    step[last] = '1';
+    step[mantissa] = '\0';
+    strncat(step, text + mantissa, 8);
+    const double written = strtod(text, NULL);
+    const double digit = fabs(strtod(step, NULL));
+    const double next = written + direction * digit;
+    return (float)next != (float)written ? next : next + direction * digit;
+}
+
+/* Every settable row of every table, past either end of its range: the ends that are told are accepted as
+ * they are written, and one digit on they are not. */
+static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count; n++) {
+            const table_row_t *row = &table->rows[n];
+            for (int end = 0; end < 2 && row->access != TABLE_READ; end++) {
+                const double given = end == 0 ? -3e38 : 3e38;
+                TEST_ASSERT_FALSE_MESSAGE(rig_set(rig, row->id, given), row->name);
+                const told_t told = told_range();
+                for (int m = 0; m < 2; m++) {
+                    TEST_ASSERT_TRUE_MESSAGE(rig_set(rig, row->id, strtod(told.text[m], NULL)) ||
+                                                 rig_error_reason(rig) == REASON_CROSS_RULE,
+                                             rig_error(rig));
+                    TEST_ASSERT_FALSE_MESSAGE(
+                        rig_set(rig, row->id, one_digit_on(told.text[m], m == 0 ? -1.0 : 1.0)), row->name);
+                    TEST_ASSERT_EQUAL_INT32_MESSAGE(REASON_OUT_OF_RANGE, rig_error_reason(rig), row->name);
+                }
+            }
+        }
+    }
+}
+
+/* The same of rules between rows, by the ends that they leave. */
+static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
+{
+    static const struct {
+        const char *row;
+        double value;
+    } wrong[] = {
+        {"overspeed_trip", 1300.0},    {"overspeed_trip", 2.0},       {"observer_gain", 100.1},
+        {"observer_gain", 333.3},      {"motor_resistance", 70.0},    {"feedforward_cutoff", 199.0},
+        {"observer_emf_cutoff", 50.0}, {"estimate_speed_min", 221.7}, {"turn_off_delay", 4.9e-6},
+        {"overcurrent_trip", 3.3},
+    };
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        rig_free(rig);
+        rig = rig_create(1);
+        const uint32_t id = rig_row_by_name(wrong[n].row)->id;
+        run_put(rig, wrong[n].row, wrong[n].value);
+        TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
+        if (rig_error_id(rig) != id) {
+            continue; /* told by another row of the rule */
+        }
+        const told_t told = told_range();
+        for (int end = 0; end < 2; end++) {
+            run_put(rig, wrong[n].row, strtod(told.text[end], NULL));
+            TEST_ASSERT_TRUE_MESSAGE(rig_apply(rig), rig_error(rig));
+            const bool staged = rig_set(rig, id, one_digit_on(told.text[end], end == 0 ? -1.0 : 1.0));
+            TEST_ASSERT_FALSE_MESSAGE(staged && rig_apply(rig), wrong[n].row);
+        }
+    }
+}
+
+static void test_a_row_without_room_is_told_with_the_one_to_change(void)
+{
+    run_put(rig, "overspeed_trip", 500.0);
+    TEST_ASSERT_FALSE(rig_apply(rig));
+    expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted none (observer_gain >= 1.1 times");
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "; change observer_slope, advised 0.312"),
+                                 rig_error(rig));
+    double number = 0.0;
+    TEST_ASSERT_FALSE(rig_error_range(rig, &number, &number, &number));
+}
+
 static void test_what_is_shown_is_not_set(void)
 {
     TEST_ASSERT_FALSE(rig_put(rig, "i_d", 1.0));
@@ -195,6 +313,10 @@ int main(void)
     RUN_TEST(test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on);
     RUN_TEST(test_what_belongs_to_the_board_changes_only_while_the_bridge_is_off);
     RUN_TEST(test_numbers_that_are_none_are_refused);
+    RUN_TEST(test_whole_rows_are_judged_to_the_last_digit);
+    RUN_TEST(test_told_ends_of_every_row_are_accepted_as_they_are_written);
+    RUN_TEST(test_told_ends_of_rules_are_accepted_as_they_are_written);
+    RUN_TEST(test_a_row_without_room_is_told_with_the_one_to_change);
     RUN_TEST(test_what_is_shown_is_not_set);
     RUN_TEST(test_requests_are_judged_against_the_parameters);
     RUN_TEST(test_plant_rules_are_judged_too);

@@ -594,6 +594,8 @@ static void test_steps_before_the_offset_trim_has_settled(void)
         printf("  100-1500 r/min after 1 s at 100 r/min, %s, K %.0f: peak %.1f, on the way %.2f mrad\n",
                name_of(&drive), drive.torque_share, 1e3 * worst.peak, 1e3 * worst.plateau);
         expect_at_most("on the way up", 3.0, worst.plateau);
+        /* 75.9 and 49.6 are the worst of 11 seeds on both boards, times 1.5 */
+        expect_at_most("peak", n < 2 ? 114.0 : 75.0, worst.peak);
     }
 }
 
@@ -653,14 +655,19 @@ static void test_reversal_through_zero_with_a_real_inverter(void)
     }
 }
 
-/* The signed EMF alone takes it through as well, with the peak of a step of the acceleration. */
+/* The signed EMF alone takes it through as well, with the peak of a step of the acceleration. With a real
+ * inverter it mostly has that peak too; in one passage of thirteen of the board with the smaller current a
+ * phase current in doubt adds to it, up to 228 mrad in 264 passages of 11 seeds. The limit is 1.5 times that.
+ */
 static void test_reversal_without_torque_feed_forward(void)
 {
     for (double direction = FORWARD; direction >= BACKWARD; direction -= 2.0) {
         const drive_case_t ideal = paper_rig(false, direction, 0.0, 0.0);
         expect_at_most("ideal", 85.0, reversals(&ideal, 85.0).worst);
         const drive_case_t real = paper_rig(true, direction, 0.0, 0.0);
-        (void)reversals(&real, 90.0);
+        const reversals_t result = reversals(&real, 90.0);
+        expect_at_most("real", 345.0, result.worst);
+        TEST_ASSERT_TRUE(result.above <= REVERSAL_ANGLES);
     }
 }
 

@@ -318,9 +318,12 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 
 /* ---- stall ---- */
 
+/* [s] longest that the estimate of a rotor at rest wanders with a real inverter before it is told */
+#define WANDERS 0.5
+
 /* Whatever stalls it, the estimate is lost with a reason and the gates open: at the latest 0.2 s after the
- * rotor has come to rest, twice the debounce, since a sign has to fail on balance. The current stays within
- * its limit. */
+ * rotor has come to rest, twice the debounce, since a sign has to fail on balance; with a real inverter as
+ * late as the estimate wanders (next test). The current stays within its limit. */
 static void test_stalled_rotor_loses_the_estimate(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
@@ -337,7 +340,7 @@ static void test_stalled_rotor_loses_the_estimate(void)
         const watch_t seen = watch(what, 1.0);
         printf("    at rest %s\n", when(seen.stopped));
         TEST_ASSERT_TRUE(seen.lost != NEVER && seen.stopped != NEVER);
-        TEST_ASSERT_TRUE(seen.lost < seen.stopped + 2.0 * DEBOUNCE);
+        TEST_ASSERT_TRUE(seen.lost < seen.stopped + (real ? WANDERS : 2.0 * DEBOUNCE));
         TEST_ASSERT_TRUE(seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
                          seen.reason <= (double)REASON_ESTIMATE_SPEED);
         TEST_ASSERT_TRUE(seen.current < 1.2 * rig_value(rig, "current_limit"));
@@ -348,7 +351,7 @@ static void test_stalled_rotor_loses_the_estimate(void)
 
 /* With a real inverter the estimate of a rotor at rest may wander, for a while, between 3 and 5 rad/s: faster
  * than the least speed, slower than where an EMF that is missing goes beyond the allowance of 10 rad/s. How
- * long hangs on where the phase currents stand; of 240 starts none took 0.5 s. */
+ * long hangs on where the phase currents stand; of 240 starts none took WANDERS. */
 static void test_stalled_rotor_is_told_wherever_it_stops(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
@@ -367,7 +370,7 @@ static void test_stalled_rotor_is_told_wherever_it_stops(void)
         latest = fmax(latest, sums.seen.lost - sums.seen.stopped);
     }
     printf("  of 24 stalls the last was told %.3f s after the rotor had come to rest\n", latest);
-    TEST_ASSERT_TRUE(latest < 0.5);
+    TEST_ASSERT_TRUE(latest < WANDERS);
 }
 
 /* ---- motor data ---- */

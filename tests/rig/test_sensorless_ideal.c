@@ -183,8 +183,8 @@ static void expect_within(double limit, double wanted, double value, const char 
 
 /* ---- the default: vector sigmoid, exact lag ---- */
 
-/* Both directions, with load and without. The limits are those that were asked for; algebra and floats leave
- * less than 0.15 mrad. */
+/* Both directions, with load and without. What algebra and floats leave of the worst motor on the worst
+ * board, 0.005, 0.071 and 0.148 mrad, times 1.5. */
 static void expect_no_error(const motor_t *written)
 {
     const motor_t motor = of_board(written);
@@ -195,8 +195,9 @@ static void expect_no_error(const motor_t *written)
         const double load = (point & 2) != 0 ? m->load : 0.0;
         const double rpm = direction * shares[point / 4] * m->speed / RPM;
         const run_error_t err = measure("default", m, AVERAGED, NULL, 0, rpm, load);
-        expect_within(0.3, 0.0, err.mean, "mean");
-        expect_within(0.5, 0.0, err.peak, "peak");
+        expect_within(0.0075, 0.0, err.mean, "mean");
+        expect_within(0.107, 0.0, err.sd, "SD");
+        expect_within(0.222, 0.0, err.peak, "peak");
     }
 }
 
@@ -354,6 +355,97 @@ static void test_paper_deviation_of_its_fig_10(void)
     }
 }
 
+/* ---- the EMF's filter ---- */
+
+/* Error over the 0.3 s that follow a change of the filter, and over the last 0.1 s of them [mrad]. */
+static run_error_t filtered_at(rig_t *rig, double cutoff, double *peak)
+{
+    run_parameter(rig, "observer_emf_cutoff", cutoff);
+    *peak = run_error(rig, 0.2).peak;
+    return run_error(rig, 0.1);
+}
+
+/* It comes and goes while the estimate closes the loop. With the exact lag it is in the frame of the loop,
+ * where a steady EMF does not see it: nothing may show. The paper's lag does not know it, so that it turns
+ * the estimate by its phase at omega_e, x = omega_e T_s, c = exp(-cutoff T_s),
+ *
+ *     -atan2(c sin x, 1 - c cos x)
+ *
+ * and the loop goes there with a step's overshoot, which one of damping 1 with a feed-forward has, and back.
+ * Limits of the peaks: 1.5 times what is there. */
+static void test_the_filter_of_the_emf_may_change_while_the_drive_runs(void)
+{
+    static const double cutoff = 2500.0; /* [rad/s] */
+    const motor_t m = paper_of_board();
+    for (int32_t point = 0; point < 8; point++) {
+        const double direction = (point & 1) != 0 ? -1.0 : 1.0;
+        const bool exact = (point & 2) != 0;
+        const bool vector = (point & 4) != 0;
+        rig_t *rig = rig_create(7);
+        TEST_ASSERT_NOT_NULL(rig);
+        run_put(rig, "fidelity", AVERAGED);
+        run_ideal(rig);
+        put_motor(rig, &m);
+        run_put(rig, "observer_switching", vector ? SMO_SIGMOID_VECTOR : SMO_SIGMOID);
+        run_put(rig, "lag_compensation", exact ? LAG_EXACT : LAG_CORRECTED);
+        run_put(rig, "observer_emf_cutoff", 0.0);
+        run_parameter(rig, "position_source", 1.0);
+        run_to_ready_at(rig, direction * 1000.0);
+        run_on(rig, direction * 1000.0);
+        run_seconds(rig, 1.0);
+        const double x = paper.pole_pairs * 1000.0 * RPM * RIG_PERIOD_SECONDS;
+        const double c = exp(-cutoff * RIG_PERIOD_SECONDS);
+        const double turned = exact ? 0.0 : -1e3 * direction * atan2(c * sin(x), 1.0 - c * cos(x));
+        const run_error_t without = run_error(rig, 0.1);
+        for (int32_t n = 0; n < 3; n++) {
+            double on = 0.0;
+            double off = 0.0;
+            const run_error_t with = filtered_at(rig, cutoff, &on);
+            const run_error_t again = filtered_at(rig, 0.0, &off);
+            printf("%s, lag %s, %.0f r/min: %.3f, with the filter %.3f (theory %.3f more), again %.3f; peaks "
+                   "%.3f, %.3f mrad\n",
+                   vector ? "vector" : "axes", exact ? "exact" : "corrected", direction * 1000.0,
+                   without.mean, with.mean, turned, again.mean, on, off);
+            expect_within(0.5, turned, with.mean - without.mean, "with the filter");
+            expect_within(0.2, without.mean, again.mean, "without it");
+            if (exact) {
+                expect_within(vector ? 0.17 : 0.38, 0.0, fmax(on, off), "peak");
+            } else {
+                expect_within(0.2 * fabs(turned), fabs(with.mean), on, "peak");
+                expect_within(1.0, fabs(with.mean), off, "peak");
+            }
+        }
+        run_expect_no_fault(rig);
+        rig_free(rig);
+    }
+}
+
+/* It begins with the EMF of the moment, not with that of the time when it was last there. */
+static void test_a_filter_that_comes_back_has_forgotten_another_speed(void)
+{
+    const motor_t m = paper_of_board();
+    rig_t *rig = rig_create(7);
+    TEST_ASSERT_NOT_NULL(rig);
+    run_put(rig, "fidelity", AVERAGED);
+    run_ideal(rig);
+    put_motor(rig, &m);
+    run_parameter(rig, "position_source", 1.0);
+    run_to_ready_at(rig, 1400.0);
+    run_on(rig, 1400.0);
+    run_seconds(rig, 0.5);
+    run_parameter(rig, "observer_emf_cutoff", 0.0);
+    run_put(rig, "speed_request", 300.0 * RPM);
+    run_seconds(rig, 4.0);
+    const double before = run_error(rig, 0.1).peak;
+    run_parameter(rig, "observer_emf_cutoff", 2500.0);
+    const double after = run_error(rig, 0.1).peak;
+    printf("300 r/min: peak %.3f, with the filter again %.3f mrad\n", before, after);
+    expect_within(0.03, 0.0, before, "peak without the filter");
+    expect_within(0.03, 0.0, after, "peak with the filter");
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
 /* ---- sign ---- */
 
 static run_error_t measure_switching(const char *what, double switching, double rpm, double load)
@@ -396,6 +488,8 @@ int main(void)
     RUN_TEST(test_paper_exact_leaves_nothing);
     RUN_TEST(test_paper_printed_over_compensates);
     RUN_TEST(test_paper_deviation_of_its_fig_10);
+    RUN_TEST(test_the_filter_of_the_emf_may_change_while_the_drive_runs);
+    RUN_TEST(test_a_filter_that_comes_back_has_forgotten_another_speed);
     RUN_TEST(test_sign_chatters_where_the_sigmoid_rests);
     return UNITY_END();
 }

@@ -61,12 +61,9 @@ static run_error_t measure(const char *what, double fidelity, const change_t *ch
            err.speed_mean);
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(rpm), rpm, err.speed_mean);
-    TEST_ASSERT_TRUE(err.peak < 1000.0); /* locked: never on the way to another pole */
     rig_free(rig);
     return err;
 }
-
-static const double speeds[] = {100.0, 313.0, 503.0, 1013.0, 1490.0};
 
 static void expect_at_most(double limit, double value, const char *what)
 {
@@ -75,25 +72,40 @@ static void expect_at_most(double limit, double value, const char *what)
     TEST_ASSERT_TRUE_MESSAGE(fabs(value) <= limit, message);
 }
 
+/* Limits of a point, with 0 N m and under load [mrad]. All are the worst of 8 seeds in both directions, of
+ * both fidelities where a test has both, and on both boards, times 1.5. */
+typedef struct {
+    double rpm;
+    double mean[2], sd[2], peak[2];
+} limits_t;
+
+static void expect_limits(const limits_t *limits, bool loaded, const run_error_t *err)
+{
+    expect_at_most(limits->mean[loaded], err->mean, loaded ? "mean, loaded" : "mean, no load");
+    expect_at_most(limits->sd[loaded], err->sd, loaded ? "SD, loaded" : "SD, no load");
+    expect_at_most(limits->peak[loaded], err->peak, loaded ? "peak, loaded" : "peak, no load");
+}
+
 /* ---- what was asked for ---- */
 
-/* What is asked of a real drive. Without load, from 300 r/min on, the limit is that of docs/theory.md, 21 at
- * 1500 r/min (4 mrad), since the current's ripple is then no longer small against the current, and the dead
- * time follows the current at its edges. */
+/* A mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load (docs/theory.md, 21),
+ * 1.5 and 1.5 under 5 N m: the drive is better than that. */
+static const limits_t compensated[] = {
+    {100.0, {0.4, 1.95}, {2.3, 2.9}, {25.0, 25.0}},  {313.0, {0.25, 1.3}, {0.8, 0.75}, {3.4, 5.0}},
+    {503.0, {1.3, 1.5}, {1.25, 0.6}, {7.0, 4.1}},    {1013.0, {2.6, 1.4}, {0.57, 0.45}, {4.8, 3.0}},
+    {1490.0, {3.4, 1.25}, {0.44, 0.44}, {4.9, 2.8}},
+};
+
+#define SPEEDS 5
+
 static void expect_required(double fidelity)
 {
-    for (int32_t point = 0; point < 20; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * speeds[point / 4];
-        const double load = (point & 2) != 0 ? RATED : 0.0;
-        const bool slow = point / 4 == 0;
-        const run_error_t err = measure("compensated", fidelity, NULL, 0, rpm, load, 2.0);
-        if (load > 0.0) {
-            expect_at_most(slow ? 3.0 : 1.5, err.mean, "mean, 5 N m");
-            expect_at_most(slow ? 5.0 : 1.5, err.sd, "SD, 5 N m");
-        } else {
-            expect_at_most(slow ? 5.0 : 4.0, err.mean, "mean, no load");
-            expect_at_most(slow ? 10.0 : 4.0, err.sd, "SD, no load");
-        }
+    for (int32_t point = 0; point < 4 * SPEEDS; point++) {
+        const limits_t *limits = &compensated[point / 4];
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2) != 0;
+        const run_error_t err = measure("compensated", fidelity, NULL, 0, rpm, loaded ? RATED : 0.0, 2.0);
+        expect_limits(limits, loaded, &err);
     }
 }
 
@@ -112,46 +124,50 @@ static const change_t believed_too_small[] = {{"params.turn_on_delay", 0.24e-6},
 
 static void test_dead_time_believed_too_small(void)
 {
+    static const limits_t too_small[] = {{100.0, {53.0, 31.0}, {25.0, 33.0}, {132.0, 116.0}},
+                                         {313.0, {5.0, 2.0}, {4.0, 4.0}, {20.0, 13.0}}};
     for (int32_t point = 0; point < 16; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * (point / 8 > 0 ? 313.0 : 100.0);
-        const double load = (point & 2) != 0 ? LOAD_WITH_ROOM : 0.0;
+        const limits_t *limits = &too_small[point / 8];
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2) != 0;
         const run_error_t err = measure("dead time 20 % too small", (point & 4) != 0 ? SWITCHED : AVERAGED,
-                                        believed_too_small, 2, rpm, load, 3.0);
-        if (point / 8 > 0) {
-            expect_at_most(5.0, err.mean, "mean");
-            expect_at_most(6.0, err.sd, "SD");
-        }
+                                        believed_too_small, 2, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
+        expect_limits(limits, loaded, &err);
     }
 }
 
 static void test_50_rpm_is_held(void)
 {
+    static const limits_t slow = {50.0, {8.1, 18.0}, {39.0, 65.0}, {247.0, 561.0}};
     for (int32_t point = 0; point < 8; point++) {
-        const double rpm = (point & 1) != 0 ? -50.0 : 50.0;
-        const double load = (point & 2) != 0 ? LOAD_WITH_ROOM : 0.0;
-        const run_error_t err =
-            measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, NULL, 0, rpm, load, 3.0);
-        expect_at_most(250.0, err.mean, "mean");
-        expect_at_most(250.0, err.sd, "SD");
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * slow.rpm;
+        const bool loaded = (point & 2) != 0;
+        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, NULL, 0, rpm,
+                                        loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
+        expect_limits(&slow, loaded, &err);
     }
 }
 
 /* ---- our own additions ---- */
 
-/* What trimming the offsets and coasting through doubtful voltages are worth: numbers to read. Without them
- * the loop must still hold. */
+/* What trimming the offsets and coasting through doubtful voltages are worth: without them the loop holds. */
 static void test_without_trim_or_coasting_lock_is_kept(void)
 {
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
-    for (int32_t point = 0; point < 40; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * speeds[point / 8];
-        const double load = (point & 2) != 0 ? RATED : 0.0;
-        if ((point & 4) != 0) {
-            (void)measure("no trim", AVERAGED, no_trim, 1, rpm, load, 1.5);
-        } else {
-            (void)measure("no coasting", AVERAGED, no_coasting, 1, rpm, load, 1.5);
-        }
+    static const limits_t without[] = {
+        {100.0, {3.1, 3.1}, {19.0, 14.0}, {224.0, 159.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
+        {503.0, {3.1, 1.5}, {7.8, 1.35}, {80.0, 4.3}},     {1013.0, {0.5, 1.4}, {1.3, 0.5}, {4.1, 3.2}},
+        {1490.0, {0.4, 1.2}, {0.7, 0.44}, {2.3, 2.8}},
+    };
+    for (int32_t point = 0; point < 8 * SPEEDS; point++) {
+        const limits_t *limits = &without[point / 8];
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2) != 0;
+        const bool trim = (point & 4) == 0;
+        const run_error_t err = measure(trim ? "no coasting" : "no trim", AVERAGED,
+                                        trim ? no_coasting : no_trim, 1, rpm, loaded ? RATED : 0.0, 1.5);
+        expect_limits(limits, loaded, &err);
     }
 }
 
@@ -194,8 +210,8 @@ static offsets_t offset_left(rig_t *rig)
  * the drive reckons with have less than 5 mA of them left, half a step of the ADC. */
 static void test_offsets_are_trimmed_while_turning(void)
 {
-    for (int32_t point = 0; point < 10; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * speeds[point / 2];
+    for (int32_t point = 0; point < 2 * SPEEDS; point++) {
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * compensated[point / 2].rpm;
         const int32_t sensor = point / 2 % DRIVE_CURRENT_SENSORS;
         const double offset_a = sensor == 0 ? 0.03 : 0.0;
         const double offset_b = sensor == 1 ? -0.04 : 0.0;

@@ -263,7 +263,7 @@ class CheckLinker(unittest.TestCase):
     def test_a_new_call_into_the_background(self):
         self.change("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n"
                     "    (void)params_check(&app->staged, 0);\n")
-        self.assert_breach("firmware/drive/params.c:", "params_check stays in flash", "app_interrupt -> params_check")
+        self.assert_breach("firmware/drive/judgement.c:", "params_check stays in flash", "app_interrupt -> params_check")
 
     def test_a_library_function_in_the_interrupt(self):
         self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "

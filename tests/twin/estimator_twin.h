@@ -1,5 +1,5 @@
 /* The fixed-point estimator in the shape of the float one, so that the tests of estimator.h run on it
- * unchanged: force-included before test_estimator.c. After each call the fields of estimator_t that a test
+ * unchanged: force-included before test_estimator_*.c and test_flux.c. After each call the fields of estimator_t that a test
  * may look at hold the twin's state in SI. */
 #ifndef TESTS_TWIN_ESTIMATOR_TWIN_H
 #define TESTS_TWIN_ESTIMATOR_TWIN_H

@@ -19,7 +19,8 @@ static uint32_t fed;
 static bool led_run, led_fault;
 
 static app_t the_app;
-static drive_t seen; /* the drive as an interrupt would find it */
+static drive_t seen;      /* the drive as an interrupt would find it */
+static bool bridge_comes; /* with the interrupt just before the next time that they are off */
 
 static void ask(const char *what)
 {
@@ -99,12 +100,27 @@ void hal_leds(bool run, bool fault)
     led_fault = fault;
 }
 
+/* Has anything changed that an interrupt would have read? A tuning that is not offered it does not read. */
+static bool changed(void)
+{
+    static drive_t now;
+    now = app->drive;
+    if (now.offered == 0u) {
+        now.offered = seen.offered;
+        now.offer = seen.offer;
+    }
+    return memcmp(&seen, &now, sizeof seen) != 0;
+}
+
 void hal_interrupts_off(void)
 {
     ask("off ");
-    interrupts_wrong |= !interrupts_on;
+    interrupts_wrong |= !interrupts_on || changed();
     interrupts_on = false;
-    interrupts_wrong |= memcmp(&seen, &app->drive, sizeof seen) != 0; /* changed while it could come */
+    if (bridge_comes) {
+        app->drive.sequence.state = DRIVE_SWITCHED_ON;
+        bridge_comes = false;
+    }
 }
 
 void hal_interrupts_on(void)
@@ -128,6 +144,7 @@ static void start(hal_status_t of_board)
     encoder_max = 0u;
     interrupts_on = false;
     interrupts_wrong = false;
+    bridge_comes = false;
     conversion = (hal_samples_t){.current_a = 2048,
                                  .current_b = 2048,
                                  .current_c = 2048,
@@ -143,6 +160,26 @@ static void from_here(void)
 {
     memset(asked, 0, sizeof asked);
     seen = app->drive;
+}
+
+static void given_bridge_on(void)
+{
+    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    from_here();
+}
+
+static void interrupt(void)
+{
+    app_interrupt();
+    seen = app->drive;
+}
+
+/* More than once round its list. */
+static void background(void)
+{
+    for (int n = 0; n < 12; n++) {
+        app_background();
+    }
 }
 
 static void expect_asked_in_good_order(const char *what)
@@ -164,10 +201,10 @@ void tearDown(void)
 
 static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog(void)
 {
-    const params_t *params = &app->drive.params;
+    const params_t *params = &app->active;
     TEST_ASSERT_EQUAL_STRING("init watchdog ", asked);
     TEST_ASSERT_EQUAL_INT32(HAL_OK, app->board_status);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.sequence.state);
     TEST_ASSERT_EQUAL_UINT32(4u * 2500u - 1u, config.encoder_count_max);
     TEST_ASSERT_TRUE((double)config.dead_band_count >= (double)params->dead_time * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)config.dead_band_count < (double)params->dead_time * HAL_CLOCK_HZ + 1.0);
@@ -185,9 +222,9 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
         start(failures[n]);
         TEST_ASSERT_EQUAL_STRING("init ", asked);
         TEST_ASSERT_EQUAL_INT32(failures[n], app->board_status);
-        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.state);
-        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.fault.reason);
-        app_background();
+        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.sequence.state);
+        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.sequence.fault_reason);
+        background();
         TEST_ASSERT_EQUAL_UINT32(0u, fed);
         TEST_ASSERT_TRUE(led_fault);
         TEST_ASSERT_FALSE(led_run);
@@ -196,19 +233,53 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
 
 static void test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive(void)
 {
-    app_background();
+    background();
     TEST_ASSERT_EQUAL_UINT32(0u, fed);
     for (uint32_t n = 1; n <= 3u; n++) {
-        app_interrupt();
-        app_background();
-        app_background();
+        interrupt();
+        interrupt();
+        background();
         TEST_ASSERT_EQUAL_UINT32(n, fed);
     }
+}
+
+/* With the interrupt always alive it is fed once a round: the other tasks come between. */
+static void test_the_watchdog_is_fed_when_the_list_has_come_round(void)
+{
+    uint32_t calls = 0u;
+    do {
+        interrupt();
+        app_background();
+        calls++;
+    } while (fed == 0u && calls < 100u);
+    TEST_ASSERT_TRUE(calls > 1u && calls < 100u);
+    for (uint32_t n = 0; n < 10u * calls; n++) {
+        interrupt();
+        app_background();
+    }
+    TEST_ASSERT_EQUAL_UINT32(11u, fed);
+}
+
+static void test_the_background_sees_the_drive_between_two_interrupts_and_shows_it(void)
+{
+    interrupt();
+    background();
+    TEST_ASSERT_EQUAL_UINT32(1u, app->seen.period);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->seen.state);
     TEST_ASSERT_FALSE(led_run);
     TEST_ASSERT_FALSE(led_fault);
-    app->drive.state = DRIVE_OPERATION_ENABLED;
-    app_background();
+    given_bridge_on();
+    background();
+    TEST_ASSERT_TRUE(app->seen.bridge_on);
     TEST_ASSERT_TRUE(led_run);
+    drive_trip(&app->drive);
+    from_here();
+    background();
+    TEST_ASSERT_EQUAL_INT32(REASON_MODULE_FAULT, app->seen.fault_reason);
+    TEST_ASSERT_FALSE(led_run);
+    TEST_ASSERT_TRUE(led_fault);
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    TEST_ASSERT_TRUE(interrupts_on);
 }
 
 static void test_the_interrupt_reads_first_and_acknowledges_last(void)
@@ -240,7 +311,7 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
 
 /* ---- parameters and requests ---- */
 
-static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(void)
+static void test_a_set_is_offered_with_interrupts_off_and_the_registers_follow(void)
 {
     params_error_t why;
     app->staged.encoder_lines = 1024;
@@ -248,36 +319,113 @@ static void test_a_set_is_taken_with_interrupts_off_and_the_registers_follow(voi
     from_here();
     TEST_ASSERT_TRUE(app_apply(&why));
     expect_asked_in_good_order("off dead-band encoder on ");
-    TEST_ASSERT_EQUAL_INT32(1024, app->drive.params.encoder_lines);
+    TEST_ASSERT_EQUAL_INT32(1024, app->active.encoder_lines);
     TEST_ASSERT_EQUAL_UINT32(4095u, encoder_max);
     TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
+    interrupt();
+    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.encoder.tuning.last_count);
 }
 
 static void test_while_the_bridge_is_on_the_registers_stay(void)
 {
     params_error_t why;
-    app->drive.state = DRIVE_OPERATION_ENABLED;
     app->staged.speed_kp = 0.7f;
-    from_here();
+    given_bridge_on();
     TEST_ASSERT_TRUE(app_apply(&why));
     expect_asked_in_good_order("off on ");
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.params.speed_kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
 }
 
-static void test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again(void)
+/* Refused for this row: the drive, its registers and the active set are those of before. */
+static void expect_refused(const char *field, int32_t reason)
 {
+    static drive_t before;
     params_error_t why;
-    app->staged.speed_kp = -1.0f;
-    app->staged.encoder_lines = 1024;
+    const params_t active = app->active;
     from_here();
-    const drive_t before = app->drive;
+    before = app->drive;
     TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_STRING(field, why.field);
+    TEST_ASSERT_EQUAL_INT32(reason, why.reason);
     TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&active, &app->active, sizeof active);
     TEST_ASSERT_NULL(strstr(asked, "encoder"));
     TEST_ASSERT_NULL(strstr(asked, "dead-band"));
     TEST_ASSERT_FALSE(interrupts_wrong);
     TEST_ASSERT_TRUE(interrupts_on);
+}
+
+static void test_a_bad_set_is_refused_and_changes_nothing(void)
+{
+    app->staged.speed_kp = -1.0f;
+    app->staged.encoder_lines = 1024;
+    expect_refused("speed_kp", REASON_OUT_OF_RANGE);
+}
+
+static void test_a_set_that_the_present_request_would_violate_is_refused(void)
+{
+    app->drive.requests.speed_request = 200.0f;
+    app->staged.overspeed_trip = 150.0f;
+    expect_refused("speed_request", REASON_CROSS_RULE);
+}
+
+static void test_what_changes_only_with_the_bridge_off_is_refused_while_it_is_on(void)
+{
+    given_bridge_on();
+    app->staged.encoder_lines = 1024;
+    expect_refused("encoder_lines", REASON_BRIDGE_ON);
+}
+
+/* The bridge was off when the set was judged, and on when it was to be offered. */
+static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
+{
+    params_error_t why;
+    app->staged.encoder_lines = 1024;
+    from_here();
+    bridge_comes = true;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_INT32(REASON_BRIDGE_ON, why.reason);
+    TEST_ASSERT_EQUAL_STRING("off on ", asked);
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    TEST_ASSERT_EQUAL_INT32(2500, app->active.encoder_lines);
+    interrupt();
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
+}
+
+/* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
+static void test_the_last_good_set_before_an_interrupt_is_taken(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    app->staged.speed_kp = 0.6f;
+    app->staged.start_speed = 9.0f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    app->staged.speed_kp = -1.0f;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, app->drive.start_speed);
+}
+
+/* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
+static void test_a_set_offered_before_survives_one_that_came_too_late(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    app->staged.encoder_lines = 1024;
+    bridge_comes = true;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
 }
 
 static void test_requests_are_taken_with_interrupts_off(void)
@@ -306,11 +454,18 @@ int main(void)
     RUN_TEST(test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog);
     RUN_TEST(test_a_start_that_fails_is_a_fault_and_starts_no_watchdog);
     RUN_TEST(test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive);
+    RUN_TEST(test_the_watchdog_is_fed_when_the_list_has_come_round);
+    RUN_TEST(test_the_background_sees_the_drive_between_two_interrupts_and_shows_it);
     RUN_TEST(test_the_interrupt_reads_first_and_acknowledges_last);
     RUN_TEST(test_each_flag_of_the_board_is_the_drive_s);
-    RUN_TEST(test_a_set_is_taken_with_interrupts_off_and_the_registers_follow);
+    RUN_TEST(test_a_set_is_offered_with_interrupts_off_and_the_registers_follow);
     RUN_TEST(test_while_the_bridge_is_on_the_registers_stay);
-    RUN_TEST(test_a_set_that_is_refused_changes_nothing_and_interrupts_are_on_again);
+    RUN_TEST(test_a_bad_set_is_refused_and_changes_nothing);
+    RUN_TEST(test_a_set_that_the_present_request_would_violate_is_refused);
+    RUN_TEST(test_what_changes_only_with_the_bridge_off_is_refused_while_it_is_on);
+    RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set);
+    RUN_TEST(test_the_last_good_set_before_an_interrupt_is_taken);
+    RUN_TEST(test_a_set_offered_before_survives_one_that_came_too_late);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();
 }

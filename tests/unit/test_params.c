@@ -125,7 +125,7 @@ static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, why.value);
-    TEST_ASSERT_EQUAL_STRING("fixed point: L/T within 50 U/I", why.rule);
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "fixed-point estimator"));
 }
 #endif
 

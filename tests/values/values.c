@@ -58,9 +58,9 @@ static lowpass_q_t any_filter(int32_t alpha, int64_t least)
     return filter;
 }
 
-static smo_params_q_t any_smo(int32_t switching)
+static smo_tuning_q_t any_smo(int32_t switching)
 {
-    smo_params_q_t params;
+    smo_tuning_q_t params;
     params.resistance = any(0, 25 * ONE(24));
     params.voltage_gain = any(1, INT32_MAX);
     params.gain = any(ONE(29), ONE(30));
@@ -68,27 +68,24 @@ static smo_params_q_t any_smo(int32_t switching)
     params.gain_slope = any(1, INT32_MAX);
     params.emf_decay = any(0, INT32_MAX);
     params.mean_share = any(0, INT32_MAX);
-    params.loop_gain_unit = any(1, INT32_MAX);
-    params.current_loss = any(0, INT32_C(1717986918)); /* 0.4 */
-    params.hold_lead = any(0, ONE(29));
-    params.hold_lead_rise = any(0, ONE(24));
-    params.hold_size = any(ONE(30), ONE(30) + ONE(29));
-    params.hold_cotangent = any(ONE(30), INT32_C(1460288880)); /* 0.34 */
-    params.lag_resistance = any(1, 104 * ONE(24));
+    params.current_loss = any(0, INT32_C(1717986918));              /* 0.4 */
+    params.hold[0] = any(INT32_C(-644245094), INT32_C(-429496730)); /* -0.6..-0.4 */
+    params.hold[1] = any(0, ONE(27));
+    params.hold[2] = any(-ONE(23), 0);
+    params.hold[3] = any(-ONE(22), 0);
     params.inductance = any(1, 50 * ONE(24));
     params.one_ohm = any(0, INT32_MAX);
     params.ohms = any(0, 100 * ONE(24));
     params.gain_largest = any(1, INT32_MAX);
     params.axis_gain_largest = any(1, INT32_MAX);
     params.filter_odd = any(0, INT32_C(1000) * ONE(20));
-    params.filtering = any_word(1u);
     params.switching = switching;
     return params;
 }
 
-static pll_params_q_t any_pll(void)
+static pll_tuning_q_t any_pll(void)
 {
-    pll_params_q_t params;
+    pll_tuning_q_t params;
     params.kp_rest = any(0, INT32_C(687194767)); /* 0.32 */
     params.ki_period = any_scale();
     params.feedforward_share = any(0, INT32_MAX);
@@ -101,16 +98,13 @@ static pll_params_q_t any_pll(void)
     return params;
 }
 
-static estimator_params_q_t any_params(int32_t switching, int32_t lag)
+static estimator_tuning_q_t any_tuning(int32_t switching, int32_t lag)
 {
-    estimator_params_q_t params;
+    estimator_tuning_q_t params;
     params.smo = any_smo(switching);
     params.pll = any_pll();
     params.lag = lag;
     params.speed_per_volt = any(ONE(13), ONE(29));
-    params.adaptation_share = any(0, INT32_MAX);
-    params.mean_share = any(0, INT32_MAX);
-    params.adaptation_speed = any(0, ONE(30));
     params.torque_feedforward = any(0, INT32_MAX);
     params.amplitude_min = any(0, ONE(30));
     params.amplitude_max = any(0, INT32_MAX);
@@ -119,8 +113,8 @@ static estimator_params_q_t any_params(int32_t switching, int32_t lag)
     params.current_max = any(0, INT32_MAX);
     params.speed_min = any(0, INT32_MAX);
     params.speed_max = any(0, INT32_MAX);
-    for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
-        params.debounce[n] = any_word(INT32_C(20000000));
+    for (int32_t n = 0; n < ESTIMATOR_CRITERIA; n++) {
+        params.debounce.limit[n] = any_word(INT32_C(20000000));
     }
     return params;
 }
@@ -128,20 +122,20 @@ static estimator_params_q_t any_params(int32_t switching, int32_t lag)
 static estimator_q_t any_state(int32_t switching, int32_t lag)
 {
     estimator_q_t est;
-    est.params = any_params(switching, lag);
-    est.smo.params = est.params.smo;
+    est.tuning = any_tuning(switching, lag);
+    est.smo.tuning = est.tuning.smo;
     est.smo.current_hat = any_pair(SAMPLE_LARGEST + ERROR_LARGEST);
     est.smo.current_err = any_pair(ERROR_LARGEST);
     est.smo.switched = any_pair(SWITCHED_LARGEST);
     est.smo.emf_hat = any_pair(SWITCHED_LARGEST);
     est.smo.gain_axis.alpha = any(0, INT32_MAX);
     est.smo.gain_axis.beta = any(0, INT32_MAX);
-    est.smo.mean_product = any_filter(est.params.smo.mean_share, -FILTER_Q_LONGEST);
-    est.smo.mean_square = any_filter(est.params.smo.mean_share, -FILTER_Q_LONGEST);
+    est.smo.mean_product = any_filter(est.tuning.smo.mean_share, -FILTER_Q_LONGEST);
+    est.smo.mean_square = any_filter(est.tuning.smo.mean_share, -FILTER_Q_LONGEST);
     est.smo.gain_mean = any(0, INT32_MAX);
     est.smo.conductance = any(0, CONDUCTANCE_LARGEST);
-    est.smo.passed_over = any_word(1u);
-    est.pll.params = est.params.pll;
+    est.smo.rejected = any_word(1u);
+    est.pll.tuning = est.tuning.pll;
     est.pll.theta_e = any_word(UINT32_MAX);
     est.pll.rotation.sin = any(-ROTATION_MOST, ROTATION_MOST);
     est.pll.rotation.cos = any(-ROTATION_MOST, ROTATION_MOST);
@@ -154,18 +148,14 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     est.pll.direction = any(-1, 1);
     est.pll.detector = any(-ONE(30), ONE(30));
     est.pll.amplitude = any(0, INT32_MAX);
-    est.speed_per_volt = any_filter(est.params.adaptation_share, -FILTER_Q_LONGEST);
-    est.emf_mean = any_filter(est.params.mean_share, -FILTER_Q_LONGEST);
-    est.speed_mean = any_filter(est.params.mean_share, -FILTER_Q_LONGEST);
+    est.speed_per_volt = any(ONE(13), ONE(30) - 1);
     est.emf = any_pair(SAMPLE_LARGEST);
-    est.reset_current = any_sample();
-    est.reset_angle = any_word(UINT32_MAX);
-    est.special = any_word(15u);
-    for (int32_t n = 0; n < ESTIMATOR_SIGNS; n++) {
-        est.count[n] = any_word(UINT32_C(20000000));
+    for (int32_t n = 0; n < ESTIMATOR_CRITERIA; n++) {
+        est.debounce.count[n] = any_word(UINT32_C(20000000));
     }
-    est.counting = any_word(UINT32_MAX);
-    est.invalid = any_word(31u);
+    est.debounce.counting = any_word(UINT32_MAX);
+    est.debounce.invalid = any_word(15u);
+    est.coasted = any_word(1u);
     return est;
 }
 
@@ -214,12 +204,6 @@ static void check(const estimator_q_t *est)
     /*@ assert detector: -0x40000000 <= detector <= 0x40000000; */
     const int32_t amplitude = est->pll.amplitude;
     /*@ assert amplitude: amplitude >= 0; */
-    const int64_t per_volt = est->speed_per_volt.value;
-    /*@ assert speed_per_volt: -FILTER_Q_LONGEST <= per_volt <= FILTER_Q_LONGEST; */
-    const int64_t emf_mean = est->emf_mean.value;
-    /*@ assert emf_mean: -FILTER_Q_LONGEST <= emf_mean <= FILTER_Q_LONGEST; */
-    const int64_t speed_mean = est->speed_mean.value;
-    /*@ assert speed_mean: -FILTER_Q_LONGEST <= speed_mean <= FILTER_Q_LONGEST; */
     const ab_q_t e = est->emf;
     /*@ assert emf_alpha: -SAMPLE_LARGEST <= e.alpha <= SAMPLE_LARGEST; */
     /*@ assert emf_beta: -SAMPLE_LARGEST <= e.beta <= SAMPLE_LARGEST; */
@@ -230,7 +214,7 @@ void main(void)
     const int32_t switching = any(SMO_SIGN, SMO_SIGMOID_VECTOR);
     const int32_t lag = any(LAG_NONE, LAG_EXACT);
     estimator_q_t est = any_state(switching, lag);
-    switch (any(0, 5)) {
+    switch (any(0, 3)) {
     case 0:
         (void)estimator_step_q(&est, any_sample(), any_sample());
         break;
@@ -242,17 +226,9 @@ void main(void)
         estimator_reset_q(&est, start, any_pair(INT32_MAX));
         break;
     }
-    case 3:
-        estimator_judge_q(&est, any_word(UINT32_C(20000000)));
-        break;
-    case 4: {
-        const estimator_params_q_t params = any_params(switching, lag);
-        estimator_retune_q(&est, &params);
-        break;
-    }
     default: {
-        const estimator_params_q_t params = any_params(switching, lag);
-        estimator_init_q(&est, &params);
+        const estimator_tuning_q_t tuning = any_tuning(switching, lag);
+        estimator_take_q(&est, &tuning);
         break;
     }
     }

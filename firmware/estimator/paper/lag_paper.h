@@ -14,7 +14,7 @@
  * divisions. */
 float lag_paper_angle(const smo_t *smo, lag_mode_t mode, float omega_e);
 
-/* e_hat [V] turned on by that angle and stretched by its true attenuation. */
-ab_t lag_paper_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
+/* lag_paper_emf(), declared in lag.h: e_hat [V] turned on by that angle and stretched by its true
+ * attenuation. */
 
 #endif

@@ -32,12 +32,14 @@ static float switch_axis(const switching_tuning_t *tuning, float x, float *k_f)
     return *k_f * x;
 }
 
-static ab_t switch_both(switching_t *switching, const switching_tuning_t *tuning, ab_t x, float share)
+ab_t switching_step(switching_t *switching, const switching_tuning_t *tuning, ab_t x)
 {
     ab_t f;
     f.alpha = switch_axis(tuning, x.alpha, &switching->gain_axis.alpha);
     f.beta = switch_axis(tuning, x.beta, &switching->gain_axis.beta);
 
+    float share = switching->started != 0u ? tuning->mean_share : 1.0f;
+    switching->started = 1u;
     float product = f.alpha * x.alpha + f.beta * x.beta;
     float square = x.alpha * x.alpha + x.beta * x.beta;
     switching->mean_product = lowpass_step(switching->mean_product, share, product);
@@ -49,16 +51,11 @@ static ab_t switch_both(switching_t *switching, const switching_tuning_t *tuning
     return f;
 }
 
-ab_t switching_step(switching_t *switching, const switching_tuning_t *tuning, ab_t x)
-{
-    return switch_both(switching, tuning, x, tuning->mean_share);
-}
-
-ab_t switching_reset(switching_t *switching, const switching_tuning_t *tuning, ab_t x)
+void switching_reset(switching_t *switching)
 {
     switching->mean_product = 0.0f;
     switching->mean_square = 0.0f;
-    return switch_both(switching, tuning, x, 1.0f);
+    switching->started = 0u;
 }
 
 ab_t switching_error(const switching_tuning_t *tuning, ab_t f)

@@ -34,6 +34,7 @@ typedef struct {
     float mean_product; /* low-passed f x, both axes [A] */
     float mean_square;  /* low-passed x x, both axes [A^2] */
     float gain;         /* k_f, power-weighted [1/A]; a_f/2 (sign: the cap) while there was no error */
+    uint32_t started;   /* [-] 1: the means hold a sample */
 } switching_t;
 
 /* Coefficients from a_f [1/A] and T [s]. */
@@ -42,8 +43,8 @@ void switching_prepare(switching_tuning_t *tuning, float slope, float period, bo
 /* f(x) [-] of the error x [A]; the gains are in the state. Three divisions. */
 ab_t switching_step(switching_t *switching, const switching_tuning_t *tuning, ab_t x);
 
-/* The same as if x had been the only sample: the means are its own. */
-ab_t switching_reset(switching_t *switching, const switching_tuning_t *tuning, ab_t x);
+/* Forgets the means: the next step's are those of its sample alone. */
+void switching_reset(switching_t *switching);
 
 /* The error [A] of which f is this [-], each component up to 0.99; the sign has none: 0. Many divisions, for
  * resets. */

@@ -13,7 +13,6 @@ static const struct {
     {"test_angle.c", "test_floats_next_to_pi_go_to_the_other_side", PRECISION},
     {"test_exponential.c", "test_exponential_over_the_whole_range", PRECISION},
     {"test_dead_time.c", "test_is_the_sum_of_its_legs_in_and_out_of_the_zone", PRECISION},
-    {"test_dead_time.c", "test_range_is_that_of_the_three_phases", PRECISION},
     {"test_offset_trim.c", "test_finds_the_constant_of_a_turning_emf", PRECISION},
     {"test_offset_trim.c", "test_finds_the_same_when_turning_backwards", PRECISION},
     {"test_offset_trim.c", "test_windows_add_up", PRECISION},
@@ -26,7 +25,7 @@ static const struct {
     {"test_offset_trim.c", "test_a_small_current_is_left_alone", PRECISION},
     {"test_offset_trim.c", "test_each_component_stops_at_the_limit", PRECISION},
     {"test_offset_trim.c", "test_reset_takes_the_offset_and_forgets_the_window", PRECISION},
-    {"test_offset_trim.c", "test_retune_keeps_the_state", PRECISION},
+    {"test_offset_trim.c", "test_new_coefficients_keep_the_state", PRECISION},
     {"test_encoder.c", "test_constant_speed_in_both_directions", PRECISION},
     {"test_encoder.c", "test_constant_speed_with_a_fraction_of_a_count_per_pole", PRECISION},
 };

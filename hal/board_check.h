@@ -1,0 +1,241 @@
+/* Can the board file be right? What no board, chip or motor allows is refused with the line of docs/board.md
+ * that says what is accepted. Included by hal/board.h alone, below everything that it defines. */
+#ifndef HAL_BOARD_CHECK_H
+#define HAL_BOARD_CHECK_H
+
+/* ---- Line 2: clocks ---- */
+
+#if BOARD_CRYSTAL_HZ < 20000000 || BOARD_CRYSTAL_HZ > 35000000
+#error                                                                                                       \
+    "docs/board.md, line 2: BOARD_CRYSTAL_HZ is accepted from 20 to 35 MHz, the range of the chip's oscillator"
+#endif
+#if BOARD_SYSCLK_HZ > 150000000 || BOARD_SYSCLK_HZ < 75000000
+#error "docs/board.md, line 2: BOARD_SYSCLK_HZ is accepted from 75 to 150 MHz"
+#endif
+#if BOARD_PLL_TIMES > 10 || BOARD_PLL_TIMES * (BOARD_CRYSTAL_HZ / 1000) != 2 * (BOARD_SYSCLK_HZ / 1000)
+#error                                                                                                       \
+    "docs/board.md, line 2: this crystal gives no such BOARD_SYSCLK_HZ: crystal x n/2 with n = 1..10 (30 MHz: 150 MHz, 25: 125, 20: 100)"
+#endif
+
+/* ---- Line 3: carrier ---- */
+
+#if BOARD_CARRIER_HZ < 5000 || BOARD_CARRIER_HZ > 20000
+#error "docs/board.md, line 3: BOARD_CARRIER_HZ is accepted from 5000 to 20000"
+#endif
+
+/* ---- Lines 4 to 6: gates and trip ---- */
+
+#if BOARD_LEG_FIRST != 1 && BOARD_LEG_FIRST != 4
+#error                                                                                                       \
+    "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, in any order: their counters start each other"
+#endif
+#if BOARD_LEG_A == BOARD_LEG_B || BOARD_LEG_B == BOARD_LEG_C || BOARD_LEG_A == BOARD_LEG_C ||                \
+    BOARD_LEG_A > BOARD_LEG_FIRST + 2 || BOARD_LEG_B > BOARD_LEG_FIRST + 2 ||                                \
+    BOARD_LEG_C > BOARD_LEG_FIRST + 2
+#error                                                                                                       \
+    "docs/board.md, line 4: the legs are ePWM1, 2, 3 or ePWM4, 5, 6, each once: their counters start each other"
+#endif
+
+#if HAL_GATE_ACTIVE_HIGH != 0 && HAL_GATE_ACTIVE_HIGH != 1
+#error "docs/board.md, line 5: BOARD_GATE_ACTIVE_HIGH is 0 or 1"
+#endif
+
+#if BOARD_TRIP_ZONE < 1 || BOARD_TRIP_ZONE > 6
+#error                                                                                                       \
+    "docs/board.md, line 6: BOARD_TRIP_ZONE is accepted from 1 to 6 (TZ1 = GPIO12 to TZ6 = GPIO17, active low)"
+#endif
+#if BOARD_TRIP_PULL_UP != 0 && BOARD_TRIP_PULL_UP != 1
+#error "docs/board.md, line 6: BOARD_TRIP_PULL_UP is 0 or 1"
+#endif
+
+/* ---- Line 7: dead band ---- */
+
+#if BOARD_DEAD_BAND_MIN_NS < 50
+#error                                                                                                       \
+    "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS is accepted from 50: what the data sheet of the switches demands"
+#endif
+#if BOARD_DEAD_TIME_NS < BOARD_DEAD_BAND_MIN_NS
+#error                                                                                                       \
+    "docs/board.md, line 7: BOARD_DEAD_TIME_NS is below BOARD_DEAD_BAND_MIN_NS, which the module demands: the legs would shoot through"
+#endif
+#if BOARD_CYCLES_OF_NS(BOARD_DEAD_TIME_NS) > BOARD_DEAD_BAND_MAX
+#error "docs/board.md, line 7: BOARD_DEAD_TIME_NS does not fit the dead-band register, 1023 cycles"
+#endif
+#if BOARD_MINIMUM_PULSE_NS < 0 || BOARD_MINIMUM_PULSE_NS > 10000
+#error "docs/board.md, line 7: BOARD_MINIMUM_PULSE_NS is accepted from 0 to 10000"
+#endif
+
+/* ---- Lines 8 and 9: currents ---- */
+
+#define BOARD_IS_INPUT(n) ((n) >= 0 && (n) <= 15)
+#if !BOARD_IS_INPUT(BOARD_CURRENT_A_INPUT) || !BOARD_IS_INPUT(BOARD_CURRENT_B_INPUT)
+#error "docs/board.md, line 8: phases a and b need a sensor each: BOARD_ADC_A(0..7) or BOARD_ADC_B(0..7)"
+#endif
+#if BOARD_CURRENT_C_INPUT != BOARD_NONE && !BOARD_IS_INPUT(BOARD_CURRENT_C_INPUT)
+#error "docs/board.md, line 8: BOARD_CURRENT_C_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
+#endif
+#if BOARD_CURRENT_A_INPUT % 8 != BOARD_CURRENT_B_INPUT % 8
+#error                                                                                                       \
+    "docs/board.md, line 8: currents a and b must be a pair, ADCINAn and ADCINBn: only a pair is held at one instant"
+#endif
+#if BOARD_CURRENT_A_INPUT == BOARD_CURRENT_B_INPUT
+#error "docs/board.md, line 8: currents a and b are on one input"
+#endif
+
+#if BOARD_CURRENT_ZERO_MV < 300 || BOARD_CURRENT_ZERO_MV > 2700
+#error                                                                                                       \
+    "docs/board.md, line 9: BOARD_CURRENT_ZERO_MV is accepted from 300 to 2700: the ADC must see both directions"
+#endif
+#if BOARD_CURRENT_STEP_MA == 0 || BOARD_CURRENT_STEP_MV <= 0
+#error                                                                                                       \
+    "docs/board.md, line 9: BOARD_CURRENT_STEP_MA (negative: the sensor inverts) over BOARD_CURRENT_STEP_MV (positive) is no scale"
+#endif
+
+/* ---- Line 10: sampling ---- */
+
+#if BOARD_SAMPLES_AT != BOARD_UPPER_ZERO_VECTOR && BOARD_SAMPLES_AT != BOARD_LOWER_ZERO_VECTOR
+#error "docs/board.md, line 10: BOARD_SAMPLES_AT is BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR"
+#endif
+#if BOARD_SHUNT_SETTLED_NS < 0 || BOARD_SHUNT_SETTLED_NS + BOARD_DEAD_TIME_NS > 125000000 / BOARD_CARRIER_HZ
+#error                                                                                                       \
+    "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is accepted from 0 to an eighth of a carrier period less dead time"
+#endif
+#if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR && BOARD_SHUNT_SETTLED_NS != 0
+#error                                                                                                       \
+    "docs/board.md, line 10: BOARD_SHUNT_SETTLED_NS is for shunts below the lower switches: 0 at the upper zero vector"
+#endif
+
+/* ---- Lines 11 and 12: voltage and temperatures ---- */
+
+#if !BOARD_IS_INPUT(BOARD_DC_INPUT)
+#error "docs/board.md, line 11: BOARD_DC_INPUT is BOARD_ADC_A(0..7) or BOARD_ADC_B(0..7)"
+#endif
+#if BOARD_DC_STEP_MV <= 0 || BOARD_DC_PIN_MV <= 0
+#error "docs/board.md, line 11: BOARD_DC_STEP_MV over BOARD_DC_PIN_MV is no scale"
+#endif
+#if BOARD_SINK_INPUT != BOARD_NONE && !BOARD_IS_INPUT(BOARD_SINK_INPUT)
+#error "docs/board.md, line 12: BOARD_SINK_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
+#endif
+#if BOARD_MOTOR_INPUT != BOARD_NONE && !BOARD_IS_INPUT(BOARD_MOTOR_INPUT)
+#error "docs/board.md, line 12: BOARD_MOTOR_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
+#endif
+
+/* Each input carries one signal. */
+#define BOARD_SAME_INPUT(x, y) ((x) != BOARD_NONE && (x) == (y))
+#if BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_A_INPUT) ||                                        \
+    BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_B_INPUT)
+#error "docs/board.md, line 8: BOARD_CURRENT_C_INPUT is the input of current a or b"
+#endif
+#if BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_A_INPUT) ||                                               \
+    BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_B_INPUT) ||                                               \
+    BOARD_SAME_INPUT(BOARD_DC_INPUT, BOARD_CURRENT_C_INPUT)
+#error "docs/board.md, line 11: BOARD_DC_INPUT is the input of a current"
+#endif
+#if BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_A_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_B_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_CURRENT_C_INPUT) ||                                             \
+    BOARD_SAME_INPUT(BOARD_SINK_INPUT, BOARD_DC_INPUT)
+#error "docs/board.md, line 12: BOARD_SINK_INPUT is the input of a current or of the link"
+#endif
+#if BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_A_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_B_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_CURRENT_C_INPUT) ||                                            \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_DC_INPUT) ||                                                   \
+    BOARD_SAME_INPUT(BOARD_MOTOR_INPUT, BOARD_SINK_INPUT)
+#error "docs/board.md, line 12: BOARD_MOTOR_INPUT is the input of another signal"
+#endif
+
+#if BOARD_SINK_AT_0V == BOARD_SINK_AT_3V || BOARD_SINK_MAX < BOARD_SINK_HOT
+#error                                                                                                       \
+    "docs/board.md, line 12: BOARD_SINK_AT_0V or BOARD_SINK_AT_3V is accepted from 95 degC: the ADC must see the trip at 90 degC"
+#endif
+#if BOARD_MOTOR_AT_0V == BOARD_MOTOR_AT_3V || BOARD_MOTOR_MAX < BOARD_MOTOR_HOT
+#error                                                                                                       \
+    "docs/board.md, line 12: BOARD_MOTOR_AT_0V or BOARD_MOTOR_AT_3V is accepted from 135 degC: the ADC must see the trip at 130 degC"
+#endif
+
+/* ---- Lines 13 and 14: encoder and lights ---- */
+
+#if BOARD_ENCODER != BOARD_EQEP1_GPIO20 && BOARD_ENCODER != BOARD_EQEP1_GPIO50 &&                            \
+    BOARD_ENCODER != BOARD_EQEP2_GPIO24
+#error "docs/board.md, line 13: BOARD_ENCODER is BOARD_EQEP1_GPIO20, BOARD_EQEP1_GPIO50 or BOARD_EQEP2_GPIO24"
+#endif
+#if (BOARD_LED_RUN != BOARD_NONE && (BOARD_LED_RUN < 0 || BOARD_LED_RUN > 87)) ||                            \
+    (BOARD_LED_FAULT != BOARD_NONE && (BOARD_LED_FAULT < 0 || BOARD_LED_FAULT > 87))
+#error                                                                                                       \
+    "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are the number of a GPIO, 0 to 87, or BOARD_NONE"
+#endif
+#define BOARD_ENCODER_PIN                                                                                    \
+    (BOARD_ENCODER == BOARD_EQEP1_GPIO20 ? 20 : BOARD_ENCODER == BOARD_EQEP1_GPIO50 ? 50 : 24)
+/* Pins of the gates, of the fault line, of the encoder. */
+#define BOARD_PIN_IS_TAKEN(pin)                                                                              \
+    (((pin) >= 2 * BOARD_LEG_FIRST - 2 && (pin) < 2 * BOARD_LEG_FIRST + 4) ||                                \
+     (pin) == 11 + BOARD_TRIP_ZONE || ((pin) >= BOARD_ENCODER_PIN && (pin) < BOARD_ENCODER_PIN + 4))
+#if BOARD_PIN_IS_TAKEN(BOARD_LED_RUN) || BOARD_PIN_IS_TAKEN(BOARD_LED_FAULT)
+#error                                                                                                       \
+    "docs/board.md, line 14: BOARD_LED_RUN or BOARD_LED_FAULT is a pin of a gate, of the fault line or of the encoder"
+#endif
+#if BOARD_LED_RUN != BOARD_NONE && BOARD_LED_RUN == BOARD_LED_FAULT
+#error "docs/board.md, line 14: BOARD_LED_RUN and BOARD_LED_FAULT are one pin"
+#endif
+#if BOARD_LED_ACTIVE_LOW != 0 && BOARD_LED_ACTIVE_LOW != 1
+#error "docs/board.md, line 14: BOARD_LED_ACTIVE_LOW is 0 or 1"
+#endif
+
+/* ---- Lines 15 and 16: power stage and limits ---- */
+
+#if BOARD_TURN_ON_DELAY_NS < 0 || BOARD_TURN_ON_DELAY_NS > 5000 || BOARD_TURN_OFF_DELAY_NS < 0 ||            \
+    BOARD_TURN_OFF_DELAY_NS > 5000
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_TURN_ON_DELAY_NS and BOARD_TURN_OFF_DELAY_NS are accepted from 0 to 5000"
+#endif
+#if BOARD_TURN_OFF_DELAY_NS > BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_TURN_OFF_DELAY_NS exceeds dead time and turn-on delay: the legs would shoot through"
+#endif
+
+#if BOARD_IGBT_DROP_MV < 0 || BOARD_IGBT_DROP_MV > 5000 || BOARD_DIODE_DROP_MV < 0 ||                        \
+    BOARD_DIODE_DROP_MV > 5000
+#error "docs/board.md, line 15: BOARD_IGBT_DROP_MV and BOARD_DIODE_DROP_MV are accepted from 0 to 5000"
+#endif
+#if BOARD_IGBT_SLOPE_UOHM < 0 || BOARD_IGBT_SLOPE_UOHM > 1000000 || BOARD_DIODE_SLOPE_UOHM < 0 ||            \
+    BOARD_DIODE_SLOPE_UOHM > 1000000
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_IGBT_SLOPE_UOHM and BOARD_DIODE_SLOPE_UOHM are accepted from 0 to 1000000"
+#endif
+#if BOARD_SHORT_CIRCUIT_TRIP_MA < 0 ||                                                                       \
+    (BOARD_SHORT_CIRCUIT_TRIP_MA > 0 && BOARD_SHORT_CIRCUIT_TRIP_MA <= BOARD_OVERCURRENT_TRIP_MA)
+#error                                                                                                       \
+    "docs/board.md, line 15: BOARD_SHORT_CIRCUIT_TRIP_MA is 0 (none) or more than BOARD_OVERCURRENT_TRIP_MA"
+#endif
+
+#define BOARD_ABS(x) ((x) < 0 ? -(x) : (x))
+#define BOARD_RANGE_UP_MA                                                                                    \
+    ((3000 - BOARD_CURRENT_ZERO_MV) * BOARD_ABS(BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV)
+#define BOARD_RANGE_DOWN_MA (BOARD_CURRENT_ZERO_MV * BOARD_ABS(BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV)
+#if 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_UP_MA ||                                              \
+    100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_DOWN_MA
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of what the sensors see in both directions"
+#endif
+#if BOARD_CURRENT_LIMIT_MA < 200
+#error "docs/board.md, line 16: BOARD_CURRENT_LIMIT_MA is accepted from 200"
+#endif
+#if 12 * BOARD_CURRENT_LIMIT_MA > 10 * BOARD_OVERCURRENT_TRIP_MA
+#error "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted from 1.2 BOARD_CURRENT_LIMIT_MA"
+#endif
+#if BOARD_UNDERVOLTAGE_MV < 10000
+#error "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV is accepted from 10000"
+#endif
+#if BOARD_UNDERVOLTAGE_MV + 10000 > BOARD_OVERVOLTAGE_MV ||                                                  \
+    BOARD_OVERVOLTAGE_MV > BOARD_OVERVOLTAGE_MAX_MV || BOARD_DC_NOMINAL_MV <= BOARD_UNDERVOLTAGE_MV ||       \
+    BOARD_DC_NOMINAL_MV >= BOARD_OVERVOLTAGE_MV
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV < BOARD_OVERVOLTAGE_MV <= BOARD_OVERVOLTAGE_MAX_MV, 10 V between the trips"
+#endif
+#if BOARD_OVERVOLTAGE_MAX_MV * BOARD_DC_PIN_MV > BOARD_DC_STEP_MV * 2940
+#error                                                                                                       \
+    "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
+#endif
+
+#endif

@@ -1,0 +1,254 @@
+/* The software takes the time of its rows: the interrupt's writes come when its time is over, a section with
+ * interrupts off holds them up, the background has its turns in what is left. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "drive/reasons.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+
+#define RPM_ASKED 700.0
+
+static rig_t *rig;
+
+/* The last sample interrupt [ticks from t_0]. */
+static struct {
+    uint64_t enter, exit;
+} seen;
+
+static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
+{
+    (void)context;
+    if (value == PIE_SEQ1INT && what == RIG_EDGE_ISR_ENTER) {
+        seen.enter = tick;
+    }
+    if (value == PIE_SEQ1INT && what == RIG_EDGE_ISR_EXIT) {
+        seen.exit = tick;
+    }
+}
+
+void setUp(void)
+{
+    rig = rig_create(5);
+    TEST_ASSERT_NOT_NULL(rig);
+    run_put(rig, "fidelity", 1.0);
+    run_to_ready_at(rig, RPM_ASKED);
+    rig_watch_edges(rig, on_edge, NULL);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void start(void)
+{
+    run_on(rig, RPM_ASKED);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+}
+
+static double interrupt_ticks(void)
+{
+    return RIG_INTERRUPT_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
+}
+
+/* The interrupt takes so many periods. */
+static void put_interrupt(double periods)
+{
+    run_put(rig, "interrupt_time", periods * (double)RIG_PERIOD_TICKS / interrupt_ticks());
+}
+
+/* ---- the interrupt ---- */
+
+static void test_the_tracked_cost_is_what_the_interrupt_takes(void)
+{
+    FILE *file = fopen(COST_FILE, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    char text[4000] = "";
+    TEST_ASSERT_TRUE(fread(text, 1, sizeof text - 1u, file) > 0u);
+    fclose(file);
+    static const char key[] = "\"isr_cycles_c28x_estimate\":";
+    const char *found = strstr(text, key);
+    TEST_ASSERT_NOT_NULL(found);
+    const double tracked = strtod(found + sizeof key - 1u, NULL);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * tracked, tracked, RIG_INTERRUPT_CYCLES);
+}
+
+static void test_from_entry_to_exit_it_is_the_row(void)
+{
+    static const double factors[] = {0.0, 0.5, 1.0, 3.0};
+    for (size_t n = 0; n < sizeof factors / sizeof factors[0]; n++) {
+        run_put(rig, "interrupt_time", factors[n]);
+        rig_step(rig);
+        TEST_ASSERT_DOUBLE_WITHIN(0.5, factors[n] * interrupt_ticks(), (double)(seen.exit - seen.enter));
+    }
+}
+
+/* What hal_read takes is of t_k however long the rest lasts, and duties act from t_{k+1} as long as they are
+ * written before it: the same signals, to the bit. Gates are switched at the end, so they are on before. */
+static void test_within_the_period_no_bit_hangs_on_it(void)
+{
+    static const char *const rows[] = {"i_a", "i_b", "u_dc", "duty_a", "duty_b", "theta_e", "true_omega_m"};
+    start();
+    void *state = malloc(rig_state_size());
+    TEST_ASSERT_NOT_NULL(state);
+    rig_save(rig, state);
+    rig_t *quick = rig_create(1);
+    TEST_ASSERT_TRUE(rig_load(quick, state, rig_state_size()));
+    free(state);
+    run_put(quick, "interrupt_time", 0.0);
+    put_interrupt(0.9);
+    run_put(rig, "speed_request", 900.0 * RPM);
+    run_put(quick, "speed_request", 900.0 * RPM);
+    for (uint32_t n = 0; n < 2000; n++) {
+        rig_step(rig);
+        rig_step(quick);
+        for (size_t m = 0; m < sizeof rows / sizeof rows[0]; m++) {
+            TEST_ASSERT_EQUAL_DOUBLE(rig_value(quick, rows[m]), rig_value(rig, rows[m]));
+        }
+    }
+    rig_free(quick);
+}
+
+static void test_an_interrupt_of_95_hundredths_of_a_period_is_not_late(void)
+{
+    start();
+    put_interrupt(0.95);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(2.0, RPM_ASKED, rig_value(rig, "true_omega_m") / RPM);
+}
+
+/* Three late samples in a row, as of one that comes too late; then the gates are off. */
+static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
+{
+    start();
+    put_interrupt(1.1);
+    run_seconds(rig, 0.002);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
+}
+
+/* The interrupt of t_k runs over t_{k+1}, and the truth of t_{k+1} is that of this instant all the same: a
+ * shaft without friction and load turns on by omega T_s p each period. */
+static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
+{
+    run_put(rig, "friction_coulomb", 0.0);
+    rig_set_motion(rig, 0.3, 100.0);
+    put_interrupt(1.7);
+    rig_run(rig, 3);
+    const double step = 100.0 * rig_value(rig, "plant.pole_pairs") * RIG_PERIOD_SECONDS;
+    double last = rig_value(rig, "true_theta_e");
+    for (uint32_t n = 0; n < 50; n++) {
+        rig_step(rig);
+        const double now = rig_value(rig, "true_theta_e");
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, step, remainder(now - last, 2.0 * 3.14159265358979323846));
+        last = now;
+    }
+}
+
+/* ---- sections with interrupts off ---- */
+
+static uint64_t begin_of_next(void)
+{
+    return RIG_PERIOD_TICKS * rig_period(rig);
+}
+
+/* A request takes a section at the end of a period: with one that is longer than the conversions, the next
+ * interrupt waits for its end. */
+static void test_an_interrupt_waits_for_the_end_of_a_section(void)
+{
+    rig_step(rig);
+    const uint64_t alone = seen.enter % RIG_PERIOD_TICKS;
+    const double ticks = RIG_SECTION_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
+    const double factor = 2.0 * (double)alone / ticks;
+    run_put(rig, "section_time", factor);
+    const uint64_t begin = begin_of_next();
+    run_put(rig, "speed_request", 1.0);
+    rig_step(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, factor * ticks, (double)(seen.enter - begin));
+    rig_step(rig); /* nobody asked for anything */
+    TEST_ASSERT_EQUAL_UINT64(alone, seen.enter % RIG_PERIOD_TICKS);
+}
+
+/* All rows that may change while the bridge is on, a little this way and back. */
+static void change_live_parameters(double factor)
+{
+    const table_t *params = rig_table(0);
+    for (uint32_t n = 0; n < params->count; n++) {
+        const table_row_t *row = &params->rows[n];
+        double value = 0.0;
+        if (row->access == TABLE_LIVE && row->kind == SLOT_FLOAT) {
+            TEST_ASSERT_TRUE(rig_get(rig, row->id, &value));
+            if (!rig_set(rig, row->id, fmin(fmax(factor * value, (double)row->min), (double)row->max))) {
+                TEST_FAIL_MESSAGE(rig_error(rig));
+            }
+        }
+    }
+    if (!rig_apply(rig)) {
+        TEST_FAIL_MESSAGE(rig_error(rig));
+    }
+}
+
+#define PHASES 32u
+
+static double reason_after_changes_at_all_phases(void)
+{
+    for (uint32_t phase = 0; phase < PHASES; phase++) {
+        rig_step_part(rig, RIG_PERIOD_TICKS * phase / PHASES);
+        change_live_parameters(phase % 2u == 0u ? 1.001 : 1.0 / 1.001);
+        rig_run(rig, 5);
+    }
+    return rig_value(rig, "fault_reason");
+}
+
+static void test_a_change_of_all_live_parameters_makes_no_sample_late_at_any_phase(void)
+{
+    start();
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, reason_after_changes_at_all_phases());
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * RPM_ASKED, RPM_ASKED, rig_value(rig, "true_omega_m") / RPM);
+}
+
+/* The same with a section that holds interrupts up for four periods. */
+static void test_a_change_with_interrupts_off_for_periods_is_late(void)
+{
+    start();
+    const double ticks = RIG_SECTION_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
+    run_put(rig, "section_time", fmin(1000.0, 4.0 * (double)RIG_PERIOD_TICKS / ticks));
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, reason_after_changes_at_all_phases());
+}
+
+/* ---- the background ---- */
+
+/* The watchdog counts the 512 x 256 cycles of its clock, crystal/512/64: 239 to 420 ms by crystal. */
+static void test_a_background_slower_than_the_watchdog_is_reset(void)
+{
+    run_put(rig, "background_time", 0.1);
+    run_seconds(rig, 1.0);
+    TEST_ASSERT_FALSE(chip_halted(&rig_state(rig)->chip));
+    run_put(rig, "background_time", 0.5);
+    run_seconds(rig, 1.2);
+    TEST_ASSERT_TRUE(chip_halted(&rig_state(rig)->chip));
+    TEST_ASSERT_TRUE(chip_report_count(&rig_state(rig)->chip, CHIP_WATCHDOG_RESET) > 0u);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_tracked_cost_is_what_the_interrupt_takes);
+    RUN_TEST(test_from_entry_to_exit_it_is_the_row);
+    RUN_TEST(test_within_the_period_no_bit_hangs_on_it);
+    RUN_TEST(test_an_interrupt_of_95_hundredths_of_a_period_is_not_late);
+    RUN_TEST(test_an_interrupt_longer_than_the_period_is_told_as_late);
+    RUN_TEST(test_truth_is_of_t_k_while_an_interrupt_runs_over_it);
+    RUN_TEST(test_an_interrupt_waits_for_the_end_of_a_section);
+    RUN_TEST(test_a_change_of_all_live_parameters_makes_no_sample_late_at_any_phase);
+    RUN_TEST(test_a_change_with_interrupts_off_for_periods_is_late);
+    RUN_TEST(test_a_background_slower_than_the_watchdog_is_reset);
+    return UNITY_END();
+}

@@ -1,0 +1,114 @@
+/* A drive on a desk: its parameters, samples and command, what the trip zone does with the command, and the
+ * ways to bring it into operation. */
+#ifndef TESTS_UNIT_DRIVE_BENCH_H
+#define TESTS_UNIT_DRIVE_BENCH_H
+
+#include <string.h>
+#include <unity.h>
+
+#include "drive/drive.h"
+
+static drive_t drive;
+static params_t params;
+static drive_samples_t samples; /* of two current sensors */
+static drive_command_t command;
+
+/* Defaults, with nothing connected that moves. */
+static inline void bench_begin(void)
+{
+    params_defaults(&params);
+    drive_init(&drive, &params);
+    samples = (drive_samples_t){
+        .u_dc = 311.0f, .sink_temperature = 40.0f, .motor_temperature = 40.0f, .flags = DRIVE_SAMPLE_TRIPPED};
+    memset(&command, 0, sizeof command);
+}
+
+static inline void step(void)
+{
+    samples.i_c = -(samples.i_a + samples.i_b);
+    drive_step(&drive, &samples, &command);
+}
+
+static inline void steps(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        step();
+        /* what the trip zone does with the command */
+        if (command.gates == GATES_ON) {
+            samples.flags &= ~DRIVE_SAMPLE_TRIPPED;
+        } else if (command.gates == GATES_OFF) {
+            samples.flags |= DRIVE_SAMPLE_TRIPPED;
+        }
+    }
+}
+
+static inline void request(int32_t enable)
+{
+    requests_t requests = drive.requests;
+    requests.enable = enable;
+    drive_request(&drive, &requests);
+}
+
+static inline void request_currents(float d, float q)
+{
+    requests_t requests = drive.requests;
+    requests.mode = MODE_CURRENT;
+    requests.i_d_request = d;
+    requests.i_q_request = q;
+    drive_request(&drive, &requests);
+}
+
+static inline void request_speed(float omega_m)
+{
+    requests_t requests = drive.requests;
+    requests.mode = MODE_SPEED;
+    requests.speed_request = omega_m;
+    drive_request(&drive, &requests);
+}
+
+/* `params` from the next step on. */
+static inline void offer_params(void)
+{
+    params_error_t why;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    const believed_t believed = params_believed(&params);
+    drive_withdraw(&drive);
+    drive_prepare(&drive.offer, &params, &believed);
+    drive_offer(&drive);
+}
+
+static inline void expect_state(drive_state_t state)
+{
+    TEST_ASSERT_EQUAL_INT32(state, drive.sequence.state);
+}
+
+static inline void expect_fault(int32_t reason)
+{
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.sequence.fault_reason);
+}
+
+static inline void bring_to_ready(void)
+{
+    steps(2000);
+    expect_state(DRIVE_READY);
+}
+
+static inline void bring_to_run(void)
+{
+    bring_to_ready();
+    request(REQUEST_ON);
+    steps(3);
+    expect_state(DRIVE_OPERATION_ENABLED);
+}
+
+/* 10000 counts a turn: a whole number of them per period, so that the tracked speed is exact. */
+static inline void turn(uint32_t counts, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        samples.encoder = (samples.encoder + counts) % 10000u;
+        steps(1);
+    }
+}
+
+#endif

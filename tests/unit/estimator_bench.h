@@ -1,0 +1,269 @@
+/* What the tests of the estimator share: machines, parameters, a bench with the adaptation beside the
+ * estimator as in the drive. The whole estimator, open loop, on exact data of a turning machine
+ * (estimator_oracle.h); judged by the true angle: error = theta_hat - theta in mrad.
+ *
+ * What float leaves: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which L/T
+ * makes a voltage: 125 V/A 5e-7 A = 6e-5 V on 7.7 V and more (paper's machine at 100 r/min), 0.01 mrad; for
+ * the other machines L i_q/(T psi_f omega) is at most ten times that of the paper's, 0.1 mrad a sample, which
+ * the PLL averages. lag_emf: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are the
+ * sums. */
+#ifndef TESTS_UNIT_ESTIMATOR_BENCH_H
+#define TESTS_UNIT_ESTIMATOR_BENCH_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "adapt/flux.h"
+#include "estimator/estimator.h"
+#include "tests/oracle/estimator_oracle.h"
+#include "tests/oracle/pll_oracle.h"
+#include "tests/oracle/smo_oracle.h"
+#include "tests/unit/compare.h"
+
+#define T           1e-4
+#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
+#define PSI         0.183
+#define RATED       4.55 /* [A] of the paper's machine at 5 N m */
+#define FLOAT_MEAN  0.03 /* [mrad] */
+#define FLOAT_PEAK  0.1  /* [mrad] */
+#ifndef FAST_RESET
+#define FAST_RESET 0.05 /* [mrad] where a length is off by 1e-6 */
+#endif
+
+static const struct {
+    double resistance, inductance, flux_linkage, omega_max;
+} MACHINES[] = {{0.95, 0.0125, PSI, 1500.0 * RAD_PER_RPM},
+                {0.2, 0.0008, 0.02, 3000.0},
+                {5.0, 0.03, 0.3, 1000.0},
+                {0.01, 0.0001, 0.008, 3000.0},
+                {30.0, 0.01, 0.05, 2000.0},
+                {50.0, 0.01, 0.05, 6000.0}};
+
+/* The last one, apart from the others, is at the limits: R T/L = 0.5, omega T = 0.6. */
+#define MACHINE_COUNT ((int)(sizeof MACHINES / sizeof MACHINES[0]) - 1)
+#define EXTREME       MACHINE_COUNT
+
+static estimator_t est;
+static flux_t flux;
+
+void setUp(void)
+{
+    memset(&est, 0, sizeof est);
+}
+
+void tearDown(void)
+{
+}
+
+static inline ab_t as_float(const double value[2])
+{
+    return (ab_t){(float)value[0], (float)value[1]};
+}
+
+static inline void tune(estimator_params_t *params, double bandwidth, double cutoff)
+{
+    TEST_ASSERT_TRUE(pll_design(&params->pll, (float)bandwidth, 1.0f, (float)cutoff, (float)T));
+}
+
+/* The default: vector sigmoid by the rule (physics.md section 2), exact lag, 2000 rad/s, PLL 200 / 50. */
+static inline estimator_params_t params_of(int machine)
+{
+    double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;
+    estimator_params_t params = {.smo = {.resistance = (float)MACHINES[machine].resistance,
+                                         .inductance = (float)MACHINES[machine].inductance,
+                                         .gain = (float)gain,
+                                         .slope = (float)(1.6 * MACHINES[machine].inductance / (gain * T)),
+                                         .emf_cutoff = 2000.0f,
+                                         .period = (float)T,
+                                         .switching = SMO_SIGMOID_VECTOR},
+                                 .lag = LAG_EXACT,
+                                 .pll = {.amplitude_floor = (float)(11.0 * MACHINES[machine].flux_linkage)},
+                                 .flux_linkage = (float)MACHINES[machine].flux_linkage};
+    tune(&params, 200.0, 50.0);
+    return params;
+}
+
+/* The paper's observer: sigmoid per axis, k_s 200 V, slope 1, no filter. */
+static inline estimator_params_t paper_params(lag_mode_t lag)
+{
+    estimator_params_t params = params_of(0);
+    params.smo.gain = 200.0f;
+    params.smo.slope = 1.0f;
+    params.smo.emf_cutoff = 0.0f;
+    params.smo.switching = SMO_SIGMOID;
+    params.lag = lag;
+    return params;
+}
+
+static inline estimator_oracle_case_t rig_of(int machine, double omega, double current_q)
+{
+    estimator_oracle_case_t rig = {.resistance = MACHINES[machine].resistance,
+                                   .inductance = MACHINES[machine].inductance,
+                                   .flux_linkage = MACHINES[machine].flux_linkage,
+                                   .period = T,
+                                   .theta_start = 0.3,
+                                   .omega_start = omega,
+                                   .current_q = current_q};
+    return rig;
+}
+
+static inline flux_params_t flux_params_of(const estimator_params_t *params)
+{
+    return (flux_params_t){.flux_linkage = params->flux_linkage,
+                           .adaptation = params->flux_adaptation,
+                           .period = params->smo.period};
+}
+
+static inline void init(const estimator_params_t *params)
+{
+    const flux_params_t flux_params = flux_params_of(params);
+    estimator_init(&est, params);
+    flux_init(&flux, &flux_params);
+}
+
+/* The asserts of the firmware would end the program. */
+static inline void retune(const estimator_params_t *params)
+{
+    params_error_t why;
+    TEST_ASSERT_TRUE(estimator_params_check(params, &why));
+    const flux_params_t flux_params = flux_params_of(params);
+    estimator_tuning_t tuning;
+    flux_tuning_t flux_tuning;
+    estimator_prepare(&tuning, params);
+    estimator_take(&est, &tuning);
+    flux_prepare(&flux_tuning, &flux_params);
+    flux_take(&flux, &flux_tuning);
+    estimator_set_flux(&est, flux.flux_linkage, flux.speed_per_volt);
+}
+
+/* A step, with the adaptation beside it as in the drive. */
+static inline position_t stepped(ab_t voltage, ab_t current)
+{
+    const position_t position = estimator_step(&est, voltage, current);
+    const estimate_t *seen = &est.estimate;
+    if (flux.tuning.share > 0.0f && seen->coasted == 0u) {
+        flux_step(&flux, seen->amplitude, seen->omega_smooth, seen->detector);
+        estimator_set_flux(&est, flux.flux_linkage, flux.speed_per_volt);
+    }
+    return position;
+}
+
+static inline position_t step(const estimator_oracle_case_t *rig, long k)
+{
+    estimator_oracle_sample_t now;
+    estimator_oracle_sample(rig, k, &now);
+    return stepped(as_float(now.voltage), as_float(now.current));
+}
+
+static inline double error_of(const estimator_oracle_case_t *rig, long k, position_t position)
+{
+    estimator_oracle_sample_t now;
+    estimator_oracle_sample(rig, k, &now);
+    return 1e3 * circle((double)position.theta_e - now.theta);
+}
+
+/* To the true state at t_k but for these [rad], [rad/s]. */
+static inline void reset_near(const estimator_oracle_case_t *rig, long k, double theta, double omega)
+{
+    estimator_oracle_sample_t now;
+    estimator_oracle_sample(rig, k, &now);
+    position_t start = {(float)circle(now.theta + theta), (float)(now.omega + omega)};
+    estimator_reset(&est, start, as_float(now.current));
+    flux_reset(&flux, start.omega_e);
+}
+
+typedef struct {
+    double mean, sd, peak; /* [mrad] */
+    double speed;          /* mean error [rad/s] */
+} deviation_t;
+
+/* The steps from `from` on, judged over the last `count` of them. */
+static inline deviation_t deviation(const estimator_oracle_case_t *rig, long from, long settle, long count)
+{
+    deviation_t d = {0.0, 0.0, 0.0, 0.0};
+    double squares = 0.0;
+    for (long k = from; k < from + settle + count; k++) {
+        estimator_oracle_sample_t now;
+        estimator_oracle_sample(rig, k, &now);
+        position_t position = stepped(as_float(now.voltage), as_float(now.current));
+        if (k >= from + settle) {
+            double error = 1e3 * circle((double)position.theta_e - now.theta);
+            d.mean += error;
+            squares += error * error;
+            d.peak = fmax(d.peak, fabs(error));
+            d.speed += (double)position.omega_e - now.omega;
+        }
+    }
+    d.mean /= (double)count;
+    d.speed /= (double)count;
+    d.sd = sqrt(fmax(0.0, squares / (double)count - d.mean * d.mean));
+    return d;
+}
+
+/* Settled on a constant speed, from 0.1 rad beside: the slower of the loop's modes (omega_c = 50 rad/s)
+ * leaves exp(-25) after 0.5 s, the mean of k_f exp(-50). 0.6 s are whole turns at 100, 500, 1000 and 1500
+ * r/min. */
+static inline deviation_t settled(const estimator_params_t *params, const estimator_oracle_case_t *rig)
+{
+    init(params);
+    reset_near(rig, 0, 0.1, 0.0);
+    return deviation(rig, 1, 5000, 6000);
+}
+
+#define RAMP       565.0 /* [rad/s^2]: 0.355 rad behind at ki 1624 */
+#define RAMP_START 2000L
+#define RAMP_STEPS 10000L
+
+typedef struct {
+    double steady; /* mean over the last 0.1 s of the ramp [mrad] */
+    double peak;   /* from the ramp's start to its end [mrad] */
+} ramp_t;
+
+/* From `omega` with the ramp, current of no concern to the EMF: the torque's. */
+static inline estimator_oracle_case_t ramp_rig(double omega, double acceleration)
+{
+    estimator_oracle_case_t rig = rig_of(0, omega, 0.0);
+    rig.acceleration = acceleration;
+    rig.ramp_start = RAMP_START * T;
+    rig.ramp_end = (RAMP_START + RAMP_STEPS) * T;
+    rig.current_torque = 1.0 / 69.0;
+    return rig;
+}
+
+static inline ramp_t ramp_from(const estimator_oracle_case_t *rig, long from)
+{
+    ramp_t result = {0.0, 0.0};
+    (void)deviation(rig, from, RAMP_START - from, 0);
+    result.peak = deviation(rig, RAMP_START, 0, RAMP_STEPS - 1000).peak;
+    deviation_t end = deviation(rig, RAMP_START + RAMP_STEPS - 1000, 0, 1000);
+    result.peak = fmax(result.peak, end.peak);
+    result.steady = end.mean;
+    return result;
+}
+
+static inline ramp_t ramp(const estimator_params_t *params, const estimator_oracle_case_t *rig)
+{
+    init(params);
+    reset_near(rig, 0, 0.0, 0.0);
+    return ramp_from(rig, 1);
+}
+
+static inline estimator_params_t any_params(int n)
+{
+    estimator_params_t params = params_of(0);
+    params.smo.slope = 0.99f;
+    params.smo.switching = (smo_switching_t)(n % 3);
+    params.lag = (lag_mode_t)(n / 3 % 4);
+    params.smo.emf_cutoff = n / 12 % 2 ? 2000.0f : 0.0f;
+    tune(&params, 200.0, n / 24 % 2 ? 50.0 : 0.0);
+    params.flux_adaptation = 5.0f;
+    params.torque_feedforward = n / 24 % 2 ? 69.0f : 0.0f;
+    params.validity = (validity_params_t){0.5f, 1.5f, 0.01f, 0.5f, 0.01f, 5.0f, 0.01f, 60.0f, 900.0f, 0.01f};
+    params.validity.speed_max = 900.0f;
+    return params;
+}
+
+#endif

@@ -1,0 +1,500 @@
+/* The drive on its estimator, with a machine at its terminals. */
+#include <complex.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "drive/drive.h"
+#include "drive/reasons.h"
+#include "tests/unit/drive_bench.h"
+
+/* The paper's motor at a speed that nothing disturbs, behind an inverter that loses what the drive's model
+ * says: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2). */
+#define PI     3.14159265358979323846
+#define PERIOD 1e-4
+#define R      (0.95 + 0.0215) /* winding and devices */
+#define L      0.0125
+#define PSI    0.183
+#define U_DC   311.0
+
+static struct {
+    double theta_e, omega_e; /* electrical, at t_k */
+    double acceleration;     /* [rad/s^2] electrical */
+    double flux, flux_end;   /* [Wb], goes there at 0.2 Wb/s */
+    double loss;             /* [V] of a leg whose current is certain */
+    double noise;            /* [A] largest error of a current sample */
+    double complex current;  /* [A] at t_k */
+    double complex duty;     /* acts from t_k on, if the gates are on */
+    bool driven;
+    uint32_t random;
+} machine;
+
+void setUp(void)
+{
+    memset(&machine, 0, sizeof machine);
+    machine.flux = PSI;
+    machine.flux_end = PSI;
+    bench_begin();
+}
+
+void tearDown(void)
+{
+}
+
+static double wrapped(double angle)
+{
+    return angle - 2.0 * PI * nearbyint(angle / (2.0 * PI));
+}
+
+static double complex vector_of(double a, double b, double c)
+{
+    return (2.0 * a - b - c) / 3.0 + (double complex)I * ((b - c) / sqrt(3.0));
+}
+
+static double phase_of(double complex vector, int phase)
+{
+    return creal(vector * cexp(-(double complex)I * (2.0 * PI / 3.0 * phase)));
+}
+
+/* As the model: each leg loses its share against its current, linearly within 50 mA. */
+static double complex lost_at(double complex current, double leg)
+{
+    double lost[3];
+    for (int phase = 0; phase < 3; phase++) {
+        lost[phase] = leg * fmax(-1.0, fmin(1.0, phase_of(current, phase) / 0.05));
+    }
+    return vector_of(lost[0], lost[1], lost[2]);
+}
+
+static double noise(void)
+{
+    machine.random = machine.random * 1664525u + 1013904223u;
+    return machine.noise * ((double)(machine.random >> 8) / 8388608.0 - 1.0);
+}
+
+static double complex duty_of(const drive_command_t *of)
+{
+    return vector_of((double)of->duty.a, (double)of->duty.b, (double)of->duty.c);
+}
+
+/* Samples at t_k, the drive's step, and the machine on to t_k+1. */
+static void machine_step(void)
+{
+    samples.i_a = (float)(phase_of(machine.current, 0) + noise());
+    samples.i_b = (float)(phase_of(machine.current, 1) + noise());
+    const double turns = machine.theta_e / (2.0 * PI * 4.0);
+    samples.encoder = (uint32_t)(10000.0 * (turns - floor(turns))) % 10000u;
+    steps(1);
+    machine.driven = (samples.flags & DRIVE_SAMPLE_TRIPPED) == 0u;
+
+    const double omega = machine.omega_e + 0.5 * machine.acceleration * PERIOD;
+    if (machine.driven) {
+        const double complex u = machine.duty * U_DC - lost_at(machine.current, machine.loss);
+        const double rate = R / L;
+        const double a = exp(-rate * PERIOD);
+        const double complex emf =
+            (double complex)I * omega * machine.flux * cexp((double complex)I * machine.theta_e);
+        const double complex turned = cexp((double complex)I * (omega * PERIOD));
+        machine.current = a * machine.current + (1.0 - a) / R * u -
+                          emf / L * (turned - a) / (rate + (double complex)I * omega);
+    } else {
+        machine.current = 0.0;
+    }
+    machine.duty = duty_of(&command);
+    machine.theta_e += omega * PERIOD;
+    machine.omega_e += machine.acceleration * PERIOD;
+    machine.flux += fmax(-0.2 * PERIOD, fmin(0.2 * PERIOD, machine.flux_end - machine.flux));
+}
+
+static void machine_steps(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        machine_step();
+    }
+}
+
+/* An inverter without loss, on the machine's side and on the drive's. */
+static void make_inverter_ideal(void)
+{
+    params.turn_on_delay = 0.0f;
+    params.turn_off_delay = params.dead_time;
+    params.device_drop = 0.0f;
+}
+
+/* With `params`, at this speed, in mode current without a request: ready, not on. */
+static void given_machine(double omega_e)
+{
+    drive_init(&drive, &params);
+    machine.theta_e = 0.3;
+    machine.omega_e = omega_e;
+    request_currents(0.0f, 0.0f);
+    machine_steps(2000);
+    expect_state(DRIVE_READY);
+}
+
+static void given_running_machine(double omega_e, double i_q)
+{
+    given_machine(omega_e);
+    request_currents(0.0f, (float)i_q);
+    request(REQUEST_ON);
+    machine_steps(3);
+    expect_state(DRIVE_OPERATION_ENABLED);
+}
+
+/* Angle of the estimator against the machine at the instant of the last sample. */
+static double estimate_error(void)
+{
+    return wrapped((double)drive.estimator.estimate.position.theta_e -
+                   (machine.theta_e - machine.omega_e * PERIOD));
+}
+
+/* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes
+ * (test_inverter.c); here: of the steps and samples of this drive. The currents are nothing but different
+ * from step to step, so is the link. Float: ten roundings of 200 V, 1.2e-4 V. */
+static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
+{
+    double complex duty[4] = {0.0}; /* newest first */
+    double complex current = 0.0;
+    double u_dc = U_DC;
+    double early = 0.0;
+    double late = 0.0;
+    params.offset_trim = 0.0f; /* the estimator gets the sample itself */
+    drive_init(&drive, &params);
+    bring_to_ready();
+    request_currents(0.0f, 5.0f);
+    request(REQUEST_ON);
+    for (int k = 0; k < 400; k++) {
+        const double complex before = current;
+        const double u_dc_before = u_dc;
+        current = k < 10 ? 0.0 : 4.0 * cexp((double complex)I * (0.37 * k)); /* nowhere near zero for long */
+        u_dc = U_DC + 10.0 * sin(0.9 * k);
+        samples.i_a = (float)phase_of(current, 0);
+        samples.i_b = (float)phase_of(current, 1);
+        samples.u_dc = (float)u_dc;
+        const bool before_start = drive.estimating == 0u;
+        turn(20, 1);
+        if (!before_start) {
+            const double mean_dc = 0.5 * (u_dc + u_dc_before);
+            const double complex lost = lost_at(0.5 * (current + before), 0.023 * mean_dc + 0.875);
+            const double complex seen =
+                (double)drive.acted.voltage.alpha + (double complex)I * (double)drive.acted.voltage.beta;
+            TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(seen - (duty[1] * mean_dc - lost)));
+            early = fmax(early, cabs(seen - (duty[0] * mean_dc - lost)));
+            late = fmax(late, cabs(seen - (duty[2] * mean_dc - lost)));
+        }
+        memmove(&duty[1], &duty[0], 3 * sizeof duty[0]);
+        duty[0] = duty_of(&command);
+    }
+    expect_state(DRIVE_OPERATION_ENABLED);
+    TEST_ASSERT_TRUE(drive.estimating != 0u);
+    TEST_ASSERT_TRUE(early > 1.0 && late > 1.0); /* so it would have shown */
+}
+
+/* The current flows against its reference: what will be lost is judged by the reference, and made up for;
+ * first within what the link has, then far beyond it. Half a count of each leg, 4/3 20.7 mV. */
+static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses(void)
+{
+    bring_to_run();
+    for (int n = 0; n < 40; n++) {
+        const double complex wanted =
+            n < 20 ? -3.0 + (double complex)I * 2.0 : -9.0 + (double complex)I * 8.0;
+        request_currents((float)creal(wanted), (float)cimag(wanted));
+        samples.i_a = n % 2 == 0 ? -2.0f : 2.0f;
+        samples.i_b = n % 2 == 0 ? 0.7f : 0.3f;
+        turn(20, 1);
+        const double angle = (double)drive.frame.theta_e + 1.5 * PERIOD * (double)drive.frame.omega_e;
+        const double complex frame = cexp((double complex)I * angle);
+        const double complex voltage =
+            ((double)drive.voltage.d + (double complex)I * (double)drive.voltage.q) * frame;
+        const double complex made = duty_of(&command) * U_DC - lost_at(wanted * frame, 0.023 * U_DC + 0.875);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, 0.0, cabs(made - voltage));
+        TEST_ASSERT_EQUAL(n < 20, drive.voltage_ref.d == drive.voltage.d);
+    }
+}
+
+/* The same in the loop: the estimator is right when its voltage is. Without errors in inverter and sensors
+ * it is off by what float arithmetic leaves, 0.3 mrad; a voltage one period off is omega T = 42 mrad. */
+static void test_estimate_is_that_of_the_sample_in_either_direction(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_inverter_ideal();
+        given_running_machine(way * 418.9, way * 4.0);
+        machine_steps(5000);
+        for (int n = 0; n < 1000; n++) {
+            machine_step();
+            TEST_ASSERT_DOUBLE_WITHIN(3e-4, 0.0, estimate_error());
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, way * 418.9, (double)drive.estimator.estimate.position.omega_e);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.estimate.invalid);
+    }
+}
+
+/* While the bridge was off the rotor has been turned and reversed: the estimator does not go on from where
+ * it was. The encoder's angle is right to half a step, 1.3 mrad, and its speed to 1.5 rad/s here; what is
+ * left by that speed after 10 ms is below the 5 mrad that a reset may leave. */
+static void test_estimator_starts_anew_at_every_switching_on(void)
+{
+    make_inverter_ideal();
+    given_running_machine(418.9, 0.0);
+    machine_steps(2000);
+    request(REQUEST_OFF);
+    machine_steps(1);
+    machine.theta_e += 1.7;
+    machine.omega_e = -300.0;
+    const estimate_t last = drive.estimator.estimate;
+    machine_steps(500);
+    TEST_ASSERT_EQUAL_MEMORY(&last, &drive.estimator.estimate, sizeof last); /* it rests */
+    request(REQUEST_ON);
+    machine_steps(3);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    for (int n = 0; n < 1000; n++) {
+        machine_step();
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, estimate_error());
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.estimate.invalid);
+}
+
+/* The control's angle goes on by omega T from period to period. The encoder's is right to its half step,
+ * 1.257 mrad, the estimate to 0.3 mrad; in current that is nothing but noise: 4 A times 1.5 mrad. */
+static void test_position_source_changes_live_without_a_bump(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_inverter_ideal();
+        given_running_machine(way * 418.9, way * 4.0);
+        machine_steps(4000);
+        for (int n = 0; n < 8; n++) {
+            params.position_source = n % 2 == 0 ? POSITION_SENSORLESS : POSITION_ENCODER;
+            offer_params();
+            for (int m = 0; m < 50 + n; m++) {
+                const double before = (double)drive.frame.theta_e;
+                machine_step();
+                const double moved = wrapped((double)drive.frame.theta_e - before);
+                TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
+                TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.current.q);
+                TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.current.d);
+                const position_t *source =
+                    n % 2 == 0 ? &drive.estimator.estimate.position : &drive.encoder_position;
+                TEST_ASSERT_TRUE(source->theta_e == drive.frame.theta_e &&
+                                 source->omega_e == drive.frame.omega_e);
+            }
+        }
+        expect_state(DRIVE_OPERATION_ENABLED);
+    }
+}
+
+/* 8 rad/s: one count a period is 6.28 rad/s, two are 12.57. */
+static void test_sensorless_start_needs_a_rotor_that_turns(void)
+{
+    static const struct {
+        double omega_m;
+        bool sensorless, starts;
+    } cases[] = {{0.0, true, false},   {6.2832, true, false}, {-6.2832, true, false}, {7.9, true, false},
+                 {-7.9, true, false},  {8.1, true, true},     {-8.1, true, true},     {12.566, true, true},
+                 {-150.0, true, true}, {0.0, false, true},    {6.2832, false, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        params.position_source = cases[n].sensorless ? POSITION_SENSORLESS : POSITION_ENCODER;
+        given_machine(4.0 * cases[n].omega_m);
+        TEST_ASSERT_TRUE(drive.encoder_position.theta_e == drive.frame.theta_e);
+        request(REQUEST_ON);
+        machine_steps(1);
+        expect_state(cases[n].starts ? DRIVE_SWITCHED_ON : DRIVE_READY);
+        TEST_ASSERT_EQUAL_INT32(cases[n].starts ? REASON_NONE : REASON_TOO_SLOW, drive.sequence.refusal);
+        if (!cases[n].starts) { /* and as soon as it turns, it goes */
+            TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+            machine.omega_e = 40.0;
+            machine_steps(200);
+            expect_state(DRIVE_OPERATION_ENABLED);
+            TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
+        }
+    }
+}
+
+/* Until the sign `bit` fails in every period it takes what the machine does; from then on 0.1 s on balance,
+ * 1001 periods. The step that finds it opens the bridge. */
+static void expect_lost(int32_t reason, uint32_t bit, double most_seconds)
+{
+    const uint32_t begin = drive.period;
+    for (uint32_t n = 0;
+         drive.sequence.state == DRIVE_OPERATION_ENABLED && n < (uint32_t)(most_seconds / PERIOD); n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, drive.estimator.estimate.invalid);
+        machine_step();
+    }
+    const double taken = (drive.period - begin) * PERIOD;
+    printf("%s after %.4f s\n", reason_by_number(drive.sequence.fault_reason)->name, taken);
+    expect_fault(reason);
+    TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.estimate.invalid);
+    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+    TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
+    TEST_ASSERT_EQUAL_UINT32(drive.period, drive.fault.period);
+    TEST_ASSERT_TRUE(taken > 0.1);
+    machine_steps(300);
+    expect_fault(reason);
+}
+
+/* Sensorless and settled: 1 s is eight time constants of the slowest loop used here. That one is
+ * conventional; its integrator moves by less than half its last digit, 1.6e-5 rad/s, below 1.6e-5/(65 1e-4)
+ * = 2.5 mrad. */
+static void given_sensorless(double omega_e)
+{
+    make_inverter_ideal();
+    params.position_source = POSITION_SENSORLESS;
+    given_running_machine(omega_e, 0.0);
+    machine_steps(10000);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
+}
+
+/* At 1.6 of the flux |e| is 1.6 psi_f omega, more than the parameter's 1.5 and 20 rad/s allow (1.55), at 0.45
+ * less than its 0.5. On the way there the feed-forward sees the speed change by 0.2 Wb/s/0.183 Wb 400 rad/s =
+ * 437 rad/s^2, which costs an angle of 437/ki = 0.16 rad and no lock. */
+static void test_estimate_whose_emf_does_not_fit_its_speed_is_lost(void)
+{
+    given_sensorless(400.0);
+    machine.flux_end = 1.6 * PSI;
+    expect_lost(REASON_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
+    setUp();
+    given_sensorless(-400.0);
+    machine.flux_end = 0.45 * PSI;
+    expect_lost(REASON_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
+}
+
+/* A conventional loop of 20 rad/s: wn = 8.06 rad/s, ki = 65 rad/s^2. At 50 rad/s^2 of acceleration it needs a
+ * sine of 0.77, more than 0.5, and is there with its time constant of 0.12 s. */
+static void test_estimate_that_does_not_keep_up_is_lost(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        params.pll_bandwidth = 20.0f;
+        params.feedforward_cutoff = 0.0f;
+        params.estimate_detector_max = 0.5f;
+        given_sensorless(way * 400.0);
+        machine.acceleration = way * 50.0;
+        expect_lost(REASON_ESTIMATE_DETECTOR, ESTIMATOR_DETECTOR, 0.6);
+    }
+}
+
+/* An EMF of 150 V wants an error of 2 atanh(150/200) = 1.95 A, more than 1.5 A. Amplitude not judged. */
+static void test_estimate_whose_current_is_not_the_measured_one_is_lost(void)
+{
+    params.estimate_current_max = 1.5f;
+    params.estimate_amplitude_max = 1.0f;
+    given_sensorless(400.0);
+    machine.flux_end = 150.0 / 400.0;
+    expect_lost(REASON_ESTIMATE_CURRENT, ESTIMATOR_CURRENT, 1.2);
+}
+
+/* estimate_speed_min = 3 rad/s are 12 rad/s electrical. */
+static void test_estimate_of_a_rotor_too_slow_to_see_is_lost(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        given_sensorless(way * 60.0);
+        machine.acceleration = way * -100.0;
+        machine_steps(4700);
+        machine.acceleration = 0.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way * 13.0, machine.omega_e);
+        machine_steps(2000);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        machine.acceleration = way * -30.0;
+        expect_lost(REASON_ESTIMATE_SPEED, ESTIMATOR_SPEED, 0.2); /* at 7 rad/s */
+    }
+}
+
+/* Who runs on the encoder does not care. */
+static void test_lost_estimate_is_no_fault_on_the_encoder(void)
+{
+    make_inverter_ideal();
+    given_running_machine(400.0, 0.0);
+    machine_steps(3000);
+    machine.flux_end = 1.6 * PSI;
+    machine_steps(7000);
+    TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.estimator.estimate.invalid);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    params.position_source = POSITION_SENSORLESS; /* and stops as soon as it would have to rely on it */
+    offer_params();
+    machine_steps(1);
+    expect_fault(REASON_ESTIMATE_AMPLITUDE);
+    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+}
+
+/* 100 r/min, 5.76 A: the EMF is 7.67 V, a leg loses 8.03 V. A phase passes +-0.1 A in 0.2/(5.76 41.9) = 0.83
+ * ms, six times a turn of 150 ms: 8.3 periods and 12 that remember. When the tracking loop coasts, the speed
+ * of the estimate is the smooth one of the period before and no error is counted. Noise of 5 mA apart it
+ * coasts while the mean of the samples at t_k-1 and t_k has a phase within 0.1 A of zero, and for the 3
+ * periods and two time constants of the EMF filter, 10 periods, that it is remembered. */
+static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        machine.loss = 0.023 * U_DC + 0.875;
+        params.observer_emf_cutoff = 2000.0f;
+        given_running_machine(way * 41.89, way * 5.76);
+        machine.noise = 0.005;
+        machine_steps(5000);
+        double complex before = machine.current;
+        uint32_t since = 100u;
+        uint32_t coasted = 0u;
+        for (int n = 0; n < 3000; n++) { /* two turns, twelve zeros */
+            const double complex mean = 0.5 * (before + machine.current);
+            const float smooth = drive.estimator.estimate.omega_smooth;
+            before = machine.current;
+            machine_step();
+            double smallest = 100.0;
+            for (int phase = 0; phase < 3; phase++) {
+                smallest = fmin(smallest, fabs(phase_of(mean, phase)));
+            }
+            since = smallest < 0.11 ? 0u : since + 1u;
+            if (drive.estimator.estimate.coasted != 0u) {
+                coasted++;
+                TEST_ASSERT_TRUE(since < 13u);
+                TEST_ASSERT_TRUE(drive.estimator.estimate.position.omega_e == smooth);
+                TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.estimator.estimate.detector);
+            } else {
+                TEST_ASSERT_TRUE(smallest >= 0.09);
+            }
+        }
+        expect_state(DRIVE_OPERATION_ENABLED);
+        TEST_ASSERT_TRUE(coasted >= 12u * 16u && coasted <= 12u * 26u);
+    }
+}
+
+/* 185 rad/s are 33.9 V, more than four times 8.03 V, which is 32.1 V; 165 rad/s are 30.2 V. */
+static void test_a_large_emf_is_tracked_through_every_zero(void)
+{
+    static const double speeds[] = {185.0, 165.0};
+    for (int m = 0; m < 2; m++) {
+        setUp();
+        machine.loss = 0.023 * U_DC + 0.875;
+        given_running_machine(speeds[m], 2.0);
+        machine_steps(5000);
+        uint32_t coasted = 0u;
+        for (int n = 0; n < 1000; n++) {
+            machine_step();
+            coasted += drive.estimator.estimate.coasted;
+        }
+        TEST_ASSERT_EQUAL(m == 1, coasted > 0u);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_observer_gets_the_voltage_that_acted_in_the_last_period);
+    RUN_TEST(test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses);
+    RUN_TEST(test_estimate_is_that_of_the_sample_in_either_direction);
+    RUN_TEST(test_estimator_starts_anew_at_every_switching_on);
+    RUN_TEST(test_position_source_changes_live_without_a_bump);
+    RUN_TEST(test_sensorless_start_needs_a_rotor_that_turns);
+    RUN_TEST(test_estimate_whose_emf_does_not_fit_its_speed_is_lost);
+    RUN_TEST(test_estimate_that_does_not_keep_up_is_lost);
+    RUN_TEST(test_estimate_whose_current_is_not_the_measured_one_is_lost);
+    RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
+    RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
+    RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);
+    RUN_TEST(test_a_large_emf_is_tracked_through_every_zero);
+    return UNITY_END();
+}

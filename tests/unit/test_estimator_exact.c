@@ -1,0 +1,464 @@
+/* The estimator on exact data: the data themselves, the default configuration without error, timing, and the
+ * EMF filter in the frame of the loop. */
+#include "tests/unit/estimator_bench.h"
+
+/* ---- the data themselves ---- */
+
+/* L di/dt = u - R i - e by Runge and Kutta's method between the samples: h^5 of (R/L T = 0.3)/50 and 1e-13
+ * of rounding in voltages of up to 1e3. */
+static void test_oracle_data_solve_the_winding_equation(void)
+{
+    for (int n = 0; n < MACHINE_COUNT; n++) {
+        estimator_oracle_case_t rig = rig_of(n, 0.3 * MACHINES[n].omega_max, 3.0);
+        rig.current_d = -1.5;
+        rig.acceleration = 2000.0;
+        rig.ramp_start = 0.002;
+        rig.ramp_end = 0.006;
+        rig.swing = 0.2 * MACHINES[n].omega_max;
+        rig.swing_rate = 100.0;
+        rig.current_torque = 1e-4;
+        double theta = rig.theta_start;
+        estimator_oracle_sample_t before;
+        estimator_oracle_sample(&rig, 0, &before);
+        for (long k = 1; k <= 100; k++) {
+            estimator_oracle_sample_t now;
+            estimator_oracle_sample(&rig, k, &now);
+            double i[2] = {before.current[0], before.current[1]};
+            double h = T / 50.0;
+            for (int m = 0; m < 50; m++) {
+                double slope[4][2], omega[3];
+                for (int half = 0; half < 3; half++) {
+                    double t = (double)(k - 1) * T + ((double)m + 0.5 * half) * h;
+                    double ramp = t < 0.002 ? 0.0 : (t < 0.006 ? t - 0.002 : 0.004);
+                    omega[half] = rig.omega_start + 2000.0 * ramp + rig.swing * sin(100.0 * t);
+                }
+                double angle[3] = {theta, theta + h * (5.0 * omega[0] + 8.0 * omega[1] - omega[2]) / 24.0,
+                                   theta + h * (omega[0] + 4.0 * omega[1] + omega[2]) / 6.0};
+                static const int at[4] = {0, 1, 1, 2};
+                static const double share[4] = {0.0, 0.5, 0.5, 1.0};
+                for (int stage = 0; stage < 4; stage++) {
+                    double w = rig.flux_linkage * omega[at[stage]];
+                    double e[2] = {-w * sin(angle[at[stage]]), w * cos(angle[at[stage]])};
+                    for (int axis = 0; axis < 2; axis++) {
+                        double now_i =
+                            i[axis] + (stage > 0 ? share[stage] * h * slope[stage - 1][axis] : 0.0);
+                        slope[stage][axis] =
+                            (now.voltage[axis] - rig.resistance * now_i - e[axis]) / rig.inductance;
+                    }
+                }
+                for (int axis = 0; axis < 2; axis++) {
+                    i[axis] +=
+                        h / 6.0 *
+                        (slope[0][axis] + 2.0 * slope[1][axis] + 2.0 * slope[2][axis] + slope[3][axis]);
+                }
+                theta = angle[2];
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, theta, now.theta);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, now.current[0], i[0]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, now.current[1], i[1]);
+            before = now;
+        }
+    }
+}
+
+/* Two generators written apart. */
+static void test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle(void)
+{
+    for (int n = 0; n < MACHINE_COUNT; n++) {
+        estimator_oracle_case_t rig = rig_of(n, -MACHINES[n].omega_max, RATED);
+        smo_oracle_case_t same = {rig.resistance,  rig.inductance,  rig.flux_linkage, T,
+                                  rig.omega_start, rig.theta_start, rig.current_q};
+        for (long k = -5; k < 1000; k += 91) {
+            estimator_oracle_sample_t now;
+            smo_oracle_sample_t then;
+            estimator_oracle_sample(&rig, k, &now);
+            smo_oracle_sample(&same, k, &then);
+            for (int axis = 0; axis < 2; axis++) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, then.current[axis], now.current[axis]);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-8, then.voltage[axis], now.voltage[axis]);
+            }
+        }
+    }
+}
+
+/* (13) corrected and its sampled counterpart with k_f held: half a period of lag lies between them, another
+ * half with the filter, and nothing as T goes to 0. To first order in T, with z = 1 + j omega T - (omega
+ * T)^2/2 and a = 1 - d + d^2/2 put into the formula of lag.h, the observer of lag phi leads by
+ *
+ *     (omega T/2) (cos(phi)^2 - cos(phi) sin(phi) R/(omega L))
+ *
+ * and the filter by omega T/2; the next terms are smaller by (g T/L)(omega T) or so, 0.04 at T = 1e-4. At
+ * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (physics.md section 2). */
+static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes(void)
+{
+    static const double cutoffs[] = {0.0, 2000.0};
+    static const double known[] = {-0.48, -1.5};
+    double omega = 1500.0 * RAD_PER_RPM;
+    for (int n = 0; n < 2; n++) {
+        smo_oracle_observer_t observer = {200.0, 1.0, cutoffs[n]};
+        double k_f = 0.46;
+        double g = 200.0 * k_f;
+        double tau = 0.0125 / (g + 0.95);
+        double filter = cutoffs[n] > 0.0 ? omega / cutoffs[n] : 0.0;
+        for (double period = 1e-4; period > 5e-8; period *= 0.1) {
+            smo_oracle_case_t rig = {0.95, 0.0125, PSI, period, omega, 0.0, 0.0};
+            smo_oracle_response_t continuous = smo_oracle_continuous(&rig, &observer, k_f);
+            smo_oracle_response_t sampled = smo_oracle_response(&rig, &observer, k_f);
+            /* k_c/(tau s + 1) by hand */
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, atan(omega * tau) + atan(filter), continuous.lag);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, g / (g + 0.95) / hypot(1.0, omega * tau) / hypot(1.0, filter),
+                                      continuous.attenuation);
+            double half = 0.5e3 * omega * period;
+            double gap = 1e3 * (continuous.lag - sampled.lag);
+            double phi = atan(omega * tau);
+            double stages = cos(phi) * cos(phi) - cos(phi) * sin(phi) * 0.95 / (omega * 0.0125) +
+                            (cutoffs[n] > 0.0 ? 1.0 : 0.0);
+            printf("T %.0e ws %4.0f: continuous - sampled %.5f mrad = %.4f half periods, first order %.4f\n",
+                   period, cutoffs[n], gap, gap / half, stages);
+            TEST_ASSERT_DOUBLE_WITHIN(0.04 * period / 1e-4 + 1e-6, stages, gap / half);
+            if (period == 1e-4) {
+                double halves = cutoffs[n] > 0.0 ? 2.0 : 1.0;
+                TEST_ASSERT_DOUBLE_WITHIN(0.1, known[n], gap - halves * half);
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(0.02 * period / 1e-4, continuous.attenuation, sampled.attenuation);
+        }
+    }
+}
+
+/* The firmware's paper mode is the phase of that continuous transfer function: atan2 within 3e-6. */
+static void test_corrected_lag_is_the_phase_of_the_continuous_observer(void)
+{
+    estimator_params_t params = paper_params(LAG_CORRECTED);
+    smo_init(&est.observer.smo, &params.smo);
+    for (double omega = -1000.0; omega <= 1000.0; omega += 125.0) {
+        smo_oracle_case_t rig = {0.95, 0.0125, PSI, T, omega, 0.0, 0.0};
+        smo_oracle_observer_t observer = {200.0, 1.0, 0.0};
+        double lag =
+            smo_oracle_continuous(&rig, &observer, (double)smo_equivalent_gain(&est.observer.smo)).lag;
+        TEST_ASSERT_DOUBLE_WITHIN(4e-6, lag,
+                                  (double)lag_angle(&est.observer.smo, LAG_CORRECTED, (float)omega));
+    }
+}
+
+/* ---- 1. the default is exact ---- */
+
+static void check_exact(int machine, double way, const double *cutoffs, int count)
+{
+    static const double parts[] = {1.0 / 15.0, 1.0 / 3.0, 0.7, 1.0};
+    deviation_t worst = {0.0, 0.0, 0.0, 0.0};
+    for (int c = 0; c < count; c++) {
+        for (int s = 0; s < 4; s++) {
+            for (int loaded = 0; loaded < 2; loaded++) {
+                estimator_params_t params = params_of(machine);
+                params.smo.emf_cutoff = (float)cutoffs[c];
+                /* Signs that a healthy run never raises: |x| of 1.75 times the EMF is 1.3/slope. */
+                params.validity = (validity_params_t){.amplitude_min = 0.98f,
+                                                      .amplitude_max = 1.02f,
+                                                      .detector_max = 0.01f,
+                                                      .current_max = 3.0f / params.smo.slope,
+                                                      .speed_min = 20.0f,
+                                                      .speed_max = 1.5f * (float)MACHINES[machine].omega_max};
+                estimator_oracle_case_t rig =
+                    rig_of(machine, way * parts[s] * MACHINES[machine].omega_max, loaded ? way * RATED : 0.0);
+                deviation_t d = settled(&params, &rig);
+                TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
+                worst.mean = fmax(worst.mean, fabs(d.mean));
+                worst.peak = fmax(worst.peak, d.peak);
+                worst.speed = fmax(worst.speed, fabs(d.speed));
+            }
+        }
+    }
+    printf("machine %d %+.0f: |mean| <= %.4f, peak <= %.4f mrad, speed within %.4f rad/s\n", machine, way,
+           worst.mean, worst.peak, worst.speed);
+    check_below(worst.mean, FLOAT_MEAN, "mean");
+    check_below(worst.peak, FLOAT_PEAK, "peak");
+    /* a mean frequency off by d would drift d 0.6 s */
+    check_below(worst.speed, 2e-3 * FLOAT_PEAK / 0.6 + 1e-3, "speed");
+}
+
+static const double FILTERS[] = {0.0, 600.0, 2000.0, 5000.0};
+
+static void test_default_is_exact_forward(void)
+{
+    check_exact(0, 1.0, FILTERS, 4);
+}
+
+static void test_default_is_exact_backward(void)
+{
+    check_exact(0, -1.0, FILTERS, 4);
+}
+
+static void test_default_is_exact_for_a_small_fast_machine(void)
+{
+    check_exact(1, 1.0, FILTERS, 4);
+    check_exact(1, -1.0, FILTERS, 4);
+}
+
+static void test_default_is_exact_for_a_large_machine(void)
+{
+    check_exact(2, 1.0, FILTERS, 4);
+    check_exact(2, -1.0, FILTERS, 4);
+}
+
+static void test_default_is_exact_for_a_machine_of_low_inductance(void)
+{
+    check_exact(3, 1.0, FILTERS, 4);
+    check_exact(3, -1.0, FILTERS, 4);
+}
+
+static void test_default_is_exact_for_a_machine_of_high_resistance(void)
+{
+    check_exact(4, 1.0, FILTERS, 4);
+    check_exact(4, -1.0, FILTERS, 4);
+}
+
+static void test_current_on_the_d_axis_does_not_matter(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = params_of(0);
+        estimator_oracle_case_t rig = rig_of(0, way * 800.0 * RAD_PER_RPM, -3.0);
+        rig.current_d = -5.0;
+        deviation_t d = settled(&params, &rig);
+        check_below(fabs(d.mean), FLOAT_MEAN, "mean");
+        check_below(d.peak, FLOAT_PEAK, "peak");
+    }
+}
+
+/* lag.h: within 1e-3 rad and 1e-3 of the length beyond omega T = 0.3. */
+static void check_extreme(double way)
+{
+    for (double part = 0.55; part < 1.01; part += 0.15) {
+        estimator_params_t params = params_of(EXTREME);
+        estimator_oracle_case_t rig = rig_of(EXTREME, way * part * MACHINES[EXTREME].omega_max, way * 2.0);
+        deviation_t d = settled(&params, &rig);
+        double length = hypot((double)est.estimate.emf.alpha, (double)est.estimate.emf.beta);
+        double ratio = length / fabs(rig.flux_linkage * rig.omega_start);
+        printf("omega T %.2f: mean %+.4f, peak %.4f mrad, length %+.1e\n", rig.omega_start * T, d.mean,
+               d.peak, ratio - 1.0);
+        check_below(d.peak, 1.0, "peak");
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, ratio);
+    }
+}
+
+static void test_ten_samples_a_turn_leave_a_milliradian_forward(void)
+{
+    check_extreme(1.0);
+}
+
+static void test_ten_samples_a_turn_leave_a_milliradian_backward(void)
+{
+    check_extreme(-1.0);
+}
+
+/* lag.h: within 1e-4 of the length up to omega T = 0.3, R T/L up to 0.5; the feed-forward is that length
+ * over psi_f. */
+static void check_length(double way)
+{
+    double worst = 0.0;
+    for (int n = 0; n <= EXTREME; n++) {
+        for (double part = 0.1; part < 1.01; part += 0.3) {
+            double omega = way * part * fmin(3000.0, MACHINES[n].omega_max);
+            estimator_params_t params = params_of(n);
+            estimator_oracle_case_t rig = rig_of(n, omega, 2.0);
+            (void)settled(&params, &rig);
+            double length = hypot((double)est.estimate.emf.alpha, (double)est.estimate.emf.beta);
+            double off = length / fabs(rig.flux_linkage * omega) - 1.0;
+            worst = fmax(worst, fabs(off));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, off);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0,
+                                      (double)est.tracker.pll.amplitude / fabs(rig.flux_linkage * omega));
+        }
+    }
+    printf("length of the EMF within %.1e\n", worst);
+}
+
+static void test_emf_has_its_length_forward(void)
+{
+    check_length(1.0);
+}
+
+static void test_emf_has_its_length_backward(void)
+{
+    check_length(-1.0);
+}
+
+/* F stops half a last digit over omega_c T = 0.005 short: 2.4e-4 rad/s at 3000, less than 1e-6 of it. */
+static void test_feedforward_carries_the_whole_speed(void)
+{
+    for (int n = 0; n <= EXTREME; n++) {
+        for (double way = -1.0; way <= 1.0; way += 2.0) {
+            double omega = way * fmin(3000.0, MACHINES[n].omega_max);
+            estimator_params_t params = params_of(n);
+            estimator_oracle_case_t rig = rig_of(n, omega, 2.0);
+            (void)settled(&params, &rig);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)est.tracker.pll.feedforward / omega);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(omega), 0.0, (double)est.tracker.pll.integral);
+        }
+    }
+}
+
+/* ---- 10. timing ---- */
+
+/* omega T is 62.8 mrad at 1500 r/min. Without current the voltage is the EMF's mean, turned by just that; a
+ * current adds R i and L di/dt that are turned too (physics.md section 1: +62.8 and -62.9 in closed loop). */
+static void check_voltage_off(double way, double current, double tolerance)
+{
+    double omega = way * 1500.0 * RAD_PER_RPM;
+    for (long early = -1; early <= 1; early++) {
+        estimator_params_t params = params_of(0);
+        estimator_oracle_case_t rig = rig_of(0, omega, way * current);
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        double sum = 0.0;
+        for (long k = 1; k <= 11000; k++) {
+            estimator_oracle_sample_t now, then;
+            estimator_oracle_sample(&rig, k, &now);
+            estimator_oracle_sample(&rig, k + early, &then);
+            position_t position = stepped(as_float(then.voltage), as_float(now.current));
+            sum += k > 5000 ? 1e3 * circle((double)position.theta_e - now.theta) : 0.0;
+        }
+        printf("voltage %+ld periods off, %+.0f, %.2f A: %+.2f mrad\n", early, way, current, sum / 6000.0);
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance, 62.832 * way * (double)early, sum / 6000.0);
+    }
+}
+
+static void test_voltage_one_period_off_is_seen_forward(void)
+{
+    check_voltage_off(1.0, 0.0, FLOAT_MEAN);
+}
+
+static void test_voltage_one_period_off_is_seen_backward(void)
+{
+    check_voltage_off(-1.0, 0.0, FLOAT_MEAN);
+}
+
+static void test_angle_one_period_off_is_seen(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = params_of(0);
+        estimator_oracle_case_t rig = rig_of(0, way * 1500.0 * RAD_PER_RPM, way * RATED);
+        (void)settled(&params, &rig);
+        for (long k = 11001; k < 11200; k++) {
+            position_t position = step(&rig, k);
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0, error_of(&rig, k, position));
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, way * 62.832, error_of(&rig, k - 1, position));
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, way * -62.832, error_of(&rig, k + 1, position));
+            /* the next one's angle is ready */
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0,
+                                      error_of(&rig, k + 1, (position_t){est.tracker.pll.theta_e, 0.0f}));
+        }
+    }
+}
+
+/* ---- the EMF filter acts in the frame of the loop ---- */
+
+#define REST 0.81873075 /* exp(-2000 rad/s T): what is left of a step after one sample */
+
+/* In lock on 50 V, then one EMF that is longer or turned: the filter lets 1 - REST of it through. */
+static void check_filter(float d, float q)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        estimator_params_t params = params_of(0);
+        init(&params);
+        pll_reset(&est.tracker.pll, (position_t){0.4f, (float)(way * 50.0 / PSI)});
+        pll_reset_emf(&est.tracker.pll, 50.0f);
+        float e_q = (float)way * 50.0f + q;
+        ab_t emf = {d * est.tracker.pll.rotation.cos - e_q * est.tracker.pll.rotation.sin,
+                    d * est.tracker.pll.rotation.sin + e_q * est.tracker.pll.rotation.cos};
+        (void)pll_step(&est.tracker.pll, emf, (float)(1.0 / PSI), 0.0f);
+        double through_d = (1.0 - REST) * (double)d;
+        double through_q = way * 50.0 + (1.0 - REST) * (double)q;
+        double length = hypot(through_d, through_q);
+        const double share = 4e-6; /* rotation and reciprocal root */
+        TEST_ASSERT_DOUBLE_WITHIN(share, -way * through_d / length, (double)est.tracker.pll.detector);
+        TEST_ASSERT_DOUBLE_WITHIN(share * length, length, (double)est.tracker.pll.amplitude);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * 50.0, through_q, (double)est.tracker.pll.emf.q);
+    }
+}
+
+static void test_filter_lets_its_share_of_a_turn_through(void)
+{
+    check_filter(5.0f, 0.0f);
+    check_filter(-5.0f, 0.0f);
+}
+
+static void test_filter_lets_its_share_of_a_length_through(void)
+{
+    check_filter(0.0f, 5.0f);
+    check_filter(0.0f, -5.0f);
+}
+
+typedef struct {
+    double amplitude, detector, speed; /* SD [V], [-], [rad/s] */
+} noise_t;
+
+/* Of noise on the current, +-20 mA evenly. */
+static noise_t noise_behind(float emf_cutoff)
+{
+    estimator_params_t params = params_of(0);
+    params.smo.emf_cutoff = emf_cutoff;
+    estimator_oracle_case_t rig = rig_of(0, 200.0, 2.0);
+    (void)settled(&params, &rig);
+    uint32_t seed = UINT32_C(5);
+    double squares[3] = {0.0, 0.0, 0.0};
+    for (long k = 11001; k < 15001; k++) {
+        estimator_oracle_sample_t now;
+        estimator_oracle_sample(&rig, k, &now);
+        for (int axis = 0; axis < 2; axis++) {
+            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+            now.current[axis] += 0.02 * ((double)(seed >> 8) / 8388608.0 - 1.0);
+        }
+        position_t position = stepped(as_float(now.voltage), as_float(now.current));
+        squares[0] += pow((double)est.tracker.pll.amplitude - PSI * 200.0, 2.0);
+        squares[1] += pow((double)est.tracker.pll.detector, 2.0);
+        squares[2] += pow((double)position.omega_e - 200.0, 2.0);
+    }
+    return (noise_t){sqrt(squares[0] / 4000.0), sqrt(squares[1] / 4000.0), sqrt(squares[2] / 4000.0)};
+}
+
+/* White noise behind the filter has sqrt((1 - c)/(1 + c)) = 0.32 of its SD, c = REST. That of the EMF is the
+ * current's difference from sample to sample, mostly, so less: a third at most. */
+static void test_filter_smooths_the_amplitude(void)
+{
+    check_below(noise_behind(2000.0f).amplitude, 0.33 * noise_behind(0.0f).amplitude, "SD of the amplitude");
+}
+
+static void test_filter_smooths_the_detector(void)
+{
+    check_below(noise_behind(2000.0f).detector, 0.33 * noise_behind(0.0f).detector, "SD of the detector");
+}
+
+static void test_filter_smooths_the_speed(void)
+{
+    check_below(noise_behind(2000.0f).speed, 0.33 * noise_behind(0.0f).speed, "SD of the speed");
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_oracle_data_solve_the_winding_equation);
+    RUN_TEST(test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle);
+    RUN_TEST(test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes);
+    RUN_TEST(test_corrected_lag_is_the_phase_of_the_continuous_observer);
+    RUN_TEST(test_default_is_exact_forward);
+    RUN_TEST(test_default_is_exact_backward);
+    RUN_TEST(test_default_is_exact_for_a_small_fast_machine);
+    RUN_TEST(test_default_is_exact_for_a_large_machine);
+    RUN_TEST(test_default_is_exact_for_a_machine_of_low_inductance);
+    RUN_TEST(test_default_is_exact_for_a_machine_of_high_resistance);
+    RUN_TEST(test_current_on_the_d_axis_does_not_matter);
+    RUN_TEST(test_ten_samples_a_turn_leave_a_milliradian_forward);
+    RUN_TEST(test_ten_samples_a_turn_leave_a_milliradian_backward);
+    RUN_TEST(test_emf_has_its_length_forward);
+    RUN_TEST(test_emf_has_its_length_backward);
+    RUN_TEST(test_feedforward_carries_the_whole_speed);
+    RUN_TEST(test_filter_lets_its_share_of_a_turn_through);
+    RUN_TEST(test_filter_lets_its_share_of_a_length_through);
+    RUN_TEST(test_filter_smooths_the_amplitude);
+    RUN_TEST(test_filter_smooths_the_detector);
+    RUN_TEST(test_filter_smooths_the_speed);
+    RUN_TEST(test_voltage_one_period_off_is_seen_forward);
+    RUN_TEST(test_voltage_one_period_off_is_seen_backward);
+    RUN_TEST(test_angle_one_period_off_is_seen);
+    return UNITY_END();
+}

@@ -1,0 +1,304 @@
+/* The criteria of validity and their debounce. */
+#include "tests/unit/estimator_bench.h"
+
+/* ---- 8. validity ---- */
+
+typedef struct {
+    validity_params_t loose, strict; /* either side of what is judged */
+} limits_t;
+
+static const uint32_t BITS[] = {ESTIMATOR_AMPLITUDE, ESTIMATOR_AMPLITUDE, ESTIMATOR_DETECTOR,
+                                ESTIMATOR_CURRENT,   ESTIMATOR_SPEED,     ESTIMATOR_SPEED};
+#define LIMIT_COUNT 6
+
+/* One limit at `value`. */
+static validity_params_t limit_at(int n, double value)
+{
+    validity_params_t limits = {.amplitude_min = 0.0f};
+    float *slots[] = {&limits.amplitude_min, &limits.amplitude_max, &limits.detector_max,
+                      &limits.current_max,   &limits.speed_min,     &limits.speed_max};
+    *slots[n] = (float)value;
+    return limits;
+}
+
+/* +1: at most this, -1: at least this. */
+static const double SIDE[] = {-1.0, 1.0, 1.0, 1.0, -1.0, 1.0};
+
+/* In a ramp, so that no criterion is at rest: at 300 to 630 rad/s with a/ki = 0.05; psi_hat 15 % too large
+ * for the lower limit of the amplitude, which is at most 1, and a third too small for the upper, at least 1:
+ * between them an allowance of 10 rad/s either way. */
+static estimator_oracle_case_t validity_rig(double way)
+{
+    return ramp_rig(way * 300.0, way * 0.05 * 6495.0);
+}
+
+static estimator_params_t validity_params(int n)
+{
+    estimator_params_t params = params_of(0);
+    tune(&params, 200.0, 0.0);
+    params.smo.emf_cutoff = 0.0f;
+    params.flux_linkage = (float)(n == 1 ? PSI / 1.5 : PSI * 1.15);
+    return params;
+}
+
+#define JUDGED    6000L
+#define ALLOWANCE 10.0 /* [rad/s] */
+
+static void run_to_judged(int n, double way)
+{
+    estimator_params_t params = validity_params(n);
+    estimator_oracle_case_t rig = validity_rig(way);
+    init(&params);
+    reset_near(&rig, 0, 0.0, 0.0);
+    (void)deviation(&rig, 1, JUDGED - 1, 0);
+}
+
+/* What each criterion judges in step JUDGED, from the truth: the ramp's speed there, less kp eps for the
+ * smooth one; its EMF over psi_hat; a/ki; |x| of the settled observer (oracle) at this speed. */
+static double judged(int n, double way)
+{
+    estimator_params_t params = validity_params(n);
+    estimator_oracle_case_t rig = validity_rig(way);
+    estimator_oracle_sample_t now;
+    estimator_oracle_sample(&rig, JUDGED, &now);
+    double ratio = 0.05 * 6495.0 / (double)params.pll.ki;
+    double speed = fabs(now.omega) - (double)params.pll.kp * ratio;
+    double amplitude = fabs(now.omega) * PSI / (double)params.flux_linkage;
+    smo_oracle_case_t turning = {0.95, 0.0125, PSI, T, now.omega, 0.0, 0.0};
+    smo_oracle_observer_t observer = {(double)params.smo.gain, (double)params.smo.slope, 0.0};
+    double error = sqrt(smo_oracle_run(&turning, &observer, SMO_ORACLE_VECTOR, 300, 100).square);
+    const double values[] = {
+        (amplitude + ALLOWANCE) / speed, (amplitude - ALLOWANCE) / speed, ratio, error, speed, speed};
+    return values[n];
+}
+
+/* 2 % aside of the true value, and the limit passed on the way. */
+static void test_each_criterion_fails_beyond_its_limit_and_not_before(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        for (int n = 0; n < LIMIT_COUNT; n++) {
+            double value = judged(n, way);
+            for (int m = 0; m < 2; m++) {
+                double factor = 1.0 + (m ? 0.02 : -0.02) * SIDE[n];
+                estimator_params_t params = validity_params(n);
+                params.validity = limit_at(n, value * factor);
+                estimator_oracle_case_t rig = validity_rig(way);
+                run_to_judged(n, way);
+                retune(&params);
+                (void)step(&rig, JUDGED);
+                TEST_ASSERT_EQUAL_UINT16(m ? 0u : BITS[n], estimator_invalid(&est));
+            }
+        }
+    }
+}
+
+/* Below, at, above to the last digits: the limit is put where the step's own value lies. */
+static void test_at_its_limit_a_criterion_still_holds(void)
+{
+    for (int n = 0; n < LIMIT_COUNT; n++) {
+        estimator_params_t params = validity_params(n);
+        estimator_oracle_case_t rig = validity_rig(1.0);
+        run_to_judged(n, 1.0);
+        estimator_t before = est;
+        (void)step(&rig, JUDGED);
+        double speed = (double)est.tracker.pll.omega_smooth;
+        double amplitude = (double)est.tracker.pll.amplitude * (double)est.tracker.speed_per_volt;
+        const double values[] = {(amplitude + ALLOWANCE) / speed,
+                                 (amplitude - ALLOWANCE) / speed,
+                                 fabs((double)est.tracker.pll.detector),
+                                 sqrt((double)smo_error_square(&est.observer.smo)),
+                                 speed,
+                                 speed};
+        /* Roundings of the products; the other end of a range is put at 2 and 750. */
+        static const double width[] = {2e-6, 2e-6, 1.2e-7, 4e-7, 4e-7, 4e-7};
+        for (int m = -1; m <= 1; m++) {
+            if (m == 0 && n != 2) {
+                continue;
+            }
+            est = before;
+            params.validity = limit_at(n, values[n] * (1.0 - m * width[n] * SIDE[n]));
+            params.validity.amplitude_max = n == 0 ? 2.0f : params.validity.amplitude_max;
+            params.validity.speed_max = n == 4 ? 750.0f : params.validity.speed_max;
+            retune(&params);
+            (void)step(&rig, JUDGED);
+            TEST_ASSERT_EQUAL_UINT16(m > 0 ? BITS[n] : 0u, estimator_invalid(&est));
+        }
+    }
+}
+
+static void test_criterion_switched_off_is_not_judged(void)
+{
+    estimator_params_t params = params_of(0);
+    init(&params);
+    uint32_t seed = UINT32_C(7);
+    for (int k = 0; k < 3000; k++) {
+        seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+        float noise = (float)(seed >> 16) - 32768.0f;
+        (void)stepped((ab_t){noise, 100.0f}, (ab_t){1.0f, noise});
+        TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
+    }
+}
+
+/* Debounce of 4.5 periods: 5. Limits are moved to either side of the value, so that a period fails or does
+ * not at will; a count of our own beside it. */
+static void check_debounce(int n)
+{
+    static const char pattern[] = "FFFF....FFFF.F.FF.FFFFFFFFFFFFFFF....F....F..FF......FFFFF.....";
+    estimator_params_t loose = validity_params(n);
+    estimator_oracle_case_t rig = validity_rig(1.0);
+    double value = judged(n, 1.0);
+    run_to_judged(n, 1.0);
+    loose.validity = limit_at(n, value * (1.0 + 0.05 * SIDE[n]));
+    loose.validity.amplitude_time = n < 2 ? 4.5e-4f : 0.0f;
+    loose.validity.detector_time = n == 2 ? 4.5e-4f : 0.0f;
+    loose.validity.current_time = n == 3 ? 4.5e-4f : 0.0f;
+    loose.validity.speed_time = n > 3 ? 4.5e-4f : 0.0f;
+    estimator_params_t strict = loose;
+    validity_params_t moved = limit_at(n, value * (1.0 - 0.05 * SIDE[n]));
+    strict.validity.amplitude_min = moved.amplitude_min;
+    strict.validity.amplitude_max = moved.amplitude_max;
+    strict.validity.detector_max = moved.detector_max;
+    strict.validity.current_max = moved.current_max;
+    strict.validity.speed_min = moved.speed_min;
+    strict.validity.speed_max = moved.speed_max;
+    int count = 0;
+    bool raised = false;
+    int changes = 0;
+    for (long k = 0; pattern[k] != '\0'; k++) {
+        bool fails = pattern[k] == 'F';
+        retune(fails ? &strict : &loose);
+        (void)step(&rig, JUDGED + k);
+        count = fails ? (count < 5 ? count + 1 : 5) : (count > 0 ? count - 1 : 0);
+        bool was = raised;
+        raised = count == 5 || (raised && count > 0);
+        changes += was != raised;
+        TEST_ASSERT_EQUAL_UINT16(raised ? BITS[n] : 0u, estimator_invalid(&est));
+    }
+    TEST_ASSERT_EQUAL_INT(4, changes);
+}
+
+static void test_amplitude_is_debounced(void)
+{
+    check_debounce(0);
+    check_debounce(1);
+}
+
+static void test_detector_is_debounced(void)
+{
+    check_debounce(2);
+}
+
+static void test_current_is_debounced(void)
+{
+    check_debounce(3);
+}
+
+static void test_speed_is_debounced(void)
+{
+    check_debounce(4);
+    check_debounce(5);
+}
+
+/* All at once, each with a time of its own: 1, 3, 5 and 8 periods. */
+static void test_criteria_are_independent(void)
+{
+    estimator_params_t params = validity_params(0);
+    estimator_oracle_case_t rig = validity_rig(1.0);
+    run_to_judged(0, 1.0);
+    params.validity =
+        (validity_params_t){1.0f, 0.0f, 0.5e-4f, 0.01f, 2.5e-4f, 1e-3f, 4.5e-4f, 900.0f, 0.0f, 7.5e-4f};
+    for (long k = 1; k <= 20; k++) {
+        retune(&params);
+        (void)step(&rig, JUDGED + k - 1);
+        uint32_t expected = (k >= 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k >= 3 ? ESTIMATOR_DETECTOR : 0u) |
+                            (k >= 5 ? ESTIMATOR_CURRENT : 0u) | (k >= 8 ? ESTIMATOR_SPEED : 0u);
+        TEST_ASSERT_EQUAL_UINT16(expected, estimator_invalid(&est));
+    }
+    params.validity.amplitude_min = 0.5f;
+    params.validity.detector_max = 1.0f;
+    params.validity.current_max = 100.0f;
+    params.validity.speed_min = 1.0f;
+    for (long k = 1; k <= 20; k++) {
+        retune(&params);
+        (void)step(&rig, JUDGED + 19 + k);
+        uint32_t expected = (k < 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k < 3 ? ESTIMATOR_DETECTOR : 0u) |
+                            (k < 5 ? ESTIMATOR_CURRENT : 0u) | (k < 8 ? ESTIMATOR_SPEED : 0u);
+        TEST_ASSERT_EQUAL_UINT16(expected, estimator_invalid(&est));
+    }
+}
+
+/* It comes with the sample and goes with it, and leaves the others as they are. */
+static void test_sample_bit_is_not_debounced(void)
+{
+    estimator_params_t params = validity_params(4);
+    params.validity = limit_at(4, 900.0);
+    params.validity.speed_time = 2.5e-4f;
+    estimator_oracle_case_t rig = validity_rig(1.0);
+    run_to_judged(4, 1.0);
+    retune(&params);
+    uint16_t seen[7];
+    for (long k = 0; k < 7; k++) {
+        if (k == 1 || k == 2 || k == 5) {
+            (void)stepped((ab_t){0.0f, NAN}, (ab_t){0.0f, 0.0f});
+        } else {
+            (void)step(&rig, JUDGED + k);
+        }
+        seen[k] = estimator_invalid(&est);
+    }
+    static const uint16_t expected[] = {0, 16, 16, 0, 8, 24, 8};
+    TEST_ASSERT_EQUAL_UINT16_ARRAY(expected, seen, 7);
+}
+
+/* A rotor that stands, a loop that turns on alone: the amplitude says so within its time. */
+static void test_lost_emf_is_noticed(void)
+{
+    estimator_params_t params = params_of(0);
+    params.validity = (validity_params_t){.amplitude_min = 0.5f, .amplitude_time = 0.01f};
+    estimator_oracle_case_t rig = rig_of(0, 400.0, 0.0);
+    init(&params);
+    reset_near(&rig, 0, 0.0, 0.0);
+    (void)deviation(&rig, 1, 2000, 0);
+    long k = 0;
+    while (k < 1000 && estimator_invalid(&est) == 0u) {
+        (void)stepped((ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
+        k++;
+    }
+    TEST_ASSERT_TRUE(k >= 100 && k <= 130);
+    TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_AMPLITUDE, estimator_invalid(&est));
+}
+
+static void test_reset_starts_validity_anew(void)
+{
+    estimator_params_t params = validity_params(0);
+    estimator_oracle_case_t rig = validity_rig(1.0);
+    run_to_judged(0, 1.0);
+    params.validity =
+        (validity_params_t){1.0f, 0.0f, 2.5e-4f, 0.01f, 2.5e-4f, 1e-3f, 2.5e-4f, 900.0f, 0.0f, 2.5e-4f};
+    retune(&params);
+    for (int n = 0; n < 2; n++) {
+        for (long k = 0; k < 3; k++) {
+            TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
+            (void)step(&rig, JUDGED + 10 * n + k);
+        }
+        TEST_ASSERT_TRUE((estimator_invalid(&est) & ESTIMATOR_SPEED) != 0u);
+        reset_near(&rig, JUDGED + 10 * n + 9, 0.0, 0.0);
+        TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_criterion_fails_beyond_its_limit_and_not_before);
+    RUN_TEST(test_at_its_limit_a_criterion_still_holds);
+    RUN_TEST(test_criterion_switched_off_is_not_judged);
+    RUN_TEST(test_amplitude_is_debounced);
+    RUN_TEST(test_detector_is_debounced);
+    RUN_TEST(test_current_is_debounced);
+    RUN_TEST(test_speed_is_debounced);
+    RUN_TEST(test_criteria_are_independent);
+    RUN_TEST(test_sample_bit_is_not_debounced);
+    RUN_TEST(test_lost_emf_is_noticed);
+    RUN_TEST(test_reset_starts_validity_anew);
+    return UNITY_END();
+}

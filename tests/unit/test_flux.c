@@ -1,0 +1,187 @@
+/* Adaptation of the flux linkage, beside the estimator. */
+#include "tests/unit/estimator_bench.h"
+
+/* 2.2 s at 1500 r/min, then 0.9 s down. A psi_hat that moves is an acceleration to the loop: it rests while
+ * the detector is beyond 0.05, which makes d psi_hat/psi_hat at most 0.05 ki/omega a second, a fifth (B200)
+ * or a nineteenth (B100). */
+static void test_adapted_flux_leaves_little(void)
+{
+    static const double shares[] = {2.0, 5.0};
+    for (int n = 0; n < 16; n++) {
+        double wrong = n % 2 ? 1.1 : 0.9;
+        double way = n / 2 % 2 ? -1.0 : 1.0;
+        double share = shares[n / 4 % 2];
+        bool slow = n / 8;
+        estimator_params_t params = params_of(0);
+        tune(&params, slow ? 100.0 : 200.0, slow ? 25.0 : 50.0);
+        params.flux_linkage = (float)(wrong * PSI);
+        params.flux_adaptation = (float)share;
+        estimator_oracle_case_t rig = ramp_rig(way * 620.0, way * -RAMP);
+        init(&params);
+        reset_near(&rig, -20000, 0.0, 0.0);
+        (void)deviation(&rig, -19999, 20000 + RAMP_START - 1, 0);
+        double left = slow ? 0.01 : 0.1 * exp(-share * 2.0) + 5e-4;
+        TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)flux.flux_linkage);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.speed_per_volt));
+        ramp_t r = ramp_from(&rig, RAMP_START);
+        printf("psi_hat from %.1f psi at %.0f rad/s, wc %.0f: %.5f Wb, steady %+.2f, peak %.1f mrad\n", wrong,
+               share, slow ? 25.0 : 50.0, (double)flux.flux_linkage, r.steady, r.peak);
+        check_below(fabs(r.steady), 15.0, "steady");
+        TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)flux.flux_linkage);
+    }
+}
+
+/* With the loop settled: 1/psi_hat goes to 1/psi like exp(-rate t). To the loop a psi_hat that moves is an
+ * acceleration of rate times the error of F, which takes kp/ki of itself from the smooth speed, so that rate
+ * = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow a wrong start of |e|.
+ * The change per step is 10 to 25 last digits of 1/psi_hat: a hundredth. */
+static void test_flux_adapts_at_its_share(void)
+{
+    for (int n = 0; n < 4; n++) {
+        double wrong = n % 2 ? 1.02 : 0.98;
+        estimator_params_t params = params_of(0);
+        params.flux_linkage = (float)(wrong * PSI);
+        params.flux_adaptation = 2.0f;
+        estimator_oracle_case_t rig = rig_of(0, n / 2 ? -500.0 : 500.0, 2.0);
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        (void)deviation(&rig, 1, 3000, 0);
+        double before = 1.0 / (double)flux.flux_linkage - 1.0 / PSI;
+        (void)deviation(&rig, 3001, 5000, 0);
+        double after = 1.0 / (double)flux.flux_linkage - 1.0 / PSI;
+        double rate = 2.0 / (1.0 - 2.0 * (double)params.pll.kp / (double)params.pll.ki);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, exp(-0.5 * rate), after / before);
+    }
+}
+
+/* Not below 60 rad/s, not while the detector shows more than 0.05, not when off, not beyond half of the
+ * parameter. */
+static void test_flux_rests_where_it_cannot_be_seen(void)
+{
+    static const struct {
+        double omega, share, wrong, lowest, highest; /* the last two of psi_hat/psi after 2 s */
+    } cases[] = {{59.0, 2.0, 1.1, 1.1, 1.1},
+                 {61.0, 2.0, 1.1, 0.99, 1.01},
+                 {500.0, 0.0, 1.1, 1.1, 1.1},
+                 {500.0, 5.0, 2.5, 1.25, 1.27},
+                 {500.0, 5.0, 0.6, 0.88, 0.9}};
+    for (int n = 0; n < 10; n++) {
+        double way = n % 2 ? -1.0 : 1.0;
+        estimator_params_t params = params_of(0);
+        params.flux_linkage = (float)(cases[n / 2].wrong * PSI);
+        params.flux_adaptation = (float)cases[n / 2].share;
+        estimator_oracle_case_t rig = rig_of(0, way * cases[n / 2].omega, 0.0);
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        (void)deviation(&rig, 1, 25000, 0);
+        double ratio = (double)flux.flux_linkage / PSI;
+        check_below(ratio, cases[n / 2].highest * 1.000001, "flux, highest");
+        check_below(cases[n / 2].lowest * 0.999999, ratio, "flux, lowest");
+    }
+}
+
+/* The machine's flux is not that of the parameter: psi_hat goes half of it either way and not a step more. */
+static void flux_at_its_limit(double factor, double way)
+{
+    estimator_params_t params = params_of(0);
+    params.flux_adaptation = 5.0f;
+    estimator_oracle_case_t rig = rig_of(0, way * 300.0, 0.0);
+    rig.flux_linkage = factor * PSI;
+    init(&params);
+    reset_near(&rig, 0, 0.0, 0.0);
+    (void)deviation(&rig, 1, 30000, 0);
+}
+
+static void test_flux_stops_at_half(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        flux_at_its_limit(0.4, way);
+        check_below(0.5 * PSI * (1.0 - 1e-6), (double)flux.flux_linkage, "lowest");
+        check_below((double)flux.flux_linkage, 0.501 * PSI, "highest");
+    }
+}
+
+static void test_flux_stops_at_one_and_a_half(void)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        flux_at_its_limit(2.0, way);
+        check_below((double)flux.flux_linkage, 1.5 * PSI * (1.0 + 1e-6), "highest");
+        check_below(1.497 * PSI, (double)flux.flux_linkage, "lowest");
+    }
+}
+
+static void test_flux_comes_back_from_its_limits(void)
+{
+    for (int n = 0; n < 2; n++) {
+        flux_at_its_limit(n ? 2.0 : 0.4, 1.0);
+        estimator_oracle_case_t rig = rig_of(0, 300.0, 0.0);
+        (void)deviation(&rig, 30001, 30000, 0);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3 * PSI, PSI, (double)flux.flux_linkage);
+    }
+}
+
+static void test_flux_rests_while_the_detector_is_off(void)
+{
+    static const double ratios[] = {0.045, 0.055}; /* of a/ki */
+    for (int n = 0; n < 4; n++) {
+        double way = n % 2 ? -1.0 : 1.0;
+        estimator_params_t params = params_of(0);
+        tune(&params, 200.0, 0.0);
+        params.flux_linkage = (float)(1.1 * PSI);
+        params.flux_adaptation = 5.0f;
+        estimator_oracle_case_t rig = ramp_rig(way * 100.0, way * ratios[n / 2] * (double)params.pll.ki);
+        (void)ramp(&params, &rig);
+        double before = (double)flux.flux_linkage;
+        (void)deviation(&rig, RAMP_START + RAMP_STEPS - 1000, 0, 1000);
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        (void)deviation(&rig, 1, RAMP_START + 3000, 0);
+        double early = (double)flux.flux_linkage;
+        (void)deviation(&rig, RAMP_START + 3001, 5000, 0);
+        double late = (double)flux.flux_linkage;
+        TEST_ASSERT_EQUAL_INT(n / 2, early == late);
+        TEST_ASSERT_TRUE(before > 0.0);
+    }
+}
+
+/* An adapted flux survives a retune while it is meant to: not when the parameter changes or it is off. */
+static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
+{
+    estimator_params_t params = params_of(0);
+    params.flux_linkage = 0.2f;
+    params.flux_adaptation = 5.0f;
+    estimator_oracle_case_t rig = rig_of(0, 400.0, 0.0);
+    (void)settled(&params, &rig);
+    float adapted = flux.flux_linkage;
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)PSI, adapted);
+    params.flux_adaptation = 3.0f;
+    retune(&params);
+    TEST_ASSERT_TRUE(flux.flux_linkage == adapted);
+    reset_near(&rig, 20000, 0.0, 0.0);
+    TEST_ASSERT_TRUE(flux.flux_linkage == adapted);
+    params.flux_linkage = 0.19f;
+    retune(&params);
+    TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 0.19f, est.tracker.speed_per_volt);
+    (void)deviation(&rig, 20001, 5000, 0);
+    TEST_ASSERT_FLOAT_WITHIN(2e-3f, (float)PSI, flux.flux_linkage);
+    params.flux_adaptation = 0.0f;
+    retune(&params);
+    TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
+    init(&params);
+    TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_adapted_flux_leaves_little);
+    RUN_TEST(test_flux_adapts_at_its_share);
+    RUN_TEST(test_flux_rests_where_it_cannot_be_seen);
+    RUN_TEST(test_flux_stops_at_half);
+    RUN_TEST(test_flux_stops_at_one_and_a_half);
+    RUN_TEST(test_flux_comes_back_from_its_limits);
+    RUN_TEST(test_flux_rests_while_the_detector_is_off);
+    RUN_TEST(test_retune_keeps_an_adapted_flux_while_it_is_meant);
+    return UNITY_END();
+}

@@ -1,0 +1,334 @@
+#include "drive/measure.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#define SETTLE  64u
+#define PERIODS 16 /* of the mean: a power of two, so that means of equal samples are exact */
+
+/* What a sensor may show: half a per cent less than its ends. */
+#define MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
+#define RAIL   (0.995f * 0.5f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+
+/* Without a sensor of its own c is the sum of two, and may show three times as much. */
+#define SHARE_C (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
+
+static const ab_t NO_TRIM = {0.0f, 0.0f};
+
+static params_t params;
+static measure_t measure;
+static drive_samples_t samples;
+
+static void begin(void)
+{
+    const measure_tuning_t tuning = measure_prepare(&params);
+    memset(&measure, 0x55, sizeof measure);
+    measure_init(&measure, &tuning);
+}
+
+void setUp(void)
+{
+    params_defaults(&params);
+    params.calibration_periods = PERIODS;
+    params.current_offset_max = 0.5f;
+    begin();
+    samples = (drive_samples_t){.i_a = 2.0f,
+                                .i_b = -0.5f,
+                                .i_c = -1.5f,
+                                .u_dc = 311.0f,
+                                .sink_temperature = 40.0f,
+                                .motor_temperature = 60.0f,
+                                .encoder = 1234u,
+                                .flags = DRIVE_SAMPLE_LATE};
+}
+
+void tearDown(void)
+{
+}
+
+static calibration_t calibrate(void)
+{
+    measure_step(&measure, &samples, NO_TRIM);
+    return measure_calibrate(&measure, &samples);
+}
+
+/* From its beginning to its end, of these samples. */
+static calibration_t calibrate_all(void)
+{
+    for (uint32_t n = 1; n < SETTLE + PERIODS; n++) {
+        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, calibrate());
+    }
+    return calibrate();
+}
+
+static void currents(float a, float b, float c)
+{
+    samples.i_a = a;
+    samples.i_b = b;
+    samples.i_c = c;
+}
+
+/* ---- samples to measurements ---- */
+
+static void test_a_sample_becomes_a_measurement(void)
+{
+    measure_step(&measure, &samples, NO_TRIM);
+    const measured_t *measured = &measure.measured;
+    TEST_ASSERT_EQUAL_UINT32(1u, measured->good);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, measured->current_abc.a);
+    TEST_ASSERT_EQUAL_FLOAT(-0.5f, measured->current_abc.b);
+    TEST_ASSERT_EQUAL_FLOAT(-1.5f, measured->current_abc.c);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, measured->current.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.577350269f, measured->current.beta); /* (b - c)/sqrt(3) */
+    TEST_ASSERT_EQUAL_FLOAT(311.0f, measured->u_dc);
+    TEST_ASSERT_EQUAL_FLOAT(40.0f, measured->sink_temperature);
+    TEST_ASSERT_EQUAL_FLOAT(60.0f, measured->motor_temperature);
+    TEST_ASSERT_EQUAL_UINT32(1234u, measured->encoder_count);
+    TEST_ASSERT_EQUAL_HEX32(DRIVE_SAMPLE_LATE, measured->flags);
+}
+
+static void test_offsets_are_removed(void)
+{
+    currents(0.25f, -0.125f, 0.375f);
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
+    currents(2.25f, -0.625f, -1.125f);
+    measure_step(&measure, &samples, NO_TRIM);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, measure.measured.current_abc.a);
+    TEST_ASSERT_EQUAL_FLOAT(-0.5f, measure.measured.current_abc.b);
+    TEST_ASSERT_EQUAL_FLOAT(-1.5f, measure.measured.current_abc.c);
+}
+
+static void test_trim_is_removed_in_the_stationary_frame_alone(void)
+{
+    measure_step(&measure, &samples, (ab_t){0.5f, -0.25f});
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, measure.measured.current_abc.a);
+    TEST_ASSERT_EQUAL_FLOAT(1.5f, measure.measured.current.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(0.577350269f + 0.25f, measure.measured.current.beta);
+}
+
+/* ---- what is no measurement ---- */
+
+/* Every analogue input, with the largest amount that it may show and the middle between its ends. */
+static const struct {
+    size_t offset;
+    float middle;
+    float limit;
+} inputs[] = {
+    {offsetof(drive_samples_t, i_a), MIDDLE, RAIL},
+    {offsetof(drive_samples_t, i_b), MIDDLE, RAIL},
+    {offsetof(drive_samples_t, i_c), MIDDLE, SHARE_C *RAIL},
+    {offsetof(drive_samples_t, u_dc), 0.0f, 1000.0f},
+    {offsetof(drive_samples_t, sink_temperature), 0.0f, 1000.0f},
+    {offsetof(drive_samples_t, motor_temperature), 0.0f, 1000.0f},
+};
+
+#define INPUTS (sizeof inputs / sizeof inputs[0])
+
+static void expect_good_with(size_t input, float value, bool good)
+{
+    setUp();
+    memcpy((char *)&samples + inputs[input].offset, &value, sizeof value);
+    measure_step(&measure, &samples, NO_TRIM);
+    TEST_ASSERT_EQUAL_UINT32(good ? 1u : 0u, measure.measured.good);
+}
+
+/* Of the sums that make the limits: three roundings. */
+static void test_each_input_below_and_above_its_end(void)
+{
+    for (size_t n = 0; n < INPUTS; n++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const float end = (float)sign * inputs[n].limit;
+            expect_good_with(n, inputs[n].middle + (1.0f - 2e-6f) * end, true);
+            expect_good_with(n, inputs[n].middle + (1.0f + 2e-6f) * end, false);
+            expect_good_with(n, inputs[n].middle + 100.0f * end, false);
+        }
+    }
+}
+
+static void test_each_input_that_is_no_number(void)
+{
+    for (size_t n = 0; n < INPUTS; n++) {
+        expect_good_with(n, NAN, false);
+        expect_good_with(n, INFINITY, false);
+        expect_good_with(n, -INFINITY, false);
+        expect_good_with(n, inputs[n].middle, true);
+    }
+}
+
+static void test_no_temperature_sensor_is_no_error(void)
+{
+    samples.sink_temperature = DRIVE_NO_TEMPERATURE;
+    samples.motor_temperature = DRIVE_NO_TEMPERATURE;
+    measure_step(&measure, &samples, NO_TRIM);
+    TEST_ASSERT_EQUAL_UINT32(1u, measure.measured.good);
+}
+
+/* Whichever input is bad: all analogue ones stay, the digital ones and the trim are those of now. */
+static void test_a_bad_sample_keeps_the_last_good_values(void)
+{
+    for (size_t n = 0; n < INPUTS; n++) {
+        const float bad = NAN;
+        setUp();
+        measure_step(&measure, &samples, NO_TRIM);
+        const measured_t before = measure.measured;
+        currents(-4.0f, 3.0f, 1.0f);
+        samples.u_dc = 250.0f;
+        samples.sink_temperature = 41.0f;
+        samples.motor_temperature = 61.0f;
+        samples.encoder = 1240u;
+        samples.flags = DRIVE_SAMPLE_TRIPPED | DRIVE_SAMPLE_ENCODER;
+        memcpy((char *)&samples + inputs[n].offset, &bad, sizeof bad);
+        measure_step(&measure, &samples, (ab_t){0.5f, 0.0f});
+        const measured_t *measured = &measure.measured;
+        TEST_ASSERT_EQUAL_UINT32(0u, measured->good);
+        TEST_ASSERT_EQUAL_MEMORY(&before.current_abc, &measured->current_abc, sizeof before.current_abc);
+        TEST_ASSERT_EQUAL_FLOAT(before.current.alpha - 0.5f, measured->current.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(before.current.beta, measured->current.beta);
+        TEST_ASSERT_EQUAL_FLOAT(311.0f, measured->u_dc);
+        TEST_ASSERT_EQUAL_FLOAT(40.0f, measured->sink_temperature);
+        TEST_ASSERT_EQUAL_FLOAT(60.0f, measured->motor_temperature);
+        TEST_ASSERT_EQUAL_UINT32(1240u, measured->encoder_count);
+        TEST_ASSERT_EQUAL_HEX32(DRIVE_SAMPLE_TRIPPED | DRIVE_SAMPLE_ENCODER, measured->flags);
+    }
+}
+
+/* ---- calibration ---- */
+
+static void test_calibration_takes_exactly_its_time(void)
+{
+    currents(0.1f, -0.2f, 0.3f);
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
+}
+
+static void test_samples_of_the_settling_sensors_are_left_out(void)
+{
+    currents(5.0f, -7.0f, 2.0f);
+    for (uint32_t n = 0; n < SETTLE; n++) {
+        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, calibrate());
+    }
+    currents(0.25f, -0.125f, 0.375f);
+    for (uint32_t n = 1; n < PERIODS; n++) {
+        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, calibrate());
+    }
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate());
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
+    TEST_ASSERT_EQUAL_FLOAT(-0.125f, measure.offset.b);
+    TEST_ASSERT_EQUAL_FLOAT(0.375f, measure.offset.c);
+}
+
+/* 512 samples of a ramp, not the sixteen of above: half its height; 512 roundings of 0.4 A by 1.5e-8 each. */
+static void test_offsets_are_the_mean(void)
+{
+    params.calibration_periods = 512;
+    begin();
+    for (uint32_t n = 0; n < SETTLE; n++) {
+        (void)calibrate();
+    }
+    calibration_t last = CALIBRATION_GOES_ON;
+    for (uint32_t n = 0; n < 512u; n++) {
+        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, last);
+        const float share = ((float)n + 0.5f) / 512.0f;
+        currents(0.8f * share, -0.4f * share, 0.2f - 0.1f * share);
+        last = calibrate();
+    }
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.4f, measure.offset.a);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -0.2f, measure.offset.b);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.15f, measure.offset.c);
+}
+
+/* Neither counted nor averaged, while settling and after: with every third bad it takes half as long again.
+ */
+static void test_bad_samples_are_left_out(void)
+{
+    calibration_t last = CALIBRATION_GOES_ON;
+    uint32_t good = 0;
+    for (uint32_t n = 0; n < 1000u && last == CALIBRATION_GOES_ON; n++) {
+        const bool bad = n % 3u == 0u;
+        currents(bad ? NAN : 0.25f, bad ? 11.0f : -0.125f, 0.0f);
+        last = calibrate();
+        good += bad ? 0u : 1u;
+    }
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
+    TEST_ASSERT_EQUAL_UINT32(SETTLE + PERIODS, good);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
+    TEST_ASSERT_EQUAL_FLOAT(-0.125f, measure.offset.b);
+}
+
+/* At the limit is too much; below it is not. */
+static void test_each_sensor_fails_at_its_limit_in_either_sign(void)
+{
+    for (int phase = 0; phase < 3; phase++) {
+        const float limit = phase == 2 ? SHARE_C * 0.5f : 0.5f;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            static const float shares[] = {0.9999f, 1.0f, 1.0001f};
+            for (int n = 0; n < 3; n++) {
+                const float offset = (float)sign * shares[n] * limit;
+                setUp();
+                currents(phase == 0 ? offset : 0.0f, phase == 1 ? offset : 0.0f, phase == 2 ? offset : 0.0f);
+                TEST_ASSERT_EQUAL(n == 0 ? CALIBRATION_GOOD : CALIBRATION_FAILED, calibrate_all());
+            }
+        }
+    }
+}
+
+static void test_a_calibration_begins_anew(void)
+{
+    currents(0.25f, -0.125f, 0.375f);
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
+    measure_begin_calibration(&measure);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a); /* known until then */
+    currents(-0.0625f, 0.25f, 0.125f);
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
+    TEST_ASSERT_EQUAL_FLOAT(-0.0625f, measure.offset.a);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.b);
+    TEST_ASSERT_EQUAL_FLOAT(0.125f, measure.offset.c);
+}
+
+static void test_a_broken_off_calibration_leaves_nothing_behind(void)
+{
+    currents(0.25f, 0.25f, 0.25f);
+    for (uint32_t n = 0; n < SETTLE + PERIODS / 2; n++) {
+        (void)calibrate();
+    }
+    measure_begin_calibration(&measure);
+    currents(-0.0625f, 0.25f, 0.125f);
+    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
+    TEST_ASSERT_EQUAL_FLOAT(-0.0625f, measure.offset.a);
+}
+
+static void test_new_coefficients_keep_offsets_and_a_calibration_under_way(void)
+{
+    currents(0.25f, -0.125f, 0.375f);
+    for (uint32_t n = 1; n < SETTLE + PERIODS; n++) {
+        (void)calibrate();
+    }
+    params.current_offset_max = 0.2f; /* less than that of a */
+    const measure_tuning_t tuning = measure_prepare(&params);
+    measure_take(&measure, &tuning);
+    TEST_ASSERT_EQUAL(CALIBRATION_FAILED, calibrate());
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, measure.measured.current_abc.a - 0.25f / PERIODS);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_sample_becomes_a_measurement);
+    RUN_TEST(test_offsets_are_removed);
+    RUN_TEST(test_trim_is_removed_in_the_stationary_frame_alone);
+    RUN_TEST(test_each_input_below_and_above_its_end);
+    RUN_TEST(test_each_input_that_is_no_number);
+    RUN_TEST(test_no_temperature_sensor_is_no_error);
+    RUN_TEST(test_a_bad_sample_keeps_the_last_good_values);
+    RUN_TEST(test_calibration_takes_exactly_its_time);
+    RUN_TEST(test_samples_of_the_settling_sensors_are_left_out);
+    RUN_TEST(test_offsets_are_the_mean);
+    RUN_TEST(test_bad_samples_are_left_out);
+    RUN_TEST(test_each_sensor_fails_at_its_limit_in_either_sign);
+    RUN_TEST(test_a_calibration_begins_anew);
+    RUN_TEST(test_a_broken_off_calibration_leaves_nothing_behind);
+    RUN_TEST(test_new_coefficients_keep_offsets_and_a_calibration_under_way);
+    return UNITY_END();
+}

@@ -1,0 +1,591 @@
+#include "drive/sequence.h"
+
+#include <string.h>
+#include <unity.h>
+
+#include "drive/faults.h"
+#include "drive/reasons.h"
+
+#define REARM ((uint32_t)(20e-3f / DRIVE_PERIOD + 0.5f)) /* [periods] without a fault or its line */
+
+#define OVERCURRENT (UINT32_C(1) << FAULT_OVERCURRENT)
+#define LATE        (UINT32_C(1) << FAULT_LATE)
+
+static sequence_t sequence;
+static requests_t requests;
+static sequence_input_t input;
+static sequence_order_t order;
+
+/* Nothing is wrong and nothing wished for; the rotor turns. */
+void setUp(void)
+{
+    memset(&sequence, 0x55, sizeof sequence);
+    sequence_init(&sequence);
+    requests_defaults(&requests);
+    input = (sequence_input_t){.requests = &requests, .tripped = true, .calibration = CALIBRATION_GOES_ON};
+}
+
+void tearDown(void)
+{
+}
+
+static void steps(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        order = sequence_step(&sequence, &input);
+    }
+}
+
+static void expect_state(drive_state_t state)
+{
+    TEST_ASSERT_EQUAL_INT32(state, sequence.state);
+}
+
+static void expect_order(drive_gates_t gates, bool preset, bool track)
+{
+    TEST_ASSERT_EQUAL(gates, order.gates);
+    TEST_ASSERT_EQUAL(preset, order.preset);
+    TEST_ASSERT_EQUAL(track, order.track);
+}
+
+static void bring_to_ready(void)
+{
+    steps(REARM);
+    input.calibration = CALIBRATION_GOOD;
+    steps(1);
+    input.calibration = CALIBRATION_GOES_ON;
+    expect_state(DRIVE_READY);
+}
+
+static void bring_to_switched_on(void)
+{
+    bring_to_ready();
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+}
+
+static void bring_to_operation(void)
+{
+    bring_to_switched_on();
+    steps(1);
+    input.tripped = false;
+    steps(1);
+    expect_state(DRIVE_OPERATION_ENABLED);
+}
+
+static void bring_to_quick_stop(void)
+{
+    bring_to_operation();
+    requests.enable = REQUEST_QUICK_STOP;
+    steps(1);
+    expect_state(DRIVE_QUICK_STOP);
+}
+
+static void bring_to_fault(void)
+{
+    bring_to_operation();
+    input.faults = LATE;
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    input.faults = 0u;
+    input.tripped = true;
+}
+
+static void (*const bring_to[])(void) = {
+    setUp, bring_to_ready, bring_to_switched_on, bring_to_operation, bring_to_quick_stop, bring_to_fault};
+
+#define STATES ((int32_t)(sizeof bring_to / sizeof bring_to[0]))
+
+/* A request of one period. */
+static void reset_edge(void)
+{
+    requests.fault_reset = 0;
+    steps(1);
+    requests.fault_reset = 1;
+    steps(1);
+}
+
+/* ---- not ready ---- */
+
+static void test_begins_not_ready_with_gates_off(void)
+{
+    expect_state(DRIVE_NOT_READY);
+    steps(3u * REARM);
+    expect_state(DRIVE_NOT_READY);
+    expect_order(GATES_OFF, false, false);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
+    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_periods); /* and counts no further */
+}
+
+static void test_a_good_calibration_makes_ready(void)
+{
+    input.calibration = CALIBRATION_GOOD;
+    steps(1);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+}
+
+static void test_a_failed_calibration_is_a_fault(void)
+{
+    input.calibration = CALIBRATION_FAILED;
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    expect_order(GATES_OFF, false, false);
+    TEST_ASSERT_EQUAL_INT32(REASON_CURRENT_OFFSET, sequence.fault_reason);
+}
+
+static void test_not_ready_refuses_whatever_is_wished_for(void)
+{
+    requests.enable = REQUEST_ON;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NOT_READY, sequence.refusal);
+    requests.enable = REQUEST_QUICK_STOP;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NOT_READY, sequence.refusal);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+}
+
+/* ---- ready ---- */
+
+static void test_on_goes_through_switched_on_with_duties_before_gates(void)
+{
+    bring_to_ready();
+    steps(10);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+    expect_order(GATES_OFF, true, false);
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+    expect_order(GATES_ON, false, false);
+    input.tripped = false;
+    steps(1);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    expect_order(GATES_KEEP, true, true);
+    for (int n = 0; n < 100; n++) {
+        steps(1);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        expect_order(GATES_KEEP, false, false); /* released once, never again by itself */
+    }
+}
+
+static void test_quick_stop_starts_nothing(void)
+{
+    bring_to_ready();
+    requests.enable = REQUEST_QUICK_STOP;
+    steps(10);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+}
+
+static void expect_refused(int32_t reason)
+{
+    steps(1);
+    expect_state(reason == REASON_NONE ? DRIVE_SWITCHED_ON : DRIVE_READY);
+    expect_order(GATES_OFF, reason == REASON_NONE, false);
+    TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
+}
+
+/* Each obstacle in its turn, the gravest first. */
+static void test_on_is_refused_with_the_reason(void)
+{
+    bring_to_ready();
+    requests.enable = REQUEST_ON;
+    input.fault_line = true;
+    input.undervoltage = true;
+    input.too_slow = true;
+    expect_refused(REASON_FAULT_PRESENT);
+    input.fault_line = false;
+    for (uint32_t n = 1; n < REARM; n++) {
+        expect_refused(REASON_FAULT_PRESENT);
+    }
+    expect_refused(REASON_DC_UNDERVOLTAGE);
+    input.undervoltage = false;
+    expect_refused(REASON_TOO_SLOW);
+    input.too_slow = false;
+    expect_refused(REASON_NONE);
+}
+
+static void test_without_a_wish_nothing_is_refused(void)
+{
+    bring_to_ready();
+    input.undervoltage = true;
+    input.too_slow = true;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, sequence.refusal);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+}
+
+static void test_obstacles_of_a_start_do_not_stop_a_running_drive(void)
+{
+    bring_to_operation();
+    input.undervoltage = true;
+    input.too_slow = true;
+    input.fault_line = true;
+    input.standstill = true;
+    steps(10);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+}
+
+/* ---- switched on ---- */
+
+static void test_gates_that_do_not_come_on_are_a_fault(void)
+{
+    bring_to_switched_on();
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    expect_order(GATES_OFF, false, false);
+    TEST_ASSERT_EQUAL_INT32(REASON_GATES_REFUSED, sequence.fault_reason);
+}
+
+/* Before the gates and after. */
+static void test_any_other_wish_while_switching_on_goes_back_to_ready(void)
+{
+    for (uint32_t before = 0; before < 2u; before++) {
+        for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
+            setUp();
+            bring_to_switched_on();
+            steps(before);
+            requests.enable = wish;
+            steps(1);
+            expect_state(DRIVE_READY);
+            expect_order(GATES_OFF, false, false);
+            requests.enable = REQUEST_ON; /* and it takes its whole time again */
+            steps(1);
+            expect_state(DRIVE_SWITCHED_ON);
+            steps(1);
+            expect_order(GATES_ON, false, false);
+        }
+    }
+}
+
+/* ---- operation, quick stop ---- */
+
+static void test_off_opens_the_bridge_in_the_same_step(void)
+{
+    bring_to_operation();
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+}
+
+static void test_quick_stop_brakes_with_the_gates_on_until_standstill(void)
+{
+    bring_to_operation();
+    requests.enable = REQUEST_QUICK_STOP;
+    for (int n = 0; n < 100; n++) {
+        steps(1);
+        expect_state(DRIVE_QUICK_STOP);
+        expect_order(GATES_KEEP, false, false);
+    }
+    input.standstill = true;
+    steps(1);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+}
+
+static void test_quick_stop_ends_with_off_and_not_with_on(void)
+{
+    bring_to_quick_stop();
+    requests.enable = REQUEST_ON;
+    steps(10);
+    expect_state(DRIVE_QUICK_STOP);
+    expect_order(GATES_KEEP, false, false);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+}
+
+static void test_after_a_quick_stop_on_waits_for_off(void)
+{
+    bring_to_quick_stop();
+    requests.enable = REQUEST_ON;
+    input.standstill = true;
+    steps(100);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+    requests.enable = REQUEST_QUICK_STOP;
+    steps(1);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_READY);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+}
+
+/* The off that ends it is the off that the next start asks for. */
+static void test_a_quick_stop_that_off_has_ended_waits_for_nothing(void)
+{
+    bring_to_quick_stop();
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    requests.enable = REQUEST_ON;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+}
+
+/* ---- fault ---- */
+
+static void test_a_fault_in_any_state_opens_the_bridge_in_the_same_step(void)
+{
+    for (int32_t state = 0; state < STATES; state++) {
+        setUp();
+        bring_to[state]();
+        expect_state((drive_state_t)state);
+        if (state == (int32_t)DRIVE_FAULT) {
+            continue;
+        }
+        input.faults = OVERCURRENT | LATE;
+        steps(1);
+        expect_state(DRIVE_FAULT);
+        expect_order(GATES_OFF, false, false);
+        TEST_ASSERT_EQUAL_INT32(REASON_OVERCURRENT, sequence.fault_reason); /* the graver */
+        TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later);
+        TEST_ASSERT_FALSE(sequence_bridge_on(&sequence));
+    }
+}
+
+static void test_a_fault_from_outside_acts_in_any_state(void)
+{
+    for (int32_t state = 0; state < STATES; state++) {
+        setUp();
+        bring_to[state]();
+        sequence_fault(&sequence, REASON_MODULE_FAULT);
+        expect_state(DRIVE_FAULT);
+        TEST_ASSERT_EQUAL_INT32(REASON_MODULE_FAULT, sequence.fault_reason);
+        steps(1);
+        expect_state(DRIVE_FAULT);
+        expect_order(GATES_OFF, false, false);
+    }
+}
+
+static void test_the_first_fault_stays_and_later_ones_are_added(void)
+{
+    bring_to_fault();
+    input.faults = OVERCURRENT;
+    steps(1);
+    input.faults = 0u;
+    steps(5);
+    TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
+    TEST_ASSERT_EQUAL_HEX32(OVERCURRENT, sequence.faults_later);
+    steps(REARM);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
+    input.faults = LATE;
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later); /* nothing of the one before */
+}
+
+/* Exactly so long must it be quiet: of faults or of the line, whichever was last. */
+static void test_reset_needs_quiet_for_its_whole_time(void)
+{
+    for (int line = 0; line < 2; line++) {
+        for (uint32_t quiet = REARM - 1u; quiet <= REARM; quiet++) {
+            setUp();
+            bring_to_fault();
+            steps(3u * REARM);
+            input.faults = line == 0 ? LATE : 0u;
+            input.fault_line = line != 0;
+            steps(1);
+            input.faults = 0u;
+            input.fault_line = false;
+            steps(quiet - 1u);
+            requests.fault_reset = 1;
+            steps(1);
+            expect_state(quiet == REARM ? DRIVE_NOT_READY : DRIVE_FAULT);
+            expect_order(GATES_OFF, false, false);
+            TEST_ASSERT_EQUAL_INT32(quiet == REARM ? REASON_NONE : REASON_LATE, sequence.fault_reason);
+            if (quiet != REARM) {
+                TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
+            }
+        }
+    }
+}
+
+/* A request that came too early must go and come again. */
+static void test_reset_needs_an_edge(void)
+{
+    bring_to_fault();
+    requests.fault_reset = 1;
+    steps(3u * REARM);
+    expect_state(DRIVE_FAULT);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
+}
+
+static void test_a_reset_from_before_the_fault_is_no_edge(void)
+{
+    bring_to_operation();
+    requests.fault_reset = 1;
+    steps(1);
+    sequence_fault(&sequence, REASON_MODULE_FAULT);
+    steps(3u * REARM);
+    expect_state(DRIVE_FAULT);
+}
+
+static void test_a_reset_elsewhere_does_nothing(void)
+{
+    for (int32_t state = 0; state < (int32_t)DRIVE_FAULT; state++) {
+        setUp();
+        bring_to[state]();
+        requests.enable = state == (int32_t)DRIVE_NOT_READY || state == (int32_t)DRIVE_READY
+                              ? REQUEST_OFF
+                              : requests.enable;
+        requests.fault_reset = 1;
+        steps(1);
+        expect_state((drive_state_t)state);
+    }
+}
+
+static void test_a_fault_tells_why_it_refuses(void)
+{
+    bring_to_fault();
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal); /* quiet too short */
+    steps(REARM);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_LATCHED, sequence.refusal);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+}
+
+static void test_after_a_reset_it_calibrates_and_starts_as_at_first(void)
+{
+    bring_to_fault();
+    steps(REARM);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
+    requests.enable = REQUEST_OFF;
+    bring_to_ready();
+    requests.enable = REQUEST_ON;
+    steps(2);
+    expect_order(GATES_ON, false, false);
+    input.tripped = false;
+    steps(1);
+    expect_state(DRIVE_OPERATION_ENABLED);
+}
+
+/* ---- all of it ---- */
+
+static void test_bridge_is_on_in_three_states(void)
+{
+    for (int32_t state = 0; state < STATES; state++) {
+        setUp();
+        bring_to[state]();
+        TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_SWITCHED_ON || state == (int32_t)DRIVE_OPERATION_ENABLED ||
+                              state == (int32_t)DRIVE_QUICK_STOP,
+                          sequence_bridge_on(&sequence));
+    }
+}
+
+/* The states that one step may lead to, and from every state every input that there is. */
+static void test_no_input_leads_where_it_must_not(void)
+{
+    static const bool may[6][6] = {
+        /* to: not_ready ready switched operation quick_stop fault */
+        {true, true, false, false, false, true}, /* not ready */
+        {false, true, true, false, false, true}, /* ready */
+        {false, true, true, true, false, true},  /* switched on */
+        {false, true, false, true, true, true},  /* operation enabled */
+        {false, true, false, false, true, true}, /* quick stop */
+        {true, false, false, false, false, true} /* fault */
+    };
+    static bool seen[6][6];
+    for (uint32_t bits = 0; bits < UINT32_C(1) << 13; bits++) {
+        for (int32_t enable = REQUEST_OFF; enable <= REQUEST_QUICK_STOP; enable++) {
+            for (int32_t state = 0; state < STATES; state++) {
+                setUp();
+                sequence.state = state;
+                sequence.quiet_periods = (bits & 1u) != 0u ? REARM : 0u;
+                sequence.coming_on = bits >> 1 & 1u;
+                sequence.stopped = bits >> 2 & 1u;
+                sequence.fault_reset_seen = (int32_t)(bits >> 3 & 1u);
+                requests.enable = enable;
+                requests.fault_reset = (int32_t)(bits >> 4 & 1u);
+                input.faults = (bits >> 5 & 1u) != 0u ? OVERCURRENT : 0u;
+                input.fault_line = (bits >> 6 & 1u) != 0u;
+                input.tripped = (bits >> 7 & 1u) != 0u;
+                input.undervoltage = (bits >> 8 & 1u) != 0u;
+                input.too_slow = (bits >> 9 & 1u) != 0u;
+                input.standstill = (bits >> 10 & 1u) != 0u;
+                input.calibration = (calibration_t)((bits >> 11) % 3u);
+                steps(1);
+
+                const int32_t next = sequence.state;
+                TEST_ASSERT_TRUE(next >= 0 && next < STATES && may[state][next]);
+                seen[state][next] = true;
+                /* gates: released in one place alone, off unless the bridge is on and stays so */
+                const bool stays = sequence_bridge_on(&sequence) && state != (int32_t)DRIVE_READY;
+                TEST_ASSERT_EQUAL(!stays, order.gates == GATES_OFF);
+                TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_SWITCHED_ON && next == state,
+                                  order.gates == GATES_ON);
+                /* control starts anew where it begins to act, the estimator with the operation */
+                const bool begins =
+                    state != next && sequence_bridge_on(&sequence) && next != (int32_t)DRIVE_QUICK_STOP;
+                TEST_ASSERT_EQUAL(begins, order.preset);
+                TEST_ASSERT_EQUAL(begins && next == (int32_t)DRIVE_OPERATION_ENABLED, order.track);
+                /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
+                TEST_ASSERT_TRUE(input.faults == 0u || next == (int32_t)DRIVE_FAULT);
+                TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,
+                                  state != (int32_t)DRIVE_FAULT && sequence.fault_reason != REASON_NONE);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_begins_not_ready_with_gates_off);
+    RUN_TEST(test_a_good_calibration_makes_ready);
+    RUN_TEST(test_a_failed_calibration_is_a_fault);
+    RUN_TEST(test_not_ready_refuses_whatever_is_wished_for);
+    RUN_TEST(test_on_goes_through_switched_on_with_duties_before_gates);
+    RUN_TEST(test_quick_stop_starts_nothing);
+    RUN_TEST(test_on_is_refused_with_the_reason);
+    RUN_TEST(test_without_a_wish_nothing_is_refused);
+    RUN_TEST(test_obstacles_of_a_start_do_not_stop_a_running_drive);
+    RUN_TEST(test_gates_that_do_not_come_on_are_a_fault);
+    RUN_TEST(test_any_other_wish_while_switching_on_goes_back_to_ready);
+    RUN_TEST(test_off_opens_the_bridge_in_the_same_step);
+    RUN_TEST(test_quick_stop_brakes_with_the_gates_on_until_standstill);
+    RUN_TEST(test_quick_stop_ends_with_off_and_not_with_on);
+    RUN_TEST(test_after_a_quick_stop_on_waits_for_off);
+    RUN_TEST(test_a_quick_stop_that_off_has_ended_waits_for_nothing);
+    RUN_TEST(test_a_fault_in_any_state_opens_the_bridge_in_the_same_step);
+    RUN_TEST(test_a_fault_from_outside_acts_in_any_state);
+    RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
+    RUN_TEST(test_reset_needs_quiet_for_its_whole_time);
+    RUN_TEST(test_reset_needs_an_edge);
+    RUN_TEST(test_a_reset_from_before_the_fault_is_no_edge);
+    RUN_TEST(test_a_reset_elsewhere_does_nothing);
+    RUN_TEST(test_a_fault_tells_why_it_refuses);
+    RUN_TEST(test_after_a_reset_it_calibrates_and_starts_as_at_first);
+    RUN_TEST(test_bridge_is_on_in_three_states);
+    RUN_TEST(test_no_input_leads_where_it_must_not);
+    return UNITY_END();
+}

@@ -2,10 +2,15 @@
 
 #include <string.h>
 
+static inline void copy_slot(const size_t *offset, const void *base, uint32_t *slot)
+{
+    memcpy(slot, (const char *)base + *offset, sizeof *slot);
+}
+
 void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
 {
     for (uint32_t n = 0; n < count; n++) {
-        memcpy(&slots[n], (const char *)base + offsets[n], sizeof slots[n]);
+        copy_slot(&offsets[n], base, &slots[n]);
     }
 }
 
@@ -27,7 +32,14 @@ bool tap_history_init(tap_history_t *history, const table_t *table, const uint32
 
 void tap_history_keep(tap_history_t *history, const void *base)
 {
-    tap_copy(history->offsets, TAP_SLOTS, base, history->slots[history->next % TAP_PERIODS]);
+    uint32_t *slots = history->slots[history->next % TAP_PERIODS];
+    const size_t *offsets = history->offsets;
+    for (uint32_t n = 0; n < TAP_SLOTS; n += 4u) { /* four at a time: the interrupt's, each period */
+        copy_slot(&offsets[n], base, &slots[n]);
+        copy_slot(&offsets[n + 1u], base, &slots[n + 1u]);
+        copy_slot(&offsets[n + 2u], base, &slots[n + 2u]);
+        copy_slot(&offsets[n + 3u], base, &slots[n + 3u]);
+    }
     history->next =
         history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }

@@ -4,10 +4,10 @@
  *             --> current control --> inverter: duties                             (each in a room of its
  * own)
  *
- * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it returns act on
- * [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e + 1.5 T_s
- * omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps ago made
- * (inverter/inverter.h).
+ * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it
+ * returns act on [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e
+ * + 1.5 T_s omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps
+ * ago made (inverter/inverter.h).
  *
  * Position: the encoder or the estimator, as position_source says. The estimator runs whenever the bridge is
  * on; it starts from the encoder's angle, which stands for the start that a drive without one needs.
@@ -116,6 +116,9 @@ void drive_trip(drive_t *drive);
 void drive_stop(drive_t *drive, int32_t reason);
 
 /* Are the gates on, or coming on? */
-bool drive_bridge_on(const drive_t *drive);
+static inline bool drive_bridge_on(const drive_t *drive)
+{
+    return sequence_bridge_on(&drive->sequence);
+}
 
 #endif

@@ -68,17 +68,12 @@ typedef struct {
     uint32_t estimate_speed;     /* [-] likewise */
 } quantities_t;
 
-static float greater(float x, float y)
-{
-    return x > y ? x : y;
-}
-
 static quantities_t quantities_of(const measured_t *measured, float omega_m, uint32_t invalid)
 {
     const abc_t i = measured->current_abc;
     return (quantities_t){
         .phase_current =
-            greater(greater(bounds_magnitude(i.a), bounds_magnitude(i.b)), bounds_magnitude(i.c)),
+            bounds_span(bounds_magnitude(i.a), bounds_magnitude(i.b), bounds_magnitude(i.c)).largest,
         .u_dc = measured->u_dc,
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
@@ -99,8 +94,11 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    | (uint32_t)IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME]) << (uint32_t)FAULT_##NAME
-    const uint32_t all = 0u DRIVE_FAULTS(FAULT_HOLDS);
+    all |= IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])                                 \
+               ? UINT32_C(1) << (uint32_t)FAULT_##NAME                                                       \
+               : 0u;
+    uint32_t all = 0u;
+    DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
     return running ? all : all & ~RUNNING_ROWS;
 }

@@ -94,9 +94,9 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    all |= IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])                                 \
-               ? UINT32_C(1) << (uint32_t)FAULT_##NAME                                                       \
-               : 0u;
+    if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
+        all |= UINT32_C(1) << (uint32_t)FAULT_##NAME;                                                        \
+    }
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
@@ -116,7 +116,10 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
         return; /* nothing is counted */
     }
     uint32_t failed = 0u;
-    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+    for (uint32_t n = 0, rows = now | before; rows != 0u; n++, rows >>= 1) {
+        if ((rows & 1u) == 0u) {
+            continue;
+        }
         const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
         const bool failing = held >= fault_rows[n].debounce;
         guard->held[n] = failing ? fault_rows[n].debounce : held;

@@ -365,16 +365,16 @@ static const struct {
     bool must_fit;
     void (*steps)(void);
 } parts[] = {
-    {"an ordinary second", 0, true, ordinary},
+    {"ordinary second", 0, true, ordinary},
     {"start", 240, true, start},
-    {"zero crossing, quick stop", 740, true, zero_crossing},
+    {"zero crossing and quick stop", 740, true, zero_crossing},
     {"invalid samples", 280, true, invalid_sample},
     {"voltage limit", 440, true, voltage_limit},
     {"doubtful voltage", 640, true, doubt},
     {"everything at once", 1060, true, everything},
-    {"fault, reset, start anew", 620, true, fault_and_reset},
-    {"the paper's sign", 340, false, paper_sign},
-    {"the paper's sigmoid per axis", 340, false, paper_sigmoid},
+    {"fault and start anew", 620, true, fault_and_reset},
+    {"paper sign", 340, false, paper_sign},
+    {"paper sigmoid per axis", 340, false, paper_sigmoid},
 };
 #define PARTS (sizeof parts / sizeof parts[0])
 _Static_assert(PARTS <= RECORDING_PARTS, "a replay has no room for so many");

@@ -32,7 +32,7 @@ const fault_row_t fault_rows[FAULTS] = {
 
 guard_tuning_t guard_prepare(const params_t *params)
 {
-    guard_tuning_t tuning;
+    guard_tuning_t tuning = {{0.0f}};
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const table_row_t *limit = table_by_name(&params_table, fault_rows[n].limit);
         tuning.limit[n] = fault_rows[n].margin + (limit != NULL ? table_get(limit, params) : 0.0f);

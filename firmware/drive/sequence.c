@@ -17,13 +17,6 @@ void sequence_init(sequence_t *sequence)
     sequence->state = (int32_t)DRIVE_NOT_READY;
 }
 
-bool sequence_bridge_on(const sequence_t *sequence)
-{
-    return sequence->state == (int32_t)DRIVE_SWITCHED_ON ||
-           sequence->state == (int32_t)DRIVE_OPERATION_ENABLED ||
-           sequence->state == (int32_t)DRIVE_QUICK_STOP;
-}
-
 static void enter(sequence_t *sequence, drive_state_t state)
 {
     sequence->state = (int32_t)state;

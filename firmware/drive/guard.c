@@ -32,7 +32,8 @@ const fault_row_t fault_rows[FAULTS] = {
 
 guard_tuning_t guard_prepare(const params_t *params)
 {
-    guard_tuning_t tuning = {{0.0f}};
+    guard_tuning_t tuning;
+    memset(&tuning, 0, sizeof tuning);
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const table_row_t *limit = table_by_name(&params_table, fault_rows[n].limit);
         tuning.limit[n] = fault_rows[n].margin + (limit != NULL ? table_get(limit, params) : 0.0f);
@@ -116,14 +117,17 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
         return; /* nothing is counted */
     }
     uint32_t failed = 0u;
-    for (uint32_t n = 0, rows = now | before; rows != 0u; n++, rows >>= 1) {
-        if ((rows & 1u) == 0u) {
-            continue;
+    uint32_t n = 0u;
+    uint32_t rows = now | before;
+    while (rows != 0u) {
+        if ((rows & 1u) != 0u) {
+            const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
+            const bool failing = held >= fault_rows[n].debounce;
+            guard->held[n] = failing ? fault_rows[n].debounce : held;
+            failed |= failing ? UINT32_C(1) << n : 0u;
         }
-        const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
-        const bool failing = held >= fault_rows[n].debounce;
-        guard->held[n] = failing ? fault_rows[n].debounce : held;
-        failed |= (uint32_t)failing << n;
+        rows >>= 1;
+        n++;
     }
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;

@@ -75,7 +75,7 @@ static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *i
     sequence_order_t order = off;
     if (input->requests->enable == (int32_t)REQUEST_ON && sequence->stopped == 0u) {
         sequence->refusal = why_not_on(sequence, input);
-        if (sequence->refusal == REASON_NONE) {
+        if (sequence->refusal == (int32_t)REASON_NONE) {
             order.preset = true;
             enter(sequence, DRIVE_SWITCHED_ON);
         }

@@ -6,8 +6,9 @@
  *
  *     mean e_hat = -(R + 2 V_leg/(pi |i|)) o
  *
- * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a whole number of turns,
- * TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a share of it.
+ * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a
+ * whole number of turns, TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a
+ * share of it.
  *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean and is trimmed
  * away as if it were an offset: the estimate profits, the current carries what remains. Does not handle:

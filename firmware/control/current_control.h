@@ -8,7 +8,8 @@
  * The PI's zero cancels the winding's pole R/L, the feed-forward its cross-coupling and the EMF e that the
  * caller knows of: (0, omega psi_f) in the rotor's frame. What remains is an integrator with the gain
  * `bandwidth` behind the delay of 1.5 periods (the voltage of period k acts from t_k+1 to t_k+2). With K =
- * bandwidth * period the loop is z^2 - z + K = 0 (docs/theory.md, 15): no overshoot up to K = 0.25, unstable from K = 1.
+ * bandwidth * period the loop is z^2 - z + K = 0 (docs/theory.md, 15): no overshoot up to K = 0.25, unstable
+ * from K = 1.
  *
  * The voltage that comes out is the wanted one and may be too long. After modulation
  * current_control_applied() says what was really applied (without what only compensates dead time), and the

@@ -116,6 +116,9 @@ void drive_trip(drive_t *drive);
 void drive_stop(drive_t *drive, int32_t reason);
 
 /* Are the gates on, or coming on? */
-bool drive_bridge_on(const drive_t *drive);
+static inline bool drive_bridge_on(const drive_t *drive)
+{
+    return sequence_bridge_on(&drive->sequence);
+}
 
 #endif

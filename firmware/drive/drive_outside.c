@@ -41,11 +41,6 @@ void drive_init(drive_t *drive, const params_t *params)
     CHECK(tap_history_init(&drive->history, &signals_table, signals_history));
 }
 
-bool drive_bridge_on(const drive_t *drive)
-{
-    return sequence_bridge_on(&drive->sequence);
-}
-
 void drive_offer(drive_t *drive)
 {
     drive->offered = 1u;

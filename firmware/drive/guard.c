@@ -33,6 +33,7 @@ const fault_row_t fault_rows[FAULTS] = {
 guard_tuning_t guard_prepare(const params_t *params)
 {
     guard_tuning_t tuning;
+    memset(&tuning, 0, sizeof tuning);
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const table_row_t *limit = table_by_name(&params_table, fault_rows[n].limit);
         tuning.limit[n] = fault_rows[n].margin + (limit != NULL ? table_get(limit, params) : 0.0f);
@@ -68,17 +69,12 @@ typedef struct {
     uint32_t estimate_speed;     /* [-] likewise */
 } quantities_t;
 
-static float greater(float x, float y)
-{
-    return x > y ? x : y;
-}
-
 static quantities_t quantities_of(const measured_t *measured, float omega_m, uint32_t invalid)
 {
     const abc_t i = measured->current_abc;
     return (quantities_t){
         .phase_current =
-            greater(greater(bounds_magnitude(i.a), bounds_magnitude(i.b)), bounds_magnitude(i.c)),
+            bounds_span(bounds_magnitude(i.a), bounds_magnitude(i.b), bounds_magnitude(i.c)).largest,
         .u_dc = measured->u_dc,
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
@@ -99,8 +95,11 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    | (uint32_t)IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME]) << (uint32_t)FAULT_##NAME
-    const uint32_t all = 0u DRIVE_FAULTS(FAULT_HOLDS);
+    if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
+        all |= UINT32_C(1) << (uint32_t)FAULT_##NAME;                                                        \
+    }
+    uint32_t all = 0u;
+    DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
     return running ? all : all & ~RUNNING_ROWS;
 }
@@ -118,11 +117,17 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
         return; /* nothing is counted */
     }
     uint32_t failed = 0u;
-    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
-        const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
-        const bool failing = held >= fault_rows[n].debounce;
-        guard->held[n] = failing ? fault_rows[n].debounce : held;
-        failed |= (uint32_t)failing << n;
+    uint32_t n = 0u;
+    uint32_t rows = now | before;
+    while (rows != 0u) {
+        if ((rows & 1u) != 0u) {
+            const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
+            const bool failing = held >= fault_rows[n].debounce;
+            guard->held[n] = failing ? fault_rows[n].debounce : held;
+            failed |= failing ? UINT32_C(1) << n : 0u;
+        }
+        rows >>= 1;
+        n++;
     }
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;

@@ -103,16 +103,18 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     params_error_t ignored;
     estimator_params_t all;
     estimator_params_t alone = harmless();
+    smo_params_t *observer = &alone.smo;
     const believed_t believed = params_believed(params);
     params_estimator(params, &believed, &all);
+    const smo_params_t *of_all = &all.smo;
     switch (rule) {
     case RULE_WINDING:
-        alone.smo.resistance = all.smo.resistance;
-        alone.smo.inductance = all.smo.inductance;
+        observer->resistance = of_all->resistance;
+        observer->inductance = of_all->inductance;
         break;
     case RULE_RINGING:
-        alone.smo = all.smo;
-        alone.smo.emf_cutoff = 0.0f;
+        *observer = *of_all;
+        observer->emf_cutoff = 0.0f;
         break;
     case RULE_TORQUE:
         alone.torque_feedforward = all.torque_feedforward;
@@ -123,14 +125,14 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         break;
     case RULE_FILTER:
         alone.lag = all.lag;
-        alone.smo.emf_cutoff = all.smo.emf_cutoff;
+        observer->emf_cutoff = of_all->emf_cutoff;
         alone.pll = all.pll;
         break;
     case RULE_LOOP:
         alone.pll = all.pll;
         break;
     case RULE_REACH:
-        alone.smo.gain = all.smo.gain;
+        observer->gain = of_all->gain;
         alone.flux_linkage = all.flux_linkage;
         alone.validity.speed_max = all.validity.speed_max;
         break;

@@ -17,13 +17,6 @@ void sequence_init(sequence_t *sequence)
     sequence->state = (int32_t)DRIVE_NOT_READY;
 }
 
-bool sequence_bridge_on(const sequence_t *sequence)
-{
-    return sequence->state == (int32_t)DRIVE_SWITCHED_ON ||
-           sequence->state == (int32_t)DRIVE_OPERATION_ENABLED ||
-           sequence->state == (int32_t)DRIVE_QUICK_STOP;
-}
-
 static void enter(sequence_t *sequence, drive_state_t state)
 {
     sequence->state = (int32_t)state;
@@ -82,7 +75,7 @@ static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *i
     sequence_order_t order = off;
     if (input->requests->enable == (int32_t)REQUEST_ON && sequence->stopped == 0u) {
         sequence->refusal = why_not_on(sequence, input);
-        if (sequence->refusal == REASON_NONE) {
+        if (sequence->refusal == (int32_t)REASON_NONE) {
             order.preset = true;
             enter(sequence, DRIVE_SWITCHED_ON);
         }

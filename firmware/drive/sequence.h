@@ -72,6 +72,9 @@ sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *inp
 void sequence_fault(sequence_t *sequence, int32_t reason);
 
 /* Are the gates on, or coming on? */
-bool sequence_bridge_on(const sequence_t *sequence);
+static inline bool sequence_bridge_on(const sequence_t *sequence)
+{
+    return sequence->state >= (int32_t)DRIVE_SWITCHED_ON && sequence->state <= (int32_t)DRIVE_QUICK_STOP;
+}
 
 #endif

@@ -3,7 +3,6 @@
 #include "math/bounds.h"
 
 #define DOUBT_SHARE        0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
-#define DOUBT_EMF          4.0f   /* [-] EMF over a leg loss above which even a wrong sign is tracked */
 #define DOUBT_ANGLE        0.005f /* [rad] */
 #define DOUBT_SPEED_STEADY 30.0f  /* [rad/s] slower, a current is near zero for too long to coast */
 #define DOUBT_SPEED_SHARE                                                                                    \
@@ -28,24 +27,11 @@ void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning)
     doubt->left = 0u;
 }
 
-static float greater(float x, float y)
-{
-    return x > y ? x : y;
-}
-
-static float lesser(float x, float y)
-{
-    return x < y ? x : y;
-}
-
-bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
+bool doubt_judge(doubt_t *doubt, const doubt_input_t *input)
 {
     const abc_t phases = frames_inverse_clarke(input->current);
-    const float a = bounds_magnitude(phases.a);
-    const float b = bounds_magnitude(phases.b);
-    const float c = bounds_magnitude(phases.c);
-    const float largest = greater(greater(a, b), c);
-    const float smallest = lesser(lesser(a, b), c);
+    const bounds_span_t span =
+        bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));
     const float zone = doubt->tuning.current;
     const float speed = bounds_magnitude(input->omega_e);
 
@@ -53,12 +39,13 @@ bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
         bounds_within(input->detector, DOUBT_DETECTOR) &&
         bounds_within(input->omega_m_miss, DOUBT_SPEED_SHARE * bounds_magnitude(input->omega_m)) &&
         speed >= DOUBT_SPEED_STEADY;
-    const bool foreseen = doubt->tuning.acceleration_known != 0u && zone < DOUBT_SHARE_FORESEEN * largest &&
-                          speed >= DOUBT_SPEED_FORESEEN;
+    const bool foreseen = doubt->tuning.acceleration_known != 0u &&
+                          zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;
     if (!steady && !foreseen) {
         doubt->left = 0u;
-    } else if (smallest < zone && zone < DOUBT_SHARE * largest && input->amplitude < DOUBT_EMF * input->leg &&
-               input->leg * zone > DOUBT_ANGLE * input->amplitude * largest) {
+    } else if (span.smallest < zone && zone < DOUBT_SHARE * span.largest &&
+               input->amplitude < DOUBT_EMF * input->leg &&
+               input->leg * zone > DOUBT_ANGLE * input->amplitude * span.largest) {
         doubt->left = doubt->tuning.memory;
     } else if (doubt->left > 0u) {
         doubt->left--;

@@ -54,7 +54,16 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 /* These coefficients; no doubt. */
 void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning);
 
+/* For doubt_step(): a period in which the voltage may be in doubt, or is remembered as such. */
+bool doubt_judge(doubt_t *doubt, const doubt_input_t *input);
+
+/* EMF over a leg's loss above which even a wrong sign is tracked [-]. */
+#define DOUBT_EMF 4.0f
+
 /* true: the tracking loop shall coast over this period. Straight line. */
-bool doubt_step(doubt_t *doubt, const doubt_input_t *input);
+static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
+{
+    return (doubt->left > 0u || input->amplitude < DOUBT_EMF * input->leg) && doubt_judge(doubt, input);
+}
 
 #endif

@@ -10,7 +10,10 @@
 #ifndef INVERTER_INVERTER_H
 #define INVERTER_INVERTER_H
 
+#include <stdint.h>
+
 #include "inverter/dead_time.h"
+#include "inverter/svpwm.h"
 #include "math/frames.h"
 
 typedef struct {
@@ -54,17 +57,51 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 /* New coefficients; what acted stays in memory. */
 void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning);
 
+/* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
+static inline float inverter_whole_counts(const inverter_t *inverter, float duty)
+{
+    return (float)(int32_t)(duty * inverter->tuning.duty_counts + 0.5f) * inverter->tuning.per_count;
+}
+
 /* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
  * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
  * best guess, a sampled one has the wrong sign near its zero crossings. One division, two at the voltage
  * limit. */
-inverter_made_t inverter_make(const inverter_t *inverter, ab_t wanted, ab_t current, float u_dc);
+static inline inverter_made_t inverter_make(const inverter_t *inverter, ab_t wanted, ab_t current, float u_dc)
+{
+    const ab_t lost = dead_time_voltage(&inverter->tuning.compensated, current, u_dc);
+    const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
+    const svpwm_t modulated =
+        svpwm_modulate(asked, u_dc, inverter->tuning.duty_min, inverter->tuning.duty_max);
+    return (inverter_made_t){
+        {inverter_whole_counts(inverter, modulated.duty.a), inverter_whole_counts(inverter, modulated.duty.b),
+         inverter_whole_counts(inverter, modulated.duty.c)},
+        {modulated.voltage.alpha - asked.alpha, modulated.voltage.beta - asked.beta},
+    };
+}
 
 /* What acted in the last period, from the current [A] and the DC link [V] at t_k. No division. */
-inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t current, float u_dc);
+static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t current, float u_dc)
+{
+    const float link = 0.5f * (u_dc + inverter->u_dc_prev);
+    const ab_t middle = {0.5f * (current.alpha + inverter->current_prev.alpha),
+                         0.5f * (current.beta + inverter->current_prev.beta)};
+    const ab_t lost = dead_time_voltage(&inverter->tuning.lost, middle, link);
+    return (inverter_acted_t){
+        {inverter->duty_prev[1].alpha * link - lost.alpha, inverter->duty_prev[1].beta * link - lost.beta},
+        middle,
+        dead_time_leg(&inverter->tuning.lost, link),
+    };
+}
 
 /* The end of a period: what the next ones will want to know of its duties, its current [A] and its DC link
  * [V]. */
-void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc);
+static inline void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc)
+{
+    inverter->duty_prev[1] = inverter->duty_prev[0];
+    inverter->duty_prev[0] = frames_clarke(duty);
+    inverter->current_prev = current;
+    inverter->u_dc_prev = u_dc;
+}
 
 #endif

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """The README's debugger session, command by command: what it shows is what gdb prints, "..." standing for any number of lines.
 
-usage: test_readme.py --root FOLDER --program LAGLESS"""
+usage: test_readme.py --root FOLDER --program LAGLESS [--renew]
+--renew: README.md is written anew, each line as gdb prints the one that is most like it."""
 import argparse
+import difflib
 import pathlib
 import re
 import subprocess
@@ -11,14 +13,16 @@ import sys
 PARSER = argparse.ArgumentParser()
 PARSER.add_argument("--root", type=pathlib.Path, required=True)
 PARSER.add_argument("--program", type=pathlib.Path, required=True)
+PARSER.add_argument("--renew", action="store_true")
 OPTIONS = PARSER.parse_args()
+README = OPTIONS.root / "README.md"
 MARK = "@@@"
 SECTION = "## Stop inside the interrupt"
 
 
 def session():
     """(command line, {gdb's command: lines shown}) of the README; "" is what the command line itself prints."""
-    text = (OPTIONS.root / "README.md").read_text().split(SECTION)[1].split("\n## ")[0]
+    text = README.read_text().split(SECTION)[1].split("\n## ")[0]
     blocks = re.findall(r"(?:^    .*\n)+", text, re.MULTILINE)
     (command,), lines = blocks[0].split("\n")[:-1], blocks[1].splitlines()
     shown = {"": []}
@@ -46,6 +50,18 @@ def differs(shown, printed):
     return None if gap or at == len(printed) else f"(nothing, where gdb prints '{printed[at]}')"
 
 
+def renew(shown, printed):
+    """Puts what gdb prints in the place of the lines shown."""
+    at, new = 0, []
+    for line in shown:
+        if line.strip() != "...":
+            likeness = [difflib.SequenceMatcher(None, line, other).ratio() for other in printed[at:]]
+            at += likeness.index(max(likeness)) + 1
+            line = printed[at - 1]
+        new.append("    " + line + "\n")
+    return "".join(new)
+
+
 def main():
     (tool, *words), shown = session()
     line = [sys.executable, OPTIONS.root / tool, *words, "--program", OPTIONS.program, "--batch"]
@@ -60,6 +76,10 @@ def main():
     if len(parts) != len(shown):
         sys.exit(done.stdout)
     for (command, lines), printed in zip(shown.items(), parts):
+        if OPTIONS.renew:
+            old = "".join(f"    {line}\n" for line in lines)
+            README.write_text(README.read_text().replace(old, renew(lines, printed.splitlines())))
+            continue
         wrong = differs(lines, printed.splitlines())
         if wrong is not None:
             sys.exit(f"README.md, '(gdb) {command}' shows\n  {wrong}\nwhere gdb prints\n{printed}")

@@ -126,6 +126,16 @@ OUTSIDE = re.compile(
 )
 CITED_SECTION = re.compile(r"docs/theory\.md,[\s*#/]*(\d+)")
 
+# What a reader can hold in his head: lines of a function and of a file of firmware/ and hal/. A table may be longer.
+FUNCTION_LINES = 60
+FILE_LINES = {"firmware/drive/drive.c": 200}
+ANY_FILE_LINES = 300
+TABLES = re.compile(r".*/(registers|params|faults|signals|reasons)\.h|hal/f28335/boards/.*")
+
+# The parts of the estimator are its own: nobody else reaches through it into one of them.
+INNER_PARTS = re.compile(r"(?:\.|->)(?:pll|smo)(?:\.|->)")
+INNER_PARTS_OF = "firmware/estimator/"
+
 # ---- Reading sources ----------------------------------------------------------------------------------------------------
 
 C_ENDINGS = {".c", ".h", ".cpp", ".hpp"}
@@ -248,7 +258,7 @@ class Checker:
     # ---- Recursion --------------------------------------------------------------------------------------------------
 
     def calls_of(self, path, text):
-        """Functions that a source defines: name -> (path, line, words followed by a bracket in the body)."""
+        """Functions that a source defines: name -> (path, line, words followed by a bracket in the body, last line)."""
         code = re.sub(r"^[ \t]*#(?:\\\n|[^\n])*", lambda m: re.sub(r"[^\n]", " ", m.group()),
                       without_comments(text, keep_text=False), flags=re.MULTILINE)
         functions = {}
@@ -266,7 +276,8 @@ class Checker:
                     if named:
                         line = line_of(code, head + named.start())
                         body = code[start: match.start()]
-                        functions[named.group(1)] = (path, line, set(re.findall(r"\b([A-Za-z_]\w*)\s*\(", body)))
+                        functions[named.group(1)] = (path, line, set(re.findall(r"\b([A-Za-z_]\w*)\s*\(", body)),
+                                                     line_of(code, match.start()))
                     head = match.end()
             elif depth == 0:
                 head = match.end()
@@ -313,6 +324,23 @@ class Checker:
 
     # ---- Machine paths ----------------------------------------------------------------------------------------------
 
+    def check_inner_parts(self, path, text):
+        if path.startswith(INNER_PARTS_OF):
+            return
+        code = without_comments(text, keep_text=False)
+        for match in INNER_PARTS.finditer(code):
+            self.breach(path, line_of(code, match.start()), "parts",
+                        f"`{match.group()}` reaches into the estimator; what is known of it is in its estimate_t")
+
+    def check_lengths(self, path, text):
+        most = FILE_LINES.get(path, ANY_FILE_LINES)
+        lines = text.count("\n")
+        if lines > most and not TABLES.fullmatch(path):
+            self.breach(path, most + 1, "length", f"a file of {lines} lines; {most} at most, but for tables")
+        for name, (_, line, _, end) in self.calls_of(path, text).items():
+            if end - line + 1 > FUNCTION_LINES:
+                self.breach(path, line, "length", f"{name} has {end - line + 1} lines; {FUNCTION_LINES} at most")
+
     def check_machine_paths(self, path, text):
         for match in MACHINE_PATH.finditer(text):
             line = line_of(text, match.start())
@@ -350,8 +378,11 @@ class Checker:
             if pathlib.PurePosixPath(path).suffix not in C_ENDINGS:
                 continue
             self.check_includes(path, text)
+            if path.startswith(("firmware/", "hal/", "host_sim/")):
+                self.check_inner_parts(path, text)
             if path.startswith(("firmware/", "hal/")):
                 self.check_words(path, text)
+                self.check_lengths(path, text)
                 target_sources[path] = text
         self.check_recursion(target_sources)
         return len(target_sources)

@@ -162,6 +162,39 @@ class CheckLayers(unittest.TestCase):
         self.prepend(name, f'#include "{included}"')
         self.assert_breach(f"{name}:1: include: ", "must not include")
 
+    def test_function_of_more_than_60_lines_is_told(self):
+        for lines, too_long in ((60, False), (61, True)):
+            with self.subTest(lines=lines):
+                body = "    (void)x;\n" * (lines - 3)
+                self.prepend("firmware/math/angle.c", f"void wide(float x)\n{{\n{body}}}\n")
+                if too_long:
+                    self.assert_breach("firmware/math/angle.c:1: length: ", "wide has 61 lines; 60 at most")
+                else:
+                    self.assertEqual(self.check().returncode, 0)
+
+    def test_file_of_more_than_300_lines_is_told_but_for_a_table(self):
+        self.write("firmware/drive/faults.h", "\n" * 301)
+        self.assertEqual(self.check().returncode, 0)
+        self.prepend("firmware/math/angle.c", "\n" * 301)
+        self.assert_breach("firmware/math/angle.c:301: length: ", "300 at most")
+
+    def test_drive_has_less_room(self):
+        self.prepend("firmware/drive/drive.c", "\n" * 201)
+        self.assert_breach("firmware/drive/drive.c:201: length: ", "200 at most")
+
+    def test_nobody_reaches_into_the_parts_of_the_estimator(self):
+        for reach in ("drive->estimator.pll.amplitude", "all->smo.gain", "estimator.tracker.pll.detector"):
+            with self.subTest(reach):
+                self.prepend("firmware/drive/drive.c", f"#define REACHES ({reach})\n")
+                self.assert_breach("firmware/drive/drive.c:1: parts: ", "reaches into the estimator")
+        self.write("firmware/drive/drive.c", TREE["firmware/drive/drive.c"])
+        self.prepend("host_sim/rig/rig.c", "#define REACHES(x) ((x)->pll.theta_e)\n")
+        self.assert_breach("host_sim/rig/rig.c:1: parts: ", "reaches into the estimator")
+
+    def test_the_estimator_knows_its_parts(self):
+        self.prepend("firmware/estimator/smo.c", "#define KNOWN(x) ((x)->smo.gain)\n")
+        self.assertEqual(self.check().returncode, 0)
+
     def test_math_must_not_include_estimator(self):
         self.assert_forbidden_include("firmware/math/angle.c", "estimator/smo.h")
 

@@ -1,21 +1,29 @@
-/* Writes a recording: power-on, a rotor turning at 500 r/min, sensorless start, a speed step to 1000 r/min at
- * 0.3 s, a load step of 5 N m at 0.6 s. The linker passes the interrupt's drive_step through here (--wrap),
- * so what is recorded is what the real interrupt got and gave.
+/* Writes a recording (recording.h): an ordinary second, and what is rare, forced, so that the longest
+ * interrupt is among them. The linker passes the interrupt's drive_step and the background's drive_prepare
+ * through here
+ * (--wrap), so what is recorded is what the real ones got and gave.
  *
  * usage: record FILE */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "app/app.h"
+#include "drive/reasons.h"
 #include "host_sim/rig/rig.h"
 #include "tests/target/recording.h"
 
-#define RPM     (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
-#define SECONDS 1.0
+#define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+
+/* ---- what is written ---- */
 
 static FILE *file;
-static uint32_t recorded;
+static uint32_t recorded, length; /* [periods] of this part: so far, in all */
+static params_t made_with;        /* the set of the part's power-on */
+static params_t prepared;         /* the newest set whose tuning was prepared */
+static bool made;
+static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
 
 static void put(uint32_t word)
 {
@@ -43,31 +51,378 @@ static void put_table(const table_t *table, const void *base)
     }
 }
 
+void __real_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    prepared = *params;
+    if (!made) {
+        made_with = *params;
+        made = true;
+    }
+    __real_drive_prepare(tuning, params, believed);
+}
+
 void __real_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
 void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
-    if (file == NULL || recorded == rig_periods(SECONDS)) {
+    drive_samples_t taken = *samples;
+    if (recorded == length) {
         __real_drive_step(drive, samples, command);
         return;
     }
+    if (tampering != NULL) {
+        tampering(&taken);
+    }
     if (recorded++ == 0u) {
-        put(RECORDING_MAGIC);
-        put(recording_tables());
-        put(rig_periods(SECONDS));
-        put_table(&params_table, &app->active);
+        put_table(&params_table, &made_with);
+    }
+    put(drive->offered);
+    if (drive->offered != 0u) {
+        put_table(&params_table, &prepared);
     }
     put_table(&requests_table, &drive->requests);
-    put_words(samples, RECORDING_SAMPLES);
-    __real_drive_step(drive, samples, command);
+    put_words(&taken, RECORDING_SAMPLES);
+    __real_drive_step(drive, &taken, command);
     put_table(&signals_table, drive);
     put_words(command, RECORDING_COMMAND);
 }
 
-static void until(rig_t *rig, double seconds)
+/* ---- steps of a part ---- */
+
+static rig_t *rig;
+static bool good; /* the part has gone as it was meant to so far */
+
+static void set(const char *name, double value)
 {
-    rig_run(rig, rig_periods(seconds) - rig_period(rig));
+    good = rig_put(rig, name, value) && good;
+}
+
+static void apply(void)
+{
+    good = rig_apply(rig) && good;
+}
+
+static double value(const char *name)
+{
+    return rig_value(rig, name);
+}
+
+static void expect(bool as_meant)
+{
+    good = good && as_meant;
+}
+
+static void run(uint32_t periods)
+{
+    rig_run(rig, periods);
+}
+
+static bool operating(void)
+{
+    return value("state") == (double)DRIVE_OPERATION_ENABLED;
+}
+
+/* Parameters of a part that shall be short. */
+static void stage(double position_source)
+{
+    set("calibration_periods", 16.0);
+    set("position_source", position_source);
+    set("estimate_time", 10.0);
+}
+
+/* The drive in operation on a shaft that something else turns at this speed [r/min]: longer than a fault asks
+ * for to have been quiet. */
+static void start_on_shaft(double speed)
+{
+    apply();
+    set("shaft_locked_speed", speed * RPM);
+    set("shaft_locked", 1.0);
+    rig_set_motion(rig, 0.0, speed * RPM);
+    set("speed_request", speed * RPM);
+    set("enable", 1.0);
+    run(230);
+    expect(operating());
+}
+
+/* ---- what the sensors may say ---- */
+
+static void no_number(drive_samples_t *samples)
+{
+    samples->i_a = NAN;
+}
+
+static void at_the_rail(drive_samples_t *samples)
+{
+    samples->i_b = DRIVE_CURRENT_MAX;
+}
+
+/* All that is counted before it stops the drive. */
+static void hot_and_late(drive_samples_t *samples)
+{
+    samples->sink_temperature = 200.0f;
+    samples->motor_temperature = 200.0f;
+    if (recorded % 3u != 0u) {
+        samples->flags |= DRIVE_SAMPLE_LATE;
+    }
+    if (recorded % 2u != 0u) {
+        samples->u_dc = 990.0f;
+    }
+}
+
+/* Every row of the fault table that can hold beside the others. */
+static void all_at_once(drive_samples_t *samples)
+{
+    hot_and_late(samples);
+    samples->flags |=
+        DRIVE_SAMPLE_TRIPPED | DRIVE_SAMPLE_FAULT_LINE | DRIVE_SAMPLE_ENCODER | DRIVE_SAMPLE_LATE;
+    samples->i_a = 0.96f * DRIVE_CURRENT_MAX;
+    samples->i_c = -samples->i_a - samples->i_b;
+}
+
+/* ---- the parts ---- */
+
+static uint32_t seconds(double time)
+{
+    return rig_periods(time);
+}
+
+/* Power-on, a rotor turning at 500 r/min, sensorless start, a speed step to 1000 r/min at 0.3 s, a load step
+ * of 5 N m at 0.6 s. */
+static void ordinary(void)
+{
+    set("position_source", 1.0);
+    set("torque_feedforward", 1.0);
+    apply();
+    rig_set_motion(rig, 0.0, 500.0 * RPM);
+    set("speed_request", 500.0 * RPM);
+    set("enable", 1.0);
+    run(seconds(0.3));
+    set("speed_request", 1000.0 * RPM);
+    run(seconds(0.3));
+    set("load_torque", 5.0);
+    run(seconds(0.4));
+    expect(operating());
+}
+
+/* The estimator starts at the speed where that takes longest. */
+static void start(void)
+{
+    stage(1.0);
+    start_on_shaft(1900.0);
+}
+
+/* From 300 r/min to -300 r/min on a light shaft, with the encoder, and back by a quick stop. */
+static void zero_crossing(void)
+{
+    stage(0.0);
+    set("inertia", 0.002);
+    set("friction_coulomb", 0.1);
+    set("speed_kp", 0.3);
+    apply();
+    rig_set_motion(rig, 0.0, 300.0 * RPM);
+    set("speed_request", 300.0 * RPM);
+    set("enable", 1.0);
+    run(230);
+    expect(operating() && value("omega_m") > 0.0);
+    set("speed_request", -300.0 * RPM);
+    run(250);
+    expect(operating() && value("omega_m") < -20.0);
+    set("enable", 2.0);
+    run(250);
+    expect(value("state") == (double)DRIVE_READY && value("shoot_throughs") == 0.0);
+}
+
+/* What is no measurement: for a period, and for two at the sensor's rail. */
+static void invalid_sample(void)
+{
+    stage(1.0);
+    start_on_shaft(1000.0);
+    tampering = no_number;
+    run(1);
+    tampering = NULL;
+    run(20);
+    tampering = at_the_rail;
+    run(2);
+    tampering = NULL;
+    run(20);
+    expect(operating());
+}
+
+/* A DC link too low for the speed: twice the divisions of the modulator, and the integrators held back. */
+static void voltage_limit(void)
+{
+    stage(1.0);
+    set("dc_undervoltage", 20.0);
+    start_on_shaft(1500.0);
+    set("dc_voltage", 150.0);
+    set("speed_request", 1900.0 * RPM);
+    run(200);
+    expect(operating() && hypot(value("u_d") - value("u_d_ref"), value("u_q") - value("u_q_ref")) > 1.0);
+}
+
+/* A current near zero at low speed: its leg's voltage is in doubt, and the loop coasts. */
+static void doubt(void)
+{
+    stage(1.0);
+    set("torque_feedforward", 1.0);
+    start_on_shaft(150.0);
+    set("mode", 1.0);
+    set("i_q_request", 4.0);
+    run(400);
+    expect(operating());
+}
+
+/* Every criterion of the estimate fails and counts, and so does every row of the fault table that counts; the
+ * voltage limit, flux adaptation, torque feed-forward, the end of the offset trim's window; in each of these
+ * periods a new tuning is taken. Then all faults at once. */
+static void everything(void)
+{
+    stage(1.0);
+    set("torque_feedforward", 1.0);
+    set("flux_adaptation", 0.5);
+    set("dc_undervoltage", 20.0);
+    start_on_shaft(1500.0);
+    set("dc_voltage", 150.0);
+    set("speed_request", 1900.0 * RPM);
+    set("estimate_amplitude_min", 1.0);
+    set("estimate_amplitude_max", 1.0001);
+    set("estimate_detector_max", 1e-6);
+    set("estimate_current_max", 1e-6);
+    set("estimate_speed_min", 200.0);
+    set("motor_flux_linkage", 0.2);
+    apply();
+    run(760);
+    tampering = hot_and_late;
+    for (uint32_t n = 0; n < 60u; n++) {
+        apply();
+        run(1);
+    }
+    expect(operating());
+    apply();
+    tampering = all_at_once;
+    run(1);
+    tampering = NULL;
+    run(1);
+    expect(value("fault_reason") == (double)REASON_MODULE_FAULT);
+}
+
+/* The estimate is lost by all its criteria; then a reset, the calibration and a start anew. */
+static void fault_and_reset(void)
+{
+    stage(1.0);
+    start_on_shaft(1000.0);
+    set("estimate_amplitude_min", 1.0);
+    set("estimate_amplitude_max", 1.0001);
+    set("estimate_detector_max", 1e-6);
+    set("estimate_current_max", 1e-6);
+    set("estimate_speed_min", 200.0);
+    set("estimate_time", 0.001);
+    set("motor_flux_linkage", 0.2);
+    apply();
+    run(40);
+    expect(value("state") == (double)DRIVE_FAULT && value("estimator_invalid") != 0.0);
+    set("enable", 0.0);
+    set("estimate_speed_min", 0.0);
+    set("estimate_time", 10.0);
+    apply();
+    run(220);
+    set("fault_reset", 1.0);
+    run(100);
+    set("enable", 1.0);
+    run(20);
+    expect(operating());
+}
+
+/* The observers and compensations of the paper: sign, and the sigmoid per axis. */
+static void paper(double switching, double lag)
+{
+    stage(1.0);
+    set("observer_switching", switching);
+    set("lag_compensation", lag);
+    set("observer_emf_cutoff", switching == 0.0 ? 2500.0 : 0.0);
+    start_on_shaft(1000.0);
+    run(100);
+    expect(operating());
+}
+
+static void paper_sign(void)
+{
+    paper(0.0, 1.0);
+}
+
+static void paper_sigmoid(void)
+{
+    paper(1.0, 1.0);
+}
+
+static const struct {
+    const char *name; /* at most 31 characters */
+    uint32_t periods; /* a second: 0 */
+    bool must_fit;
+    void (*steps)(void);
+} parts[] = {
+    {"ordinary second", 0, true, ordinary},
+    {"start", 240, true, start},
+    {"zero crossing and quick stop", 740, true, zero_crossing},
+    {"invalid samples", 280, true, invalid_sample},
+    {"voltage limit", 440, true, voltage_limit},
+    {"doubtful voltage", 640, true, doubt},
+    {"everything at once", 1060, true, everything},
+    {"fault and start anew", 620, true, fault_and_reset},
+    {"paper sign", 340, false, paper_sign},
+    {"paper sigmoid per axis", 340, false, paper_sigmoid},
+};
+#define PARTS (sizeof parts / sizeof parts[0])
+_Static_assert(PARTS <= RECORDING_PARTS, "a replay has no room for so many");
+
+static uint32_t periods_of(size_t part)
+{
+    return parts[part].periods != 0u ? parts[part].periods : seconds(1.0);
+}
+
+static void put_contents(void)
+{
+    put(RECORDING_MAGIC);
+    put(recording_tables());
+    put((uint32_t)PARTS);
+    for (size_t n = 0; n < PARTS; n++) {
+        char name[4u * RECORDING_NAME] = "";
+        snprintf(name, sizeof name, "%s", parts[n].name);
+        for (uint32_t at = 0; at < sizeof name; at += 4u) {
+            put((uint32_t)name[at] | (uint32_t)name[at + 1] << 8 | (uint32_t)name[at + 2] << 16 |
+                (uint32_t)name[at + 3] << 24);
+        }
+        put(periods_of(n));
+        put(parts[n].must_fit ? 1u : 0u);
+    }
+}
+
+static bool part(size_t number)
+{
+    made = false;
+    recorded = 0;
+    length = periods_of(number);
+    rig = rig_create(1);
+    good = rig != NULL;
+    if (good) {
+        parts[number].steps();
+        while (recorded < length) {
+            rig_step(rig); /* what is left, and the interrupt of the last period */
+        }
+        printf("%-30s%6u interrupts, %7.1f r/min, %6.2f A, state %g, fault %g\n", parts[number].name,
+               (unsigned)recorded, value("omega_m") / RPM, value("i_q"), value("state"),
+               value("fault_reason"));
+    }
+    if (!good) {
+        fprintf(stderr, "record: %s: the drive did not run as wished: %s\n", parts[number].name,
+                rig != NULL ? rig_error(rig) : "no memory");
+    }
+    rig_free(rig);
+    return good;
 }
 
 int main(int argc, char **argv)
@@ -76,28 +431,10 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: record FILE, which must be writable\n");
         return 2;
     }
-    rig_t *rig = rig_create(1);
-    bool good = rig != NULL && rig_put(rig, "position_source", 1.0) &&
-                rig_put(rig, "torque_feedforward", 1.0) && rig_apply(rig);
-    if (good) {
-        rig_set_motion(rig, 0.0, 500.0 * RPM);
-        good = rig_put(rig, "speed_request", 500.0 * RPM) && rig_put(rig, "enable", 1.0);
-        until(rig, 0.3);
-        good = good && rig_put(rig, "speed_request", 1000.0 * RPM);
-        until(rig, 0.6);
-        good = good && rig_put(rig, "load_torque", 5.0);
-        until(rig, SECONDS);
-        while (recorded < rig_periods(SECONDS)) {
-            rig_step(rig); /* the interrupt of the last period */
-        }
-        printf("%u interrupts, %.1f r/min, %.2f A, fault %g\n", (unsigned)recorded,
-               rig_value(rig, "omega_m") / RPM, rig_value(rig, "i_q"), rig_value(rig, "fault_reason"));
-        good = good && rig_value(rig, "state") == 3.0 && rig_value(rig, "fault_reason") == 0.0;
+    put_contents();
+    bool all = true;
+    for (size_t n = 0; n < PARTS; n++) {
+        all = part(n) && all;
     }
-    if (!good) {
-        fprintf(stderr, "record: the drive did not run as wished: %s\n",
-                rig != NULL ? rig_error(rig) : "no memory");
-    }
-    rig_free(rig);
-    return fclose(file) == 0 && good ? 0 : 3;
+    return fclose(file) == 0 && all ? 0 : 3;
 }

@@ -1,13 +1,15 @@
-/* One second of a drive's interrupt, for a replay on another machine. A file of 32-bit words, lowest octet
- * first:
+/* What a drive's interrupt got and gave, for a replay on another machine. A file of 32-bit words, lowest
+ * octet first:
  *
- *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of periods
- *     every slot of the parameters the drive was made with
- *     for each period: every slot of the requests in force, the samples, every slot of the signals
+ *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of parts
+ *     for each part: its name, RECORDING_NAME words of four characters; number of periods; 1: a worst case
+ * that has to fit the interrupt, 0: shown for information for each part, which is a power-on: every slot of
+ * the parameters that the drive is made with for each period: 1 and every slot of the parameters whose tuning
+ * is offered to this step, or 0; every slot of the requests in force, the samples, every slot of the signals
  * afterwards, and the command: duties and gates
  *
  * Slots are in the order of their table; a float is its bits. The magic number tells which estimator the
- * drive ran on. */
+ * drive ran on. The first part is an ordinary second; the others force what is rare. */
 #ifndef TESTS_TARGET_RECORDING_H
 #define TESTS_TARGET_RECORDING_H
 
@@ -15,12 +17,15 @@
 #include "drive/signals.h"
 
 #ifdef LAGLESS_ESTIMATOR_FIXED
-#define RECORDING_MAGIC     UINT32_C(0x514C474C)
+#define RECORDING_MAGIC     UINT32_C(0x534C474C)
 #define RECORDING_ESTIMATOR "fixed-point estimator"
 #else
-#define RECORDING_MAGIC     UINT32_C(0x314C474C)
+#define RECORDING_MAGIC     UINT32_C(0x334C474C)
 #define RECORDING_ESTIMATOR "float estimator"
 #endif
+
+#define RECORDING_NAME  8u  /* [words] */
+#define RECORDING_PARTS 16u /* at most */
 
 static inline uint32_t recording_tables(void)
 {

@@ -60,9 +60,6 @@ typedef struct {
 
     /* of the tuning in force */
     float pole_pairs_inverse; /* [-] */
-    float dc_undervoltage;    /* [V] */
-    float start_speed;        /* [rad/s] mechanical */
-    uint32_t sensorless;      /* [-] 1: the control's angle is the estimator's */
 
     /* from outside */
     requests_t requests;

@@ -332,9 +332,9 @@ static void test_an_offer_is_taken_at_the_start_of_the_next_step(void)
     params.dc_overvoltage = 310.0f; /* less than the link has */
     params.dc_undervoltage = 100.0f;
     offer_params();
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
     steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.sequence.tuning.dc_undervoltage);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
     steps(1); /* the second period above it */
     expect_fault(REASON_DC_OVERVOLTAGE);
@@ -349,7 +349,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     drive_withdraw(&drive);
     steps(10);
     expect_state(DRIVE_OPERATION_ENABLED);
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
 }
 
 /* Every room gets its own: one coefficient of each that the set decides, by hand. */
@@ -382,8 +382,8 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.run.speed.pi.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.run.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.pole_pairs_inverse);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f, drive.start_speed);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.sensorless);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, drive.sequence.tuning.start_speed);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.sequence.tuning.sensorless);
 }
 
 static void test_gains_change_while_running_without_a_jump(void)

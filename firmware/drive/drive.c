@@ -10,10 +10,11 @@
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
-    drive->acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    drive->voltage_acted = acted.voltage;
     const doubt_input_t doubt = {
-        .current = drive->acted.current,
-        .leg = drive->acted.leg,
+        .current = acted.current,
+        .leg = acted.leg,
         .amplitude = drive->estimator.estimate.amplitude,
         .detector = drive->estimator.estimate.detector,
         .omega_e = drive->estimator.estimate.position.omega_e,
@@ -21,9 +22,9 @@ static void estimate(drive_t *drive)
         .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
     };
     if (doubt_step(&drive->doubt, &doubt)) {
-        (void)chosen_coast(&drive->estimator, drive->acted.voltage, measured->current);
+        (void)chosen_coast(&drive->estimator, acted.voltage, measured->current);
     } else {
-        (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
+        (void)chosen_step(&drive->estimator, acted.voltage, measured->current);
     }
 
     if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
@@ -66,23 +67,24 @@ static void judge(drive_t *drive)
 static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
     const measured_t *measured = &drive->measure.measured;
-    const bool was_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
+    const int32_t state = drive->sequence.state;
+    const bool ready = state == (int32_t)DRIVE_READY;
     sequence_input_t input = {
         .requests = &drive->requests,
         .faults = drive->guard.faults,
         .fault_line = (measured->flags & DRIVE_SAMPLE_FAULT_LINE) != 0u,
         .tripped = (measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u,
-        .undervoltage = measured->u_dc < drive->dc_undervoltage,
-        .too_slow = drive->sensorless != 0u && bounds_within(drive->omega_m, drive->start_speed),
-        .standstill = bounds_within(drive->omega_m, STANDSTILL),
+        .undervoltage = ready && measured->u_dc < drive->dc_undervoltage,
+        .too_slow = ready && drive->sensorless != 0u && bounds_within(drive->omega_m, drive->start_speed),
+        .standstill = state == (int32_t)DRIVE_QUICK_STOP && bounds_within(drive->omega_m, STANDSTILL),
         .calibration = CALIBRATION_GOES_ON,
     };
-    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
+    if (state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         input.calibration = measure_calibrate(&drive->measure, samples);
     }
     const sequence_order_t order = sequence_step(&drive->sequence, &input);
-    if (drive->sequence.state == (int32_t)DRIVE_FAULT && !was_fault) {
+    if (drive->sequence.state == (int32_t)DRIVE_FAULT && state != (int32_t)DRIVE_FAULT) {
         drive_note_fault(drive);
     }
     return order;

@@ -38,9 +38,9 @@ typedef struct {
     uint32_t faults;           /* [-] bits of the fault table that open the bridge */
     bool fault_line;           /* the power module pulls its fault line now */
     bool tripped;              /* the trip zone holds the gates off */
-    bool undervoltage;         /* the DC link is below dc_undervoltage */
-    bool too_slow;             /* the source of position needs a faster rotor to start on */
-    bool standstill;           /* a quick stop has come to its end */
+    bool undervoltage;         /* asked for in ready: the DC link is below dc_undervoltage */
+    bool too_slow;             /* likewise: the source of position needs a faster rotor to start on */
+    bool standstill;           /* asked for in quick stop: it has come to its end */
     calibration_t calibration; /* while not ready */
 } sequence_input_t;
 

@@ -34,8 +34,13 @@ bool tap_history_init(tap_history_t *history, const table_t *table, const uint32
     }
     memcpy(history->offsets, offsets, sizeof offsets);
     memcpy(history->ids, ids, sizeof history->ids);
-    history->next = 0u;
+    tap_history_clear(history);
     return true;
+}
+
+void tap_history_clear(tap_history_t *history)
+{
+    history->next = 0u;
 }
 
 void tap_history_keep(tap_history_t *history, const void *base)

@@ -27,6 +27,9 @@ typedef struct {
 /* An empty history of these rows. false: an id is none of the table; nothing has changed. */
 bool tap_history_init(tap_history_t *history, const table_t *table, const uint32_t ids[TAP_SLOTS]);
 
+/* Nothing is kept any more; the rows stay. */
+void tap_history_clear(tap_history_t *history);
+
 /* One period more; the oldest is forgotten. */
 void tap_history_keep(tap_history_t *history, const void *base);
 

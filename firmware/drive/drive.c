@@ -1,10 +1,7 @@
 #include "drive/drive.h"
 
-#include "math/angle.h"
 #include "math/bounds.h"
 #include "math/trig.h"
-
-#define STANDSTILL 2.0f /* [rad/s] mechanical: a quick stop ends below */
 
 /* The estimate at t_k, and what can be learnt of it. */
 static void estimate(drive_t *drive)
@@ -45,7 +42,7 @@ static void locate(drive_t *drive)
     if (drive->estimating != 0u) {
         estimate(drive);
     }
-    if (drive->estimating != 0u && drive->sensorless != 0u) {
+    if (drive->estimating != 0u && drive->sequence.tuning.sensorless != 0u) {
         drive->frame =
             (frame_t){drive->estimator.estimate.position.theta_e, drive->estimator.estimate.position.omega_e,
                       drive->estimator.estimate.rotation};
@@ -61,31 +58,29 @@ static void judge(drive_t *drive)
 {
     const bool running = drive_bridge_on(drive) && drive->sequence.state != (int32_t)DRIVE_SWITCHED_ON;
     guard_step(&drive->guard, &drive->measure.measured, drive->omega_m,
-               drive->sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
+               drive->sequence.tuning.sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
 }
 
 static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
-    const measured_t *measured = &drive->measure.measured;
-    const int32_t state = drive->sequence.state;
-    const bool ready = state == (int32_t)DRIVE_READY;
+    const bool was_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
     sequence_input_t input = {
         .requests = &drive->requests,
+        .measured = &drive->measure.measured,
         .faults = drive->guard.faults,
-        .fault_line = (measured->flags & DRIVE_SAMPLE_FAULT_LINE) != 0u,
-        .tripped = (measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u,
-        .undervoltage = ready && measured->u_dc < drive->dc_undervoltage,
-        .too_slow = ready && drive->sensorless != 0u && bounds_within(drive->omega_m, drive->start_speed),
-        .standstill = state == (int32_t)DRIVE_QUICK_STOP && bounds_within(drive->omega_m, STANDSTILL),
+        .omega_m = drive->omega_m,
         .calibration = CALIBRATION_GOES_ON,
     };
-    if (state == (int32_t)DRIVE_NOT_READY) {
+    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         input.calibration = measure_calibrate(&drive->measure, samples);
     }
     const sequence_order_t order = sequence_step(&drive->sequence, &input);
-    if (drive->sequence.state == (int32_t)DRIVE_FAULT && state != (int32_t)DRIVE_FAULT) {
+    const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
+    if (is_fault && !was_fault) {
         drive_note_fault(drive);
+    } else if (was_fault && !is_fault) {
+        tap_history_clear(&drive->history);
     }
     return order;
 }
@@ -121,8 +116,7 @@ static run_wish_t wish(const drive_t *drive)
 static abc_t control(drive_t *drive)
 {
     const frame_t *frame = &drive->frame;
-    const rotation_t acting =
-        trig_turn(angle_turn_back(frame->theta_e + 1.5f * DRIVE_PERIOD * frame->omega_e));
+    const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
     const dq_t asked = current_control_step(&drive->current_control, drive->demand.current, drive->current,
                                             frame->omega_e, drive->demand.emf);
     const inverter_made_t made =
@@ -170,7 +164,8 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     drive->command.gates = (int32_t)order.gates;
     inverter_remember(&drive->inverter, drive->command.duty, drive->measure.measured.current,
                       drive->measure.measured.u_dc);
-    if (drive->sequence.state != (int32_t)DRIVE_FAULT) {
+    /* up to the fault's own period, which is this one unless a trip came between two steps */
+    if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
         tap_history_keep(&drive->history, drive);
     }
     *command = drive->command;

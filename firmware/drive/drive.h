@@ -60,9 +60,6 @@ typedef struct {
 
     /* of the tuning in force */
     float pole_pairs_inverse; /* [-] */
-    float dc_undervoltage;    /* [V] */
-    float start_speed;        /* [rad/s] mechanical */
-    uint32_t sensorless;      /* [-] 1: the control's angle is the estimator's */
 
     /* from outside */
     requests_t requests;
@@ -85,7 +82,7 @@ typedef struct {
     uint32_t offered; /* [-] 1: there is one */
     drive_tuning_t offer;
 
-    tap_history_t history; /* the periods before a fault, and the newest without one */
+    tap_history_t history; /* a fault holds it: its own period is the newest; a reset empties it */
 } drive_t;
 
 /* All state zero, in not ready, requests off. The set must be good (checked). */

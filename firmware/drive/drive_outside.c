@@ -21,9 +21,7 @@ void drive_take(drive_t *drive)
     current_control_take(&drive->current_control, &tuning->current_control);
     run_take(&drive->run, &tuning->run);
     drive->pole_pairs_inverse = tuning->pole_pairs_inverse;
-    drive->dc_undervoltage = tuning->dc_undervoltage;
-    drive->start_speed = tuning->start_speed;
-    drive->sensorless = tuning->sensorless;
+    sequence_take(&drive->sequence, &tuning->sequence);
     drive->offered = 0u;
 }
 
@@ -36,7 +34,7 @@ void drive_init(drive_t *drive, const params_t *params)
     drive_prepare(&drive->offer, params, &believed);
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
-    sequence_init(&drive->sequence);
+    sequence_init(&drive->sequence, &drive->offer.sequence);
     requests_defaults(&drive->requests);
     CHECK(tap_history_init(&drive->history, &signals_table, signals_history));
 }

@@ -4,16 +4,33 @@
 
 #include "drive/guard.h"
 #include "drive/reasons.h"
+#include "math/bounds.h"
 
+#define STANDSTILL    2.0f                  /* [rad/s] mechanical: a quick stop ends below */
 #define REARM_PERIODS DRIVE_PERIODS(20e-3f) /* without a fault or its line before a reset or a start */
 
 /* Gates off, or as they are, and nothing to start. */
 static const sequence_order_t off = {GATES_OFF, false, false};
 static const sequence_order_t keep = {GATES_KEEP, false, false};
 
-void sequence_init(sequence_t *sequence)
+sequence_tuning_t sequence_prepare(const params_t *params)
+{
+    return (sequence_tuning_t){
+        .dc_undervoltage = params->dc_undervoltage,
+        .start_speed = params->start_speed,
+        .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
+    };
+}
+
+void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning)
+{
+    sequence->tuning = *tuning;
+}
+
+void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning)
 {
     memset(sequence, 0, sizeof *sequence);
+    sequence_take(sequence, tuning);
     sequence->state = (int32_t)DRIVE_NOT_READY;
 }
 
@@ -64,10 +81,12 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (!rearmed(sequence)) {
         return REASON_FAULT_PRESENT;
     }
-    if (input->undervoltage) {
+    if (input->measured->u_dc < sequence->tuning.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }
-    return input->too_slow ? REASON_TOO_SLOW : REASON_NONE;
+    return sequence->tuning.sensorless != 0u && bounds_within(input->omega_m, sequence->tuning.start_speed)
+               ? REASON_TOO_SLOW
+               : REASON_NONE;
 }
 
 static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *input)
@@ -95,7 +114,7 @@ static sequence_order_t in_switched_on(sequence_t *sequence, const sequence_inpu
     if (sequence->coming_on < 2u) {
         return (sequence_order_t){GATES_ON, false, false};
     }
-    if (input->tripped) {
+    if ((input->measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u) {
         sequence_fault(sequence, REASON_GATES_REFUSED);
         return off;
     }
@@ -121,7 +140,7 @@ static sequence_order_t in_quick_stop(sequence_t *sequence, const sequence_input
         enter(sequence, DRIVE_READY);
         return off;
     }
-    if (input->standstill) {
+    if (bounds_within(input->omega_m, STANDSTILL)) {
         sequence->stopped = 1u;
         enter(sequence, DRIVE_READY);
         return off;
@@ -133,7 +152,7 @@ sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *inp
 {
     const int32_t reset = input->requests->fault_reset;
     const bool reset_edge = reset != 0 && sequence->fault_reset_seen == 0;
-    const bool quiet = input->faults == 0u && !input->fault_line;
+    const bool quiet = input->faults == 0u && (input->measured->flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
     sequence->fault_reset_seen = reset;
     sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
     sequence->refusal = REASON_NONE;

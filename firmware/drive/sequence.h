@@ -35,12 +35,9 @@ typedef enum {
 /* What the machine decides by, of one period. */
 typedef struct {
     const requests_t *requests;
+    const measured_t *measured;
     uint32_t faults;           /* [-] bits of the fault table that open the bridge */
-    bool fault_line;           /* the power module pulls its fault line now */
-    bool tripped;              /* the trip zone holds the gates off */
-    bool undervoltage;         /* asked for in ready: the DC link is below dc_undervoltage */
-    bool too_slow;             /* likewise: the source of position needs a faster rotor to start on */
-    bool standstill;           /* asked for in quick stop: it has come to its end */
+    float omega_m;             /* [rad/s] mechanical */
     calibration_t calibration; /* while not ready */
 } sequence_input_t;
 
@@ -52,6 +49,13 @@ typedef struct {
 } sequence_order_t;
 
 typedef struct {
+    float dc_undervoltage; /* [V] below it the bridge stays off */
+    float start_speed;     /* [rad/s] mechanical, without which a sensorless start has no back-EMF */
+    uint32_t sensorless;   /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+} sequence_tuning_t;
+
+typedef struct {
+    sequence_tuning_t tuning;
     int32_t state;            /* [-] drive_state_t */
     int32_t refusal;          /* [-] reason_t: why a wish is not obeyed now */
     int32_t fault_reason;     /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
@@ -62,8 +66,14 @@ typedef struct {
     uint32_t stopped;         /* [-] 1: quick stop is done; `enable` must go off before the next start */
 } sequence_t;
 
-/* Not ready, nothing wished for yet. */
-void sequence_init(sequence_t *sequence);
+/* The limits of this set. */
+sequence_tuning_t sequence_prepare(const params_t *params);
+
+/* With these limits: not ready, nothing wished for yet. */
+void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning);
+
+/* New limits; the state stays. */
+void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning);
 
 /* The state of this period and what follows from it. */
 sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *input);

@@ -78,12 +78,10 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
 {
     tuning->measure = measure_prepare(params);
     tuning->guard = guard_prepare(params);
+    tuning->sequence = sequence_prepare(params);
     prepare_position(tuning, params, believed);
     prepare_adaptation(tuning, params, believed);
     prepare_inverter(tuning, params);
     prepare_control(tuning, params, believed);
     tuning->pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs;
-    tuning->dc_undervoltage = params->dc_undervoltage;
-    tuning->start_speed = params->start_speed;
-    tuning->sensorless = params->position_source == (int32_t)POSITION_SENSORLESS;
 }

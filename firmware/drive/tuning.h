@@ -12,6 +12,7 @@
 #include "drive/guard.h"
 #include "drive/measure.h"
 #include "drive/params.h"
+#include "drive/sequence.h"
 #include "estimator/chosen.h"
 #include "estimator/encoder.h"
 #include "inverter/doubt.h"
@@ -21,6 +22,7 @@
 typedef struct {
     measure_tuning_t measure;
     guard_tuning_t guard;
+    sequence_tuning_t sequence;
     encoder_tuning_t encoder;
     chosen_tuning_t estimator;
     flux_tuning_t flux;
@@ -30,9 +32,6 @@ typedef struct {
     current_control_tuning_t current_control;
     run_tuning_t run;
     float pole_pairs_inverse; /* [-] */
-    float dc_undervoltage;    /* [V] without so much the bridge stays off */
-    float start_speed;        /* [rad/s] mechanical, of a sensorless start */
-    uint32_t sensorless;      /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
 } drive_tuning_t;
 
 /* Coefficients of a set that params_check has accepted, with `believed` in the place of what the set says of

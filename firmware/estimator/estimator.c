@@ -104,7 +104,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
 {
     const float length = est->tracker.flux_linkage * start.omega_e;
     const position_t rotor = {angle_wrap(start.theta_e), start.omega_e};
-    const rotation_t rotation = trig_rotation(rotor.theta_e);
+    const rotation_t rotation = trig_turn(rotor.theta_e);
     const ab_t emf = {-length * rotation.sin, length * rotation.cos};
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},

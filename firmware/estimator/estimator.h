@@ -94,9 +94,9 @@ void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_vo
 /* As if locked on a rotor at `start` (angle [rad] and speed [rad/s] at t_k) with this current [A] at t_k; the
  * next step is that of t_k+1 (whoever steps t_k itself turns the angle back by omega_e T before). On data
  * without error the following steps of the vector form stay within 0.1 mrad of where they settle up to
- * |omega_e| T = 0.1 and 5 mrad up to LAG_TURN_LIMIT (12 with R T/L = 0.5), those of the sigmoid per axis,
- * whose lag itself has a ripple, within 3 and 40 mrad; whatever the lag mode leaves added is there from the
- * start. Validity starts anew. Both must be finite. Many divisions; not for every period. */
+ * LAG_TURN_LIMIT, those of the sigmoid per axis, whose lag itself has a ripple, within 3 mrad up to
+ * |omega_e| T = 0.1; whatever the lag mode leaves added is there from the start. Validity starts anew. Both
+ * must be finite. Many divisions; not for every period. */
 void estimator_reset(estimator_t *est, position_t start, ab_t current);
 
 /* Position at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. A sample that

@@ -5,9 +5,7 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* For lag_error(). So many steps leave 3e-5 of the largest EMF by the rule, 0.57 k_s, and 1 % of one of 0.9
- * k_s. */
-#define ERROR_STEPS   2
+/* For lag_error(). */
 #define EMF_SHARE_MAX 0.99f
 
 static inline ab_t times(lag_impedance_t a, ab_t b)
@@ -75,9 +73,9 @@ ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
     return lag_emf_inline(smo, mode, omega_e);
 }
 
-/* |e| = |Z(k_s k_f(y))| y in the length y of the error: Newton's method, from the y of the small signal
- * times what tanh bends it by, atanh(s)/s with s = |e|/k_s, as a series. Its slope is (R + k_s a_f/2 (1 -
- * tanh^2)) |Z|/(g + R), but for what the speed changes in it. */
+/* |e| = |Z(k_s k_f(y))| y in the length y of the error: one step of Newton's method, from the y of the small
+ * signal times what tanh bends it by, atanh(s)/s with s = |e|/k_s, as a series. Its slope is (R + k_s a_f/2
+ * (1 - tanh^2)) |Z|/(g + R), but for what the speed changes in it. */
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf)
 {
     const smo_tuning_t *tuning = &smo->tuning;
@@ -96,13 +94,11 @@ ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf)
     float share_square = share * share;
     float y = length / (slope_max + tuning->resistance) *
               (1.0f + share_square * (1.0f / 3.0f + share_square * (1.0f / 5.0f)));
-    for (int32_t n = 0; n < ERROR_STEPS; n++) {
-        float k_f = smo_vector_gain(tuning, y * y);
-        float g = tuning->gain * k_f;
-        float goal = length * inverse_root(square_of(lag_impedance(tuning, speed, g)));
-        float slope = tuning->resistance + slope_max * (1.0f - k_f * k_f * y * y);
-        y += (goal - y) * (g + tuning->resistance) / slope;
-    }
+    float k_f = smo_vector_gain(tuning, y * y);
+    float g = tuning->gain * k_f;
+    float goal = length * inverse_root(square_of(lag_impedance(tuning, speed, g)));
+    float slope = tuning->resistance + slope_max * (1.0f - k_f * k_f * y * y);
+    y += (goal - y) * (g + tuning->resistance) / slope;
     return over(emf, lag_impedance(tuning, speed, tuning->gain * smo_vector_gain(tuning, y * y)));
 }
 

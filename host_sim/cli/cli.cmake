@@ -10,6 +10,7 @@ add_executable(lagless
     cli/bench.c
     cli/demo.c
     cli/explain.c
+    cli/fault_table.c
     cli/main.c
     cli/map.c
     cli/output.c

@@ -1,4 +1,4 @@
-/* `lagless explain REASON`: a fault or refusal by number or name. */
+/* `lagless explain REASON`: a fault, warning or refusal by number or name. */
 #include <argp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,6 +6,7 @@
 
 #include "drive/reasons.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/fault_table.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
@@ -47,17 +48,36 @@ static const reason_row_t *find(const char *reason, names_search_t *search)
     return NULL;
 }
 
+static void print_text(const reason_row_t *row, const fault_row_t *fault)
+{
+    char text[FAULT_TABLE_TEXT_SIZE];
+    printf("%ld  %s\n  what happened: %s\n  what to do:    %s\n", (long)row->number, row->name, row->text,
+           row->remedy);
+    if (fault == NULL) {
+        return;
+    }
+    printf("  condition:     %s", fault_table_condition(text, fault));
+    if (fault_table_limit(text, fault)[0] != '\0') {
+        printf(", by default %s", text);
+    }
+    printf("\n  must hold for: %s\n", fault_table_debounce(text, fault));
+    printf("  judged:        %s\n  reaction:      %s\n", fault_table_when(fault),
+           fault_table_reaction(fault));
+}
+
 static void print(const reason_row_t *row, bool json)
 {
+    const fault_row_t *fault = fault_table_row(row->number);
     if (!json) {
-        printf("%ld  %s\n  what happened: %s\n  what to do:    %s\n", (long)row->number, row->name, row->text,
-               row->remedy);
+        print_text(row, fault);
         return;
     }
     printf("{\"number\": %ld, \"name\": \"%s\", \"text\": ", (long)row->number, row->name);
     json_text(stdout, row->text);
     printf(", \"remedy\": ");
     json_text(stdout, row->remedy);
+    printf(", \"fault\": ");
+    fault_table_print_json(fault);
     printf("}");
 }
 
@@ -65,8 +85,10 @@ int command_explain(int argc, char **argv)
 {
     static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
     static const struct argp argp = {
-        rows, parse, "[REASON]", "What a fault or refusal means and what to do; all of them without REASON.",
-        NULL, NULL,  NULL};
+        rows,       parse,
+        "[REASON]", "What a fault, warning or refusal means and what to do; all of them without REASON.",
+        NULL,       NULL,
+        NULL};
     options_t options = {false, NULL};
     if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
         return EXIT_USAGE;

@@ -326,6 +326,10 @@ typedef struct {
     uint32_t ids[RIG_TAP_MAX];
     uint32_t count;
     uint64_t every;
+    recorder_options_t how; /* points into this and into the scenario */
+    /* of a fault */
+    runner_history_t history;
+    char history_name[272];
 } recording_t;
 
 static bool open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
@@ -352,7 +356,7 @@ static bool open_recording(const options_t *options, const scenario_t *scenario,
     }
     recording->every = every;
     list_settings(scenario, &settings);
-    const recorder_options_t how = {
+    recording->how = (recorder_options_t){
         .folder = options->folder,
         .name = base_name(recording->name, scenario->path),
         .formats = recording->formats,
@@ -370,11 +374,49 @@ static bool open_recording(const options_t *options, const scenario_t *scenario,
                  .values = settings.values,
                  .value_count = settings.count},
     };
-    recording->recorder = recorder_open(&how, &error);
+    recording->recorder = recorder_open(&recording->how, &error);
     if (recording->recorder == NULL) {
         fprintf(stderr, "lagless run: %s\n", error.text);
     }
     return recording->recorder != NULL;
+}
+
+/* NAME_fault.csv: what the drive kept of its last periods up to the run's last fault, as a recording of its
+ * own. A run without one leaves none behind from an earlier run. */
+static bool write_history(recording_t *recording, recorder_error_t *error)
+{
+    const runner_history_t *history = &recording->history;
+    snprintf(recording->history_name, sizeof recording->history_name, "%s_fault", recording->name);
+    if (history->periods == 0u) {
+        char file[300];
+        char path[PATH_SIZE];
+        snprintf(file, sizeof file, "%s.csv", recording->history_name);
+        if (output_path(path, recording->folder, file)) {
+            (void)remove(path);
+        }
+        return true;
+    }
+
+    uint32_t ids[1u + TAP_SLOTS] = {rig_row_by_name("period")->id};
+    memcpy(&ids[1], history->rows, sizeof history->rows);
+    recorder_options_t how = recording->how;
+    how.name = recording->history_name;
+    how.formats = RECORDER_CSV;
+    how.ids = ids;
+    how.count = 1u + TAP_SLOTS;
+    how.every = 1u;
+    how.periods = history->periods;
+    recorder_t *recorder = recorder_open(&how, error);
+    if (recorder == NULL) {
+        return false;
+    }
+    for (uint32_t n = 0; n < history->periods; n++) {
+        /* the step that the drive counts as its first is that of period 0 */
+        uint32_t slots[1u + TAP_SLOTS] = {history->fault_period - (history->periods - 1u - n)};
+        memcpy(&slots[1], history->slots[n], sizeof history->slots[n]);
+        recorder_sink(recorder, slots[0] - 1u, slots, 1u + TAP_SLOTS);
+    }
+    return recorder_close(recorder, "fault", error);
 }
 
 /* ---- progress ---- */
@@ -495,15 +537,20 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
     }
     printf("], \"files\": [");
     const char *separator = "";
+    char path[PATH_SIZE];
     for (uint32_t n = 0; n < 3u; n++) {
         static const char *const endings[] = {"csv", "mat", "vcd"};
-        char path[PATH_SIZE];
         if ((recording->formats >> n & 1u) != 0u) {
             snprintf(path, sizeof path, "%.3800s/%.200s.%s", recording->folder, recording->name, endings[n]);
             printf("%s", separator);
             json_text(stdout, path);
             separator = ", ";
         }
+    }
+    if (recording->history.periods > 0u) {
+        snprintf(path, sizeof path, "%.3800s/%.260s.csv", recording->folder, recording->history_name);
+        printf("%s", separator);
+        json_text(stdout, path);
     }
     printf("]}\n");
 }
@@ -527,9 +574,41 @@ static bool prepare(const options_t *options, scenario_t *scenario)
     return true;
 }
 
+/* Writes everything out and says where it is. */
+static int close_recording(const options_t *options, const runner_result_t *result, recording_t *recording)
+{
+    recorder_error_t error;
+    char when[TIMES_TEXT_SIZE];
+    int exit_code = EXIT_DONE;
+    const uint64_t samples = recorder_samples(recording->recorder);
+    if (!recorder_close(recording->recorder, result->end == RUNNER_COMPLETE ? "complete" : "interrupted",
+                        &error)) {
+        fprintf(stderr, "lagless run: %s\n", error.text);
+        exit_code = EXIT_INTERNAL;
+    } else if (result->end == RUNNER_INTERRUPTED) {
+        fprintf(stderr,
+                "lagless run: stopped at %s s; the %" PRIu64 " samples until then are kept in %s/%s.*\n",
+                times_text(when, result->periods), samples, options->folder, recording->name);
+    } else if (!options->quiet) {
+        fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, options->folder, recording->name);
+    }
+
+    const runner_history_t *history = &recording->history;
+    if (!write_history(recording, &error)) {
+        fprintf(stderr, "lagless run: %s\n", error.text);
+        exit_code = EXIT_INTERNAL;
+    } else if (history->periods > 0u && !options->quiet) {
+        fprintf(stderr, "the last %" PRIu32 " periods up to fault %s at %s s in %s/%s.csv\n",
+                history->periods, reason_name(history->fault_reason), times_text(when, history->fault_period),
+                options->folder, recording->history_name);
+    }
+    return exit_code;
+}
+
 static int run(const options_t *options, scenario_t *scenario)
 {
-    recording_t recording = {.folder = options->folder != NULL ? options->folder : ""};
+    static recording_t recording;
+    recording = (recording_t){.folder = options->folder != NULL ? options->folder : ""};
     runner_options_t how = {.stop = &stop};
     progress_t progress = {output_seconds(), false};
     runner_result_t result;
@@ -565,6 +644,7 @@ static int run(const options_t *options, scenario_t *scenario)
         how.sink_context = recording.recorder;
         how.edge_sink = (recording.formats & RECORDER_VCD) != 0u ? recorder_edge : NULL;
         how.edge_context = recording.recorder;
+        how.history = &recording.history;
     }
     if (!options->quiet && isatty(STDERR_FILENO)) {
         how.progress = show_progress;
@@ -587,19 +667,8 @@ static int run(const options_t *options, scenario_t *scenario)
 
     int exit_code = result.failed == 0u ? EXIT_DONE : EXIT_FAILED;
     if (recording.recorder != NULL) {
-        recorder_error_t error;
-        const uint64_t samples = recorder_samples(recording.recorder);
-        if (!recorder_close(recording.recorder, result.end == RUNNER_COMPLETE ? "complete" : "interrupted",
-                            &error)) {
-            fprintf(stderr, "lagless run: %s\n", error.text);
-            exit_code = EXIT_INTERNAL;
-        } else if (result.end == RUNNER_INTERRUPTED) {
-            fprintf(stderr,
-                    "lagless run: stopped at %s s; the %" PRIu64 " samples until then are kept in %s/%s.*\n",
-                    times_text(when, result.periods), samples, options->folder, recording.name);
-        } else if (!options->quiet) {
-            fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, options->folder, recording.name);
-        }
+        const int written = close_recording(options, &result, &recording);
+        exit_code = written != EXIT_DONE ? written : exit_code;
     } else if (result.end == RUNNER_INTERRUPTED) {
         fprintf(stderr, "lagless run: stopped at %s s\n", times_text(when, result.periods));
     }

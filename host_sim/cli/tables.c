@@ -7,6 +7,7 @@
 #include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/fault_table.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
@@ -131,6 +132,20 @@ static void print_markdown(void)
         markdown_cell(reasons[n].name);
         markdown_cell(reasons[n].text);
         markdown_cell(reasons[n].remedy);
+        printf("\n");
+    }
+    printf("\n## faults\n\n| bit | name | condition | by default | for | judged | reaction |\n"
+           "| --- | --- | --- | --- | --- | --- | --- |\n");
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        const fault_row_t *row = &fault_rows[n];
+        char text[FAULT_TABLE_TEXT_SIZE];
+        printf("| %lu |", (unsigned long)n);
+        markdown_cell(row->name);
+        markdown_cell(fault_table_condition(text, row));
+        markdown_cell(fault_table_limit(text, row));
+        markdown_cell(fault_table_debounce(text, row));
+        markdown_cell(fault_table_when(row));
+        markdown_cell(fault_table_reaction(row));
         printf("\n");
     }
 }

@@ -40,6 +40,7 @@ typedef struct {
     uint32_t next_event;
     ramp_t *ramps;
     uint32_t ramp_count;
+    bool was_held; /* the drive's history, by a fault */
 } run_t;
 
 /* ---- statistics ---- */
@@ -305,6 +306,30 @@ static bool change(run_t *run, uint32_t period)
     return run->ramp_count == 0u || move_ramps(run, period);
 }
 
+/* ---- history of a fault ---- */
+
+static void keep_history(rig_t *rig, runner_history_t *history)
+{
+    uint32_t period = 0;
+    history->periods = rig_history_count(rig);
+    history->fault_reason = (int32_t)rig_value(rig, "fault_reason");
+    history->fault_period = (uint32_t)rig_value(rig, "fault_period");
+    memcpy(history->rows, rig_history_rows(rig), sizeof history->rows);
+    for (uint32_t n = 0; n < history->periods; n++) {
+        memcpy(history->slots[n], rig_history(rig, history->periods - 1u - n, &period),
+               sizeof history->slots[n]);
+    }
+}
+
+static void look_for_fault(run_t *run)
+{
+    const bool held = rig_history_held(run->rig);
+    if (held && !run->was_held) {
+        keep_history(run->rig, run->options->history);
+    }
+    run->was_held = held;
+}
+
 /* ---- the loop ---- */
 
 static uint32_t sooner(uint32_t a, uint32_t b)
@@ -332,6 +357,9 @@ static runner_end_t turn(run_t *run)
             pause = sooner(run->ramp_count > 0u ? period + 1u : event_at, progress_at);
         }
         rig_step(run->rig);
+        if (options->history != NULL) {
+            look_for_fault(run);
+        }
         if (options->stop != NULL && *options->stop != 0) {
             return period + 1u < scenario->periods ? RUNNER_INTERRUPTED : RUNNER_COMPLETE;
         }
@@ -390,6 +418,9 @@ static void run_and_judge(run_t *run)
 bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_result_t *result)
 {
     memset(result, 0, sizeof *result);
+    if (options->history != NULL) {
+        memset(options->history, 0, sizeof *options->history);
+    }
     result->end = RUNNER_REFUSED;
     result->seed = options->has_seed ? options->seed : scenario->seed;
     if (!scenario_check(scenario, &result->error)) {

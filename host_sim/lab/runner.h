@@ -26,6 +26,16 @@
 
 typedef void (*runner_progress_t)(void *context, double fraction);
 
+/* The drive's history (rig_history_held) of the last fault that the run came to, whether it was reset or not.
+ */
+typedef struct {
+    uint32_t periods;      /* [periods] rows of `slots`; 0: there was no fault, or none while the drive ran */
+    int32_t fault_reason;  /* [-] 0: there was no fault */
+    uint32_t fault_period; /* [periods] of the last row */
+    uint32_t rows[TAP_SLOTS];               /* [-] ids of the columns */
+    uint32_t slots[TAP_PERIODS][TAP_SLOTS]; /* oldest first */
+} runner_history_t;
+
 /* All zero: the scenario as it is, nothing recorded, nobody watching. */
 typedef struct {
     bool has_seed; /* instead of the scenario's */
@@ -38,6 +48,7 @@ typedef struct {
     void *sink_context;
     rig_edge_sink_t edge_sink; /* NULL: nobody; as from rig_watch_edges */
     void *edge_context;
+    runner_history_t *history;  /* NULL: nobody */
     runner_progress_t progress; /* NULL: nobody */
     void *progress_context;
     const volatile sig_atomic_t *stop; /* NULL: never; not 0: stop after this period */

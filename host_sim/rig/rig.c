@@ -168,9 +168,7 @@ void rig_step(rig_t *rig)
 
     if (rig->tap_sink != NULL && (state->period - 1u) % rig->tap_every == 0u) {
         uint32_t slots[RIG_TAP_MAX];
-        for (uint32_t n = 0; n < rig->tap_count; n++) {
-            slots[n] = *rig->tap_slots[n];
-        }
+        tap_copy(rig->tap_offsets, rig->tap_count, state, slots);
         rig->tap_sink(rig->tap_context, state->period - 1u, slots, rig->tap_count);
     }
 }
@@ -231,13 +229,35 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
         if (!rig_find(rig, ids[n], &place)) {
             return rig_refuse_id(rig, ids[n]);
         }
-        rig->tap_slots[n] = (const uint32_t *)(const void *)(place.base + place.row->offset);
+        rig->tap_offsets[n] = (size_t)(place.base - (const char *)&rig->state) + place.row->offset;
     }
     rig->tap_count = count;
     rig->tap_every = every;
     rig->tap_sink = sink;
     rig->tap_context = context;
     return true;
+}
+
+bool rig_history_held(const rig_t *rig)
+{
+    return rig->state.app.drive.sequence.state == (int32_t)DRIVE_FAULT;
+}
+
+uint32_t rig_history_count(const rig_t *rig)
+{
+    return tap_history_count(&rig->state.app.drive.history);
+}
+
+const uint32_t *rig_history_rows(const rig_t *rig)
+{
+    return rig->state.app.drive.history.ids;
+}
+
+const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period)
+{
+    const drive_t *drive = &rig->state.app.drive;
+    *period = (rig_history_held(rig) ? drive->fault.period : drive->period) - ago;
+    return tap_history_at(&drive->history, ago);
 }
 
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)

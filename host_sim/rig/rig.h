@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "contract/table.h"
+#include "contract/tap.h"
 #include "hal/board.h"
 
 typedef struct rig rig_t;
@@ -129,6 +130,15 @@ bool rig_error_range(const rig_t *rig, double *value, double *min, double *max);
 typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
 #define RIG_TAP_MAX 64u
 bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
+
+/* The drive's own history: of the last periods the slots of TAP_SLOTS rows, as the step of the period left
+ * them. A fault holds it, with its own period as the newest, until it is reset; then it begins anew.
+ * rig_history_rows: ids of the rows. rig_history: the slots of the period that is so many periods older than
+ * the newest, `ago` below the count; *period is that by the drive's own count, as `period` shows it. */
+bool rig_history_held(const rig_t *rig);
+uint32_t rig_history_count(const rig_t *rig);
+const uint32_t *rig_history_rows(const rig_t *rig);
+const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period);
 
 /* What happens between the samples, in order of time; tick [1/150 MHz] from the beginning of period 0. On
  * watching, the present levels of gates and trip are told first. */

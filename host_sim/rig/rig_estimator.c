@@ -21,6 +21,7 @@ void rig_estimator_record(rig_t *rig, void *record)
 {
     estimator_record_t *to = record;
     const drive_t *drive = &rig->state.app.drive;
+    rig_step(rig); /* takes what may be offered */
     to->start = drive->estimator;
     to->flux = drive->flux;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {

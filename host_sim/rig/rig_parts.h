@@ -17,7 +17,7 @@ struct rig {
     rig_state_t state;
     chip_world_t world;
     /* onlookers; none of this changes what happens */
-    const uint32_t *tap_slots[RIG_TAP_MAX];
+    size_t tap_offsets[RIG_TAP_MAX]; /* [octets] in the state */
     uint32_t tap_count;
     uint32_t tap_every;
     rig_sink_t tap_sink;

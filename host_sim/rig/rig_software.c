@@ -60,7 +60,8 @@ bool rig_background(rig_t *rig)
 {
     rig_state_t *state = &rig->state;
     const uint64_t now = chip_now(&state->chip);
-    if (chip_halted(&state->chip) || chip_debug_halted(&state->chip) || now < state->background_next) {
+    if (chip_halted(&state->chip) || chip_debug_halted(&state->chip) || now < state->background_next ||
+        now < state->chip.cpu.busy_until) {
         return false;
     }
     state->background_next = now + (uint64_t)((double)state->conditions.background_time * 150e6 + 0.5);

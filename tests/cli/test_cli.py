@@ -1,4 +1,4 @@
-"""The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER"""
+"""The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER FAULT_ROWS"""
 
 import json
 import os
@@ -9,7 +9,7 @@ import sys
 import time
 import unittest
 
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+LAGLESS, FOLDER, FAULT_ROWS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
 
 STEP = """schema = 1
 title = "a test"
@@ -72,6 +72,35 @@ class CommandLine(unittest.TestCase):
             done = lagless(*arguments, "--json")
             self.assertEqual(0, done.returncode, arguments)
             self.assertIsInstance(json.loads(done.stdout), dict)
+
+    def test_explain_shows_every_row_of_the_fault_table(self):
+        rows = [line.split("\t") for line in subprocess.run([FAULT_ROWS], capture_output=True, text=True).stdout.splitlines()]
+        reasons = {reason["name"]: reason for reason in json.loads(lagless("explain", "--json").stdout)["reasons"]}
+        self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
+        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, running, opens in rows:
+            by_name = json.loads(lagless("explain", name, "--json").stdout)
+            self.assertEqual(by_name, json.loads(lagless("explain", number, "--json").stdout))
+            self.assertEqual(by_name, reasons[name])
+            self.assertEqual(int(number), by_name["number"])
+            self.assertEqual({
+                "quantity": quantity, "comparison": comparison, "limit": limit or None, "margin": float(margin),
+                "default": float(value) if limit else None, "unit": unit or None, "debounce_periods": int(debounce),
+                "debounce_ms": float(debounce_ms), "when": "RUNNING" if running == "1" else "ALWAYS",
+                "reaction": "OPEN" if opens == "1" else "WARN"}, by_name["fault"])
+            text = lagless("explain", name).stdout
+            told = dict(line.strip().split(": ", 1) for line in text.replace(":    ", ": ").splitlines()[1:])
+            self.assertTrue(told["must hold for"].startswith(debounce + " period"), text)
+            self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms)), text)
+            self.assertIn("latched" if opens == "1" else "warnings", told["reaction"])
+            self.assertIn("gates" if running == "1" else "always", told["judged"])
+            for part in (quantity, limit, {"ABOVE": " > ", "BELOW": " < ", "HOLDS": ""}[comparison]):
+                self.assertIn(part, told["condition"])
+
+    def test_explain_shows_the_limit_with_its_margin_and_unit(self):
+        self.assertRegex(lagless("explain", "sink_warm").stdout,
+                         r"sink_temperature > sink_temperature_max - 10, by default \S+ degC\n")
+        self.assertRegex(lagless("explain", "overspeed").stdout, r"speed > overspeed_trip, by default \S+ r/min\n")
+        self.assertNotIn("condition", lagless("explain", "not_ready").stdout)
 
     def test_bench_counts_instructions_of_the_estimator(self):
         done = lagless("bench", "--seconds", "0.01", "--json")
@@ -207,6 +236,82 @@ class CommandLine(unittest.TestCase):
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
             self.expect(2, lagless(*arguments), fragment)
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
+
+    HISTORY = ["period", "state", "i_a", "i_b", "u_dc", "i_d", "i_q", "i_q_ref", "u_d", "u_q", "theta_e", "omega_e",
+               "sample_flags"]
+
+    def samples(self, name):
+        """Lines of a CSV below its header, which is checked to have the rows of a fault's history."""
+        with open(os.path.join(self.folder, name)) as file:
+            header, *lines = [line.rstrip("\n") for line in file if not line.startswith("#")]
+        self.assertEqual(["time"] + self.HISTORY, [column.split("[")[0] for column in header.split(",")])
+        return lines
+
+    def faulty(self, duration, *events, code=0):
+        """Runs with these (time, setting) and records every period; JSON's result, history, recording."""
+        path = self.scenario(duration=duration, at_least="-1e4 r/min")
+        with open(path, "a") as file:
+            for time_, setting in events:
+                file.write('[[at]]\ntime = "%s s"\n%s\n' % (time_, setting))
+        done = lagless("run", path, "--json", "--out", self.folder, "--every", "1", "--record", ",".join(self.HISTORY))
+        self.expect(code, done)
+        return json.loads(done.stdout), self.samples("a_fault.csv"), self.samples("a.csv"), done.stderr
+
+    def test_history_of_a_fault_that_the_step_found_ends_with_its_own_period(self):
+        result, history, recording, told = self.faulty("0.2 s", ("0.15", "plant.dc_voltage = 450"))
+        self.assertEqual("dc_overvoltage", result["fault_reason"])
+        first = next(n for n, line in enumerate(recording) if line.split(",")[2] == "5")  # the first in state fault
+        self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
+        self.assertEqual(256, len(history))
+        self.assertEqual(recording[first - 255:first + 1], history)
+        self.assertEqual([self.folder + "/a.csv", self.folder + "/a_fault.csv"], result["files"])
+        self.assertIn("the last 256 periods up to fault dc_overvoltage at 0.15", told)
+        self.assertIn("s in %s/a_fault.csv\n" % self.folder, told)
+
+    def test_history_of_a_trip_ends_with_the_step_before_it(self):
+        result, history, recording, _ = self.faulty("0.2 s", ("0.15", "plant.force_fault = 1"))
+        self.assertEqual("module_fault", result["fault_reason"])
+        # the line falls when period 1500 begins and opens the gates before its step: the last one is of period 1499
+        self.assertEqual(recording[1500 - 256:1500], history)
+        self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
+
+    def test_history_of_an_early_fault_is_as_short_as_the_run_was(self):
+        _, history, recording, told = self.faulty("0.2 s", ("0", "rig.stuck_current_a = 4095"))
+        self.assertEqual(recording[:3], history)  # bad_sample takes three in a row
+        self.assertIn("the last 3 periods up to fault bad_sample", told)
+
+    def test_history_of_a_fault_soon_after_a_reset_begins_there(self):
+        _, history, recording, told = self.faulty(
+            "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
+            ("0.2", "requests.fault_reset = \"yes\""), ("0.205", "plant.dc_voltage = 450"))
+        begin = next(n for n, line in enumerate(recording) if n >= 2000 and line.split(",")[2] != "5")
+        end = next(n for n, line in enumerate(recording) if n >= begin and line.split(",")[2] == "5")
+        self.assertIn(begin, (2000, 2001))
+        self.assertGreaterEqual(end, 2050)
+        self.assertEqual(recording[begin:end + 1], history)
+        self.assertIn("the last %d periods" % len(history), told)
+
+    def test_history_is_kept_of_a_fault_that_was_reset_and_goes_with_a_run_without_one(self):
+        result, history, recording, _ = self.faulty(
+            "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
+            ("0.2", "requests.fault_reset = \"yes\""))
+        self.assertEqual("none", result["fault_reason"])
+        self.assertEqual(recording[1501 - 255:1502], history)  # dc_overvoltage takes two in a row
+        done = lagless("run", self.scenario(), "--json", "--out", self.folder)
+        self.assertEqual([self.folder + "/a.csv"], json.loads(done.stdout)["files"])
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))
+
+    def test_history_is_csv_whatever_the_recording_is(self):
+        path = self.scenario()
+        lagless("run", path, "--out", self.folder, "--format", "mat", "--set", "stuck_current_a=4095")
+        self.assertEqual(["a.mat", "a.toml", "a_fault.csv"], sorted(os.listdir(self.folder)))
+        self.assertEqual(3, len(self.samples("a_fault.csv")))
+
+    def test_history_that_cannot_be_written_gives_3(self):
+        os.mkdir(os.path.join(self.folder, "a_fault.csv.partial"))
+        done = lagless("run", self.scenario(), "--out", self.folder, "--set", "stuck_current_a=4095")
+        self.expect(3, done, "a_fault.csv.partial")
+        self.assertIn("a.csv", os.listdir(self.folder))
 
     def test_unwritable_output_is_said_before_the_run(self):
         self.expect(2, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")

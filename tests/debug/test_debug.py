@@ -133,9 +133,9 @@ class TravelTest(unittest.TestCase):
         self.assertTrue(again.splitlines()[0].startswith("period 20, "), again)
 
     def test_period_without_an_interrupt_is_told(self):
-        # INTM set between two interrupts: the rig goes on, the drive does not.
+        # No group of interrupts enabled any more, between two of them: the rig goes on, the drive does not.
         _, _, _, _, text = session(
-            "period 10", "tbreak rig_step", "continue", "set variable $rig()->state.chip.cpu.interrupts_off = 1",
+            "period 10", "tbreak rig_step", "continue", "set variable $rig()->state.chip.cpu.ier = 0",
             "period 20", arguments=("100",)
         )
         self.assertIn("no interrupt came in period 20 or later, and the program ended", text)
@@ -181,13 +181,12 @@ class ExactSensorsTest(unittest.TestCase):
         text, where = session("until-fault", "where-time", arguments=("30000", "2000", "exact"))
         self.assertEqual(place(where)[0], 2000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
-        _, _, _, text, where, why = session(
-            "period 3000", "set variable app->drive.calm.current = 0.0f",
-            "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
-            "why", arguments=("30000", "exact"),
+        _, _, text, where, why = session(
+            "period 3000", "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault",
+            "where-time", "why", arguments=("30000", "exact"),
         )
         self.assertEqual(place(where)[0], 3000)
-        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(transit < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 21, overcurrent, by (sequence_fault < )?(sequence_step < )?(sequence < )?drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
@@ -206,7 +205,7 @@ class ExactSensorsTest(unittest.TestCase):
 class FaultTest(unittest.TestCase):
     def test_until_fault_stops_in_the_period_of_an_injected_trip_and_why_names_it(self):
         text, where, why, state = session(
-            "until-fault", "where-time", "why", "print app->drive.state", arguments=("30000", "20000")
+            "until-fault", "where-time", "why", "print app->drive.sequence.state", arguments=("30000", "20000")
         )
         self.assertEqual(place(where)[0], 20000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
@@ -219,23 +218,22 @@ class FaultTest(unittest.TestCase):
 
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
-        _, _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.calm.current = 0.0f",
-            "set variable app->drive.protection.limits.overcurrent = 0.01f", "until-fault", "where-time",
-            "why"
+        _, _, text, where, why = session(
+            "period 10000", "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault",
+            "where-time", "why"
         )
         self.assertEqual(place(where)[0], 10000)
-        self.assertRegex(text, r"^fault 21, overcurrent, by (enter_fault < )?(transit < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 21, overcurrent, by (sequence_fault < )?(sequence_step < )?(sequence < )?drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
     def test_until_fault_finds_a_fault_of_the_calibration(self):
         # No offset at all is accepted any more: found in the period that takes the last of 64 + 512 samples.
         _, _, text, where, why = session(
-            "period 100", "set variable app->drive.params.current_offset_max = 0.0f", "until-fault", "where-time", "why"
+            "period 100", "set variable app->drive.measure.tuning.offset_max = 0.0f", "until-fault", "where-time", "why"
         )
         self.assertEqual(place(where)[0], 575)
-        self.assertRegex(text, r"^fault 27, current_offset, by (enter_fault < )?(calibrate < )?(transit < )?(advance < )?drive_step\n")
+        self.assertRegex(text, r"^fault 27, current_offset, by (sequence_fault < )?(in_not_ready < )?(sequence_step < )?(sequence < )?drive_step\n")
         self.assertRegex(text, r"#0  app_interrupt \(\)")
         self.assertIn("fault 27, current_offset: ", why)
 
@@ -250,14 +248,77 @@ class FaultTest(unittest.TestCase):
         self.assertIn("the program ended without a fault", text)
 
     def test_why_of_a_later_fault_names_it(self):
-        # The DC link is made to look too high after the trip: bit 3 of the fault table.
+        # The DC link is made to look too high after the trip.
         _, _, _, why = session(
-            "until-fault", "set variable app->drive.protection.limits.overvoltage = 1.0f", "period 2010", "why",
-            arguments=("30000", "2000"),
+            "until-fault", "set variable app->drive.guard.tuning.limit[FAULT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
+            "why", arguments=("30000", "2000"),
         )
         self.assertIn("fault 20, module_fault", why)
         self.assertIn("later: dc_overvoltage", why)
         self.assertIn("refusal 3, fault_present", why)
+
+    HISTORY = re.compile(r"(?m)^  the last (\d+) of (\d+) periods that the drive has kept:\n((?:    .*\n?)+)")
+
+    def history(self, why):
+        """(shown, kept, {row: [(unit, value, ...)]}) of the table in what why says; the first column is `period`."""
+        match = self.HISTORY.search(why)
+        self.assertIsNotNone(match, why)
+        names, units, *rows = match[3].splitlines()
+        ends = [word.end() for word in re.finditer(r"\S+", names)]
+        starts = [0, *ends[:-1]]
+        columns = {names[a:b].strip(): (units[a:b].strip(), [row[a:b].strip() for row in rows]) for a, b in zip(starts, ends)}
+        return int(match[1]), int(match[2]), columns
+
+    def test_why_shows_the_last_periods_before_a_fault_of_the_step(self):
+        _, before, _, _, why, again = session(
+            "period 10000", "print app->drive.measure.measured.current_abc.b",
+            "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault", "why",
+            "print app->drive.measure.measured.current_abc.b",
+        )
+        shown, kept, columns = self.history(why)
+        self.assertEqual((shown, kept), (8, 256))
+        self.assertEqual(
+            list(columns),
+            "period state i_a i_b u_dc i_d i_q i_q_ref u_d u_q theta_e omega_e sample_flags".split(),
+        )
+        self.assertEqual([columns[name][0] for name in ("i_a", "u_dc", "theta_e", "omega_e")], ["A", "V", "rad", "rad/s"])
+        # The rig's period 10000 is the drive's 10001st: the fault's own, and the last row.
+        self.assertEqual(columns["period"][1], [str(n) for n in range(9994, 10002)])
+        self.assertEqual(columns["state"][1], ["operation_enabled"] * 7 + ["fault"])
+        self.assertAlmostEqual(float(columns["i_b"][1][-2]), float(before.split("=")[1]), delta=1e-4)
+        self.assertAlmostEqual(float(columns["i_b"][1][-1]), float(again.split("=")[1]), delta=1e-4)
+        self.assertNotEqual(columns["i_b"][1][-2], columns["i_b"][1][-1])
+
+    def test_why_shows_the_last_periods_before_a_trip_and_goes_on_to_do_so(self):
+        # The trip comes before the step of the rig's period 8000: the drive has counted 8000 periods.
+        _, why, _, later = session("until-fault", "why", "period 8100", "why", arguments=("30000", "8000"))
+        _, _, columns = self.history(why)
+        self.assertEqual(columns["period"][1], [str(n) for n in range(7993, 8001)])
+        self.assertEqual(set(columns["state"][1]), {"operation_enabled"})
+        self.assertEqual(set(columns["sample_flags"][1]), {"0"})
+        self.assertEqual(self.history(later), self.history(why))
+
+    def test_why_shows_what_there_is_of_an_early_fault(self):
+        _, _, _, why = session(
+            "period 2", "set variable app->drive.guard.tuning.limit[FAULT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
+        )
+        shown, kept, columns = self.history(why)  # two in a row: the fourth period
+        self.assertEqual((shown, kept), (4, 4))
+        self.assertEqual(columns["state"][1], ["not_ready"] * 3 + ["fault"])
+
+    def test_why_names_a_warning_that_holds(self):
+        # From 0.1 s after the heat sink, at 40 degC, has come above it.
+        _, _, _, before, _, why, drive = session(
+            "period 8000", "set variable app->drive.guard.tuning.limit[FAULT_SINK_WARM] = 30.0f", "period 8999", "why",
+            "period 9001", "why", "drive",
+        )
+        self.assertEqual(before, "nothing is wrong: the drive is in operation_enabled")
+        self.assertEqual(
+            why.splitlines(),
+            ["warning 37, sink_warm: the heat sink is within 10 K of sink_temperature_max",
+             "  remedy: reduce load or improve cooling before it stops the drive"],
+        )
+        self.assertRegex(drive, r"(?m)^warnings +sink_warm$")
 
     def test_why_names_a_refusal(self):
         _, why = session("period 100", "why")
@@ -280,6 +341,7 @@ class LookTest(unittest.TestCase):
         rows = {line[:11].strip(): line[11:] for line in text.splitlines()}
         self.assertEqual(rows["state"], "operation_enabled, gates keep")
         self.assertEqual(rows["fault"], "none")
+        self.assertEqual(rows["warnings"], "none")
         self.assertIn("enable on, mode speed, speed 600.00 r/min", rows["requests"])
         # Settled after 3 s; the speed ripples by less than 1 % (dead time, encoder).
         speed = float(re.match(r"(\S+) r/min, reference 600.00 r/min$", rows["speed"])[1])
@@ -321,17 +383,22 @@ class LookTest(unittest.TestCase):
             self.assertNotIn("other bits", text, name)
 
     def test_values_are_printed_as_what_they_are(self):
-        _, voltage, point, command, fault, requests, drive = session(
-            "until-fault", "print app->drive.voltage", "print app->drive.position", "print app->drive.command",
-            "print app->drive.fault", "print app->drive.requests", "print app->drive", arguments=("30000", "8000"),
+        _, voltage, frame, point, command, sequence, requests, drive = session(
+            "until-fault", "print app->drive.voltage", "print app->drive.frame", "print app->drive.encoder_position",
+            "print app->drive.command", "print app->drive.sequence", "print app->drive.requests", "print app->drive",
+            arguments=("30000", "8000"),
         )
         self.assertRegex(voltage, r"= \(d \S+, q \S+\)$")
+        self.assertRegex(frame, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(point, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(command, r"= duty \(a 0\.\d+, b 0\.\d+, c 0\.\d+\), gates keep$")
-        self.assertIn("{reason = module_fault, period = 8000,", fault)
+        self.assertIn("{state = fault, refusal = none, fault_reason = module_fault, faults_later = none,", sequence)
         self.assertIn("{enable = on, fault_reset = no, mode = speed,", requests)
-        self.assertIn("state = fault, refusal = none,", drive)
-        self.assertIn("current_ab = (alpha ", drive)
+        self.assertIn("sequence = {state = fault, refusal = none,", drive)
+        self.assertIn("fault = {period = 8000,", drive)
+        self.assertIn("current = (alpha ", drive)
+        self.assertIn("warnings = none", drive)
+        self.assertIn("history = 256 periods of 12 rows", drive)
 
     def test_arguments_of_the_step_are_printed_as_what_they_are(self):
         _, _, _, samples, rotation = session(
@@ -475,6 +542,12 @@ class VisualStudioCodeTest(unittest.TestCase):
             self.assertEqual(set(re.findall(r"\$\{input:(\w+)\}", json.dumps(configuration))), inputs)
             self.assertIs(configuration["stopAtEntry"], False)
 
+    @staticmethod
+    def line_of_step(path):
+        """A line of drive_step's body."""
+        lines = pathlib.Path(path).read_text().splitlines()
+        return next(n for n, line in enumerate(lines, 1) if line.startswith("void drive_step(")) + 8
+
     def test_launch_stops_in_the_interrupt_and_goes_back_within_the_session(self):
         configuration = self.launch["configurations"][0]
         (variable,) = configuration["environment"]
@@ -492,7 +565,7 @@ class VisualStudioCodeTest(unittest.TestCase):
 
         # A breakpoint by the source file's full name, as an editor sets it.
         step = str(ROOT / "firmware" / "drive" / "drive.c")
-        self.assertTrue(any("^done,bkpt=" in line for line in gdb.tell(f"-break-insert -f {step}:400")))
+        self.assertTrue(any("^done,bkpt=" in line for line in gdb.tell(f"-break-insert -f {step}:{self.line_of_step(step)}")))
 
         back = gdb.console("period -2")
         started = next(n for n, line in enumerate(back) if line.startswith('=thread-group-started,id="i2"'))

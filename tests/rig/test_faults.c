@@ -121,6 +121,147 @@ static void test_hot_motor(void)
     expect_stopped_by_heat("motor_temperature", DRIVE_MOTOR_SENSOR, 135.0, REASON_MOTOR_HOT);
 }
 
+/* Degrees from the point where the warning begins, 10 K below the limit: whatever the limit is. */
+static void put_sink_beside_warning(double kelvin)
+{
+    run_put(rig, "plant.sink_temperature", rig_value(rig, "sink_temperature_max") - 10.0 + kelvin);
+}
+
+/* A code of the converter is worth less than 0.05 K. A drive without the sensor has nothing to warn of. */
+static void expect_warning_of_heat(bool sensor)
+{
+    const double bit = sensor ? (double)(1u << FAULT_SINK_WARM) : 0.0;
+    put_sink_beside_warning(-0.2);
+    run_seconds(rig, 0.3);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "warnings"));
+
+    put_sink_beside_warning(0.2);
+    rig_run(rig, rig_periods(0.1) - 2u);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "warnings"));
+    rig_run(rig, 4u);
+    TEST_ASSERT_EQUAL_DOUBLE(bit, rig_value(rig, "warnings"));
+    put_sink_beside_warning(9.8);
+    run_seconds(rig, 0.3);
+    TEST_ASSERT_EQUAL_DOUBLE(bit, rig_value(rig, "warnings"));
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "refusal"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
+
+    put_sink_beside_warning(-0.2);
+    rig_run(rig, 2u);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "warnings"));
+    run_expect_no_fault(rig);
+}
+
+static void test_warm_heat_sink_warns_and_the_drive_runs_on(void)
+{
+    expect_warning_of_heat(DRIVE_SINK_SENSOR);
+}
+
+/* Once hot the warning goes on beside the fault; it is no fault itself, not even a later one. */
+static void expect_warmth_then_fault(bool sensor)
+{
+    put_sink_beside_warning(0.2);
+    run_seconds(rig, 0.2);
+    run_expect_no_fault(rig);
+    put_sink_beside_warning(10.2);
+    run_seconds(rig, 0.11);
+    if (!sensor) {
+        run_expect_no_fault(rig);
+        return;
+    }
+    TEST_ASSERT_EQUAL_DOUBLE((double)(1u << FAULT_SINK_WARM), rig_value(rig, "warnings"));
+    expect_stopped(REASON_SINK_HOT);
+    TEST_ASSERT_BITS(1u << FAULT_SINK_WARM, 0u, (uint32_t)rig_value(rig, "faults_later"));
+}
+
+static void test_warm_heat_sink_that_gets_hot_stops_the_drive(void)
+{
+    expect_warmth_then_fault(DRIVE_SINK_SENSOR);
+}
+
+/* ---- the history before a fault ---- */
+
+#define TAPPED (TAP_SLOTS + 1u)
+
+static uint32_t tapped[TAP_PERIODS][TAPPED]; /* `period` and the rows of the history, in place of `period` */
+static uint32_t taps;
+
+static void keep_tap(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)period;
+    memcpy(tapped[slots[0] % TAP_PERIODS], slots, count * sizeof *slots);
+    taps++;
+}
+
+static void tap_rows_of_history(void)
+{
+    uint32_t ids[TAPPED] = {rig_row_by_name("period")->id};
+    memcpy(&ids[1], rig_history_rows(rig), TAP_SLOTS * sizeof ids[0]);
+    taps = 0;
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, TAPPED, 1u, keep_tap, NULL));
+}
+
+/* Bit for bit what the tap saw, back from this period. */
+static void expect_history_as_tapped(uint32_t newest, uint32_t count)
+{
+    TEST_ASSERT_EQUAL_UINT32(count, rig_history_count(rig));
+    for (uint32_t ago = 0; ago < count; ago++) {
+        uint32_t period = 0;
+        const uint32_t *slots = rig_history(rig, ago, &period);
+        const uint32_t *seen = tapped[(newest - ago) % TAP_PERIODS];
+        TEST_ASSERT_EQUAL_UINT32(newest - ago, period);
+        TEST_ASSERT_EQUAL_UINT32(newest - ago, seen[0]);
+        TEST_ASSERT_EQUAL_HEX32_ARRAY(&seen[1], slots, TAP_SLOTS);
+    }
+}
+
+static void test_history_goes_with_the_run_and_ends_with_the_period_of_the_fault(void)
+{
+    tap_rows_of_history();
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_FALSE(rig_history_held(rig));
+    expect_history_as_tapped((uint32_t)rig_value(rig, "period"), TAP_PERIODS);
+
+    run_put(rig, "dc_voltage", rig_value(rig, "dc_overvoltage") + 5.0);
+    while (rig_value(rig, "state") != 5.0) {
+        rig_step(rig);
+    }
+    const uint32_t fault = (uint32_t)rig_value(rig, "fault_period");
+    TEST_ASSERT_EQUAL_UINT32(fault, (uint32_t)rig_value(rig, "period")); /* the step itself found it */
+    TEST_ASSERT_TRUE(rig_history_held(rig));
+    expect_history_as_tapped(fault, TAP_PERIODS);
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    run_seconds(rig, 0.05);
+    expect_history_as_tapped(fault, TAP_PERIODS); /* held */
+}
+
+static void test_history_before_a_trip_ends_with_the_step_before_it_and_a_reset_begins_anew(void)
+{
+    tap_rows_of_history();
+    run_seconds(rig, 0.05);
+    const uint32_t period = (uint32_t)rig_value(rig, "period");
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.01);
+    TEST_ASSERT_EQUAL_UINT32(period, (uint32_t)rig_value(rig, "fault_period"));
+    expect_history_as_tapped(period, TAP_PERIODS);
+
+    run_put(rig, "force_fault", 0.0);
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.03);
+    TEST_ASSERT_TRUE(rig_history_held(rig));
+    run_put(rig, "fault_reset", 1.0);
+    tap_rows_of_history();
+    rig_run(rig, 30u);
+    TEST_ASSERT_FALSE(rig_history_held(rig));
+    TEST_ASSERT_EQUAL_UINT32(30u, taps);
+    expect_history_as_tapped((uint32_t)rig_value(rig, "period"), 30u);
+}
+
+/* ---- encoder and position ---- */
+
 /* Four whole turns between two looks of the eQEP: more counts than its clock has cycles since then, so that
  * both tracks changed within one. The angle is where it was, and the counter follows the tracks modulo 4: it
  * loses what the shaft did between the two looks, 10 counts, and nothing but the phase error tells of it. */
@@ -149,11 +290,11 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
 {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "sample_flags"));
     const double period = rig_value(rig, "period");
+    const double lost = rig_value(rig, "true_omega_e") * RIG_PERIOD_SECONDS;
     run_put(rig, "plant.encoder_offset", JUMP);
     expect_phase_error_seen_once();
     TEST_ASSERT_DOUBLE_WITHIN(1.0, period + 1.0, rig_value(rig, "fault_period"));
     expect_stopped(REASON_ENCODER_PHASE);
-    const double lost = rig_value(rig, "omega_e") * RIG_PERIOD_SECONDS;
     TEST_ASSERT_DOUBLE_WITHIN(0.004, -lost, encoder_error()); /* a count is 2.5 mrad */
 
     /* Nothing of it is left: a reset, and the drive runs again. */
@@ -341,6 +482,10 @@ int main(void)
     RUN_TEST(test_dc_link_sag_stops_after_its_debounce);
     RUN_TEST(test_hot_heat_sink);
     RUN_TEST(test_hot_motor);
+    RUN_TEST(test_warm_heat_sink_warns_and_the_drive_runs_on);
+    RUN_TEST(test_warm_heat_sink_that_gets_hot_stops_the_drive);
+    RUN_TEST(test_history_goes_with_the_run_and_ends_with_the_period_of_the_fault);
+    RUN_TEST(test_history_before_a_trip_ends_with_the_step_before_it_and_a_reset_begins_anew);
     RUN_TEST(test_encoder_tracks_that_change_both_at_once_stop_the_drive);
     RUN_TEST(test_encoder_tracks_may_jump_while_the_bridge_is_off);
     RUN_TEST(test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runaway);

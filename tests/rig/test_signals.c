@@ -24,6 +24,7 @@
     X(refusal)                                                                                               \
     X(fault_period)                                                                                          \
     X(faults_later)                                                                                          \
+    X(warnings)                                                                                              \
     X(i_a)                                                                                                   \
     X(i_b)                                                                                                   \
     X(i_c)                                                                                                   \
@@ -104,6 +105,7 @@ typedef struct {
     uint32_t first, end;                  /* places in the record */
     double state, refusal, fault_reason;  /* [-] */
     double fault_period, faults_later;    /* [periods], [-] */
+    double warnings;                      /* [-] */
     double flags, invalid;                /* [-] */
     double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: it is the speed itself */
     bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is asked for */
@@ -237,6 +239,7 @@ static void run_all(void)
 
     /* The estimate closes a loop of currents; a shaft that is held gives it time. */
     run_put(rig, "estimate_speed_min", 3.0);
+    run_put(rig, "sink_temperature_max", 45.0);
     run_parameter(rig, "flux_adaptation", 2.0);
     run_put(rig, "mode", 1.0);
     run_put(rig, "i_d_request", 1.5);
@@ -256,9 +259,11 @@ static void run_all(void)
                             .omega_m_ref = (double)NAN,
                             .bridge = true,
                             .sensorless = true,
+                            .warnings = DRIVE_SINK_SENSOR ? 16384.0 : 0.0, /* the fifteenth fault */
                             .settled = true});
 
     /* A link that is too low for these currents. */
+    run_put(rig, "sink_temperature_max", 80.0);
     run_parameter(rig, "position_source", 0.0);
     run_put(rig, "dc_voltage", 1.02 * rig_value(rig, "dc_undervoltage"));
     run_put(rig, "shaft_locked_speed", 1500.0 * RPM);
@@ -374,6 +379,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(fault_period, s->fault_period, 0.0)
     EXPECT(faults_later, s->faults_later, 0.0)
     EXPECT(sample_flags, s->flags, 0.0)
+    EXPECT(warnings, s->warnings, 0.0)
     if (s->bridge) {
         EXPECT(estimator_invalid, s->invalid, 0.0)
     }

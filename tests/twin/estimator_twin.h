@@ -1,6 +1,6 @@
 /* The fixed-point estimator in the shape of the float one, so that the tests of estimator.h run on it
- * unchanged: force-included before test_estimator_*.c and test_flux.c. After each call the fields of estimator_t that a test
- * may look at hold the twin's state in SI. */
+ * unchanged: force-included before test_estimator_*.c and test_flux.c. After each call the fields of
+ * estimator_t that a test may look at hold the twin's state in SI. */
 #ifndef TESTS_TWIN_ESTIMATOR_TWIN_H
 #define TESTS_TWIN_ESTIMATOR_TWIN_H
 
@@ -154,10 +154,6 @@ static inline bool twin_skips(const char *test)
             UnityDefaultTestRun(test, #test, __LINE__);                                                      \
         }                                                                                                    \
     } while (0)
-
-/* The length of lag.c's series is off by 6e-6; the twin's feed-forward has no dead zone to hide it: 0.74/kp
- * of 3000 rad/s [mrad]. */
-#define FAST_RESET 0.13
 
 #define estimator_t            twin_t
 #define estimator_tuning_t     twin_tuning_t

@@ -29,9 +29,6 @@
 #define RATED       4.55 /* [A] of the paper's machine at 5 N m */
 #define FLOAT_MEAN  0.03 /* [mrad] */
 #define FLOAT_PEAK  0.1  /* [mrad] */
-#ifndef FAST_RESET
-#define FAST_RESET 0.05 /* [mrad] where a length is off by 1e-6 */
-#endif
 
 static const struct {
     double resistance, inductance, flux_linkage, omega_max;
@@ -68,7 +65,7 @@ static inline void tune(estimator_params_t *params, double bandwidth, double cut
     TEST_ASSERT_TRUE(pll_design(&params->pll, (float)bandwidth, 1.0f, (float)cutoff, (float)T));
 }
 
-/* The default: vector sigmoid by the rule (physics.md section 2), exact lag, 2000 rad/s, PLL 200 / 50. */
+/* The default: vector sigmoid by the rule (docs/theory.md, 3), exact lag, 2000 rad/s, PLL 200 / 50. */
 static inline estimator_params_t params_of(int machine)
 {
     double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;

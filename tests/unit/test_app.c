@@ -410,7 +410,7 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
     TEST_ASSERT_FALSE(interrupts_wrong);
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f, app->drive.start_speed);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, app->drive.sequence.tuning.start_speed);
 }
 
 /* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */

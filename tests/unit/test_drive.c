@@ -261,7 +261,7 @@ static void test_bad_samples_are_replaced_and_stop_the_drive_after_three(void)
 }
 
 /* The link rises by 0.125 V a period, so that each period can be told. */
-static void test_history_ends_with_the_period_before_a_fault(void)
+static void test_history_ends_with_the_period_of_the_fault(void)
 {
     bring_to_run();
     for (int n = 0; n < 400; n++) {
@@ -276,9 +276,52 @@ static void test_history_ends_with_the_period_before_a_fault(void)
         const uint32_t *slots = tap_history_at(&drive.history, ago);
         float u_dc;
         memcpy(&u_dc, &slots[3], sizeof u_dc); /* the fourth of signals_history */
-        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (398.0f - (float)ago), u_dc);
-        TEST_ASSERT_EQUAL_UINT32(DRIVE_OPERATION_ENABLED, slots[0]);
+        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (399.0f - (float)ago), u_dc);
+        TEST_ASSERT_EQUAL_UINT32(ago == 0u ? DRIVE_FAULT : DRIVE_OPERATION_ENABLED, slots[0]);
     }
+}
+
+static float newest_u_dc(void)
+{
+    float u_dc;
+    memcpy(&u_dc, &tap_history_at(&drive.history, 0u)[3], sizeof u_dc);
+    return u_dc;
+}
+
+/* The interrupt of the trip comes between two steps: it belongs to the period of the one before. */
+static void test_history_ends_with_the_step_before_a_trip(void)
+{
+    bring_to_run();
+    samples.u_dc = 301.0f;
+    steps(1);
+    drive_trip(&drive);
+    expect_fault(REASON_MODULE_FAULT);
+    samples.u_dc = 302.0f;
+    steps(300);
+    TEST_ASSERT_EQUAL_FLOAT(301.0f, newest_u_dc());
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_OPERATION_ENABLED, tap_history_at(&drive.history, 0u)[0]);
+    TEST_ASSERT_EQUAL_UINT32(TAP_PERIODS, tap_history_count(&drive.history));
+}
+
+/* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
+static void test_history_begins_anew_with_the_reset(void)
+{
+    bring_to_run();
+    drive_trip(&drive);
+    request(REQUEST_OFF);
+    steps(DRIVE_PERIODS(20e-3f));
+    requests_t requests = drive.requests;
+    requests.fault_reset = 1;
+    drive_request(&drive, &requests);
+    samples.u_dc = 303.0f;
+    steps(1);
+    expect_state(DRIVE_NOT_READY);
+    TEST_ASSERT_EQUAL_UINT32(1u, tap_history_count(&drive.history));
+    TEST_ASSERT_EQUAL_FLOAT(303.0f, newest_u_dc());
+    steps(4);
+    drive_stop(&drive, REASON_BOARD_FAILED);
+    steps(4);
+    TEST_ASSERT_EQUAL_UINT32(5u, tap_history_count(&drive.history));
 }
 
 /* ---- parameters ---- */
@@ -289,9 +332,9 @@ static void test_an_offer_is_taken_at_the_start_of_the_next_step(void)
     params.dc_overvoltage = 310.0f; /* less than the link has */
     params.dc_undervoltage = 100.0f;
     offer_params();
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
     steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.sequence.tuning.dc_undervoltage);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
     steps(1); /* the second period above it */
     expect_fault(REASON_DC_OVERVOLTAGE);
@@ -306,7 +349,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     drive_withdraw(&drive);
     steps(10);
     expect_state(DRIVE_OPERATION_ENABLED);
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
 }
 
 /* Every room gets its own: one coefficient of each that the set decides, by hand. */
@@ -339,8 +382,8 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.run.speed.pi.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.run.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.pole_pairs_inverse);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f, drive.start_speed);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.sensorless);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, drive.sequence.tuning.start_speed);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.sequence.tuning.sensorless);
 }
 
 static void test_gains_change_while_running_without_a_jump(void)
@@ -452,7 +495,9 @@ int main(void)
     RUN_TEST(test_a_stop_from_outside_is_a_fault);
     RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
     RUN_TEST(test_bad_samples_are_replaced_and_stop_the_drive_after_three);
-    RUN_TEST(test_history_ends_with_the_period_before_a_fault);
+    RUN_TEST(test_history_ends_with_the_period_of_the_fault);
+    RUN_TEST(test_history_ends_with_the_step_before_a_trip);
+    RUN_TEST(test_history_begins_anew_with_the_reset);
     RUN_TEST(test_an_offer_is_taken_at_the_start_of_the_next_step);
     RUN_TEST(test_an_offer_withdrawn_is_not_taken);
     RUN_TEST(test_a_new_set_reaches_every_room);

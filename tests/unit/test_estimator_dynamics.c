@@ -58,7 +58,7 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
     }
 }
 
-/* Late by asin((1 - psi/psi_hat) a/ki), physics.md section 3. */
+/* Late by asin((1 - psi/psi_hat) a/ki): docs/theory.md, 9. */
 static void test_wrong_flux_leaves_its_share_of_the_lag(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -77,7 +77,7 @@ static void test_wrong_flux_leaves_its_share_of_the_lag(void)
 }
 
 /* K off by rho leaves rho times the error without it; right: the jump of the current in its first period, and
- * the half period by which a sampled integral of it is early, physics.md section 10 (1.6 mrad). */
+ * the half period by which a sampled integral of it is early, docs/theory.md, 9 (1.6 mrad). */
 static void test_torque_feedforward_takes_the_error_away(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -143,7 +143,7 @@ static void test_error_of_a_swinging_speed_is_that_of_the_loop_alone(void)
 
 /* ---- 5. pull-in ---- */
 
-/* Issue 4; for 3 rad the reference study's 163 and 320 ms and a tenth. */
+/* For 3 rad 163 and 320 ms of another simulation (docs/theory.md, 21) and a tenth. */
 static void check_pull_in(double bandwidth, double cutoff, double angle, double limit)
 {
     for (int n = 0; n < 4; n++) {

@@ -1,7 +1,7 @@
 /* The estimator in the paper's configurations: deviations as published, and the sign. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 2. the paper's configuration: numbers of physics.md section 2 and issue 4, after the PLL ---- */
+/* ---- 2. the paper's configuration: its printed numbers, after the PLL ---- */
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 

@@ -47,11 +47,11 @@ static void check_reset(smo_switching_t switching, float cutoff, double limit)
 
 static void test_reset_of_the_vector_form_goes_on_without_a_bump(void)
 {
-    check_reset(SMO_SIGMOID_VECTOR, 2000.0f, 1.0);
-    check_reset(SMO_SIGMOID_VECTOR, 0.0f, 1.0);
+    check_reset(SMO_SIGMOID_VECTOR, 2000.0f, 0.1);
+    check_reset(SMO_SIGMOID_VECTOR, 0.0f, 0.1);
 }
 
-/* Its k_f starts from one sample instead of a mean over turns: 5 mrad of issue 4. */
+/* Its k_f starts from one sample instead of a mean over turns. */
 static void test_reset_of_the_sigmoid_goes_on_with_little(void)
 {
     check_reset(SMO_SIGMOID, 2000.0f, 5.0);
@@ -114,10 +114,8 @@ static void test_reset_near_saturation_goes_on_without_a_bump(void)
     }
 }
 
-/* What the filter makes of a fast EMF is in the preset, for the modes that leave it in the observer. A length
- * that is off by r is a step of r omega for the feed-forward, of which 0.74/kp is the angle: r = 1e-6 of
- * float at omega T = 0.3, and 2e-4 at 0.6 (test_ten_samples_a_turn...), where this makes 8 mrad; half of it.
- */
+/* What the filter makes of a fast EMF is in the reset, for the modes that leave it in the observer: the word
+ * of estimator.h. */
 static void check_fast_reset(double way)
 {
     static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};
@@ -130,7 +128,7 @@ static void check_fast_reset(double way)
         double largest = bump(&params, &rig, 4000 + 17 * n);
         printf("reset of lag mode %d at omega T %.2f: within %.3f mrad\n", (int)params.lag,
                rig.omega_start * T, largest);
-        check_below(largest, n % 2 ? 4.0 : FAST_RESET, "after the reset");
+        check_below(largest, 0.1, "after the reset");
     }
 }
 

@@ -16,13 +16,25 @@ static requests_t requests;
 static sequence_input_t input;
 static sequence_order_t order;
 
+/* What the machine is to find, whichever quantity tells it. */
+static struct {
+    bool fault_line, tripped, undervoltage, too_slow, standstill;
+} is;
+static measured_t measured;
+
+#define UNDERVOLTAGE 200.0f /* [V] */
+
 /* Nothing is wrong and nothing wished for; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
-    sequence_init(&sequence);
+    const sequence_tuning_t tuning = {.dc_undervoltage = UNDERVOLTAGE, .sensorless = 1u};
+    sequence_init(&sequence, &tuning);
     requests_defaults(&requests);
-    input = (sequence_input_t){.requests = &requests, .tripped = true, .calibration = CALIBRATION_GOES_ON};
+    memset(&is, 0, sizeof is);
+    is.tripped = true;
+    input =
+        (sequence_input_t){.requests = &requests, .measured = &measured, .calibration = CALIBRATION_GOES_ON};
 }
 
 void tearDown(void)
@@ -31,6 +43,11 @@ void tearDown(void)
 
 static void steps(uint32_t count)
 {
+    measured.flags =
+        (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) | (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u);
+    measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
+    input.omega_m = is.standstill ? -1.99f : -2.01f;
+    sequence.tuning.start_speed = is.too_slow ? 3.0f : 1.0f;
     for (uint32_t n = 0; n < count; n++) {
         order = sequence_step(&sequence, &input);
     }
@@ -69,7 +86,7 @@ static void bring_to_operation(void)
 {
     bring_to_switched_on();
     steps(1);
-    input.tripped = false;
+    is.tripped = false;
     steps(1);
     expect_state(DRIVE_OPERATION_ENABLED);
 }
@@ -89,7 +106,7 @@ static void bring_to_fault(void)
     steps(1);
     expect_state(DRIVE_FAULT);
     input.faults = 0u;
-    input.tripped = true;
+    is.tripped = true;
 }
 
 static void (*const bring_to[])(void) = {
@@ -164,7 +181,7 @@ static void test_on_goes_through_switched_on_with_duties_before_gates(void)
     steps(1);
     expect_state(DRIVE_SWITCHED_ON);
     expect_order(GATES_ON, false, false);
-    input.tripped = false;
+    is.tripped = false;
     steps(1);
     expect_state(DRIVE_OPERATION_ENABLED);
     expect_order(GATES_KEEP, true, true);
@@ -197,26 +214,26 @@ static void test_on_is_refused_with_the_reason(void)
 {
     bring_to_ready();
     requests.enable = REQUEST_ON;
-    input.fault_line = true;
-    input.undervoltage = true;
-    input.too_slow = true;
+    is.fault_line = true;
+    is.undervoltage = true;
+    is.too_slow = true;
     expect_refused(REASON_FAULT_PRESENT);
-    input.fault_line = false;
+    is.fault_line = false;
     for (uint32_t n = 1; n < REARM; n++) {
         expect_refused(REASON_FAULT_PRESENT);
     }
     expect_refused(REASON_DC_UNDERVOLTAGE);
-    input.undervoltage = false;
+    is.undervoltage = false;
     expect_refused(REASON_TOO_SLOW);
-    input.too_slow = false;
+    is.too_slow = false;
     expect_refused(REASON_NONE);
 }
 
 static void test_without_a_wish_nothing_is_refused(void)
 {
     bring_to_ready();
-    input.undervoltage = true;
-    input.too_slow = true;
+    is.undervoltage = true;
+    is.too_slow = true;
     steps(1);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     requests.enable = REQUEST_ON;
@@ -230,10 +247,10 @@ static void test_without_a_wish_nothing_is_refused(void)
 static void test_obstacles_of_a_start_do_not_stop_a_running_drive(void)
 {
     bring_to_operation();
-    input.undervoltage = true;
-    input.too_slow = true;
-    input.fault_line = true;
-    input.standstill = true;
+    is.undervoltage = true;
+    is.too_slow = true;
+    is.fault_line = true;
+    is.standstill = true;
     steps(10);
     expect_state(DRIVE_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
@@ -296,7 +313,7 @@ static void test_quick_stop_brakes_with_the_gates_on_until_standstill(void)
         expect_state(DRIVE_QUICK_STOP);
         expect_order(GATES_KEEP, false, false);
     }
-    input.standstill = true;
+    is.standstill = true;
     steps(1);
     expect_state(DRIVE_READY);
     expect_order(GATES_OFF, false, false);
@@ -319,7 +336,7 @@ static void test_after_a_quick_stop_on_waits_for_off(void)
 {
     bring_to_quick_stop();
     requests.enable = REQUEST_ON;
-    input.standstill = true;
+    is.standstill = true;
     steps(100);
     expect_state(DRIVE_READY);
     expect_order(GATES_OFF, false, false);
@@ -408,10 +425,10 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
             bring_to_fault();
             steps(3u * REARM);
             input.faults = line == 0 ? LATE : 0u;
-            input.fault_line = line != 0;
+            is.fault_line = line != 0;
             steps(1);
             input.faults = 0u;
-            input.fault_line = false;
+            is.fault_line = false;
             steps(quiet - 1u);
             requests.fault_reset = 1;
             steps(1);
@@ -483,7 +500,7 @@ static void test_after_a_reset_it_calibrates_and_starts_as_at_first(void)
     requests.enable = REQUEST_ON;
     steps(2);
     expect_order(GATES_ON, false, false);
-    input.tripped = false;
+    is.tripped = false;
     steps(1);
     expect_state(DRIVE_OPERATION_ENABLED);
 }
@@ -526,11 +543,11 @@ static void test_no_input_leads_where_it_must_not(void)
                 requests.enable = enable;
                 requests.fault_reset = (int32_t)(bits >> 4 & 1u);
                 input.faults = (bits >> 5 & 1u) != 0u ? OVERCURRENT : 0u;
-                input.fault_line = (bits >> 6 & 1u) != 0u;
-                input.tripped = (bits >> 7 & 1u) != 0u;
-                input.undervoltage = (bits >> 8 & 1u) != 0u;
-                input.too_slow = (bits >> 9 & 1u) != 0u;
-                input.standstill = (bits >> 10 & 1u) != 0u;
+                is.fault_line = (bits >> 6 & 1u) != 0u;
+                is.tripped = (bits >> 7 & 1u) != 0u;
+                is.undervoltage = (bits >> 8 & 1u) != 0u;
+                is.too_slow = (bits >> 9 & 1u) != 0u;
+                is.standstill = (bits >> 10 & 1u) != 0u;
                 input.calibration = (calibration_t)((bits >> 11) % 3u);
                 steps(1);
 

@@ -133,7 +133,7 @@ class Fault(gdb.Breakpoint):
     """The one function that makes the drive's state `fault`."""
 
     def __init__(self):
-        super().__init__(function="enter_fault", internal=True)
+        super().__init__(function="sequence_fault", internal=True)
         self.enabled = False
         self.silent = True
         self.hit = False
@@ -162,8 +162,15 @@ class Written(gdb.Breakpoint):
     def stop(self):
         self.enabled = False
         drive = ring()["app"]["drive"]
-        self.hit = int(drive["fault"]["reason"]) != 0 and int(drive["fault"]["period"]) == int(drive["period"])
+        latched = int(drive["sequence"]["fault_reason"]) != 0
+        self.hit = latched and int(drive["fault"]["period"]) == int(drive["period"])
         return self.hit
+
+
+def file_of(frame):
+    """Full name of the source file that a frame stands in; "" if there is none."""
+    symtab = frame.find_sal().symtab
+    return symtab.fullname() if symtab else ""
 
 
 class Landing(gdb.Breakpoint):
@@ -468,9 +475,10 @@ period LIMIT. A program that is not running is started."""
     def leave_drive():
         """From where the fault is found to where the drive has latched it and returns to its caller in app."""
         names = []
-        frame = gdb.newest_frame()
-        while frame is not None and frame.find_sal().symtab and frame.find_sal().symtab.filename.endswith("drive.c"):
-            names.append(frame.name())
+        outermost = frame = gdb.newest_frame()
+        while frame is not None and "/app/" not in file_of(frame):
+            if "/firmware/drive/" in file_of(frame) and frame.name() not in names:  # a part of one has its name, too
+                names.append(frame.name())
             outermost, frame = frame, frame.older()
         while outermost.type() == gdb.INLINE_FRAME:
             outermost = outermost.older()
@@ -484,16 +492,19 @@ period LIMIT. A program that is not running is started."""
 
     @staticmethod
     def tell_fault(names):
-        reason = int(ring()["app"]["drive"]["fault"]["reason"])
+        reason = int(ring()["app"]["drive"]["sequence"]["fault_reason"])
         gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {names}\n")
         tell_place()
 
 
 class Why(Command):
-    """Tell why the drive is in fault or does not do what it is told, and what to do about it.
-Usage: why"""
+    """Tell why the drive is in fault, warns, or does not do what it is told, and what to do about it.
+Usage: why
+
+Of a fault with the last periods before it, which the drive has kept; the fault's own period is the last one."""
 
     name = "why"
+    PERIODS = 8  # shown of the history
 
     @one_line_errors
     def invoke(self, argument):
@@ -501,25 +512,29 @@ Usage: why"""
         state = ring()
         drive = state["app"]["drive"]
         found = False
-        snapshot = drive["fault"]
-        if int(snapshot["reason"]) != 0:
+        sequence, snapshot = drive["sequence"], drive["fault"]
+        if int(sequence["fault_reason"]) != 0:
             found = True
             period = int(snapshot["period"])
-            self.tell("fault", int(snapshot["reason"]))
+            self.tell("fault", int(sequence["fault_reason"]))
             gdb.write(f"  when: period {period} by the drive's count, {time.seconds(period, period_ticks())}\n")
             gdb.write(
                 f"  then: i_a {show.number(snapshot['i_a'])} A, i_b {show.number(snapshot['i_b'])} A, "
                 f"u_dc {show.number(snapshot['u_dc'])} V, theta_e {show.degrees(snapshot['theta_e'])}, "
                 f"omega_e {show.number(snapshot['omega_e'])} rad/s\n"
             )
-            if int(snapshot["later"]):
-                gdb.write(f"  later: {self.later(int(snapshot['later']))}\n")
-        if int(drive["refusal"]) != 0:
+            if int(sequence["faults_later"]):
+                gdb.write(f"  later: {show.fault_names(sequence['faults_later'], ', ')}\n")
+            self.tell_history(drive["history"], period)
+        for row in show.fault_rows_of(drive["guard"]["warnings"]):
             found = True
-            self.tell("refusal", int(drive["refusal"]))
+            self.tell("warning", int(row["reason"]))
+        if int(sequence["refusal"]) != 0:
+            found = True
+            self.tell("refusal", int(sequence["refusal"]))
         found = self.tell_misuse(state["chip"]) or found
         if not found:
-            gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', drive['state'])}\n")
+            gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', sequence['state'])}\n")
 
     @staticmethod
     def tell(kind, number):
@@ -542,15 +557,22 @@ Usage: why"""
         )
         return True
 
-    @staticmethod
-    def later(bits):
-        """Names of the faults that came after the latched one: bit n is row n of protection.c's table."""
-        for symbol in gdb.lookup_static_symbols("faults"):
-            if symbol.symtab.filename.endswith("drive/protection.c"):
-                rows = symbol.value()
-                count = rows.type.range()[1] + 1
-                return ", ".join(show.reason_name(rows[n]["reason"]) for n in range(count) if bits >> n & 1)
-        return f"bits {bits:#x}"
+    @classmethod
+    def tell_history(cls, history, period):
+        """The newest periods that the drive has kept, of which this one is the last."""
+        periods = history["slots"].type.range()[1] + 1
+        count = min(int(history["next"]), cls.PERIODS)
+        if count == 0:
+            return
+        rows = show.rows_by_id("signals_table", show.elements(history["ids"]))
+        lines = [["period", *(show.text_at(row["name"]) for row in rows)], ["", *(show.unit_of(row) for row in rows)]]
+        for ago in reversed(range(count)):
+            slots = history["slots"][(int(history["next"]) - 1 - ago) % periods]
+            lines.append([str(period - ago), *(show.slot_text(row, slots[n]) for n, row in enumerate(rows))])
+        widths = [max(len(line[n]) for line in lines) for n in range(len(lines[0]))]
+        gdb.write(f"  the last {count} of {min(int(history['next']), periods)} periods that the drive has kept:\n")
+        for line in lines:
+            gdb.write("    " + "  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths)).rstrip() + "\n")
 
 
 class Drive(Command):
@@ -566,7 +588,7 @@ every field."""
     def invoke(self, argument):
         self.no_argument(argument)
         drive = ring()["app"]["drive"]
-        requests = drive["requests"]
+        requests, sequence, measured = drive["requests"], drive["sequence"], drive["measure"]["measured"]
         n = show.number
 
         def line(title, text):
@@ -575,33 +597,34 @@ every field."""
         def request(name):
             return show.choice("requests_table", name, requests[name])
 
-        state = show.choice("signals_table", "state", drive["state"])
+        state = show.choice("signals_table", "state", sequence["state"])
         line("period", f"{int(drive['period'])} by the drive's count")
         line("state", f"{state}, gates {show.gates_name(drive['command']['gates'])}")
-        line("fault", show.reason_name(drive["fault"]["reason"]))
-        line("refusal", show.reason_name(drive["refusal"]))
+        line("fault", show.reason_name(sequence["fault_reason"]))
+        line("warnings", show.fault_names(drive["guard"]["warnings"], ", "))
+        line("refusal", show.reason_name(sequence["refusal"]))
         line(
             "requests",
             f"enable {request('enable')}, mode {request('mode')}, speed {show.rpm(requests['speed_request'])}, "
             f"i_d {n(requests['i_d_request'])} A, i_q {n(requests['i_q_request'])} A",
         )
-        line("speed", f"{show.rpm(drive['omega_m'])}, reference {show.rpm(drive['omega_m_ref'])}")
-        line("position", show.show_position(drive["position"]))
+        line("speed", f"{show.rpm(drive['omega_m'])}, reference {show.rpm(drive['demand']['omega_m_ref'])}")
+        line("position", show.show_position(drive["frame"]))
         for axis in "dq":
             line(
                 f"axis {axis}",
-                f"i {n(drive['current'][axis])} A, reference {n(drive['current_ref'][axis])} A; "
+                f"i {n(drive['current'][axis])} A, reference {n(drive['demand']['current'][axis])} A; "
                 f"u {n(drive['voltage'][axis])} V, asked for {n(drive['voltage_ref'][axis])} V",
             )
-        phases = drive["current_abc"]
+        phases = measured["current_abc"]
         line("phases", ", ".join(f"i_{phase} {n(phases[phase])} A" for phase in "abc"))
         duty = drive["command"]["duty"]
         line("duty", ", ".join(f"{phase} {float(duty[phase]):.4f}" for phase in "abc"))
-        line("DC link", f"{n(drive['u_dc'])} V")
-        line("heat", f"sink {n(drive['sink_temperature'])} degC, motor {n(drive['motor_temperature'])} degC")
+        line("DC link", f"{n(measured['u_dc'])} V")
+        line("heat", f"sink {n(measured['sink_temperature'])} degC, motor {n(measured['motor_temperature'])} degC")
         line(
             "sample",
-            f"encoder {int(drive['encoder_count'])}, flags {show.bit_names(drive['sample_flags'], show.SAMPLE_FLAGS)}",
+            f"encoder {int(measured['encoder_count'])}, flags {show.bit_names(measured['flags'], show.SAMPLE_FLAGS)}",
         )
 
 

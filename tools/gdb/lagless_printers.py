@@ -1,5 +1,6 @@
 """How gdb shows the drive's values: frames, angles, samples, commands, and states by name."""
 import math
+import struct
 
 import gdb
 
@@ -65,6 +66,41 @@ def reason_name(value):
     return reason_row(value)[0]
 
 
+def elements(array):
+    """The elements of a C array, as a list."""
+    return [array[n] for n in range(array.type.range()[1] + 1)]
+
+
+def rows_by_id(table, ids):
+    """Rows of one of the program's tables with these ids, in the order of the ids."""
+    rows = {int(row["id"]): row for row in table_rows(table)}
+    return [rows[int(number)] for number in ids]
+
+
+def unit_of(row):
+    unit = text_at(row["unit"])
+    return "" if unit == "-" else unit
+
+
+def slot_text(row, slot):
+    """The value of a 32-bit slot, by the kind of its row."""
+    kind, bits = str(row["kind"]), int(slot)
+    if kind == "SLOT_FLOAT":
+        return number(struct.unpack("=f", struct.pack("=I", bits))[0])
+    if kind == "SLOT_ENUM":
+        return text_at(row["choices"]).split("|")[bits]
+    return str(bits - 2**32 if kind == "SLOT_INT" and bits >= 2**31 else bits)
+
+
+def fault_rows_of(bits):
+    """Rows of the fault table (drive/faults.h) whose bits are set."""
+    return [row for n, row in enumerate(elements(global_value("fault_rows"))) if int(bits) >> n & 1]
+
+
+def fault_names(bits, separator="|"):
+    return separator.join(text_at(row["name"]) for row in fault_rows_of(bits)) or "none"
+
+
 def bit_names(value, names):
     found = [name for n, name in enumerate(names) if int(value) >> n & 1]
     return "|".join(found) if found else "none"
@@ -126,6 +162,11 @@ def show_samples(v):
     )
 
 
+def show_history(v):
+    kept = min(int(v["next"]), v["slots"].type.range()[1] + 1)
+    return f"{kept} periods of {v['ids'].type.range()[1] + 1} rows"
+
+
 def show_command(v):
     return f"duty {named('a', 'b', 'c')(v['duty'])}, gates {gates_name(v['gates'])}"
 
@@ -136,16 +177,20 @@ LINES = {
     "dq_t": named("d", "q"),
     "rotation_t": show_rotation,
     "position_t": show_position,
+    "frame_t": show_position,
     "drive_samples_t": show_samples,
     "drive_command_t": show_command,
+    "tap_history_t": show_history,
 }
 FIELDS = {
-    "drive_t": {
+    "sequence_t": {
         "state": lambda v: choice("signals_table", "state", v),
         "refusal": reason_name,
-        "sample_flags": lambda v: bit_names(v, SAMPLE_FLAGS),
+        "fault_reason": reason_name,
+        "faults_later": fault_names,
     },
-    "drive_fault_t": {"reason": reason_name},
+    "guard_t": {name: fault_names for name in ("holding", "faults", "warnings")},
+    "measured_t": {"flags": lambda v: bit_names(v, SAMPLE_FLAGS)},
     "requests_t": {
         name: lambda v, name=name: choice("requests_table", name, v) for name in ("enable", "fault_reset", "mode")
     },

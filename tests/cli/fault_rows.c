@@ -1,0 +1,24 @@
+/* The fault table and the limits that the guard makes of the default parameters, one row a line, columns by
+ * tabs, for test_cli.py: what `lagless explain` says of a fault is compared with this. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "drive/guard.h"
+#include "hal/board.h"
+
+int main(void)
+{
+    params_t params;
+    params_defaults(&params);
+    const guard_tuning_t tuning = guard_prepare(&params);
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        const fault_row_t *row = &fault_rows[n];
+        const table_row_t *limit = table_by_name(&params_table, row->limit);
+        printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%d\t%d\n", row->reason,
+               row->name, row->quantity, row->comparison, row->limit, (double)row->margin,
+               (double)tuning.limit[n], limit != NULL ? limit->unit : "", row->debounce,
+               row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ,
+               row->when == FAULT_RUNNING, row->reaction == FAULT_OPEN);
+    }
+    return 0;
+}

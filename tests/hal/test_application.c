@@ -1,0 +1,288 @@
+/* The application above the real HAL on a bus that writes everything down: what stands between interrupts off
+ * and on, and what feeds the watchdog. */
+#include <string.h>
+
+#include "app/app.h"
+#include "hal/f28335/bus.h"
+#include "hal/f28335/pwm.h"
+#include "hal/f28335/qep.h"
+#include "tests/hal/recording_bus.h"
+#include "unity.h"
+
+#define LEGS 3u
+/* Register writes of a section: two dead bands a leg, and what the encoder's restart takes. */
+#define ENCODER_WRITES 3u
+#define SECTION_MAX    (2u * LEGS + ENCODER_WRITES)
+
+static app_t the_app;
+static uint32_t judged;     /* [-] calls that take time */
+static uint32_t judged_off; /* [-] those of them while interrupts were off */
+
+/* ---- what app.c calls in the place of the functions that judge and prepare (CMakeLists.txt) ---- */
+
+bool noted_params_check(const params_t *params, params_error_t *why);
+bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why);
+bool noted_requests_check(const requests_t *requests, const params_t *params, params_error_t *why);
+void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+
+static void note_judging(void)
+{
+    judged++;
+    judged_off += !rec.interrupts_on;
+}
+
+bool noted_params_check(const params_t *params, params_error_t *why)
+{
+    note_judging();
+    return params_check(params, why);
+}
+
+bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why)
+{
+    note_judging();
+    return params_check_live(now, next, why);
+}
+
+bool noted_requests_check(const requests_t *requests, const params_t *params, params_error_t *why)
+{
+    note_judging();
+    return requests_check(requests, params, why);
+}
+
+void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    note_judging();
+    drive_prepare(tuning, params, believed);
+}
+
+/* ---- bench ---- */
+
+void setUp(void)
+{
+    recording_reset();
+    rec.otp[0] = 0x0123u;
+    rec.otp[1] = 0x0045u;
+    memset(&the_app, 0, sizeof the_app);
+    app = &the_app;
+    app_start();
+    TEST_ASSERT_EQUAL_INT32(HAL_OK, app->board_status);
+    TEST_ASSERT_TRUE(rec.interrupts_on);
+    recording_clear_log();
+    judged = 0;
+    judged_off = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.overflows, "the log was too short");
+    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW left open");
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.nested);
+}
+
+/* Place of the only entry of its kind. */
+static uint32_t only(did_t did)
+{
+    uint32_t place = rec.entries;
+    for (uint32_t n = 0; n < rec.entries; n++) {
+        if (rec.entry[n].did == did) {
+            TEST_ASSERT_EQUAL_UINT32(rec.entries, place);
+            place = n;
+        }
+    }
+    TEST_ASSERT_TRUE(place < rec.entries);
+    return place;
+}
+
+/* The log is one section and nothing beside it; how many registers it writes. */
+static uint32_t expect_one_section(void)
+{
+    const uint32_t off = only(DID_INTERRUPTS_OFF);
+    const uint32_t on = only(DID_INTERRUPTS_ON);
+    TEST_ASSERT_EQUAL_UINT32(0u, off);
+    TEST_ASSERT_EQUAL_UINT32(rec.entries - 1u, on);
+    for (uint32_t n = 1; n < on; n++) {
+        TEST_ASSERT_TRUE(rec.entry[n].did == DID_WRITE16 || rec.entry[n].did == DID_WRITE32);
+    }
+    TEST_ASSERT_TRUE(rec.interrupts_on);
+    return on - off - 1u;
+}
+
+static void expect_judged_with_interrupts_on(void)
+{
+    TEST_ASSERT_TRUE(judged > 0u);
+    TEST_ASSERT_EQUAL_UINT32(0u, judged_off);
+}
+
+/* ---- parameters and requests ---- */
+
+static void test_a_set_taken_while_the_bridge_is_off_writes_dead_band_and_encoder(void)
+{
+    params_error_t why;
+    const uint32_t dead_band = (uint32_t)(3e-6 * HAL_CLOCK_HZ + 0.5);
+    app->staged.dead_time = 3e-6f;
+    app->staged.encoder_lines = 1024;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    const uint32_t writes = expect_one_section();
+    TEST_ASSERT_EQUAL_UINT32(SECTION_MAX, writes);
+    for (uint32_t n = 0; n < LEGS; n++) {
+        TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&EPWM(PWM_LEADER + n)->DBRED));
+        TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&EPWM(PWM_LEADER + n)->DBFED));
+        TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + n)->DBRED);
+        TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + n)->DBFED);
+    }
+    TEST_ASSERT_EQUAL_UINT32(4u * 1024u - 1u, EQEP(QEP_MODULE)->QPOSMAX);
+    expect_judged_with_interrupts_on();
+}
+
+/* Nothing that lives in registers has changed: the dead band is written all the same, the encoder goes on. */
+static void test_a_set_without_them_leaves_the_encoder_alone(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(2u * LEGS, expect_one_section());
+    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&EQEP(QEP_MODULE)->QPOSMAX));
+    expect_judged_with_interrupts_on();
+}
+
+static void test_a_set_taken_while_the_bridge_is_on_writes_no_register(void)
+{
+    params_error_t why;
+    app->drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(0u, expect_one_section());
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    expect_judged_with_interrupts_on();
+}
+
+static void test_a_set_that_is_refused_turns_no_interrupt_off(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = -1.0f;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    app->staged = app->active;
+    app->staged.dead_time = 3e-6f;
+    app->drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    TEST_ASSERT_FALSE(app_apply(&why));
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+    TEST_ASSERT_TRUE(judged >= 2u);
+}
+
+static void test_a_request_is_judged_before_interrupts_are_off_and_writes_no_register(void)
+{
+    params_error_t why;
+    requests_t requests = app->drive.requests;
+    requests.speed_request = 50.0f;
+    TEST_ASSERT_TRUE(app_request(&requests, &why));
+    TEST_ASSERT_EQUAL_UINT32(0u, expect_one_section());
+    expect_judged_with_interrupts_on();
+    recording_clear_log();
+    requests.speed_request = 1e9f;
+    TEST_ASSERT_FALSE(app_request(&requests, &why));
+    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
+}
+
+/* ---- background and watchdog ---- */
+
+/* A feeding is both keys in their order. */
+static uint32_t feedings(void)
+{
+    const uint32_t keys = recording_count(&rec.regs.sysctrl.WDKEY);
+    TEST_ASSERT_EQUAL_UINT32(0u, keys % 2u);
+    return keys / 2u;
+}
+
+/* How many tasks the list has: they take turns. */
+static uint32_t tasks(void)
+{
+    const uint32_t first = app->task;
+    uint32_t count = 0;
+    do {
+        app_background();
+        count++;
+    } while (app->task != first);
+    return count;
+}
+
+static void test_the_interrupt_alone_does_not_feed_the_watchdog(void)
+{
+    for (uint32_t n = 0; n < 1000u; n++) {
+        app_interrupt();
+        TEST_ASSERT_EQUAL_UINT32(0u, feedings());
+        recording_clear_log();
+    }
+}
+
+static void test_the_background_alone_does_not_feed_the_watchdog(void)
+{
+    for (uint32_t n = 0; n < 1000u; n++) {
+        app_background();
+        TEST_ASSERT_EQUAL_UINT32(0u, feedings());
+        recording_clear_log();
+    }
+}
+
+/* One interrupt at each place of the list is fed for once. */
+static void test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_round(void)
+{
+    const uint32_t count = tasks();
+    TEST_ASSERT_TRUE(count >= 2u);
+    for (uint32_t place = 0; place < count; place++) {
+        setUp();
+        for (uint32_t n = 0; n < place; n++) {
+            app_background();
+        }
+        app_interrupt();
+        recording_clear_log();
+        uint32_t fed_at = 0;
+        for (uint32_t n = 1; n <= 4u * count; n++) {
+            const uint32_t before = feedings();
+            app_background();
+            if (feedings() != before) {
+                TEST_ASSERT_EQUAL_UINT32(0u, fed_at); /* only once */
+                TEST_ASSERT_EQUAL_UINT32(0u, app->task);
+                fed_at = n;
+            }
+        }
+        /* Seen by the first task of a round, told by its last: at the start of the list that is this round,
+         * anywhere else the next one. */
+        TEST_ASSERT_EQUAL_UINT32(place == 0u ? count : 2u * count - place, fed_at);
+        TEST_ASSERT_EQUAL_UINT32(1u, feedings());
+    }
+}
+
+static void test_each_call_is_one_task_with_one_short_section_at_most(void)
+{
+    const uint32_t count = tasks();
+    for (uint32_t n = 0; n < 2u * count; n++) {
+        const uint32_t task = app->task;
+        app_interrupt();
+        recording_clear_log();
+        app_background();
+        TEST_ASSERT_EQUAL_UINT32((task + 1u) % count, app->task);
+        uint32_t off = 0;
+        for (uint32_t e = 0; e < rec.entries; e++) {
+            const bool turns_off = rec.entry[e].did == DID_INTERRUPTS_OFF;
+            off += turns_off;
+            TEST_ASSERT_TRUE(!turns_off || rec.entry[e + 1u].did == DID_INTERRUPTS_ON); /* no register */
+        }
+        TEST_ASSERT_TRUE(off <= 1u);
+        TEST_ASSERT_TRUE(rec.interrupts_on);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_set_taken_while_the_bridge_is_off_writes_dead_band_and_encoder);
+    RUN_TEST(test_a_set_without_them_leaves_the_encoder_alone);
+    RUN_TEST(test_a_set_taken_while_the_bridge_is_on_writes_no_register);
+    RUN_TEST(test_a_set_that_is_refused_turns_no_interrupt_off);
+    RUN_TEST(test_a_request_is_judged_before_interrupts_are_off_and_writes_no_register);
+    RUN_TEST(test_the_interrupt_alone_does_not_feed_the_watchdog);
+    RUN_TEST(test_the_background_alone_does_not_feed_the_watchdog);
+    RUN_TEST(test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_round);
+    RUN_TEST(test_each_call_is_one_task_with_one_short_section_at_most);
+    return UNITY_END();
+}

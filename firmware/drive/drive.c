@@ -7,10 +7,11 @@
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
-    drive->acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    drive->voltage_acted = acted.voltage;
     const doubt_input_t doubt = {
-        .current = drive->acted.current,
-        .leg = drive->acted.leg,
+        .current = acted.current,
+        .leg = acted.leg,
         .amplitude = drive->estimator.estimate.amplitude,
         .detector = drive->estimator.estimate.detector,
         .omega_e = drive->estimator.estimate.position.omega_e,
@@ -18,9 +19,9 @@ static void estimate(drive_t *drive)
         .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
     };
     if (doubt_step(&drive->doubt, &doubt)) {
-        (void)chosen_coast(&drive->estimator, drive->acted.voltage, measured->current);
+        (void)chosen_coast(&drive->estimator, acted.voltage, measured->current);
     } else {
-        (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
+        (void)chosen_step(&drive->estimator, acted.voltage, measured->current);
     }
 
     if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {

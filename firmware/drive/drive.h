@@ -68,7 +68,7 @@ typedef struct {
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
     uint32_t estimating;         /* [-] 1: the estimator runs */
-    inverter_acted_t acted;      /* in [t_{k-1}, t_k), as the estimator got it */
+    ab_t voltage_acted;          /* in [t_{k-1}, t_k), as the estimator got it [V] */
     frame_t frame;               /* in force at t_k */
     float omega_m;               /* [rad/s] mechanical, of the frame */
     dq_t current;                /* [A] in the frame */

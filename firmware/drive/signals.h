@@ -72,8 +72,8 @@
     F(2063, i_err_beta, estimator.estimate.current_err.beta, "A", "observed minus measured current")         \
     F(2064, detector, estimator.estimate.detector, "-", "detector of the tracking loop: sine of its error")  \
     F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")                 \
-    F(2066, u_alpha, acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                   \
-    F(2067, u_beta, acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                     \
+    F(2066, u_alpha, voltage_acted.alpha, "V", "voltage on the winding from t_k-1 to t_k")                   \
+    F(2067, u_beta, voltage_acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                     \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \

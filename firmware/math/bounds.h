@@ -1,5 +1,5 @@
-/* Amount and limits of numbers, in comparisons that an ordinary value passes at once. The functions of
- * <math.h> used here are exact and inline on every compiler; no library is called.
+/* Amount and limits of numbers, in as few comparisons as can be. The functions of <math.h> used here are
+ * exact and inline on every compiler; no library is called.
  *
  * No state. NaN: bounds_clamp() gives the upper limit, bounds_within() false. */
 #ifndef MATH_BOUNDS_H
@@ -17,10 +17,10 @@ static inline float bounds_magnitude(float value)
 /* `value`, but not beyond +-`limit`. */
 static inline float bounds_clamp(float value, float limit)
 {
-    if (bounds_magnitude(value) <= limit) {
-        return value;
+    if (!(value < limit)) {
+        return limit;
     }
-    return value < 0.0f ? -limit : limit;
+    return value > -limit ? value : -limit;
 }
 
 /* Is `value` inside +-`limit`, the limits excluded? */

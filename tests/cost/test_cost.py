@@ -127,6 +127,58 @@ class Model(unittest.TestCase):
                          {"isr_accesses": 14, "isr_accesses_beyond_reach": 7})
 
 
+def log(*blocks):
+    """A log as QEMU writes it: address and lines of each block that is entered, its listing at the first time."""
+    seen, lines = set(), []
+    for address, listing in blocks:
+        if address not in seen:
+            seen.add(address)
+            lines += ["IN: ", *(f"{address + 4 * n:#x}:  bf00 bf00  {line}" for n, line in enumerate(listing))]
+        lines.append(f"Trace 0: 0x7f00 [00000000/{address:08x}/00000000/ff020000] ")
+    return lines
+
+
+class Log(unittest.TestCase):
+    """What is made of QEMU's log."""
+
+    STEP, INNER, OTHER = 0x100, 0x200, 0x300
+
+    def trace(self, *blocks):
+        trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280), self.OTHER: ("other", 0x380)}, {},
+                           None)
+        for line in log(*blocks):
+            trace.line(line)
+        trace.finish()
+        return trace.interrupts
+
+    def test_interrupt_ends_where_its_step_returns(self):
+        call = (self.STEP, ["nop      ", "bl       #0x200"])
+        inner = (self.INNER, ["nop      ", "nop      ", "bx       lr"])
+        rest = (self.STEP + 8, ["bx       lr"])
+        beside = (self.OTHER, ["nop      "] * 9 + ["bx       lr"])  # called by the replay itself
+        interrupts = self.trace(call, inner, rest, beside, beside, call, inner, rest)
+        self.assertEqual([i.count for i in interrupts], [6, 6])
+        self.assertEqual(interrupts[0].calls, {"drive_step": 6, "inner": 3})
+
+    def test_stretch_is_counted_from_the_entry_of_one_function_to_that_of_another(self):
+        off, between, on = (0x100, ["nop      ", "bx       lr"]), (0x200, ["nop      "] * 5), (0x300, ["bx       lr"])
+        lines = log(between, off, between, on, between, off, between, between, on)
+        self.assertEqual(cost.stretches(lines, 0x100, 0x300), [7, 12])
+
+    def test_parts_of_a_recording_are_told_apart(self):
+        contents = struct.pack("<3I", 0, 0, 2) + b"".join(
+            struct.pack("<32s2I", name, periods, fit) for name, periods, fit in ((b"first", 2, 1), (b"second", 3, 0)))
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(contents)
+            file.flush()
+            parts, fitting = cost.parts_of(pathlib.Path(file.name), list("abcde"))
+            self.assertEqual(parts, {"first": ["a", "b"], "second": ["c", "d", "e"]})
+            self.assertEqual(fitting, ["first"])
+            code, message = refusal(cost.parts_of, pathlib.Path(file.name), list("abcd"))
+        self.assertEqual(code, 2)
+        self.assertIn("other periods than the replay", message)
+
+
 class Tree(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -143,6 +195,9 @@ class Tree(unittest.TestCase):
         committed = json.loads(cost.COMMITTED.read_text())
         shown = cost.README.read_text(encoding="utf-8").partition(cost.BEGIN)[2].partition(cost.END)[0]
         self.assertEqual(shown, cost.readme_table(committed, cost.period_cycles()))
+
+    def test_longest_interrupt_may_take_half_a_period_of_a_c28x(self):
+        self.assertEqual(cost.limits_of()["isr_cycles_c28x_most"], 7500)  # of 15000 at 10 kHz
 
     def test_a_board_without_a_carrier_is_named(self):
         self.file.write_text("#define BOARD_NAME \"nothing\"\n")

@@ -115,7 +115,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
 }
 
 /* One period; `doubtful`: its voltage is not to be tracked by. */
-static inline position_t step(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+static inline position_t one_period(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
 {
     tracker_t *tracker = &est->tracker;
     const rotation_t rotation = tracker->pll.rotation;
@@ -136,12 +136,12 @@ static inline position_t step(estimator_t *est, ab_t voltage, ab_t current, bool
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return step(est, voltage, current, false);
+    return one_period(est, voltage, current, false);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return step(est, voltage, current, true);
+    return one_period(est, voltage, current, true);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

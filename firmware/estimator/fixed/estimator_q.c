@@ -90,7 +90,7 @@ static int64_t acceleration_of(const estimator_q_t *est, ab_q_t current)
 }
 
 /* As step() of estimator.c. */
-static position_q_t step(estimator_q_t *est, ab_q_t voltage, ab_q_t current, bool doubtful)
+static position_q_t one_period_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current, bool doubtful)
 {
     (void)smo_step_q(&est->smo, voltage, current);
     if (est->smo.rejected != 0u) {
@@ -113,12 +113,12 @@ static position_q_t step(estimator_q_t *est, ab_q_t voltage, ab_q_t current, boo
 
 position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
-    return step(est, voltage, current, false);
+    return one_period_q(est, voltage, current, false);
 }
 
 position_q_t estimator_coast_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
-    return step(est, voltage, current, true);
+    return one_period_q(est, voltage, current, true);
 }
 
 uint32_t estimator_invalid_q(const estimator_q_t *est)

@@ -60,7 +60,7 @@ typedef struct {
       "code that the ADC gives for current c, where it has a sensor, whatever flows; -1: none")              \
     F(5008, interrupt_time, "-", 1.0f, 0.0f, 20.0f,                                                          \
       "time from the sample interrupt's read to its writes, in parts of its tracked cost on the chip")       \
-    F(5009, section_time, "-", 1.0f, 0.0f, 10000.0f,                                                          \
+    F(5009, section_time, "-", 1.0f, 0.0f, 10000.0f,                                                         \
       "time that the background keeps interrupts off for a change, in parts of what a flip takes")           \
     F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "the background comes round at most once in this time")
 

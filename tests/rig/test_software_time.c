@@ -225,8 +225,8 @@ static void test_a_change_with_interrupts_off_for_periods_is_late(void)
 
 /* ---- the background ---- */
 
-/* The watchdog counts the 512 x 256 cycles of its clock, crystal/512/64: 239 to 420 ms by crystal. It is fed once
- * in the three tasks of the list. */
+/* The watchdog counts the 512 x 256 cycles of its clock, crystal/512/64: 239 to 420 ms by crystal. It is fed
+ * once in the three tasks of the list. */
 static void test_a_background_slower_than_the_watchdog_is_reset(void)
 {
     run_put(rig, "background_time", 0.03);

@@ -47,12 +47,19 @@ void tap_history_keep(tap_history_t *history, const void *base)
 {
     uint32_t *slots = history->slots[history->next % TAP_PERIODS];
     const size_t *offsets = history->offsets;
-    for (uint32_t n = 0; n < TAP_SLOTS; n += 4u) { /* four at a time: the interrupt's, each period */
-        slots[n] = slot_at(base, offsets[n]);
-        slots[n + 1u] = slot_at(base, offsets[n + 1u]);
-        slots[n + 2u] = slot_at(base, offsets[n + 2u]);
-        slots[n + 3u] = slot_at(base, offsets[n + 3u]);
-    }
+    /* without a loop: the interrupt's, each period */
+    slots[0] = slot_at(base, offsets[0]);
+    slots[1] = slot_at(base, offsets[1]);
+    slots[2] = slot_at(base, offsets[2]);
+    slots[3] = slot_at(base, offsets[3]);
+    slots[4] = slot_at(base, offsets[4]);
+    slots[5] = slot_at(base, offsets[5]);
+    slots[6] = slot_at(base, offsets[6]);
+    slots[7] = slot_at(base, offsets[7]);
+    slots[8] = slot_at(base, offsets[8]);
+    slots[9] = slot_at(base, offsets[9]);
+    slots[10] = slot_at(base, offsets[10]);
+    slots[11] = slot_at(base, offsets[11]);
     history->next =
         history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }

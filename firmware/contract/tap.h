@@ -15,7 +15,7 @@
 void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots);
 
 #define TAP_PERIODS UINT32_C(256) /* of the history: a power of two */
-#define TAP_SLOTS   UINT32_C(12)  /* in each of them: a multiple of 4 */
+#define TAP_SLOTS   UINT32_C(12)  /* in each of them: as many as tap_history_keep() copies */
 
 typedef struct {
     size_t offsets[TAP_SLOTS]; /* [chars of the target] of the chosen slots */

@@ -60,21 +60,16 @@ static void judge(drive_t *drive)
                drive->sequence.tuning.sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
 }
 
-static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
+static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
     const bool was_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
-    sequence_input_t input = {
-        .requests = &drive->requests,
-        .measured = &drive->measure.measured,
-        .faults = drive->guard.faults,
-        .omega_m = drive->omega_m,
-        .calibration = CALIBRATION_GOES_ON,
-    };
+    calibration_t calibration = CALIBRATION_GOES_ON;
     if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
-        input.calibration = measure_calibrate(&drive->measure, samples);
+        calibration = measure_calibrate(&drive->measure, samples);
     }
-    const sequence_order_t order = sequence_step(&drive->sequence, &input);
+    const uint32_t order = sequence_step(&drive->sequence, &drive->requests, &drive->measure.measured,
+                                         drive->guard.faults, drive->omega_m, calibration);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
     if (is_fault && !was_fault) {
         drive_note_fault(drive);
@@ -84,13 +79,13 @@ static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
     return order;
 }
 
-static void start(drive_t *drive, sequence_order_t order)
+static void start(drive_t *drive, uint32_t order)
 {
-    if (order.preset) {
+    if ((order & SEQUENCE_PRESET) != 0u) {
         current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
         run_reset(&drive->run);
     }
-    if (order.track) {
+    if ((order & SEQUENCE_TRACK) != 0u) {
         chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
         flux_reset(&drive->flux, drive->encoder_position.omega_e);
         drive->estimating = 1u;
@@ -151,7 +146,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     measure_step(&drive->measure, samples, drive->offset_trim.offset);
     locate(drive);
     judge(drive);
-    const sequence_order_t order = sequence(drive, samples);
+    const uint32_t order = sequence(drive, samples);
     start(drive, order);
     if (drive_bridge_on(drive)) {
         const run_wish_t wished = wish(drive);
@@ -160,7 +155,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     } else {
         rest(drive);
     }
-    drive->command.gates = (int32_t)order.gates;
+    drive->command.gates = (int32_t)(order & SEQUENCE_GATES);
     inverter_remember(&drive->inverter, drive->command.duty, drive->measure.measured.current,
                       drive->measure.measured.u_dc);
     /* up to the fault's own period, which is this one unless a trip came between two steps */

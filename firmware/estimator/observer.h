@@ -41,12 +41,13 @@ void observer_init(observer_t *observer, const observer_params_t *params);
  * the EMF's. Many divisions. */
 float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf);
 
-/* `emf` [V] at t_k from the voltage [V] that acted on [t_k-1, t_k), the current [A] at t_k and the speed
- * [rad/s] of this period. false: the sample was rejected, nothing has changed and there is no EMF. */
-static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf)
+/* `emf` [V] at t_k and the square of the current error [A^2], from the voltage [V] that acted on [t_k-1,
+ * t_k), the current [A] at t_k and the speed [rad/s] of this period. false: the sample was rejected, nothing
+ * has changed and there is no EMF. */
+static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf,
+                                 float *error_square)
 {
-    (void)smo_step_inline(&observer->smo, voltage, current);
-    if (observer->smo.rejected != 0u) {
+    if (!smo_step_inline(&observer->smo, voltage, current, error_square)) {
         return false;
     }
     *emf = lag_emf_inline(&observer->smo, (lag_mode_t)observer->lag, omega_e);

@@ -107,7 +107,9 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
 
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
 {
-    return smo_step_inline(smo, voltage, current);
+    float error_square;
+    (void)smo_step_inline(smo, voltage, current, &error_square);
+    return smo->emf_hat;
 }
 
 void smo_switch_axes(smo_t *smo)

@@ -131,8 +131,9 @@ static inline void smo_switch(smo_t *smo, float square)
     smo->switched = (ab_t){g * smo->current_err.alpha, g * smo->current_err.beta};
 }
 
-/* smo_step() itself, inline for the interrupt. */
-static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
+/* smo_step() itself, inline for the interrupt; `error_square` gets |x|^2 [A^2]. false: the sample was
+ * rejected. */
+static inline bool smo_step_inline(smo_t *smo, ab_t voltage, ab_t current, float *error_square)
 {
     const smo_tuning_t *tuning = &smo->tuning;
     ab_t hat = smo->current_hat;
@@ -143,9 +144,10 @@ static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
     hat.beta += tuning->voltage_gain * (voltage.beta - v.beta - tuning->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
+    *error_square = square;
     if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
         smo->rejected = 1u;
-        return smo->emf_hat;
+        return false;
     }
     smo->rejected = 0u;
     smo->current_hat = hat;
@@ -158,7 +160,7 @@ static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
         v.beta += tuning->emf_decay * (smo->emf_hat.beta - v.beta);
     }
     smo->emf_hat = v;
-    return v;
+    return true;
 }
 
 /* |x|^2 [A^2] of the last step. */

@@ -3,24 +3,35 @@
 #include "math/bounds.h"
 #include "math/trig.h"
 
+/* Is what acted too uncertain to track by? */
+static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
+{
+    const estimate_t *last = &drive->estimator.estimate;
+    if (!doubt_possible(&drive->doubt, last->amplitude, acted->leg)) {
+        return false;
+    }
+    const doubt_input_t input = {
+        .current = acted->current,
+        .leg = acted->leg,
+        .amplitude = last->amplitude,
+        .detector = last->detector,
+        .omega_e = last->position.omega_e,
+        .omega_m = drive->omega_m,
+        .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
+    };
+    return doubt_step(&drive->doubt, &input);
+}
+
 /* The estimate at t_k, and what can be learnt of it. */
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
-    drive->acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
-    const doubt_input_t doubt = {
-        .current = drive->acted.current,
-        .leg = drive->acted.leg,
-        .amplitude = drive->estimator.estimate.amplitude,
-        .detector = drive->estimator.estimate.detector,
-        .omega_e = drive->estimator.estimate.position.omega_e,
-        .omega_m = drive->omega_m,
-        .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
-    };
-    if (doubt_step(&drive->doubt, &doubt)) {
-        (void)chosen_coast(&drive->estimator, drive->acted.voltage, measured->current);
+    const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    drive->acted = acted.voltage;
+    if (doubtful(drive, &acted)) {
+        (void)chosen_coast(&drive->estimator, acted.voltage, measured->current);
     } else {
-        (void)chosen_step(&drive->estimator, drive->acted.voltage, measured->current);
+        (void)chosen_step(&drive->estimator, acted.voltage, measured->current);
     }
 
     if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
@@ -117,7 +128,6 @@ static abc_t control(drive_t *drive)
         inverter_make(&drive->inverter, frames_inverse_park(asked, acting),
                       frames_inverse_park(drive->demand.current, acting), drive->measure.measured.u_dc);
     const dq_t missing = frames_park(made.missing, acting);
-    drive->voltage_ref = asked;
     drive->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
     current_control_applied(&drive->current_control, drive->voltage);
     return made.duty;
@@ -127,7 +137,7 @@ static void rest(drive_t *drive)
 {
     const dq_t none = {0.0f, 0.0f};
     drive->demand = (demand_t){none, none, 0.0f};
-    drive->voltage_ref = none;
+    current_control_reset(&drive->current_control, none);
     drive->voltage = none;
     drive->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
     drive->estimating = 0u;

@@ -8,6 +8,7 @@
 
 #include "contract/measured.h"
 #include "drive/params.h"
+#include "math/bounds.h"
 
 #define DRIVE_SAMPLE_TRIPPED    UINT32_C(1) /* the trip zone holds the gates off */
 #define DRIVE_SAMPLE_FAULT_LINE UINT32_C(2) /* the power module pulls its fault line now */
@@ -27,6 +28,16 @@ typedef struct {
     uint32_t encoder;        /* [counts] 0 .. 4 encoder_lines - 1, at t_k */
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
 } drive_samples_t;
+
+/* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
+#define MEASURE_MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
+#define MEASURE_HALF   (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice
+ * that. */
+#define MEASURE_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
+
+/* No sensor of a board reads this [V], [degC]: not a number. */
+#define MEASURE_LIMIT 1000.0f
 
 typedef struct {
     float weight;     /* 1/calibration_periods [-] */
@@ -52,9 +63,6 @@ void measure_init(measure_t *measure, const measure_tuning_t *tuning);
 /* New coefficients; offsets and a calibration under way go on. */
 void measure_take(measure_t *measure, const measure_tuning_t *tuning);
 
-/* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
-void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim);
-
 /* The next calibration begins anew. */
 void measure_begin_calibration(measure_t *measure);
 
@@ -62,5 +70,34 @@ void measure_begin_calibration(measure_t *measure);
  * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
  * than a sensor's may be. No division. */
 calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
+
+/* Is this sample one of a sensor that works? */
+static inline bool measure_is_good(const drive_samples_t *samples)
+{
+    return bounds_within(samples->i_a - MEASURE_MIDDLE, MEASURE_HALF) &&
+           bounds_within(samples->i_b - MEASURE_MIDDLE, MEASURE_HALF) &&
+           bounds_within(samples->i_c - MEASURE_MIDDLE, MEASURE_C_SHARE * MEASURE_HALF) &&
+           bounds_within(samples->u_dc, MEASURE_LIMIT) &&
+           bounds_within(samples->sink_temperature, MEASURE_LIMIT) &&
+           bounds_within(samples->motor_temperature, MEASURE_LIMIT);
+}
+
+/* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
+static inline void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim)
+{
+    measured_t *measured = &measure->measured;
+    measured->good = measure_is_good(samples);
+    if (measured->good != 0u) {
+        measured->current_abc = (abc_t){samples->i_a - measure->offset.a, samples->i_b - measure->offset.b,
+                                        samples->i_c - measure->offset.c};
+        measured->u_dc = samples->u_dc;
+        measured->sink_temperature = samples->sink_temperature;
+        measured->motor_temperature = samples->motor_temperature;
+    }
+    const ab_t current = frames_clarke(measured->current_abc);
+    measured->current = (ab_t){current.alpha - trim.alpha, current.beta - trim.beta};
+    measured->encoder_count = samples->encoder;
+    measured->flags = samples->flags;
+}
 
 #endif

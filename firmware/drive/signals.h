@@ -29,8 +29,10 @@
     F(2016, i_q, current.q, "A", "quadrature-axis current")                                                  \
     F(2017, i_d_ref, demand.current.d, "A", "direct-axis current reference")                                 \
     F(2018, i_q_ref, demand.current.q, "A", "quadrature-axis current reference")                             \
-    F(2020, u_d_ref, voltage_ref.d, "V", "direct-axis voltage that the current control asks for")            \
-    F(2021, u_q_ref, voltage_ref.q, "V", "quadrature-axis voltage that the current control asks for")        \
+    F(2020, u_d_ref, current_control.voltage_ref.d, "V",                                                     \
+      "direct-axis voltage that the current control asks for")                                               \
+    F(2021, u_q_ref, current_control.voltage_ref.q, "V",                                                     \
+      "quadrature-axis voltage that the current control asks for")                                           \
     F(2022, u_d, voltage.d, "V", "direct-axis voltage really applied from t_k+1")                            \
     F(2023, u_q, voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")                        \
     F(2024, u_dc, measure.measured.u_dc, "V", "DC-link voltage")                                             \
@@ -72,8 +74,8 @@
     F(2063, i_err_beta, estimator.estimate.current_err.beta, "A", "observed minus measured current")         \
     F(2064, detector, estimator.estimate.detector, "-", "detector of the tracking loop: sine of its error")  \
     F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")                 \
-    F(2066, u_alpha, acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")                   \
-    F(2067, u_beta, acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                     \
+    F(2066, u_alpha, acted.alpha, "V", "voltage on the winding from t_k-1 to t_k")                           \
+    F(2067, u_beta, acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                             \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \

@@ -178,7 +178,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
             const double mean_dc = 0.5 * (u_dc + u_dc_before);
             const double complex lost = lost_at(0.5 * (current + before), 0.023 * mean_dc + 0.875);
             const double complex seen =
-                (double)drive.acted.voltage.alpha + (double complex)I * (double)drive.acted.voltage.beta;
+                (double)drive.acted.alpha + (double complex)I * (double)drive.acted.beta;
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(seen - (duty[1] * mean_dc - lost)));
             early = fmax(early, cabs(seen - (duty[0] * mean_dc - lost)));
             late = fmax(late, cabs(seen - (duty[2] * mean_dc - lost)));
@@ -209,7 +209,7 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
             ((double)drive.voltage.d + (double complex)I * (double)drive.voltage.q) * frame;
         const double complex made = duty_of(&command) * U_DC - lost_at(wanted * frame, 0.023 * U_DC + 0.875);
         TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, 0.0, cabs(made - voltage));
-        TEST_ASSERT_EQUAL(n < 20, drive.voltage_ref.d == drive.voltage.d);
+        TEST_ASSERT_EQUAL(n < 20, drive.current_control.voltage_ref.d == drive.voltage.d);
     }
 }
 

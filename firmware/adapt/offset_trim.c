@@ -34,15 +34,15 @@ void offset_trim_reset(offset_trim_t *trim, ab_t offset)
     trim->offset = offset;
 }
 
-static bool steady(const offset_trim_t *trim, float omega_e, ab_t current)
+static bool steady(const offset_trim_t *trim, float omega_e, const ab_t *current)
 {
-    float square = current.alpha * current.alpha + current.beta * current.beta;
+    float square = current->alpha * current->alpha + current->beta * current->beta;
     return bounds_magnitude(omega_e) > TRIM_SPEED_MIN &&
            bounds_magnitude(omega_e - trim->omega) < TRIM_SPEED_DRIFT * bounds_magnitude(omega_e) &&
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
 
-void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current)
+void offset_trim_turn(offset_trim_t *trim, float omega_e, const ab_t *current)
 {
     if (trim->count < trim->tuning.window_periods) {
         return;

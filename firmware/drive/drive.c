@@ -41,7 +41,7 @@ static void estimate(drive_t *drive)
     }
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
                            drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
-                           measured->current);
+                           &measured->current);
 }
 
 /* The frame in force at t_k. While the bridge is off nothing is known of the voltage: the estimator rests,

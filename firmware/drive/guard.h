@@ -18,7 +18,8 @@ typedef struct {
 
 typedef struct {
     guard_tuning_t tuning;
-    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce */
+    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce;
+                              of those that do not fail at once */
     uint32_t holding;      /* [-] bits of the rows that held in the last period */
     uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
     uint32_t warnings;     /* [-] bits of those with reaction WARN */

@@ -36,8 +36,8 @@ typedef struct {
  * that. */
 #define MEASURE_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
 
-/* No sensor of a board reads this [V], [degC]: not a number. */
-#define MEASURE_LIMIT 1000.0f
+/* DC link [V] and temperatures [degC] of sensors that work are less than this together. */
+#define MEASURE_LIMIT 2000.0f
 
 typedef struct {
     float weight;     /* 1/calibration_periods [-] */
@@ -74,12 +74,12 @@ calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *sampl
 /* Is this sample one of a sensor that works? */
 static inline bool measure_is_good(const drive_samples_t *samples)
 {
+    const float others = bounds_magnitude(samples->u_dc) + bounds_magnitude(samples->sink_temperature) +
+                         bounds_magnitude(samples->motor_temperature);
     return bounds_within(samples->i_a - MEASURE_MIDDLE, MEASURE_HALF) &&
            bounds_within(samples->i_b - MEASURE_MIDDLE, MEASURE_HALF) &&
            bounds_within(samples->i_c - MEASURE_MIDDLE, MEASURE_C_SHARE * MEASURE_HALF) &&
-           bounds_within(samples->u_dc, MEASURE_LIMIT) &&
-           bounds_within(samples->sink_temperature, MEASURE_LIMIT) &&
-           bounds_within(samples->motor_temperature, MEASURE_LIMIT);
+           bounds_within(others, MEASURE_LIMIT);
 }
 
 /* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */

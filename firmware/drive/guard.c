@@ -26,6 +26,9 @@ const fault_row_t fault_rows[FAULTS] = {
 #define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
     | (uint32_t)((debounce) > 1u) << (uint32_t)FAULT_##NAME
+#define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
+                       text, remedy)                                                                         \
+    debounce,
 #define RUNNING_ROWS (0u DRIVE_FAULTS(FAULT_IF_RUNNING))
 #define COUNTED_ROWS (0u DRIVE_FAULTS(FAULT_IF_COUNTED))
 #define OPEN_ROWS    (0u DRIVE_FAULTS(FAULT_IF_OPEN))
@@ -113,14 +116,19 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
  */
 static uint32_t count(guard_t *guard, uint32_t now, uint32_t rows)
 {
+    static const uint32_t debounce[FAULTS] = {DRIVE_FAULTS(FAULT_DEBOUNCE)};
     uint32_t failed = 0u;
-    for (uint32_t n = 0; rows >> n != 0u; n++) {
-        if ((rows >> n & 1u) != 0u) {
-            const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
-            const bool failing = held >= fault_rows[n].debounce;
-            guard->held[n] = failing ? fault_rows[n].debounce : held;
-            failed |= (uint32_t)failing << n;
+    for (uint32_t n = 0; rows != 0u; n++) {
+        if ((rows & 1u) != 0u) {
+            uint32_t held = (now & 1u) != 0u ? guard->held[n] + 1u : 0u;
+            if (held >= debounce[n]) {
+                held = debounce[n];
+                failed |= UINT32_C(1) << n;
+            }
+            guard->held[n] = held;
         }
+        rows >>= 1;
+        now >>= 1;
     }
     return failed;
 }

@@ -15,7 +15,7 @@ static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
         .leg = acted->leg,
         .amplitude = last->amplitude,
         .detector = last->detector,
-        .omega_e = last->position.omega_e,
+        .omega_e = last->frame.omega_e,
         .omega_m = drive->omega_m,
         .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
     };
@@ -40,7 +40,7 @@ static void estimate(drive_t *drive)
         chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
-                           drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
+                           drive->estimator.estimate.frame.theta_e, drive->estimator.estimate.omega_smooth,
                            &measured->current);
 }
 
@@ -53,9 +53,7 @@ static void locate(drive_t *drive)
         estimate(drive);
     }
     if (drive->estimating != 0u && drive->sequence.tuning.sensorless != 0u) {
-        drive->frame =
-            (frame_t){drive->estimator.estimate.position.theta_e, drive->estimator.estimate.position.omega_e,
-                      drive->estimator.estimate.rotation};
+        drive->frame = drive->estimator.estimate.frame;
     } else {
         drive->frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
                                  trig_turn(drive->encoder_position.theta_e)};

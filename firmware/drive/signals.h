@@ -51,9 +51,8 @@
     F(2043, motor_temperature, measure.measured.motor_temperature, "degC", "motor winding")                  \
     U(2044, sample_flags, measure.measured.flags, "-",                                                       \
       "1 tripped, 2 fault line, 4 encoder phase error, 8 late")                                              \
-    F(2050, theta_hat, estimator.estimate.position.theta_e, "rad",                                           \
-      "electrical angle of the estimator at t_k")                                                            \
-    F(2051, omega_hat, estimator.estimate.position.omega_e, "rad/s",                                         \
+    F(2050, theta_hat, estimator.estimate.frame.theta_e, "rad", "electrical angle of the estimator at t_k")  \
+    F(2051, omega_hat, estimator.estimate.frame.omega_e, "rad/s",                                            \
       "electrical speed of the estimator, k_p term included")                                                \
     F(2052, omega_smooth, estimator.estimate.omega_smooth, "rad/s", "its integrator and feed-forward alone") \
     U(2053, estimator_invalid, estimator.estimate.invalid, "-",                                              \

@@ -88,7 +88,8 @@ static inline void publish(estimator_t *est, position_t position)
     const smo_t *smo = &est->observer.smo;
     const pll_t *pll = &est->tracker.pll;
     estimate_t *estimate = &est->estimate;
-    estimate->position = position;
+    estimate->frame.theta_e = position.theta_e;
+    estimate->frame.omega_e = position.omega_e;
     estimate->omega_smooth = pll->omega_smooth;
     estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
     estimate->amplitude = pll->amplitude;
@@ -109,7 +110,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
                   bounds_magnitude(length));
     publish(est, rotor);
-    est->estimate.rotation = rotation;
+    est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
 }
@@ -129,7 +130,7 @@ static inline position_t step(estimator_t *est, ab_t voltage, ab_t current, bool
     tracker_t *tracker = &est->tracker;
     ab_t emf;
     float error_square;
-    est->estimate.rotation = tracker->pll.rotation; /* the last step has turned it to t_k */
+    est->estimate.frame.rotation = tracker->pll.rotation; /* the last step has turned it to t_k */
     if (!observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf, &error_square)) {
         return coasted(est, tracker_coast(tracker));
     }

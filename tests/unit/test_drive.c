@@ -376,7 +376,9 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_UINT32(3999u, drive.encoder.tuning.last_count);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.flux.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.offset_trim.tuning.gain);
-    TEST_ASSERT_EQUAL_FLOAT(0.05f, drive.inverter.tuning.duty_min);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
+                             drive.inverter.tuning.modulation.middle -
+                                 0.5f * drive.inverter.tuning.modulation.range);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.doubt.tuning.current);
     TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.current_control.q.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.run.speed.pi.tuning.kp);

@@ -15,11 +15,6 @@ void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
     offset_trim_reset(trim, (ab_t){0.0f, 0.0f});
 }
 
-void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
-{
-    trim->tuning = *tuning;
-}
-
 static void begin_window(offset_trim_t *trim, float omega_e)
 {
     trim->sum = (ab_t){0.0f, 0.0f};

@@ -55,7 +55,10 @@ offset_trim_tuning_t offset_trim_prepare(const offset_trim_params_t *params);
 void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
 
 /* New coefficients; window and offset go on. */
-void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
+static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
+{
+    trim->tuning = *tuning;
+}
 
 /* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);

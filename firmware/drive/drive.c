@@ -29,9 +29,9 @@ static void estimate(drive_t *drive)
     const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
     if (doubtful(drive, &acted)) {
-        (void)chosen_coast(&drive->estimator, acted.voltage, measured->current);
+        (void)chosen_coast(&drive->estimator, drive->acted, measured->current);
     } else {
-        (void)chosen_step(&drive->estimator, acted.voltage, measured->current);
+        (void)chosen_step(&drive->estimator, drive->acted, measured->current);
     }
 
     if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {

@@ -55,11 +55,6 @@ void guard_init(guard_t *guard, const guard_tuning_t *tuning)
     guard_take(guard, tuning);
 }
 
-void guard_take(guard_t *guard, const guard_tuning_t *tuning)
-{
-    guard->tuning = *tuning;
-}
-
 /* The quantities of the table. */
 typedef struct {
     float phase_current;         /* [A] the largest amount of the three, offsets removed */

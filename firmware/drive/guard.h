@@ -32,7 +32,10 @@ guard_tuning_t guard_prepare(const params_t *params);
 void guard_init(guard_t *guard, const guard_tuning_t *tuning);
 
 /* New limits; what is being counted goes on. */
-void guard_take(guard_t *guard, const guard_tuning_t *tuning);
+static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
+{
+    guard->tuning = *tuning;
+}
 
 /* guard->faults and guard->warnings of this period, from its measurements, the mechanical speed [rad/s], the
  * criteria by which the estimate in use has failed (ESTIMATOR_..., 0: none, or none in use), and whether the

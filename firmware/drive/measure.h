@@ -61,7 +61,10 @@ measure_tuning_t measure_prepare(const params_t *params);
 void measure_init(measure_t *measure, const measure_tuning_t *tuning);
 
 /* New coefficients; offsets and a calibration under way go on. */
-void measure_take(measure_t *measure, const measure_tuning_t *tuning);
+static inline void measure_take(measure_t *measure, const measure_tuning_t *tuning)
+{
+    measure->tuning = *tuning;
+}
 
 /* The next calibration begins anew. */
 void measure_begin_calibration(measure_t *measure);

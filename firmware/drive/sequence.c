@@ -31,11 +31,6 @@ sequence_tuning_t sequence_prepare(const params_t *params)
     };
 }
 
-void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning)
-{
-    sequence->tuning = *tuning;
-}
-
 void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning)
 {
     memset(sequence, 0, sizeof *sequence);

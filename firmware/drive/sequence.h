@@ -62,7 +62,10 @@ sequence_tuning_t sequence_prepare(const params_t *params);
 void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning);
 
 /* New limits; the state stays. */
-void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning);
+static inline void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning)
+{
+    sequence->tuning = *tuning;
+}
 
 /* The state of this period, from what is asked for, what was measured, the bits of the fault table that open
  * the bridge, the mechanical speed [rad/s] and, while not ready, the calibration. Returns what follows from

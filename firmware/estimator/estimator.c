@@ -60,12 +60,6 @@ void estimator_prepare(estimator_tuning_t *tuning, const estimator_params_t *par
     tracker_prepare(&tuning->tracker, &parts.tracker);
 }
 
-void estimator_take(estimator_t *est, const estimator_tuning_t *tuning)
-{
-    observer_take(&est->observer, &tuning->observer);
-    tracker_take(&est->tracker, &tuning->tracker);
-}
-
 void estimator_init(estimator_t *est, const estimator_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};

@@ -9,12 +9,6 @@ void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params
     tuning->lag = (int32_t)params->lag;
 }
 
-void observer_take(observer_t *observer, const observer_tuning_t *tuning)
-{
-    smo_take(&observer->smo, &tuning->smo);
-    observer->lag = tuning->lag;
-}
-
 void observer_init(observer_t *observer, const observer_params_t *params)
 {
     const ab_t none = {0.0f, 0.0f};

@@ -31,7 +31,11 @@ typedef struct {
 void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params);
 
 /* The coefficients alone; the state goes on. */
-void observer_take(observer_t *observer, const observer_tuning_t *tuning);
+static inline void observer_take(observer_t *observer, const observer_tuning_t *tuning)
+{
+    smo_take(&observer->smo, &tuning->smo);
+    observer->lag = tuning->lag;
+}
 
 /* Coefficients, and a start without current and EMF. */
 void observer_init(observer_t *observer, const observer_params_t *params);

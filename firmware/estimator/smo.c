@@ -65,11 +65,6 @@ void smo_prepare(smo_tuning_t *tuning, const smo_params_t *params)
     switching_prepare(&tuning->axes, params->slope, params->period, params->switching == SMO_SIGN);
 }
 
-void smo_take(smo_t *smo, const smo_tuning_t *tuning)
-{
-    smo->tuning = *tuning;
-}
-
 void smo_init(smo_t *smo, const smo_params_t *params)
 {
     const ab_t none = {0.0f, 0.0f};

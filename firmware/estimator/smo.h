@@ -87,7 +87,10 @@ void smo_prepare(smo_tuning_t *tuning, const smo_params_t *params);
 
 /* The coefficients alone; the state goes on. A new switching function shows in the gains from the next step
  * on. */
-void smo_take(smo_t *smo, const smo_tuning_t *tuning);
+static inline void smo_take(smo_t *smo, const smo_tuning_t *tuning)
+{
+    smo->tuning = *tuning;
+}
 
 /* Coefficients, and a start on zero current and zero EMF. The set must have passed smo_params_check. */
 void smo_init(smo_t *smo, const smo_params_t *params);

@@ -22,8 +22,3 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning)
     inverter->current_prev = none;
     inverter->u_dc_prev = 0.0f;
 }
-
-void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
-{
-    inverter->tuning = *tuning;
-}

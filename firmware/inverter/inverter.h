@@ -55,7 +55,10 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 
 /* New coefficients; what acted stays in memory. */
-void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning);
+static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
+{
+    inverter->tuning = *tuning;
+}
 
 /* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
 static inline float inverter_whole_counts(const inverter_t *inverter, float duty)

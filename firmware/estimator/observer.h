@@ -19,11 +19,13 @@ typedef struct {
 
 typedef struct {
     smo_tuning_t smo;
-    int32_t lag; /* lag_mode_t */
+    int32_t lag;    /* lag_mode_t */
+    uint32_t paper; /* [-] 1: with a switching function, a filter or a lag of the paper's */
 } observer_tuning_t;
 
 typedef struct {
-    int32_t lag; /* lag_mode_t, of the tuning */
+    int32_t lag;    /* lag_mode_t, of the tuning */
+    uint32_t paper; /* [-] of the tuning */
     smo_t smo;
 } observer_t;
 
@@ -35,6 +37,7 @@ static inline void observer_take(observer_t *observer, const observer_tuning_t *
 {
     smo_take(&observer->smo, &tuning->smo);
     observer->lag = tuning->lag;
+    observer->paper = tuning->paper;
 }
 
 /* Coefficients, and a start without current and EMF. */
@@ -51,10 +54,18 @@ float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf
 static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf,
                                  float *error_square)
 {
-    if (!smo_step_inline(&observer->smo, voltage, current, error_square)) {
+    smo_t *smo = &observer->smo;
+    if (!smo_predict(smo, voltage, current, error_square)) {
         return false;
     }
-    *emf = lag_emf_inline(&observer->smo, (lag_mode_t)observer->lag, omega_e);
+    if (observer->paper != 0u) {
+        smo_answer(smo, *error_square);
+        *emf = lag_emf(smo, (lag_mode_t)observer->lag, omega_e);
+    } else {
+        smo_switch_vector(smo, *error_square);
+        smo->emf_hat = smo->switched;
+        *emf = lag_undone(smo, omega_e, smo->current_err);
+    }
     return true;
 }
 

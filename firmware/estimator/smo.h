@@ -112,9 +112,6 @@ void smo_reset_error(smo_t *smo, ab_t current, ab_t error);
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
 
-/* v [V] and k_f [1/A] of the error in the state, for the switching functions per axis. */
-void smo_switch_axes(smo_t *smo);
-
 /* k_f [1/A] of the vector form for an error with this square [A^2]. One division. */
 static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
 {
@@ -122,27 +119,23 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V] and k_f [1/A] of the error in the state, whose square [A^2] this is. */
-static inline void smo_switch(smo_t *smo, float square)
+/* v [V] and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is. */
+static inline void smo_switch_vector(smo_t *smo, float square)
 {
-    if (smo->tuning.switching != (int32_t)SMO_SIGMOID_VECTOR) {
-        smo_switch_axes(smo);
-        return;
-    }
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);
     float g = smo->tuning.gain * smo->gain_mean;
     smo->switched = (ab_t){g * smo->current_err.alpha, g * smo->current_err.beta};
 }
 
-/* smo_step() itself, inline for the interrupt; `error_square` gets |x|^2 [A^2]. false: the sample was
+/* The first half of smo_step(), (5): i_hat and x, and |x|^2 [A^2] to `error_square`. false: the sample was
  * rejected. */
-static inline bool smo_step_inline(smo_t *smo, ab_t voltage, ab_t current, float *error_square)
+static inline bool smo_predict(smo_t *smo, ab_t voltage, ab_t current, float *error_square)
 {
     const smo_tuning_t *tuning = &smo->tuning;
     ab_t hat = smo->current_hat;
     ab_t v = smo->switched;
 
-    /* (5): a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
+    /* a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
     hat.alpha += tuning->voltage_gain * (voltage.alpha - v.alpha - tuning->resistance * hat.alpha);
     hat.beta += tuning->voltage_gain * (voltage.beta - v.beta - tuning->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
@@ -155,16 +148,11 @@ static inline bool smo_step_inline(smo_t *smo, ab_t voltage, ab_t current, float
     smo->rejected = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
-    smo_switch(smo, square);
-
-    v = smo->switched;
-    if (tuning->emf_decay > 0.0f) { /* (11) */
-        v.alpha += tuning->emf_decay * (smo->emf_hat.alpha - v.alpha);
-        v.beta += tuning->emf_decay * (smo->emf_hat.beta - v.beta);
-    }
-    smo->emf_hat = v;
     return true;
 }
+
+/* The second half, with any switching function and the filter (11). */
+void smo_answer(smo_t *smo, float error_square);
 
 /* |x|^2 [A^2] of the last step. */
 static inline float smo_error_square(const smo_t *smo)

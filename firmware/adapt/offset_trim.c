@@ -15,11 +15,6 @@ void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
     offset_trim_reset(trim, (ab_t){0.0f, 0.0f});
 }
 
-void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
-{
-    trim->tuning = *tuning;
-}
-
 static void begin_window(offset_trim_t *trim, float omega_e)
 {
     trim->sum = (ab_t){0.0f, 0.0f};
@@ -34,15 +29,15 @@ void offset_trim_reset(offset_trim_t *trim, ab_t offset)
     trim->offset = offset;
 }
 
-static bool steady(const offset_trim_t *trim, float omega_e, ab_t current)
+static bool steady(const offset_trim_t *trim, float omega_e, const ab_t *current)
 {
-    float square = current.alpha * current.alpha + current.beta * current.beta;
+    float square = current->alpha * current->alpha + current->beta * current->beta;
     return bounds_magnitude(omega_e) > TRIM_SPEED_MIN &&
            bounds_magnitude(omega_e - trim->omega) < TRIM_SPEED_DRIFT * bounds_magnitude(omega_e) &&
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
 
-void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current)
+void offset_trim_turn(offset_trim_t *trim, float omega_e, const ab_t *current)
 {
     if (trim->count < trim->tuning.window_periods) {
         return;

@@ -55,19 +55,22 @@ offset_trim_tuning_t offset_trim_prepare(const offset_trim_params_t *params);
 void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
 
 /* New coefficients; window and offset go on. */
-void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning);
+static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
+{
+    trim->tuning = *tuning;
+}
 
 /* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
 /* A turn has ended: for offset_trim_step(). One division at the end of a window. */
-void offset_trim_turn(offset_trim_t *trim, float omega_e, ab_t current);
+void offset_trim_turn(offset_trim_t *trim, float omega_e, const ab_t *current);
 
 /* o [A], stationary frame, to be subtracted from the measured currents, after a period with this estimated
  * EMF [V], whose angle and speed are theta_e [rad] and omega_e [rad/s], and this current [A]. Straight line
  * but at the end of a turn. */
 static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e,
-                                    ab_t current)
+                                    const ab_t *current)
 {
     /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
     bool turned = bounds_magnitude(theta_e - trim->theta_prev) > 3.14159265f;

@@ -2,23 +2,10 @@
 
 #include <string.h>
 
-/* The slot's 32 bits, whatever it holds: as float_bits() does it. */
-static inline uint32_t slot_at(const void *base, size_t offset)
-{
-    const void *slot = (const char *)base + offset;
-#if defined(__TMS320C2000__)
-    return *(const volatile uint32_t *)slot;
-#else
-    uint32_t bits;
-    memcpy(&bits, slot, sizeof bits);
-    return bits;
-#endif
-}
-
 void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
 {
     for (uint32_t n = 0; n < count; n++) {
-        slots[n] = slot_at(base, offsets[n]);
+        slots[n] = tap_slot_at(base, offsets[n]);
     }
 }
 
@@ -41,20 +28,6 @@ bool tap_history_init(tap_history_t *history, const table_t *table, const uint32
 void tap_history_clear(tap_history_t *history)
 {
     history->next = 0u;
-}
-
-void tap_history_keep(tap_history_t *history, const void *base)
-{
-    uint32_t *slots = history->slots[history->next % TAP_PERIODS];
-    const size_t *offsets = history->offsets;
-    for (uint32_t n = 0; n < TAP_SLOTS; n += 4u) { /* four at a time: the interrupt's, each period */
-        slots[n] = slot_at(base, offsets[n]);
-        slots[n + 1u] = slot_at(base, offsets[n + 1u]);
-        slots[n + 2u] = slot_at(base, offsets[n + 2u]);
-        slots[n + 3u] = slot_at(base, offsets[n + 3u]);
-    }
-    history->next =
-        history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }
 
 uint32_t tap_history_count(const tap_history_t *history)

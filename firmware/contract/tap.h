@@ -8,14 +8,28 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "contract/table.h"
+
+/* The slot's 32 bits, whatever it holds: as float_bits() does it. */
+static inline uint32_t tap_slot_at(const void *base, size_t offset)
+{
+    const void *slot = (const char *)base + offset;
+#if defined(__TMS320C2000__)
+    return *(const volatile uint32_t *)slot;
+#else
+    uint32_t bits;
+    memcpy(&bits, slot, sizeof bits);
+    return bits;
+#endif
+}
 
 /* Copies the 32-bit slots at these offsets [chars of the target] of `base`, in their order. */
 void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots);
 
 #define TAP_PERIODS UINT32_C(256) /* of the history: a power of two */
-#define TAP_SLOTS   UINT32_C(12)  /* in each of them: a multiple of 4 */
+#define TAP_SLOTS   UINT32_C(12)  /* in each of them: as many as tap_history_keep() copies */
 
 typedef struct {
     size_t offsets[TAP_SLOTS]; /* [chars of the target] of the chosen slots */
@@ -31,7 +45,26 @@ bool tap_history_init(tap_history_t *history, const table_t *table, const uint32
 void tap_history_clear(tap_history_t *history);
 
 /* One period more; the oldest is forgotten. */
-void tap_history_keep(tap_history_t *history, const void *base);
+static inline void tap_history_keep(tap_history_t *history, const void *base)
+{
+    uint32_t *slots = history->slots[history->next % TAP_PERIODS];
+    const size_t *offsets = history->offsets;
+    /* without a loop: the interrupt's, each period */
+    slots[0] = tap_slot_at(base, offsets[0]);
+    slots[1] = tap_slot_at(base, offsets[1]);
+    slots[2] = tap_slot_at(base, offsets[2]);
+    slots[3] = tap_slot_at(base, offsets[3]);
+    slots[4] = tap_slot_at(base, offsets[4]);
+    slots[5] = tap_slot_at(base, offsets[5]);
+    slots[6] = tap_slot_at(base, offsets[6]);
+    slots[7] = tap_slot_at(base, offsets[7]);
+    slots[8] = tap_slot_at(base, offsets[8]);
+    slots[9] = tap_slot_at(base, offsets[9]);
+    slots[10] = tap_slot_at(base, offsets[10]);
+    slots[11] = tap_slot_at(base, offsets[11]);
+    history->next =
+        history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
+}
 
 /* How many periods are kept: TAP_PERIODS, or fewer after a start. */
 uint32_t tap_history_count(const tap_history_t *history);

@@ -17,14 +17,6 @@ void current_control_init(current_control_t *control, const current_control_tuni
     current_control_reset(control, (dq_t){0.0f, 0.0f});
 }
 
-void current_control_take(current_control_t *control, const current_control_tuning_t *tuning)
-{
-    control->inductance_d = tuning->inductance_d;
-    control->inductance_q = tuning->inductance_q;
-    pi_take(&control->d, &tuning->d);
-    pi_take(&control->q, &tuning->q);
-}
-
 void current_control_reset(current_control_t *control, dq_t integral)
 {
     pi_reset(&control->d, integral.d);

@@ -56,7 +56,13 @@ current_control_tuning_t current_control_prepare(const current_control_params_t 
 void current_control_init(current_control_t *control, const current_control_tuning_t *tuning);
 
 /* New coefficients; integrals stay. */
-void current_control_take(current_control_t *control, const current_control_tuning_t *tuning);
+static inline void current_control_take(current_control_t *control, const current_control_tuning_t *tuning)
+{
+    control->inductance_d = tuning->inductance_d;
+    control->inductance_q = tuning->inductance_q;
+    pi_take(&control->d, &tuning->d);
+    pi_take(&control->q, &tuning->q);
+}
 
 /* Integrals [V]: with the currents on their references the next voltage is `integral` plus the feed-forward.
  */

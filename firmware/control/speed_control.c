@@ -12,12 +12,6 @@ void speed_control_init(speed_control_t *control, const speed_control_tuning_t *
     speed_control_reset(control, 0.0f);
 }
 
-void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning)
-{
-    control->current_limit = tuning->current_limit;
-    pi_take(&control->pi, &tuning->pi);
-}
-
 void speed_control_reset(speed_control_t *control, float current)
 {
     pi_reset(&control->pi, current);

@@ -36,7 +36,11 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
 
 /* New coefficients; the integral stays. A lower limit acts from the next step on. */
-void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning);
+static inline void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning)
+{
+    control->current_limit = tuning->current_limit;
+    pi_take(&control->pi, &tuning->pi);
+}
 
 /* Bumpless start: the next output for zero error is `current` [A], cut to the limit. */
 void speed_control_reset(speed_control_t *control, float current);

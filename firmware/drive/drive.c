@@ -3,25 +3,35 @@
 #include "math/bounds.h"
 #include "math/trig.h"
 
+/* Is what acted too uncertain to track by? */
+static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
+{
+    const estimate_t *last = &drive->estimator.estimate;
+    if (!doubt_possible(&drive->doubt, last->amplitude, acted->leg)) {
+        return false;
+    }
+    const doubt_input_t input = {
+        .current = acted->current,
+        .leg = acted->leg,
+        .amplitude = last->amplitude,
+        .detector = last->detector,
+        .omega_e = last->frame.omega_e,
+        .omega_m = drive->omega_m,
+        .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
+    };
+    return doubt_step(&drive->doubt, &input);
+}
+
 /* The estimate at t_k, and what can be learnt of it. */
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
     const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
-    drive->voltage_acted = acted.voltage;
-    const doubt_input_t doubt = {
-        .current = acted.current,
-        .leg = acted.leg,
-        .amplitude = drive->estimator.estimate.amplitude,
-        .detector = drive->estimator.estimate.detector,
-        .omega_e = drive->estimator.estimate.position.omega_e,
-        .omega_m = drive->omega_m,
-        .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,
-    };
-    if (doubt_step(&drive->doubt, &doubt)) {
-        (void)chosen_coast(&drive->estimator, acted.voltage, measured->current);
+    drive->acted = acted.voltage;
+    if (doubtful(drive, &acted)) {
+        (void)chosen_coast(&drive->estimator, drive->acted, measured->current);
     } else {
-        (void)chosen_step(&drive->estimator, acted.voltage, measured->current);
+        (void)chosen_step(&drive->estimator, drive->acted, measured->current);
     }
 
     if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
@@ -30,8 +40,8 @@ static void estimate(drive_t *drive)
         chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
     (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
-                           drive->estimator.estimate.position.theta_e, drive->estimator.estimate.omega_smooth,
-                           measured->current);
+                           drive->estimator.estimate.frame.theta_e, drive->estimator.estimate.omega_smooth,
+                           &measured->current);
 }
 
 /* The frame in force at t_k. While the bridge is off nothing is known of the voltage: the estimator rests,
@@ -43,9 +53,7 @@ static void locate(drive_t *drive)
         estimate(drive);
     }
     if (drive->estimating != 0u && drive->sequence.tuning.sensorless != 0u) {
-        drive->frame =
-            (frame_t){drive->estimator.estimate.position.theta_e, drive->estimator.estimate.position.omega_e,
-                      drive->estimator.estimate.rotation};
+        drive->frame = drive->estimator.estimate.frame;
     } else {
         drive->frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
                                  trig_turn(drive->encoder_position.theta_e)};
@@ -61,21 +69,16 @@ static void judge(drive_t *drive)
                drive->sequence.tuning.sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
 }
 
-static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
+static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
     const bool was_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
-    sequence_input_t input = {
-        .requests = &drive->requests,
-        .measured = &drive->measure.measured,
-        .faults = drive->guard.faults,
-        .omega_m = drive->omega_m,
-        .calibration = CALIBRATION_GOES_ON,
-    };
+    calibration_t calibration = CALIBRATION_GOES_ON;
     if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
-        input.calibration = measure_calibrate(&drive->measure, samples);
+        calibration = measure_calibrate(&drive->measure, samples);
     }
-    const sequence_order_t order = sequence_step(&drive->sequence, &input);
+    const uint32_t order = sequence_step(&drive->sequence, &drive->requests, &drive->measure.measured,
+                                         drive->guard.faults, drive->omega_m, calibration);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
     if (is_fault && !was_fault) {
         drive_note_fault(drive);
@@ -85,13 +88,13 @@ static sequence_order_t sequence(drive_t *drive, const drive_samples_t *samples)
     return order;
 }
 
-static void start(drive_t *drive, sequence_order_t order)
+static void start(drive_t *drive, uint32_t order)
 {
-    if (order.preset) {
+    if ((order & SEQUENCE_PRESET) != 0u) {
         current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
         run_reset(&drive->run);
     }
-    if (order.track) {
+    if ((order & SEQUENCE_TRACK) != 0u) {
         chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
         flux_reset(&drive->flux, drive->encoder_position.omega_e);
         drive->estimating = 1u;
@@ -123,7 +126,6 @@ static abc_t control(drive_t *drive)
         inverter_make(&drive->inverter, frames_inverse_park(asked, acting),
                       frames_inverse_park(drive->demand.current, acting), drive->measure.measured.u_dc);
     const dq_t missing = frames_park(made.missing, acting);
-    drive->voltage_ref = asked;
     drive->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
     current_control_applied(&drive->current_control, drive->voltage);
     return made.duty;
@@ -133,7 +135,7 @@ static void rest(drive_t *drive)
 {
     const dq_t none = {0.0f, 0.0f};
     drive->demand = (demand_t){none, none, 0.0f};
-    drive->voltage_ref = none;
+    current_control_reset(&drive->current_control, none);
     drive->voltage = none;
     drive->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
     drive->estimating = 0u;
@@ -152,7 +154,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     measure_step(&drive->measure, samples, drive->offset_trim.offset);
     locate(drive);
     judge(drive);
-    const sequence_order_t order = sequence(drive, samples);
+    const uint32_t order = sequence(drive, samples);
     start(drive, order);
     if (drive_bridge_on(drive)) {
         const run_wish_t wished = wish(drive);
@@ -161,7 +163,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     } else {
         rest(drive);
     }
-    drive->command.gates = (int32_t)order.gates;
+    drive->command.gates = (int32_t)(order & SEQUENCE_GATES);
     inverter_remember(&drive->inverter, drive->command.duty, drive->measure.measured.current,
                       drive->measure.measured.u_dc);
     /* up to the fault's own period, which is this one unless a trip came between two steps */

@@ -68,13 +68,12 @@ typedef struct {
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
     uint32_t estimating;         /* [-] 1: the estimator runs */
-    ab_t voltage_acted;          /* in [t_{k-1}, t_k), as the estimator got it [V] */
+    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
     frame_t frame;               /* in force at t_k */
     float omega_m;               /* [rad/s] mechanical, of the frame */
     dq_t current;                /* [A] in the frame */
     demand_t demand;
-    dq_t voltage_ref; /* [V] what the current control asked for */
-    dq_t voltage;     /* [V] what the inverter will really apply, dead time accounted for */
+    dq_t voltage; /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
 

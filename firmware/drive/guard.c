@@ -15,14 +15,22 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count only while the gates shall be on, and of those that open the bridge. */
+/* Bits of the rows that count only while the gates shall be on, those that open the bridge, and those that do
+ * not fail at once. */
 #define FAULT_IF_RUNNING(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
     | (uint32_t)FAULT_##when << (uint32_t)FAULT_##NAME
 #define FAULT_IF_OPEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
     | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
+#define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
+                         text, remedy)                                                                       \
+    | (uint32_t)((debounce) > 1u) << (uint32_t)FAULT_##NAME
+#define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
+                       text, remedy)                                                                         \
+    debounce,
 #define RUNNING_ROWS (0u DRIVE_FAULTS(FAULT_IF_RUNNING))
+#define COUNTED_ROWS (0u DRIVE_FAULTS(FAULT_IF_COUNTED))
 #define OPEN_ROWS    (0u DRIVE_FAULTS(FAULT_IF_OPEN))
 
 /* The comparisons of the table. */
@@ -45,11 +53,6 @@ void guard_init(guard_t *guard, const guard_tuning_t *tuning)
 {
     memset(guard, 0, sizeof *guard);
     guard_take(guard, tuning);
-}
-
-void guard_take(guard_t *guard, const guard_tuning_t *tuning)
-{
-    guard->tuning = *tuning;
 }
 
 /* The quantities of the table. */
@@ -104,6 +107,27 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
     return running ? all : all & ~RUNNING_ROWS;
 }
 
+/* The bits of those of these rows that have held for their debounce; one that does not hold now begins anew.
+ */
+static uint32_t count(guard_t *guard, uint32_t now, uint32_t rows)
+{
+    static const uint32_t debounce[FAULTS] = {DRIVE_FAULTS(FAULT_DEBOUNCE)};
+    uint32_t failed = 0u;
+    for (uint32_t n = 0; rows != 0u; n++) {
+        if ((rows & 1u) != 0u) {
+            uint32_t held = (now & 1u) != 0u ? guard->held[n] + 1u : 0u;
+            if (held >= debounce[n]) {
+                held = debounce[n];
+                failed |= UINT32_C(1) << n;
+            }
+            guard->held[n] = held;
+        }
+        rows >>= 1;
+        now >>= 1;
+    }
+    return failed;
+}
+
 void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint32_t estimate_invalid,
                 bool running)
 {
@@ -116,19 +140,7 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
     if ((now | before) == 0u) {
         return; /* nothing is counted */
     }
-    uint32_t failed = 0u;
-    uint32_t n = 0u;
-    uint32_t rows = now | before;
-    while (rows != 0u) {
-        if ((rows & 1u) != 0u) {
-            const uint32_t held = (now >> n & 1u) != 0u ? guard->held[n] + 1u : 0u;
-            const bool failing = held >= fault_rows[n].debounce;
-            guard->held[n] = failing ? fault_rows[n].debounce : held;
-            failed |= failing ? UINT32_C(1) << n : 0u;
-        }
-        rows >>= 1;
-        n++;
-    }
+    const uint32_t failed = (now & ~COUNTED_ROWS) | count(guard, now, (now | before) & COUNTED_ROWS);
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;
 }

@@ -18,7 +18,8 @@ typedef struct {
 
 typedef struct {
     guard_tuning_t tuning;
-    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce */
+    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce;
+                              of those that do not fail at once */
     uint32_t holding;      /* [-] bits of the rows that held in the last period */
     uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
     uint32_t warnings;     /* [-] bits of those with reaction WARN */
@@ -31,7 +32,10 @@ guard_tuning_t guard_prepare(const params_t *params);
 void guard_init(guard_t *guard, const guard_tuning_t *tuning);
 
 /* New limits; what is being counted goes on. */
-void guard_take(guard_t *guard, const guard_tuning_t *tuning);
+static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
+{
+    guard->tuning = *tuning;
+}
 
 /* guard->faults and guard->warnings of this period, from its measurements, the mechanical speed [rad/s], the
  * criteria by which the estimate in use has failed (ESTIMATOR_..., 0: none, or none in use), and whether the

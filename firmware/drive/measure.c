@@ -21,11 +21,6 @@ void measure_init(measure_t *measure, const measure_tuning_t *tuning)
     measure_take(measure, tuning);
 }
 
-void measure_take(measure_t *measure, const measure_tuning_t *tuning)
-{
-    measure->tuning = *tuning;
-}
-
 void measure_begin_calibration(measure_t *measure)
 {
     measure->calibrated = 0u;

@@ -29,6 +29,16 @@ typedef struct {
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
 } drive_samples_t;
 
+/* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
+#define MEASURE_MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
+#define MEASURE_HALF   (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
+/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice
+ * that. */
+#define MEASURE_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
+
+/* DC link [V] and temperatures [degC] of sensors that work are less than this together. */
+#define MEASURE_LIMIT 2000.0f
+
 typedef struct {
     float weight;     /* 1/calibration_periods [-] */
     uint32_t periods; /* [periods] of the whole calibration */
@@ -51,26 +61,28 @@ measure_tuning_t measure_prepare(const params_t *params);
 void measure_init(measure_t *measure, const measure_tuning_t *tuning);
 
 /* New coefficients; offsets and a calibration under way go on. */
-void measure_take(measure_t *measure, const measure_tuning_t *tuning);
+static inline void measure_take(measure_t *measure, const measure_tuning_t *tuning)
+{
+    measure->tuning = *tuning;
+}
 
-/* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
-#define MEASURE_CURRENT_MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
-#define MEASURE_CURRENT_HALF   (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
-/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice
- * that. */
-#define MEASURE_C_SHARE           (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
-#define MEASURE_U_DC_LIMIT        1000.0f /* [V] no sensor of the board reads this: not a number */
-#define MEASURE_TEMPERATURE_LIMIT 1000.0f /* [degC] likewise */
+/* The next calibration begins anew. */
+void measure_begin_calibration(measure_t *measure);
 
-/* Is this a measurement? */
+/* A period of the calibration: the offsets become the mean of the currents while none flows. The first
+ * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
+ * than a sensor's may be. No division. */
+calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
+
+/* Is this sample one of a sensor that works? */
 static inline bool measure_is_good(const drive_samples_t *samples)
 {
-    return bounds_within(samples->i_a - MEASURE_CURRENT_MIDDLE, MEASURE_CURRENT_HALF) &&
-           bounds_within(samples->i_b - MEASURE_CURRENT_MIDDLE, MEASURE_CURRENT_HALF) &&
-           bounds_within(samples->i_c - MEASURE_CURRENT_MIDDLE, MEASURE_C_SHARE * MEASURE_CURRENT_HALF) &&
-           bounds_within(samples->u_dc, MEASURE_U_DC_LIMIT) &&
-           bounds_within(samples->sink_temperature, MEASURE_TEMPERATURE_LIMIT) &&
-           bounds_within(samples->motor_temperature, MEASURE_TEMPERATURE_LIMIT);
+    const float others = bounds_magnitude(samples->u_dc) + bounds_magnitude(samples->sink_temperature) +
+                         bounds_magnitude(samples->motor_temperature);
+    return bounds_within(samples->i_a - MEASURE_MIDDLE, MEASURE_HALF) &&
+           bounds_within(samples->i_b - MEASURE_MIDDLE, MEASURE_HALF) &&
+           bounds_within(samples->i_c - MEASURE_MIDDLE, MEASURE_C_SHARE * MEASURE_HALF) &&
+           bounds_within(others, MEASURE_LIMIT);
 }
 
 /* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
@@ -90,13 +102,5 @@ static inline void measure_step(measure_t *measure, const drive_samples_t *sampl
     measured->encoder_count = samples->encoder;
     measured->flags = samples->flags;
 }
-
-/* The next calibration begins anew. */
-void measure_begin_calibration(measure_t *measure);
-
-/* A period of the calibration: the offsets become the mean of the currents while none flows. The first
- * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
- * than a sensor's may be. No division. */
-calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
 
 #endif

@@ -10,8 +10,17 @@
 #define REARM_PERIODS DRIVE_PERIODS(20e-3f) /* without a fault or its line before a reset or a start */
 
 /* Gates off, or as they are, and nothing to start. */
-static const sequence_order_t off = {GATES_OFF, false, false};
-static const sequence_order_t keep = {GATES_KEEP, false, false};
+#define OFF  ((uint32_t)GATES_OFF)
+#define KEEP ((uint32_t)GATES_KEEP)
+
+/* What the machine decides by, of one period. */
+typedef struct {
+    const requests_t *requests;
+    const measured_t *measured;
+    uint32_t faults; /* [-] bits of the fault table that open the bridge */
+    float omega_m;   /* [rad/s] mechanical */
+    calibration_t calibration;
+} input_t;
 
 sequence_tuning_t sequence_prepare(const params_t *params)
 {
@@ -20,11 +29,6 @@ sequence_tuning_t sequence_prepare(const params_t *params)
         .start_speed = params->start_speed,
         .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
     };
-}
-
-void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning)
-{
-    sequence->tuning = *tuning;
 }
 
 void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning)
@@ -52,7 +56,7 @@ static bool rearmed(const sequence_t *sequence)
     return sequence->quiet_periods >= REARM_PERIODS;
 }
 
-static sequence_order_t in_fault(sequence_t *sequence, const sequence_input_t *input, bool reset_edge)
+static uint32_t in_fault(sequence_t *sequence, const input_t *input, bool reset_edge)
 {
     sequence->faults_later |= input->faults;
     sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
@@ -62,10 +66,10 @@ static sequence_order_t in_fault(sequence_t *sequence, const sequence_input_t *i
     } else if (reset_edge || !rearmed(sequence)) {
         sequence->refusal = REASON_FAULT_PRESENT;
     }
-    return off;
+    return OFF;
 }
 
-static sequence_order_t in_not_ready(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_not_ready(sequence_t *sequence, const input_t *input)
 {
     sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_NOT_READY;
     if (input->calibration == CALIBRATION_GOOD) {
@@ -73,10 +77,10 @@ static sequence_order_t in_not_ready(sequence_t *sequence, const sequence_input_
     } else if (input->calibration == CALIBRATION_FAILED) {
         sequence_fault(sequence, REASON_CURRENT_OFFSET);
     }
-    return off;
+    return OFF;
 }
 
-static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *input)
+static int32_t why_not_on(const sequence_t *sequence, const input_t *input)
 {
     if (!rearmed(sequence)) {
         return REASON_FAULT_PRESENT;
@@ -89,13 +93,13 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
                : REASON_NONE;
 }
 
-static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_ready(sequence_t *sequence, const input_t *input)
 {
-    sequence_order_t order = off;
+    uint32_t order = OFF;
     if (input->requests->enable == (int32_t)REQUEST_ON && sequence->stopped == 0u) {
         sequence->refusal = why_not_on(sequence, input);
         if (sequence->refusal == (int32_t)REASON_NONE) {
-            order.preset = true;
+            order |= SEQUENCE_PRESET;
             enter(sequence, DRIVE_SWITCHED_ON);
         }
     }
@@ -104,69 +108,52 @@ static sequence_order_t in_ready(sequence_t *sequence, const sequence_input_t *i
 
 /* First period: the duties of the turning rotor go out; second: the gates come on with them; third: they
  * must. */
-static sequence_order_t in_switched_on(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_switched_on(sequence_t *sequence, const input_t *input)
 {
     if (input->requests->enable != (int32_t)REQUEST_ON) {
         enter(sequence, DRIVE_READY);
-        return off;
+        return OFF;
     }
     sequence->coming_on++;
     if (sequence->coming_on < 2u) {
-        return (sequence_order_t){GATES_ON, false, false};
+        return (uint32_t)GATES_ON;
     }
     if ((input->measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u) {
         sequence_fault(sequence, REASON_GATES_REFUSED);
-        return off;
+        return OFF;
     }
     enter(sequence, DRIVE_OPERATION_ENABLED);
-    return (sequence_order_t){GATES_KEEP, true, true};
+    return KEEP | SEQUENCE_PRESET | SEQUENCE_TRACK;
 }
 
-static sequence_order_t in_operation(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_operation(sequence_t *sequence, const input_t *input)
 {
     if (input->requests->enable == (int32_t)REQUEST_OFF) {
         enter(sequence, DRIVE_READY);
-        return off;
+        return OFF;
     }
     if (input->requests->enable == (int32_t)REQUEST_QUICK_STOP) {
         enter(sequence, DRIVE_QUICK_STOP);
     }
-    return keep;
+    return KEEP;
 }
 
-static sequence_order_t in_quick_stop(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_quick_stop(sequence_t *sequence, const input_t *input)
 {
     if (input->requests->enable == (int32_t)REQUEST_OFF) {
         enter(sequence, DRIVE_READY);
-        return off;
+        return OFF;
     }
     if (bounds_within(input->omega_m, STANDSTILL)) {
         sequence->stopped = 1u;
         enter(sequence, DRIVE_READY);
-        return off;
+        return OFF;
     }
-    return keep;
+    return KEEP;
 }
 
-sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t in_state(sequence_t *sequence, const input_t *input)
 {
-    const int32_t reset = input->requests->fault_reset;
-    const bool reset_edge = reset != 0 && sequence->fault_reset_seen == 0;
-    const bool quiet = input->faults == 0u && (input->measured->flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
-    sequence->fault_reset_seen = reset;
-    sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
-    sequence->refusal = REASON_NONE;
-    if (input->requests->enable == (int32_t)REQUEST_OFF) {
-        sequence->stopped = 0u;
-    }
-
-    if (sequence->state == (int32_t)DRIVE_FAULT) {
-        return in_fault(sequence, input, reset_edge);
-    }
-    if (input->faults != 0u) {
-        sequence_fault(sequence, guard_reason(input->faults));
-        return off;
-    }
     switch ((drive_state_t)sequence->state) {
     case DRIVE_NOT_READY:
         return in_not_ready(sequence, input);
@@ -181,5 +168,29 @@ sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *inp
     case DRIVE_FAULT:
         break;
     }
-    return off;
+    return OFF;
+}
+
+uint32_t sequence_step(sequence_t *sequence, const requests_t *requests, const measured_t *measured,
+                       uint32_t faults, float omega_m, calibration_t calibration)
+{
+    const input_t input = {requests, measured, faults, omega_m, calibration};
+    const int32_t reset = requests->fault_reset;
+    const bool reset_edge = reset != 0 && sequence->fault_reset_seen == 0;
+    const bool quiet = faults == 0u && (measured->flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
+    sequence->fault_reset_seen = reset;
+    sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
+    sequence->refusal = REASON_NONE;
+    if (requests->enable == (int32_t)REQUEST_OFF) {
+        sequence->stopped = 0u;
+    }
+
+    if (sequence->state == (int32_t)DRIVE_FAULT) {
+        return in_fault(sequence, &input, reset_edge);
+    }
+    if (faults != 0u) {
+        sequence_fault(sequence, guard_reason(faults));
+        return OFF;
+    }
+    return in_state(sequence, &input);
 }

@@ -32,21 +32,10 @@ typedef enum {
     GATES_OFF   /* trip by software */
 } drive_gates_t;
 
-/* What the machine decides by, of one period. */
-typedef struct {
-    const requests_t *requests;
-    const measured_t *measured;
-    uint32_t faults;           /* [-] bits of the fault table that open the bridge */
-    float omega_m;             /* [rad/s] mechanical */
-    calibration_t calibration; /* while not ready */
-} sequence_input_t;
-
-/* What the rest of the drive shall do now. */
-typedef struct {
-    drive_gates_t gates;
-    bool preset; /* control starts anew on the turning rotor */
-    bool track;  /* the estimator starts */
-} sequence_order_t;
+/* What the rest of the drive shall do now: drive_gates_t, and these bits. */
+#define SEQUENCE_GATES  UINT32_C(3) /* drive_gates_t */
+#define SEQUENCE_PRESET UINT32_C(4) /* control starts anew on the turning rotor */
+#define SEQUENCE_TRACK  UINT32_C(8) /* the estimator starts */
 
 typedef struct {
     float dc_undervoltage; /* [V] below it the bridge stays off */
@@ -73,10 +62,16 @@ sequence_tuning_t sequence_prepare(const params_t *params);
 void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning);
 
 /* New limits; the state stays. */
-void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning);
+static inline void sequence_take(sequence_t *sequence, const sequence_tuning_t *tuning)
+{
+    sequence->tuning = *tuning;
+}
 
-/* The state of this period and what follows from it. */
-sequence_order_t sequence_step(sequence_t *sequence, const sequence_input_t *input);
+/* The state of this period, from what is asked for, what was measured, the bits of the fault table that open
+ * the bridge, the mechanical speed [rad/s] and, while not ready, the calibration. Returns what follows from
+ * it: SEQUENCE_... */
+uint32_t sequence_step(sequence_t *sequence, const requests_t *requests, const measured_t *measured,
+                       uint32_t faults, float omega_m, calibration_t calibration);
 
 /* Into fault at once, with this reason. */
 void sequence_fault(sequence_t *sequence, int32_t reason);

@@ -29,8 +29,10 @@
     F(2016, i_q, current.q, "A", "quadrature-axis current")                                                  \
     F(2017, i_d_ref, demand.current.d, "A", "direct-axis current reference")                                 \
     F(2018, i_q_ref, demand.current.q, "A", "quadrature-axis current reference")                             \
-    F(2020, u_d_ref, voltage_ref.d, "V", "direct-axis voltage that the current control asks for")            \
-    F(2021, u_q_ref, voltage_ref.q, "V", "quadrature-axis voltage that the current control asks for")        \
+    F(2020, u_d_ref, current_control.voltage_ref.d, "V",                                                     \
+      "direct-axis voltage that the current control asks for")                                               \
+    F(2021, u_q_ref, current_control.voltage_ref.q, "V",                                                     \
+      "quadrature-axis voltage that the current control asks for")                                           \
     F(2022, u_d, voltage.d, "V", "direct-axis voltage really applied from t_k+1")                            \
     F(2023, u_q, voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")                        \
     F(2024, u_dc, measure.measured.u_dc, "V", "DC-link voltage")                                             \
@@ -49,9 +51,8 @@
     F(2043, motor_temperature, measure.measured.motor_temperature, "degC", "motor winding")                  \
     U(2044, sample_flags, measure.measured.flags, "-",                                                       \
       "1 tripped, 2 fault line, 4 encoder phase error, 8 late")                                              \
-    F(2050, theta_hat, estimator.estimate.position.theta_e, "rad",                                           \
-      "electrical angle of the estimator at t_k")                                                            \
-    F(2051, omega_hat, estimator.estimate.position.omega_e, "rad/s",                                         \
+    F(2050, theta_hat, estimator.estimate.frame.theta_e, "rad", "electrical angle of the estimator at t_k")  \
+    F(2051, omega_hat, estimator.estimate.frame.omega_e, "rad/s",                                            \
       "electrical speed of the estimator, k_p term included")                                                \
     F(2052, omega_smooth, estimator.estimate.omega_smooth, "rad/s", "its integrator and feed-forward alone") \
     U(2053, estimator_invalid, estimator.estimate.invalid, "-",                                              \
@@ -72,8 +73,8 @@
     F(2063, i_err_beta, estimator.estimate.current_err.beta, "A", "observed minus measured current")         \
     F(2064, detector, estimator.estimate.detector, "-", "detector of the tracking loop: sine of its error")  \
     F(2065, psi_f_hat, flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")                 \
-    F(2066, u_alpha, voltage_acted.alpha, "V", "voltage on the winding from t_k-1 to t_k")                   \
-    F(2067, u_beta, voltage_acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                     \
+    F(2066, u_alpha, acted.alpha, "V", "voltage on the winding from t_k-1 to t_k")                           \
+    F(2067, u_beta, acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                             \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \

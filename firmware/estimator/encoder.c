@@ -29,11 +29,6 @@ void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
     tuning->step_gain = params->period * STEPS_PER_RADIAN;
 }
 
-void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning)
-{
-    encoder->tuning = *tuning;
-}
-
 void encoder_reset(encoder_t *encoder, uint32_t count)
 {
     encoder->next = encoder_phase(encoder, count);

@@ -63,7 +63,10 @@ void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
 
 /* The coefficients alone. A new offset, pole or count number turns the angle at once and the speed loop sees
  * it as a step: follow with encoder_reset() then. */
-void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning);
+static inline void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning)
+{
+    encoder->tuning = *tuning;
+}
 
 /* Coefficients; expects count 0 at standstill. */
 void encoder_init(encoder_t *encoder, const encoder_params_t *params);

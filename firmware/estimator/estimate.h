@@ -5,22 +5,20 @@
 
 #include <stdint.h>
 
-#include "estimator/position.h"
 #include "math/frames.h"
 
 typedef struct {
-    position_t position; /* of the rotor at t_k; its speed is the loop's whole frequency, k_p term included */
-    rotation_t rotation; /* by position.theta_e [-] */
-    float omega_smooth;  /* integrator and feed-forward alone [rad/s], electrical */
-    ab_t emf_hat;        /* back-EMF as observed, filtered, with its lag [V] */
-    ab_t emf;            /* back-EMF at t_k, lag undone [V] */
-    float amplitude;     /* its length in the loop [V] */
-    float detector;      /* sine of the loop's error [-]; 0 while it coasts */
-    ab_t current_err;    /* observed minus measured current [A] */
-    ab_t gain_axis;      /* k_f of each axis [1/A]; the vector form leaves it alone */
-    float gain;          /* k_f that the compensation uses [1/A] */
-    uint32_t invalid;    /* [-] bits of validity.h: 0, or the criteria that failed */
-    uint32_t coasted;    /* [-] 1: the loop coasted in this period; nothing was judged */
+    frame_t frame;      /* of the rotor at t_k; its speed is the loop's whole frequency, k_p term included */
+    float omega_smooth; /* integrator and feed-forward alone [rad/s], electrical */
+    ab_t emf_hat;       /* back-EMF as observed, filtered, with its lag [V] */
+    ab_t emf;           /* back-EMF at t_k, lag undone [V] */
+    float amplitude;    /* its length in the loop [V] */
+    float detector;     /* sine of the loop's error [-]; 0 while it coasts */
+    ab_t current_err;   /* observed minus measured current [A] */
+    ab_t gain_axis;     /* k_f of each axis [1/A]; the vector form leaves it alone */
+    float gain;         /* k_f that the compensation uses [1/A] */
+    uint32_t invalid;   /* [-] bits of validity.h: 0, or the criteria that failed */
+    uint32_t coasted;   /* [-] 1: the loop coasted in this period; nothing was judged */
 } estimate_t;
 
 #endif

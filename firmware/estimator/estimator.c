@@ -60,12 +60,6 @@ void estimator_prepare(estimator_tuning_t *tuning, const estimator_params_t *par
     tracker_prepare(&tuning->tracker, &parts.tracker);
 }
 
-void estimator_take(estimator_t *est, const estimator_tuning_t *tuning)
-{
-    observer_take(&est->observer, &tuning->observer);
-    tracker_take(&est->tracker, &tuning->tracker);
-}
-
 void estimator_init(estimator_t *est, const estimator_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};
@@ -82,22 +76,22 @@ void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_vo
     est->tracker.speed_per_volt = speed_per_volt;
 }
 
-/* What the parts hold after a step, for outside. */
-static inline void publish(estimator_t *est, position_t position, rotation_t rotation)
+/* What the parts hold after a step, for outside; the rotation is there before. */
+static inline void publish(estimator_t *est, position_t position)
 {
     const smo_t *smo = &est->observer.smo;
     const pll_t *pll = &est->tracker.pll;
     estimate_t *estimate = &est->estimate;
-    estimate->position = position;
-    estimate->rotation = rotation;
+    estimate->frame.theta_e = position.theta_e;
+    estimate->frame.omega_e = position.omega_e;
     estimate->omega_smooth = pll->omega_smooth;
-    estimate->emf_hat = smo->emf_hat;
+    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
-    estimate->current_err = smo->current_err;
+    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
     estimate->gain_axis = smo->axes.gain_axis;
     estimate->gain = smo->gain_mean;
-    estimate->invalid = est->tracker.validity.debounce.invalid | (smo->rejected * ESTIMATOR_SAMPLE);
+    estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 
 void estimator_reset(estimator_t *est, position_t start, ab_t current)
@@ -109,28 +103,38 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
                   bounds_magnitude(length));
-    publish(est, rotor, rotation);
+    publish(est, rotor);
+    est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
+}
+
+/* The end of a period in which the loop coasted. */
+static position_t coasted(estimator_t *est, position_t position)
+{
+    publish(est, position);
+    est->estimate.invalid |= est->observer.smo.rejected * ESTIMATOR_SAMPLE;
+    est->estimate.coasted = 1u;
+    return position;
 }
 
 /* One period; `doubtful`: its voltage is not to be tracked by. */
 static inline position_t one_period(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
 {
     tracker_t *tracker = &est->tracker;
-    const rotation_t rotation = tracker->pll.rotation;
     ab_t emf;
-    const bool seen = observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf);
-    position_t position;
-    if (!seen) {
-        position = tracker_coast(tracker);
-    } else {
-        est->estimate.emf = emf;
-        position = doubtful ? tracker_watch(tracker, emf, current)
-                            : tracker_step(tracker, emf, current, smo_error_square(&est->observer.smo));
+    float error_square;
+    est->estimate.frame.rotation = tracker->pll.rotation; /* the last step has turned it to t_k */
+    if (!observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf, &error_square)) {
+        return coasted(est, tracker_coast(tracker));
     }
-    publish(est, position, rotation);
-    est->estimate.coasted = !seen || doubtful;
+    est->estimate.emf = emf;
+    if (doubtful) {
+        return coasted(est, tracker_watch(tracker, emf, current));
+    }
+    const position_t position = tracker_step(tracker, emf, current, error_square);
+    publish(est, position);
+    est->estimate.coasted = 0u;
     return position;
 }
 

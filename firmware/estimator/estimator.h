@@ -83,7 +83,11 @@ estimator_parts_t estimator_parts(const estimator_params_t *params);
 void estimator_prepare(estimator_tuning_t *tuning, const estimator_params_t *params);
 
 /* The coefficients alone, psi_f among them; the state goes on. A copy: cheap enough for the interrupt. */
-void estimator_take(estimator_t *est, const estimator_tuning_t *tuning);
+static inline void estimator_take(estimator_t *est, const estimator_tuning_t *tuning)
+{
+    observer_take(&est->observer, &tuning->observer);
+    tracker_take(&est->tracker, &tuning->tracker);
+}
 
 /* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (checked). */
 void estimator_init(estimator_t *est, const estimator_params_t *params);

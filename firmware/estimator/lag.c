@@ -70,7 +70,14 @@ float lag_attenuation(const smo_t *smo, float omega_e)
 
 ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
 {
-    return lag_emf_inline(smo, mode, omega_e);
+    if (mode != LAG_EXACT) {
+        return lag_paper_emf(smo, mode, omega_e);
+    }
+    if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        return lag_undone(smo, omega_e, smo->current_err);
+    }
+    const float per_g = 1.0f / conductance_of(smo);
+    return lag_undone(smo, omega_e, (ab_t){per_g * smo->switched.alpha, per_g * smo->switched.beta});
 }
 
 /* |e| = |Z(k_s k_f(y))| y in the length y of the error: one step of Newton's method, from the y of the small

@@ -65,19 +65,10 @@ static inline lag_impedance_t lag_impedance(const smo_tuning_t *tuning, float om
 /* What lag_emf() does for the paper's modes: paper/lag_paper.h. */
 ab_t lag_paper_emf(const smo_t *smo, lag_mode_t mode, float omega_e);
 
-/* lag_emf() itself, inline for the interrupt. */
-static inline ab_t lag_emf_inline(const smo_t *smo, lag_mode_t mode, float omega_e)
+/* e = Z x [V] of this current error x [A]. */
+static inline ab_t lag_undone(const smo_t *smo, float omega_e, ab_t error)
 {
-    if (mode != LAG_EXACT) {
-        return lag_paper_emf(smo, mode, omega_e);
-    }
-    float g = smo->tuning.gain * smo->gain_mean;
-    ab_t error = smo->current_err;
-    if (smo->tuning.switching != (int32_t)SMO_SIGMOID_VECTOR) {
-        float per_g = 1.0f / g;
-        error = (ab_t){per_g * smo->switched.alpha, per_g * smo->switched.beta};
-    }
-    lag_impedance_t z = lag_impedance(&smo->tuning, omega_e, g);
+    lag_impedance_t z = lag_impedance(&smo->tuning, omega_e, smo->tuning.gain * smo->gain_mean);
     return (ab_t){z.re * error.alpha - z.im * error.beta, z.re * error.beta + z.im * error.alpha};
 }
 

@@ -7,12 +7,8 @@ void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params
 {
     smo_prepare(&tuning->smo, &params->smo);
     tuning->lag = (int32_t)params->lag;
-}
-
-void observer_take(observer_t *observer, const observer_tuning_t *tuning)
-{
-    smo_take(&observer->smo, &tuning->smo);
-    observer->lag = tuning->lag;
+    tuning->paper = params->lag != LAG_EXACT || params->smo.switching != SMO_SIGMOID_VECTOR ||
+                    params->smo.emf_cutoff > 0.0f;
 }
 
 void observer_init(observer_t *observer, const observer_params_t *params)

@@ -19,11 +19,13 @@ typedef struct {
 
 typedef struct {
     smo_tuning_t smo;
-    int32_t lag; /* lag_mode_t */
+    int32_t lag;    /* lag_mode_t */
+    uint32_t paper; /* [-] 1: with a switching function, a filter or a lag of the paper's */
 } observer_tuning_t;
 
 typedef struct {
-    int32_t lag; /* lag_mode_t, of the tuning */
+    int32_t lag;    /* lag_mode_t, of the tuning */
+    uint32_t paper; /* [-] of the tuning */
     smo_t smo;
 } observer_t;
 
@@ -31,7 +33,12 @@ typedef struct {
 void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params);
 
 /* The coefficients alone; the state goes on. */
-void observer_take(observer_t *observer, const observer_tuning_t *tuning);
+static inline void observer_take(observer_t *observer, const observer_tuning_t *tuning)
+{
+    smo_take(&observer->smo, &tuning->smo);
+    observer->lag = tuning->lag;
+    observer->paper = tuning->paper;
+}
 
 /* Coefficients, and a start without current and EMF. */
 void observer_init(observer_t *observer, const observer_params_t *params);
@@ -41,15 +48,24 @@ void observer_init(observer_t *observer, const observer_params_t *params);
  * the EMF's. Many divisions. */
 float observer_reset(observer_t *observer, float omega_e, ab_t current, ab_t emf);
 
-/* `emf` [V] at t_k from the voltage [V] that acted on [t_k-1, t_k), the current [A] at t_k and the speed
- * [rad/s] of this period. false: the sample was rejected, nothing has changed and there is no EMF. */
-static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf)
+/* `emf` [V] at t_k and the square of the current error [A^2], from the voltage [V] that acted on [t_k-1,
+ * t_k), the current [A] at t_k and the speed [rad/s] of this period. false: the sample was rejected, nothing
+ * has changed and there is no EMF. */
+static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t current, float omega_e, ab_t *emf,
+                                 float *error_square)
 {
-    (void)smo_step_inline(&observer->smo, voltage, current);
-    if (observer->smo.rejected != 0u) {
+    smo_t *smo = &observer->smo;
+    if (!smo_predict(smo, voltage, current, error_square)) {
         return false;
     }
-    *emf = lag_emf_inline(&observer->smo, (lag_mode_t)observer->lag, omega_e);
+    if (observer->paper != 0u) {
+        smo_answer(smo, *error_square);
+        *emf = lag_emf(smo, (lag_mode_t)observer->lag, omega_e);
+    } else {
+        smo_switch_vector(smo, *error_square);
+        smo->emf_hat = smo->switched;
+        *emf = lag_undone(smo, omega_e, smo->current_err);
+    }
     return true;
 }
 

@@ -46,11 +46,6 @@ void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params)
     tuning->emf_decay = params->emf_cutoff > 0.0f ? exponential(-params->emf_cutoff * params->period) : 0.0f;
 }
 
-void pll_take(pll_t *pll, const pll_tuning_t *tuning)
-{
-    pll->tuning = *tuning;
-}
-
 void pll_init(pll_t *pll, const pll_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};

@@ -107,7 +107,10 @@ void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params);
 /* The coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its
  * share of kp. If the feed-forward is switched off its last value stays, and the integrator works against it:
  * reset then. */
-void pll_take(pll_t *pll, const pll_tuning_t *tuning);
+static inline void pll_take(pll_t *pll, const pll_tuning_t *tuning)
+{
+    pll->tuning = *tuning;
+}
 
 /* Coefficients; angle 0, speed 0. The set must be good (checked). */
 void pll_init(pll_t *pll, const pll_params_t *params);

@@ -65,11 +65,6 @@ void smo_prepare(smo_tuning_t *tuning, const smo_params_t *params)
     switching_prepare(&tuning->axes, params->slope, params->period, params->switching == SMO_SIGN);
 }
 
-void smo_take(smo_t *smo, const smo_tuning_t *tuning)
-{
-    smo->tuning = *tuning;
-}
-
 void smo_init(smo_t *smo, const smo_params_t *params)
 {
     const ab_t none = {0.0f, 0.0f};
@@ -79,12 +74,30 @@ void smo_init(smo_t *smo, const smo_params_t *params)
     smo_reset(smo, none, none);
 }
 
+/* v and k_f of the error in the state, for the switching functions per axis. */
+static void switch_axes(smo_t *smo)
+{
+    ab_t f = switching_step(&smo->axes, &smo->tuning.axes, smo->current_err);
+    smo->gain_mean = smo->axes.gain;
+    smo->switched = (ab_t){smo->tuning.gain * f.alpha, smo->tuning.gain * f.beta};
+}
+
+/* Likewise, for any of them. */
+static void switch_any(smo_t *smo, float square)
+{
+    if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
+        smo_switch_vector(smo, square);
+    } else {
+        switch_axes(smo);
+    }
+}
+
 void smo_reset_error(smo_t *smo, ab_t current, ab_t error)
 {
     smo->current_err = error;
     smo->current_hat = (ab_t){current.alpha + error.alpha, current.beta + error.beta};
     switching_reset(&smo->axes);
-    smo_switch(smo, smo_error_square(smo));
+    switch_any(smo, smo_error_square(smo));
     smo->emf_hat = smo->switched;
     smo->rejected = 0u;
 }
@@ -105,16 +118,24 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
     }
 }
 
-ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
+void smo_answer(smo_t *smo, float error_square)
 {
-    return smo_step_inline(smo, voltage, current);
+    switch_any(smo, error_square);
+    ab_t v = smo->switched;
+    if (smo->tuning.emf_decay > 0.0f) { /* eq. (11) */
+        v.alpha += smo->tuning.emf_decay * (smo->emf_hat.alpha - v.alpha);
+        v.beta += smo->tuning.emf_decay * (smo->emf_hat.beta - v.beta);
+    }
+    smo->emf_hat = v;
 }
 
-void smo_switch_axes(smo_t *smo)
+ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current)
 {
-    ab_t f = switching_step(&smo->axes, &smo->tuning.axes, smo->current_err);
-    smo->gain_mean = smo->axes.gain;
-    smo->switched = (ab_t){smo->tuning.gain * f.alpha, smo->tuning.gain * f.beta};
+    float error_square;
+    if (smo_predict(smo, voltage, current, &error_square)) {
+        smo_answer(smo, error_square);
+    }
+    return smo->emf_hat;
 }
 
 float smo_equivalent_gain(const smo_t *smo)

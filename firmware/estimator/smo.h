@@ -87,7 +87,10 @@ void smo_prepare(smo_tuning_t *tuning, const smo_params_t *params);
 
 /* The coefficients alone; the state goes on. A new switching function shows in the gains from the next step
  * on. */
-void smo_take(smo_t *smo, const smo_tuning_t *tuning);
+static inline void smo_take(smo_t *smo, const smo_tuning_t *tuning)
+{
+    smo->tuning = *tuning;
+}
 
 /* Coefficients, and a start on zero current and zero EMF. The set must have passed smo_params_check. */
 void smo_init(smo_t *smo, const smo_params_t *params);
@@ -109,9 +112,6 @@ void smo_reset_error(smo_t *smo, ab_t current, ab_t error);
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
 
-/* v [V] and k_f [1/A] of the error in the state, for the switching functions per axis. */
-void smo_switch_axes(smo_t *smo);
-
 /* k_f [1/A] of the vector form for an error with this square [A^2]. One division. */
 static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
 {
@@ -119,20 +119,17 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V] and k_f [1/A] of the error in the state, whose square [A^2] this is. */
-static inline void smo_switch(smo_t *smo, float square)
+/* v [V] and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is. */
+static inline void smo_switch_vector(smo_t *smo, float square)
 {
-    if (smo->tuning.switching != (int32_t)SMO_SIGMOID_VECTOR) {
-        smo_switch_axes(smo);
-        return;
-    }
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);
     float g = smo->tuning.gain * smo->gain_mean;
     smo->switched = (ab_t){g * smo->current_err.alpha, g * smo->current_err.beta};
 }
 
-/* smo_step() itself, inline for the interrupt. */
-static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
+/* The first half of smo_step(), (5): i_hat and x, and |x|^2 [A^2] to `error_square`. false: the sample was
+ * rejected. */
+static inline bool smo_predict(smo_t *smo, ab_t voltage, ab_t current, float *error_square)
 {
     const smo_tuning_t *tuning = &smo->tuning;
     ab_t hat = smo->current_hat;
@@ -143,23 +140,19 @@ static inline ab_t smo_step_inline(smo_t *smo, ab_t voltage, ab_t current)
     hat.beta += tuning->voltage_gain * (voltage.beta - v.beta - tuning->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
     float square = x.alpha * x.alpha + x.beta * x.beta;
+    *error_square = square;
     if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
         smo->rejected = 1u;
-        return smo->emf_hat;
+        return false;
     }
     smo->rejected = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
-    smo_switch(smo, square);
-
-    v = smo->switched;
-    if (tuning->emf_decay > 0.0f) { /* eq. (11) */
-        v.alpha += tuning->emf_decay * (smo->emf_hat.alpha - v.alpha);
-        v.beta += tuning->emf_decay * (smo->emf_hat.beta - v.beta);
-    }
-    smo->emf_hat = v;
-    return v;
+    return true;
 }
+
+/* The second half, with any switching function and the filter (11). */
+void smo_answer(smo_t *smo, float error_square);
 
 /* |x|^2 [A^2] of the last step. */
 static inline float smo_error_square(const smo_t *smo)

@@ -9,15 +9,6 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->torque_feedforward = params->torque_feedforward;
 }
 
-void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
-{
-    pll_take(&tracker->pll, &tuning->pll);
-    validity_take(&tracker->validity, &tuning->validity);
-    tracker->flux_linkage = tuning->flux_linkage;
-    tracker->speed_per_volt = tuning->speed_per_volt;
-    tracker->torque_feedforward = tuning->torque_feedforward;
-}
-
 void tracker_init(tracker_t *tracker, const tracker_params_t *params)
 {
     const position_t origin = {0.0f, 0.0f};

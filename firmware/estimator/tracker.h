@@ -42,7 +42,14 @@ typedef struct {
 void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 
 /* The coefficients alone, psi_f among them; the state goes on. */
-void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning);
+static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
+{
+    pll_take(&tracker->pll, &tuning->pll);
+    validity_take(&tracker->validity, &tuning->validity);
+    tracker->flux_linkage = tuning->flux_linkage;
+    tracker->speed_per_volt = tuning->speed_per_volt;
+    tracker->torque_feedforward = tuning->torque_feedforward;
+}
 
 /* Coefficients; angle 0, speed 0, everything valid. */
 void tracker_init(tracker_t *tracker, const tracker_params_t *params);

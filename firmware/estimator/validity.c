@@ -54,11 +54,6 @@ void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params
     validity_prepare_debounce(&tuning->debounce, params, period);
 }
 
-void validity_take(validity_t *validity, const validity_tuning_t *tuning)
-{
-    validity->tuning = *tuning;
-}
-
 void validity_reset(validity_t *validity)
 {
     debounce_reset(&validity->debounce);

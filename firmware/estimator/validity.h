@@ -67,7 +67,10 @@ void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params
 void validity_prepare_debounce(debounce_tuning_t *tuning, const validity_params_t *params, float period);
 
 /* The coefficients alone; the counts go on. */
-void validity_take(validity_t *validity, const validity_tuning_t *tuning);
+static inline void validity_take(validity_t *validity, const validity_tuning_t *tuning)
+{
+    validity->tuning = *tuning;
+}
 
 /* Everything holds. */
 void validity_reset(validity_t *validity);

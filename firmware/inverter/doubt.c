@@ -27,7 +27,7 @@ void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning)
     doubt->left = 0u;
 }
 
-bool doubt_judge(doubt_t *doubt, const doubt_input_t *input)
+bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
 {
     const abc_t phases = frames_inverse_clarke(input->current);
     const bounds_span_t span =

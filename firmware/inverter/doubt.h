@@ -54,16 +54,17 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 /* These coefficients; no doubt. */
 void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning);
 
-/* For doubt_step(): a period in which the voltage may be in doubt, or is remembered as such. */
-bool doubt_judge(doubt_t *doubt, const doubt_input_t *input);
-
 /* EMF over a leg's loss above which even a wrong sign is tracked [-]. */
 #define DOUBT_EMF 4.0f
 
-/* true: the tracking loop shall coast over this period. Straight line. */
-static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
+/* Can there be a doubt with this |e| [V] and this loss of a leg [V]? false: doubt_step() would say no and
+ * change nothing. */
+static inline bool doubt_possible(const doubt_t *doubt, float amplitude, float leg)
 {
-    return (doubt->left > 0u || input->amplitude < DOUBT_EMF * input->leg) && doubt_judge(doubt, input);
+    return amplitude < DOUBT_EMF * leg || doubt->left > 0u;
 }
+
+/* true: the tracking loop shall coast over this period. Straight line. */
+bool doubt_step(doubt_t *doubt, const doubt_input_t *input);
 
 #endif

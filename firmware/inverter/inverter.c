@@ -7,8 +7,7 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params)
     return (inverter_tuning_t){
         .compensated = dead_time_prepare(&params->dead_time),
         .lost = dead_time_prepare(&all),
-        .duty_min = params->duty_min,
-        .duty_max = params->duty_max,
+        .modulation = svpwm_prepare(params->duty_min, params->duty_max),
         .duty_counts = params->duty_counts,
         .per_count = 1.0f / params->duty_counts,
     };
@@ -22,9 +21,4 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning)
     inverter->duty_prev[1] = none;
     inverter->current_prev = none;
     inverter->u_dc_prev = 0.0f;
-}
-
-void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
-{
-    inverter->tuning = *tuning;
 }

@@ -25,9 +25,9 @@ typedef struct {
 typedef struct {
     dead_time_tuning_t compensated; /* what the modulation makes up for */
     dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
-    float duty_min, duty_max;       /* [-] */
-    float duty_counts;              /* [-] */
-    float per_count;                /* 1/duty_counts [-] */
+    svpwm_tuning_t modulation;
+    float duty_counts; /* [-] */
+    float per_count;   /* 1/duty_counts [-] */
 } inverter_tuning_t;
 
 typedef struct {
@@ -55,7 +55,10 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 
 /* New coefficients; what acted stays in memory. */
-void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning);
+static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
+{
+    inverter->tuning = *tuning;
+}
 
 /* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
 static inline float inverter_whole_counts(const inverter_t *inverter, float duty)
@@ -71,8 +74,7 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, ab_t wan
 {
     const ab_t lost = dead_time_voltage(&inverter->tuning.compensated, current, u_dc);
     const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
-    const svpwm_t modulated =
-        svpwm_modulate(asked, u_dc, inverter->tuning.duty_min, inverter->tuning.duty_max);
+    const svpwm_t modulated = svpwm_modulate(&inverter->tuning.modulation, asked, u_dc);
     return (inverter_made_t){
         {inverter_whole_counts(inverter, modulated.duty.a), inverter_whole_counts(inverter, modulated.duty.b),
          inverter_whole_counts(inverter, modulated.duty.c)},

@@ -18,11 +18,15 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-/* Beyond this a voltage is not one, and sums of three could overflow [V]. */
+/* Voltages that together are larger are none, and sums of three could overflow [V]. */
 #define SVPWM_VOLTAGE_LIMIT 1e30f
 
 /* Below this the reciprocal is not finite [V]. */
 #define SVPWM_U_DC_LEAST 1e-37f
+
+/* Share of the range of duties that is used [-]: what it leaves on either side is more than the rounding of a
+ * duty, 2e-7, so that none passes its limit. */
+#define SVPWM_SHARE (1.0f - 8e-7f)
 
 typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
@@ -30,31 +34,39 @@ typedef struct {
                      shorter */
 } svpwm_t;
 
-/* Duties for `voltage` [V] at the DC link `u_dc` [V], each within [duty_min, duty_max] (0 <= duty_min <=
- * duty_max <= 1). Where nothing sensible can be made (u_dc <= 0 or below 1e-37 V, any of the three not
- * finite or beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division; two when the
- * vector is cut. */
-static inline svpwm_t svpwm_modulate(ab_t voltage, float u_dc, float duty_min, float duty_max)
+/* The duties that a leg may have. */
+typedef struct {
+    float middle; /* of the range [-] */
+    float range;  /* width of what is used of it [-] */
+} svpwm_tuning_t;
+
+/* The duties of a leg from duty_min to duty_max, 0 <= duty_min <= duty_max <= 1 [-]. */
+static inline svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max)
 {
-    if (!(u_dc >= SVPWM_U_DC_LEAST && u_dc <= SVPWM_VOLTAGE_LIMIT &&
-          bounds_within(voltage.alpha, SVPWM_VOLTAGE_LIMIT) &&
-          bounds_within(voltage.beta, SVPWM_VOLTAGE_LIMIT))) {
+    return (svpwm_tuning_t){0.5f * (duty_min + duty_max), SVPWM_SHARE * (duty_max - duty_min)};
+}
+
+/* Duties for `voltage` [V] at the DC link `u_dc` [V], each within the range of this tuning. Where nothing
+ * sensible can be made (u_dc <= 0 or below 1e-37 V, any of the three not finite, or their amounts together
+ * beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division. */
+static inline svpwm_t svpwm_modulate(const svpwm_tuning_t *tuning, ab_t voltage, float u_dc)
+{
+    const float together = bounds_magnitude(voltage.alpha) + bounds_magnitude(voltage.beta) + u_dc;
+    if (!(u_dc >= SVPWM_U_DC_LEAST && together <= SVPWM_VOLTAGE_LIMIT)) {
         return (svpwm_t){{0.5f, 0.5f, 0.5f}, {0.0f, 0.0f}};
     }
     const abc_t phases = frames_inverse_clarke(voltage);
     const bounds_span_t ends = bounds_span(phases.a, phases.b, phases.c);
     const float span = ends.largest - ends.smallest;
-    const float range = duty_max - duty_min;
+    const float range = tuning->range;
+    const float middle = tuning->middle;
     const bool cut = span > range * u_dc;
     const float per_volt = cut ? range / span : 1.0f / u_dc;
     const float share = cut ? per_volt * u_dc : 1.0f;
     const float centre = 0.5f * (ends.largest + ends.smallest);
-    const float middle = 0.5f * (duty_min + duty_max);
     return (svpwm_t){
-        /* Between the limits but for rounding, which takes the clamps. */
-        {bounds_between(middle + (phases.a - centre) * per_volt, duty_min, duty_max),
-         bounds_between(middle + (phases.b - centre) * per_volt, duty_min, duty_max),
-         bounds_between(middle + (phases.c - centre) * per_volt, duty_min, duty_max)},
+        {middle + (phases.a - centre) * per_volt, middle + (phases.b - centre) * per_volt,
+         middle + (phases.c - centre) * per_volt},
         {share * voltage.alpha, share * voltage.beta},
     };
 }

@@ -6,12 +6,6 @@ void run_init(run_t *run, const run_tuning_t *tuning)
     run_reset(run);
 }
 
-void run_take(run_t *run, const run_tuning_t *tuning)
-{
-    run->flux_linkage = tuning->flux_linkage;
-    speed_control_take(&run->speed, &tuning->speed);
-}
-
 void run_reset(run_t *run)
 {
     speed_control_reset(&run->speed, 0.0f);

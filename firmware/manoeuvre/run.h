@@ -34,7 +34,11 @@ typedef struct {
 void run_init(run_t *run, const run_tuning_t *tuning);
 
 /* New coefficients; the speed control goes on. */
-void run_take(run_t *run, const run_tuning_t *tuning);
+static inline void run_take(run_t *run, const run_tuning_t *tuning)
+{
+    run->flux_linkage = tuning->flux_linkage;
+    speed_control_take(&run->speed, &tuning->speed);
+}
 
 /* The speed control starts anew without a current. */
 void run_reset(run_t *run);

@@ -163,7 +163,7 @@ void rig_step(rig_t *rig)
     }
     state->truth.theta_err = angle_between(state->app.drive.frame.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err =
-        angle_between(state->app.drive.estimator.estimate.position.theta_e, state->truth.true_theta_e);
+        angle_between(state->app.drive.estimator.estimate.frame.theta_e, state->truth.true_theta_e);
     state->period++;
 
     if (rig->tap_sink != NULL && (state->period - 1u) % rig->tap_every == 0u) {

@@ -26,7 +26,7 @@ void rig_estimator_record(rig_t *rig, void *record)
     to->flux = drive->flux;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         rig_step(rig);
-        to->inputs[n] = (estimator_input_t){drive->voltage_acted, drive->measure.measured.current};
+        to->inputs[n] = (estimator_input_t){drive->acted, drive->measure.measured.current};
     }
 }
 

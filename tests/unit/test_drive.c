@@ -91,7 +91,7 @@ static void test_off_leaves_nothing_on_in_the_same_step(void)
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
     TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
     TEST_ASSERT_TRUE(drive.demand.current.q == 0.0f && drive.voltage.q == 0.0f &&
-                     drive.voltage_ref.q == 0.0f && drive.demand.omega_m_ref == 0.0f);
+                     drive.current_control.voltage_ref.q == 0.0f && drive.demand.omega_m_ref == 0.0f);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.estimating);
 }
 
@@ -151,14 +151,14 @@ static void test_every_start_is_from_rest(void)
     bring_to_run();
     request_currents(0.0f, 3.0f);
     steps(100);
-    TEST_ASSERT_TRUE(drive.voltage_ref.q > 12.5f * 3.0f + 10.0f);
+    TEST_ASSERT_TRUE(drive.current_control.voltage_ref.q > 12.5f * 3.0f + 10.0f);
     request(REQUEST_OFF);
     steps(1);
     request_speed(0.0f);
     request(REQUEST_ON);
     for (int n = 0; n < 4; n++) {
         steps(1);
-        TEST_ASSERT_TRUE(drive.demand.current.q == 0.0f && drive.voltage_ref.q == 0.0f);
+        TEST_ASSERT_TRUE(drive.demand.current.q == 0.0f && drive.current_control.voltage_ref.q == 0.0f);
     }
     expect_state(DRIVE_OPERATION_ENABLED);
 }
@@ -376,7 +376,9 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_UINT32(3999u, drive.encoder.tuning.last_count);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.flux.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.offset_trim.tuning.gain);
-    TEST_ASSERT_EQUAL_FLOAT(0.05f, drive.inverter.tuning.duty_min);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
+                             drive.inverter.tuning.modulation.middle -
+                                 0.5f * drive.inverter.tuning.modulation.range);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.doubt.tuning.current);
     TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.current_control.q.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.run.speed.pi.tuning.kp);
@@ -423,9 +425,9 @@ static void test_voltage_is_what_the_control_asks_for_where_the_link_has_it(void
     request_currents(0.0f, 1.0f);
     for (int n = 0; n <= 100; n++) {
         steps(1);
-        TEST_ASSERT_FLOAT_WITHIN(2e-4f, 12.5f + 0.09715f * (float)n, drive.voltage_ref.q);
-        TEST_ASSERT_EQUAL_FLOAT(drive.voltage_ref.q, drive.voltage.q);
-        TEST_ASSERT_EQUAL_FLOAT(drive.voltage_ref.d, drive.voltage.d);
+        TEST_ASSERT_FLOAT_WITHIN(2e-4f, 12.5f + 0.09715f * (float)n, drive.current_control.voltage_ref.q);
+        TEST_ASSERT_EQUAL_FLOAT(drive.current_control.voltage_ref.q, drive.voltage.q);
+        TEST_ASSERT_EQUAL_FLOAT(drive.current_control.voltage_ref.d, drive.voltage.d);
     }
 }
 
@@ -437,8 +439,8 @@ static void test_control_is_told_what_the_link_has_too_little_for(void)
     bring_to_run();
     request_currents(-10.0f, 10.0f);
     steps(2000);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.voltage_ref.d - drive.voltage.d);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.voltage_ref.q - drive.voltage.q);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.current_control.voltage_ref.d - drive.voltage.d);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.current_control.voltage_ref.q - drive.voltage.q);
     const float u = sqrtf(drive.voltage.d * drive.voltage.d + drive.voltage.q * drive.voltage.q);
     TEST_ASSERT_TRUE(u > 150.0f && u < 190.7f + 10.8f);
 }

@@ -145,7 +145,7 @@ static void given_running_machine(double omega_e, double i_q)
 /* Angle of the estimator against the machine at the instant of the last sample. */
 static double estimate_error(void)
 {
-    return wrapped((double)drive.estimator.estimate.position.theta_e -
+    return wrapped((double)drive.estimator.estimate.frame.theta_e -
                    (machine.theta_e - machine.omega_e * PERIOD));
 }
 
@@ -178,7 +178,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
             const double mean_dc = 0.5 * (u_dc + u_dc_before);
             const double complex lost = lost_at(0.5 * (current + before), 0.023 * mean_dc + 0.875);
             const double complex seen =
-                (double)drive.voltage_acted.alpha + (double complex)I * (double)drive.voltage_acted.beta;
+                (double)drive.acted.alpha + (double complex)I * (double)drive.acted.beta;
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(seen - (duty[1] * mean_dc - lost)));
             early = fmax(early, cabs(seen - (duty[0] * mean_dc - lost)));
             late = fmax(late, cabs(seen - (duty[2] * mean_dc - lost)));
@@ -209,7 +209,7 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
             ((double)drive.voltage.d + (double complex)I * (double)drive.voltage.q) * frame;
         const double complex made = duty_of(&command) * U_DC - lost_at(wanted * frame, 0.023 * U_DC + 0.875);
         TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, 0.0, cabs(made - voltage));
-        TEST_ASSERT_EQUAL(n < 20, drive.voltage_ref.d == drive.voltage.d);
+        TEST_ASSERT_EQUAL(n < 20, drive.current_control.voltage_ref.d == drive.voltage.d);
     }
 }
 
@@ -226,7 +226,7 @@ static void test_estimate_is_that_of_the_sample_in_either_direction(void)
             machine_step();
             TEST_ASSERT_DOUBLE_WITHIN(3e-4, 0.0, estimate_error());
         }
-        TEST_ASSERT_DOUBLE_WITHIN(1.0, way * 418.9, (double)drive.estimator.estimate.position.omega_e);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, way * 418.9, (double)drive.estimator.estimate.frame.omega_e);
         TEST_ASSERT_EQUAL_UINT32(0u, drive.estimator.estimate.invalid);
     }
 }
@@ -275,10 +275,11 @@ static void test_position_source_changes_live_without_a_bump(void)
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.current.q);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.current.d);
-                const position_t *source =
-                    n % 2 == 0 ? &drive.estimator.estimate.position : &drive.encoder_position;
-                TEST_ASSERT_TRUE(source->theta_e == drive.frame.theta_e &&
-                                 source->omega_e == drive.frame.omega_e);
+                const frame_t *estimated = &drive.estimator.estimate.frame;
+                const position_t source = n % 2 == 0 ? (position_t){estimated->theta_e, estimated->omega_e}
+                                                     : drive.encoder_position;
+                TEST_ASSERT_TRUE(source.theta_e == drive.frame.theta_e &&
+                                 source.omega_e == drive.frame.omega_e);
             }
         }
         expect_state(DRIVE_OPERATION_ENABLED);
@@ -313,8 +314,8 @@ static void test_sensorless_start_needs_a_rotor_that_turns(void)
     }
 }
 
-/* Until the criterion `bit` fails in every period it takes what the machine does; from then on 0.1 s on
- * balance, 1001 periods. The step that finds it opens the bridge. */
+/* Until the sign `bit` fails in every period it takes what the machine does; from then on 0.1 s on balance,
+ * 1001 periods. The step that finds it opens the bridge. */
 static void expect_lost(int32_t reason, uint32_t bit, double most_seconds)
 {
     const uint32_t begin = drive.period;
@@ -451,7 +452,7 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
             if (drive.estimator.estimate.coasted != 0u) {
                 coasted++;
                 TEST_ASSERT_TRUE(since < 13u);
-                TEST_ASSERT_TRUE(drive.estimator.estimate.position.omega_e == smooth);
+                TEST_ASSERT_TRUE(drive.estimator.estimate.frame.omega_e == smooth);
                 TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.estimator.estimate.detector);
             } else {
                 TEST_ASSERT_TRUE(smallest >= 0.09);

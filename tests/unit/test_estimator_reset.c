@@ -67,12 +67,14 @@ static void test_reset_gives_the_start_and_goes_on(void)
         estimator_oracle_case_t rig = rig_of(0, way * (50.0 + 9.0 * n), n / 2 % 2 ? 3.0 : 0.0);
         init(&params);
         reset_near(&rig, 77 * n, 0.0, 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, error_of(&rig, 77 * n, est.estimate.position));
+        TEST_ASSERT_DOUBLE_WITHIN(
+            2e-3, 0.0,
+            error_of(&rig, 77 * n, (position_t){est.estimate.frame.theta_e, est.estimate.frame.omega_e}));
         TEST_ASSERT_DOUBLE_WITHIN(
             2e-6, 0.0,
-            circle(atan2((double)est.estimate.rotation.sin, (double)est.estimate.rotation.cos) -
-                   (double)est.estimate.position.theta_e));
-        TEST_ASSERT_EQUAL_FLOAT((float)rig.omega_start, est.estimate.position.omega_e);
+            circle(atan2((double)est.estimate.frame.rotation.sin, (double)est.estimate.frame.rotation.cos) -
+                   (double)est.estimate.frame.theta_e));
+        TEST_ASSERT_EQUAL_FLOAT((float)rig.omega_start, est.estimate.frame.omega_e);
         TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, error_of(&rig, 77 * n + 1, step(&rig, 77 * n + 1)));
         TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, error_of(&rig, 77 * n + 2, step(&rig, 77 * n + 2)));
     }

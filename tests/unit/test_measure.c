@@ -118,9 +118,9 @@ static const struct {
     {offsetof(drive_samples_t, i_a), MIDDLE, RAIL},
     {offsetof(drive_samples_t, i_b), MIDDLE, RAIL},
     {offsetof(drive_samples_t, i_c), MIDDLE, SHARE_C *RAIL},
-    {offsetof(drive_samples_t, u_dc), 0.0f, 1000.0f},
-    {offsetof(drive_samples_t, sink_temperature), 0.0f, 1000.0f},
-    {offsetof(drive_samples_t, motor_temperature), 0.0f, 1000.0f},
+    {offsetof(drive_samples_t, u_dc), 0.0f, 2000.0f - (40.0f + 60.0f)},
+    {offsetof(drive_samples_t, sink_temperature), 0.0f, 2000.0f - (311.0f + 60.0f)},
+    {offsetof(drive_samples_t, motor_temperature), 0.0f, 2000.0f - (311.0f + 40.0f)},
 };
 
 #define INPUTS (sizeof inputs / sizeof inputs[0])

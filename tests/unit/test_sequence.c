@@ -13,8 +13,15 @@
 
 static sequence_t sequence;
 static requests_t requests;
-static sequence_input_t input;
-static sequence_order_t order;
+static struct {
+    uint32_t faults;
+    float omega_m;
+    calibration_t calibration;
+} input;
+static struct {
+    uint32_t gates;
+    bool preset, track;
+} order;
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
@@ -33,8 +40,8 @@ void setUp(void)
     requests_defaults(&requests);
     memset(&is, 0, sizeof is);
     is.tripped = true;
-    input =
-        (sequence_input_t){.requests = &requests, .measured = &measured, .calibration = CALIBRATION_GOES_ON};
+    memset(&input, 0, sizeof input);
+    input.calibration = CALIBRATION_GOES_ON;
 }
 
 void tearDown(void)
@@ -49,7 +56,11 @@ static void steps(uint32_t count)
     input.omega_m = is.standstill ? -1.99f : -2.01f;
     sequence.tuning.start_speed = is.too_slow ? 3.0f : 1.0f;
     for (uint32_t n = 0; n < count; n++) {
-        order = sequence_step(&sequence, &input);
+        const uint32_t bits =
+            sequence_step(&sequence, &requests, &measured, input.faults, input.omega_m, input.calibration);
+        order.gates = bits & SEQUENCE_GATES;
+        order.preset = (bits & SEQUENCE_PRESET) != 0u;
+        order.track = (bits & SEQUENCE_TRACK) != 0u;
     }
 }
 

@@ -153,9 +153,9 @@ static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation
 {
     const estimator_q_t *q = &fixed->q;
     const fixed_units_t *units = &fixed->scale.units;
+    const position_t at = position_of(fixed, position);
     fixed->estimate = (estimate_t){
-        .position = position_of(fixed, position),
-        .rotation = rotation_of(rotation),
+        .frame = {at.theta_e, at.omega_e, rotation_of(rotation)},
         .omega_smooth = (float)q->pll.omega_smooth * units->speed,
         .emf_hat = pair_of(q->smo.emf_hat, units->voltage),
         .emf = pair_of(q->emf, units->voltage),
@@ -188,7 +188,7 @@ position_t fixed_step(fixed_t *fixed, ab_t voltage, ab_t current)
     const position_q_t position =
         estimator_step_q(&fixed->q, voltage_of(fixed, voltage), current_of(fixed, current));
     publish(fixed, position, rotation);
-    return fixed->estimate.position;
+    return (position_t){fixed->estimate.frame.theta_e, fixed->estimate.frame.omega_e};
 }
 
 position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current)
@@ -197,7 +197,7 @@ position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current)
     const position_q_t position =
         estimator_coast_q(&fixed->q, voltage_of(fixed, voltage), current_of(fixed, current));
     publish(fixed, position, rotation);
-    return fixed->estimate.position;
+    return (position_t){fixed->estimate.frame.theta_e, fixed->estimate.frame.omega_e};
 }
 
 uint16_t fixed_invalid(const fixed_t *fixed)

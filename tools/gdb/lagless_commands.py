@@ -614,7 +614,7 @@ every field."""
             line(
                 f"axis {axis}",
                 f"i {n(drive['current'][axis])} A, reference {n(drive['demand']['current'][axis])} A; "
-                f"u {n(drive['voltage'][axis])} V, asked for {n(drive['voltage_ref'][axis])} V",
+                f"u {n(drive['voltage'][axis])} V, asked for {n(drive['current_control']['voltage_ref'][axis])} V",
             )
         phases = measured["current_abc"]
         line("phases", ", ".join(f"i_{phase} {n(phases[phase])} A" for phase in "abc"))

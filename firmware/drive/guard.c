@@ -25,7 +25,7 @@ const fault_row_t fault_rows[FAULTS] = {
     | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
 #define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
-    | ((debounce) > 1u ? UINT32_C(1) << (uint32_t)FAULT_##NAME : 0u)
+    | ((debounce) > 1u ? UINT32_C(1) << (uint32_t)FAULT_##NAME : UINT32_C(0))
 #define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
                        text, remedy)                                                                         \
     debounce,
@@ -145,7 +145,8 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
     if ((now | before) == 0u) {
         return; /* nothing is counted */
     }
-    const uint32_t failed = (now & ~COUNTED_ROWS) | count(guard, now, (now | before) & COUNTED_ROWS);
+    const uint32_t counted = COUNTED_ROWS;
+    const uint32_t failed = (now & ~counted) | count(guard, now, (now | before) & counted);
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;
 }

@@ -25,7 +25,7 @@ const fault_row_t fault_rows[FAULTS] = {
     | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
 #define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
-    | (uint32_t)((debounce) > 1u) << (uint32_t)FAULT_##NAME
+    | ((debounce) > 1u ? UINT32_C(1) << (uint32_t)FAULT_##NAME : UINT32_C(0))
 #define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
                        text, remedy)                                                                         \
     debounce,
@@ -107,15 +107,19 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
     return running ? all : all & ~RUNNING_ROWS;
 }
 
-/* The bits of those of these rows that have held for their debounce; one that does not hold now begins anew.
+/* The bits of those of the rows `counting` that have held for their debounce; one that does not hold now
+ * begins anew.
  */
-static uint32_t count(guard_t *guard, uint32_t now, uint32_t rows)
+static uint32_t count(guard_t *guard, uint32_t now, uint32_t counting)
 {
     static const uint32_t debounce[FAULTS] = {DRIVE_FAULTS(FAULT_DEBOUNCE)};
     uint32_t failed = 0u;
-    for (uint32_t n = 0; rows != 0u; n++) {
+    uint32_t rows = counting;
+    uint32_t holds = now;
+    uint32_t n = 0u;
+    while (rows != 0u) {
         if ((rows & 1u) != 0u) {
-            uint32_t held = (now & 1u) != 0u ? guard->held[n] + 1u : 0u;
+            uint32_t held = (holds & 1u) != 0u ? guard->held[n] + 1u : 0u;
             if (held >= debounce[n]) {
                 held = debounce[n];
                 failed |= UINT32_C(1) << n;
@@ -123,7 +127,8 @@ static uint32_t count(guard_t *guard, uint32_t now, uint32_t rows)
             guard->held[n] = held;
         }
         rows >>= 1;
-        now >>= 1;
+        holds >>= 1;
+        n++;
     }
     return failed;
 }
@@ -140,7 +145,8 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
     if ((now | before) == 0u) {
         return; /* nothing is counted */
     }
-    const uint32_t failed = (now & ~COUNTED_ROWS) | count(guard, now, (now | before) & COUNTED_ROWS);
+    const uint32_t counted = COUNTED_ROWS;
+    const uint32_t failed = (now & ~counted) | count(guard, now, (now | before) & counted);
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;
 }

@@ -518,7 +518,7 @@ static void standing_sample(void *context, uint32_t period, const uint32_t *slot
 
 /* Without load it needs next to no current, so that all three legs' dead times are in doubt for much of the
  * time, and has too little inertia to wait: the weakest spot of the drive. It never loses the rotor, and in
- * most cases SD is 10 to 20 mrad; limits stand above what was measured. */
+ * most cases SD is 10 to 20 mrad, else 20 to 40; limits stand above what was measured on either estimator. */
 static void test_bare_motor_hunts_at_100_rpm(void)
 {
     int32_t calm = 0;
@@ -540,7 +540,7 @@ static void test_bare_motor_hunts_at_100_rpm(void)
         expect_at_most("peak", 500.0, standing.peak);
         calm += sd <= 0.020 ? 1 : 0;
     }
-    TEST_ASSERT_TRUE(calm >= 12);
+    TEST_ASSERT_TRUE(calm >= 10);
 }
 
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)

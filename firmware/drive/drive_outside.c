@@ -32,9 +32,17 @@ void drive_init(drive_t *drive, const params_t *params)
     memset(drive, 0, sizeof *drive);
     const believed_t believed = params_believed(params);
     drive_prepare(&drive->offer, params, &believed);
+    const drive_tuning_t *tuning = &drive->offer;
+    measure_init(&drive->measure, &tuning->measure);
+    guard_init(&drive->guard, &tuning->guard);
+    sequence_init(&drive->sequence, &tuning->sequence);
+    inverter_init(&drive->inverter, &tuning->inverter);
+    doubt_init(&drive->doubt, &tuning->doubt);
+    current_control_init(&drive->current_control, &tuning->current_control);
+    run_init(&drive->run, &tuning->run);
+    offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
-    sequence_init(&drive->sequence, &drive->offer.sequence);
     requests_defaults(&drive->requests);
     CHECK(tap_history_init(&drive->history, &signals_table, signals_history));
 }

@@ -34,6 +34,17 @@ static void expect_stopped(int32_t reason)
     TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
 }
 
+/* The cause is gone and `enable` off: a reset, and the drive runs again. */
+static void expect_reset_and_running_again(void)
+{
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+}
+
 static void test_module_fault_stops_in_the_same_period_and_can_be_reset(void)
 {
     const double period = rig_value(rig, "period");
@@ -49,12 +60,7 @@ static void test_module_fault_stops_in_the_same_period_and_can_be_reset(void)
     run_put(rig, "fault_reset", 0.0);
     run_put(rig, "force_fault", 0.0);
     run_seconds(rig, 0.03);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.5);
-    run_expect_no_fault(rig);
+    expect_reset_and_running_again();
 }
 
 static void test_stuck_current_sensor_stops_the_drive(void)
@@ -300,12 +306,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
 
     /* Nothing of it is left: a reset, and the drive runs again. */
     run_put(rig, "enable", 0.0);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.5);
-    run_expect_no_fault(rig);
+    expect_reset_and_running_again();
 }
 
 /* Somebody plugs the encoder in: told, and no fault while the bridge is off. */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "drive/manoeuvres.h"
 #include "drive/measure.h"
 #include "drive/reasons.h"
 #include "estimator/chosen.h"
@@ -15,23 +16,32 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count only while the gates shall be on, those that open the bridge, and those that do
- * not fail at once. */
-#define FAULT_IF_RUNNING(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
-                         text, remedy)                                                                       \
-    | (uint32_t)FAULT_##when << (uint32_t)FAULT_##NAME
-#define FAULT_IF_OPEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
+/* Bits of the rows that count at a moment, of those with a reaction, and of those that do not fail at once.
+ */
+#define FAULT_BIT_OF(NAME) (UINT32_C(1) << (uint32_t)FAULT_##NAME)
+#define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
-    | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
+    | (FAULT_##when == moment ? FAULT_BIT_OF(NAME) : UINT32_C(0))
+#define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, \
+                          text, remedy)                                                                      \
+    | (FAULT_##reaction == asked ? FAULT_BIT_OF(NAME) : UINT32_C(0))
 #define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
-    | ((debounce) > 1u ? UINT32_C(1) << (uint32_t)FAULT_##NAME : UINT32_C(0))
+    | ((debounce) > 1u ? FAULT_BIT_OF(NAME) : UINT32_C(0))
 #define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
                        text, remedy)                                                                         \
     debounce,
-#define RUNNING_ROWS (0u DRIVE_FAULTS(FAULT_IF_RUNNING))
 #define COUNTED_ROWS (0u DRIVE_FAULTS(FAULT_IF_COUNTED))
-#define OPEN_ROWS    (0u DRIVE_FAULTS(FAULT_IF_OPEN))
+
+static inline uint32_t rows_at(fault_when_t moment)
+{
+    return 0u DRIVE_FAULTS(FAULT_IF_WHEN);
+}
+
+static inline uint32_t rows_with(fault_reaction_t asked)
+{
+    return 0u DRIVE_FAULTS(FAULT_IF_REACTION);
+}
 
 /* The comparisons of the table. */
 #define IS_ABOVE(quantity, limit) ((quantity) > (limit))
@@ -70,10 +80,17 @@ typedef struct {
     uint32_t estimate_detector;  /* [-] likewise */
     uint32_t estimate_current;   /* [-] likewise */
     uint32_t estimate_speed;     /* [-] likewise */
+    uint32_t unlocked;           /* [-] a sign of a lost lock stands */
+    uint32_t lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
+    uint32_t start_stalled;      /* [-] likewise */
+    uint32_t start_unlocked;     /* [-] likewise */
+    uint32_t rotor_too_fast;     /* [-] likewise */
 } quantities_t;
 
-static quantities_t quantities_of(const measured_t *measured, float omega_m, uint32_t invalid)
+static quantities_t quantities_of(const guard_input_t *input)
 {
+    const measured_t *measured = input->measured;
+    const uint32_t invalid = input->estimate_invalid;
     const abc_t i = measured->current_abc;
     return (quantities_t){
         .phase_current =
@@ -81,7 +98,7 @@ static quantities_t quantities_of(const measured_t *measured, float omega_m, uin
         .u_dc = measured->u_dc,
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
-        .speed = bounds_magnitude(omega_m),
+        .speed = bounds_magnitude(input->omega_m),
         .tripped = measured->flags & DRIVE_SAMPLE_TRIPPED,
         .bad_sample = measured->good == 0u,
         .late = measured->flags & DRIVE_SAMPLE_LATE,
@@ -90,11 +107,24 @@ static quantities_t quantities_of(const measured_t *measured, float omega_m, uin
         .estimate_detector = invalid & ESTIMATOR_DETECTOR,
         .estimate_current = invalid & ESTIMATOR_CURRENT,
         .estimate_speed = invalid & ESTIMATOR_SPEED,
+        .unlocked = input->unlocked,
+        .lock_lost = input->failed & MANOEUVRE_LOST,
+        .start_stalled = input->failed & MANOEUVRE_STALLED,
+        .start_unlocked = input->failed & MANOEUVRE_UNLOCKED,
+        .rotor_too_fast = input->failed & MANOEUVRE_TOO_FAST,
     };
 }
 
+/* Bits of the rows that count now. */
+static inline uint32_t counting_rows(uint32_t now)
+{
+    return rows_at(FAULT_ALWAYS) | ((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : 0u) |
+           ((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : 0u) |
+           ((now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : 0u);
+}
+
 /* Bits of the rows that hold in this period. */
-static uint32_t holding(const guard_t *guard, const quantities_t *now, bool running)
+static uint32_t holding(const guard_t *guard, const quantities_t *now, uint32_t counting)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
@@ -104,7 +134,7 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
-    return running ? all : all & ~RUNNING_ROWS;
+    return all & counting;
 }
 
 /* The bits of those of the rows `counting` that have held for their debounce; one that does not hold now
@@ -133,22 +163,23 @@ static uint32_t count(guard_t *guard, uint32_t now, uint32_t counting)
     return failed;
 }
 
-void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint32_t estimate_invalid,
-                bool running)
+void guard_step(guard_t *guard, const guard_input_t *input)
 {
-    const quantities_t quantities = quantities_of(measured, omega_m, estimate_invalid);
-    const uint32_t now = holding(guard, &quantities, running);
+    const quantities_t quantities = quantities_of(input);
+    const uint32_t now = holding(guard, &quantities, counting_rows(input->now));
     const uint32_t before = guard->holding;
     guard->holding = now;
     guard->faults = 0u;
+    guard->losses = 0u;
     guard->warnings = 0u;
     if ((now | before) == 0u) {
         return; /* nothing is counted */
     }
     const uint32_t counted = COUNTED_ROWS;
     const uint32_t failed = (now & ~counted) | count(guard, now, (now | before) & counted);
-    guard->faults = failed & OPEN_ROWS;
-    guard->warnings = failed & ~OPEN_ROWS;
+    guard->faults = failed & rows_with(FAULT_OPEN);
+    guard->losses = failed & rows_with(FAULT_CATCH);
+    guard->warnings = failed & rows_with(FAULT_WARN);
 }
 
 int32_t guard_reason(uint32_t faults)

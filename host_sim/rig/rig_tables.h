@@ -66,7 +66,8 @@ typedef struct {
     F(5011, brake_torque, "N m", 0.0f, 0.0f, 1e3f,                                                           \
       "brake on the shaft: slows it like dry friction, then holds it; 0: released")                          \
     F(5012, estimate_jump, "rad", 0.0f, -3.1415927f, 3.1415927f,                                             \
-      "added once to the angle of the estimator's loop, electrical; reads 0 again")
+      "added once to the angle of the estimator's loop, electrical; reads 0 again; a start of the bridge "   \
+      "forgets it")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

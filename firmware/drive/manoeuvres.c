@@ -12,13 +12,14 @@
 #define SOUND_PERIODS  DRIVE_PERIODS(0.5f)   /* of run, after which a start counts as done */
 #define LOSS_PERIODS   DRIVE_PERIODS(2.0f)   /* in which three losses are one too many */
 
-#define STALL_SHARE   0.6f  /* [-] of the EMF that a rotor in step has, at least */
-#define TRACK_SHARE   0.4f  /* [-] of handover_speed, from which on the loop tracks */
-#define UNTRACK_SHARE 0.3f  /* [-] likewise, below which it does not any more */
-#define PASSED_SHARE  1.67f /* [-] of fallback_speed, at which a reversal has passed zero */
-#define RETRY_CURRENT 1.3f  /* [-] of the last try's */
-#define RETRY_RAMP    0.6f  /* [-] likewise */
-#define NEED_CUTOFF   2e-3f /* [-] share of the low-pass of the current that the load needs */
+#define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
+#define TRACK_SHARE   0.4f                  /* [-] of handover_speed, from which on the loop tracks */
+#define UNTRACK_SHARE 0.3f                  /* [-] likewise, below which it does not any more */
+#define PASSED_SHARE  1.67f                 /* [-] of fallback_speed, at which a reversal has passed zero */
+#define REACHED_SHARE 0.02f                 /* [-] of handover_speed: so near is there */
+#define RETRY_CURRENT 1.3f                  /* [-] of the last try's */
+#define RETRY_RAMP    0.6f                  /* [-] likewise */
+#define NEED_SHARE    (5.0f * DRIVE_PERIOD) /* [-] low-pass of the current that the load needs */
 #define GRIP_MAX      0.83f /* [-] sine of the largest load angle at which a forced frame takes over */
 
 static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
@@ -217,14 +218,21 @@ static void name_forced(manoeuvres_t *m, float wanted)
     }
 }
 
+/* The current that the load needs, over some swings [A]; unknown while nothing tracks. */
+static void see_need(manoeuvres_t *m, float i_q)
+{
+    if (m->locking != 0u) {
+        m->needed = bounds_magnitude(i_q);
+    } else if (m->tracking != 0u) {
+        m->needed = lowpass_step(m->needed, NEED_SHARE, bounds_magnitude(i_q));
+    }
+}
+
 /* The current of the forced frame: all of a start's while it speeds up or passes zero; at a speed that stays
  * what the load needs as far as it has been seen, and some more, for a step of the load is not seen before.
  */
-static void force_current(manoeuvres_t *m, float i_q)
+static void force_current(manoeuvres_t *m)
 {
-    if (m->tracking != 0u) {
-        m->needed = lowpass_step(m->needed, NEED_CUTOFF, bounds_magnitude(i_q));
-    }
     float wanted = m->current;
     if (m->now == (int32_t)MANOEUVRE_FORCED) {
         const float with_margin = 1.5f * m->needed + 0.1f * m->current;
@@ -243,10 +251,12 @@ static demand_t force(manoeuvres_t *m, const manoeuvres_input_t *input)
     forced_speed(&m->forced, target, m->quickness * limits->ramp);
     name_forced(m, wanted);
     track_beside(m, input->estimate);
-    force_current(m, seen.q);
+    see_need(m, seen.q);
+    force_current(m);
     if (stalls(m, input->estimate)) {
         fail(m, MANOEUVRE_STALLED);
-    } else if (m->now != (int32_t)MANOEUVRE_FORCED && m->forced.frame.omega_e == target) {
+    } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
+               bounds_within(target - m->forced.frame.omega_e, REACHED_SHARE * limits->handover_speed)) {
         enter(m, MANOEUVRE_HANDOVER);
         handover_enter(&m->handover);
     }
@@ -259,7 +269,8 @@ static demand_t hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     const dq_t seen = frames_park(input->current, estimate->frame.rotation);
     const float wanted = wanted_speed(m, &input->wish);
     lock_step(&m->lock, estimate);
-    m->forced.current = handover_current(&m->handover, m->forced.current, seen.q);
+    see_need(m, seen.q);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->needed);
     switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
     case HANDOVER_GOES_ON:
         break;

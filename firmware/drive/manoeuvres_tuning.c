@@ -19,7 +19,7 @@ static float within(float value, float least, float most)
     return more < most ? more : most;
 }
 
-static run_tuning_t prepare_run(const params_t *params, const believed_t *believed)
+static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
     const speed_control_params_t speed = {
         .kp = params->speed_kp,
@@ -33,6 +33,9 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .flux_linkage = believed->flux_linkage,
         .ramp = params->speed_ramp * DRIVE_PERIOD,
         .stop_ramp = params->quick_stop_ramp * DRIVE_PERIOD,
+        .low_current =
+            params->position_source == (int32_t)POSITION_SENSORLESS ? params->low_speed_current : 0.0f,
+        .low_inverse = 1.0f / handover_speed,
         .fade = exponential(-DRIVE_PERIOD / FADE_TIME),
     };
 }
@@ -50,7 +53,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     tuning->catching = catch_prepare(&catching);
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
-    tuning->run = prepare_run(params, believed);
+    tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed)

@@ -150,7 +150,11 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
       "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
     F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
-      "of each of the two alignments; 0: 8 over the pendulum's frequency")
+      "of each of the two alignments; 0: 8 over the pendulum's frequency")                                   \
+    F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
+      DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
+      "least current vector at low speed without encoder, by i_d: keeps out of the dead time's zone; 0: "    \
+      "off")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

@@ -29,6 +29,9 @@
 /* Of the high-pass [rad/s]: below every w_n that this can damp. */
 #define FORCED_SWING_CUTOFF 6.0f
 
+/* Of the end of a ramp [rad/s]. */
+#define FORCED_EASE_CUTOFF 12.0f
+
 typedef struct {
     float resistance;   /* R [ohm], >= 0 */
     float inductance;   /* L [H], > 0 */
@@ -49,6 +52,7 @@ typedef struct {
     float damping;         /* k [A/V] */
     float damping_share;   /* low-pass of the damping [-] */
     float swing_share;     /* high-pass of the EMF [-] */
+    float ease_share;      /* of the way to the speed wanted, a period [-] */
     float period;          /* T [s] */
 } forced_tuning_t;
 
@@ -92,10 +96,11 @@ static inline void forced_advance(forced_t *forced)
     frame->rotation = trig_turn(frame->theta_e);
 }
 
-/* Its speed [rad/s] towards `target` by at most `step`. */
+/* Its speed [rad/s] towards `target` by at most `step`, and gently at the end: a ramp that ends at once sets
+ * the rotor swinging. */
 static inline void forced_speed(forced_t *forced, float target, float step)
 {
-    forced->frame.omega_e += bounds_clamp(target - forced->frame.omega_e, step);
+    forced->frame.omega_e += bounds_clamp(forced->tuning.ease_share * (target - forced->frame.omega_e), step);
 }
 
 /* Current reference in the frame [A] from the EMF [V] in it: the damping first, the d axis what the longest

@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-#define CURRENT_CUTOFF 20.0f /* [rad/s] of the way down to what the load needs */
+#define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
 #define MARGIN         0.1f  /* [-] of I over what the load needs */
 #define EXCESS         0.15f /* [-] of I as i_d that may be left */
 #define WANTED_TIME    0.15f /* [s] */

@@ -2,7 +2,9 @@
  *
  *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
  *     i_q               from the speed control
- *     i_d               what is wished for, and what a hand-over has left, fading
+ *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading; what
+ * keeps the current vector as long as `low_current` at low speed, where the loss of a leg without current is
+ * a voltage that nobody knows (docs/theory.md, 23)
  *
  * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
@@ -18,6 +20,9 @@ typedef struct {
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
+    float low_current;  /* least current vector at low speed [A]; 0: none is kept */
+    float low_inverse;  /* 1/the electrical speed up to which it is kept whole [s/rad]; at twice that it is
+                           gone */
     float fade;         /* share of a hand-over's i_d that is left a period later [-] */
 } run_tuning_t;
 
@@ -62,14 +67,23 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
 }
 
-/* What a hand-over has left of i_d [A], within what the longest vector leaves beside i_q. */
-static inline float run_fading(run_t *run, float i_q)
+/* The side of a right triangle [A], 0 where there is none. */
+static inline float run_side(float longest, float other)
 {
-    const float limit = run->speed.current_limit;
-    const float room = limit * limit - i_q * i_q;
-    run->i_d_left =
-        bounds_clamp(run->tuning.fade * run->i_d_left, room > 0.0f ? room * inverse_root(room) : 0.0f);
-    return run->i_d_left;
+    const float square = longest * longest - other * other;
+    return square > 0.0f ? square * inverse_root(square) : 0.0f;
+}
+
+/* i_d that is not wished for [A], beside i_q and within the longest vector. */
+static inline float run_i_d(run_t *run, float i_q, float omega_e)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const float room = run_side(run->speed.current_limit, i_q);
+    const float fast = 2.0f - bounds_magnitude(omega_e) * tuning->low_inverse;
+    const float kept = fast < 1.0f ? (fast > 0.0f ? fast : 0.0f) : 1.0f;
+    const float low = run_side(kept * tuning->low_current, i_q);
+    run->i_d_left = bounds_clamp(tuning->fade * run->i_d_left, room);
+    return run->i_d_left > low ? run->i_d_left : low;
 }
 
 /* References and EMF of this period in the rotor's frame, at this mechanical speed [rad/s]. While currents
@@ -93,7 +107,7 @@ static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
         demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m);
-        demand.current.d = wish->current.d + run_fading(run, demand.current.q);
+        demand.current.d = wish->current.d + run_i_d(run, demand.current.q, rotor->omega_e);
         demand.omega_m_ref = run->omega_m_ref;
         break;
     }

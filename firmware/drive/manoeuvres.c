@@ -294,10 +294,10 @@ static demand_t hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
 
 /* ---- catch ---- */
 
-static demand_t no_current(manoeuvres_t *m, const manoeuvres_input_t *input)
+static demand_t catch_rotor(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const frame_change_t change = m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON;
-    demand_t demand = {stationary, (int32_t)change, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
+    demand_t demand = {stationary, (int32_t)change, {m->catching.tuning.current, 0.0f}, {0.0f, 0.0f}, 0.0f};
     if (!input->estimating) {
         return demand;
     }
@@ -387,7 +387,7 @@ static demand_t run(manoeuvres_t *m, const manoeuvres_input_t *input)
     const estimate_t *estimate = input->estimate;
     if (input->lost) {
         lose(m, estimate->omega_smooth);
-        return no_current(m, input);
+        return catch_rotor(m, input);
     }
     const demand_t demand = run_by(m, input, &estimate->frame);
     const float omega_ref = demand.omega_m_ref * limits->pole_pairs;
@@ -442,5 +442,5 @@ demand_t manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input)
     case MANOEUVRE_RUN:
         return run(m, input);
     }
-    return no_current(m, input);
+    return catch_rotor(m, input);
 }

@@ -11,6 +11,7 @@
 #define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
 #define TRAIL_ANGLE   0.1f   /* [rad] by which <e> trails every rotor that is fast enough, or its sine does */
 #define TRAIL_PART    0.4f   /* [-] of it that must be seen */
+#define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
 #define SETTLED_TIME  4.0e-3f /* [s] the direction's sum has a sign by then */
 #define BEYOND_TIME   1.0e-3f /* [s] */
@@ -28,6 +29,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .length_share = lowpass_share(LENGTH_CUTOFF, params->period),
         .speed_per_volt = 1.0f / params->flux_linkage,
         .speed_min = params->speed_min,
+        .current = CLEAR_OF_ZONE * params->doubtful,
         .lead = 1.5f * params->period,
         .settled = periods_of(SETTLED_TIME, params->period),
         .beyond = periods_of(BEYOND_TIME, params->period),

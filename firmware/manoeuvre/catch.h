@@ -1,7 +1,8 @@
-/* Catch: is the rotor turning, which way and where? With the gates on and no current asked for, in the
+/* Catch: is the rotor turning, which way and where? With the gates on and next to no current, in the
  * stationary frame, the back-EMF tells.
  *
- *     voltage     = the EMF itself, so that no current flows, turned on by 1.5 T omega: it acts that late
+ *     voltage     = the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that
+ * late current     = a little along phase a, no more than takes all three legs out of the dead time's zone
  *     direction   = sign of the sum of  e x <e>,  <e>: the EMF low-passed. A vector that turns is ahead of
  * its own low-pass in the direction in which it turns. speed       = <|e|>/psi_f angle       = where the EMF
  * puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
@@ -21,6 +22,7 @@
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_min;    /* slower rotors stand [rad/s], electrical */
+    float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float period;       /* T [s] */
 } catch_params_t;
 
@@ -30,6 +32,7 @@ typedef struct {
     float length_share;   /* of <|e|> [-] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float speed_min;      /* [rad/s] electrical */
+    float current;        /* along phase a [A] */
     float lead;           /* 1.5 T [s] */
     uint32_t settled;     /* [periods] before the speed is believed */
     uint32_t beyond;      /* [periods] that an EMF beyond the link must last */

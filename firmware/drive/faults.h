@@ -68,7 +68,7 @@
     F(37, SINK_WARM, "sink_warm", sink_temperature, ABOVE, "sink_temperature_max", -FAULTS_SINK_WARM,        \
       DRIVE_PERIODS(0.1f), ALWAYS, WARN, "the heat sink is within 10 K of sink_temperature_max",             \
       "reduce load or improve cooling before it stops the drive")                                            \
-    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, DRIVE_PERIODS(10e-3f), TRACKING, CATCH,           \
+    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, DRIVE_PERIODS(5e-3f), TRACKING, CATCH,            \
       "the back-EMF was not where the estimate put it: the rotor is lost",                                   \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
     F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, 1u, RUNNING, OPEN,                             \

@@ -96,6 +96,7 @@ typedef struct {
     uint32_t sound_periods; /* [periods] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
+    float omega_ref;        /* of the last period of run [rad/s], electrical */
     float current;          /* of the forced frame, wanted [A] */
     float needed;           /* of it, as last seen [A] */
     float quickness;        /* of the ramp in this start [-] */

@@ -13,8 +13,10 @@
 #define TRAIL_PART    0.4f   /* [-] of it that must be seen */
 #define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
-#define SETTLED_TIME  4.0e-3f /* [s] the direction's sum has a sign by then */
-#define BEYOND_TIME   1.0e-3f /* [s] */
+#define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
+#define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
+#define SURE_TURN     1.0f     /* [rad] since the direction is known */
+#define BEYOND_TIME   1.0e-3f  /* [s] */
 
 static uint32_t periods_of(float time, float period)
 {
@@ -32,6 +34,8 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .current = CLEAR_OF_ZONE * params->doubtful,
         .lead = 1.5f * params->period,
         .settled = periods_of(SETTLED_TIME, params->period),
+        .sure = periods_of(SURE_TIME, params->period),
+        .turn_sure = SURE_TURN / params->period,
         .beyond = periods_of(BEYOND_TIME, params->period),
     };
 }
@@ -49,6 +53,7 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
     catching->cross_min = 0.0f;
     catching->length = 0.0f;
     catching->omega_e = omega_e;
+    catching->turned = 0.0f;
     catching->periods = 0u;
     catching->wanted = periods;
     catching->periods_beyond = 0u;
@@ -71,12 +76,17 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     }
     if (catching->periods >= tuning->settled) {
         catching->omega_e = catching->cross < 0.0f ? -speed : speed;
+        catching->turned += speed;
+    }
+    const bool turning =
+        bounds_magnitude(catching->cross) >= catching->cross_min && speed >= tuning->speed_min;
+    if (catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure && turning) {
+        return CATCH_TURNING;
     }
     if (catching->periods < catching->wanted) {
         return CATCH_GOES_ON;
     }
-    const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min;
-    return turning && speed >= tuning->speed_min ? CATCH_TURNING : CATCH_STANDING;
+    return turning ? CATCH_TURNING : CATCH_STANDING;
 }
 
 ab_t catch_voltage(const catch_t *catching, ab_t emf)

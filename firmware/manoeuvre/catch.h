@@ -35,6 +35,8 @@ typedef struct {
     float current;        /* along phase a [A] */
     float lead;           /* 1.5 T [s] */
     uint32_t settled;     /* [periods] before the speed is believed */
+    uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
+    float turn_sure;      /* how far that is, over T [rad/s] */
     uint32_t beyond;      /* [periods] that an EMF beyond the link must last */
 } catch_tuning_t;
 
@@ -44,7 +46,8 @@ typedef struct {
     float cross;             /* sum of e x <e> [V^2] */
     float cross_min;         /* least that it must have [V^2] */
     float length;            /* <|e|> [V] */
-    float omega_e;           /* [rad/s] electrical, 0 until it is believed */
+    float omega_e;           /* [rad/s] electrical, of the start until it is believed */
+    float turned;            /* sum of |omega_e| since [rad/s] */
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */

@@ -85,12 +85,19 @@ static inline float run_i_d(run_t *run, float i_q, float omega_e)
     return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
 }
 
-/* References and EMF of this period in the rotor's frame, at this mechanical speed [rad/s]. While currents
- * are wished for, the speed control follows them, so that a change of mode does not jump. No division. */
-static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_t *rotor, float omega_m)
+/* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
+static inline dq_t run_emf(const run_t *run, float omega_e)
 {
-    demand_t demand = {*rotor, (int32_t)FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
-    demand.emf.q = rotor->omega_e * run->tuning.flux_linkage;
+    return (dq_t){0.0f, omega_e * run->tuning.flux_linkage};
+}
+
+/* References of this period in the rotor's frame, at this mechanical speed [rad/s] and with this EMF [V].
+ * While currents are wished for, the speed control follows them, so that a change of mode does not jump. No
+ * division. */
+static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_t *rotor, dq_t emf,
+                                float omega_m)
+{
+    demand_t demand = {*rotor, (int32_t)FRAME_GOES_ON, {0.0f, 0.0f}, emf, 0.0f};
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;

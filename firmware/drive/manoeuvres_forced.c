@@ -1,0 +1,201 @@
+/* The manoeuvres in the forced frame: align, ramp, forced, reverse, hand-over. */
+#include "drive/manoeuvres_parts.h"
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
+#define STALL_PERIODS DRIVE_PERIODS(50e-3f) /* with too little EMF */
+#define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
+#define TRACK_SHARE   0.4f                  /* [-] of handover_speed, from which on the loop tracks */
+#define UNTRACK_SHARE 0.3f                  /* [-] likewise, below which it does not any more */
+#define REACHED_SHARE 0.02f                 /* [-] of handover_speed: so near is there */
+#define RETRY_CURRENT 1.3f                  /* [-] of the last try's */
+#define RETRY_RAMP    0.6f                  /* [-] likewise */
+#define GRIP_MAX      0.83f /* [-] sine of the largest load angle at which a forced frame takes over */
+#define NEED_SHARE    (5.0f * DRIVE_PERIOD) /* [-] low-pass of the current that the load needs */
+
+static demand_t forced_demand(manoeuvres_t *m, const manoeuvres_input_t *input, frame_change_t change)
+{
+    const dq_t emf = frames_park(input->estimate->emf, m->forced.frame.rotation);
+    demand_t demand = {m->forced.frame, (int32_t)change, forced_step(&m->forced, emf), {0.0f, 0.0f}, 0.0f};
+    demand.emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
+    demand.omega_m_ref = m->forced.frame.omega_e * m->limits.pole_pairs_inverse;
+    return demand;
+}
+
+/* The first of two steps: a quarter turn beside the second, so that a rotor which the one cannot turn, the
+ * other does. */
+demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const forced_tuning_t *tuning = &m->forced.tuning;
+    const bool first = m->start_try == 0u;
+    m->start_try++;
+    m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
+    m->current = first ? tuning->current : RETRY_CURRENT * m->current;
+    m->needed = m->current;
+    m->tracking = 0u;
+    manoeuvres_enter(m, MANOEUVRE_ALIGN);
+    forced_enter(&m->forced, -0.5f * ANGLE_PI, 0.0f, 0.0f);
+    return forced_demand(m, input, FRAME_ANEW);
+}
+
+/* Towards `wanted` [A], by no more than the rise. */
+static void raise_current(manoeuvres_t *m, float wanted)
+{
+    m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
+}
+
+demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    frame_change_t change = FRAME_GOES_ON;
+    raise_current(m, m->current);
+    if (m->periods == m->limits.align_periods) {
+        forced_enter(&m->forced, 0.0f, 0.0f, m->forced.current);
+        change = FRAME_TURNS;
+    } else if (m->periods >= 2u * m->limits.align_periods) {
+        manoeuvres_enter(m, MANOEUVRE_RAMP);
+    }
+    return forced_demand(m, input, change);
+}
+
+/* Does the rotor follow? Asked from fallback_speed on. */
+static bool stalls(manoeuvres_t *m, const estimate_t *estimate)
+{
+    const float speed = bounds_magnitude(m->forced.frame.omega_e);
+    const bool asked = speed >= m->limits.fallback_speed;
+    const bool follows = estimate->amplitude >= STALL_SHARE * m->limits.flux_linkage * speed;
+    m->stall_periods = asked && !follows ? m->stall_periods + 1u : 0u;
+    return m->stall_periods >= STALL_PERIODS;
+}
+
+/* Whether the loop tracks beside the forced frame: it does where there is EMF enough. */
+static void track_beside(manoeuvres_t *m, const estimate_t *estimate)
+{
+    const float speed = bounds_magnitude(m->forced.frame.omega_e);
+    if (m->tracking == 0u && speed >= TRACK_SHARE * m->limits.handover_speed) {
+        const float omega_e = m->forced.frame.omega_e;
+        manoeuvres_lock_to(m, (position_t){catch_angle(estimate->emf, omega_e), omega_e});
+    } else if (m->tracking != 0u && speed < UNTRACK_SHARE * m->limits.handover_speed) {
+        m->tracking = 0u;
+    } else if (m->tracking != 0u) {
+        lock_step(&m->lock, estimate);
+    }
+}
+
+/* Names of one thing: the forced frame on its way up, through zero, or at a speed that stays. */
+static void name_forced(manoeuvres_t *m, float wanted)
+{
+    if (bounds_within(wanted, m->limits.handover_speed)) {
+        m->now = (int32_t)MANOEUVRE_FORCED;
+    } else if (m->now == (int32_t)MANOEUVRE_FORCED) {
+        m->now = (int32_t)(wanted * m->forced.frame.omega_e < 0.0f ? MANOEUVRE_REVERSE : MANOEUVRE_RAMP);
+    }
+}
+
+/* The current that the load needs, over some swings [A]; unknown while nothing tracks. */
+static void see_need(manoeuvres_t *m, float i_q)
+{
+    if (m->locking != 0u) {
+        m->needed = bounds_magnitude(i_q);
+    } else if (m->tracking != 0u) {
+        m->needed = lowpass_step(m->needed, NEED_SHARE, bounds_magnitude(i_q));
+    }
+}
+
+/* The current of the forced frame: all of a start's while it speeds up or passes zero; at a speed that stays
+ * what the load needs as far as it has been seen, and some more, for a step of the load is not seen before.
+ */
+static void force_current(manoeuvres_t *m)
+{
+    float wanted = m->current;
+    if (m->now == (int32_t)MANOEUVRE_FORCED) {
+        const float with_margin = 1.5f * m->needed + 0.1f * m->current;
+        wanted = with_margin < wanted ? with_margin : wanted;
+        wanted = wanted > 0.5f * m->current ? wanted : 0.5f * m->current;
+    }
+    raise_current(m, wanted);
+}
+
+/* A start has failed by this: once more after a catch, or no more. */
+static void fail(manoeuvres_t *m, uint32_t why)
+{
+    if (m->start_try >= m->limits.start_tries) {
+        m->failed |= why;
+    } else {
+        manoeuvres_enter_catch(m, MANOEUVRE_CATCH, PAUSE_PERIODS, 0.0f);
+    }
+}
+
+demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const float wanted = manoeuvres_wanted(m, &input->wish);
+    const float target = bounds_clamp(wanted, limits->handover_speed);
+    const dq_t seen = frames_park(input->current, input->estimate->frame.rotation);
+    forced_speed(&m->forced, target, m->quickness * limits->ramp);
+    name_forced(m, wanted);
+    track_beside(m, input->estimate);
+    see_need(m, seen.q);
+    force_current(m);
+    if (stalls(m, input->estimate)) {
+        fail(m, MANOEUVRE_STALLED);
+    } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
+               bounds_within(target - m->forced.frame.omega_e, REACHED_SHARE * limits->handover_speed)) {
+        manoeuvres_enter(m, MANOEUVRE_HANDOVER);
+        handover_enter(&m->handover);
+    }
+    return forced_demand(m, input, FRAME_GOES_ON);
+}
+
+demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const estimate_t *estimate = input->estimate;
+    const dq_t seen = frames_park(input->current, estimate->frame.rotation);
+    const float wanted = manoeuvres_wanted(m, &input->wish);
+    lock_step(&m->lock, estimate);
+    see_need(m, seen.q);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->needed);
+    switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
+    case HANDOVER_GOES_ON:
+        break;
+    case HANDOVER_GOOD:
+        manoeuvres_enter_run(m, seen, estimate->omega_smooth);
+        m->needed = bounds_magnitude(seen.q);
+        demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame);
+        demand.change = (int32_t)FRAME_TURNS;
+        return demand;
+    case HANDOVER_FAILED:
+        fail(m, MANOEUVRE_UNLOCKED);
+        return forced_demand(m, input, FRAME_GOES_ON);
+    }
+    if (stalls(m, estimate)) {
+        fail(m, MANOEUVRE_STALLED);
+    } else if (bounds_within(wanted, m->limits.handover_speed) || wanted * m->forced.frame.omega_e < 0.0f) {
+        manoeuvres_enter(m, MANOEUVRE_FORCED);
+    }
+    return forced_demand(m, input, FRAME_GOES_ON);
+}
+
+/* From the estimate's frame into a forced one in which the same torque acts: its d axis is ahead of the
+ * rotor's by the load angle. The speed is the lesser of two that can both be wrong. */
+demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const estimate_t *estimate = input->estimate;
+    const dq_t seen = frames_park(input->current, estimate->frame.rotation);
+    m->current = m->forced.tuning.current;
+    m->quickness = 1.0f;
+    m->needed = bounds_magnitude(seen.q);
+    const float sine = bounds_clamp(seen.q * m->forced.tuning.current_inverse, GRIP_MAX);
+    const float square = 1.0f - sine * sine;
+    const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
+    const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
+    const float omega_e = bounds_clamp(estimate->omega_smooth, emf_speed);
+    manoeuvres_enter(m, MANOEUVRE_FORCED);
+    forced_enter(&m->forced, angle_turn_back(estimate->frame.theta_e + ahead), omega_e, m->current);
+    m->tracking = 0u;
+    return forced_demand(m, input, FRAME_TURNS);
+}

@@ -1,0 +1,35 @@
+/* What the files of manoeuvres.h share; nobody else. */
+#ifndef DRIVE_MANOEUVRES_PARTS_H
+#define DRIVE_MANOEUVRES_PARTS_H
+
+#include "drive/manoeuvres.h"
+
+/* A catch takes so long. */
+#define CATCH_PERIODS DRIVE_PERIODS(20e-3f)
+
+/* Another manoeuvre begins; its rooms are entered by the caller, or by the two that follow. */
+void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre);
+
+/* A catch of so many periods, from this speed [rad/s]; and run, from this current [A] in the rotor's frame at
+ * this speed [rad/s], electrical. */
+void manoeuvres_enter_catch(manoeuvres_t *m, manoeuvre_t manoeuvre, uint32_t periods, float omega_e);
+void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e);
+
+/* The speed that is wished for [rad/s], electrical; a wish for a current starts in its direction. */
+float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish);
+
+/* The loop shall be locked there in this period. */
+void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
+
+/* The demands of the manoeuvres, of one period each. */
+demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor);
+demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input);
+demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input);
+
+#endif

@@ -1,0 +1,124 @@
+/* The manoeuvres in the frame of the rotor, and the catch that finds it: catch, relock, run. */
+#include "drive/manoeuvres_parts.h"
+
+#include "math/bounds.h"
+#include "math/trig.h"
+
+#define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when that is asked for */
+#define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
+#define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
+
+static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
+
+/* In this frame of the rotor with this EMF; the change from one source to another while running keeps the
+ * voltage. */
+static demand_t run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf)
+{
+    demand_t demand =
+        run_step(&m->run, &input->wish, rotor, emf, rotor->omega_e * m->limits.pole_pairs_inverse);
+    if (m->other_source != 0u) {
+        demand.change = (int32_t)FRAME_TURNS;
+        m->other_source = 0u;
+    }
+    return demand;
+}
+
+/* With the EMF that is observed: right in the stationary frame whatever the angle, so that an angle that is
+ * lost sets no current free. */
+demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor)
+{
+    return run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation));
+}
+
+demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const frame_change_t change = m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON;
+    demand_t demand = {stationary, (int32_t)change, {m->catching.tuning.current, 0.0f}, {0.0f, 0.0f}, 0.0f};
+    if (!input->estimating) {
+        return demand;
+    }
+    const estimate_t *estimate = input->estimate;
+    const ab_t voltage = catch_voltage(&m->catching, estimate->emf);
+    demand.emf = (dq_t){voltage.alpha, voltage.beta};
+    switch (catch_step(&m->catching, estimate->emf, estimate->amplitude, input->voltage_max)) {
+    case CATCH_GOES_ON:
+        break;
+    case CATCH_TURNING: {
+        const position_t rotor = catch_position(&m->catching, estimate->emf);
+        const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
+        manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
+        manoeuvres_lock_to(m, rotor);
+        m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
+        demand = manoeuvres_run_observed(m, input, &frame);
+        demand.change = (int32_t)FRAME_ANEW;
+        break;
+    }
+    case CATCH_STANDING:
+        return manoeuvres_begin_start(m, input);
+    case CATCH_TOO_FAST:
+        m->failed |= MANOEUVRE_TOO_FAST;
+        break;
+    }
+    return demand;
+}
+
+/* The lock is lost: caught again, unless that has been done too often. */
+static void lose(manoeuvres_t *m, float omega_e)
+{
+    if (m->lock_losses >= 2u && m->clock - m->loss_clock[1] < LOSS_PERIODS) {
+        m->failed |= MANOEUVRE_LOST;
+    }
+    m->lock_losses++;
+    m->loss_clock[1] = m->loss_clock[0];
+    m->loss_clock[0] = m->clock;
+    manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, omega_e);
+}
+
+/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then neither loop nor
+ * lock is judged, and the EMF may be gone for a while. */
+static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
+{
+    const float slow = m->limits.fallback_speed;
+    if (omega_ref * m->omega_ref < 0.0f || bounds_within(omega_ref, slow)) {
+        m->reversing = 1u;
+    } else if (m->reversing != 0u && omega_ref * omega > 0.0f && !bounds_within(omega, PASSED_SHARE * slow)) {
+        m->reversing = 0u;
+        m->periods = 0u; /* the mask of a hand-over */
+    }
+    m->omega_ref = omega_ref;
+}
+
+demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const estimate_t *estimate = input->estimate;
+    if (input->lost) {
+        lose(m, estimate->omega_smooth);
+        return manoeuvres_catch(m, input);
+    }
+    const demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame);
+    const float omega_ref = demand.omega_m_ref * limits->pole_pairs;
+    lock_step(&m->lock, estimate);
+    watch_reversal(m, omega_ref, estimate->omega_smooth);
+    m->unlocked = lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
+    m->sound_periods++;
+    if (m->sound_periods >= SOUND_PERIODS) {
+        m->start_try = 0u;
+    }
+
+    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
+    const bool slow = estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
+    m->slow_periods = slow && m->reversing != 0u ? m->slow_periods + 1u : 0u;
+    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods)
+               ? manoeuvres_fall_back(m, input)
+               : demand;
+}
+
+/* With the encoder there is nothing else; out of another manoeuvre it takes the current along. */
+demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    if (m->now != (int32_t)MANOEUVRE_RUN) {
+        manoeuvres_enter_run(m, frames_park(input->current, input->encoder.rotation), input->encoder.omega_e);
+    }
+    return run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e));
+}

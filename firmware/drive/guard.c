@@ -15,23 +15,17 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count only while the gates shall be on, those that open the bridge, and those that do
- * not fail at once. */
+/* Bits of the rows that count only while the gates shall be on, and of those that open the bridge. */
 #define FAULT_IF_RUNNING(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
                          text, remedy)                                                                       \
     | (uint32_t)FAULT_##when << (uint32_t)FAULT_##NAME
 #define FAULT_IF_OPEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
     | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
-#define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
-                         text, remedy)                                                                       \
-    | ((debounce) > 1u ? UINT32_C(1) << (uint32_t)FAULT_##NAME : UINT32_C(0))
-#define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
-                       text, remedy)                                                                         \
-    debounce,
 #define RUNNING_ROWS (0u DRIVE_FAULTS(FAULT_IF_RUNNING))
-#define COUNTED_ROWS (0u DRIVE_FAULTS(FAULT_IF_COUNTED))
 #define OPEN_ROWS    (0u DRIVE_FAULTS(FAULT_IF_OPEN))
+
+#define FAULT_MASK(bit) (UINT32_C(1) << (uint32_t)(bit))
 
 /* The comparisons of the table. */
 #define IS_ABOVE(quantity, limit) ((quantity) > (limit))
@@ -99,7 +93,7 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
     if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
-        all |= UINT32_C(1) << (uint32_t)FAULT_##NAME;                                                        \
+        all |= FAULT_MASK(FAULT_##NAME);                                                                     \
     }
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
@@ -107,29 +101,32 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now, bool runn
     return running ? all : all & ~RUNNING_ROWS;
 }
 
-/* The bits of those of the rows `counting` that have held for their debounce; one that does not hold now
- * begins anew.
- */
-static uint32_t count(guard_t *guard, uint32_t now, uint32_t counting)
+/* Counts a row; is it still too soon for its debounce? */
+static inline bool waits(uint32_t *held, uint32_t debounce, bool holds)
 {
-    static const uint32_t debounce[FAULTS] = {DRIVE_FAULTS(FAULT_DEBOUNCE)};
-    uint32_t failed = 0u;
-    uint32_t rows = counting;
-    uint32_t holds = now;
-    uint32_t n = 0u;
-    while (rows != 0u) {
-        if ((rows & 1u) != 0u) {
-            uint32_t held = (holds & 1u) != 0u ? guard->held[n] + 1u : 0u;
-            if (held >= debounce[n]) {
-                held = debounce[n];
-                failed |= UINT32_C(1) << n;
-            }
-            guard->held[n] = held;
-        }
-        rows >>= 1;
-        holds >>= 1;
-        n++;
+    if (!holds) {
+        *held = 0u;
+        return false;
     }
+    if (*held + 1u >= debounce) {
+        return false;
+    }
+    *held += 1u;
+    return true;
+}
+
+/* Bits of the rows that have held for their debounce, of those that hold `now`; the others begin anew. */
+static uint32_t failing(guard_t *guard, uint32_t now)
+{
+#define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
+                      text, remedy)                                                                          \
+    if ((debounce) > 1u &&                                                                                   \
+        waits(&guard->held[FAULT_##NAME], debounce, (now & FAULT_MASK(FAULT_##NAME)) != 0u)) {               \
+        failed &= ~FAULT_MASK(FAULT_##NAME);                                                                 \
+    }
+    uint32_t failed = now;
+    DRIVE_FAULTS(FAULT_COUNTED)
+#undef FAULT_COUNTED
     return failed;
 }
 
@@ -138,15 +135,9 @@ void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint3
 {
     const quantities_t quantities = quantities_of(measured, omega_m, estimate_invalid);
     const uint32_t now = holding(guard, &quantities, running);
-    const uint32_t before = guard->holding;
+    /* while nothing holds nor has held, nothing is counted */
+    const uint32_t failed = (now | guard->holding) != 0u ? failing(guard, now) : 0u;
     guard->holding = now;
-    guard->faults = 0u;
-    guard->warnings = 0u;
-    if ((now | before) == 0u) {
-        return; /* nothing is counted */
-    }
-    const uint32_t counted = COUNTED_ROWS;
-    const uint32_t failed = (now & ~counted) | count(guard, now, (now | before) & counted);
     guard->faults = failed & OPEN_ROWS;
     guard->warnings = failed & ~OPEN_ROWS;
 }

@@ -7,9 +7,6 @@
 static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
 {
     const estimate_t *last = &drive->estimator.estimate;
-    if (!doubt_possible(&drive->doubt, last->amplitude, acted->leg)) {
-        return false;
-    }
     const doubt_input_t input = {
         .current = acted->current,
         .leg = acted->leg,

@@ -76,21 +76,29 @@ void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_vo
     est->tracker.speed_per_volt = speed_per_volt;
 }
 
-/* What the parts hold after a step, for outside; the rotation is there before. */
-static inline void publish(estimator_t *est, position_t position)
+/* What the observer holds after a step, for outside. The forms per axis come with the paper's. */
+static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
+    estimate_t *estimate = &est->estimate;
+    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
+    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
+    estimate->gain = smo->gain_mean;
+    if (est->observer.paper != 0u) {
+        estimate->gain_axis = smo->axes.gain_axis;
+    }
+}
+
+/* Likewise the tracker; its rotation is that of the next step already. */
+static inline void show_tracker(estimator_t *est, position_t position)
+{
     const pll_t *pll = &est->tracker.pll;
     estimate_t *estimate = &est->estimate;
     estimate->frame.theta_e = position.theta_e;
     estimate->frame.omega_e = position.omega_e;
     estimate->omega_smooth = pll->omega_smooth;
-    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
-    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
-    estimate->gain_axis = smo->axes.gain_axis;
-    estimate->gain = smo->gain_mean;
     estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 
@@ -103,7 +111,9 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
                   bounds_magnitude(length));
-    publish(est, rotor);
+    show_observer(est);
+    show_tracker(est, rotor);
+    est->estimate.gain_axis = est->observer.smo.axes.gain_axis;
     est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
@@ -112,7 +122,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
 /* The end of a period in which the loop coasted. */
 static position_t coasted(estimator_t *est, position_t position)
 {
-    publish(est, position);
+    show_tracker(est, position);
     est->estimate.invalid |= est->observer.smo.rejected * ESTIMATOR_SAMPLE;
     est->estimate.coasted = 1u;
     return position;
@@ -124,16 +134,18 @@ static inline position_t one_period(estimator_t *est, ab_t voltage, ab_t current
     tracker_t *tracker = &est->tracker;
     ab_t emf;
     float error_square;
-    est->estimate.frame.rotation = tracker->pll.rotation; /* the last step has turned it to t_k */
+    /* the last step has turned it to t_k */
+    est->estimate.frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (!observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf, &error_square)) {
         return coasted(est, tracker_coast(tracker));
     }
+    show_observer(est);
     est->estimate.emf = emf;
     if (doubtful) {
         return coasted(est, tracker_watch(tracker, emf, current));
     }
     const position_t position = tracker_step(tracker, emf, current, error_square);
-    publish(est, position);
+    show_tracker(est, position);
     est->estimate.coasted = 0u;
     return position;
 }

@@ -62,8 +62,7 @@ static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t curren
         smo_answer(smo, *error_square);
         *emf = lag_emf(smo, (lag_mode_t)observer->lag, omega_e);
     } else {
-        smo_switch_vector(smo, *error_square);
-        smo->emf_hat = smo->switched;
+        smo->emf_hat = smo_switch_vector(smo, *error_square);
         *emf = lag_undone(smo, omega_e, smo->current_err);
     }
     return true;

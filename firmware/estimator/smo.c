@@ -86,7 +86,7 @@ static void switch_axes(smo_t *smo)
 static void switch_any(smo_t *smo, float square)
 {
     if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo_switch_vector(smo, square);
+        (void)smo_switch_vector(smo, square);
     } else {
         switch_axes(smo);
     }

@@ -119,12 +119,15 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V] and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is. */
-static inline void smo_switch_vector(smo_t *smo, float square)
+/* v [V], returned, and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is.
+ */
+static inline ab_t smo_switch_vector(smo_t *smo, float square)
 {
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);
-    float g = smo->tuning.gain * smo->gain_mean;
-    smo->switched = (ab_t){g * smo->current_err.alpha, g * smo->current_err.beta};
+    const float g = smo->tuning.gain * smo->gain_mean;
+    const ab_t v = {g * smo->current_err.alpha, g * smo->current_err.beta};
+    smo->switched = v;
+    return v;
 }
 
 /* The first half of smo_step(), (5): i_hat and x, and |x|^2 [A^2] to `error_square`. false: the sample was

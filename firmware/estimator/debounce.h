@@ -33,14 +33,20 @@ static inline uint32_t debounce_one(debounce_t *debounce, const debounce_tuning_
                                     uint32_t n)
 {
     const uint32_t bit = UINT32_C(1) << n;
+    const uint32_t limit = tuning->limit[n];
     uint32_t count = debounce->count[n];
     uint32_t raised = debounce->invalid & bit;
     if ((failing & bit) != 0u) {
-        count += count < tuning->limit[n];
-        raised = count >= tuning->limit[n] ? bit : raised;
+        count++;
+        if (count >= limit) {
+            count = limit;
+            raised = bit;
+        }
+    } else if (count > 1u) {
+        count--;
     } else {
-        count -= count > 0u;
-        raised = count > 0u ? raised : 0u;
+        count = 0u;
+        raised = 0u;
     }
     debounce->count[n] = count;
     return raised;

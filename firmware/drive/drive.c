@@ -1,5 +1,6 @@
 #include "drive/drive.h"
 
+#include "drive/signals.h"
 #include "math/bounds.h"
 #include "math/trig.h"
 
@@ -165,7 +166,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
                       drive->measure.measured.u_dc);
     /* up to the fault's own period, which is this one unless a trip came between two steps */
     if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
-        tap_history_keep(&drive->history, drive);
+        tap_history_keep(&drive->history, signals_history_places, drive);
     }
     *command = drive->command;
 }

@@ -70,12 +70,6 @@ void estimator_init(estimator_t *est, const estimator_params_t *params)
     estimator_reset(est, origin, none);
 }
 
-void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
-{
-    est->tracker.flux_linkage = flux_linkage;
-    est->tracker.speed_per_volt = speed_per_volt;
-}
-
 /* What the observer holds after a step, for outside. The forms per axis come with the paper's. */
 static inline void show_observer(estimator_t *est)
 {

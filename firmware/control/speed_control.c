@@ -2,17 +2,12 @@
 
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params)
 {
-    return (speed_control_tuning_t){params->current_limit,
+    return (speed_control_tuning_t){params->current_limit, params->kp * (1.0f - params->weight),
                                     pi_prepare(params->kp, params->ki, params->period)};
 }
 
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning)
 {
     speed_control_take(control, tuning);
-    speed_control_reset(control, 0.0f);
-}
-
-void speed_control_reset(speed_control_t *control, float current)
-{
-    pi_reset(&control->pi, current);
+    speed_control_reset(control, 0.0f, 0.0f);
 }

@@ -1,6 +1,11 @@
 /* Speed control: PI from mechanical speed error to torque-making current, one step per `period`.
  *
- *     i_q_ref = kp (omega_ref - omega) + I, within +-current_limit
+ *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit;      I integrates ki (omega_ref -
+ * omega)
+ *
+ * b, the weight of the reference in the proportional part, places the zero that a PI makes of a reference
+ * step: 1 is the paper's PI, which runs past it; 0 (I-P) leaves the integral alone to raise the torque, and
+ * with damping enough nothing runs past. What disturbs the shaft is answered alike.
  *
  * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
  * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
@@ -15,18 +20,21 @@
 typedef struct {
     float kp;            /* [A/(rad/s)], mechanical, >= 0 */
     float ki;            /* [A/rad], mechanical, >= 0 */
+    float weight;        /* b of the reference in the proportional part [-], 0..1 */
     float current_limit; /* largest |i_q| reference [A], >= 0 */
     float period;        /* T [s] */
 } speed_control_params_t;
 
 typedef struct {
     float current_limit; /* [A] */
+    float kick;          /* kp (1 - b): what the reference does not get [A s/rad] */
     pi_tuning_t pi;
 } speed_control_tuning_t;
 
 typedef struct {
     float current_limit; /* of the tuning [A] */
-    pi_t pi;             /* output [A], error [rad/s] mechanical */
+    float kick;          /* of the tuning [A s/rad] */
+    pi_t pi;             /* output and kick times reference [A], error [rad/s] mechanical */
 } speed_control_t;
 
 /* Coefficients. One division. */
@@ -35,20 +43,29 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 /* These coefficients; integral 0. */
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
 
-/* New coefficients; the integral stays. A lower limit acts from the next step on. */
+/* New coefficients; the integral stays. A lower limit acts from the next step on; another weight lets the
+ * next output jump by its share of the reference. */
 static inline void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning)
 {
     control->current_limit = tuning->current_limit;
+    control->kick = tuning->kick;
     pi_take(&control->pi, &tuning->pi);
 }
 
-/* Bumpless start: the next output for zero error is `current` [A], cut to the limit. */
-void speed_control_reset(speed_control_t *control, float current);
+/* Bumpless start: the next output for zero error at this speed reference [rad/s] is `current` [A], cut to the
+ * limit. */
+static inline void speed_control_reset(speed_control_t *control, float current, float omega_m_ref)
+{
+    pi_reset(&control->pi, current + control->kick * omega_m_ref);
+}
 
 /* i_q reference [A] within +-current_limit from the mechanical speeds [rad/s]. No division. */
 static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m)
 {
-    return pi_step(&control->pi, omega_m_ref - omega_m, -control->current_limit, control->current_limit);
+    const float held_back = control->kick * omega_m_ref;
+    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - control->current_limit,
+                   held_back + control->current_limit) -
+           held_back;
 }
 
 #endif

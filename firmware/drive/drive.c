@@ -20,51 +20,67 @@ static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
     return doubt_step(&drive->doubt, &input);
 }
 
-/* The estimate at t_k, and what can be learnt of it. */
+/* The estimate at t_k while the loop tracks, and what can be learnt of it. */
+static void track(drive_t *drive, const inverter_acted_t *acted)
+{
+    const measured_t *measured = &drive->measure.measured;
+    const estimate_t *estimate = &drive->estimator.estimate;
+    if (doubtful(drive, acted)) {
+        (void)chosen_coast(&drive->estimator, acted->voltage, measured->current);
+    } else {
+        (void)chosen_step(&drive->estimator, acted->voltage, measured->current);
+    }
+    if (drive->flux.tuning.share > 0.0f && estimate->coasted == 0u) {
+        flux_step(&drive->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
+        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
+    }
+    (void)offset_trim_step(&drive->offset_trim, estimate->emf_hat, estimate->frame.theta_e,
+                           estimate->omega_smooth, &measured->current);
+}
+
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
     const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
-    if (doubtful(drive, &acted)) {
-        (void)chosen_coast(&drive->estimator, drive->acted, measured->current);
+    if (drive->manoeuvres.tracking != 0u) {
+        track(drive, &acted);
     } else {
-        (void)chosen_step(&drive->estimator, drive->acted, measured->current);
+        chosen_observe(&drive->estimator, acted.voltage, measured->current,
+                       manoeuvres_speed(&drive->manoeuvres));
     }
-
-    if (drive->flux.tuning.share > 0.0f && drive->estimator.estimate.coasted == 0u) {
-        flux_step(&drive->flux, drive->estimator.estimate.amplitude, drive->estimator.estimate.omega_smooth,
-                  drive->estimator.estimate.detector);
-        chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
-    }
-    (void)offset_trim_step(&drive->offset_trim, drive->estimator.estimate.emf_hat,
-                           drive->estimator.estimate.frame.theta_e, drive->estimator.estimate.omega_smooth,
-                           &measured->current);
 }
 
-/* The frame in force at t_k. While the bridge is off nothing is known of the voltage: the estimator rests,
- * and the encoder shows the rotor. */
+/* The rotor at t_k. While the bridge is off nothing is known of the voltage: the estimator rests. */
 static void locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->measure.measured.encoder_count);
+    drive->encoder_frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
+                                     trig_turn(drive->encoder_position.theta_e)};
+    manoeuvres_advance(&drive->manoeuvres);
     if (drive->estimating != 0u) {
         estimate(drive);
     }
-    if (drive->estimating != 0u && drive->sequence.tuning.sensorless != 0u) {
-        drive->frame = drive->estimator.estimate.frame;
-    } else {
-        drive->frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
-                                 trig_turn(drive->encoder_position.theta_e)};
-    }
-    drive->omega_m = drive->frame.omega_e * drive->pole_pairs_inverse;
-    drive->current = frames_park(drive->measure.measured.current, drive->frame.rotation);
+    drive->rotor = manoeuvres_rotor(&drive->manoeuvres, &drive->encoder_frame, &drive->estimator.estimate);
+    drive->omega_m = drive->rotor.omega_e * drive->pole_pairs_inverse;
 }
 
 static void judge(drive_t *drive)
 {
-    const bool running = drive_bridge_on(drive) && drive->sequence.state != (int32_t)DRIVE_SWITCHED_ON;
-    guard_step(&drive->guard, &drive->measure.measured, drive->omega_m,
-               drive->sequence.tuning.sensorless != 0u ? drive->estimator.estimate.invalid : 0u, running);
+    const manoeuvres_t *manoeuvres = &drive->manoeuvres;
+    guard_input_t input = {
+        .measured = &drive->measure.measured,
+        .omega_m = drive->omega_m,
+        .estimate_invalid = drive->estimator.estimate.invalid,
+        .unlocked = manoeuvres->unlocked,
+        .failed = manoeuvres->failed,
+        .now = GUARD_ALWAYS,
+    };
+    if (drive_bridge_on(drive) && drive->sequence.state != (int32_t)DRIVE_SWITCHED_ON) {
+        input.now |= GUARD_RUNNING | (manoeuvres->limits.sensorless != 0u ? 0u : GUARD_ENCODER) |
+                     (manoeuvres_judged(manoeuvres) ? GUARD_TRACKING : 0u);
+    }
+    guard_step(&drive->guard, &input);
 }
 
 static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
@@ -75,8 +91,10 @@ static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         calibration = measure_calibrate(&drive->measure, samples);
     }
+    const bool standing =
+        manoeuvres_knows(&drive->manoeuvres) && bounds_within(drive->omega_m, SEQUENCE_STANDSTILL);
     const uint32_t order = sequence_step(&drive->sequence, &drive->requests, &drive->measure.measured,
-                                         drive->guard.faults, drive->omega_m, calibration);
+                                         drive->guard.faults, standing, calibration);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
     if (is_fault && !was_fault) {
         drive_note_fault(drive);
@@ -88,13 +106,16 @@ static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
 
 static void start(drive_t *drive, uint32_t order)
 {
+    const bool sensorless = drive->manoeuvres.limits.sensorless != 0u;
+    const position_t unknown = {0.0f, 0.0f};
     if ((order & SEQUENCE_PRESET) != 0u) {
         current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
-        run_reset(&drive->run);
+        manoeuvres_begin(&drive->manoeuvres, drive->omega_m);
     }
     if ((order & SEQUENCE_TRACK) != 0u) {
-        chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
-        flux_reset(&drive->flux, drive->encoder_position.omega_e);
+        const position_t from = sensorless ? unknown : drive->encoder_position;
+        chosen_reset(&drive->estimator, from, drive->measure.measured.current);
+        flux_reset(&drive->flux, from.omega_e);
         drive->estimating = 1u;
     }
 }
@@ -106,17 +127,45 @@ static run_wish_t wish(const drive_t *drive)
     if (drive->sequence.state == (int32_t)DRIVE_SWITCHED_ON) {
         wish.mode = RUN_ZERO;
     } else if (drive->sequence.state == (int32_t)DRIVE_QUICK_STOP) {
-        wish.omega_m_ref = 0.0f;
+        wish.mode = RUN_STOP;
     } else if (requests->mode == (int32_t)MODE_CURRENT) {
         wish.mode = RUN_CURRENT;
     }
     return wish;
 }
 
+/* What the manoeuvre asks for. Where it locks the loop, the next step goes on from there. */
+static void manoeuvre(drive_t *drive)
+{
+    const manoeuvres_input_t input = {
+        .current = drive->measure.measured.current,
+        .voltage_max = FRAMES_ONE_OVER_SQRT_3 * drive->measure.measured.u_dc,
+        .estimate = &drive->estimator.estimate,
+        .encoder = drive->encoder_frame,
+        .wish = wish(drive),
+        .estimating = drive->estimating != 0u,
+        .lost = drive->guard.losses != 0u,
+    };
+    const frame_t last = drive->demand.frame;
+    drive->demand = manoeuvres_step(&drive->manoeuvres, &input);
+    if (drive->manoeuvres.locking != 0u) {
+        chosen_lock(&drive->estimator, drive->manoeuvres.locked);
+        flux_reset(&drive->flux, drive->manoeuvres.locked.omega_e);
+    }
+    const rotation_t now = drive->demand.frame.rotation;
+    if (drive->demand.change == (int32_t)FRAME_TURNS) {
+        const rotation_t before = trig_advance(last.rotation, DRIVE_PERIOD * last.omega_e);
+        current_control_turn(&drive->current_control, frames_between(before, now));
+    } else if (drive->demand.change == (int32_t)FRAME_ANEW) {
+        current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
+    }
+    drive->current = frames_park(drive->measure.measured.current, now);
+}
+
 /* Field-oriented control: a demand in, duties out. */
 static abc_t control(drive_t *drive)
 {
-    const frame_t *frame = &drive->frame;
+    const frame_t *frame = &drive->demand.frame;
     const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
     const dq_t asked = current_control_step(&drive->current_control, drive->demand.current, drive->current,
                                             frame->omega_e, drive->demand.emf);
@@ -132,8 +181,10 @@ static abc_t control(drive_t *drive)
 static void rest(drive_t *drive)
 {
     const dq_t none = {0.0f, 0.0f};
-    drive->demand = (demand_t){none, none, 0.0f};
+    drive->demand = (demand_t){drive->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
+    manoeuvres_end(&drive->manoeuvres);
     current_control_reset(&drive->current_control, none);
+    drive->current = frames_park(drive->measure.measured.current, drive->rotor.rotation);
     drive->voltage = none;
     drive->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
     drive->estimating = 0u;
@@ -155,8 +206,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     const uint32_t order = sequence(drive, samples);
     start(drive, order);
     if (drive_bridge_on(drive)) {
-        const run_wish_t wished = wish(drive);
-        drive->demand = run_step(&drive->run, &wished, drive->frame.omega_e, drive->omega_m);
+        manoeuvre(drive);
         drive->command.duty = control(drive);
     } else {
         rest(drive);

@@ -1,16 +1,18 @@
 /* The drive: one step per PWM period turns samples into a command. Pure: no registers, no globals.
  *
  *     samples --> measure --> estimate (encoder, estimator) --> guard --> sequence --> manoeuvre: demand
- *             --> current control --> inverter: duties                             (each in a room of its
- * own)
+ *             --> current control --> inverter: duties
+ *
+ * each in a room of its own.
  *
  * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it
  * returns act on [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e
  * + 1.5 T_s omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps
  * ago made (inverter/inverter.h).
  *
- * Position: the encoder or the estimator, as position_source says. The estimator runs whenever the bridge is
- * on; it starts from the encoder's angle, which stands for the start that a drive without one needs.
+ * Position: the encoder or the estimator, as position_source says. With the encoder the estimator runs beside
+ * it from the encoder's angle; without, nothing of the encoder is used, and a manoeuvre brings the rotor to
+ * where its EMF can be tracked (drive/manoeuvres.h). Control turns with the frame that the manoeuvre gives.
  *
  * Parameters change by a flip: the background prepares the tuning of a new set and offers it; the interrupt
  * takes it whole at the start of its next step. */
@@ -22,6 +24,7 @@
 
 #include "contract/tap.h"
 #include "drive/guard.h"
+#include "drive/manoeuvres.h"
 #include "drive/measure.h"
 #include "drive/requests.h"
 #include "drive/sequence.h"
@@ -51,7 +54,7 @@ typedef struct {
     chosen_t estimator;
     guard_t guard;
     sequence_t sequence;
-    run_t run;
+    manoeuvres_t manoeuvres;
     current_control_t current_control;
     inverter_t inverter;
     doubt_t doubt;
@@ -67,13 +70,14 @@ typedef struct {
     /* what goes from room to room in a period */
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
+    frame_t encoder_frame;       /* the same */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
-    frame_t frame;               /* in force at t_k */
-    float omega_m;               /* [rad/s] mechanical, of the frame */
-    dq_t current;                /* [A] in the frame */
-    demand_t demand;
-    dq_t voltage; /* [V] what the inverter will really apply, dead time accounted for */
+    frame_t rotor;               /* as it is believed at t_k */
+    float omega_m;               /* [rad/s] mechanical, of the rotor */
+    demand_t demand;             /* with the frame in force */
+    dq_t current;                /* [A] in that frame */
+    dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
 

@@ -18,7 +18,7 @@ void drive_take(drive_t *drive)
     inverter_take(&drive->inverter, &tuning->inverter);
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
-    run_take(&drive->run, &tuning->run);
+    manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);
     drive->pole_pairs_inverse = tuning->pole_pairs_inverse;
     sequence_take(&drive->sequence, &tuning->sequence);
     drive->offered = 0u;
@@ -38,7 +38,7 @@ void drive_init(drive_t *drive, const params_t *params)
     inverter_init(&drive->inverter, &tuning->inverter);
     doubt_init(&drive->doubt, &tuning->doubt);
     current_control_init(&drive->current_control, &tuning->current_control);
-    run_init(&drive->run, &tuning->run);
+    manoeuvres_init(&drive->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
@@ -69,8 +69,8 @@ void drive_note_fault(drive_t *drive)
         .i_a = drive->measure.measured.current_abc.a,
         .i_b = drive->measure.measured.current_abc.b,
         .u_dc = drive->measure.measured.u_dc,
-        .theta_e = drive->frame.theta_e,
-        .omega_e = drive->frame.omega_e,
+        .theta_e = drive->rotor.theta_e,
+        .omega_e = drive->rotor.omega_e,
     };
 }
 

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "drive/manoeuvres.h"
 #include "drive/measure.h"
 #include "drive/reasons.h"
 #include "estimator/chosen.h"
@@ -15,17 +16,24 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count only while the gates shall be on, and of those that open the bridge. */
-#define FAULT_IF_RUNNING(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
-                         text, remedy)                                                                       \
-    | (uint32_t)FAULT_##when << (uint32_t)FAULT_##NAME
-#define FAULT_IF_OPEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
+/* Bits of the rows that count at a moment, and of those with a reaction. */
+#define FAULT_BIT_OF(NAME) (UINT32_C(1) << (uint32_t)FAULT_##NAME)
+#define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
-    | (uint32_t)FAULT_##reaction << (uint32_t)FAULT_##NAME
-#define RUNNING_ROWS (0u DRIVE_FAULTS(FAULT_IF_RUNNING))
-#define OPEN_ROWS    (0u DRIVE_FAULTS(FAULT_IF_OPEN))
+    | (FAULT_##when == moment ? FAULT_BIT_OF(NAME) : UINT32_C(0))
+#define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, \
+                          text, remedy)                                                                      \
+    | (FAULT_##reaction == asked ? FAULT_BIT_OF(NAME) : UINT32_C(0))
 
-#define FAULT_MASK(bit) (UINT32_C(1) << (uint32_t)(bit))
+static inline uint32_t rows_at(fault_when_t moment)
+{
+    return 0u DRIVE_FAULTS(FAULT_IF_WHEN);
+}
+
+static inline uint32_t rows_with(fault_reaction_t asked)
+{
+    return 0u DRIVE_FAULTS(FAULT_IF_REACTION);
+}
 
 /* The comparisons of the table. */
 #define IS_ABOVE(quantity, limit) ((quantity) > (limit))
@@ -64,10 +72,17 @@ typedef struct {
     uint32_t estimate_detector;  /* [-] likewise */
     uint32_t estimate_current;   /* [-] likewise */
     uint32_t estimate_speed;     /* [-] likewise */
+    uint32_t unlocked;           /* [-] a sign of a lost lock stands */
+    uint32_t lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
+    uint32_t start_stalled;      /* [-] likewise */
+    uint32_t start_unlocked;     /* [-] likewise */
+    uint32_t rotor_too_fast;     /* [-] likewise */
 } quantities_t;
 
-static quantities_t quantities_of(const measured_t *measured, float omega_m, uint32_t invalid)
+static quantities_t quantities_of(const guard_input_t *input)
 {
+    const measured_t *measured = input->measured;
+    const uint32_t invalid = input->estimate_invalid;
     const abc_t i = measured->current_abc;
     return (quantities_t){
         .phase_current =
@@ -75,7 +90,7 @@ static quantities_t quantities_of(const measured_t *measured, float omega_m, uin
         .u_dc = measured->u_dc,
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
-        .speed = bounds_magnitude(omega_m),
+        .speed = bounds_magnitude(input->omega_m),
         .tripped = measured->flags & DRIVE_SAMPLE_TRIPPED,
         .bad_sample = measured->good == 0u,
         .late = measured->flags & DRIVE_SAMPLE_LATE,
@@ -84,21 +99,34 @@ static quantities_t quantities_of(const measured_t *measured, float omega_m, uin
         .estimate_detector = invalid & ESTIMATOR_DETECTOR,
         .estimate_current = invalid & ESTIMATOR_CURRENT,
         .estimate_speed = invalid & ESTIMATOR_SPEED,
+        .unlocked = input->unlocked,
+        .lock_lost = input->failed & MANOEUVRE_LOST,
+        .start_stalled = input->failed & MANOEUVRE_STALLED,
+        .start_unlocked = input->failed & MANOEUVRE_UNLOCKED,
+        .rotor_too_fast = input->failed & MANOEUVRE_TOO_FAST,
     };
 }
 
+/* Bits of the rows that count now. */
+static inline uint32_t counting_rows(uint32_t now)
+{
+    return rows_at(FAULT_ALWAYS) | ((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : 0u) |
+           ((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : 0u) |
+           ((now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : 0u);
+}
+
 /* Bits of the rows that hold in this period. */
-static uint32_t holding(const guard_t *guard, const quantities_t *now, bool running)
+static uint32_t holding(const guard_t *guard, const quantities_t *now, uint32_t counting)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
     if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
-        all |= FAULT_MASK(FAULT_##NAME);                                                                     \
+        all |= FAULT_BIT_OF(NAME);                                                                           \
     }
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
-    return running ? all : all & ~RUNNING_ROWS;
+    return all & counting;
 }
 
 /* Counts a row; is it still too soon for its debounce? */
@@ -120,9 +148,8 @@ static uint32_t failing(guard_t *guard, uint32_t now)
 {
 #define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
-    if ((debounce) > 1u &&                                                                                   \
-        waits(&guard->held[FAULT_##NAME], debounce, (now & FAULT_MASK(FAULT_##NAME)) != 0u)) {               \
-        failed &= ~FAULT_MASK(FAULT_##NAME);                                                                 \
+    if ((debounce) > 1u && waits(&guard->held[FAULT_##NAME], debounce, (now & FAULT_BIT_OF(NAME)) != 0u)) {  \
+        failed &= ~FAULT_BIT_OF(NAME);                                                                       \
     }
     uint32_t failed = now;
     DRIVE_FAULTS(FAULT_COUNTED)
@@ -130,16 +157,16 @@ static uint32_t failing(guard_t *guard, uint32_t now)
     return failed;
 }
 
-void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint32_t estimate_invalid,
-                bool running)
+void guard_step(guard_t *guard, const guard_input_t *input)
 {
-    const quantities_t quantities = quantities_of(measured, omega_m, estimate_invalid);
-    const uint32_t now = holding(guard, &quantities, running);
+    const quantities_t quantities = quantities_of(input);
+    const uint32_t now = holding(guard, &quantities, counting_rows(input->now));
     /* while nothing holds nor has held, nothing is counted */
     const uint32_t failed = (now | guard->holding) != 0u ? failing(guard, now) : 0u;
     guard->holding = now;
-    guard->faults = failed & OPEN_ROWS;
-    guard->warnings = failed & ~OPEN_ROWS;
+    guard->faults = failed & rows_with(FAULT_OPEN);
+    guard->losses = failed & rows_with(FAULT_CATCH);
+    guard->warnings = failed & rows_with(FAULT_WARN);
 }
 
 int32_t guard_reason(uint32_t faults)

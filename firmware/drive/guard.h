@@ -16,12 +16,30 @@ typedef struct {
     float limit[FAULTS]; /* [unit of the quantity] row by row, margin added */
 } guard_tuning_t;
 
+/* What is judged in a period. */
+typedef struct {
+    const measured_t *measured;
+    float omega_m;             /* [rad/s] mechanical */
+    uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
+    uint32_t unlocked;         /* [-] 1: a sign of a lost lock stands */
+    uint32_t failed;           /* [-] MANOEUVRE_... bits */
+    uint32_t now;              /* [-] GUARD_... bits: which rows count */
+} guard_input_t;
+
+/* Bits of the moments of fault_when_t. */
+#define GUARD_MOMENT(when) (UINT32_C(1) << (uint32_t)(when))
+#define GUARD_ALWAYS       GUARD_MOMENT(FAULT_ALWAYS)
+#define GUARD_RUNNING      GUARD_MOMENT(FAULT_RUNNING)
+#define GUARD_ENCODER      GUARD_MOMENT(FAULT_ENCODER)
+#define GUARD_TRACKING     GUARD_MOMENT(FAULT_TRACKING)
+
 typedef struct {
     guard_tuning_t tuning;
     uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
                               fails; of those that do not fail at once */
     uint32_t holding;      /* [-] bits of the rows that held in the last period */
     uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
+    uint32_t losses;       /* [-] bits of those with reaction CATCH */
     uint32_t warnings;     /* [-] bits of those with reaction WARN */
 } guard_t;
 
@@ -37,11 +55,8 @@ static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
     guard->tuning = *tuning;
 }
 
-/* guard->faults and guard->warnings of this period, from its measurements, the mechanical speed [rad/s], the
- * criteria by which the estimate in use has failed (ESTIMATOR_..., 0: none, or none in use), and whether the
- * gates shall be on. */
-void guard_step(guard_t *guard, const measured_t *measured, float omega_m, uint32_t estimate_invalid,
-                bool running);
+/* guard->faults, losses and warnings of this period. */
+void guard_step(guard_t *guard, const guard_input_t *input);
 
 /* Reason number of the gravest of these bits; REASON_NONE for 0. */
 int32_t guard_reason(uint32_t faults);

@@ -88,3 +88,37 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
     (void)pll_design(&estimator->pll, params->pll_bandwidth, params->pll_damping, params->feedforward_cutoff,
                      DRIVE_PERIOD);
 }
+
+#define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */
+#define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
+#define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
+#define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
+#define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
+
+start_params_t params_start(const params_t *params, const believed_t *believed)
+{
+    const float emf_per_speed = believed->flux_linkage * (float)params->motor_pole_pairs;
+    start_params_t start = {
+        .current = params->start_current > 0.0f ? params->start_current : params->current_limit,
+        .ramp = params->start_ramp,
+        .handover_speed = params->handover_speed,
+        .fallback_speed = params->fallback_speed,
+        .dead_voltage = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
+    };
+    if (start.handover_speed == 0.0f) {
+        const float resistive = believed->resistance * start.current;
+        const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
+        const float needed = HANDOVER_EMF * largest / emf_per_speed;
+        const float most = HANDOVER_SPEED_MAX * params->overspeed_trip;
+        start.handover_speed = needed < most ? needed : most;
+    }
+    if (start.fallback_speed == 0.0f) {
+        start.fallback_speed = FALLBACK_SHARE * start.handover_speed;
+    }
+    if (start.ramp == 0.0f) {
+        const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / believed->inertia;
+        const float fastest = start.handover_speed / START_TIME;
+        start.ramp = able < fastest ? able : fastest;
+    }
+    return start;
+}

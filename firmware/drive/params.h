@@ -88,10 +88,10 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
     F(27, current_offset_max, "A", 0.05f * DRIVE_CURRENT_RANGE, 0.01f, 0.25f * DRIVE_CURRENT_RANGE,          \
       TABLE_LIVE, "largest offset of a current sensor that is accepted")                                     \
-    E(28, position_source, "encoder|sensorless", POSITION_ENCODER, TABLE_LIVE,                               \
+    E(28, position_source, "encoder|sensorless", POSITION_SENSORLESS, TABLE_LIVE,                            \
       "where the control's angle comes from; the estimator runs in either case")                             \
     F(29, start_speed, "rad/s", 8.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
-      "mechanical speed that the rotor must have for a sensorless start")                                    \
+      "mechanical speed from which on a turning rotor is caught; a slower one is aligned")                   \
     F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
       "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
     F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                     \
@@ -131,7 +131,30 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
     F(49, device_resistance, "ohm", ((float)BOARD_IGBT_SLOPE_UOHM + (float)BOARD_DIODE_SLOPE_UOHM) / 2e6f,   \
       0.0f, 1.0f, TABLE_LIVE,                                                                                \
-      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")
+      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")                       \
+    F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
+      "current that takes the rotor along at start; 0: current_limit")                                       \
+    F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
+      "mechanical acceleration of the start; 0: 15 % of what start_current can, in 0.3 s at least")          \
+    F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
+      "mechanical speed from which on control turns with the estimate; 0: EMF over dead time and R I")       \
+    F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
+      "mechanical speed below which it turns with a forced frame; 0: 0.4 of the hand-over's")                \
+    I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE, "starts that may fail before the drive stops")            \
+    F(55, speed_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
+      "mechanical acceleration of the speed reference; 0: none, the current limit alone")                    \
+    F(56, speed_setpoint_weight, "-", 0.0f, 0.0f, 1.0f, TABLE_LIVE,                                          \
+      "share of the reference in the proportional part; 0: no overshoot, 1: the paper's PI")                 \
+    F(57, quick_stop_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                          \
+      "mechanical deceleration of a quick stop; 0: none, the current limit alone")                           \
+    F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
+      "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
+    F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
+      "of each of the two alignments; 0: 8 over the pendulum's frequency")                                   \
+    F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
+      DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
+      "least current vector at low speed without encoder, by i_d: keeps out of the dead time's zone; 0: "    \
+      "off")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
@@ -164,6 +187,18 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 
 /* What a set of parameters says of all that could be learnt. */
 believed_t params_believed(const params_t *params);
+
+/* What a start and the change to a forced frame go by: rows as they are, or by their rules where they are 0
+ * (docs/theory.md, 23). */
+typedef struct {
+    float current;        /* [A] of the forced frame */
+    float ramp;           /* [rad/s^2] mechanical */
+    float handover_speed; /* [rad/s] mechanical */
+    float fallback_speed; /* [rad/s] mechanical */
+    float dead_voltage;   /* [V] that the dead time takes of the largest link */
+} start_params_t;
+
+start_params_t params_start(const params_t *params, const believed_t *believed);
 
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
 float params_duty_min(const params_t *params);

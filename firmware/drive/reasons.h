@@ -8,7 +8,7 @@
 #include "drive/faults.h"
 
 /* R(number, NAME, "name", "what happened", "what to do"): refusals, and what stops the drive without a row of
- * the fault table. */
+ * the fault table. 36 is retired. */
 #define DRIVE_REFUSALS(R)                                                                                    \
     R(0, NONE, "none", "nothing is wrong", "nothing to do")                                                  \
     R(1, NOT_READY, "not_ready", "the current offsets are still being measured",                             \
@@ -33,9 +33,7 @@
       "a current sensor reads more than current_offset_max at zero current",                                 \
       "check sensor supply and wiring")                                                                      \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
-      "check the fault line of the power module")                                                            \
-    R(36, TOO_SLOW, "too_slow", "the rotor turns slower than start_speed: there is no back-EMF to start on", \
-      "bring it to start_speed first, or run with the encoder")
+      "check the fault line of the power module")
 
 typedef enum {
 #define REASON_OF_REFUSAL(number, NAME, name, text, remedy) REASON_##NAME = number,

@@ -4,10 +4,11 @@
 
 #include "drive/guard.h"
 #include "drive/reasons.h"
-#include "math/bounds.h"
 
-#define STANDSTILL    2.0f                  /* [rad/s] mechanical: a quick stop ends below */
 #define REARM_PERIODS DRIVE_PERIODS(20e-3f) /* without a fault or its line before a reset or a start */
+
+/* A phase current that no gate drives: the rotor feeds the link through the diodes [A]. */
+#define DIODE_CURRENT (0.02f * DRIVE_CURRENT_RANGE)
 
 /* Gates off, or as they are, and nothing to start. */
 #define OFF  ((uint32_t)GATES_OFF)
@@ -18,7 +19,7 @@ typedef struct {
     const requests_t *requests;
     const measured_t *measured;
     uint32_t faults; /* [-] bits of the fault table that open the bridge */
-    float omega_m;   /* [rad/s] mechanical */
+    bool standing;   /* the rotor is known to stand */
     calibration_t calibration;
 } input_t;
 
@@ -26,8 +27,6 @@ sequence_tuning_t sequence_prepare(const params_t *params)
 {
     return (sequence_tuning_t){
         .dc_undervoltage = params->dc_undervoltage,
-        .start_speed = params->start_speed,
-        .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
     };
 }
 
@@ -88,9 +87,9 @@ static int32_t why_not_on(const sequence_t *sequence, const input_t *input)
     if (input->measured->u_dc < sequence->tuning.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }
-    return sequence->tuning.sensorless != 0u && bounds_within(input->omega_m, sequence->tuning.start_speed)
-               ? REASON_TOO_SLOW
-               : REASON_NONE;
+    const ab_t i = input->measured->current;
+    return i.alpha * i.alpha + i.beta * i.beta > DIODE_CURRENT * DIODE_CURRENT ? REASON_ROTOR_TOO_FAST
+                                                                               : REASON_NONE;
 }
 
 static uint32_t in_ready(sequence_t *sequence, const input_t *input)
@@ -106,7 +105,7 @@ static uint32_t in_ready(sequence_t *sequence, const input_t *input)
     return order;
 }
 
-/* First period: the duties of the turning rotor go out; second: the gates come on with them; third: they
+/* First period: the first duties go out; second: the gates come on with them; third: they
  * must. */
 static uint32_t in_switched_on(sequence_t *sequence, const input_t *input)
 {
@@ -144,7 +143,7 @@ static uint32_t in_quick_stop(sequence_t *sequence, const input_t *input)
         enter(sequence, DRIVE_READY);
         return OFF;
     }
-    if (bounds_within(input->omega_m, STANDSTILL)) {
+    if (input->standing) {
         sequence->stopped = 1u;
         enter(sequence, DRIVE_READY);
         return OFF;
@@ -172,9 +171,9 @@ static uint32_t in_state(sequence_t *sequence, const input_t *input)
 }
 
 uint32_t sequence_step(sequence_t *sequence, const requests_t *requests, const measured_t *measured,
-                       uint32_t faults, float omega_m, calibration_t calibration)
+                       uint32_t faults, bool standing, calibration_t calibration)
 {
-    const input_t input = {requests, measured, faults, omega_m, calibration};
+    const input_t input = {requests, measured, faults, standing, calibration};
     const int32_t reset = requests->fault_reset;
     const bool reset_edge = reset != 0 && sequence->fault_reset_seen == 0;
     const bool quiet = faults == 0u && (measured->flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;

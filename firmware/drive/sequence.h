@@ -34,13 +34,14 @@ typedef enum {
 
 /* What the rest of the drive shall do now: drive_gates_t, and these bits. */
 #define SEQUENCE_GATES  UINT32_C(3) /* drive_gates_t */
-#define SEQUENCE_PRESET UINT32_C(4) /* control starts anew on the turning rotor */
+#define SEQUENCE_PRESET UINT32_C(4) /* control and manoeuvre start anew */
 #define SEQUENCE_TRACK  UINT32_C(8) /* the estimator starts */
+
+/* Mechanical speed below which the rotor stands: a quick stop ends [rad/s]. */
+#define SEQUENCE_STANDSTILL 2.0f
 
 typedef struct {
     float dc_undervoltage; /* [V] below it the bridge stays off */
-    float start_speed;     /* [rad/s] mechanical, without which a sensorless start has no back-EMF */
-    uint32_t sensorless;   /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
 } sequence_tuning_t;
 
 typedef struct {
@@ -68,10 +69,10 @@ static inline void sequence_take(sequence_t *sequence, const sequence_tuning_t *
 }
 
 /* The state of this period, from what is asked for, what was measured, the bits of the fault table that open
- * the bridge, the mechanical speed [rad/s] and, while not ready, the calibration. Returns what follows from
- * it: SEQUENCE_... */
+ * the bridge, whether the rotor is known to stand and, while not ready, the calibration. Returns what follows
+ * from it: SEQUENCE_... */
 uint32_t sequence_step(sequence_t *sequence, const requests_t *requests, const measured_t *measured,
-                       uint32_t faults, float omega_m, calibration_t calibration);
+                       uint32_t faults, bool standing, calibration_t calibration);
 
 /* Into fault at once, with this reason. */
 void sequence_fault(sequence_t *sequence, int32_t reason);

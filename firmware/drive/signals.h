@@ -21,6 +21,9 @@
     U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
     U(2005, faults_later, sequence.faults_later, "-", "fault bits that came after the latched one")          \
     U(2006, warnings, guard.warnings, "-", "fault bits that warn now")                                       \
+    E(2007, manoeuvre, manoeuvres.now, MANOEUVRE_NAMES, "what the drive is about")                           \
+    U(2008, start_try, manoeuvres.start_try, "-", "number of this start, from 1; 0: none was needed")        \
+    U(2009, lock_losses, manoeuvres.lock_losses, "-", "lost and caught again since the bridge came on")      \
     F(2010, i_a, measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")              \
     F(2011, i_b, measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")              \
     F(2012, i_c, measure.measured.current_abc.c, "A",                                                        \
@@ -41,10 +44,11 @@
     F(2025, duty_a, command.duty.a, "-", "duty of leg a from t_k+1")                                         \
     F(2026, duty_b, command.duty.b, "-", "duty of leg b from t_k+1")                                         \
     F(2027, duty_c, command.duty.c, "-", "duty of leg c from t_k+1")                                         \
-    F(2030, theta_e, frame.theta_e, "rad", "electrical angle that the control uses, at t_k")                 \
-    F(2031, omega_e, frame.omega_e, "rad/s", "electrical speed that the control uses, at t_k")               \
+    F(2030, theta_e, rotor.theta_e, "rad", "electrical angle of the rotor as the drive believes it, at t_k") \
+    F(2031, omega_e, rotor.omega_e, "rad/s", "electrical speed of the rotor as the drive believes it")       \
     F(2032, omega_m, omega_m, "rad/s", "mechanical speed")                                                   \
     F(2033, omega_m_ref, demand.omega_m_ref, "rad/s", "mechanical speed reference in force")                 \
+    F(2035, frame_theta_e, demand.frame.theta_e, "rad", "electrical angle of the frame in force, at t_k")    \
     U(2034, encoder_count, measure.measured.encoder_count, "counts", "encoder position at t_k")              \
     F(2040, offset_a, measure.offset.a, "A", "offset of current sensor a, measured at zero current")         \
     F(2041, offset_b, measure.offset.b, "A", "offset of current sensor b, measured at zero current")         \

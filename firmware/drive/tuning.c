@@ -65,13 +65,7 @@ static void prepare_control(drive_tuning_t *tuning, const params_t *params, cons
         .period = DRIVE_PERIOD,
     };
     tuning->current_control = current_control_prepare(&current);
-    const speed_control_params_t speed = {
-        .kp = params->speed_kp,
-        .ki = params->speed_ki,
-        .current_limit = params->current_limit,
-        .period = DRIVE_PERIOD,
-    };
-    tuning->run = (run_tuning_t){speed_control_prepare(&speed), believed->flux_linkage};
+    tuning->manoeuvres = manoeuvres_prepare(params, believed);
 }
 
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

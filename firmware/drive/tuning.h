@@ -10,6 +10,7 @@
 #include "adapt/offset_trim.h"
 #include "control/current_control.h"
 #include "drive/guard.h"
+#include "drive/manoeuvres.h"
 #include "drive/measure.h"
 #include "drive/params.h"
 #include "drive/sequence.h"
@@ -17,7 +18,6 @@
 #include "estimator/encoder.h"
 #include "inverter/doubt.h"
 #include "inverter/inverter.h"
-#include "manoeuvre/run.h"
 
 typedef struct {
     measure_tuning_t measure;
@@ -30,7 +30,7 @@ typedef struct {
     inverter_tuning_t inverter;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
-    run_tuning_t run;
+    manoeuvres_tuning_t manoeuvres;
     float pole_pairs_inverse; /* [-] */
 } drive_tuning_t;
 

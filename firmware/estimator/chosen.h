@@ -18,6 +18,8 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_reset        fixed_reset
 #define chosen_step         fixed_step
 #define chosen_coast        fixed_coast
+#define chosen_observe      fixed_observe
+#define chosen_lock         fixed_lock
 
 #else
 
@@ -33,6 +35,8 @@ typedef estimator_tuning_t chosen_tuning_t;
 #define chosen_reset        estimator_reset
 #define chosen_step         estimator_step
 #define chosen_coast        estimator_coast
+#define chosen_observe      estimator_observe
+#define chosen_lock         estimator_lock
 
 #endif
 

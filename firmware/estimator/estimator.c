@@ -3,6 +3,7 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/check.h"
+#include "math/root.h"
 #include "math/trig.h"
 
 estimator_parts_t estimator_parts(const estimator_params_t *params)
@@ -152,6 +153,30 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
     return one_period(est, voltage, current, true);
+}
+
+void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e)
+{
+    estimate_t *estimate = &est->estimate;
+    ab_t emf;
+    float error_square;
+    if (observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square)) {
+        show_observer(est);
+        show_tracker(est, (position_t){estimate->frame.theta_e, estimate->frame.omega_e});
+        const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+        estimate->emf = emf;
+        estimate->amplitude = square * inverse_root(square);
+        estimate->detector = 0.0f;
+    }
+    estimate->coasted = 1u;
+}
+
+void estimator_lock(estimator_t *est, position_t start)
+{
+    estimate_t *estimate = &est->estimate;
+    tracker_reset(&est->tracker, start, estimate->amplitude);
+    show_tracker(est, start);
+    estimate->frame.rotation = trig_turn(start.theta_e);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

@@ -113,6 +113,14 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
  * lag. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
+/* A period in which the loop does not track: the observer alone, with the lag of this speed [rad/s]. EMF and
+ * amplitude are those of t_k; frame, speed and validity stay. A sample that is no number changes nothing. */
+void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e);
+
+/* The loop as if locked at `start` (angle [rad] and speed [rad/s] at t_k, finite) on the EMF that is
+ * observed; the observer goes on, validity starts anew, and the next step is that of t_k+1. */
+void estimator_lock(estimator_t *est, position_t start);
+
 /* The same as estimator_step for a sample whose voltage is in doubt (a phase current near zero in an inverter
  * with dead time): the observer goes on, the tracking loop coasts, nothing is judged. */
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current);

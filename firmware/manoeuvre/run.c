@@ -3,10 +3,12 @@
 void run_init(run_t *run, const run_tuning_t *tuning)
 {
     run_take(run, tuning);
-    run_reset(run);
+    run_enter(run, (dq_t){0.0f, 0.0f}, 0.0f);
 }
 
-void run_reset(run_t *run)
+void run_enter(run_t *run, dq_t current, float omega_m)
 {
-    speed_control_reset(&run->speed, 0.0f);
+    speed_control_reset(&run->speed, current.q, omega_m);
+    run->omega_m_ref = omega_m;
+    run->i_d_left = current.d;
 }

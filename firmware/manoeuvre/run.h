@@ -1,26 +1,43 @@
 /* Running: the motor follows its speed or current references in the frame of the rotor.
  *
- * One step per T. Does not handle: starting, reversing slowly, a lost rotor. */
+ *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
+ *     i_q               from the speed control
+ *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading; what
+ * keeps the current vector as long as `low_current` at low speed, where the loss of a leg without current is
+ * a voltage that nobody knows (docs/theory.md, 23)
+ *
+ * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
 #define MANOEUVRE_RUN_H
 
 #include "control/speed_control.h"
 #include "manoeuvre/demand.h"
+#include "math/bounds.h"
+#include "math/root.h"
 
 typedef struct {
     speed_control_tuning_t speed;
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
+    float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
+    float stop_ramp;    /* likewise, in a quick stop */
+    float low_current;  /* least current vector at low speed [A]; 0: none is kept */
+    float low_inverse;  /* 1/the electrical speed up to which it is kept whole [s/rad]; at twice that it is
+                           gone */
+    float fade;         /* share of a hand-over's i_d that is left a period later [-] */
 } run_tuning_t;
 
 typedef struct {
-    float flux_linkage; /* of the tuning [Wb] */
+    run_tuning_t tuning;
     speed_control_t speed;
+    float omega_m_ref; /* reference in force [rad/s], mechanical */
+    float i_d_left;    /* of a hand-over [A] */
 } run_t;
 
 typedef enum {
     RUN_ZERO, /* no current: the gates are coming on */
     RUN_CURRENT,
-    RUN_SPEED
+    RUN_SPEED,
+    RUN_STOP /* a quick stop: speed zero by its own ramp */
 } run_mode_t;
 
 /* What is wished for; the references are within their limits. */
@@ -36,30 +53,62 @@ void run_init(run_t *run, const run_tuning_t *tuning);
 /* New coefficients; the speed control goes on. */
 static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
-    run->flux_linkage = tuning->flux_linkage;
+    run->tuning = *tuning;
     speed_control_take(&run->speed, &tuning->speed);
 }
 
-/* The speed control starts anew without a current. */
-void run_reset(run_t *run);
+/* The speed control goes on from this current [A] in the rotor's frame at this mechanical speed [rad/s]: its
+ * i_q is held, its i_d fades, the reference starts from the speed. */
+void run_enter(run_t *run, dq_t current, float omega_m);
 
-/* References and EMF of this period, at this electrical and mechanical speed [rad/s]. While currents are
- * wished for, the speed control follows them, so that a change of mode does not jump. No division. */
-static inline demand_t run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m)
+/* The speed reference on its way to what is wished for [rad/s]. */
+static inline float run_reference(const run_t *run, float wanted, float ramp)
 {
-    demand_t demand = {{0.0f, 0.0f}, {0.0f, omega_e * run->flux_linkage}, 0.0f};
+    return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
+}
+
+/* The side of a right triangle [A], 0 where there is none. */
+static inline float run_side(float longest, float other)
+{
+    const float square = longest * longest - other * other;
+    return square > 0.0f ? square * inverse_root(square) : 0.0f;
+}
+
+/* i_d that is not wished for [A], beside i_q and within the longest vector. */
+static inline float run_i_d(run_t *run, float i_q, float omega_e)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const float room = run_side(run->speed.current_limit, i_q);
+    const float fast = 2.0f - bounds_magnitude(omega_e) * tuning->low_inverse;
+    const float kept = fast < 1.0f ? (fast > 0.0f ? fast : 0.0f) : 1.0f;
+    const float low = run_side(kept * tuning->low_current, i_q);
+    run->i_d_left = bounds_clamp(tuning->fade * run->i_d_left, room);
+    return run->i_d_left > low ? run->i_d_left : low;
+}
+
+/* References and EMF of this period in the rotor's frame, at this mechanical speed [rad/s]. While currents
+ * are wished for, the speed control follows them, so that a change of mode does not jump. No division. */
+static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_t *rotor, float omega_m)
+{
+    demand_t demand = {*rotor, (int32_t)FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
+    demand.emf.q = rotor->omega_e * run->tuning.flux_linkage;
     switch (wish->mode) {
     case RUN_ZERO:
+        run->omega_m_ref = omega_m;
         break;
     case RUN_CURRENT:
-        speed_control_reset(&run->speed, wish->current.q);
+        run->omega_m_ref = omega_m;
+        speed_control_reset(&run->speed, wish->current.q, omega_m);
         demand.current = wish->current;
         demand.omega_m_ref = omega_m;
         break;
     case RUN_SPEED:
-        demand.current.d = wish->current.d;
-        demand.current.q = speed_control_step(&run->speed, wish->omega_m_ref, omega_m);
-        demand.omega_m_ref = wish->omega_m_ref;
+    case RUN_STOP:
+        run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
+                                                   : run_reference(run, 0.0f, run->tuning.stop_ramp);
+        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m);
+        demand.current.d = wish->current.d + run_i_d(run, demand.current.q, rotor->omega_e);
+        demand.omega_m_ref = run->omega_m_ref;
         break;
     }
     return demand;

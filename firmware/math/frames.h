@@ -86,4 +86,13 @@ static inline ab_t frames_inverse_park(dq_t rotor, rotation_t angle)
     return stationary;
 }
 
+/* By how much `to` is turned from `from`. */
+static inline rotation_t frames_between(rotation_t from, rotation_t to)
+{
+    rotation_t turn;
+    turn.sin = to.sin * from.cos - to.cos * from.sin;
+    turn.cos = to.cos * from.cos + to.sin * from.sin;
+    return turn;
+}
+
 #endif

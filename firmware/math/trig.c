@@ -64,3 +64,24 @@ float trig_atan2(float y, float x)
     }
     return y < 0.0f ? -angle : angle;
 }
+
+float trig_angle(rotation_t rotation)
+{
+    const float width = bounds_magnitude(rotation.cos);
+    const float height = bounds_magnitude(rotation.sin);
+    const bool steep = height > width;
+    const float less = steep ? width : height;
+    const float z = less * less;
+    float angle = less * (1.0f + z * (0.166666667f + z * (0.075f + z * 0.0446428571f)));
+    if (steep) {
+        angle = HALF_PI - angle;
+    }
+    if (rotation.cos < 0.0f) {
+        angle = ANGLE_LARGEST - angle;
+    }
+    if (rotation.sin < 0.0f) {
+        angle = -angle;
+    }
+    const rotation_t found = trig_turn(angle);
+    return angle_turn_back(angle + rotation.sin * found.cos - rotation.cos * found.sin);
+}

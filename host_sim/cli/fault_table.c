@@ -67,15 +67,32 @@ const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row
     return to;
 }
 
+/* By fault_when_t and by fault_reaction_t: as data, and as told. */
+typedef struct {
+    const char *name, *text;
+} word_t;
+
+static const word_t moments[] = {
+    [FAULT_ALWAYS] = {"ALWAYS", "always"},
+    [FAULT_RUNNING] = {"RUNNING", "while the gates shall be on"},
+    [FAULT_ENCODER] = {"ENCODER", "while the gates shall be on and control turns with the encoder"},
+    [FAULT_TRACKING] = {"TRACKING",
+                        "while the gates shall be on and control turns with the estimate, reversals apart"},
+};
+static const word_t reactions[] = {
+    [FAULT_WARN] = {"WARN", "shown in warnings while it holds"},
+    [FAULT_CATCH] = {"CATCH", "the rotor is caught again; lost three times within 2 s, it is a fault"},
+    [FAULT_OPEN] = {"OPEN", "the bridge opens, the fault is latched"},
+};
+
 const char *fault_table_when(const fault_row_t *row)
 {
-    return row->when == FAULT_RUNNING ? "while the gates shall be on" : "always";
+    return moments[row->when].text;
 }
 
 const char *fault_table_reaction(const fault_row_t *row)
 {
-    return row->reaction == FAULT_OPEN ? "the bridge opens, the fault is latched"
-                                       : "shown in warnings while it holds";
+    return reactions[row->reaction].text;
 }
 
 void fault_table_print_json(const fault_row_t *row)
@@ -95,6 +112,6 @@ void fault_table_print_json(const fault_row_t *row)
     json_text(stdout, limit != NULL ? limit->unit : NULL);
     printf(", \"debounce_periods\": %" PRIu32 ", \"debounce_ms\": ", row->debounce);
     json_number(stdout, debounce_ms(row));
-    printf(", \"when\": \"%s\", \"reaction\": \"%s\"}", row->when == FAULT_RUNNING ? "RUNNING" : "ALWAYS",
-           row->reaction == FAULT_OPEN ? "OPEN" : "WARN");
+    printf(", \"when\": \"%s\", \"reaction\": \"%s\"}", moments[row->when].name,
+           reactions[row->reaction].name);
 }

@@ -505,7 +505,12 @@ static bool check_ramp(const scenario_t *scenario, rig_t *rig, const scenario_se
             return scenario_fail(error, between.place, between.row->name,
                                  "a ramp passes values that it refuses: %.400s", reason);
         }
-        (void)rig_set(rig, end->row->id, end->value);
+        double kept = end->value;
+        if (!rig_set(rig, end->row->id, end->value) || !rig_get(rig, end->row->id, &kept) ||
+            (float)kept != (float)end->value) {
+            return scenario_fail(error, end->place, end->row->name,
+                                 "it acts once and keeps no value; accepted: an event without ramp");
+        }
     }
     return true;
 }
@@ -591,7 +596,7 @@ static bool check_values(scenario_t *scenario, scenario_error_t *error)
     bool good = true;
     for (uint32_t n = 0; n < scenario->event_count && good; n++) {
         good = check_event(scenario, rig, &scenario->events[n], error);
-        if (good && n == 0u && scenario->has_start && rig_value(rig, "shaft_locked") != 0.0) {
+        if (good && n == 0u && scenario->has_start_speed && rig_value(rig, "shaft_locked") != 0.0) {
             good = scenario_fail(
                 error, scenario->start_place, "start",
                 "plant.shaft_locked holds the shaft at plant.shaft_locked_speed; set that instead");
@@ -697,6 +702,7 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
         override_quantity(name, text, UNITS_SPEED, -SCENARIO_SPEED_MAX, SCENARIO_SPEED_MAX,
                           &scenario->start_speed, error)) {
         scenario->has_start = true;
+        scenario->has_start_speed = true;
         return true;
     }
     if (strcmp(name, "start.angle") == 0 &&

@@ -9,8 +9,8 @@
  *   seed = 1                               # of all noise
  *   record = ["i_q", "plant.inertia"]      # rows of any table
  *   decimation = 1                         # every so many periods a sample
- *   [start]                                # the rotor's true mechanical motion at t = 0
- *   speed = "500 r/min"
+ *   [start]                                # the rotor's true mechanical motion at t = 0, both 0 if not given;
+ *   speed = "500 r/min"                    # on a locked shaft only the angle
  *   angle = "30 deg"
  *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0
  *   [[at]]                                 # any number of events
@@ -30,7 +30,8 @@
  * Time is simulated time since power-on; period k begins at k x RIG_PERIOD_SECONDS, and times are rounded to the
  * nearest period. An event acts before the first period at or after its time; events of one time act in the order of
  * the file. The parameters of one event are staged and taken over as one set. A ramp ends exactly at its
- * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once.
+ * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once. A row
+ * that acts once and reads 0 again (estimate_jump) has no ramp.
  *
  * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
  * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
@@ -126,6 +127,7 @@ typedef struct {
     uint32_t record[RIG_TAP_MAX]; /* ids */
     uint32_t record_count;
     bool has_start;           /* the rotor's motion is given */
+    bool has_start_speed;     /* its speed is */
     double start_angle;       /* [rad] mechanical */
     double start_speed;       /* [rad/s] mechanical */
     scenario_event_t *events; /* [0]: what is set before t = 0; the others in the order of time */

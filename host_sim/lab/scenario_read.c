@@ -371,6 +371,7 @@ static bool read_start(const reading_t *reading, const toml_entry_t *top)
     const toml_entry_t *speed = find_in(reading, start, "speed");
     const toml_entry_t *angle = find_in(reading, start, "angle");
     scenario->has_start = speed != NULL || angle != NULL;
+    scenario->has_start_speed = speed != NULL;
     scenario->start_place = place_of(start);
     return (speed == NULL || read_in_range(reading, speed, UNITS_SPEED, -SCENARIO_SPEED_MAX,
                                            SCENARIO_SPEED_MAX, &scenario->start_speed)) &&

@@ -74,10 +74,16 @@ static double zone_resistance(const plant_t *plant, const plant_law_t *law)
     return 0.5 * fall * plant->zone_inverse;
 }
 
+bool interval_held(const plant_t *plant)
+{
+    return plant->hold_torque > 0.0 && plant->slip == 0.0;
+}
+
 double interval_resistance(const plant_t *plant, double omega_m)
 {
     double x = omega_m * plant->width_inverse;
-    double sign = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x * (1.5 - 0.5 * x * x);
+    double smooth = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x * (1.5 - 0.5 * x * x);
+    double sign = plant->hold_torque > 0.0 ? plant->slip : smooth;
     return plant->dry_torque * sign + plant->params.friction_viscous * omega_m + plant->active_torque;
 }
 
@@ -179,13 +185,29 @@ void interval_refresh(plant_t *plant)
     plant->torque = torque_of(plant);
 }
 
+/* What drives the shaft whether or not it moves [N m]. */
+static double driving(const plant_t *plant)
+{
+    return plant->torque - plant->active_torque;
+}
+
+/* The shaft from its speed and torque as they are: which way dry friction acts, whether it holds, and the
+ * extrapolation of the speed. */
+static void shaft_restart(plant_t *plant)
+{
+    double drive = driving(plant);
+    double way = plant->omega_m != 0.0 ? plant->omega_m : fabs(drive) > plant->hold_torque ? drive : 0.0;
+    plant->slip = plant->hold_torque == 0.0 || way == 0.0 ? 0.0 : way > 0.0 ? 1.0 : -1.0;
+    bool fixed = plant->params.shaft_locked != 0.0 || interval_held(plant);
+    double against = interval_resistance(plant, plant->omega_m);
+    plant->acceleration = fixed ? 0.0 : plant->inertia_inverse * (plant->torque - against);
+    plant->omega_ahead = plant->omega_m;
+}
+
 void interval_restart(plant_t *plant)
 {
     interval_refresh(plant);
-    bool locked = plant->params.shaft_locked != 0.0;
-    double against = interval_resistance(plant, plant->omega_m);
-    plant->acceleration = locked ? 0.0 : plant->inertia_inverse * (plant->torque - against);
-    plant->omega_ahead = plant->omega_m;
+    shaft_restart(plant);
 }
 
 /* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). */
@@ -588,7 +610,8 @@ void interval_count_turns(plant_t *plant)
         counts;
 }
 
-uint64_t interval_step(plant_t *plant, uint64_t ticks)
+/* An interval in which the shaft goes on as it does: held, or with friction against one direction. */
+static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 {
     double rate = fabs(plant->p * plant->omega_m) + plant->rate;
     uint64_t limit = LONGEST_TICKS;
@@ -661,7 +684,7 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
     double omega_felt = omega + 0.5 * h * plant->acceleration;
     double against = interval_resistance(plant, omega_felt);
     plant->omega_ahead = omega + h * plant->acceleration;
-    if (!locked) {
+    if (!locked && !interval_held(plant)) {
         plant->acceleration = plant->inertia_inverse * (torque - against);
         plant->omega_m = omega + h * plant->acceleration;
     }
@@ -690,4 +713,42 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
         settle(plant, ticks);
     }
     return ticks;
+}
+
+/* Where in an interval the shaft came to rest or broke loose, as a share of it, 0..1: torque and speed taken
+ * as straight lines; beyond 1: it did not. */
+static double event_share(const plant_t *before, const plant_t *after)
+{
+    if (interval_held(before)) {
+        double from = driving(before);
+        double to = driving(after);
+        double edge = to > 0.0 ? before->hold_torque : -before->hold_torque;
+        return fabs(to) > before->hold_torque ? (edge - from) / (to - from) : 2.0;
+    }
+    if (after->omega_m * before->slip > 0.0) {
+        return 2.0;
+    }
+    double change = before->omega_m - after->omega_m;
+    return change != 0.0 ? before->omega_m / change : 1.0;
+}
+
+uint64_t interval_step(plant_t *plant, uint64_t ticks)
+{
+    if (plant->hold_torque == 0.0 || plant->params.shaft_locked != 0.0) {
+        return smooth_step(plant, ticks);
+    }
+    /* Taken again, shorter, until what happens in it happens in its last tick. */
+    const plant_t before = *plant;
+    uint64_t taken = smooth_step(plant, ticks);
+    for (double share = event_share(&before, plant); share <= 1.0; share = event_share(&before, plant)) {
+        uint64_t until = (uint64_t)ceil(share * (double)taken);
+        if (until >= taken || taken == 1u) {
+            plant->omega_m = 0.0;
+            shaft_restart(plant);
+            return taken;
+        }
+        *plant = before;
+        taken = smooth_step(plant, until > 0u ? until : 1u);
+    }
+    return taken;
 }

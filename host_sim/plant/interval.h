@@ -7,7 +7,8 @@
  * classical Runge-Kutta in sub-steps that end at the borders of the zone and are at most half its time
  * constant long.
  * Shaft: constant mean torque of both ends, friction at the extrapolated middle speed (second order); the
- * currents and the angle see the speed extrapolated from one interval earlier. */
+ * currents and the angle see the speed extrapolated from one interval earlier. An interval in which a shaft
+ * with break-away or brake would come to rest or break loose ends at the tick of it. */
 #ifndef HOST_SIM_PLANT_INTERVAL_H
 #define HOST_SIM_PLANT_INTERVAL_H
 
@@ -30,7 +31,11 @@ void interval_restart(plant_t *plant);
 /* i_d, i_q, torque and the broken phases made consistent after a change of phase currents or angle. */
 void interval_refresh(plant_t *plant);
 
-/* Friction and load at this speed [N m], positive against positive rotation. */
+/* true: dry friction holds the shaft, at speed 0. */
+bool interval_held(const plant_t *plant);
+
+/* Friction, load and brake at this speed [N m], positive against positive rotation; on a held shaft that part
+ * which does not depend on what drives it. */
 double interval_resistance(const plant_t *plant, double omega_m);
 
 /* Pole voltage [V] of a leg under one law at this current [A]; *share is the part of the current the link

@@ -296,6 +296,22 @@ void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_
 
 /* ---- start and parameters ---- */
 
+/* Torques on the shaft that do not come from the air gap. */
+static void make_shaft(plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    bool passive = q->load_kind == PLANT_LOAD_PASSIVE;
+    double opposing = passive ? q->load_torque : 0.0;
+    plant->active_torque = passive ? 0.0 : q->load_torque;
+    plant->dry_torque = q->friction_coulomb + opposing + plant->brake_torque;
+    bool sticks = q->friction_breakaway > 0.0 || plant->brake_torque > 0.0;
+    double friction =
+        q->friction_breakaway > q->friction_coulomb ? q->friction_breakaway : q->friction_coulomb;
+    plant->hold_torque = sticks ? friction + opposing + plant->brake_torque : 0.0;
+    double width = PLANT_SHAFT_FOLLOW * plant->dry_torque * plant->inertia_inverse;
+    plant->width_inverse = 1.0 / (width > PLANT_SHAFT_WIDTH ? width : PLANT_SHAFT_WIDTH);
+}
+
 void plant_set_params(plant_t *plant, const plant_params_t *params)
 {
     assert(plant_params_check(params, NULL));
@@ -321,12 +337,8 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     plant->emf_bound = q->flux_linkage * (1.0 + fabs(q->emf_5th) + fabs(q->emf_7th));
     plant->harmonics = q->emf_5th != 0.0 || q->emf_7th != 0.0;
 
-    bool passive = q->load_kind == PLANT_LOAD_PASSIVE;
     plant->inertia_inverse = 1.0 / q->inertia;
-    plant->dry_torque = q->friction_coulomb + (passive ? q->load_torque : 0.0);
-    plant->active_torque = passive ? 0.0 : q->load_torque;
-    double width = PLANT_SHAFT_FOLLOW * plant->dry_torque * plant->inertia_inverse;
-    plant->width_inverse = 1.0 / (width > PLANT_SHAFT_WIDTH ? width : PLANT_SHAFT_WIDTH);
+    make_shaft(plant);
     if (q->shaft_locked != 0.0) {
         plant->omega_m = q->shaft_locked_speed;
     }
@@ -402,6 +414,14 @@ void plant_set_motion(plant_t *plant, double theta_m, double omega_m)
     if (plant->params.shaft_locked == 0.0) {
         plant->omega_m = omega_m;
     }
+    interval_restart(plant);
+}
+
+void plant_set_brake(plant_t *plant, double torque)
+{
+    assert(torque >= 0.0);
+    plant->brake_torque = torque;
+    make_shaft(plant);
     interval_restart(plant);
 }
 
@@ -529,7 +549,8 @@ void plant_truth(const plant_t *plant, plant_truth_t *truth)
     truth->theta_m = (plant->theta_e + PHASOR_TWO_PI * (double)plant->turns) / plant->p;
     truth->omega_m = plant->omega_m;
     truth->torque = plant->torque;
-    truth->load_torque = q->shaft_locked != 0.0 ? plant->torque : interval_resistance(plant, plant->omega_m);
+    bool fixed = q->shaft_locked != 0.0 || interval_held(plant);
+    truth->load_torque = fixed ? plant->torque : interval_resistance(plant, plant->omega_m);
     truth->i_a = plant->i[0];
     truth->i_b = plant->i[1];
     truth->i_c = plant->i[2];

@@ -13,6 +13,9 @@
  * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
  * PLANT_SHAFT_FOLLOW (T_c + T_passive)/J where that is more (a lighter rotor than a step can follow). A
  * torque below T_c therefore makes the rotor creep, slower than w, where a real one would stick.
+ * With a break-away torque T_b or a brake, T_c + T_passive + T_brake acts at once with the sign of the
+ * motion, and a rotor that stands is held, exactly, until |T - T_active| exceeds max(T_b, T_c) + T_passive +
+ * T_brake. It comes to rest and breaks loose at a tick.
  *
  * Inverter (docs/theory.md, 12): a leg's pole voltage follows from its two gates and
  * the sign of its current. Upper on: V_dc - V_ce(i) or V_dc + V_f(|i|). Lower on: -V_f(i) or +V_ce(|i|).
@@ -39,7 +42,7 @@
  * inside the zone.
  *
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
- * sqrt, fabs, floor, ldexp).
+ * sqrt, fabs, floor, ceil, ldexp).
  *
  * Not handled: saturation, iron loss, switching energy, warming (temperatures are parameters), a brake
  * chopper, the current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off,
@@ -90,7 +93,7 @@ typedef struct {
     double theta_m;         /* [rad] mechanical, unwrapped */
     double omega_m;         /* [rad/s] mechanical */
     double torque;          /* T [N m] air gap */
-    double load_torque;     /* [N m] friction and load together, positive against positive rotation */
+    double load_torque;     /* [N m] friction, load and brake together, positive against positive rotation */
     double i_a, i_b, i_c;   /* [A] into the motor */
     double i_d, i_q;        /* [A] rotor frame */
     double u_alpha, u_beta; /* [V] motor voltage now */
@@ -106,7 +109,7 @@ typedef struct {
     double energy_dc;            /* [J] from the link into the inverter, since metering was switched on */
     double energy_copper;        /* [J] into R, likewise */
     double energy_inverter;      /* [J] conduction losses, likewise */
-    double energy_mechanical;    /* [J] into friction, load and dynamometer, likewise */
+    double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, likewise */
     double energy_magnetic;      /* [J] stored now, 0.75 (L_d i_d^2 + L_q i_q^2) */
     double energy_kinetic;       /* [J] stored now, J omega_m^2/2 */
 } plant_truth_t;
@@ -125,6 +128,10 @@ void plant_set_params(plant_t *plant, const plant_params_t *params);
 /* Turns the rotor: angle [rad] and speed [rad/s], mechanical; currents in the phases stay. A locked shaft
  * keeps its speed. */
 void plant_set_motion(plant_t *plant, double theta_m, double omega_m);
+
+/* A brake on the shaft: holds and slows it like dry friction of this torque [N m], >= 0 (asserted); 0:
+ * released. A locked shaft feels none of it. */
+void plant_set_brake(plant_t *plant, double torque);
 
 /* Counts energies from zero (on), or stops counting. Costs time; off after init. While counting,
  * dc = copper + inverter + mechanical + change of magnetic + change of kinetic, unless motion or parameters

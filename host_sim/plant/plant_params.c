@@ -63,6 +63,10 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");
         }
+        if (value == &params->friction_breakaway && *value != 0.0 && *value < params->friction_coulomb) {
+            return refuse(why, row, *value, params->friction_coulomb,
+                          "or 0: friction_breakaway is no less than friction_coulomb");
+        }
     }
     return true;
 }

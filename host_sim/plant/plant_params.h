@@ -62,7 +62,8 @@
     P(force_fault,           "-",        0.0,     0.0,    1.0,    "1: control supply too low: all arms shut, fault output active") \
     P(current_zero,          "V",        BOARD_CURRENT_ZERO_MV / 1e3, 0.0, 3.0, "pin of the current sensors at no current") \
     P(current_gain_error_c,  "-",        0.0,     -0.5,   0.5,    "sensor of phase c, where there is one, reads (1 + this) times the current") \
-    P(current_offset_c,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase c, where there is one")
+    P(current_offset_c,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase c, where there is one") \
+    P(friction_breakaway,    "N m",      0.0,     0.0,    1e3,    "holds the standing shaft up to this, passive load on top; at least friction_coulomb; 0: off, friction is smooth about zero speed")
 /* clang-format on */
 
 /* load_kind */
@@ -89,9 +90,9 @@ typedef struct {
 /* The defaults of the table. */
 plant_params_t plant_params_default(void);
 
-/* true if every value is in its range, whole where it counts something, and the cross-rule holds (a passive
- * load is not negative). Otherwise false and *why says what is wrong; why may be NULL. Not a number is out of
- * range. */
+/* true if every value is in its range, whole where it counts something, and the cross-rules hold (a passive
+ * load is not negative; break-away is 0 or no less than dry friction). Otherwise false and *why says what is
+ * wrong; why may be NULL. Not a number is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 
 #endif

@@ -45,7 +45,8 @@ typedef struct {
     double rate;             /* [1/s] of the electrical decay and of the swing between currents and shaft */
     double emf_bound;        /* psi_f (1 + |k_5| + |k_7|) [Wb] */
     double inertia_inverse;  /* 1/J [1/(kg m^2)] */
-    double dry_torque;       /* T_c + T_passive [N m] */
+    double dry_torque;       /* T_c + T_passive + T_brake [N m] */
+    double hold_torque;      /* T_h [N m] what dry friction holds at standstill; 0: it is smooth */
     double active_torque;    /* [N m] */
     double width_inverse;    /* 1/w [s/rad] */
     double zone;             /* [A] half width of the zone */
@@ -64,6 +65,8 @@ typedef struct {
     double omega_m;               /* [rad/s] */
     double omega_ahead;           /* [rad/s] extrapolated to the present tick */
     double acceleration;          /* [rad/s^2] mean over the last interval */
+    double slip;                  /* [-] sign of the motion, +-1, where T_h > 0; 0: the shaft is held */
+    double brake_torque;          /* [N m] of the brake on the shaft */
     double torque;                /* [N m] */
     double v_dc;                  /* [V] */
     double flux_alpha, flux_beta; /* [V s] */

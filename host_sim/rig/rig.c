@@ -162,7 +162,7 @@ void rig_step(rig_t *rig)
         chip_look(&state->chip);
         rig_background(rig);
     }
-    state->truth.theta_err = angle_between(state->app.drive.frame.theta_e, state->truth.true_theta_e);
+    state->truth.theta_err = angle_between(state->app.drive.rotor.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err =
         angle_between(state->app.drive.estimator.estimate.frame.theta_e, state->truth.true_theta_e);
     state->period++;

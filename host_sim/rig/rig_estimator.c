@@ -1,5 +1,33 @@
-/* The estimator by itself: what it gets in a run, and the same steps once more. */
+/* The estimator by itself: what it gets in a run, and the same steps once more; its angle spoilt. */
 #include "host_sim/rig/rig_parts.h"
+
+#ifdef LAGLESS_ESTIMATOR_FIXED
+
+#include "math/trig_q.h"
+
+void rig_turn_estimate(chosen_t *est, float jump)
+{
+    const double turn = 6.283185307179586;
+    const uint32_t counts = (uint32_t)(int64_t)((double)jump * (4294967296.0 / turn));
+    pll_q_t *pll = &est->q.pll;
+    pll->theta_e += counts;
+    pll->rotation = trig_rotation_q(pll->theta_e);
+    pll->emf = frames_park_q((ab_q_t){pll->emf.d, pll->emf.q}, trig_rotation_q(counts));
+}
+
+#else
+
+#include "math/trig.h"
+
+void rig_turn_estimate(chosen_t *est, float jump)
+{
+    pll_t *pll = &est->tracker.pll;
+    pll->theta_e = angle_wrap(pll->theta_e + jump);
+    pll->rotation = trig_turn(pll->theta_e);
+    pll->emf = frames_park((ab_t){pll->emf.d, pll->emf.q}, trig_turn(angle_wrap(jump)));
+}
+
+#endif
 
 typedef struct {
     ab_t voltage; /* [V] */

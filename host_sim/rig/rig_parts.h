@@ -60,6 +60,11 @@ bool rig_background(rig_t *rig);     /* its turn; false: the CPU or the backgrou
 /* What app_interrupt calls on the desk in the place of drive_step (rig.cmake). */
 void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
+/* rig_estimator.c */
+/* The angle of the loop alone jumps by this [rad], |jump| <= pi: the EMF that it has seen stays where it is,
+ * and the speed. */
+void rig_turn_estimate(chosen_t *est, float jump);
+
 /* rig_bench.c */
 double rig_clock_seconds(void);          /* [s] of this machine, from an arbitrary zero */
 void rig_timing_pause(const rig_t *rig); /* what follows, up to the next call, is not the interrupt's */

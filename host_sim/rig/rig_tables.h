@@ -62,7 +62,12 @@ typedef struct {
       "time from the sample interrupt's read to its writes, in parts of its tracked cost on the chip")       \
     F(5009, section_time, "-", 1.0f, 0.0f, 10000.0f,                                                         \
       "time that the background keeps interrupts off for a change, in parts of what a flip takes")           \
-    F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "the background comes round at most once in this time")
+    F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "the background comes round at most once in this time") \
+    F(5011, brake_torque, "N m", 0.0f, 0.0f, 1e3f,                                                           \
+      "brake on the shaft: slows it like dry friction, then holds it; 0: released")                          \
+    F(5012, estimate_jump, "rad", 0.0f, -3.1415927f, 3.1415927f,                                             \
+      "added once to the angle of the estimator's loop, electrical; reads 0 again; a start of the bridge "   \
+      "forgets it")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

@@ -219,6 +219,14 @@ static void set_condition(rig_t *rig, const table_row_t *row, double value)
     if (row->offset == offsetof(rig_conditions_t, metering)) {
         plant_set_metering(&state->plant, now->metering != 0);
     }
+    if (row->offset == offsetof(rig_conditions_t, brake_torque)) {
+        plant_advance(&state->plant, chip_now(&state->chip)); /* until now it was another one */
+        plant_set_brake(&state->plant, (double)now->brake_torque);
+    }
+    if (row->offset == offsetof(rig_conditions_t, estimate_jump)) {
+        rig_turn_estimate(&state->app.drive.estimator, now->estimate_jump);
+        now->estimate_jump = 0.0f;
+    }
 }
 
 bool rig_set(rig_t *rig, uint32_t id, double value)

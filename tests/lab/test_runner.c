@@ -123,6 +123,28 @@ static void test_a_scenario_is_what_its_calls_by_hand_are(void)
     rig_free(rig);
 }
 
+/* 200 deg mechanical are 4 times that electrical: 80 deg of a turn. */
+static void test_rotor_stands_at_the_start_angle_held_or_locked(void)
+{
+    static const char *const shafts[] = {
+        "friction_breakaway = 2\nload_kind = 1\nload_torque = 1.9\n",
+        "shaft_locked = 1\n",
+    };
+    for (size_t n = 0; n < sizeof shafts / sizeof shafts[0]; n++) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 HEAD
+                 "[run]\nduration = \"20 ms\"\n[start]\nangle = \"200 deg\"\n[plant]\n%s"
+                 "[[expect]]\nsignal = \"true_theta_e\"\nstatistic = \"min\"\nat_least = \"79.9999 deg\"\n"
+                 "[[expect]]\nsignal = \"true_theta_e\"\nstatistic = \"max\"\nat_most = \"80.0001 deg\"\n"
+                 "[[expect]]\nsignal = \"true_omega_m\"\nstatistic = \"peak\"\nat_most = 0\n",
+                 shafts[n]);
+        given(text);
+        run();
+        TEST_ASSERT_TRUE(result.end == RUNNER_COMPLETE && result.failed == 0u);
+    }
+}
+
 static void test_same_seed_same_bits_another_seed_others(void)
 {
     given(SHORT_RUN);
@@ -557,6 +579,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_scenario_is_what_its_calls_by_hand_are);
+    RUN_TEST(test_rotor_stands_at_the_start_angle_held_or_locked);
     RUN_TEST(test_same_seed_same_bits_another_seed_others);
     RUN_TEST(test_onlookers_change_nothing);
     RUN_TEST(test_an_event_acts_in_its_period_and_not_before);

@@ -370,6 +370,15 @@ static void test_run_and_start_can_be_overridden(void)
     TEST_ASSERT_EQUAL_UINT32(7u, scenario->decimation);
 }
 
+static void test_a_locked_shaft_has_a_start_angle_and_no_start_speed(void)
+{
+    given(RUN "[start]\nangle = \"30 deg\"\n[plant]\nshaft_locked = 1\n");
+    TEST_ASSERT_TRUE(scenario->has_start && !scenario->has_start_speed);
+    set("start.speed=0");
+    TEST_ASSERT_FALSE(scenario_check(scenario, &error));
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "plant.shaft_locked_speed"));
+}
+
 static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void)
 {
     given(RUN);
@@ -485,6 +494,7 @@ int main(void)
     RUN_TEST(test_one_limit_leaves_the_other_side_open);
     RUN_TEST(test_an_override_replaces_or_adds_a_setting);
     RUN_TEST(test_run_and_start_can_be_overridden);
+    RUN_TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed);
     RUN_TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing);
     RUN_TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table);
     RUN_TEST(test_overrides_that_fit_only_together_are_judged_together);

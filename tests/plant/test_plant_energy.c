@@ -131,6 +131,39 @@ static void test_energy_balances_with_a_soft_link(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.7, 311.0 - 3.6, end.dc_voltage);
 }
 
+static void test_energy_balances_while_the_shaft_sticks_and_breaks_loose(void)
+{
+    plant_params_t q = plant_params_default();
+    q.friction_breakaway = 4.0;
+    q.load_torque = 1.0;
+    q.inertia = 0.003;
+    start(&q, 0.0);
+    uint32_t rests = 0;
+    for (int k = 0; k < 4000; k++) {
+        loop.i_q_ref = k % 400 < 200 ? 0.04 * (k % 400) : 0.04 * (k % 400 - 400);
+        loop_period(&loop, &plant, NULL, NULL);
+        rests += plant.omega_m == 0.0;
+    }
+    balanced(0.0);
+    TEST_ASSERT_TRUE(rests > 400u && rests < 3600u);
+}
+
+static void test_all_motion_ends_in_the_friction_that_stops_it(void)
+{
+    plant_params_t q = plant_params_default();
+    q.friction_breakaway = 2.0;
+    q.friction_viscous = 0.05;
+    start(&q, 150.0);
+    plant_set_brake(&plant, 10.0);
+    plant_truth_t now;
+    plant_advance(&plant, 2u * PLANT_TICKS_PER_SECOND);
+    plant_truth(&plant, &now);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.energy_kinetic);
+    /* Friction at the extrapolated middle speed: second order, 1e-8 of it. */
+    const double moved = 0.5 * q.inertia * 150.0 * 150.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * moved, moved, now.energy_mechanical);
+}
+
 static void test_energies_count_only_while_metered(void)
 {
     plant_params_t q = plant_params_default();
@@ -177,6 +210,8 @@ int main(void)
     RUN_TEST(test_energy_balances_with_a_broken_phase);
     RUN_TEST(test_energy_balances_in_averaged_mode);
     RUN_TEST(test_energy_balances_with_a_soft_link);
+    RUN_TEST(test_energy_balances_while_the_shaft_sticks_and_breaks_loose);
+    RUN_TEST(test_all_motion_ends_in_the_friction_that_stops_it);
     RUN_TEST(test_energies_count_only_while_metered);
     RUN_TEST(test_braking_raises_a_soft_link_because_the_rectifier_blocks);
     return UNITY_END();

@@ -76,6 +76,23 @@ static void test_passive_load_can_not_be_negative(void)
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
 }
 
+static void test_break_away_is_none_or_no_less_than_dry_friction(void)
+{
+    plant_params_t q = plant_params_default();
+    q.friction_breakaway = nextafter(q.friction_coulomb, 0.0);
+    refused(&q, "friction_breakaway", q.friction_coulomb, 1e3);
+    plant_params_error_t why;
+    TEST_ASSERT_FALSE(plant_params_check(&q, &why));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "friction_coulomb"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "friction_breakaway"));
+    q.friction_breakaway = q.friction_coulomb;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
+    q.friction_coulomb = 2.0;
+    refused(&q, "friction_breakaway", 2.0, 1e3);
+    q.friction_breakaway = 0.0;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
+}
+
 /* A run that meets everything: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
 static double busy(plant_t *p, loop_t *loop, int from, int to)
 {
@@ -199,6 +216,7 @@ int main(void)
     RUN_TEST(test_every_range_is_enforced_below_at_and_above);
     RUN_TEST(test_counting_parameters_must_be_whole);
     RUN_TEST(test_passive_load_can_not_be_negative);
+    RUN_TEST(test_break_away_is_none_or_no_less_than_dry_friction);
     RUN_TEST(test_copied_state_runs_on_identically);
     RUN_TEST(test_two_plants_do_not_disturb_each_other);
     RUN_TEST(test_where_one_stops_to_look_does_not_matter);

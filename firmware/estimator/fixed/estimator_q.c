@@ -51,6 +51,14 @@ static uint32_t reset_observer(estimator_q_t *est, int32_t omega_e, ab_q_t curre
     return mode == LAG_EXACT ? 0u : lag_angle_q(smo, mode, omega_e) - lag_angle_q(smo, LAG_EXACT, omega_e);
 }
 
+void estimator_lock_q(estimator_q_t *est, position_q_t start, int32_t amplitude)
+{
+    pll_reset_q(&est->pll, start);
+    pll_reset_emf_q(&est->pll, amplitude);
+    (void)pll_coast_q(&est->pll, 0);
+    debounce_reset(&est->debounce);
+}
+
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
 {
     int32_t length = emf_length(est, start.omega_e);
@@ -59,10 +67,7 @@ void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
                   q_clamp(q_multiply(length, rotor.cos, UNIT_Q), SAMPLE_LARGEST)};
 
     uint32_t added = reset_observer(est, start.omega_e, current, emf);
-    pll_reset_q(&est->pll, (position_q_t){start.theta_e + added, start.omega_e});
-    pll_reset_emf_q(&est->pll, q_magnitude(length));
-    (void)pll_coast_q(&est->pll, 0);
-    debounce_reset(&est->debounce);
+    estimator_lock_q(est, (position_q_t){start.theta_e + added, start.omega_e}, q_magnitude(length));
     est->coasted = 0u;
 }
 
@@ -119,6 +124,15 @@ position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current
 position_q_t estimator_coast_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current)
 {
     return one_period_q(est, voltage, current, true);
+}
+
+void estimator_observe_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current, int32_t omega_e)
+{
+    (void)smo_step_q(&est->smo, voltage, current);
+    if (est->smo.rejected == 0u) {
+        est->emf = lag_emf_q(&est->smo, (lag_mode_t)est->tuning.lag, omega_e);
+    }
+    est->coasted = 1u;
 }
 
 uint32_t estimator_invalid_q(const estimator_q_t *est)

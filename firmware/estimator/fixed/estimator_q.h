@@ -41,12 +41,15 @@ typedef struct {
     uint32_t coasted; /* [-] 1: the last period was not tracked */
 } estimator_q_t;
 
-/* As estimator_take(), estimator_reset(), estimator_step(), estimator_coast() and estimator_invalid(). No
+/* As estimator_take(), estimator_reset(), estimator_step(), estimator_coast(), estimator_observe(),
+ * estimator_lock() and estimator_invalid(). No
  * division anywhere; a sample beyond +-SAMPLE_LARGEST is rejected. */
 void estimator_take_q(estimator_q_t *est, const estimator_tuning_q_t *tuning);
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current);
 position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current);
 position_q_t estimator_coast_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current);
+void estimator_observe_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current, int32_t omega_e);
+void estimator_lock_q(estimator_q_t *est, position_q_t start, int32_t amplitude);
 uint32_t estimator_invalid_q(const estimator_q_t *est);
 
 #endif

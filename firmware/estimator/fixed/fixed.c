@@ -3,6 +3,7 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/check.h"
+#include "math/root.h"
 #include "math/trig_q.h"
 
 #define TWO_TO_25 33554432.0f
@@ -198,6 +199,29 @@ position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current)
         estimator_coast_q(&fixed->q, voltage_of(fixed, voltage), current_of(fixed, current));
     publish(fixed, position, rotation);
     return (position_t){fixed->estimate.frame.theta_e, fixed->estimate.frame.omega_e};
+}
+
+void fixed_observe(fixed_t *fixed, ab_t voltage, ab_t current, float omega_e)
+{
+    estimate_t *estimate = &fixed->estimate;
+    const frame_t frame = estimate->frame;
+    const position_q_t none = {0u, 0};
+    estimator_observe_q(&fixed->q, voltage_of(fixed, voltage), current_of(fixed, current),
+                        per_unit_counts(omega_e, fixed->scale.speed_counts));
+    publish(fixed, none, fixed->q.pll.rotation);
+    const float square = estimate->emf.alpha * estimate->emf.alpha + estimate->emf.beta * estimate->emf.beta;
+    estimate->frame = frame;
+    estimate->amplitude = square * inverse_root(square);
+    estimate->detector = 0.0f;
+}
+
+void fixed_lock(fixed_t *fixed, position_t start)
+{
+    const position_q_t from = {angle_of(start.theta_e),
+                               per_unit_counts(start.omega_e, fixed->scale.speed_counts)};
+    estimator_lock_q(&fixed->q, from,
+                     per_unit_counts(fixed->estimate.amplitude, fixed->scale.voltage_counts));
+    publish(fixed, from, trig_rotation_q(from.theta_e));
 }
 
 uint16_t fixed_invalid(const fixed_t *fixed)

@@ -54,6 +54,8 @@ void fixed_set_flux(fixed_t *fixed, float flux_linkage, float speed_per_volt);
 void fixed_reset(fixed_t *fixed, position_t start, ab_t current);
 position_t fixed_step(fixed_t *fixed, ab_t voltage, ab_t current);
 position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current);
+void fixed_observe(fixed_t *fixed, ab_t voltage, ab_t current, float omega_e);
+void fixed_lock(fixed_t *fixed, position_t start);
 uint16_t fixed_invalid(const fixed_t *fixed);
 
 #endif

@@ -1,0 +1,174 @@
+/* Which manoeuvre is under way, and what follows it. Without an encoder:
+ *
+ *     off --> catch: turning --> run
+ *                    standing --> align --> ramp --> handover --> run          (the start)
+ *                                       --> forced                 the reference is too slow to track
+ *     run --> forced      the reference is below fallback_speed
+ *         --> reverse     through zero speed, if that takes longer than the model of the loop can bridge
+ *         --> relock      the lock is lost: catch again, at once
+ *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
+ *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
+ *
+ * With the encoder there is nothing but run. Each manoeuvre is a room file of firmware/manoeuvre/; here
+ * stands only when one ends. Rules by which the limits follow from motor and shaft: docs/theory.md, 23.
+ *
+ * One step per T; bounded, no division. */
+#ifndef DRIVE_MANOEUVRES_H
+#define DRIVE_MANOEUVRES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/measured.h"
+#include "drive/params.h"
+#include "estimator/estimate.h"
+#include "estimator/position.h"
+#include "manoeuvre/catch.h"
+#include "manoeuvre/demand.h"
+#include "manoeuvre/forced.h"
+#include "manoeuvre/handover.h"
+#include "manoeuvre/lock.h"
+#include "manoeuvre/run.h"
+
+typedef enum {
+    MANOEUVRE_OFF,
+    MANOEUVRE_CATCH,
+    MANOEUVRE_ALIGN,
+    MANOEUVRE_RAMP,
+    MANOEUVRE_HANDOVER,
+    MANOEUVRE_RUN,
+    MANOEUVRE_FORCED,
+    MANOEUVRE_REVERSE,
+    MANOEUVRE_RELOCK
+} manoeuvre_t;
+#define MANOEUVRE_NAMES "off|catch|align|ramp|handover|run|forced|reverse|relock"
+
+/* What a manoeuvre has failed by: bits, conditions of the fault table. */
+#define MANOEUVRE_STALLED  UINT32_C(1) /* the rotor does not follow the forced frame */
+#define MANOEUVRE_UNLOCKED UINT32_C(2) /* it does, but the estimate did not get hold of it */
+#define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is beyond what the DC link holds */
+#define MANOEUVRE_LOST     UINT32_C(8) /* lost and caught again too often */
+
+/* When one ends. */
+typedef struct {
+    uint32_t sensorless;       /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+    float pole_pairs;          /* p [-] */
+    float pole_pairs_inverse;  /* 1/p [-] */
+    float handover_speed;      /* [rad/s] electrical */
+    float fallback_speed;      /* [rad/s] electrical */
+    float flux_linkage;        /* psi_f [Wb] */
+    float speed_per_volt;      /* 1/psi_f [rad/s/V] */
+    float ramp;                /* of the forced frame a period [rad/s] */
+    float current_rise;        /* of the forced current a period [A] */
+    uint32_t align_periods;    /* [periods] of each of the two steps */
+    uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
+    uint32_t start_tries;      /* [-] */
+} manoeuvres_limits_t;
+
+typedef struct {
+    manoeuvres_limits_t limits;
+    forced_tuning_t forced;
+    catch_tuning_t catching;
+    handover_tuning_t handover;
+    lock_tuning_t lock;
+    run_tuning_t run;
+} manoeuvres_tuning_t;
+
+typedef struct {
+    manoeuvres_limits_t limits; /* of the tuning */
+    forced_t forced;
+    catch_t catching;
+    handover_t handover;
+    lock_t lock;
+    run_t run;
+
+    int32_t now;            /* [-] manoeuvre_t */
+    uint32_t clock;         /* [periods] */
+    uint32_t periods;       /* [periods] in this manoeuvre */
+    uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t start_try;     /* [-] number of this start, from 1; 0: none was needed */
+    uint32_t lock_losses;   /* [-] since the bridge came on */
+    uint32_t loss_clock[2]; /* [periods] of the last two */
+    uint32_t other_source;  /* [-] 1: position_source has changed under way */
+    uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged */
+    uint32_t slow_periods;  /* [periods] without an EMF */
+    uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
+    uint32_t sound_periods; /* [periods] since the start succeeded */
+    uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
+    uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
+    float current;          /* of the forced frame, wanted [A] */
+    float needed;           /* of it, as last seen [A] */
+    float quickness;        /* of the ramp in this start [-] */
+
+    uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */
+    position_t locked; /* [rad], [rad/s] at t_k */
+} manoeuvres_t;
+
+/* What a period brings. */
+typedef struct {
+    ab_t current;               /* [A] at t_k */
+    float voltage_max;          /* [V] what the link gives in every direction */
+    const estimate_t *estimate; /* at t_k */
+    frame_t encoder;            /* at t_k */
+    run_wish_t wish;
+    bool estimating; /* the observer runs: its EMF is that of t_k */
+    bool lost;       /* the guard says that the lock is lost */
+} manoeuvres_input_t;
+
+/* Coefficients, those that a set leaves at 0 by their rules. For the background. */
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed);
+
+/* These coefficients; off. */
+void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
+
+/* New coefficients; what is under way goes on. */
+void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
+
+/* The bridge comes on: catch, or with the encoder run, at this mechanical speed of the encoder [rad/s]. */
+void manoeuvres_begin(manoeuvres_t *m, float omega_m);
+
+/* The bridge is off. */
+static inline void manoeuvres_end(manoeuvres_t *m)
+{
+    m->now = (int32_t)MANOEUVRE_OFF;
+    m->failed = 0u;
+    m->unlocked = 0u;
+}
+
+/* Before the estimator's step: a forced frame to t_k. */
+static inline void manoeuvres_advance(manoeuvres_t *m)
+{
+    forced_advance(&m->forced);
+}
+
+/* Is the frame that of the forced ramp? */
+static inline bool manoeuvres_forces(const manoeuvres_t *m)
+{
+    return m->now == (int32_t)MANOEUVRE_ALIGN || m->now == (int32_t)MANOEUVRE_RAMP ||
+           m->now == (int32_t)MANOEUVRE_HANDOVER || m->now == (int32_t)MANOEUVRE_FORCED ||
+           m->now == (int32_t)MANOEUVRE_REVERSE;
+}
+
+/* The speed at which the observer is stepped while the loop does not track [rad/s]. */
+static inline float manoeuvres_speed(const manoeuvres_t *m)
+{
+    return manoeuvres_forces(m) ? m->forced.frame.omega_e : m->catching.omega_e;
+}
+
+/* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
+ * the frame. */
+frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate);
+
+/* Is anything known of the rotor's speed? Not in a catch. */
+static inline bool manoeuvres_knows(const manoeuvres_t *m)
+{
+    return m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
+}
+
+/* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
+bool manoeuvres_judged(const manoeuvres_t *m);
+
+/* What is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
+demand_t manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input);
+
+#endif

@@ -1,0 +1,101 @@
+/* Coefficients of the manoeuvres from a set of parameters. */
+#include "drive/manoeuvres.h"
+
+#include "math/exponential.h"
+
+#define RISE_TIME       5e-3f  /* [s] of the forced current from zero to that of a start */
+#define FADE_TIME       0.1f   /* [s] of what a hand-over leaves of i_d */
+#define ALIGN_NATURAL   8.0f   /* [rad] of the pendulum's phase in each alignment */
+#define ALIGN_TIME_MIN  0.15f  /* [s] by the rule */
+#define ALIGN_TIME_MAX  1.0f   /* [s] by the rule */
+#define FALLBACK_MARGIN 1.4f   /* [-] over the time that the limit of current needs to pass zero */
+#define FALLBACK_MIN    20e-3f /* [s] */
+#define FALLBACK_MAX    0.1f   /* [s] what the model of the loop bridges */
+#define SLOW_ASKED      1.67f  /* [-] of fallback_speed: what a reference is that wants more */
+
+static float within(float value, float least, float most)
+{
+    const float more = value > least ? value : least;
+    return more < most ? more : most;
+}
+
+static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
+{
+    const speed_control_params_t speed = {
+        .kp = params->speed_kp,
+        .ki = params->speed_ki,
+        .weight = params->speed_setpoint_weight,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+    };
+    return (run_tuning_t){
+        .speed = speed_control_prepare(&speed),
+        .flux_linkage = believed->flux_linkage,
+        .ramp = params->speed_ramp * DRIVE_PERIOD,
+        .stop_ramp = params->quick_stop_ramp * DRIVE_PERIOD,
+        .low_current =
+            params->position_source == (int32_t)POSITION_SENSORLESS ? params->low_speed_current : 0.0f,
+        .low_inverse = 1.0f / handover_speed,
+        .fade = exponential(-DRIVE_PERIOD / FADE_TIME),
+    };
+}
+
+/* The rooms' own coefficients. */
+static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, const believed_t *believed,
+                          const start_params_t *start)
+{
+    const float psi_f = believed->flux_linkage;
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const catch_params_t catching = {psi_f, pole_pairs * params->start_speed, params->doubtful_current,
+                                     DRIVE_PERIOD};
+    const handover_params_t handover = {start->current, DRIVE_PERIOD};
+    const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
+                                SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_PERIOD};
+    tuning->catching = catch_prepare(&catching);
+    tuning->handover = handover_prepare(&handover);
+    tuning->lock = lock_prepare(&lock);
+    tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
+}
+
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed)
+{
+    const start_params_t start = params_start(params, believed);
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const forced_params_t forced = {
+        .resistance = believed->resistance,
+        .inductance = believed->inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .pole_pairs = pole_pairs,
+        .inertia = believed->inertia,
+        .dead_voltage = start.dead_voltage,
+        .current = start.current,
+        .current_max = params->current_limit,
+        .damping = params->start_damping,
+        .period = DRIVE_PERIOD,
+    };
+    const float align = params->start_align_time > 0.0f
+                            ? params->start_align_time
+                            : within(ALIGN_NATURAL / forced_natural(&forced), ALIGN_TIME_MIN, ALIGN_TIME_MAX);
+    const float torque = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * believed->inertia / torque;
+    const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
+
+    manoeuvres_tuning_t tuning;
+    tuning.forced = forced_prepare(&forced);
+    tuning.limits = (manoeuvres_limits_t){
+        .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
+        .pole_pairs = pole_pairs,
+        .pole_pairs_inverse = 1.0f / pole_pairs,
+        .handover_speed = pole_pairs * start.handover_speed,
+        .fallback_speed = pole_pairs * start.fallback_speed,
+        .flux_linkage = believed->flux_linkage,
+        .speed_per_volt = 1.0f / believed->flux_linkage,
+        .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
+        .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
+        .align_periods = DRIVE_PERIODS(align),
+        .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
+        .start_tries = (uint32_t)params->start_tries,
+    };
+    prepare_rooms(&tuning, params, believed, &start);
+    return tuning;
+}

@@ -1,0 +1,99 @@
+#include "manoeuvre/catch.h"
+
+#include <stdbool.h>
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
+#define TRAIL_ANGLE   0.1f   /* [rad] by which <e> trails every rotor that is fast enough, or its sine does */
+#define TRAIL_PART    0.4f   /* [-] of it that must be seen */
+#define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of what a does */
+#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
+#define SETTLED_TIME  4.0e-3f /* [s] the direction's sum has a sign by then */
+#define BEYOND_TIME   1.0e-3f /* [s] */
+
+static uint32_t periods_of(float time, float period)
+{
+    return (uint32_t)(time / period + 0.5f);
+}
+
+catch_tuning_t catch_prepare(const catch_params_t *params)
+{
+    return (catch_tuning_t){
+        .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
+        .trail_time = 1.0f / TRAIL_CUTOFF,
+        .length_share = lowpass_share(LENGTH_CUTOFF, params->period),
+        .speed_per_volt = 1.0f / params->flux_linkage,
+        .speed_min = params->speed_min,
+        .current = CLEAR_OF_ZONE * params->doubtful,
+        .lead = 1.5f * params->period,
+        .settled = periods_of(SETTLED_TIME, params->period),
+        .beyond = periods_of(BEYOND_TIME, params->period),
+    };
+}
+
+void catch_init(catch_t *catching, const catch_tuning_t *tuning)
+{
+    catch_take(catching, tuning);
+    catch_enter(catching, 0u, 0.0f);
+}
+
+void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
+{
+    catching->trail = (ab_t){0.0f, 0.0f};
+    catching->cross = 0.0f;
+    catching->cross_min = 0.0f;
+    catching->length = 0.0f;
+    catching->omega_e = omega_e;
+    catching->periods = 0u;
+    catching->wanted = periods;
+    catching->periods_beyond = 0u;
+}
+
+catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max)
+{
+    const catch_tuning_t *tuning = &catching->tuning;
+    catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
+    catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
+    catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
+    catching->length = lowpass_step(catching->length, tuning->length_share, length);
+    catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
+    catching->periods++;
+    const float speed = catching->length * tuning->speed_per_volt;
+    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_ANGLE) *
+                           catching->length * catching->length;
+    if (catching->periods_beyond >= tuning->beyond) {
+        return CATCH_TOO_FAST;
+    }
+    if (catching->periods >= tuning->settled) {
+        catching->omega_e = catching->cross < 0.0f ? -speed : speed;
+    }
+    if (catching->periods < catching->wanted) {
+        return CATCH_GOES_ON;
+    }
+    const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min;
+    return turning && speed >= tuning->speed_min ? CATCH_TURNING : CATCH_STANDING;
+}
+
+ab_t catch_voltage(const catch_t *catching, ab_t emf)
+{
+    const rotation_t none = {0.0f, 1.0f};
+    const float turn = catching->tuning.lead * catching->omega_e;
+    return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, turn));
+}
+
+float catch_angle(ab_t emf, float omega_e)
+{
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    const float share = omega_e < 0.0f ? -inverse_root(square) : inverse_root(square);
+    return trig_angle((rotation_t){-share * emf.alpha, share * emf.beta});
+}
+
+position_t catch_position(const catch_t *catching, ab_t emf)
+{
+    return (position_t){catch_angle(emf, catching->omega_e), catching->omega_e};
+}

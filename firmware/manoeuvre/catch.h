@@ -1,0 +1,83 @@
+/* Catch: is the rotor turning, which way and where? With the gates on and next to no current, in the
+ * stationary frame, the back-EMF tells.
+ *
+ *     voltage     = the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that
+ * late current     = a little along phase a, no more than takes all three legs out of the dead time's zone
+ *     direction   = sign of the sum of  e x <e>,  <e>: the EMF low-passed. A vector that turns is ahead of
+ * its own low-pass in the direction in which it turns. speed       = <|e|>/psi_f angle       = where the EMF
+ * puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
+ *
+ * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
+ * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they are told as
+ * standing).
+ */
+#ifndef MANOEUVRE_CATCH_H
+#define MANOEUVRE_CATCH_H
+
+#include <stdint.h>
+
+#include "estimator/position.h"
+#include "math/frames.h"
+
+typedef struct {
+    float flux_linkage; /* psi_f [Wb], > 0 */
+    float speed_min;    /* slower rotors stand [rad/s], electrical */
+    float doubtful;     /* current below which the loss of a leg is in doubt [A] */
+    float period;       /* T [s] */
+} catch_params_t;
+
+typedef struct {
+    float trail_share;    /* of <e> [-] */
+    float trail_time;     /* 1/its cutoff [s] */
+    float length_share;   /* of <|e|> [-] */
+    float speed_per_volt; /* 1/psi_f [rad/s/V] */
+    float speed_min;      /* [rad/s] electrical */
+    float current;        /* along phase a [A] */
+    float lead;           /* 1.5 T [s] */
+    uint32_t settled;     /* [periods] before the speed is believed */
+    uint32_t beyond;      /* [periods] that an EMF beyond the link must last */
+} catch_tuning_t;
+
+typedef struct {
+    catch_tuning_t tuning;
+    ab_t trail;              /* <e> [V] */
+    float cross;             /* sum of e x <e> [V^2] */
+    float cross_min;         /* least that it must have [V^2] */
+    float length;            /* <|e|> [V] */
+    float omega_e;           /* [rad/s] electrical, 0 until it is believed */
+    uint32_t periods;        /* [periods] so far */
+    uint32_t wanted;         /* [periods] of the whole catch */
+    uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
+} catch_t;
+
+typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
+
+/* Coefficients. Division and exponentials: for the background. */
+catch_tuning_t catch_prepare(const catch_params_t *params);
+
+/* These coefficients; nothing seen. */
+void catch_init(catch_t *catching, const catch_tuning_t *tuning);
+
+/* New coefficients; what has been seen stays. */
+static inline void catch_take(catch_t *catching, const catch_tuning_t *tuning)
+{
+    catching->tuning = *tuning;
+}
+
+/* A catch of so many periods begins; omega_e [rad/s]: the speed until it has seen one. */
+void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
+
+/* One period: EMF at t_k and its length [V], largest voltage that the link gives [V]. No division. */
+catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max);
+
+/* The voltage that holds this EMF [V] when it acts. */
+ab_t catch_voltage(const catch_t *catching, ab_t emf);
+
+/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k, with this EMF [V] turning
+ * in the direction of the catch. */
+position_t catch_position(const catch_t *catching, ab_t emf);
+
+/* Angle of the d axis [rad] under this EMF [V], which turns with a speed of this sign. No division. */
+float catch_angle(ab_t emf, float omega_e);
+
+#endif

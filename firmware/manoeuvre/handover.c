@@ -1,0 +1,55 @@
+#include "manoeuvre/handover.h"
+
+#include <stdbool.h>
+
+#define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
+#define MARGIN         0.1f  /* [-] of I over what the load needs */
+#define EXCESS         0.15f /* [-] of I as i_d that may be left */
+#define WANTED_TIME    0.15f /* [s] */
+#define LONGEST_TIME   1.0f  /* [s] */
+
+#define SPEED_APART  0.2f  /* [-] */
+#define LENGTH_MIN   0.75f /* [-] */
+#define LENGTH_MAX   1.3f  /* [-] */
+#define SCATTER_MAX  0.05f /* [-] mean square of the detector */
+#define EXCESS_SHARE 1.6f  /* [-] of i_q */
+
+handover_tuning_t handover_prepare(const handover_params_t *params)
+{
+    return (handover_tuning_t){
+        .current_most = params->current,
+        .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
+        .current_margin = MARGIN * params->current,
+        .current_excess = EXCESS * params->current,
+        .wanted = (uint32_t)(WANTED_TIME / params->period + 0.5f),
+        .longest = (uint32_t)(LONGEST_TIME / params->period + 0.5f),
+    };
+}
+
+void handover_init(handover_t *handover, const handover_tuning_t *tuning)
+{
+    handover_take(handover, tuning);
+    handover_enter(handover);
+}
+
+static bool holds(const handover_tuning_t *tuning, const estimate_t *estimate, const lock_t *lock,
+                  float omega_forced, dq_t current)
+{
+    const float apart = estimate->omega_smooth - omega_forced;
+    return bounds_magnitude(apart) < SPEED_APART * bounds_magnitude(omega_forced) &&
+           lock->projection > LENGTH_MIN * lock->expected && lock->projection < LENGTH_MAX * lock->expected &&
+           lock->scatter < SCATTER_MAX &&
+           bounds_magnitude(current.d) < EXCESS_SHARE * bounds_magnitude(current.q) + tuning->current_excess;
+}
+
+handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
+                                 float omega_forced, dq_t current)
+{
+    const handover_tuning_t *tuning = &handover->tuning;
+    handover->held = holds(tuning, estimate, lock, omega_forced, current) ? handover->held + 1u : 0u;
+    handover->periods++;
+    if (handover->held >= tuning->wanted) {
+        return HANDOVER_GOOD;
+    }
+    return handover->periods >= tuning->longest ? HANDOVER_FAILED : HANDOVER_GOES_ON;
+}

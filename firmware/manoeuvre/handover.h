@@ -1,0 +1,77 @@
+/* Hand-over: may control leave the forced frame for the estimate's? The loop must have held all of this for a
+ * time without a break:
+ *
+ *     |omega_hat - omega_forced| < 0.2 omega_forced          it turns with the frame
+ *     0.75 < LP(e_q sign(omega)) / LP(psi_f |omega|) < 1.3   its EMF lies where it should, with its length,
+ *     LP(eps^2) < 0.05                                       and does so steadily (both of lock.h)
+ *     |i_d| < 1.6 |i_q| + 0.15 I                             the current is what the load needs, and a little
+ *
+ * so that nothing but the frame changes: the current vector stays. Until then the current is brought down
+ * from that of a start I to what the load needs, for what R and dead time leave of error goes with it.
+ *
+ * One step per T. */
+#ifndef MANOEUVRE_HANDOVER_H
+#define MANOEUVRE_HANDOVER_H
+
+#include <stdint.h>
+
+#include "estimator/estimate.h"
+#include "manoeuvre/lock.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/frames.h"
+
+typedef struct {
+    float current; /* I of a start [A] */
+    float period;  /* T [s] */
+} handover_params_t;
+
+typedef struct {
+    float current_most;   /* I of a start [A] */
+    float current_share;  /* of the way down [-] */
+    float current_margin; /* over what the load needs [A] */
+    float current_excess; /* i_d that may be left [A] */
+    uint32_t wanted;      /* [periods] that it must hold */
+    uint32_t longest;     /* [periods] that it may take */
+} handover_tuning_t;
+
+typedef struct {
+    handover_tuning_t tuning;
+    uint32_t held;    /* [periods] without a break */
+    uint32_t periods; /* [periods] so far */
+} handover_t;
+
+typedef enum { HANDOVER_GOES_ON, HANDOVER_GOOD, HANDOVER_FAILED } handover_outcome_t;
+
+/* Coefficients. An exponential: for the background. */
+handover_tuning_t handover_prepare(const handover_params_t *params);
+
+/* These coefficients; nothing has been seen. */
+void handover_init(handover_t *handover, const handover_tuning_t *tuning);
+
+/* New coefficients; what has been seen stays. */
+static inline void handover_take(handover_t *handover, const handover_tuning_t *tuning)
+{
+    handover->tuning = *tuning;
+}
+
+/* A hand-over begins. */
+static inline void handover_enter(handover_t *handover)
+{
+    handover->held = 0u;
+    handover->periods = 0u;
+}
+
+/* The current of the forced frame [A] towards what this i_q of the rotor [A] needs. */
+static inline float handover_current(const handover_t *handover, float current, float i_q)
+{
+    const float needed = 1.3f * bounds_magnitude(i_q) + handover->tuning.current_margin;
+    const float next = lowpass_step(current, handover->tuning.current_share, needed);
+    return next < handover->tuning.current_most ? next : handover->tuning.current_most;
+}
+
+/* One period: estimate, its lock, speed of the forced frame [rad/s], current in the estimate's frame [A]. */
+handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
+                                 float omega_forced, dq_t current);
+
+#endif

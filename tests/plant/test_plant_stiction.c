@@ -1,0 +1,321 @@
+/* A shaft that sticks: break-away, rest and brake against algebra. Events lie on ticks of 1/150 MHz. */
+#include <math.h>
+#include <string.h>
+
+#include "tests/plant/loop.h"
+#include "unity.h"
+
+#define SECOND PLANT_TICKS_PER_SECOND
+#define TICK   (1.0 / 150e6) /* [s] */
+#define PI     3.14159265358979323846
+
+#define COULOMB 1.32   /* [N m] */
+#define INERTIA 0.0636 /* [kg m^2] */
+
+static plant_t plant;
+static plant_t copy;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static plant_params_t sticking(double breakaway)
+{
+    plant_params_t q = plant_params_default();
+    q.inertia = INERTIA;
+    q.friction_coulomb = COULOMB;
+    q.friction_breakaway = breakaway;
+    return q;
+}
+
+static plant_truth_t truth_at(uint64_t tick)
+{
+    plant_truth_t now;
+    plant_advance(&plant, tick);
+    plant_truth(&plant, &now);
+    return now;
+}
+
+/* ---- coming to rest ---- */
+
+static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        for (int n = 0; n < 2; n++) {
+            plant_params_t q = sticking(2.0);
+            q.load_torque = n == 0 ? 0.0 : 5.0; /* passive: slows like friction */
+            const double torque = COULOMB + q.load_torque;
+            const double seconds = INERTIA * 20.0 / torque;
+            const uint64_t tick = (uint64_t)(seconds / TICK);
+            plant_init(&plant, &q, 1);
+            plant_set_motion(&plant, 0.3, way * 20.0);
+            /* One tick of deceleration is what is left at most before, and nothing after. */
+            const double left = way * truth_at(tick - 1u).omega_m;
+            TEST_ASSERT_TRUE(left > 0.5 * torque / INERTIA * TICK && left < 2.5 * torque / INERTIA * TICK);
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(tick + 2u).omega_m);
+            /* The same without a look in between: theta = J w^2/(2 T), at rest for ever. */
+            plant_init(&plant, &q, 1);
+            plant_set_motion(&plant, 0.3, way * 20.0);
+            const plant_truth_t rest = truth_at(SECOND);
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, rest.omega_m);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-10, way * 0.5 * INERTIA * 400.0 / torque, rest.theta_m - 0.3);
+            TEST_ASSERT_EQUAL_DOUBLE(rest.theta_m, truth_at(3u * SECOND).theta_m);
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, rest.load_torque);
+        }
+    }
+}
+
+static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
+{
+    plant_params_t q = sticking(2.0);
+    q.inertia = 0.003;
+    plant_init(&plant, &q, 1);
+    plant_set_motion(&plant, 0.0, 1.0);
+    double before = 1.0;
+    for (uint64_t tick = 0; tick < SECOND / 100u; tick += 997u) {
+        const double omega = truth_at(tick).omega_m;
+        TEST_ASSERT_TRUE(omega >= 0.0 && (omega < before || omega == 0.0 || tick == 0u));
+        before = omega;
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, before);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * 0.003 / COULOMB, truth_at(SECOND).theta_m);
+}
+
+static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round(void)
+{
+    for (int n = 0; n < 2; n++) {
+        plant_params_t q = sticking(n == 0 ? 5.5 : 4.5);
+        q.load_kind = PLANT_LOAD_ACTIVE;
+        q.load_torque = 5.0;
+        plant_init(&plant, &q, 1);
+        plant_set_motion(&plant, 0.0, 20.0);
+        const double turn = INERTIA * 20.0 / (5.0 + COULOMB);
+        const double way = 0.5 * 20.0 * turn;
+        const double t = 1.0 - turn;
+        const double back = n == 0 ? 0.0 : (5.0 - COULOMB) / INERTIA;
+        const plant_truth_t now = truth_at(SECOND);
+        /* Off by a tick at the turn: 2 T_c/J times it in speed, times 0.8 s in angle. */
+        TEST_ASSERT_DOUBLE_WITHIN(n == 0 ? 0.0 : 1e-6, -back * t, now.omega_m);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way - 0.5 * back * t * t, now.theta_m);
+    }
+}
+
+/* ---- standing ---- */
+
+static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
+{
+    plant_params_t q = sticking(2.0);
+    q.load_kind = PLANT_LOAD_ACTIVE;
+    q.load_torque = 2.0;
+    plant_init(&plant, &q, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
+    q.load_torque = nextafter(2.0, 3.0);
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -(2.0 - COULOMB) / INERTIA, truth_at(2u * SECOND).omega_m);
+    plant_init(&plant, &q, 1);
+    q.load_torque = -nextafter(2.0, 3.0);
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, (2.0 - COULOMB) / INERTIA, truth_at(SECOND).omega_m);
+}
+
+static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping(void)
+{
+    for (int k = -5; k <= 5; k++) {
+        plant_params_t q = sticking(2.0);
+        q.load_kind = PLANT_LOAD_ACTIVE;
+        q.load_torque = 1.99;
+        plant_init(&plant, &q, 1);
+        plant_set_motion(&plant, 1.7 * k, 0.0);
+        plant_truth_t before;
+        plant_truth(&plant, &before);
+        const plant_truth_t now = truth_at(10u * SECOND);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-14, 1.7 * k, now.theta_m);
+        TEST_ASSERT_EQUAL_DOUBLE(before.theta_m, now.theta_m);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
+        TEST_ASSERT_EQUAL_DOUBLE(now.torque, now.load_torque);
+    }
+}
+
+static void test_passive_load_holds_and_never_drives(void)
+{
+    plant_params_t q = sticking(2.0);
+    q.load_torque = 50.0;
+    plant_init(&plant, &q, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
+    plant_set_motion(&plant, 0.0, -100.0);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(2u * SECOND).omega_m);
+    /* Turned active it drives: the shaft lets go at once. */
+    q.load_kind = PLANT_LOAD_ACTIVE;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -(50.0 - COULOMB) / INERTIA * 0.1,
+                              truth_at(2u * SECOND + SECOND / 10u).omega_m);
+}
+
+/* A voltage in the q axis of a standing rotor: i = U/R (1 - exp(-t R/L)), T = 1.5 p psi i. */
+static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(void)
+{
+    for (int n = 0; n < 2; n++) {
+        plant_params_t q = sticking(6.0);
+        q.inertia = 10.0; /* or its EMF would change the current */
+        q.load_torque = n == 0 ? 0.0 : 3.0;
+        q.turn_on_delay = q.turn_off_delay = 0.0;
+        q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+        q.current_zone = q.short_circuit_current = q.fault_pulse = 0.0;
+        q.dc_voltage = 30.0;
+        const double hold = 6.0 + q.load_torque;
+        const double most = 1.5 * 4.0 * q.flux_linkage * 20.0 / q.resistance;
+        const double lag = q.inductance_d / q.resistance;
+        const double loose = -lag * log(1.0 - hold / most);
+        const uint64_t tick = (uint64_t)(loose / TICK);
+        const uint32_t gates = PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
+        plant_init(&plant, &q, 1);
+        plant_set_motion(&plant, -PI / 2.0 / 4.0, 0.0);
+        plant_gates(&plant, 0, gates);
+        memcpy(&copy, &plant, sizeof copy);
+        plant_truth_t now = truth_at(tick - 10u);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
+        TEST_ASSERT_EQUAL_DOUBLE(plant.torque, now.load_torque);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, hold, now.torque);
+        now = truth_at(tick + 10u);
+        TEST_ASSERT_TRUE(now.omega_m > 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, hold - 6.0 + COULOMB, now.load_torque);
+        /* 10 ms later, in one go: J w = integral of T - T_c. A straight line instead of the exponential
+         * within 100 us is 3e-5 of the torque's rise off; a break found 100 us late would be 0.6 %. */
+        memcpy(&plant, &copy, sizeof copy);
+        const double end = loose + 0.01;
+        const double impulse =
+            most * (0.01 + lag * (exp(-end / lag) - exp(-loose / lag))) - (COULOMB + q.load_torque) * 0.01;
+        now = truth_at((uint64_t)(end / TICK));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * impulse / q.inertia, impulse / q.inertia, now.omega_m);
+    }
+}
+
+/* ---- brake ---- */
+
+static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
+{
+    for (int sticks = 0; sticks < 2; sticks++) {
+        plant_params_t q = sticking(sticks ? 2.0 : 0.0);
+        plant_init(&plant, &q, 1);
+        plant_set_motion(&plant, 0.0, 150.0);
+        plant_set_brake(&plant, 60.0);
+        const double seconds = INERTIA * 150.0 / (60.0 + COULOMB);
+        const uint64_t tick = (uint64_t)(seconds / TICK);
+        TEST_ASSERT_TRUE(truth_at(tick - 1u).omega_m > 0.0);
+        plant_truth_t now = truth_at(tick + 2u);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5 * 150.0 * seconds, now.theta_m);
+        /* Held up to the brake and the friction at standstill together. */
+        q.load_kind = PLANT_LOAD_ACTIVE;
+        q.load_torque = 60.0 + (sticks ? 2.0 : COULOMB);
+        plant_set_params(&plant, &q);
+        const double angle = now.theta_m;
+        now = truth_at(5u * SECOND);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
+        TEST_ASSERT_EQUAL_DOUBLE(angle, now.theta_m);
+        q.load_torque += 0.01;
+        plant_set_params(&plant, &q);
+        TEST_ASSERT_TRUE(truth_at(6u * SECOND).omega_m < 0.0);
+        /* Released, the load accelerates against friction alone. */
+        q.load_torque = 10.0;
+        plant_set_params(&plant, &q);
+        plant_set_motion(&plant, 0.0, 0.0);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(7u * SECOND).omega_m);
+        plant_set_brake(&plant, 0.0);
+        /* Smooth friction lets the first 0.2 rad/s pass with some 5/8 of it: 1.4 ms of T_c/J, times 3/8. */
+        TEST_ASSERT_DOUBLE_WITHIN(sticks ? 1e-9 : 2e-2, -(10.0 - COULOMB) / INERTIA,
+                                  truth_at(8u * SECOND).omega_m);
+    }
+}
+
+static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
+{
+    plant_params_t q = sticking(2.0);
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = 30.0;
+    plant_init(&plant, &q, 1);
+    plant_set_brake(&plant, 60.0);
+    TEST_ASSERT_EQUAL_DOUBLE(30.0, truth_at(SECOND).omega_m);
+    /* Let go, it is an ordinary braked shaft. */
+    q.shaft_locked = 0.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 30.0 - (60.0 + COULOMB) / INERTIA * 0.01,
+                              truth_at(SECOND + SECOND / 100u).omega_m);
+}
+
+/* ---- as a state ---- */
+
+/* Starts, stops and turns of a light rotor under current control, braked now and then. */
+static uint32_t busy(plant_t *p, loop_t *loop, int from, int to)
+{
+    uint32_t rests = 0;
+    for (int k = from; k < to; k++) {
+        if (k % 400 == 350) {
+            plant_set_brake(p, 20.0);
+        }
+        if (k % 400 == 0) {
+            plant_set_brake(p, 0.0);
+        }
+        loop->i_q_ref = 6.0 * sin(2.0 * PI * 0.005 * k);
+        loop_period(loop, p, NULL, NULL);
+        rests += p->omega_m == 0.0;
+    }
+    return rests;
+}
+
+static void test_copied_state_of_a_sticking_shaft_runs_on_identically(void)
+{
+    loop_t loop;
+    plant_params_t q = sticking(3.0);
+    q.inertia = 0.003;
+    memset(&loop, 0, sizeof loop);
+    loop.dead = 375;
+    plant_init(&plant, &q, 5);
+    busy(&plant, &loop, 0, 375); /* braked */
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
+    loop_t other = loop;
+    memcpy(&copy, &plant, sizeof copy);
+    const uint32_t rests = busy(&plant, &loop, 375, 2000);
+    busy(&copy, &other, 375, 2000);
+    TEST_ASSERT_EQUAL_MEMORY(&plant, &copy, sizeof plant);
+    TEST_ASSERT_TRUE(rests > 200u && rests < 1400u); /* it did both */
+}
+
+static void test_where_one_stops_to_look_moves_no_event(void)
+{
+    plant_params_t q = sticking(2.0);
+    q.load_kind = PLANT_LOAD_ACTIVE;
+    q.load_torque = 1.9;
+    plant_init(&plant, &q, 1);
+    plant_set_motion(&plant, 0.0, 20.0);
+    memcpy(&copy, &plant, sizeof copy);
+    plant_advance(&plant, SECOND);
+    for (uint64_t tick = 0; tick < SECOND; tick += 99991u) {
+        plant_advance(&copy, tick);
+    }
+    plant_advance(&copy, SECOND);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, copy.omega_m);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-10, plant.theta_e, copy.theta_e);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_decelerating_rotor_rests_at_the_tick_of_algebra);
+    RUN_TEST(test_rotor_never_swings_through_zero_wherever_one_looks);
+    RUN_TEST(test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round);
+    RUN_TEST(test_shaft_is_held_at_break_away_and_loose_beyond_it);
+    RUN_TEST(test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping);
+    RUN_TEST(test_passive_load_holds_and_never_drives);
+    RUN_TEST(test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra);
+    RUN_TEST(test_brake_stops_the_rig_holds_it_and_lets_go);
+    RUN_TEST(test_brake_can_not_be_felt_on_a_locked_shaft);
+    RUN_TEST(test_copied_state_of_a_sticking_shaft_runs_on_identically);
+    RUN_TEST(test_where_one_stops_to_look_moves_no_event);
+    return UNITY_END();
+}

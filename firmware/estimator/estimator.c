@@ -114,61 +114,70 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->estimate.coasted = 0u;
 }
 
-/* The end of a period in which the loop coasted. */
-static position_t coasted(estimator_t *est, position_t position)
+/* What the tracker does with a period. */
+typedef enum {
+    TRACK,
+    COAST, /* its voltage is not to be tracked by */
+    REST   /* nothing: the observer runs alone */
+} tracking_t;
+
+/* The end of a period in which the loop rests: length of the EMF that is observed, if there is one. */
+static inline void rested(estimator_t *est, bool good, ab_t emf)
 {
-    show_tracker(est, position);
-    est->estimate.invalid |= est->observer.smo.rejected * ESTIMATOR_SAMPLE;
-    est->estimate.coasted = 1u;
-    return position;
+    estimate_t *estimate = &est->estimate;
+    if (good) {
+        const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+        estimate->amplitude = square * inverse_root(square);
+        estimate->detector = 0.0f;
+        estimate->invalid = est->tracker.validity.debounce.invalid;
+    }
+    estimate->coasted = 1u;
 }
 
-/* One period; `doubtful`: its voltage is not to be tracked by. */
-static inline position_t one_period(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+/* One period, with the lag of this speed [rad/s]. */
+static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
 {
     tracker_t *tracker = &est->tracker;
+    estimate_t *estimate = &est->estimate;
     ab_t emf;
     float error_square;
+    const bool good = observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square);
+    if (good) {
+        show_observer(est);
+        estimate->emf = emf;
+    }
+    if (tracking == REST) {
+        rested(est, good, emf);
+        return (position_t){estimate->frame.theta_e, estimate->frame.omega_e};
+    }
     /* the last step has turned it to t_k */
-    est->estimate.frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
-    if (!observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf, &error_square)) {
-        return coasted(est, tracker_coast(tracker));
+    estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
+    if (good && tracking == TRACK) {
+        const position_t position = tracker_step(tracker, emf, current, error_square);
+        show_tracker(est, position);
+        estimate->coasted = 0u;
+        return position;
     }
-    show_observer(est);
-    est->estimate.emf = emf;
-    if (doubtful) {
-        return coasted(est, tracker_watch(tracker, emf, current));
-    }
-    const position_t position = tracker_step(tracker, emf, current, error_square);
+    const position_t position = good ? tracker_watch(tracker, emf, current) : tracker_coast(tracker);
     show_tracker(est, position);
-    est->estimate.coasted = 0u;
+    estimate->invalid |= good ? 0u : ESTIMATOR_SAMPLE;
+    estimate->coasted = 1u;
     return position;
 }
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return one_period(est, voltage, current, false);
+    return one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return one_period(est, voltage, current, true);
+    return one_period(est, voltage, current, est->tracker.pll.omega_e, COAST);
 }
 
 void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e)
 {
-    estimate_t *estimate = &est->estimate;
-    ab_t emf;
-    float error_square;
-    if (observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square)) {
-        show_observer(est);
-        show_tracker(est, (position_t){estimate->frame.theta_e, estimate->frame.omega_e});
-        const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
-        estimate->emf = emf;
-        estimate->amplitude = square * inverse_root(square);
-        estimate->detector = 0.0f;
-    }
-    estimate->coasted = 1u;
+    (void)one_period(est, voltage, current, omega_e, REST);
 }
 
 void estimator_lock(estimator_t *est, position_t start)

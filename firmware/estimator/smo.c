@@ -99,7 +99,6 @@ void smo_reset_error(smo_t *smo, ab_t current, ab_t error)
     switching_reset(&smo->axes);
     switch_any(smo, smo_error_square(smo));
     smo->emf_hat = smo->switched;
-    smo->rejected = 0u;
 }
 
 void smo_reset(smo_t *smo, ab_t current, ab_t emf)

@@ -35,10 +35,17 @@ static inline uint32_t rows_with(fault_reaction_t asked)
     return 0u DRIVE_FAULTS(FAULT_IF_REACTION);
 }
 
-/* The comparisons of the table. */
-#define IS_ABOVE(quantity, limit) ((quantity) > (limit))
-#define IS_BELOW(quantity, limit) ((quantity) < (limit))
-#define IS_HOLDS(quantity, limit) ((quantity) != 0u)
+/* The comparisons of the table: a row's bit goes into `all` if it holds. A condition's bit is moved there;
+ * those of neighbours move together. */
+#define MARK_ABOVE(quantity, limit, row)                                                                     \
+    if ((quantity) > (limit)) {                                                                              \
+        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
+    }
+#define MARK_BELOW(quantity, limit, row)                                                                     \
+    if ((quantity) < (limit)) {                                                                              \
+        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
+    }
+#define MARK_HOLDS(quantity, limit, row) all |= (uint32_t)(quantity) << (uint32_t)(row);
 
 guard_tuning_t guard_prepare(const params_t *params)
 {
@@ -59,24 +66,24 @@ void guard_init(guard_t *guard, const guard_tuning_t *tuning)
 
 /* The quantities of the table. */
 typedef struct {
-    float phase_current;         /* [A] the largest amount of the three, offsets removed */
-    float u_dc;                  /* [V] */
-    float sink_temperature;      /* [degC] */
-    float motor_temperature;     /* [degC] */
-    float speed;                 /* [rad/s] amount, mechanical */
-    uint32_t tripped;            /* [-] not 0: the trip zone holds the gates off; conditions likewise: */
-    uint32_t bad_sample;         /* [-] not a number, or a current sensor at its rail */
-    uint32_t late;               /* [-] this interrupt came too late for its period */
-    uint32_t encoder_error;      /* [-] quadrature phase error since the last sample */
-    uint32_t estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
-    uint32_t estimate_detector;  /* [-] likewise */
-    uint32_t estimate_current;   /* [-] likewise */
-    uint32_t estimate_speed;     /* [-] likewise */
-    uint32_t unlocked;           /* [-] a sign of a lost lock stands */
-    uint32_t lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
-    uint32_t start_stalled;      /* [-] likewise */
-    uint32_t start_unlocked;     /* [-] likewise */
-    uint32_t rotor_too_fast;     /* [-] likewise */
+    float phase_current;     /* [A] the largest amount of the three, offsets removed */
+    float u_dc;              /* [V] */
+    float sink_temperature;  /* [degC] */
+    float motor_temperature; /* [degC] */
+    float speed;             /* [rad/s] amount, mechanical */
+    bool tripped;            /* [-] true: the trip zone holds the gates off; conditions likewise: */
+    bool bad_sample;         /* [-] not a number, or a current sensor at its rail */
+    bool late;               /* [-] this interrupt came too late for its period */
+    bool encoder_error;      /* [-] quadrature phase error since the last sample */
+    bool estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
+    bool estimate_detector;  /* [-] likewise */
+    bool estimate_current;   /* [-] likewise */
+    bool estimate_speed;     /* [-] likewise */
+    bool unlocked;           /* [-] a sign of a lost lock stands */
+    bool lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
+    bool start_stalled;      /* [-] likewise */
+    bool start_unlocked;     /* [-] likewise */
+    bool rotor_too_fast;     /* [-] likewise */
 } quantities_t;
 
 static quantities_t quantities_of(const guard_input_t *input)
@@ -91,19 +98,19 @@ static quantities_t quantities_of(const guard_input_t *input)
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
         .speed = bounds_magnitude(input->omega_m),
-        .tripped = measured->flags & DRIVE_SAMPLE_TRIPPED,
+        .tripped = (measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u,
         .bad_sample = measured->good == 0u,
-        .late = measured->flags & DRIVE_SAMPLE_LATE,
-        .encoder_error = measured->flags & DRIVE_SAMPLE_ENCODER,
-        .estimate_amplitude = invalid & ESTIMATOR_AMPLITUDE,
-        .estimate_detector = invalid & ESTIMATOR_DETECTOR,
-        .estimate_current = invalid & ESTIMATOR_CURRENT,
-        .estimate_speed = invalid & ESTIMATOR_SPEED,
-        .unlocked = input->unlocked,
-        .lock_lost = input->failed & MANOEUVRE_LOST,
-        .start_stalled = input->failed & MANOEUVRE_STALLED,
-        .start_unlocked = input->failed & MANOEUVRE_UNLOCKED,
-        .rotor_too_fast = input->failed & MANOEUVRE_TOO_FAST,
+        .late = (measured->flags & DRIVE_SAMPLE_LATE) != 0u,
+        .encoder_error = (measured->flags & DRIVE_SAMPLE_ENCODER) != 0u,
+        .estimate_amplitude = (invalid & ESTIMATOR_AMPLITUDE) != 0u,
+        .estimate_detector = (invalid & ESTIMATOR_DETECTOR) != 0u,
+        .estimate_current = (invalid & ESTIMATOR_CURRENT) != 0u,
+        .estimate_speed = (invalid & ESTIMATOR_SPEED) != 0u,
+        .unlocked = input->unlocked != 0u,
+        .lock_lost = (input->failed & MANOEUVRE_LOST) != 0u,
+        .start_stalled = (input->failed & MANOEUVRE_STALLED) != 0u,
+        .start_unlocked = (input->failed & MANOEUVRE_UNLOCKED) != 0u,
+        .rotor_too_fast = (input->failed & MANOEUVRE_TOO_FAST) != 0u,
     };
 }
 
@@ -115,18 +122,16 @@ static inline uint32_t counting_rows(uint32_t now)
            ((now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : 0u);
 }
 
-/* Bits of the rows that hold in this period. */
-static uint32_t holding(const guard_t *guard, const quantities_t *now, uint32_t counting)
+/* Bits of the rows that hold in this period, whether they count or not. */
+static uint32_t holding(const guard_t *guard, const quantities_t *now)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
-        all |= FAULT_BIT_OF(NAME);                                                                           \
-    }
+    MARK_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME], FAULT_##NAME)
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
-    return all & counting;
+    return all;
 }
 
 /* Counts a row; is it still too soon for its debounce? */
@@ -160,7 +165,8 @@ static uint32_t failing(guard_t *guard, uint32_t now)
 void guard_step(guard_t *guard, const guard_input_t *input)
 {
     const quantities_t quantities = quantities_of(input);
-    const uint32_t now = holding(guard, &quantities, counting_rows(input->now));
+    const uint32_t all = holding(guard, &quantities);
+    const uint32_t now = all != 0u ? all & counting_rows(input->now) : 0u;
     /* while nothing holds nor has held, nothing is counted */
     const uint32_t failed = (now | guard->holding) != 0u ? failing(guard, now) : 0u;
     guard->holding = now;

@@ -2,8 +2,11 @@
 
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params)
 {
-    return (speed_control_tuning_t){params->current_limit, params->kp * (1.0f - params->weight),
-                                    pi_prepare(params->kp, params->ki, params->period)};
+    speed_control_tuning_t tuning = {params->current_limit, params->kp * (1.0f - params->weight),
+                                     pi_prepare(params->kp, params->ki, params->period)};
+    const float weighed = params->kp * params->weight;
+    tuning.pi.back_gain = tuning.pi.ki_period < weighed ? tuning.pi.ki_period / weighed : 1.0f;
+    return tuning;
 }
 
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning)

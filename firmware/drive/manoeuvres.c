@@ -359,12 +359,14 @@ static demand_t fall_back(manoeuvres_t *m, const manoeuvres_input_t *input)
     return forced_demand(m, input, FRAME_TURNS);
 }
 
-/* Does run pass zero speed? Then neither loop nor lock is judged, and the EMF may be gone for a while. */
+/* Does run pass zero speed, or is asked for a speed that slow? Then neither loop nor lock is judged, and the
+ * EMF may be gone for a while. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
-    if (omega_ref * omega < 0.0f) {
+    const float slow = m->limits.fallback_speed;
+    if (omega_ref * omega < 0.0f || bounds_within(omega_ref, slow)) {
         m->reversing = 1u;
-    } else if (!bounds_within(omega, PASSED_SHARE * m->limits.fallback_speed) && m->reversing != 0u) {
+    } else if (!bounds_within(omega, PASSED_SHARE * slow) && m->reversing != 0u) {
         m->reversing = 0u;
         m->periods = 0u; /* the mask of a hand-over */
     }
@@ -399,14 +401,11 @@ static demand_t run(manoeuvres_t *m, const manoeuvres_input_t *input)
         m->start_try = 0u;
     }
 
-    const bool slow_asked = bounds_within(wanted_speed(m, &input->wish), limits->fallback_speed);
+    const bool stays = bounds_within(wanted_speed(m, &input->wish), limits->fallback_speed);
     const bool slow = estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
-    m->slow_periods = slow ? m->slow_periods + 1u : 0u;
-    if ((slow_asked && m->slow_periods >= SLOW_PERIODS) ||
-        (m->reversing != 0u && m->slow_periods >= limits->fallback_periods)) {
-        return fall_back(m, input);
-    }
-    return demand;
+    m->slow_periods = slow && m->reversing != 0u ? m->slow_periods + 1u : 0u;
+    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods) ? fall_back(m, input)
+                                                                                : demand;
 }
 
 /* With the encoder there is nothing else; out of another manoeuvre it takes the current along. */

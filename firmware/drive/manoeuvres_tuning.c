@@ -2,16 +2,22 @@
 #include "drive/manoeuvres.h"
 
 #include "math/exponential.h"
+#include "math/filter.h"
 
-#define RISE_TIME       5e-3f  /* [s] of the forced current from zero to that of a start */
-#define FADE_TIME       0.1f   /* [s] of what a hand-over leaves of i_d */
-#define ALIGN_NATURAL   8.0f   /* [rad] of the pendulum's phase in each alignment */
-#define ALIGN_TIME_MIN  0.15f  /* [s] by the rule */
-#define ALIGN_TIME_MAX  1.0f   /* [s] by the rule */
-#define FALLBACK_MARGIN 1.4f   /* [-] over the time that the limit of current needs to pass zero */
-#define FALLBACK_MIN    20e-3f /* [s] */
-#define FALLBACK_MAX    0.1f   /* [s] what the model of the loop bridges */
-#define SLOW_ASKED      1.67f  /* [-] of fallback_speed: what a reference is that wants more */
+#define SPEED_BELOW_PLL 14.0f /* [-] pll_bandwidth over that of the speed control, by the rule */
+#define SPEED_DAMPING   3.0f  /* [-] four times the square of its damping, by the rule */
+#define LOW_CURRENT_LOSS                                                                                     \
+    0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
+#define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
+#define RISE_TIME          5e-3f  /* [s] of the forced current from zero to that of a start */
+#define FADE_TIME          0.1f   /* [s] of what a hand-over leaves of i_d */
+#define ALIGN_NATURAL      8.0f   /* [rad] of the pendulum's phase in each alignment */
+#define ALIGN_TIME_MIN     0.15f  /* [s] by the rule */
+#define ALIGN_TIME_MAX     1.0f   /* [s] by the rule */
+#define FALLBACK_MARGIN    1.4f   /* [-] over the time that the limit of current needs to pass zero */
+#define FALLBACK_MIN       20e-3f /* [s] */
+#define FALLBACK_MAX       0.1f   /* [s] what the model of the loop bridges */
+#define SLOW_ASKED         1.67f  /* [-] of fallback_speed: what a reference is that wants more */
 
 static float within(float value, float least, float most)
 {
@@ -21,9 +27,13 @@ static float within(float value, float least, float most)
 
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
+    const float fast = params->pll_bandwidth / SPEED_BELOW_PLL;
+    const float per_ampere =
+        1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
+    const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
     const speed_control_params_t speed = {
-        .kp = params->speed_kp,
-        .ki = params->speed_ki,
+        .kp = kp,
+        .ki = params->speed_ki > 0.0f ? params->speed_ki : kp * kp * per_ampere / SPEED_DAMPING,
         .weight = params->speed_setpoint_weight,
         .current_limit = params->current_limit,
         .period = DRIVE_PERIOD,
@@ -35,7 +45,8 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .stop_ramp = params->quick_stop_ramp * DRIVE_PERIOD,
         .low_current =
             params->position_source == (int32_t)POSITION_SENSORLESS ? params->low_speed_current : 0.0f,
-        .low_inverse = 1.0f / handover_speed,
+        .low_inverse = LOW_CURRENT_LOSS / handover_speed,
+        .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_PERIOD),
         .fade = exponential(-DRIVE_PERIOD / FADE_TIME),
     };
 }

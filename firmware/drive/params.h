@@ -51,9 +51,10 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       TABLE_LIVE, "limit of i_q from the speed control, either sign")                                        \
     F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
       "closed-loop bandwidth of the current control")                                                        \
-    F(8, speed_kp, "A s/rad", 0.5f, 0.0f, 100.0f, TABLE_LIVE,                                                \
-      "speed control, proportional, per mechanical rad/s")                                                   \
-    F(9, speed_ki, "A/rad", 2.5f, 0.0f, 10000.0f, TABLE_LIVE, "speed control, integral, per mechanical rad") \
+    F(8, speed_kp, "A s/rad", 0.0f, 0.0f, 100.0f, TABLE_LIVE,                                                \
+      "speed control, proportional, per mechanical rad/s; 0: by motor_inertia, pll_bandwidth/14 fast")       \
+    F(9, speed_ki, "A/rad", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                                \
+      "speed control, integral, per mechanical rad; 0: a damping of 0.87")                                   \
     F(10, overspeed_trip, "rad/s", 220.0f, 1.0f, 10000.0f, TABLE_LIVE,                                       \
       "mechanical speed that stops the drive")                                                               \
     F(11, overcurrent_trip, "A", BOARD_AMPERES(BOARD_OVERCURRENT_TRIP_MA), 0.2f,                             \
@@ -153,7 +154,7 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "of each of the two alignments; 0: 8 over the pendulum's frequency")                                   \
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
-      "least current vector at low speed without encoder, by i_d: keeps out of the dead time's zone; 0: "    \
+      "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")
 
 typedef struct {

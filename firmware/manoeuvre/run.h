@@ -13,6 +13,7 @@
 #include "control/speed_control.h"
 #include "manoeuvre/demand.h"
 #include "math/bounds.h"
+#include "math/filter.h"
 #include "math/root.h"
 
 typedef struct {
@@ -20,9 +21,10 @@ typedef struct {
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
-    float low_current;  /* least current vector at low speed [A]; 0: none is kept */
+    float low_current;  /* i_d + |i_q| at low speed, at least [A]; 0: no i_d for that */
     float low_inverse;  /* 1/the electrical speed up to which it is kept whole [s/rad]; at twice that it is
                            gone */
+    float low_share;    /* low-pass of that i_d, for i_q is noisy [-] */
     float fade;         /* share of a hand-over's i_d that is left a period later [-] */
 } run_tuning_t;
 
@@ -31,6 +33,7 @@ typedef struct {
     speed_control_t speed;
     float omega_m_ref; /* reference in force [rad/s], mechanical */
     float i_d_left;    /* of a hand-over [A] */
+    float i_d_low;     /* for the low-speed current [A] */
 } run_t;
 
 typedef enum {
@@ -67,23 +70,19 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
 }
 
-/* The side of a right triangle [A], 0 where there is none. */
-static inline float run_side(float longest, float other)
-{
-    const float square = longest * longest - other * other;
-    return square > 0.0f ? square * inverse_root(square) : 0.0f;
-}
-
 /* i_d that is not wished for [A], beside i_q and within the longest vector. */
 static inline float run_i_d(run_t *run, float i_q, float omega_e)
 {
     const run_tuning_t *tuning = &run->tuning;
-    const float room = run_side(run->speed.current_limit, i_q);
-    const float fast = 2.0f - bounds_magnitude(omega_e) * tuning->low_inverse;
-    const float kept = fast < 1.0f ? (fast > 0.0f ? fast : 0.0f) : 1.0f;
-    const float low = run_side(kept * tuning->low_current, i_q);
+    const float limit = run->speed.current_limit;
+    const float square = limit * limit - i_q * i_q;
+    const float room = square > 0.0f ? square * inverse_root(square) : 0.0f;
+    const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
+    const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
+    const float short_of = kept * tuning->low_current - bounds_magnitude(i_q);
+    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, short_of > 0.0f ? short_of : 0.0f);
     run->i_d_left = bounds_clamp(tuning->fade * run->i_d_left, room);
-    return run->i_d_left > low ? run->i_d_left : low;
+    return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
 }
 
 /* References and EMF of this period in the rotor's frame, at this mechanical speed [rad/s]. While currents

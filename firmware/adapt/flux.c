@@ -27,15 +27,6 @@ void flux_take(flux_t *flux, const flux_tuning_t *tuning)
     }
 }
 
-void flux_init(flux_t *flux, const flux_params_t *params)
-{
-    flux_tuning_t tuning;
-    flux_prepare(&tuning, params);
-    flux->tuning.flux_linkage = 0.0f; /* another one than that of the parameters */
-    flux_take(flux, &tuning);
-    flux_reset(flux, 0.0f);
-}
-
 void flux_reset(flux_t *flux, float omega_e)
 {
     flux->speed_mean = bounds_magnitude(omega_e);

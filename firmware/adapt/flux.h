@@ -46,9 +46,6 @@ void flux_prepare(flux_tuning_t *tuning, const flux_params_t *params);
  * adaptation is on; else it starts from the parameter again. */
 void flux_take(flux_t *flux, const flux_tuning_t *tuning);
 
-/* Coefficients, psi_f of the parameters, at standstill. */
-void flux_init(flux_t *flux, const flux_params_t *params);
-
 /* As if the rotor had turned at omega_e [rad/s] for long; psi_f stays. */
 void flux_reset(flux_t *flux, float omega_e);
 

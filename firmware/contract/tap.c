@@ -1,28 +1,10 @@
 #include "contract/tap.h"
 
-#include <string.h>
-
 void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
 {
     for (uint32_t n = 0; n < count; n++) {
         slots[n] = tap_slot_at(base, offsets[n]);
     }
-}
-
-bool tap_history_init(tap_history_t *history, const table_t *table, const uint32_t ids[TAP_SLOTS])
-{
-    size_t offsets[TAP_SLOTS];
-    for (uint32_t n = 0; n < TAP_SLOTS; n++) {
-        const table_row_t *row = table_by_id(table, ids[n]);
-        if (row == NULL) {
-            return false;
-        }
-        offsets[n] = row->offset;
-    }
-    memcpy(history->offsets, offsets, sizeof offsets);
-    memcpy(history->ids, ids, sizeof history->ids);
-    tap_history_clear(history);
-    return true;
 }
 
 void tap_history_clear(tap_history_t *history)

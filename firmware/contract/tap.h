@@ -5,12 +5,9 @@
 #ifndef CONTRACT_TAP_H
 #define CONTRACT_TAP_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-
-#include "contract/table.h"
 
 /* The slot's 32 bits, whatever it holds: as float_bits() does it. */
 static inline uint32_t tap_slot_at(const void *base, size_t offset)
@@ -32,24 +29,19 @@ void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t 
 #define TAP_SLOTS   UINT32_C(12)  /* in each of them: as many as tap_history_keep() copies */
 
 typedef struct {
-    size_t offsets[TAP_SLOTS]; /* [chars of the target] of the chosen slots */
-    uint32_t ids[TAP_SLOTS];   /* [-] of their rows */
-    uint32_t next;             /* [periods] kept so far; modulo TAP_PERIODS the place of the next */
+    uint32_t next; /* [periods] kept so far; modulo TAP_PERIODS the place of the next */
     uint32_t slots[TAP_PERIODS][TAP_SLOTS];
 } tap_history_t;
 
-/* An empty history of these rows. false: an id is none of the table; nothing has changed. */
-bool tap_history_init(tap_history_t *history, const table_t *table, const uint32_t ids[TAP_SLOTS]);
-
-/* Nothing is kept any more; the rows stay. */
+/* Nothing is kept, or no longer. */
 void tap_history_clear(tap_history_t *history);
 
-/* One period more; the oldest is forgotten. */
-static inline void tap_history_keep(tap_history_t *history, const void *base)
+/* One period more, of the slots at these offsets [chars of the target] of `base`; the oldest is forgotten. */
+static inline void tap_history_keep(tap_history_t *history, const size_t offsets[TAP_SLOTS], const void *base)
 {
-    uint32_t *slots = history->slots[history->next % TAP_PERIODS];
-    const size_t *offsets = history->offsets;
-    /* without a loop: the interrupt's, each period */
+    const uint32_t next = history->next;
+    uint32_t *slots = history->slots[next % TAP_PERIODS];
+    /* without a loop: the interrupt's, each period, with offsets that the compiler knows */
     slots[0] = tap_slot_at(base, offsets[0]);
     slots[1] = tap_slot_at(base, offsets[1]);
     slots[2] = tap_slot_at(base, offsets[2]);
@@ -62,8 +54,7 @@ static inline void tap_history_keep(tap_history_t *history, const void *base)
     slots[9] = tap_slot_at(base, offsets[9]);
     slots[10] = tap_slot_at(base, offsets[10]);
     slots[11] = tap_slot_at(base, offsets[11]);
-    history->next =
-        history->next + 1u != 0u ? history->next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
+    history->next = next + 1u != 0u ? next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }
 
 /* How many periods are kept: TAP_PERIODS, or fewer after a start. */

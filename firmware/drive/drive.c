@@ -1,5 +1,6 @@
 #include "drive/drive.h"
 
+#include "drive/signals.h"
 #include "math/bounds.h"
 #include "math/trig.h"
 
@@ -7,9 +8,6 @@
 static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
 {
     const estimate_t *last = &drive->estimator.estimate;
-    if (!doubt_possible(&drive->doubt, last->amplitude, acted->leg)) {
-        return false;
-    }
     const doubt_input_t input = {
         .current = acted->current,
         .leg = acted->leg,
@@ -218,7 +216,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
                       drive->measure.measured.u_dc);
     /* up to the fault's own period, which is this one unless a trip came between two steps */
     if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
-        tap_history_keep(&drive->history, drive);
+        tap_history_keep(&drive->history, signals_history_places, drive);
     }
     *command = drive->command;
 }

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "drive/reasons.h"
-#include "drive/signals.h"
 #include "math/check.h"
 
 void drive_take(drive_t *drive)
@@ -44,7 +43,7 @@ void drive_init(drive_t *drive, const params_t *params)
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
-    CHECK(tap_history_init(&drive->history, &signals_table, signals_history));
+    tap_history_clear(&drive->history);
 }
 
 void drive_offer(drive_t *drive)

@@ -16,8 +16,7 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count at a moment, of those with a reaction, and of those that do not fail at once.
- */
+/* Bits of the rows that count at a moment, and of those with a reaction. */
 #define FAULT_BIT_OF(NAME) (UINT32_C(1) << (uint32_t)FAULT_##NAME)
 #define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
                       text, remedy)                                                                          \
@@ -25,13 +24,6 @@ const fault_row_t fault_rows[FAULTS] = {
 #define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, \
                           text, remedy)                                                                      \
     | (FAULT_##reaction == asked ? FAULT_BIT_OF(NAME) : UINT32_C(0))
-#define FAULT_IF_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,  \
-                         text, remedy)                                                                       \
-    | ((debounce) > 1u ? FAULT_BIT_OF(NAME) : UINT32_C(0))
-#define FAULT_DEBOUNCE(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
-                       text, remedy)                                                                         \
-    debounce,
-#define COUNTED_ROWS (0u DRIVE_FAULTS(FAULT_IF_COUNTED))
 
 static inline uint32_t rows_at(fault_when_t moment)
 {
@@ -43,10 +35,17 @@ static inline uint32_t rows_with(fault_reaction_t asked)
     return 0u DRIVE_FAULTS(FAULT_IF_REACTION);
 }
 
-/* The comparisons of the table. */
-#define IS_ABOVE(quantity, limit) ((quantity) > (limit))
-#define IS_BELOW(quantity, limit) ((quantity) < (limit))
-#define IS_HOLDS(quantity, limit) ((quantity) != 0u)
+/* The comparisons of the table: a row's bit goes into `all` if it holds. A condition's bit is moved there;
+ * those of neighbours move together. */
+#define MARK_ABOVE(quantity, limit, row)                                                                     \
+    if ((quantity) > (limit)) {                                                                              \
+        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
+    }
+#define MARK_BELOW(quantity, limit, row)                                                                     \
+    if ((quantity) < (limit)) {                                                                              \
+        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
+    }
+#define MARK_HOLDS(quantity, limit, row) all |= (uint32_t)(quantity) << (uint32_t)(row);
 
 guard_tuning_t guard_prepare(const params_t *params)
 {
@@ -67,24 +66,24 @@ void guard_init(guard_t *guard, const guard_tuning_t *tuning)
 
 /* The quantities of the table. */
 typedef struct {
-    float phase_current;         /* [A] the largest amount of the three, offsets removed */
-    float u_dc;                  /* [V] */
-    float sink_temperature;      /* [degC] */
-    float motor_temperature;     /* [degC] */
-    float speed;                 /* [rad/s] amount, mechanical */
-    uint32_t tripped;            /* [-] not 0: the trip zone holds the gates off; conditions likewise: */
-    uint32_t bad_sample;         /* [-] not a number, or a current sensor at its rail */
-    uint32_t late;               /* [-] this interrupt came too late for its period */
-    uint32_t encoder_error;      /* [-] quadrature phase error since the last sample */
-    uint32_t estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
-    uint32_t estimate_detector;  /* [-] likewise */
-    uint32_t estimate_current;   /* [-] likewise */
-    uint32_t estimate_speed;     /* [-] likewise */
-    uint32_t unlocked;           /* [-] a sign of a lost lock stands */
-    uint32_t lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
-    uint32_t start_stalled;      /* [-] likewise */
-    uint32_t start_unlocked;     /* [-] likewise */
-    uint32_t rotor_too_fast;     /* [-] likewise */
+    float phase_current;     /* [A] the largest amount of the three, offsets removed */
+    float u_dc;              /* [V] */
+    float sink_temperature;  /* [degC] */
+    float motor_temperature; /* [degC] */
+    float speed;             /* [rad/s] amount, mechanical */
+    bool tripped;            /* [-] true: the trip zone holds the gates off; conditions likewise: */
+    bool bad_sample;         /* [-] not a number, or a current sensor at its rail */
+    bool late;               /* [-] this interrupt came too late for its period */
+    bool encoder_error;      /* [-] quadrature phase error since the last sample */
+    bool estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
+    bool estimate_detector;  /* [-] likewise */
+    bool estimate_current;   /* [-] likewise */
+    bool estimate_speed;     /* [-] likewise */
+    bool unlocked;           /* [-] a sign of a lost lock stands */
+    bool lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
+    bool start_stalled;      /* [-] likewise */
+    bool start_unlocked;     /* [-] likewise */
+    bool rotor_too_fast;     /* [-] likewise */
 } quantities_t;
 
 static quantities_t quantities_of(const guard_input_t *input)
@@ -99,19 +98,19 @@ static quantities_t quantities_of(const guard_input_t *input)
         .sink_temperature = measured->sink_temperature,
         .motor_temperature = measured->motor_temperature,
         .speed = bounds_magnitude(input->omega_m),
-        .tripped = measured->flags & DRIVE_SAMPLE_TRIPPED,
+        .tripped = (measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u,
         .bad_sample = measured->good == 0u,
-        .late = measured->flags & DRIVE_SAMPLE_LATE,
-        .encoder_error = measured->flags & DRIVE_SAMPLE_ENCODER,
-        .estimate_amplitude = invalid & ESTIMATOR_AMPLITUDE,
-        .estimate_detector = invalid & ESTIMATOR_DETECTOR,
-        .estimate_current = invalid & ESTIMATOR_CURRENT,
-        .estimate_speed = invalid & ESTIMATOR_SPEED,
-        .unlocked = input->unlocked,
-        .lock_lost = input->failed & MANOEUVRE_LOST,
-        .start_stalled = input->failed & MANOEUVRE_STALLED,
-        .start_unlocked = input->failed & MANOEUVRE_UNLOCKED,
-        .rotor_too_fast = input->failed & MANOEUVRE_TOO_FAST,
+        .late = (measured->flags & DRIVE_SAMPLE_LATE) != 0u,
+        .encoder_error = (measured->flags & DRIVE_SAMPLE_ENCODER) != 0u,
+        .estimate_amplitude = (invalid & ESTIMATOR_AMPLITUDE) != 0u,
+        .estimate_detector = (invalid & ESTIMATOR_DETECTOR) != 0u,
+        .estimate_current = (invalid & ESTIMATOR_CURRENT) != 0u,
+        .estimate_speed = (invalid & ESTIMATOR_SPEED) != 0u,
+        .unlocked = input->unlocked != 0u,
+        .lock_lost = (input->failed & MANOEUVRE_LOST) != 0u,
+        .start_stalled = (input->failed & MANOEUVRE_STALLED) != 0u,
+        .start_unlocked = (input->failed & MANOEUVRE_UNLOCKED) != 0u,
+        .rotor_too_fast = (input->failed & MANOEUVRE_TOO_FAST) != 0u,
     };
 }
 
@@ -123,60 +122,54 @@ static inline uint32_t counting_rows(uint32_t now)
            ((now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : 0u);
 }
 
-/* Bits of the rows that hold in this period. */
-static uint32_t holding(const guard_t *guard, const quantities_t *now, uint32_t counting)
+/* Bits of the rows that hold in this period, whether they count or not. */
+static uint32_t holding(const guard_t *guard, const quantities_t *now)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    if (IS_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME])) {                                 \
-        all |= UINT32_C(1) << (uint32_t)FAULT_##NAME;                                                        \
-    }
+    MARK_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME], FAULT_##NAME)
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
-    return all & counting;
+    return all;
 }
 
-/* The bits of those of the rows `counting` that have held for their debounce; one that does not hold now
- * begins anew.
- */
-static uint32_t count(guard_t *guard, uint32_t now, uint32_t counting)
+/* Counts a row; is it still too soon for its debounce? */
+static inline bool waits(uint32_t *held, uint32_t debounce, bool holds)
 {
-    static const uint32_t debounce[FAULTS] = {DRIVE_FAULTS(FAULT_DEBOUNCE)};
-    uint32_t failed = 0u;
-    uint32_t rows = counting;
-    uint32_t holds = now;
-    uint32_t n = 0u;
-    while (rows != 0u) {
-        if ((rows & 1u) != 0u) {
-            uint32_t held = (holds & 1u) != 0u ? guard->held[n] + 1u : 0u;
-            if (held >= debounce[n]) {
-                held = debounce[n];
-                failed |= UINT32_C(1) << n;
-            }
-            guard->held[n] = held;
-        }
-        rows >>= 1;
-        holds >>= 1;
-        n++;
+    if (!holds) {
+        *held = 0u;
+        return false;
     }
+    if (*held + 1u >= debounce) {
+        return false;
+    }
+    *held += 1u;
+    return true;
+}
+
+/* Bits of the rows that have held for their debounce, of those that hold `now`; the others begin anew. */
+static uint32_t failing(guard_t *guard, uint32_t now)
+{
+#define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
+                      text, remedy)                                                                          \
+    if ((debounce) > 1u && waits(&guard->held[FAULT_##NAME], debounce, (now & FAULT_BIT_OF(NAME)) != 0u)) {  \
+        failed &= ~FAULT_BIT_OF(NAME);                                                                       \
+    }
+    uint32_t failed = now;
+    DRIVE_FAULTS(FAULT_COUNTED)
+#undef FAULT_COUNTED
     return failed;
 }
 
 void guard_step(guard_t *guard, const guard_input_t *input)
 {
     const quantities_t quantities = quantities_of(input);
-    const uint32_t now = holding(guard, &quantities, counting_rows(input->now));
-    const uint32_t before = guard->holding;
+    const uint32_t all = holding(guard, &quantities);
+    const uint32_t now = all != 0u ? all & counting_rows(input->now) : 0u;
+    /* while nothing holds nor has held, nothing is counted */
+    const uint32_t failed = (now | guard->holding) != 0u ? failing(guard, now) : 0u;
     guard->holding = now;
-    guard->faults = 0u;
-    guard->losses = 0u;
-    guard->warnings = 0u;
-    if ((now | before) == 0u) {
-        return; /* nothing is counted */
-    }
-    const uint32_t counted = COUNTED_ROWS;
-    const uint32_t failed = (now & ~counted) | count(guard, now, (now | before) & counted);
     guard->faults = failed & rows_with(FAULT_OPEN);
     guard->losses = failed & rows_with(FAULT_CATCH);
     guard->warnings = failed & rows_with(FAULT_WARN);

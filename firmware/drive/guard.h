@@ -1,5 +1,5 @@
 /* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
- * counting, straight line but for the counting of what holds, no division.
+ * counting, straight line, no division; counted is only while something holds.
  *
  * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
  * the protection against all that the power module cannot see. */
@@ -35,8 +35,8 @@ typedef struct {
 
 typedef struct {
     guard_tuning_t tuning;
-    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break, up to its debounce;
-                              of those that do not fail at once */
+    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
+                              fails; of those that do not fail at once */
     uint32_t holding;      /* [-] bits of the rows that held in the last period */
     uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
     uint32_t losses;       /* [-] bits of those with reaction CATCH */

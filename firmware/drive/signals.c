@@ -11,6 +11,5 @@ static const table_row_t rows[] = {DRIVE_SIGNALS(ROW_FLOAT, ROW_UINT, ROW_INT, R
 
 const table_t signals_table = {"signals", rows, sizeof rows / sizeof rows[0]};
 
-/* state, i_a, i_b, u_dc, i_d, i_q, i_q_ref, u_d, u_q, theta_e, omega_e, sample_flags */
-const uint32_t signals_history[TAP_SLOTS] = {2001, 2010, 2011, 2024, 2015, 2016,
-                                             2018, 2022, 2023, 2030, 2031, 2044};
+#define SIGNAL_ID(name) (uint32_t) SIGNAL_ID_##name,
+const uint32_t signals_history[TAP_SLOTS] = {DRIVE_HISTORY(SIGNAL_ID)};

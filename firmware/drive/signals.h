@@ -3,6 +3,8 @@
 #ifndef DRIVE_SIGNALS_H
 #define DRIVE_SIGNALS_H
 
+#include <stddef.h>
+
 #include "contract/table.h"
 #include "contract/tap.h"
 #include "drive/drive.h"
@@ -86,7 +88,21 @@
 
 extern const table_t signals_table;
 
+/* Id and place of each as constants, SIGNAL_ID_name and SIGNAL_PLACE_name [chars of the target]. */
+#define SIGNAL_CONSTANTS(id, name, slot, unit_or_choices, text)                                              \
+    SIGNAL_ID_##name = (id), SIGNAL_PLACE_##name = offsetof(drive_t, slot),
+enum { DRIVE_SIGNALS(SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS) };
+#undef SIGNAL_CONSTANTS
+
 /* The rows whose history the drive keeps: what explains a fault. */
+#define DRIVE_HISTORY(S)                                                                                     \
+    S(state)                                                                                                 \
+    S(i_a) S(i_b) S(u_dc) S(i_d) S(i_q) S(i_q_ref) S(u_d) S(u_q) S(theta_e) S(omega_e) S(sample_flags)
+
+/* Their ids, and their places: known to the compiler, so that the interrupt looks none up. */
 extern const uint32_t signals_history[TAP_SLOTS];
+#define SIGNAL_PLACE(name) (size_t) SIGNAL_PLACE_##name,
+static const size_t signals_history_places[TAP_SLOTS] = {DRIVE_HISTORY(SIGNAL_PLACE)};
+#undef SIGNAL_PLACE
 
 #endif

@@ -28,15 +28,28 @@ static inline void debounce_reset(debounce_t *debounce)
     debounce->invalid = 0u;
 }
 
-/* A period of one criterion, and its bit of `invalid`. */
-static inline uint32_t debounce_one(uint32_t *count, uint32_t limit, uint32_t failing, uint32_t invalid)
+/* A period of criterion `n`: its bit of what is raised now. */
+static inline uint32_t debounce_one(debounce_t *debounce, const debounce_tuning_t *tuning, uint32_t failing,
+                                    uint32_t n)
 {
-    if (failing != 0u) {
-        *count += *count < limit;
-        return *count >= limit ? failing : invalid;
+    const uint32_t bit = UINT32_C(1) << n;
+    const uint32_t limit = tuning->limit[n];
+    uint32_t count = debounce->count[n];
+    uint32_t raised = debounce->invalid & bit;
+    if ((failing & bit) != 0u) {
+        count++;
+        if (count >= limit) {
+            count = limit;
+            raised = bit;
+        }
+    } else if (count > 1u) {
+        count--;
+    } else {
+        count = 0u;
+        raised = 0u;
     }
-    *count -= *count > 0u;
-    return *count == 0u ? 0u : invalid;
+    debounce->count[n] = count;
+    return raised;
 }
 
 /* One period, in which the criteria of the bits `failing` do not hold. */
@@ -45,16 +58,10 @@ static inline void debounce_step(debounce_t *debounce, const debounce_tuning_t *
     if ((failing | debounce->counting) == 0u) {
         return;
     }
-    uint32_t counting = 0u;
-    uint32_t invalid = 0u;
-    for (int32_t n = 0; n < ESTIMATOR_CRITERIA; n++) {
-        const uint32_t bit = UINT32_C(1) << n;
-        uint32_t *count = &debounce->count[n];
-        invalid |= debounce_one(count, tuning->limit[n], failing & bit, debounce->invalid & bit);
-        counting |= *count;
-    }
-    debounce->counting = counting;
-    debounce->invalid = invalid;
+    debounce->invalid =
+        debounce_one(debounce, tuning, failing, 0u) | debounce_one(debounce, tuning, failing, 1u) |
+        debounce_one(debounce, tuning, failing, 2u) | debounce_one(debounce, tuning, failing, 3u);
+    debounce->counting = debounce->count[0] | debounce->count[1] | debounce->count[2] | debounce->count[3];
 }
 
 #endif

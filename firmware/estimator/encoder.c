@@ -5,14 +5,6 @@
 #define STEPS_PER_TURN   4294967296.0f
 #define STEPS_PER_RADIAN (STEPS_PER_TURN / ANGLE_TWO_PI)
 
-void encoder_init(encoder_t *encoder, const encoder_params_t *params)
-{
-    encoder_tuning_t tuning;
-    encoder_prepare(&tuning, params);
-    encoder_take(encoder, &tuning);
-    encoder_reset(encoder, UINT32_C(0));
-}
-
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
 {
     const uint64_t count_per_turn = (uint64_t)(uint32_t)params->count_per_turn;

@@ -68,9 +68,6 @@ static inline void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuni
     encoder->tuning = *tuning;
 }
 
-/* Coefficients; expects count 0 at standstill. */
-void encoder_init(encoder_t *encoder, const encoder_params_t *params);
-
 /* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
 void encoder_reset(encoder_t *encoder, uint32_t count);
 

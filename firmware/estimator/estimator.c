@@ -71,27 +71,29 @@ void estimator_init(estimator_t *est, const estimator_params_t *params)
     estimator_reset(est, origin, none);
 }
 
-void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
-{
-    est->tracker.flux_linkage = flux_linkage;
-    est->tracker.speed_per_volt = speed_per_volt;
-}
-
-/* What the parts hold after a step, for outside; the rotation is there before. */
-static inline void publish(estimator_t *est, position_t position)
+/* What the observer holds after a step, for outside. The forms per axis come with the paper's. */
+static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
+    estimate_t *estimate = &est->estimate;
+    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
+    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
+    estimate->gain = smo->gain_mean;
+    if (est->observer.paper != 0u) {
+        estimate->gain_axis = smo->axes.gain_axis;
+    }
+}
+
+/* Likewise the tracker; its rotation is that of the next step already. */
+static inline void show_tracker(estimator_t *est, position_t position)
+{
     const pll_t *pll = &est->tracker.pll;
     estimate_t *estimate = &est->estimate;
     estimate->frame.theta_e = position.theta_e;
     estimate->frame.omega_e = position.omega_e;
     estimate->omega_smooth = pll->omega_smooth;
-    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
-    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
-    estimate->gain_axis = smo->axes.gain_axis;
-    estimate->gain = smo->gain_mean;
     estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 
@@ -104,71 +106,85 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
                   bounds_magnitude(length));
-    publish(est, rotor);
+    show_observer(est);
+    show_tracker(est, rotor);
+    est->estimate.gain_axis = est->observer.smo.axes.gain_axis;
     est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
 }
 
-/* The end of a period in which the loop coasted. */
-static position_t coasted(estimator_t *est, position_t position)
+/* What the tracker does with a period. */
+typedef enum {
+    TRACK,
+    COAST, /* its voltage is not to be tracked by */
+    REST   /* nothing: the observer runs alone */
+} tracking_t;
+
+/* The end of a period in which the loop rests: length of the EMF that is observed, if there is one. */
+static inline void rested(estimator_t *est, bool good, ab_t emf)
 {
-    publish(est, position);
-    est->estimate.invalid |= est->observer.smo.rejected * ESTIMATOR_SAMPLE;
-    est->estimate.coasted = 1u;
-    return position;
+    estimate_t *estimate = &est->estimate;
+    if (good) {
+        const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+        estimate->amplitude = square * inverse_root(square);
+        estimate->detector = 0.0f;
+        estimate->invalid = est->tracker.validity.debounce.invalid;
+    }
+    estimate->coasted = 1u;
 }
 
-/* One period; `doubtful`: its voltage is not to be tracked by. */
-static inline position_t one_period(estimator_t *est, ab_t voltage, ab_t current, bool doubtful)
+/* One period, with the lag of this speed [rad/s]. */
+static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
 {
     tracker_t *tracker = &est->tracker;
+    estimate_t *estimate = &est->estimate;
     ab_t emf;
     float error_square;
-    est->estimate.frame.rotation = tracker->pll.rotation; /* the last step has turned it to t_k */
-    if (!observer_step(&est->observer, voltage, current, tracker->pll.omega_e, &emf, &error_square)) {
-        return coasted(est, tracker_coast(tracker));
+    const bool good = observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square);
+    if (good) {
+        show_observer(est);
+        estimate->emf = emf;
     }
-    est->estimate.emf = emf;
-    if (doubtful) {
-        return coasted(est, tracker_watch(tracker, emf, current));
+    if (tracking == REST) {
+        rested(est, good, emf);
+        return (position_t){estimate->frame.theta_e, estimate->frame.omega_e};
     }
-    const position_t position = tracker_step(tracker, emf, current, error_square);
-    publish(est, position);
-    est->estimate.coasted = 0u;
+    /* the last step has turned it to t_k */
+    estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
+    if (good && tracking == TRACK) {
+        const position_t position = tracker_step(tracker, emf, current, error_square);
+        show_tracker(est, position);
+        estimate->coasted = 0u;
+        return position;
+    }
+    const position_t position = good ? tracker_watch(tracker, emf, current) : tracker_coast(tracker);
+    show_tracker(est, position);
+    estimate->invalid |= good ? 0u : ESTIMATOR_SAMPLE;
+    estimate->coasted = 1u;
     return position;
 }
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return one_period(est, voltage, current, false);
+    return one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return one_period(est, voltage, current, true);
+    return one_period(est, voltage, current, est->tracker.pll.omega_e, COAST);
 }
 
 void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e)
 {
-    estimate_t *estimate = &est->estimate;
-    ab_t emf;
-    float error_square;
-    if (observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square)) {
-        publish(est, (position_t){estimate->frame.theta_e, estimate->frame.omega_e});
-        const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
-        estimate->emf = emf;
-        estimate->amplitude = square * inverse_root(square);
-        estimate->detector = 0.0f;
-    }
-    estimate->coasted = 1u;
+    (void)one_period(est, voltage, current, omega_e, REST);
 }
 
 void estimator_lock(estimator_t *est, position_t start)
 {
     estimate_t *estimate = &est->estimate;
     tracker_reset(&est->tracker, start, estimate->amplitude);
-    publish(est, start);
+    show_tracker(est, start);
     estimate->frame.rotation = trig_turn(start.theta_e);
 }
 

@@ -93,7 +93,11 @@ static inline void estimator_take(estimator_t *est, const estimator_tuning_t *tu
 void estimator_init(estimator_t *est, const estimator_params_t *params);
 
 /* Another psi_f [Wb] and its reciprocal [rad/s/V] from the next step on, until the next estimator_take(). */
-void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt);
+static inline void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
+{
+    est->tracker.flux_linkage = flux_linkage;
+    est->tracker.speed_per_volt = speed_per_volt;
+}
 
 /* As if locked on a rotor at `start` (angle [rad] and speed [rad/s] at t_k) with this current [A] at t_k; the
  * next step is that of t_k+1 (whoever steps t_k itself turns the angle back by omega_e T before). On data

@@ -11,15 +11,6 @@ void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params
                     params->smo.emf_cutoff > 0.0f;
 }
 
-void observer_init(observer_t *observer, const observer_params_t *params)
-{
-    const ab_t none = {0.0f, 0.0f};
-    observer_tuning_t tuning;
-    observer_prepare(&tuning, params);
-    observer_take(observer, &tuning);
-    (void)observer_reset(observer, 0.0f, none, none);
-}
-
 /* The switching functions of the paper. */
 static void reset_axes(smo_t *smo, float omega_e, ab_t current, ab_t emf)
 {

@@ -40,9 +40,6 @@ static inline void observer_take(observer_t *observer, const observer_tuning_t *
     observer->paper = tuning->paper;
 }
 
-/* Coefficients, and a start without current and EMF. */
-void observer_init(observer_t *observer, const observer_params_t *params);
-
 /* As if settled at t_k on this `emf` [V] turning at omega_e [rad/s] with this current [A]; the next step is
  * that of t_k+1. Beyond LAG_TURN_LIMIT as at it. Returns the angle [rad] that the lag mode leaves added to
  * the EMF's. Many divisions. */
@@ -62,8 +59,7 @@ static inline bool observer_step(observer_t *observer, ab_t voltage, ab_t curren
         smo_answer(smo, *error_square);
         *emf = lag_emf(smo, (lag_mode_t)observer->lag, omega_e);
     } else {
-        smo_switch_vector(smo, *error_square);
-        smo->emf_hat = smo->switched;
+        smo->emf_hat = smo_switch_vector(smo, *error_square);
         *emf = lag_undone(smo, omega_e, smo->current_err);
     }
     return true;

@@ -86,7 +86,7 @@ static void switch_axes(smo_t *smo)
 static void switch_any(smo_t *smo, float square)
 {
     if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
-        smo_switch_vector(smo, square);
+        (void)smo_switch_vector(smo, square);
     } else {
         switch_axes(smo);
     }
@@ -99,7 +99,6 @@ void smo_reset_error(smo_t *smo, ab_t current, ab_t error)
     switching_reset(&smo->axes);
     switch_any(smo, smo_error_square(smo));
     smo->emf_hat = smo->switched;
-    smo->rejected = 0u;
 }
 
 void smo_reset(smo_t *smo, ab_t current, ab_t emf)

@@ -68,13 +68,12 @@ typedef struct {
 typedef struct {
     smo_tuning_t tuning;
     /* state */
-    ab_t current_hat;  /* i_hat at t_k [A] */
-    ab_t current_err;  /* x at t_k [A] */
-    ab_t switched;     /* v [V], acts from t_k on */
-    ab_t emf_hat;      /* e_hat at t_k [V] */
-    float gain_mean;   /* k_f [1/A]: vector form: of the sample; per axis: power-weighted */
-    switching_t axes;  /* of the forms per axis; the vector form leaves it alone */
-    uint32_t rejected; /* [-] 1: the last sample was no measurement */
+    ab_t current_hat; /* i_hat at t_k [A] */
+    ab_t current_err; /* x at t_k [A] */
+    ab_t switched;    /* v [V], acts from t_k on */
+    ab_t emf_hat;     /* e_hat at t_k [V] */
+    float gain_mean;  /* k_f [1/A]: vector form: of the sample; per axis: power-weighted */
+    switching_t axes; /* of the forms per axis; the vector form leaves it alone */
 } smo_t;
 
 /* Whether the set can run: ranges, T <= L/(2 R), and for the sigmoids the loop gain b k_s a_f/2 <=
@@ -119,12 +118,15 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V] and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is. */
-static inline void smo_switch_vector(smo_t *smo, float square)
+/* v [V], returned, and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is.
+ */
+static inline ab_t smo_switch_vector(smo_t *smo, float square)
 {
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);
-    float g = smo->tuning.gain * smo->gain_mean;
-    smo->switched = (ab_t){g * smo->current_err.alpha, g * smo->current_err.beta};
+    const float g = smo->tuning.gain * smo->gain_mean;
+    const ab_t v = {g * smo->current_err.alpha, g * smo->current_err.beta};
+    smo->switched = v;
+    return v;
 }
 
 /* The first half of smo_step(), (5): i_hat and x, and |x|^2 [A^2] to `error_square`. false: the sample was
@@ -142,10 +144,8 @@ static inline bool smo_predict(smo_t *smo, ab_t voltage, ab_t current, float *er
     float square = x.alpha * x.alpha + x.beta * x.beta;
     *error_square = square;
     if (!(square <= SMO_ERROR_LIMIT * SMO_ERROR_LIMIT)) {
-        smo->rejected = 1u;
         return false;
     }
-    smo->rejected = 0u;
     smo->current_hat = hat;
     smo->current_err = x;
     return true;

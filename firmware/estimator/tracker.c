@@ -9,15 +9,6 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->torque_feedforward = params->torque_feedforward;
 }
 
-void tracker_init(tracker_t *tracker, const tracker_params_t *params)
-{
-    const position_t origin = {0.0f, 0.0f};
-    tracker_tuning_t tuning;
-    tracker_prepare(&tuning, params);
-    tracker_take(tracker, &tuning);
-    tracker_reset(tracker, origin, 0.0f);
-}
-
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude)
 {
     start.theta_e += tracker->pll.tuning.period * start.omega_e;

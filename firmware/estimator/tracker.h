@@ -51,9 +51,6 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker->torque_feedforward = tuning->torque_feedforward;
 }
 
-/* Coefficients; angle 0, speed 0, everything valid. */
-void tracker_init(tracker_t *tracker, const tracker_params_t *params);
-
 /* As if locked at t_k at `start` [rad], [rad/s] on an EMF of this amplitude [V]; the next step is that of
  * t_k+1. Validity starts anew. */
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude);

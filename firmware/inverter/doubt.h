@@ -17,7 +17,18 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
+
+#define DOUBT_EMF          4.0f /* [-] of a leg's loss: a longer EMF is tracked even by a wrong sign */
+#define DOUBT_SHARE        0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
+#define DOUBT_ANGLE        0.005f /* [rad] */
+#define DOUBT_SPEED_STEADY 30.0f  /* [rad/s] slower, a current is near zero for too long to coast */
+#define DOUBT_SPEED_SHARE                                                                                    \
+    0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
+#define DOUBT_DETECTOR       0.03f /* [-] a loop with an error to work off shall work */
+#define DOUBT_SHARE_FORESEEN 0.02f /* [-] DOUBT_SHARE while the speed changes as the loop is told */
+#define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] DOUBT_SPEED_STEADY likewise */
 
 typedef struct {
     float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
@@ -54,17 +65,35 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 /* These coefficients; no doubt. */
 void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning);
 
-/* EMF over a leg's loss above which even a wrong sign is tracked [-]. */
-#define DOUBT_EMF 4.0f
-
-/* Can there be a doubt with this |e| [V] and this loss of a leg [V]? false: doubt_step() would say no and
- * change nothing. */
-static inline bool doubt_possible(const doubt_t *doubt, float amplitude, float leg)
+/* true: the tracking loop shall coast over this period. Straight line; no division. Inline: most of the time
+ * it ends with its first compare. */
+static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
 {
-    return amplitude < DOUBT_EMF * leg || doubt->left > 0u;
-}
+    const bool small = input->amplitude < DOUBT_EMF * input->leg;
+    if (!small && doubt->left == 0u) {
+        return false; /* as most of the time: no doubt, and none to remember */
+    }
+    const abc_t phases = frames_inverse_clarke(input->current);
+    const bounds_span_t span =
+        bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));
+    const float zone = doubt->tuning.current;
+    const float speed = bounds_magnitude(input->omega_e);
 
-/* true: the tracking loop shall coast over this period. Straight line. */
-bool doubt_step(doubt_t *doubt, const doubt_input_t *input);
+    const bool steady =
+        bounds_within(input->detector, DOUBT_DETECTOR) &&
+        bounds_within(input->omega_m_miss, DOUBT_SPEED_SHARE * bounds_magnitude(input->omega_m)) &&
+        speed >= DOUBT_SPEED_STEADY;
+    const bool foreseen = doubt->tuning.acceleration_known != 0u &&
+                          zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;
+    if (!steady && !foreseen) {
+        doubt->left = 0u;
+    } else if (span.smallest < zone && zone < DOUBT_SHARE * span.largest && small &&
+               input->leg * zone > DOUBT_ANGLE * input->amplitude * span.largest) {
+        doubt->left = doubt->tuning.memory;
+    } else if (doubt->left > 0u) {
+        doubt->left--;
+    }
+    return doubt->left > 0u;
+}
 
 #endif

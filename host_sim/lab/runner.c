@@ -314,7 +314,7 @@ static void keep_history(rig_t *rig, runner_history_t *history)
     history->periods = rig_history_count(rig);
     history->fault_reason = (int32_t)rig_value(rig, "fault_reason");
     history->fault_period = (uint32_t)rig_value(rig, "fault_period");
-    memcpy(history->rows, rig_history_rows(rig), sizeof history->rows);
+    memcpy(history->rows, rig_history_rows(), sizeof history->rows);
     for (uint32_t n = 0; n < history->periods; n++) {
         memcpy(history->slots[n], rig_history(rig, history->periods - 1u - n, &period),
                sizeof history->slots[n]);

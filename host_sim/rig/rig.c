@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "drive/signals.h"
 #include "host_sim/rig/rig_parts.h"
 
 /* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
@@ -248,9 +249,9 @@ uint32_t rig_history_count(const rig_t *rig)
     return tap_history_count(&rig->state.app.drive.history);
 }
 
-const uint32_t *rig_history_rows(const rig_t *rig)
+const uint32_t *rig_history_rows(void)
 {
-    return rig->state.app.drive.history.ids;
+    return signals_history;
 }
 
 const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period)

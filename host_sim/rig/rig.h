@@ -137,7 +137,7 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
  * the newest, `ago` below the count; *period is that by the drive's own count, as `period` shows it. */
 bool rig_history_held(const rig_t *rig);
 uint32_t rig_history_count(const rig_t *rig);
-const uint32_t *rig_history_rows(const rig_t *rig);
+const uint32_t *rig_history_rows(void);
 const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period);
 
 /* What happens between the samples, in order of time; tick [1/150 MHz] from the beginning of period 0. On

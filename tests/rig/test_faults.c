@@ -204,7 +204,7 @@ static void keep_tap(void *context, uint32_t period, const uint32_t *slots, uint
 static void tap_rows_of_history(void)
 {
     uint32_t ids[TAPPED] = {rig_row_by_name("period")->id};
-    memcpy(&ids[1], rig_history_rows(rig), TAP_SLOTS * sizeof ids[0]);
+    memcpy(&ids[1], rig_history_rows(), TAP_SLOTS * sizeof ids[0]);
     taps = 0;
     TEST_ASSERT_TRUE(rig_tap(rig, ids, TAPPED, 1u, keep_tap, NULL));
 }
@@ -238,7 +238,7 @@ static void test_history_goes_with_the_run_and_ends_with_the_period_of_the_fault
     TEST_ASSERT_EQUAL_UINT32(fault, (uint32_t)rig_value(rig, "period")); /* the step itself found it */
     TEST_ASSERT_TRUE(rig_history_held(rig));
     expect_history_as_tapped(fault, TAP_PERIODS);
-    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(), 1u, 1u, NULL, NULL));
     run_seconds(rig, 0.05);
     expect_history_as_tapped(fault, TAP_PERIODS); /* held */
 }
@@ -248,7 +248,7 @@ static void test_history_before_a_trip_ends_with_the_step_before_it_and_a_reset_
     tap_rows_of_history();
     run_seconds(rig, 0.05);
     const uint32_t period = (uint32_t)rig_value(rig, "period");
-    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(), 1u, 1u, NULL, NULL));
     run_put(rig, "force_fault", 1.0);
     run_seconds(rig, 0.01);
     TEST_ASSERT_EQUAL_UINT32(period, (uint32_t)rig_value(rig, "fault_period"));

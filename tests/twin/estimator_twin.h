@@ -51,7 +51,6 @@ static inline void twin_show(twin_t *est)
     smo->emf_hat = fixed->estimate.emf_hat;
     smo->axes.gain_axis = fixed->estimate.gain_axis;
     smo->gain_mean = fixed->estimate.gain;
-    smo->rejected = from_smo->rejected;
     pll->theta_e = (float)q_signed(from_pll->theta_e) * (3.14159265f / 2147483648.0f);
     pll->rotation = (rotation_t){(float)from_pll->rotation.sin * one, (float)from_pll->rotation.cos * one};
     pll->integral = twin_speed(fixed, from_pll->integral);

@@ -117,8 +117,12 @@ static inline flux_params_t flux_params_of(const estimator_params_t *params)
 static inline void init(const estimator_params_t *params)
 {
     const flux_params_t flux_params = flux_params_of(params);
+    flux_tuning_t flux_tuning;
     estimator_init(&est, params);
-    flux_init(&flux, &flux_params);
+    flux_prepare(&flux_tuning, &flux_params);
+    flux = (flux_t){0};
+    flux_take(&flux, &flux_tuning);
+    flux_reset(&flux, 0.0f);
 }
 
 /* The asserts of the firmware would end the program. */

@@ -564,7 +564,7 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         count = min(int(history["next"]), cls.PERIODS)
         if count == 0:
             return
-        rows = show.rows_by_id("signals_table", show.elements(history["ids"]))
+        rows = show.rows_by_id("signals_table", show.elements(gdb.parse_and_eval("signals_history")))
         lines = [["period", *(show.text_at(row["name"]) for row in rows)], ["", *(show.unit_of(row) for row in rows)]]
         for ago in reversed(range(count)):
             slots = history["slots"][(int(history["next"]) - 1 - ago) % periods]

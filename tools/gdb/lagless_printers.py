@@ -164,7 +164,7 @@ def show_samples(v):
 
 def show_history(v):
     kept = min(int(v["next"]), v["slots"].type.range()[1] + 1)
-    return f"{kept} periods of {v['ids'].type.range()[1] + 1} rows"
+    return f"{kept} periods of {v['slots'].type.target().range()[1] + 1} rows"
 
 
 def show_command(v):

@@ -4,6 +4,7 @@
 #include "math/bounds.h"
 #include "math/trig.h"
 
+#define LOSS_PERIODS  DRIVE_PERIODS(2.0f)  /* in which three losses are one too many */
 #define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when that is asked for */
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */

@@ -97,6 +97,10 @@ void drive_init(drive_t *drive, const params_t *params);
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);
 
+/* The rotor at t_k, from encoder and estimator. While the bridge is off nothing is known of the voltage: the
+ * estimator rests. */
+void drive_locate(drive_t *drive);
+
 /* The start of a step with an offer, and the end of one that has led into fault. */
 void drive_take(drive_t *drive);
 void drive_note_fault(drive_t *drive);

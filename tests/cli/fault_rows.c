@@ -21,8 +21,8 @@ int main(void)
         printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%s\t%s\n", row->reason,
                row->name, row->quantity, row->comparison, row->limit, (double)row->margin,
                (double)tuning.limit[n], limit != NULL ? limit->unit : "", row->debounce,
-               row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ,
-               moments[row->when], reactions[row->reaction]);
+               row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ, moments[row->when],
+               reactions[row->reaction]);
     }
     return 0;
 }

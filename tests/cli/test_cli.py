@@ -15,6 +15,8 @@ STEP = """schema = 1
 title = "a test"
 [run]
 duration = "%s"
+[params]
+position_source = "encoder"
 [requests]
 enable = "on"
 speed_request = "300 r/min"
@@ -95,7 +97,7 @@ class CommandLine(unittest.TestCase):
                 "default": float(value) if limit else None, "unit": unit or None, "debounce_periods": int(debounce),
                 "debounce_ms": float(debounce_ms), "when": when, "reaction": reaction}, by_name["fault"])
             text = lagless("explain", name).stdout
-            told = dict(line.strip().split(": ", 1) for line in text.replace(":    ", ": ").splitlines()[1:])
+            told = {line.split(":", 1)[0].strip(): line.split(":", 1)[1].strip() for line in text.splitlines()[1:]}
             self.assertTrue(told["must hold for"].startswith(debounce + " period"), text)
             self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms)), text)
             self.assertEqual(reactions[reaction], told["reaction"])

@@ -281,8 +281,8 @@ static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t pe
     uint32_t warnings = 0u;
     for (uint32_t n = 0; n < ROWS; n++) {
         const fault_row_t *row = &fault_rows[n];
-        if (strcmp(row->quantity, fault_rows[of_row].quantity) == 0 && holds(n, value) &&
-            counts(n, now) && periods >= row->debounce) {
+        if (strcmp(row->quantity, fault_rows[of_row].quantity) == 0 && holds(n, value) && counts(n, now) &&
+            periods >= row->debounce) {
             faults |= row->reaction == FAULT_OPEN ? UINT32_C(1) << n : 0u;
             losses |= row->reaction == FAULT_CATCH ? UINT32_C(1) << n : 0u;
             warnings |= row->reaction == FAULT_WARN ? UINT32_C(1) << n : 0u;

@@ -150,8 +150,7 @@ static void test_ramps_take_the_reference_to_the_wish(void)
     }
     TEST_ASSERT_EQUAL_FLOAT(3.0f, step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     for (int n = 1; n <= 768; n++) { /* the wish in a quick stop is to stand, whatever the request */
-        TEST_ASSERT_EQUAL_FLOAT(3.0f - (float)n / 256.0f,
-                                step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+        TEST_ASSERT_EQUAL_FLOAT(3.0f - (float)n / 256.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     }
     TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     tuning.ramp = 0.0f;

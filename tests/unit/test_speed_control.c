@@ -177,12 +177,13 @@ static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, speed_control_step(&control, 157.0f, 20.0f));
     /* 1 rad/s faster is kp less, and one period of the integral more */
-    TEST_ASSERT_FLOAT_WITHIN(5e-5f, 10.0f - 0.5f + 2.5e-4f * 137.0f, speed_control_step(&control, 157.0f, 21.0f));
+    TEST_ASSERT_FLOAT_WITHIN(5e-5f, 10.0f - 0.5f + 2.5e-4f * 137.0f,
+                             speed_control_step(&control, 157.0f, 21.0f));
 }
 
-/* Damping above 0.5, as kp^2 K_t/J = 3 ki makes it (0.866): without weight a step of the reference, unlimited,
- * is passed by no more than exp(-pi zeta/sqrt(1 - zeta^2)) = 0.43 %, and the speed is the solution of
- * w'' + kp m w' + ki m w = ki m r from rest; with weight 1 it runs past by several times that. */
+/* Damping above 0.5, as kp^2 K_t/J = 3 ki makes it (0.866): without weight a step of the reference,
+ * unlimited, is passed by no more than exp(-pi zeta/sqrt(1 - zeta^2)) = 0.43 %, and the speed is the solution
+ * of w'' + kp m w' + ki m w = ki m r from rest; with weight 1 it runs past by several times that. */
 static void test_without_weight_a_step_hardly_passes_the_reference(void)
 {
     const double per_ampere = 1.5 * 4.0 * 0.183 / 0.0636;

@@ -192,22 +192,19 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
 /* Of its torque a start may use for the ramp; the rest is for the load, and for swings. */
 #define RAMP_SHARE 0.7f
 
-/* The rules of the start, of what a start really goes by. */
+/* The rules of the speeds and of the ramp (RULE_RAMP), of what a start really goes by. */
 static bool start_takes(rule_number_t rule, const params_t *params)
 {
     const believed_t believed = params_believed(params);
     const start_params_t start = params_start(params, &believed);
     const float per_ampere = 1.5f * (float)params->motor_pole_pairs * believed.flux_linkage;
-    switch (rule) {
-    case RULE_FALLBACK:
+    if (rule == RULE_FALLBACK) {
         return start.fallback_speed < start.handover_speed;
-    case RULE_CATCH:
-        return params->start_speed <= start.handover_speed;
-    case RULE_RAMP:
-        return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
-    default:
-        return true;
     }
+    if (rule == RULE_CATCH) {
+        return params->start_speed <= start.handover_speed;
+    }
+    return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)

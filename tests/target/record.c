@@ -350,8 +350,7 @@ static void everything(void)
     apply();
     run(760);
     tampering = hot_and_late;
-    for (uint32_t n = 0; n < 100u;
-         n++) { /* the false link takes the estimate along: unlocked, and too fast */
+    for (uint32_t n = 0; n < 80u; n++) { /* the false link takes the estimate along: unlocked */
         apply();
         run(1);
     }

@@ -428,13 +428,13 @@ static const struct {
 } parts[] = {
     {"ordinary second", 0, true, ordinary},
     {"catch", 440, true, catch_it},
-    {"start, relock and reversal", 12000, true, cold_start},
+    {"cold start and reversal", 12000, true, cold_start},
     {"zero crossing and quick stop", 740, true, zero_crossing},
     {"invalid samples", 480, true, invalid_sample},
     {"voltage limit", 640, true, voltage_limit},
     {"doubtful voltage", 840, true, doubt},
     {"everything at once", 1260, true, everything},
-    {"loss, fault and start anew", 1600, true, fault_and_reset},
+    {"relock and start anew", 1600, true, fault_and_reset},
     {"paper sign", 540, false, paper_sign},
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };

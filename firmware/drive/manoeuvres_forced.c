@@ -165,7 +165,7 @@ demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     case HANDOVER_GOOD:
         manoeuvres_enter_run(m, seen, estimate->omega_smooth);
         m->needed = bounds_magnitude(seen.q);
-        demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame);
+        demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame, m->run.omega_m_ref);
         demand.change = (int32_t)FRAME_TURNS;
         return demand;
     case HANDOVER_FAILED:

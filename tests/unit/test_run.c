@@ -127,13 +127,18 @@ static void test_it_is_entered_with_the_current_that_flows(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, 0.0f, 8.0f);
 }
 
-/* What a hand-over has left, and what is kept at low speed, go beside i_q: sqrt(10^2 - 8^2). */
-static void test_a_current_that_is_not_wished_for_fits_beside_the_torque_current(void)
+/* What a hand-over has left goes first, for it fades without a step: sqrt(10^2 - 6^2) is left beside 6 A, all
+ * of it once it is gone. */
+static void test_the_torque_current_fits_beside_what_a_hand_over_has_left(void)
 {
-    run_enter(&run, (dq_t){20.0f, 8.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 6.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.d);
+    run_enter(&run, (dq_t){6.0f, 10.0f}, 8.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
     run_enter(&run, (dq_t){20.0f, 10.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.d);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
+    for (int n = 0; n < 20; n++) {
+        (void)step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f);
+    }
+    TEST_ASSERT_TRUE(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f).current.q == 10.0f);
 }
 
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
@@ -222,7 +227,7 @@ int main(void)
     RUN_TEST(test_torque_current_stays_within_the_limit);
     RUN_TEST(test_from_current_to_speed_without_a_jump);
     RUN_TEST(test_it_is_entered_with_the_current_that_flows);
-    RUN_TEST(test_a_current_that_is_not_wished_for_fits_beside_the_torque_current);
+    RUN_TEST(test_the_torque_current_fits_beside_what_a_hand_over_has_left);
     RUN_TEST(test_ramps_take_the_reference_to_the_wish);
     RUN_TEST(test_a_ramp_begins_at_the_speed_of_the_motor);
     RUN_TEST(test_at_low_speed_the_current_vector_is_kept_long);

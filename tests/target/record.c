@@ -338,6 +338,7 @@ static void everything(void)
     set("torque_feedforward", 1.0);
     set("flux_adaptation", 0.5);
     set("dc_undervoltage", 20.0);
+    set("overcurrent_trip", 19.0);
     start_on_shaft(1500.0);
     set("dc_voltage", 150.0);
     set("speed_request", 1900.0 * RPM);
@@ -350,7 +351,7 @@ static void everything(void)
     apply();
     run(760);
     tampering = hot_and_late;
-    for (uint32_t n = 0; n < 80u; n++) { /* the false link takes the estimate along: unlocked */
+    for (uint32_t n = 0; n < 75u; n++) { /* the false link takes the estimate along: unlocked */
         apply();
         run(1);
     }

@@ -158,7 +158,7 @@ demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     const float wanted = manoeuvres_wanted(m, &input->wish);
     lock_step(&m->lock, estimate);
     see_need(m, seen.q);
-    m->forced.current = handover_current(&m->handover, m->forced.current, m->needed);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->current, m->needed);
     switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
     case HANDOVER_GOES_ON:
         break;

@@ -1,3 +1,5 @@
+#include <string.h>
+
 #include "drive/manoeuvres_parts.h"
 
 #define MASKED_PERIODS DRIVE_PERIODS(50e-3f) /* after a hand-over */
@@ -57,6 +59,7 @@ void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
 
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
 {
+    memset(m, 0, sizeof *m);
     forced_init(&m->forced, &tuning->forced);
     catch_init(&m->catching, &tuning->catching);
     handover_init(&m->handover, &tuning->handover);

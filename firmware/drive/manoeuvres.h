@@ -60,6 +60,7 @@ typedef struct {
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
     float ramp;                /* of the forced frame a period [rad/s] */
     float current_rise;        /* of the forced current a period [A] */
+    float current_max;         /* longest current vector [A] */
     uint32_t align_periods;    /* [periods] of each of the two steps */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */

@@ -35,7 +35,7 @@ demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input
     const bool first = m->start_try == 0u;
     m->start_try++;
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
-    m->current = first ? tuning->current : RETRY_CURRENT * m->current;
+    m->current = first ? tuning->current : bounds_clamp(RETRY_CURRENT * m->current, m->limits.current_max);
     m->needed = m->current;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);

@@ -149,8 +149,8 @@ static void test_integral_waits_at_the_limit(void)
 }
 
 /* It leaves the limit where the integral's raise no longer makes up for the speed's, ki e = kp c limit, e =
- * 3 limit/kp = 36.2 rad/s; from there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t)), a = kp c/2, b = a/sqrt 3:
- * 0.225 rad/s beyond. */
+ * 3 limit/kp = 36.2 rad/s; from there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t)), a = kp c/2, b = a/sqrt
+ * 3: 0.225 rad/s beyond. */
 static void test_step_that_needs_the_limit_does_not_run_past(void)
 {
     begin_with(0.0, LIMIT);

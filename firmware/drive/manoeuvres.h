@@ -85,9 +85,9 @@ typedef struct {
 
     int32_t now;            /* [-] manoeuvre_t */
     uint32_t clock;         /* [periods] */
-    uint32_t periods;       /* [periods] in this manoeuvre */
+    uint32_t periods;       /* [periods] in this manoeuvre, or of run since it has passed zero speed */
     uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t start_try;     /* [-] number of this start, from 1; 0: none was needed */
+    uint32_t start_try;     /* [-] number of this start, from 1; 0: none, or done */
     uint32_t lock_losses;   /* [-] since the bridge came on */
     uint32_t loss_clock[2]; /* [periods] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */

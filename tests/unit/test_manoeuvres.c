@@ -127,11 +127,14 @@ static void step(void)
     turn_machine();
     manoeuvres_advance(&m);
     observe();
+    const frame_t encoder = true_frame();
+    const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
     const manoeuvres_input_t input = {
         .current = {(float)creal(machine.current), (float)cimag(machine.current)},
         .voltage_max = LINK,
         .estimate = &estimate,
-        .encoder = true_frame(),
+        .encoder = encoder,
+        .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
         .wish = wish,
         .estimating = true,
         .lost = lost,

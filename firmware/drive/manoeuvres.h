@@ -181,7 +181,7 @@ static inline bool manoeuvres_knows(const manoeuvres_t *m)
 /* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
 bool manoeuvres_judged(const manoeuvres_t *m);
 
-/* What is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
-demand_t manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input);
+/* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
+void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
 
 #endif

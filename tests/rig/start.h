@@ -90,8 +90,8 @@ typedef struct {
     int manoeuvre, start_try, losses, fault;
 } start_seen_t;
 
-static const char *const start_seen_rows[] = {"i_alpha",     "i_beta",       "theta_hat_err", "true_omega_m",
-                                              "omega_m_ref", "true_torque",  "true_theta_e",  "manoeuvre",
+static const char *const start_seen_rows[] = {"i_alpha",     "i_beta",      "theta_hat_err", "true_omega_m",
+                                              "omega_m_ref", "true_torque", "true_theta_e",  "manoeuvre",
                                               "start_try",   "lock_losses", "fault_reason"};
 #define START_SEEN_ROWS   11u
 #define START_SEEN_FLOATS 7u

@@ -40,7 +40,6 @@ static void catch_at(catch_grid_t *grid, start_shaft_t shaft, double rpm, double
     rig_set_motion(rig, angle, rpm * RPM);
     start_watch(rig, &seen);
     run_on(rig, wanted);
-    seen = (start_seen_t){0};
     const uint32_t periods = rig_periods(seconds), mean = rig_periods(MEAN);
     double locked = seconds, speed = 0.0, error = 0.0;
     uint32_t small = 0;
@@ -150,7 +149,6 @@ static void switch_on_at(too_fast_t *seen_of, double rpm, double angle)
     run_seconds(rig, 0.02);
     start_watch(rig, &seen);
     run_on(rig, rpm > 0.0 ? 1500.0 : -1500.0);
-    seen = (start_seen_t){0};
     bool off = true;
     seen_of->tried++;
     for (uint32_t n = 0; n < rig_periods(0.1) && seen.fault == 0; n++) {

@@ -63,7 +63,7 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
             for (uint32_t seed = 1u; seed <= BRAKE_SEEDS; seed += START_THINNED) {
                 rig_free(rig);
                 rig = start_on_desk((start_shaft_t)s, seed);
-                start_running(rig, 1500.0, loads[l], 2.0);
+                start_running(rig, 1500.0, loads[l], 1.5);
                 start_watch(rig, &seen);
                 run_put(rig, "speed_request", 100.0 * RPM);
                 bool left = false;

@@ -46,7 +46,7 @@ static void prepare(const reversal_t *what, uint32_t seed)
     run_put(rig, "torque_feedforward", 1.0);
     run_put(rig, "speed_ramp", what->ramp * RPM);
     run_put(rig, "load_kind", what->kind);
-    start_running(rig, SPEED, what->load, 2.0);
+    start_running(rig, SPEED, what->load, 1.5);
     start_watch(rig, &seen);
 }
 

@@ -107,7 +107,6 @@ static void start(start_grid_t *grid, const start_case_t *what, double theta_e, 
     run_on(rig, asked);
     start_end_t end = {0};
     double torque[TORQUE_WINDOW] = {0};
-    seen = (start_seen_t){0};
     grid->tried++;
     for (uint32_t n = 0; n < rig_periods(LONGEST) && seen.fault == 0; n++) {
         const int before = seen.manoeuvre;
@@ -349,7 +348,6 @@ static void start_blocked(blocked_t *blocked, start_shaft_t shaft, const start_r
     start_watch(rig, &seen);
     run_on(rig, 500.0);
     const double current = 0.5 * rig_value(rig, "current_limit");
-    seen = (start_seen_t){0};
     uint32_t since = 0, energised = 0;
     bool judged = false;
     int last_try = 0;

@@ -4,10 +4,10 @@
 #include "tests/rig/start.h"
 
 #define ANGLES 12u
-#define LOCKED 0.1 /* [rad] */
+#define LOCKED 0.1  /* [rad] */
 #define HELD   5e-3 /* [s] for which it must be less, so that it counts */
 #define MEAN   0.1  /* [s] at the end, over which speed and error are taken */
-#define READY  1.0 /* state */
+#define READY  1.0  /* state */
 
 static rig_t *rig;
 static start_seen_t seen;
@@ -60,7 +60,8 @@ static void catch_at(catch_grid_t *grid, start_shaft_t shaft, double rpm, double
             error += seen.error / mean;
         }
     }
-    const bool good = seen.fault == 0 && seen.manoeuvre == RUNS && fabs(speed - wanted) < 2.0 && fabs(error) < LOCKED;
+    const bool good =
+        seen.fault == 0 && seen.manoeuvre == RUNS && fabs(speed - wanted) < 2.0 && fabs(error) < LOCKED;
     grid->good += good;
     grid->caught += good && !started;
     if (good) {
@@ -75,7 +76,8 @@ static catch_grid_t catch_and_print(start_shaft_t shaft, double rpm, double want
         catch_at(&grid, shaft, rpm, wanted, seconds, n);
     }
     printf("catch %c, %+.0f r/min, %+.0f asked: %u/%u, caught turning %u, locked <= %.1f ms, inrush %.2f A\n",
-           START_SHAFT_NAMES[shaft], rpm, wanted, grid.good, grid.tried, grid.caught, 1e3 * grid.locked, grid.inrush);
+           START_SHAFT_NAMES[shaft], rpm, wanted, grid.good, grid.tried, grid.caught, 1e3 * grid.locked,
+           grid.inrush);
     return grid;
 }
 
@@ -173,7 +175,8 @@ static void test_rotor_beyond_the_link_is_refused(void)
             prepare_fast(n % 2u == 0u ? HEAVY : LIGHT, 1u + n);
             switch_on_at(&all[f], (n % 4u < 2u ? shares[f] : -shares[f]) * DIODE_SPEED, 0.13 * n);
         }
-        printf("catch beyond the link, EMF %.2f of it: %u of %u never on, %u stopped <= %.1f ms, current %.2f A\n",
+        printf("catch beyond the link, EMF %.2f of it: %u of %u never on, %u stopped <= %.1f ms, current "
+               "%.2f A\n",
                shares[f], all[f].off, all[f].tried, all[f].stopped, 1e3 * all[f].latest, all[f].current);
     }
     for (size_t f = 0; f < 4u; f++) {

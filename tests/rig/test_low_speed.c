@@ -39,14 +39,14 @@ static void test_staircase_through_standstill_is_held(void)
                     most = fmax(most, seen.speed);
                 }
             }
-            printf("staircase %c, %+.0f r/min: mean %+.2f, %.1f to %.1f, losses %d, fault %d\n", START_SHAFT_NAMES[s],
-                   stairs[n], mean, least, most, seen.losses, seen.fault);
+            printf("staircase %c, %+.0f r/min: mean %+.2f, %.1f to %.1f, losses %d, fault %d\n",
+                   START_SHAFT_NAMES[s], stairs[n], mean, least, most, seen.losses, seen.fault);
             start_raise(&furthest, fabs(mean - stairs[n]));
             start_raise(&ripple, most - least);
             TEST_ASSERT_EQUAL_INT(0, seen.fault);
         }
-        printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s], furthest,
-               ripple, current);
+        printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s],
+               furthest, ripple, current);
         TEST_ASSERT_TRUE(furthest <= 2.0);
     }
 }
@@ -77,7 +77,8 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
                 tried++;
                 lost += left || seen.losses > 0 || seen.fault != 0 || fabs(seen.speed - 100.0) > 5.0;
             }
-            printf("braking %c, %.0f N m, 1500 to 100 r/min: %u/%u lost, undershoot %.1f r/min, error %.0f mrad, %.2f A\n",
+            printf("braking %c, %.0f N m, 1500 to 100 r/min: %u/%u lost, undershoot %.1f r/min, error %.0f "
+                   "mrad, %.2f A\n",
                    START_SHAFT_NAMES[s], loads[l], lost, tried, under, peak, current);
             TEST_ASSERT_EQUAL_UINT32(0u, lost);
             TEST_ASSERT_TRUE(under <= 30.0);

@@ -94,10 +94,11 @@ static void test_reversal_ends_locked_both_ways(void)
                 prepare(&what, 1u);
                 reverse(to, -SPEED, seconds);
                 reverse(to, SPEED, seconds);
-                printf("reversal %c, %.0f N m %s, %.0f r/min/s: peak %.0f, mean at the end <= %.1f mrad, %.2f A, "
+                printf("reversal %c, %.0f N m %s, %.0f r/min/s: peak %.0f, mean at the end <= %.1f mrad, "
+                       "%.2f A, "
                        "reached after %.2f s, %.2f s forced, losses %d, fault %d\n",
-                       START_SHAFT_NAMES[s], what.load, what.kind > 0.0 ? "active" : "passive", what.ramp, to->peak,
-                       to->mean, to->current, to->reached, to->forced, to->losses, to->fault);
+                       START_SHAFT_NAMES[s], what.load, what.kind > 0.0 ? "active" : "passive", what.ramp,
+                       to->peak, to->mean, to->current, to->reached, to->forced, to->losses, to->fault);
             }
         }
     }
@@ -131,8 +132,8 @@ static void test_step_without_load_keeps_the_angle_through_zero(void)
                 passages++;
             }
         }
-        printf("reversal %c, no load, step, %u passages: peak <= %.0f mrad\n", START_SHAFT_NAMES[s],
-               passages, peak);
+        printf("reversal %c, no load, step, %u passages: peak <= %.0f mrad\n", START_SHAFT_NAMES[s], passages,
+               peak);
         TEST_ASSERT_TRUE(peak <= limits[s]);
     }
 }
@@ -147,7 +148,8 @@ static void test_reference_that_toggles_every_third_of_a_second_ends_locked(void
             reverse(&on_the_way, n % 2u == 0u ? -SPEED : SPEED, 0.3);
         }
         reverse(&result, SPEED, AFTERWARDS);
-        printf("reversal %c, 12 times every 0.3 s: peak %.0f mrad on the way, mean at the end %.1f mrad, %.2f A, losses "
+        printf("reversal %c, 12 times every 0.3 s: peak %.0f mrad on the way, mean at the end %.1f mrad, "
+               "%.2f A, losses "
                "%d, fault %d\n",
                START_SHAFT_NAMES[s], on_the_way.peak, result.mean, fmax(result.current, on_the_way.current),
                result.losses, result.fault);

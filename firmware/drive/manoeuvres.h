@@ -100,6 +100,7 @@ typedef struct {
     float omega_ref;        /* of the last period of run [rad/s], electrical */
     float current;          /* of the forced frame, wanted [A] */
     float needed;           /* of it, as last seen [A] */
+    float length;           /* of the EMF in a forced frame, low-passed [V] */
     float quickness;        /* of the ramp in this start [-] */
 
     uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */

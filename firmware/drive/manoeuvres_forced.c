@@ -10,11 +10,14 @@
 #define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
 #define STALL_PERIODS DRIVE_PERIODS(50e-3f) /* with too little EMF */
 #define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
-#define TRACK_SHARE   0.4f                  /* [-] of handover_speed, from which on the loop tracks */
-#define UNTRACK_SHARE 0.3f                  /* [-] likewise, below which it does not any more */
-#define REACHED_SHARE 0.02f                 /* [-] of handover_speed: so near is there */
-#define RETRY_CURRENT 1.3f                  /* [-] of the last try's */
-#define RETRY_RAMP    0.6f                  /* [-] likewise */
+#define LENGTH_SHARE                                                                                         \
+    (50.0f * DRIVE_PERIOD)  /* [-] low-pass of the EMF's length: a leg that passes zero current              \
+                               slowly pretends one for some 20 ms */
+#define TRACK_SHARE   0.4f  /* [-] of handover_speed, from which on the loop tracks */
+#define UNTRACK_SHARE 0.3f  /* [-] likewise, below which it does not any more */
+#define REACHED_SHARE 0.02f /* [-] of handover_speed: so near is there */
+#define RETRY_CURRENT 1.3f  /* [-] of the last try's */
+#define RETRY_RAMP    0.6f  /* [-] likewise */
 #define GRIP_MAX      0.83f /* [-] sine of the largest load angle at which a forced frame takes over */
 #define NEED_SHARE    (5.0f * DRIVE_PERIOD) /* [-] low-pass of the current that the load needs */
 
@@ -39,6 +42,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, de
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
     m->current = first ? tuning->current : bounds_clamp(RETRY_CURRENT * m->current, m->limits.current_max);
     m->needed = m->current;
+    m->length = 0.0f;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
     forced_enter(&m->forced, -0.5f * ANGLE_PI, 0.0f, 0.0f);
@@ -69,7 +73,8 @@ static bool stalls(manoeuvres_t *m, const estimate_t *estimate)
 {
     const float speed = bounds_magnitude(m->forced.frame.omega_e);
     const bool asked = speed >= m->limits.fallback_speed;
-    const bool follows = estimate->amplitude >= STALL_SHARE * m->limits.flux_linkage * speed;
+    m->length = lowpass_step(m->length, LENGTH_SHARE, estimate->amplitude);
+    const bool follows = m->length >= STALL_SHARE * m->limits.flux_linkage * speed;
     m->stall_periods = asked && !follows ? m->stall_periods + 1u : 0u;
     return m->stall_periods >= STALL_PERIODS;
 }
@@ -195,6 +200,7 @@ void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, dema
     m->current = m->forced.tuning.current;
     m->quickness = 1.0f;
     m->needed = bounds_magnitude(seen.q);
+    m->length = estimate->amplitude;
     const float sine = bounds_clamp(seen.q * m->forced.tuning.current_inverse, GRIP_MAX);
     const float square = 1.0f - sine * sine;
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});

@@ -63,6 +63,7 @@ typedef struct {
     uint32_t align_periods;    /* [periods] of each of the two steps */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
+    uint32_t judging;          /* [-] 0: no criterion of the estimate is judged, and its lock is not either */
 } manoeuvres_limits_t;
 
 typedef struct {

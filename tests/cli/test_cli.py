@@ -90,8 +90,8 @@ class CommandLine(unittest.TestCase):
         self.expect(0, lagless("run", "load_step"), "end state operation_enabled\n")
 
     def test_json_tells_the_end_after_all_that_it_told_before(self):
-        for arguments, manoeuvre, reason in (([self.scenario(), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
-                                             ([self.scenario(), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
+        for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
+                                             ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
             result = json.loads(lagless("run", *arguments, "--json").stdout)
             self.assertEqual(["files", "manoeuvre", "not_on"], list(result)[-3:])
             self.assertEqual(manoeuvre, result["manoeuvre"])

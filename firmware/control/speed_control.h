@@ -61,13 +61,13 @@ static inline void speed_control_reset(speed_control_t *control, float current, 
     pi_reset(&control->pi, current + control->kick * omega_m_ref);
 }
 
-/* i_q reference [A] within +-current_limit from the mechanical speeds [rad/s]. No division. */
-static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m)
+/* i_q reference [A] within +-`limit` [A], at most that of the tuning, from the mechanical speeds [rad/s]. No
+ * division. */
+static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m,
+                                       float limit)
 {
     const float held_back = control->kick * omega_m_ref;
-    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - control->current_limit,
-                   held_back + control->current_limit) -
-           held_back;
+    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - limit, held_back + limit) - held_back;
 }
 
 #endif

@@ -112,6 +112,7 @@ typedef struct {
     float voltage_max;          /* [V] what the link gives in every direction */
     const estimate_t *estimate; /* at t_k */
     frame_t encoder;            /* at t_k */
+    float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed */
     run_wish_t wish;
     bool estimating; /* the observer runs: its EMF is that of t_k */
     bool lost;       /* the guard says that the lock is lost */
@@ -160,6 +161,14 @@ static inline float manoeuvres_speed(const manoeuvres_t *m)
 /* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
  * the frame. */
 frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate);
+
+/* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional
+ * part, whose noise would come back through the speed control. */
+static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *rotor, const estimate_t *estimate)
+{
+    const bool tracked = m->limits.sensorless != 0u && m->tracking != 0u && m->now != (int32_t)MANOEUVRE_OFF;
+    return tracked ? estimate->omega_smooth : rotor->omega_e;
+}
 
 /* Is anything known of the rotor's speed? Not in a catch. */
 static inline bool manoeuvres_knows(const manoeuvres_t *m)

@@ -16,6 +16,9 @@
 #include "math/filter.h"
 #include "math/root.h"
 
+/* What is less than this of a fading current is none [A]. */
+#define RUN_NOTHING 1e-3f
+
 typedef struct {
     speed_control_tuning_t speed;
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
@@ -70,19 +73,28 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
 }
 
-/* i_d that is not wished for [A], beside i_q and within the longest vector. */
+/* i_d that is not wished for [A] beside the last i_q [A]. */
 static inline float run_i_d(run_t *run, float i_q, float omega_e)
 {
     const run_tuning_t *tuning = &run->tuning;
-    const float limit = run->speed.current_limit;
-    const float square = limit * limit - i_q * i_q;
-    const float room = square > 0.0f ? square * inverse_root(square) : 0.0f;
     const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
     const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
     const float short_of = kept * tuning->low_current - bounds_magnitude(i_q);
     run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, short_of > 0.0f ? short_of : 0.0f);
-    run->i_d_left = bounds_clamp(tuning->fade * run->i_d_left, room);
+    const float left = tuning->fade * run->i_d_left;
+    run->i_d_left = bounds_within(left, RUN_NOTHING) ? 0.0f : left;
     return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
+}
+
+/* What the longest vector leaves for i_q beside what fades of i_d [A]. */
+static inline float run_room(const run_t *run)
+{
+    const float limit = run->speed.current_limit;
+    const float square = limit * limit - run->i_d_left * run->i_d_left;
+    if (run->i_d_left == 0.0f) {
+        return limit;
+    }
+    return square > 0.0f ? square * inverse_root(square) : 0.0f;
 }
 
 /* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
@@ -112,7 +124,7 @@ static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_
     case RUN_STOP:
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
-        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m);
+        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m, run_room(run));
         demand.current.d = wish->current.d + run_i_d(run, demand.current.q, rotor->omega_e);
         demand.omega_m_ref = run->omega_m_ref;
         break;

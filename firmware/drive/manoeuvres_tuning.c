@@ -113,6 +113,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,
+        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
         .judging = judges_estimate(params),
     };
     prepare_rooms(&tuning, params, believed, &start);

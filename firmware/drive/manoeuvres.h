@@ -140,18 +140,20 @@ static inline void manoeuvres_end(manoeuvres_t *m)
     m->unlocked = 0u;
 }
 
-/* Before the estimator's step: a forced frame to t_k. */
-static inline void manoeuvres_advance(manoeuvres_t *m)
-{
-    forced_advance(&m->forced);
-}
-
 /* Is the frame that of the forced ramp? */
 static inline bool manoeuvres_forces(const manoeuvres_t *m)
 {
     return m->now == (int32_t)MANOEUVRE_ALIGN || m->now == (int32_t)MANOEUVRE_RAMP ||
            m->now == (int32_t)MANOEUVRE_HANDOVER || m->now == (int32_t)MANOEUVRE_FORCED ||
            m->now == (int32_t)MANOEUVRE_REVERSE;
+}
+
+/* Before the estimator's step: a forced frame to t_k. */
+static inline void manoeuvres_advance(manoeuvres_t *m)
+{
+    if (manoeuvres_forces(m)) {
+        forced_advance(&m->forced);
+    }
 }
 
 /* The speed at which the observer is stepped while the loop does not track [rad/s]. */

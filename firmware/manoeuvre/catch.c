@@ -13,6 +13,7 @@
 #define TRAIL_PART    0.4f /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
 #define CLEAR_OF_ZONE 3.0f /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
+#define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
@@ -33,6 +34,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_min = params->speed_min,
         .current = CLEAR_OF_ZONE * params->doubtful,
         .lead = 1.5f * params->period,
+        .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
         .sure = periods_of(SURE_TIME, params->period),
         .turn_sure = SURE_TURN / params->period,
@@ -65,7 +67,8 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
     catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
-    catching->length = lowpass_step(catching->length, tuning->length_share, length);
+    const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
+    catching->length = lowpass_step(catching->length, share, length);
     catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->length * tuning->speed_per_volt;

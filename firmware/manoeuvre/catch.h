@@ -38,6 +38,7 @@ typedef struct {
     float speed_min;      /* [rad/s] electrical */
     float current;        /* along phase a [A] */
     float lead;           /* 1.5 T [s] */
+    uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before the speed is believed */
     uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
     float turn_sure;      /* how far that is, over T [rad/s] */

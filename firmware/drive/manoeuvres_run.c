@@ -105,7 +105,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
-    m->unlocked = lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
+    m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
     m->sound_periods++;
     if (m->sound_periods >= SOUND_PERIODS) {
         m->start_try = 0u;

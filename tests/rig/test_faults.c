@@ -11,6 +11,7 @@ static rig_t *rig;
 void setUp(void)
 {
     rig = rig_create(31);
+    run_paper_drive(rig);
     run_to_ready(rig);
     run_on(rig, 600.0);
     run_put(rig, "inertia", 0.003);
@@ -329,6 +330,7 @@ static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runawa
     /* half an electrical turn off: torque has the wrong sign, the speed control drives the wrong way */
     rig_free(rig);
     rig = rig_create(33);
+    run_paper_drive(rig);
     run_put(rig, "inertia", 0.003);
     run_put(rig, "overspeed_trip", 180.0); /* the voltage of the DC link ends the runaway at 215 rad/s */
     run_parameter(rig, "params.encoder_offset", 3.14159265358979);

@@ -73,6 +73,7 @@ static void start(const drive_case_t *drive, double rpm)
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     run_put(rig, "inertia", inertia);
     run_put(rig, "position_source", 1.0);

@@ -34,6 +34,7 @@ static rig_t *running(double fidelity, const change_t *changes, size_t count, do
     rig_t *rig = rig_create(7);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", fidelity);
+    run_paper_drive(rig);
     for (size_t n = 0; n < count; n++) {
         run_put(rig, changes[n].name, changes[n].value);
     }
@@ -224,6 +225,7 @@ static void test_offsets_are_trimmed_while_turning(void)
         rig_t *rig = rig_create(7);
         TEST_ASSERT_NOT_NULL(rig);
         run_put(rig, "fidelity", AVERAGED);
+        run_paper_drive(rig);
         run_parameter(rig, "position_source", 1.0);
         run_to_ready_at(rig, rpm);
         run_real(rig);

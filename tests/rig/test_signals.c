@@ -195,6 +195,7 @@ static void run_all(void)
 {
     rig = rig_create(71);
     TEST_ASSERT_NOT_NULL(rig);
+    run_paper_drive(rig);
     run_ideal(rig); /* so that duties and link are the voltage */
     run_put(rig, "sensors", 0.0);
     run_put(rig, "fidelity", 0.0);

@@ -11,6 +11,7 @@ static rig_t *rig;
 void setUp(void)
 {
     rig = rig_create(3);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
 }

@@ -59,6 +59,7 @@ void tearDown(void)
  * Turned by the encoder where the estimate is late by more than what counts as a lost lock, 0.35 rad. */
 typedef struct {
     bool real, bare, encoder;
+    bool by_rule;         /* speed control of the default drive, not the paper's */
     double direction;     /* FORWARD, BACKWARD */
     double bandwidth;     /* -3 dB [rad/s] */
     double cutoff;        /* omega_c [rad/s]; 0: conventional */
@@ -77,12 +78,18 @@ static void start(const drive_case_t *drive, double rpm)
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
-    run_paper_drive(rig);
+    if (!drive->by_rule) {
+        run_paper_drive(rig);
+    }
     run_shaft_of_board(rig);
     run_put(rig, "inertia", inertia);
     run_put(rig, "position_source", drive->encoder ? 0.0 : 1.0);
     if (drive->real && drive->bare) {
         run_put(rig, "low_speed_current", LOW_SPEED_CURRENT * RUN_LIMIT_SHARE);
+    }
+    if (drive->bare) { /* the undershoot of the paper's gains below 60 r/min is not a lost rotor */
+        run_put(rig, "handover_speed", 6.0);
+        run_put(rig, "fallback_speed", 3.0);
     }
     run_put(rig, "pll_bandwidth", drive->bandwidth);
     run_put(rig, "feedforward_cutoff", drive->cutoff);
@@ -444,7 +451,7 @@ static void keep_larger_change(change_t *largest, const change_t *change)
 }
 
 /* So many seconds after a step of the bare motor on a real inverter its error is still that of before: at
- * 100 r/min without load the angle hunts (test_bare_motor_hunts_at_100_rpm). */
+ * 100 r/min without load the angle hunts. */
 #define HUNTING 0.01
 
 /* With a real inverter the peak hangs on where the phase currents stand at the step: from several rotor
@@ -546,16 +553,16 @@ static void standing_sample(void *context, uint32_t period, const uint32_t *slot
     standing->peak = fmax(standing->peak, fabs((double)error));
 }
 
-/* Without load it needs next to no current, so that all three legs' dead times are in doubt for much of the
- * time, and has too little inertia to wait: the weakest spot of the drive. It never loses the rotor, and in
- * most cases SD is 10 to 20 mrad, else 20 to 40; limits stand above what was measured on either estimator. */
-static void test_bare_motor_hunts_at_100_rpm(void)
+/* Without load it needs next to no current, and has too little inertia to wait while all three legs' dead
+ * times are in doubt: what the current at low speed is for. Limits: the worst of 16 seeds, on both boards,
+ * times 1.5. */
+static void test_bare_motor_is_calm_at_100_rpm(void)
 {
-    int32_t calm = 0;
     const uint32_t id = rig_row_by_name("theta_hat_err")->id;
     for (int32_t n = 0; n < 16; n++) {
         seed = FIRST_SEED + (uint32_t)n;
-        const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        drive.by_rule = true;
         start_slow(&drive);
         standing_t standing = {0.0, 0.0, 0.0, 0.0};
         TEST_ASSERT_TRUE(rig_tap(rig, &id, 1u, 1u, standing_sample, &standing));
@@ -566,11 +573,11 @@ static void test_bare_motor_hunts_at_100_rpm(void)
         const double sd = sqrt(standing.square / standing.count - mean * mean);
         printf("  100 r/min, %s: mean %.1f, SD %.1f, peak %.1f mrad\n", name_of(&drive), 1e3 * mean, 1e3 * sd,
                1e3 * standing.peak);
-        expect_at_most("mean", 20.0, mean);
-        expect_at_most("peak", 500.0, standing.peak);
-        calm += sd <= 0.020 ? 1 : 0;
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
+        expect_at_most("mean", 3.2, mean);
+        expect_at_most("SD", 18.0, sd);
+        expect_at_most("peak", 139.0, standing.peak);
     }
-    TEST_ASSERT_TRUE(calm >= 10);
 }
 
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)
@@ -713,7 +720,7 @@ int main(void)
     RUN_TEST(test_steps_with_torque_feed_forward);
     RUN_TEST(test_steps_of_the_bare_motor);
     RUN_TEST(test_steps_of_the_bare_motor_with_a_real_inverter);
-    RUN_TEST(test_bare_motor_hunts_at_100_rpm);
+    RUN_TEST(test_bare_motor_is_calm_at_100_rpm);
     RUN_TEST(test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks);
     RUN_TEST(test_inertia_wrong_by_30_percent_on_the_bare_motor);
     RUN_TEST(test_steps_before_the_offset_trim_has_settled);

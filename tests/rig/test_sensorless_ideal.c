@@ -154,8 +154,9 @@ typedef struct {
 #define SENSORLESS 1.0
 
 /* On at this speed, with which the rotor turns already: the encoder shows the estimator the angle, then the
- * estimate takes over, if it shall. The catch of a start without it would be no start for all of these: until it has seen
- * the EMF no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle. */
+ * estimate takes over, if it shall. The catch of a start without it would be no start for all of these: until
+ * it has seen the EMF no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle.
+ */
 static void run_with(rig_t *rig, double source, double rpm)
 {
     run_parameter(rig, "position_source", ENCODER);
@@ -182,7 +183,7 @@ static run_error_t measure_with(double source, const char *what, const motor_t *
     if (load > 0.0) {
         run_load(rig, load, 1.5);
     }
-    run_seconds(rig, 1.5);
+    run_seconds(rig, 2.5); /* the change from the encoder has been trimmed away */
     const run_error_t err = run_error(rig, 1.5);
     printf("%s, %s, %.0f r/min, %g N m: mean %.3f, SD %.3f, peak %.3f mrad\n", m->name, what, rpm, load,
            err.mean, err.sd, err.peak);

@@ -135,8 +135,8 @@ static void test_switched_inverter(void)
 static void test_default_speed_control_and_low_speed_current(void)
 {
     static const limits_t by_rule[] = {
-        {100.0, {0.71, 2.3}, {4.0, 4.3}, {27.0, 39.0}},    {313.0, {0.35, 1.3}, {0.81, 0.75}, {3.6, 5.4}},
-        {503.0, {0.6, 1.46}, {2.2, 0.6}, {12.8, 3.9}},     {1013.0, {2.6, 1.4}, {0.65, 0.47}, {4.8, 3.0}},
+        {100.0, {0.71, 2.3}, {4.0, 4.3}, {27.0, 39.0}},  {313.0, {0.35, 1.3}, {0.81, 0.75}, {3.6, 5.4}},
+        {503.0, {0.6, 1.46}, {2.2, 0.6}, {12.8, 3.9}},   {1013.0, {2.6, 1.4}, {0.65, 0.47}, {4.8, 3.0}},
         {1490.0, {3.3, 1.25}, {0.51, 0.45}, {5.3, 2.7}},
     };
     for (int32_t point = 0; point < 8 * SPEEDS; point++) {
@@ -175,8 +175,8 @@ static void test_50_rpm_is_held(void)
     for (int32_t point = 0; point < 8; point++) {
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * slow.rpm;
         const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate,
-                                        2, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
+        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate, 2,
+                                        rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
         expect_limits(&slow, loaded, &err);
     }
 }

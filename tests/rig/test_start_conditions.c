@@ -172,8 +172,8 @@ static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
     }
 }
 
-/* The same rig once more, with an encoder that shows four counts a turn in place of 10000, and now and then
- * both its tracks change at once. */
+/* The same rig once more, with an encoder that all but stands, four counts a turn in place of 10000, and from
+ * the reversal on one whose tracks change both at once now and then. */
 static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
 {
     const table_t *signals = NULL;
@@ -195,6 +195,7 @@ static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
         next_part_of_a_run(rig, n);
         next_part_of_a_run(broken, n);
         if (n % 3000u == 1500u) {
+            run_put(broken, "plant.encoder_lines", n < 30000u ? 1.0 : 2500.0);
             run_put(broken, "plant.encoder_offset", n % 6000u == 1500u ? 50.0 : 0.0);
         }
         expect_same_period(rig, broken, signals);

@@ -1,7 +1,7 @@
 /* Speed control: PI from mechanical speed error to torque-making current, one step per `period`.
  *
- *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit;      I integrates ki (omega_ref -
- * omega)
+ *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit
+ *     dI/dt   = ki (omega_ref - omega)
  *
  * b, the weight of the reference in the proportional part, places the zero that a PI makes of a reference
  * step: 1 is the paper's PI, which runs past it; 0 (I-P) leaves the integral alone to raise the torque, and
@@ -61,13 +61,13 @@ static inline void speed_control_reset(speed_control_t *control, float current, 
     pi_reset(&control->pi, current + control->kick * omega_m_ref);
 }
 
-/* i_q reference [A] within +-current_limit from the mechanical speeds [rad/s]. No division. */
-static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m)
+/* i_q reference [A] within +-`limit` [A], at most that of the tuning, from the mechanical speeds [rad/s]. No
+ * division. */
+static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m,
+                                       float limit)
 {
     const float held_back = control->kick * omega_m_ref;
-    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - control->current_limit,
-                   held_back + control->current_limit) -
-           held_back;
+    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - limit, held_back + limit) - held_back;
 }
 
 #endif

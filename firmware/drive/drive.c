@@ -81,6 +81,7 @@ static void manoeuvre(drive_t *drive)
         .voltage_max = FRAMES_ONE_OVER_SQRT_3 * drive->measure.measured.u_dc,
         .estimate = &drive->estimator.estimate,
         .encoder = drive->encoder_frame,
+        .omega_m = drive->omega_m,
         .wish = wish(drive),
         .estimating = drive->estimating != 0u,
         .lost = drive->guard.losses != 0u,

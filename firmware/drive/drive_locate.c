@@ -60,5 +60,6 @@ void drive_locate(drive_t *drive)
         estimate(drive);
     }
     drive->rotor = manoeuvres_rotor(&drive->manoeuvres, &drive->encoder_frame, &drive->estimator.estimate);
-    drive->omega_m = drive->rotor.omega_e * drive->pole_pairs_inverse;
+    drive->omega_m = manoeuvres_smooth(&drive->manoeuvres, &drive->rotor, &drive->estimator.estimate) *
+                     drive->pole_pairs_inverse;
 }

@@ -60,6 +60,7 @@ typedef struct {
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
     float ramp;                /* of the forced frame a period [rad/s] */
     float current_rise;        /* of the forced current a period [A] */
+    float current_max;         /* longest current vector [A] */
     uint32_t align_periods;    /* [periods] of each of the two steps */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
@@ -84,9 +85,9 @@ typedef struct {
 
     int32_t now;            /* [-] manoeuvre_t */
     uint32_t clock;         /* [periods] */
-    uint32_t periods;       /* [periods] in this manoeuvre */
+    uint32_t periods;       /* [periods] in this manoeuvre, or of run since it has passed zero speed */
     uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t start_try;     /* [-] number of this start, from 1; 0: none was needed */
+    uint32_t start_try;     /* [-] number of this start, from 1; 0: none, or done */
     uint32_t lock_losses;   /* [-] since the bridge came on */
     uint32_t loss_clock[2]; /* [periods] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
@@ -111,6 +112,7 @@ typedef struct {
     float voltage_max;          /* [V] what the link gives in every direction */
     const estimate_t *estimate; /* at t_k */
     frame_t encoder;            /* at t_k */
+    float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed */
     run_wish_t wish;
     bool estimating; /* the observer runs: its EMF is that of t_k */
     bool lost;       /* the guard says that the lock is lost */
@@ -159,6 +161,14 @@ static inline float manoeuvres_speed(const manoeuvres_t *m)
 /* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
  * the frame. */
 frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate);
+
+/* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional
+ * part, whose noise would come back through the speed control. */
+static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *rotor, const estimate_t *estimate)
+{
+    const bool tracked = m->limits.sensorless != 0u && m->tracking != 0u && m->now != (int32_t)MANOEUVRE_OFF;
+    return tracked ? estimate->omega_smooth : rotor->omega_e;
+}
 
 /* Is anything known of the rotor's speed? Not in a catch. */
 static inline bool manoeuvres_knows(const manoeuvres_t *m)

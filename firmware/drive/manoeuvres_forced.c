@@ -35,7 +35,7 @@ demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input
     const bool first = m->start_try == 0u;
     m->start_try++;
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
-    m->current = first ? tuning->current : RETRY_CURRENT * m->current;
+    m->current = first ? tuning->current : bounds_clamp(RETRY_CURRENT * m->current, m->limits.current_max);
     m->needed = m->current;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
@@ -151,6 +151,16 @@ demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input)
     return forced_demand(m, input, FRAME_GOES_ON);
 }
 
+/* Out of the forced frame into the estimate's, in which this current flows [A]: nothing but the frame
+ * changes. */
+static demand_t take_over(manoeuvres_t *m, const manoeuvres_input_t *input, dq_t seen)
+{
+    manoeuvres_enter_run(m, seen, input->estimate->omega_smooth);
+    demand_t demand = manoeuvres_run_observed(m, input, &input->estimate->frame, m->run.omega_m_ref);
+    demand.change = (int32_t)FRAME_TURNS;
+    return demand;
+}
+
 demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const estimate_t *estimate = input->estimate;
@@ -158,16 +168,12 @@ demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     const float wanted = manoeuvres_wanted(m, &input->wish);
     lock_step(&m->lock, estimate);
     see_need(m, seen.q);
-    m->forced.current = handover_current(&m->handover, m->forced.current, m->needed);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->current, m->needed);
     switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
     case HANDOVER_GOES_ON:
         break;
     case HANDOVER_GOOD:
-        manoeuvres_enter_run(m, seen, estimate->omega_smooth);
-        m->needed = bounds_magnitude(seen.q);
-        demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame);
-        demand.change = (int32_t)FRAME_TURNS;
-        return demand;
+        return take_over(m, input, seen);
     case HANDOVER_FAILED:
         fail(m, MANOEUVRE_UNLOCKED);
         return forced_demand(m, input, FRAME_GOES_ON);

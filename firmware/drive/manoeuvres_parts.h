@@ -21,6 +21,11 @@ float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish);
 /* The loop shall be locked there in this period. */
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
 
+/* Run in this frame of the rotor at this mechanical speed [rad/s], with the EMF that is observed: it is right
+ * in the stationary frame whatever the angle, so that an angle that is lost sets no current free. */
+demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
+                                 float omega_m);
+
 /* The demands of the manoeuvres, of one period each. */
 demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input);
 demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input);
@@ -28,7 +33,6 @@ demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input);
 demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input);
 demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input);
 demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor);
 demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input);
 demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input);
 

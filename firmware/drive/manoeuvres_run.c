@@ -11,12 +11,12 @@
 
 static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
 
-/* In this frame of the rotor with this EMF; the change from one source to another while running keeps the
- * voltage. */
-static demand_t run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf)
+/* In this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source to
+ * another while running keeps the voltage. */
+static demand_t run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf,
+                       float omega_m)
 {
-    demand_t demand =
-        run_step(&m->run, &input->wish, rotor, emf, rotor->omega_e * m->limits.pole_pairs_inverse);
+    demand_t demand = run_step(&m->run, &input->wish, rotor, emf, omega_m);
     if (m->other_source != 0u) {
         demand.change = (int32_t)FRAME_TURNS;
         m->other_source = 0u;
@@ -24,11 +24,10 @@ static demand_t run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const f
     return demand;
 }
 
-/* With the EMF that is observed: right in the stationary frame whatever the angle, so that an angle that is
- * lost sets no current free. */
-demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor)
+demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
+                                 float omega_m)
 {
-    return run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation));
+    return run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation), omega_m);
 }
 
 demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input)
@@ -50,7 +49,7 @@ demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input)
         manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
         manoeuvres_lock_to(m, rotor);
         m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-        demand = manoeuvres_run_observed(m, input, &frame);
+        demand = manoeuvres_run_observed(m, input, &frame, m->run.omega_m_ref);
         demand.change = (int32_t)FRAME_ANEW;
         break;
     }
@@ -97,7 +96,7 @@ demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input)
         lose(m, estimate->omega_smooth);
         return manoeuvres_catch(m, input);
     }
-    const demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame);
+    const demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame, input->omega_m);
     const float omega_ref = demand.omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
@@ -121,5 +120,5 @@ demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *in
     if (m->now != (int32_t)MANOEUVRE_RUN) {
         manoeuvres_enter_run(m, frames_park(input->current, input->encoder.rotation), input->encoder.omega_e);
     }
-    return run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e));
+    return run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e), input->omega_m);
 }

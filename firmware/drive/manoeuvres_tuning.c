@@ -103,6 +103,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .speed_per_volt = 1.0f / believed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
         .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
+        .current_max = params->current_limit,
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,

@@ -9,10 +9,10 @@
 #include "math/trig.h"
 
 #define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
-#define TRAIL_ANGLE   0.1f   /* [rad] by which <e> trails every rotor that is fast enough, or its sine does */
-#define TRAIL_PART    0.4f   /* [-] of it that must be seen */
-#define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of what a does */
-#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
+#define TRAIL_MOST    0.1f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define CLEAR_OF_ZONE 3.0f /* [-] of the doubtful current: b and c carry half of what a does */
+#define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
@@ -69,7 +69,7 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->length * tuning->speed_per_volt;
-    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_ANGLE) *
+    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
                            catching->length * catching->length;
     if (catching->periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;

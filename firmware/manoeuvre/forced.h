@@ -67,9 +67,9 @@ typedef struct {
 /* w_n of the rotor on this current [rad/s]: sqrt(p K_t I/J). For the background. */
 float forced_natural(const forced_params_t *params);
 
-/* k by the rule [A/V]: twice what damps w_n critically with the EMF at hand, w_n J/(p K_t psi_f), but no
- * more than the observer's own errors allow, 0.5/(0.3 R + 0.25 V_dead/I): they come back as EMF of the very
- * current that k makes. For the background. */
+/* k by the rule [A/V]: half of critical damping at w_n, w_n J/(p K_t psi_f), but no more than the observer's
+ * own errors allow, 0.5/(0.3 R + 0.25 V_dead/I): they come back as EMF of the very current that k makes. For
+ * the background. */
 float forced_damping(const forced_params_t *params);
 
 /* Coefficients; the damping's low-pass is 2.5/(k L), for 20 % of L wrong looks like EMF too. Divisions and

@@ -2,9 +2,9 @@
  *
  *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
  *     i_q               from the speed control
- *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading; what
- * keeps the current vector as long as `low_current` at low speed, where the loss of a leg without current is
- * a voltage that nobody knows (docs/theory.md, 23)
+ *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading;
+ *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
+ *                       without current is a voltage that nobody knows (docs/theory.md, 23)
  *
  * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
@@ -16,16 +16,19 @@
 #include "math/filter.h"
 #include "math/root.h"
 
+/* What is less than this of a fading current is none [A]. */
+#define RUN_NOTHING 1e-3f
+
 typedef struct {
     speed_control_tuning_t speed;
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
     float low_current;  /* i_d + |i_q| at low speed, at least [A]; 0: no i_d for that */
-    float low_inverse;  /* 1/the electrical speed up to which it is kept whole [s/rad]; at twice that it is
-                           gone */
-    float low_share;    /* low-pass of that i_d, for i_q is noisy [-] */
-    float fade;         /* share of a hand-over's i_d that is left a period later [-] */
+    float low_inverse; /* 1/the electrical speed [s/rad] from which on a fifth of it is left; up to a fifth of
+                          that speed it is kept whole */
+    float low_share;   /* low-pass of that i_d, for i_q is noisy [-] */
+    float fade;        /* share of a hand-over's i_d that is left a period later [-] */
 } run_tuning_t;
 
 typedef struct {
@@ -47,7 +50,7 @@ typedef enum {
 typedef struct {
     run_mode_t mode;
     float omega_m_ref; /* [rad/s] mechanical, with RUN_SPEED */
-    dq_t current;      /* [A] with RUN_CURRENT; its d axis with RUN_SPEED too */
+    dq_t current;      /* [A] with RUN_CURRENT; its d axis with RUN_SPEED and RUN_STOP too */
 } run_wish_t;
 
 /* These coefficients; the speed control at rest. */
@@ -70,19 +73,28 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
 }
 
-/* i_d that is not wished for [A], beside i_q and within the longest vector. */
+/* i_d that is not wished for [A] beside the last i_q [A]. */
 static inline float run_i_d(run_t *run, float i_q, float omega_e)
 {
     const run_tuning_t *tuning = &run->tuning;
-    const float limit = run->speed.current_limit;
-    const float square = limit * limit - i_q * i_q;
-    const float room = square > 0.0f ? square * inverse_root(square) : 0.0f;
     const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
     const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
     const float short_of = kept * tuning->low_current - bounds_magnitude(i_q);
     run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, short_of > 0.0f ? short_of : 0.0f);
-    run->i_d_left = bounds_clamp(tuning->fade * run->i_d_left, room);
+    const float left = tuning->fade * run->i_d_left;
+    run->i_d_left = bounds_within(left, RUN_NOTHING) ? 0.0f : left;
     return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
+}
+
+/* What the longest vector leaves for i_q beside what fades of i_d [A]. */
+static inline float run_room(const run_t *run)
+{
+    const float limit = run->speed.current_limit;
+    const float square = limit * limit - run->i_d_left * run->i_d_left;
+    if (run->i_d_left == 0.0f) {
+        return limit;
+    }
+    return square > 0.0f ? square * inverse_root(square) : 0.0f;
 }
 
 /* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
@@ -112,7 +124,7 @@ static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_
     case RUN_STOP:
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
-        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m);
+        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m, run_room(run));
         demand.current.d = wish->current.d + run_i_d(run, demand.current.q, rotor->omega_e);
         demand.omega_m_ref = run->omega_m_ref;
         break;

@@ -285,6 +285,7 @@ static void test_the_estimator_replayed_ends_where_the_drive_is(void)
 {
     void *record = malloc(rig_estimator_size());
     TEST_ASSERT_NOT_NULL(record);
+    run_paper_drive(rig);
     run_put(rig, "motor_flux_linkage", 0.15);
     run_put(rig, "flux_adaptation", 0.2);
     run_parameter(rig, "doubtful_current", 0.0);

@@ -88,6 +88,7 @@ static void start(const drive_case_t *drive, double rpm)
         run_put(rig, "low_speed_current", LOW_SPEED_CURRENT * RUN_LIMIT_SHARE);
     }
     if (drive->bare) { /* the undershoot of the paper's gains below 60 r/min is not a lost rotor */
+        run_put(rig, "start_speed", 6.0);
         run_put(rig, "handover_speed", 6.0);
         run_put(rig, "fallback_speed", 3.0);
     }

@@ -24,7 +24,7 @@
  * 1.5. */
 #define SLIPPED_IDEAL 0.083
 #define SLIPPED_REAL  0.15
-#define SLIPPED_FAST  0.01
+#define SLIPPED_FAST  0.032
 
 static rig_t *rig;
 
@@ -336,7 +336,9 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
         start(true, 600.0);
         run_put(rig, "stuck_dc_link", floor(volts[n] / (double)BOARD_DC_PER_CODE));
         const watch_t seen = watch(what, 2.0);
-        expect_running(&seen, 600.0);
+        TEST_ASSERT_TRUE(seen.losses <= (n == 0u ? 0.0 : 1.0)); /* the jump may cost the lock, once */
+        run_expect_no_fault(rig);
+        TEST_ASSERT_DOUBLE_WITHIN(3.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
         const double s = volts[n] / 311.0;
         const double tilt = (s - 1.0) * inductance * current / (s * FLUX_LINKAGE);
         const run_error_t error = run_error(rig, 0.5);
@@ -417,6 +419,7 @@ static watch_t with_flux(bool real, double rpm, double factor, const char *off, 
     prepare(real);
     if (factor > 1.0) {
         run_put(rig, "overspeed_trip", 100.0);
+        run_put(rig, "start_speed", 7.0); /* no more than the hand-over, by this psi_f */
     }
     if (off != NULL) {
         run_put(rig, off, value);
@@ -586,6 +589,7 @@ static void test_speed(void)
         const double direction = n < 3u ? 1.0 : -1.0;
         const double rpm = direction * cases[n % 3u].rpm;
         prepare(false);
+        run_put(rig, "start_speed", 4.0);
         run_put(rig, "handover_speed", 4.0);
         run_put(rig, "fallback_speed", 1.0);
         run_parameter(rig, "estimate_speed_min", cases[n % 3u].limit);

@@ -167,7 +167,8 @@ static void test_dead_time_believed_too_small(void)
 }
 
 /* So slow by the estimate, where by the rule a forced frame would turn. */
-static const change_t slow_estimate[] = {{"handover_speed", 6.0}, {"fallback_speed", 3.0}};
+static const change_t slow_estimate[] = {
+    {"start_speed", 6.0}, {"handover_speed", 6.0}, {"fallback_speed", 3.0}};
 
 static void test_50_rpm_is_held(void)
 {
@@ -175,7 +176,7 @@ static void test_50_rpm_is_held(void)
     for (int32_t point = 0; point < 8; point++) {
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * slow.rpm;
         const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate, 2,
+        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate, 3,
                                         rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
         expect_limits(&slow, loaded, &err);
     }
@@ -191,7 +192,7 @@ static void test_without_trim_or_coasting_lock_is_kept(void)
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
     static const limits_t without[] = {
-        {100.0, {3.1, 3.1}, {19.0, 14.0}, {224.0, 159.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
+        {100.0, {3.1, 6.1}, {19.0, 14.0}, {224.0, 159.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
         {503.0, {3.1, 1.5}, {7.8, 1.35}, {80.0, 4.3}},     {1013.0, {0.5, 1.4}, {1.3, 0.5}, {4.1, 3.2}},
         {1490.0, {0.4, 1.2}, {0.7, 0.44}, {2.3, 2.8}},
     };

@@ -234,7 +234,8 @@ static void run_all(void)
     run_put(rig, "shaft_locked_speed", 120.0 * RPM);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "speed_request", 120.0 * RPM);
-    run_put(rig, "start_speed", 200.0);
+    run_put(rig, "handover_speed", 20.0);
+    run_put(rig, "start_speed", 19.0);
     run_parameter(rig, "position_source", 1.0);
     run_put(rig, "force_fault", 0.0);
     run_seconds(rig, 6.0);
@@ -248,6 +249,7 @@ static void run_all(void)
                             .sensorless = true});
 
     /* Gathering speed on the encoder, the torque at its limit, the estimate told to be too slow. */
+    run_put(rig, "handover_speed", 0.0);
     run_put(rig, "start_speed", 8.0);
     run_parameter(rig, "position_source", 0.0);
     run_put(rig, "shaft_locked_speed", 500.0 * RPM);

@@ -192,7 +192,7 @@ static void test_without_trim_or_coasting_lock_is_kept(void)
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
     static const limits_t without[] = {
-        {100.0, {3.1, 6.1}, {19.0, 14.0}, {224.0, 159.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
+        {100.0, {3.1, 6.1}, {19.0, 34.0}, {224.0, 403.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
         {503.0, {3.1, 1.5}, {7.8, 1.35}, {80.0, 4.3}},     {1013.0, {0.5, 1.4}, {1.3, 0.5}, {4.1, 3.2}},
         {1490.0, {0.4, 1.2}, {0.7, 0.44}, {2.3, 2.8}},
     };

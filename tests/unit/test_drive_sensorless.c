@@ -298,8 +298,9 @@ static void test_position_source_changes_live_without_a_bump(void)
 }
 
 /* start_speed by rule, 0.5 1.15 10 V/0.732 V s = 7.855 rad/s (75 r/min): a rotor that turns as fast is
- * caught, in either direction, one that is slower by a per cent is aligned. Nothing of it comes from the
- * encoder, whose count stands. */
+ * caught, in either direction, one that is slower by a per cent is aligned. Its speed is right to a per
+ * cent, after the 10 ms of a fast one and the 20 of a slow one. Nothing of it comes from the encoder, whose
+ * count stands. */
 static void test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another(void)
 {
     static const struct {

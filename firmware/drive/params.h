@@ -158,7 +158,7 @@ typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
-    E(61, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
+    E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")
 

@@ -70,7 +70,7 @@ typedef struct {
     /* what goes from room to room in a period */
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
-    frame_t encoder_frame;       /* the same */
+    frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
     frame_t rotor;               /* as it is believed at t_k */

@@ -53,8 +53,10 @@ static void estimate(drive_t *drive)
 void drive_locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->measure.measured.encoder_count);
-    drive->encoder_frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
-                                     trig_turn(drive->encoder_position.theta_e)};
+    if (drive->manoeuvres.limits.sensorless == 0u) {
+        drive->encoder_frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
+                                         trig_turn(drive->encoder_position.theta_e)};
+    }
     manoeuvres_advance(&drive->manoeuvres);
     if (drive->estimating != 0u) {
         estimate(drive);

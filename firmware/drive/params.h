@@ -155,7 +155,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
-      "off")
+      "off")                                                                                                 \
+    F(61, inductance_adaptation, "1/s", 2.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
+      "rate at which L_d and L_q follow what a small alternating i_d shows, without encoder; 0: off")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

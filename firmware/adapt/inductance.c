@@ -1,0 +1,109 @@
+#include "adapt/inductance.h"
+
+#define TWO_PI         6.2831853f
+#define WAVE_SQUARE    0.53333333f /* mean of s^2 [-] */
+#define SHARE_MAX      0.5f        /* [-] */
+#define ANSWER_MIN     0.5f        /* [-] of what i_d is told */
+#define ANSWER_MAX     1.5f        /* [-] likewise */
+#define EMF_MIN        0.5f        /* [-] of psi_f |omega| */
+#define PLAUSIBLE_MAX  3.0f        /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+
+static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
+{
+    const uint32_t periods = (uint32_t)(1.0f / (frequency * params->period) + 0.5f);
+    const float count = (float)periods;
+    const float share = params->rate * count * params->period;
+    return (inductance_wave_t){
+        .periods = periods,
+        .step = 2.0f / count,
+        .share = share < SHARE_MAX ? share : SHARE_MAX,
+        .answer = WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
+    };
+}
+
+inductance_tuning_t inductance_prepare(const inductance_params_t *params)
+{
+    return (inductance_tuning_t){
+        .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2)},
+        .from = params->from,
+        .inductance_q = params->inductance_q,
+        .saliency = params->inductance_d - params->inductance_q,
+        .ratio = params->inductance_q / params->inductance_d,
+        .flux_linkage = params->flux_linkage,
+        .current = INDUCTANCE_DITHER * params->current_max,
+        .mean_share = lowpass_share(INDUCTANCE_CUTOFF, params->period),
+    };
+}
+
+static void start(inductance_t *x)
+{
+    x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
+    x->confidence = 0.0f;
+    inductance_rest(x);
+}
+
+void inductance_init(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    x->tuning = *tuning;
+    start(x);
+}
+
+void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    x->tuning = *tuning;
+    if (tuning->from != x->learnt.from || tuning->wave[0].share == 0.0f) {
+        start(x);
+    }
+}
+
+/* Is a frequency near one, two or six times the electrical one? In [rad/s]. */
+static bool is_near(float frequency, float omega)
+{
+    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 6.0f * omega, TWO_PI * INDUCTANCE_NEAR);
+}
+
+void inductance_begin(inductance_t *x, const inductance_input_t *input)
+{
+    const float speed = bounds_magnitude(input->omega_smooth);
+    if (x->seeing == 0u) {
+        x->emf_mean = input->amplitude;
+        x->seeing = 1u;
+    }
+    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
+        return;
+    }
+    x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
+    x->left = x->tuning.wave[x->second].periods;
+    x->sound = 1u;
+    x->t = -1.0f;
+    x->emf_sum = 0.0f;
+    x->answer_sum = 0.0f;
+}
+
+void inductance_end(inductance_t *x, float omega_smooth)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    const inductance_wave_t *wave = &tuning->wave[x->second];
+    const float speed = bounds_magnitude(omega_smooth);
+    const bool answered =
+        x->answer_sum > ANSWER_MIN * wave->answer && x->answer_sum < ANSWER_MAX * wave->answer;
+    const bool turns =
+        speed > INDUCTANCE_SPEED_MIN && x->emf_mean > EMF_MIN * tuning->flux_linkage * speed;
+    if (x->sound == 0u || !answered || !turns) {
+        return;
+    }
+    const float miss = x->emf_sum / (speed * x->answer_sum) - tuning->saliency;
+    const float said = tuning->inductance_q + tuning->ratio * miss;
+    if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
+        return;
+    }
+    const float before = x->learnt.value;
+    const float next = before + wave->share * (said - before);
+    const float least = INDUCTANCE_MIN * tuning->from;
+    const float most = INDUCTANCE_MAX * tuning->from;
+    x->learnt.value = next < most ? (next > least ? next : least) : most;
+    const float agrees = bounds_within(said - before, INDUCTANCE_AGREES * before) ? 1.0f : 0.0f;
+    x->confidence += wave->share * (agrees - x->confidence);
+}

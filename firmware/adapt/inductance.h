@@ -1,0 +1,144 @@
+/* Inductance L from the answer of the EMF's length to a small alternating i_d, while the motor turns.
+ *
+ * The EMF that is observed with a believed L_q is u - R i - j omega L_q i. In the rotor's frame, the loop
+ * locked, with dL = L_d,true - L_q,believed,
+ *
+ *     |e_hat|/|omega| = psi_f cos(error) + dL i_d + (error of R) i_q/omega
+ *
+ * so it answers i_d by dL whatever R, psi_f, dead time and shaft are. With the right belief that is L_d -
+ * L_q, nothing for a round rotor. Over each whole cycle of the dither, whose wave is s,
+ *
+ *     dL = sum(|e_hat| s)/(|omega| sum(i_d s))
+ *
+ * and the learnt L follows what the cycle says, by rate times its length. L_d and L_q keep their ratio.
+ * What is not in step with the dither averages out, a constant and a ramp exactly. The wave is made of
+ * parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a third harmonic of 1/27. Its frequency is one
+ * of two, never near one, two or six times the electrical one, at which errors of the current sensors and the
+ * dead time let |e_hat| and i_d swing by themselves (docs/theory.md, 24).
+ *
+ * A cycle counts only if all through it the loop was locked on sound samples, and if at its end i_d has done
+ * as it was told, the EMF is there, and the L it says is one that can be. Where there is nothing to see,
+ * slow or without torque, there is neither dither nor learning.
+ *
+ * One step per T; one division at the end of a cycle. Does not handle: an L_q that falls with i_q otherwise
+ * than L_d. */
+#ifndef ADAPT_INDUCTANCE_H
+#define ADAPT_INDUCTANCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "adapt/believed.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/frames.h"
+
+#define INDUCTANCE_DITHER       0.05f /* [-] of the current limit: a tenth of the rated current of most motors */
+#define INDUCTANCE_FREQUENCY_1  33.0f /* [Hz] */
+#define INDUCTANCE_FREQUENCY_2  43.0f /* [Hz] where the first is too near */
+#define INDUCTANCE_NEAR         4.0f  /* [Hz] */
+#define INDUCTANCE_SPEED_MIN    30.0f /* [rad/s] electrical */
+#define INDUCTANCE_DETECTOR_MAX 0.1f  /* [-] */
+#define INDUCTANCE_CUTOFF       20.0f /* [rad/s] of the mean that is taken off |e| */
+#define INDUCTANCE_MIN          0.5f  /* [-] of the parameter */
+#define INDUCTANCE_MAX          2.0f  /* [-] of the parameter */
+#define INDUCTANCE_AGREES       0.1f  /* [-] of L: a cycle that says so */
+
+typedef struct {
+    float inductance_d; /* L_d, believed [H], above 0 */
+    float inductance_q; /* L_q, believed [H], above 0 */
+    float from;         /* L_q of the parameters [H], above 0 */
+    float flux_linkage; /* psi_f [Wb] */
+    float current_max;  /* limit of i_q [A] */
+    float rate;         /* [1/s], 0..20; 0 = off */
+    float period;       /* T [s] */
+} inductance_params_t;
+
+/* A frequency of the dither: a cycle of whole periods. */
+typedef struct {
+    uint32_t periods; /* [-] of a cycle */
+    float step;       /* of the wave's t a period [-] */
+    float share;      /* of the learnt L by which a cycle counts [-]; 0 = off */
+    float answer;     /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
+} inductance_wave_t;
+
+typedef struct {
+    inductance_wave_t wave[2];
+    float from;         /* L_q of the parameters [H] */
+    float inductance_q; /* L_q with which the observer works [H] */
+    float saliency;     /* L_d - L_q of this belief [H] */
+    float ratio;        /* L_q/L_d [-] */
+    float flux_linkage; /* psi_f [Wb] */
+    float current;      /* amplitude of the dither, and least |i_q| [A] */
+    float mean_share;   /* of the mean of |e| [-] */
+} inductance_tuning_t;
+
+typedef struct {
+    inductance_tuning_t tuning;
+    learnt_value_t learnt; /* L_q [H] */
+    float confidence;      /* share of the last cycles that agreed with it [-] */
+    /* of the cycle */
+    uint32_t left;    /* periods that are left of it [-]; 0: none */
+    uint32_t sound;   /* [-] 1: nothing has spoilt it */
+    uint32_t seeing;  /* [-] 1: the mean has a beginning */
+    uint32_t second;  /* [-] 1: of the second frequency */
+    float t;          /* place in the wave [-], -1..1 */
+    float emf_mean;   /* low-pass of |e| [V] */
+    float emf_sum;    /* sum((|e| - mean) s) [V] */
+    float answer_sum; /* sum(i_d s) [A] */
+} inductance_t;
+
+typedef struct {
+    float amplitude;    /* |e| at t_k [V] */
+    float detector;     /* [-] */
+    float omega_smooth; /* [rad/s] electrical */
+    dq_t current;       /* [A] at t_k, in the rotor's frame */
+    bool sound;         /* this period's estimate may be believed */
+} inductance_input_t;
+
+/* Coefficients. Divisions and an exponential: for the background. */
+inductance_tuning_t inductance_prepare(const inductance_params_t *params);
+
+/* These coefficients; nothing learnt. */
+void inductance_init(inductance_t *x, const inductance_tuning_t *tuning);
+
+/* The coefficients. What was learnt stays while the parameter that it began from is not changed and the
+ * learning is on; else it starts from the parameter again. */
+void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
+
+/* A period without a locked loop: the cycle is given up. */
+static inline void inductance_rest(inductance_t *x)
+{
+    x->left = 0u;
+    x->seeing = 0u;
+}
+
+/* The two ends of a cycle: for inductance_step(). One division at the end. */
+void inductance_begin(inductance_t *x, const inductance_input_t *input);
+void inductance_end(inductance_t *x, float omega_smooth);
+
+/* One period with a locked loop; the current [A] to be added to the reference of i_d. */
+static inline float inductance_step(inductance_t *x, const inductance_input_t *input)
+{
+    if (x->left == 0u) {
+        inductance_begin(x, input);
+    }
+    x->emf_mean = lowpass_step(x->emf_mean, x->tuning.mean_share, input->amplitude);
+    if (x->left == 0u) {
+        return 0.0f;
+    }
+    const float s = 4.0f * x->t * (1.0f - bounds_magnitude(x->t));
+    x->emf_sum += (input->amplitude - x->emf_mean) * s;
+    x->answer_sum += input->current.d * s;
+    if (!input->sound || !bounds_within(input->detector, INDUCTANCE_DETECTOR_MAX)) {
+        x->sound = 0u;
+    }
+    x->t += x->tuning.wave[x->second].step;
+    x->left--;
+    if (x->left == 0u) {
+        inductance_end(x, input->omega_smooth);
+    }
+    return x->tuning.current * s;
+}
+
+#endif

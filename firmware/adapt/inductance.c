@@ -68,7 +68,7 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
     if (x->seeing == 0u) {
-        x->emf_mean = input->amplitude;
+        x->emf_mean = input->emf_q;
         x->seeing = 1u;
     }
     if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
@@ -78,8 +78,10 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
     x->left = x->tuning.wave[x->second].periods;
     x->sound = 1u;
     x->t = -1.0f;
+    x->omega = input->omega_smooth;
     x->emf_sum = 0.0f;
     x->answer_sum = 0.0f;
+    x->detector_sum = 0.0f;
 }
 
 void inductance_end(inductance_t *x, float omega_smooth)
@@ -90,11 +92,13 @@ void inductance_end(inductance_t *x, float omega_smooth)
     const bool answered =
         x->answer_sum > ANSWER_MIN * wave->answer && x->answer_sum < ANSWER_MAX * wave->answer;
     const bool turns =
-        speed > INDUCTANCE_SPEED_MIN && x->emf_mean > EMF_MIN * tuning->flux_linkage * speed;
-    if (x->sound == 0u || !answered || !turns) {
+        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean) > EMF_MIN * tuning->flux_linkage * speed;
+    const bool steady = bounds_within(omega_smooth - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
+    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->periods;
+    if (x->sound == 0u || !answered || !turns || !steady || !locked) {
         return;
     }
-    const float miss = x->emf_sum / (speed * x->answer_sum) - tuning->saliency;
+    const float miss = x->emf_sum / (omega_smooth * x->answer_sum) - tuning->saliency;
     const float said = tuning->inductance_q + tuning->ratio * miss;
     if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
         return;

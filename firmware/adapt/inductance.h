@@ -38,6 +38,7 @@
 #define INDUCTANCE_FREQUENCY_2  43.0f /* [Hz] where the first is too near */
 #define INDUCTANCE_NEAR         4.0f  /* [Hz] */
 #define INDUCTANCE_SPEED_MIN    30.0f /* [rad/s] electrical */
+#define INDUCTANCE_SPEED_DRIFT  0.01f /* [-] of the speed, over a cycle: more is not steady */
 #define INDUCTANCE_DETECTOR_MAX 0.1f  /* [-] */
 #define INDUCTANCE_CUTOFF       20.0f /* [rad/s] of the mean that is taken off |e| */
 #define INDUCTANCE_MIN          0.5f  /* [-] of the parameter */
@@ -83,13 +84,15 @@ typedef struct {
     uint32_t seeing;  /* [-] 1: the mean has a beginning */
     uint32_t second;  /* [-] 1: of the second frequency */
     float t;          /* place in the wave [-], -1..1 */
+    float omega;      /* when it began [rad/s] */
     float emf_mean;   /* low-pass of |e| [V] */
     float emf_sum;    /* sum((|e| - mean) s) [V] */
     float answer_sum; /* sum(i_d s) [A] */
+    float detector_sum; /* sum(|detector|) [-] */
 } inductance_t;
 
 typedef struct {
-    float amplitude;    /* |e| at t_k [V] */
+    float emf_q;        /* e_q at t_k, lag undone [V] */
     float detector;     /* [-] */
     float omega_smooth; /* [rad/s] electrical */
     dq_t current;       /* [A] at t_k, in the rotor's frame */
@@ -123,14 +126,15 @@ static inline float inductance_step(inductance_t *x, const inductance_input_t *i
     if (x->left == 0u) {
         inductance_begin(x, input);
     }
-    x->emf_mean = lowpass_step(x->emf_mean, x->tuning.mean_share, input->amplitude);
+    x->emf_mean = lowpass_step(x->emf_mean, x->tuning.mean_share, input->emf_q);
     if (x->left == 0u) {
         return 0.0f;
     }
     const float s = 4.0f * x->t * (1.0f - bounds_magnitude(x->t));
-    x->emf_sum += (input->amplitude - x->emf_mean) * s;
+    x->emf_sum += (input->emf_q - x->emf_mean) * s;
     x->answer_sum += input->current.d * s;
-    if (!input->sound || !bounds_within(input->detector, INDUCTANCE_DETECTOR_MAX)) {
+    x->detector_sum += bounds_magnitude(input->detector);
+    if (!input->sound) {
         x->sound = 0u;
     }
     x->t += x->tuning.wave[x->second].step;

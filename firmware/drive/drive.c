@@ -111,7 +111,7 @@ static void shake(drive_t *drive)
         return;
     }
     const inductance_input_t input = {
-        .amplitude = estimate->amplitude,
+        .emf_q = drive->demand.emf.q,
         .detector = estimate->detector,
         .omega_smooth = estimate->omega_smooth,
         .current = drive->current,

@@ -12,12 +12,14 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
 {
     const uint32_t periods = (uint32_t)(1.0f / (frequency * params->period) + 0.5f);
     const float count = (float)periods;
+    const float omega = TWO_PI * frequency;
+    const float passed = omega * omega / (omega * omega + INDUCTANCE_CUTOFF * INDUCTANCE_CUTOFF);
     const float share = params->rate * count * params->period;
     return (inductance_wave_t){
         .periods = periods,
         .step = 2.0f / count,
         .share = share < SHARE_MAX ? share : SHARE_MAX,
-        .answer = WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
+        .answer = passed * WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
     };
 }
 
@@ -69,6 +71,7 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
     const float speed = bounds_magnitude(input->omega_smooth);
     if (x->seeing == 0u) {
         x->emf_mean = input->emf_q;
+        x->i_d_mean = input->current.d;
         x->seeing = 1u;
     }
     if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {

@@ -40,7 +40,7 @@
 #define INDUCTANCE_SPEED_MIN    30.0f /* [rad/s] electrical */
 #define INDUCTANCE_SPEED_DRIFT  0.01f /* [-] of the speed, over a cycle: more is not steady */
 #define INDUCTANCE_DETECTOR_MAX 0.1f  /* [-] */
-#define INDUCTANCE_CUTOFF       20.0f /* [rad/s] of the mean that is taken off |e| */
+#define INDUCTANCE_CUTOFF       100.0f /* [rad/s] of the mean that is taken off both e_q and i_d */
 #define INDUCTANCE_MIN          0.5f  /* [-] of the parameter */
 #define INDUCTANCE_MAX          2.0f  /* [-] of the parameter */
 #define INDUCTANCE_AGREES       0.1f  /* [-] of L: a cycle that says so */
@@ -85,9 +85,10 @@ typedef struct {
     uint32_t second;  /* [-] 1: of the second frequency */
     float t;          /* place in the wave [-], -1..1 */
     float omega;      /* when it began [rad/s] */
-    float emf_mean;   /* low-pass of |e| [V] */
-    float emf_sum;    /* sum((|e| - mean) s) [V] */
-    float answer_sum; /* sum(i_d s) [A] */
+    float emf_mean;   /* low-pass of e_q [V] */
+    float i_d_mean;   /* low-pass of i_d [A] */
+    float emf_sum;    /* sum((e_q - mean) s) [V] */
+    float answer_sum; /* sum((i_d - mean) s) [A] */
     float detector_sum; /* sum(|detector|) [-] */
 } inductance_t;
 
@@ -127,12 +128,13 @@ static inline float inductance_step(inductance_t *x, const inductance_input_t *i
         inductance_begin(x, input);
     }
     x->emf_mean = lowpass_step(x->emf_mean, x->tuning.mean_share, input->emf_q);
+    x->i_d_mean = lowpass_step(x->i_d_mean, x->tuning.mean_share, input->current.d);
     if (x->left == 0u) {
         return 0.0f;
     }
     const float s = 4.0f * x->t * (1.0f - bounds_magnitude(x->t));
     x->emf_sum += (input->emf_q - x->emf_mean) * s;
-    x->answer_sum += input->current.d * s;
+    x->answer_sum += (input->current.d - x->i_d_mean) * s;
     x->detector_sum += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;

@@ -1,6 +1,7 @@
 #include "adapt/inductance.h"
 
 #define TWO_PI         6.2831853f
+#define OPPOSED        0.5f        /* [-] of what is left of the swing of i_q, a cycle */
 #define WAVE_SQUARE    0.53333333f /* mean of s^2 [-] */
 #define SHARE_MAX      0.5f        /* [-] */
 #define ANSWER_MIN     0.5f        /* [-] of what i_d is told */
@@ -19,6 +20,7 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
         .periods = periods,
         .step = 2.0f / count,
         .share = share < SHARE_MAX ? share : SHARE_MAX,
+        .against = OPPOSED / (passed * WAVE_SQUARE * count),
         .answer = passed * WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
     };
 }
@@ -71,7 +73,9 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
     const float speed = bounds_magnitude(input->omega_smooth);
     if (x->seeing == 0u) {
         x->emf_mean = input->emf_q;
-        x->i_d_mean = input->current.d;
+        x->mean = input->current;
+        x->against_s = 0.0f;
+        x->against_c = 0.0f;
         x->seeing = 1u;
     }
     if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
@@ -84,6 +88,8 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
     x->omega = input->omega_smooth;
     x->emf_sum = 0.0f;
     x->answer_sum = 0.0f;
+    x->swing_s = 0.0f;
+    x->swing_c = 0.0f;
     x->detector_sum = 0.0f;
 }
 
@@ -101,6 +107,8 @@ void inductance_end(inductance_t *x, float omega_smooth)
     if (x->sound == 0u || !answered || !turns || !steady || !locked) {
         return;
     }
+    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
+    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
     const float miss = x->emf_sum / (omega_smooth * x->answer_sum) - tuning->saliency;
     const float said = tuning->inductance_q + tuning->ratio * miss;
     if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {

@@ -61,6 +61,7 @@ typedef struct {
     float step;       /* of the wave's t a period [-] */
     float share;      /* of the learnt L by which a cycle counts [-]; 0 = off */
     float answer;     /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
+    float against;    /* part of the swing of i_q by which it is opposed in the next cycle, per sum [-] */
 } inductance_wave_t;
 
 typedef struct {
@@ -79,17 +80,21 @@ typedef struct {
     learnt_value_t learnt; /* L_q [H] */
     float confidence;      /* share of the last cycles that agreed with it [-] */
     /* of the cycle */
-    uint32_t left;    /* periods that are left of it [-]; 0: none */
-    uint32_t sound;   /* [-] 1: nothing has spoilt it */
-    uint32_t seeing;  /* [-] 1: the mean has a beginning */
-    uint32_t second;  /* [-] 1: of the second frequency */
-    float t;          /* place in the wave [-], -1..1 */
-    float omega;      /* when it began [rad/s] */
-    float emf_mean;   /* low-pass of e_q [V] */
-    float i_d_mean;   /* low-pass of i_d [A] */
-    float emf_sum;    /* sum((e_q - mean) s) [V] */
-    float answer_sum; /* sum((i_d - mean) s) [A] */
-    float detector_sum; /* sum(|detector|) [-] */
+    uint32_t left;          /* periods that are left of it [-]; 0: none */
+    uint32_t sound;         /* [-] 1: nothing has spoilt it */
+    uint32_t seeing;        /* [-] 1: the means have a beginning */
+    uint32_t second;        /* [-] 1: of the second frequency */
+    float t;                /* place in the wave [-], -1..1 */
+    float omega;            /* when it began [rad/s] */
+    float detector_sum;     /* sum(|detector|) [-] */
+    float emf_mean;     /* low-pass of e_q [V] */
+    dq_t mean;          /* low-pass of the current [A] */
+    float emf_sum;      /* sum((e_q - mean) s) [V] */
+    float answer_sum;   /* sum((i_d - mean) s) [A] */
+    float swing_s;      /* sum((i_q - mean) s) [A] */
+    float swing_c;      /* sum((i_q - mean) c) [A] */
+    float against_s;    /* of i_q, against that swing, in step [A] */
+    float against_c;    /* likewise, a quarter of a cycle ahead [A] */
 } inductance_t;
 
 typedef struct {
@@ -121,20 +126,34 @@ static inline void inductance_rest(inductance_t *x)
 void inductance_begin(inductance_t *x, const inductance_input_t *input);
 void inductance_end(inductance_t *x, float omega_smooth);
 
-/* One period with a locked loop; the current [A] to be added to the reference of i_d. */
-static inline float inductance_step(inductance_t *x, const inductance_input_t *input)
+/* The dither's wave at t, -1..1. */
+static inline float inductance_wave(float t)
 {
+    return 4.0f * t * (1.0f - bounds_magnitude(t));
+}
+
+/* One period with a locked loop; the currents [A] to be added to the references. */
+static inline dq_t inductance_step(inductance_t *x, const inductance_input_t *input)
+{
+    const dq_t none = {0.0f, 0.0f};
+    const float share = x->tuning.mean_share;
     if (x->left == 0u) {
         inductance_begin(x, input);
     }
-    x->emf_mean = lowpass_step(x->emf_mean, x->tuning.mean_share, input->emf_q);
-    x->i_d_mean = lowpass_step(x->i_d_mean, x->tuning.mean_share, input->current.d);
+    x->emf_mean = lowpass_step(x->emf_mean, share, input->emf_q);
+    x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
+    x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
     if (x->left == 0u) {
-        return 0.0f;
+        return none;
     }
-    const float s = 4.0f * x->t * (1.0f - bounds_magnitude(x->t));
+    const float s = inductance_wave(x->t);
+    const float c = inductance_wave(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
+    const dq_t dither = {x->tuning.current * s, x->against_s * s + x->against_c * c};
+    const float i_q = input->current.q - x->mean.q;
     x->emf_sum += (input->emf_q - x->emf_mean) * s;
-    x->answer_sum += (input->current.d - x->i_d_mean) * s;
+    x->answer_sum += (input->current.d - x->mean.d) * s;
+    x->swing_s += i_q * s;
+    x->swing_c += i_q * c;
     x->detector_sum += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;
@@ -144,7 +163,7 @@ static inline float inductance_step(inductance_t *x, const inductance_input_t *i
     if (x->left == 0u) {
         inductance_end(x, input->omega_smooth);
     }
-    return x->tuning.current * s;
+    return dither;
 }
 
 #endif

@@ -117,7 +117,9 @@ static void shake(drive_t *drive)
         .current = drive->current,
         .sound = estimate->invalid == 0u,
     };
-    drive->demand.current.d += inductance_step(&drive->inductance, &input);
+    const dq_t dither = inductance_step(&drive->inductance, &input);
+    drive->demand.current.d += dither.d;
+    drive->demand.current.q += dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */

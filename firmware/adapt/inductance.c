@@ -1,6 +1,7 @@
 #include "adapt/inductance.h"
 
 #define TWO_PI         6.2831853f
+#define CONFIDENT      0.5f        /* [-] from which on what a cycle says counts */
 #define OPPOSED        0.5f        /* [-] of what is left of the swing of i_q, a cycle */
 #define WAVE_SQUARE    0.53333333f /* mean of s^2 [-] */
 #define SHARE_MAX      0.5f        /* [-] */
@@ -43,6 +44,7 @@ static void start(inductance_t *x)
 {
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
     x->confidence = 0.0f;
+    x->said = 0.0f;
     inductance_rest(x);
 }
 
@@ -115,10 +117,14 @@ void inductance_end(inductance_t *x, float omega_smooth)
         return;
     }
     const float before = x->learnt.value;
+    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * before) ? 1.0f : 0.0f;
+    x->confidence += wave->share * (agrees - x->confidence);
+    x->said = said;
+    if (x->confidence < CONFIDENT) {
+        return;
+    }
     const float next = before + wave->share * (said - before);
     const float least = INDUCTANCE_MIN * tuning->from;
     const float most = INDUCTANCE_MAX * tuning->from;
     x->learnt.value = next < most ? (next > least ? next : least) : most;
-    const float agrees = bounds_within(said - before, INDUCTANCE_AGREES * before) ? 1.0f : 0.0f;
-    x->confidence += wave->share * (agrees - x->confidence);
 }

@@ -78,7 +78,8 @@ typedef struct {
 typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt; /* L_q [H] */
-    float confidence;      /* share of the last cycles that agreed with it [-] */
+    float confidence;      /* share of the last cycles that agreed with the one before them [-] */
+    float said;            /* by the last one [H] */
     /* of the cycle */
     uint32_t left;          /* periods that are left of it [-]; 0: none */
     uint32_t sound;         /* [-] 1: nothing has spoilt it */

@@ -1,6 +1,7 @@
 #include "adapt/inductance.h"
 
 #define TWO_PI         6.2831853f
+#define TRUST          0.2f        /* [-] by which a cycle that agrees with the one before moves the confidence */
 #define CONFIDENT      0.5f        /* [-] from which on what a cycle says counts */
 #define OPPOSED        0.5f        /* [-] of what is left of the swing of i_q, a cycle */
 #define WAVE_SQUARE    0.53333333f /* mean of s^2 [-] */
@@ -118,7 +119,7 @@ void inductance_end(inductance_t *x, float omega_smooth)
     }
     const float before = x->learnt.value;
     const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * before) ? 1.0f : 0.0f;
-    x->confidence += wave->share * (agrees - x->confidence);
+    x->confidence += TRUST * (agrees - x->confidence);
     x->said = said;
     if (x->confidence < CONFIDENT) {
         return;

@@ -43,7 +43,7 @@
 #define INDUCTANCE_CUTOFF       100.0f /* [rad/s] of the mean that is taken off both e_q and i_d */
 #define INDUCTANCE_MIN          0.5f  /* [-] of the parameter */
 #define INDUCTANCE_MAX          2.0f  /* [-] of the parameter */
-#define INDUCTANCE_AGREES       0.1f  /* [-] of L: a cycle that says so */
+#define INDUCTANCE_AGREES       0.2f  /* [-] of L: two cycles that say the same */
 
 typedef struct {
     float inductance_d; /* L_d, believed [H], above 0 */

@@ -1,15 +1,15 @@
 #include "adapt/inductance.h"
 
-#define TWO_PI         6.2831853f
-#define TRUST          0.2f        /* [-] by which a cycle that agrees with the one before moves the confidence */
-#define CONFIDENT      0.5f        /* [-] from which on what a cycle says counts */
-#define OPPOSED        0.5f        /* [-] of what is left of the swing of i_q, a cycle */
-#define WAVE_SQUARE    0.53333333f /* mean of s^2 [-] */
-#define SHARE_MAX      0.5f        /* [-] */
-#define ANSWER_MIN     0.5f        /* [-] of what i_d is told */
-#define ANSWER_MAX     1.5f        /* [-] likewise */
-#define EMF_MIN        0.5f        /* [-] of psi_f |omega| */
-#define PLAUSIBLE_MAX  3.0f        /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+#define TWO_PI        6.2831853f
+#define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
+#define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
+#define OPPOSED       0.5f /* [-] of what is left of the swing of i_q, a cycle */
+#define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
+#define SHARE_MAX     0.5f        /* [-] */
+#define ANSWER_MIN    0.5f        /* [-] of what i_d is told */
+#define ANSWER_MAX    1.5f        /* [-] likewise */
+#define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
+#define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
@@ -71,19 +71,18 @@ static bool is_near(float frequency, float omega)
            bounds_within(frequency - 6.0f * omega, TWO_PI * INDUCTANCE_NEAR);
 }
 
-void inductance_begin(inductance_t *x, const inductance_input_t *input)
+bool inductance_begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    if (x->seeing == 0u) {
+    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
+        inductance_rest(x);
+        return false;
+    }
+    if (x->follows == 0u) {
         x->emf_mean = input->emf_q;
         x->mean = input->current;
-        x->against_s = 0.0f;
-        x->against_c = 0.0f;
-        x->seeing = 1u;
     }
-    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
-        return;
-    }
+    x->follows = 0u;
     x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
     x->left = x->tuning.wave[x->second].periods;
     x->sound = 1u;
@@ -94,38 +93,49 @@ void inductance_begin(inductance_t *x, const inductance_input_t *input)
     x->swing_s = 0.0f;
     x->swing_c = 0.0f;
     x->detector_sum = 0.0f;
+    return true;
+}
+
+/* Did the rotor turn steadily, and the loop with it, in the cycle that ends now? */
+static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, float omega)
+{
+    const float speed = bounds_magnitude(omega);
+    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
+                       bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
+    const bool keeps = bounds_within(omega - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
+    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->periods;
+    return turns && keeps && locked;
+}
+
+/* A cycle has said this of L_q [H]: may it count? */
+static bool is_trusted(inductance_t *x, float said)
+{
+    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value) ? 1.0f : 0.0f;
+    x->confidence = lowpass_step(x->confidence, TRUST, agrees);
+    x->said = said;
+    return x->confidence > CONFIDENT;
 }
 
 void inductance_end(inductance_t *x, float omega_smooth)
 {
     const inductance_tuning_t *tuning = &x->tuning;
     const inductance_wave_t *wave = &tuning->wave[x->second];
-    const float speed = bounds_magnitude(omega_smooth);
-    const bool answered =
-        x->answer_sum > ANSWER_MIN * wave->answer && x->answer_sum < ANSWER_MAX * wave->answer;
-    const bool turns =
-        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean) > EMF_MIN * tuning->flux_linkage * speed;
-    const bool steady = bounds_within(omega_smooth - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
-    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->periods;
-    if (x->sound == 0u || !answered || !turns || !steady || !locked) {
+    const float answer = x->answer_sum;
+    x->follows = x->sound != 0u && answer > ANSWER_MIN * wave->answer && answer < ANSWER_MAX * wave->answer;
+    if (x->follows == 0u || !is_steady(x, wave, omega_smooth)) {
         return;
     }
-    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
-    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
-    const float miss = x->emf_sum / (omega_smooth * x->answer_sum) - tuning->saliency;
+    const float miss = x->emf_sum / (omega_smooth * answer) - tuning->saliency;
     const float said = tuning->inductance_q + tuning->ratio * miss;
     if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
         return;
     }
-    const float before = x->learnt.value;
-    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * before) ? 1.0f : 0.0f;
-    x->confidence += TRUST * (agrees - x->confidence);
-    x->said = said;
-    if (x->confidence < CONFIDENT) {
-        return;
+    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
+    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
+    if (is_trusted(x, said)) {
+        const float next = lowpass_step(x->learnt.value, wave->share, said);
+        const float least = INDUCTANCE_MIN * tuning->from;
+        const float most = INDUCTANCE_MAX * tuning->from;
+        x->learnt.value = next < most ? (next > least ? next : least) : most;
     }
-    const float next = before + wave->share * (said - before);
-    const float least = INDUCTANCE_MIN * tuning->from;
-    const float most = INDUCTANCE_MAX * tuning->from;
-    x->learnt.value = next < most ? (next > least ? next : least) : most;
 }

@@ -37,11 +37,12 @@ typedef struct {
     float pole_pairs_inverse; /* [-] */
 } drive_tuning_t;
 
-/* What is believed: what was learnt, each value while its parameter is still that from which it began; all else
- * as the set says. */
+/* What is believed: what was learnt, each value while its parameter is still that from which it began; all
+ * else as the set says. */
 believed_t drive_believed(const params_t *params, const learnt_t *learnt);
 
-/* May the drive run on a set that params_check has accepted with this belief in the place of its own values? */
+/* May the drive run on a set that params_check has accepted with this belief in the place of its own values?
+ */
 bool drive_may_believe(const params_t *params, const believed_t *believed);
 
 /* Coefficients of a set that params_check has accepted, with `believed` in the place of what the set says of

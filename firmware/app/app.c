@@ -159,7 +159,9 @@ static void learn(void)
     if (app->seen.period - app->believed_at >= LEARN_PERIODS && believed_moved(&app->believed, &next) &&
         drive_may_believe(&app->active, &next)) {
         tune(&app->active, &next);
+        hal_interrupts_off();
         drive_offer(&app->drive);
+        hal_interrupts_on();
     }
 }
 

@@ -58,6 +58,7 @@ void setUp(void)
     params_defaults(&params);
     params.motor_inertia = 0.003f;
     params.low_speed_current = 0.0f;
+    params.inductance_adaptation = 0.0f;
     memset(&machine, 0, sizeof machine);
     memset(&estimate, 0, sizeof estimate);
     machine.inertia = 0.003;
@@ -140,7 +141,7 @@ static void step(void)
         .lost = lost,
     };
     period++;
-    demand = manoeuvres_step(&m, &input);
+    manoeuvres_step(&m, &input, &demand);
     if (m.locking != 0u) {
         estimate.frame = (frame_t){m.locked.theta_e, m.locked.omega_e, {0.0f, 1.0f}};
         estimate.omega_smooth = m.locked.omega_e;
@@ -259,7 +260,7 @@ static void test_catch_waits_for_the_observer(void)
     begin();
     const manoeuvres_input_t input = {.estimate = &estimate, .voltage_max = LINK, .wish = wish};
     for (int n = 0; n < 500; n++) {
-        (void)manoeuvres_step(&m, &input);
+        manoeuvres_step(&m, &input, &demand);
     }
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
     TEST_ASSERT_EQUAL_UINT32(0u, m.catching.periods);

@@ -37,6 +37,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .ratio = params->inductance_q / params->inductance_d,
         .flux_linkage = params->flux_linkage,
         .current = INDUCTANCE_DITHER * params->current_max,
+        .torque = INDUCTANCE_TORQUE * params->current_max,
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, params->period),
     };
 }
@@ -74,7 +75,7 @@ static bool is_near(float frequency, float omega)
 bool inductance_begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.current)) {
+    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.torque)) {
         inductance_rest(x);
         return false;
     }

@@ -40,6 +40,7 @@
 #include "math/frames.h"
 
 #define INDUCTANCE_DITHER       0.05f  /* [-] of the current limit: about a tenth of the rated current */
+#define INDUCTANCE_TORQUE       0.15f  /* [-] of the current limit: i_q at least */
 #define INDUCTANCE_FREQUENCY_1  33.0f  /* [Hz] */
 #define INDUCTANCE_FREQUENCY_2  43.0f  /* [Hz] where the first is too near */
 #define INDUCTANCE_NEAR         4.0f   /* [Hz] */
@@ -77,7 +78,8 @@ typedef struct {
     float saliency;     /* L_d - L_q of this belief [H] */
     float ratio;        /* L_q/L_d [-] */
     float flux_linkage; /* psi_f [Wb] */
-    float current;      /* amplitude of the dither, and least |i_q| [A] */
+    float current;      /* amplitude of the dither [A] */
+    float torque;       /* least |i_q| [A] */
     float mean_share;   /* of the low-pass that is taken off [-] */
 } inductance_tuning_t;
 

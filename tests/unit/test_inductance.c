@@ -238,10 +238,10 @@ static void test_it_rests_where_there_is_nothing_to_see(void)
     motor.omega = 29.0;
     expect_nothing_learnt(&motor, false);
     motor = wrong;
-    motor.i_q = 0.4;
+    motor.i_q = 1.4;
     expect_nothing_learnt(&motor, false);
     motor = wrong;
-    motor.i_q = -0.4;
+    motor.i_q = -1.4;
     expect_nothing_learnt(&motor, false);
 }
 

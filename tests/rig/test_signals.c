@@ -427,6 +427,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(manoeuvre, s->manoeuvre, 0.0)
     EXPECT(start_try, s->start_try, 0.0)
     EXPECT(lock_losses, s->losses, 0.0)
+    EXPECT(inductance_confidence, 0.0, 0.0)
     if (s->bridge) {
         EXPECT(estimator_invalid, s->invalid, 0.0)
     }
@@ -584,7 +585,6 @@ static bool estimate(const stretch_t *s, uint32_t k)
     EXPECT(e_beta, cimag(e), 0.06 * size + step)
     EXPECT(e_amplitude, size, 0.06 * size + step)
     EXPECT(inductance_hat, settings_inductance, 0.0)
-    EXPECT(inductance_confidence, 0.0, 0.0)
     if (s->settled) {
         EXPECT(psi_f_hat, FLUX, 0.01 * FLUX)
         const double complex off = clarke(EXTRA, 0.0, -EXTRA);

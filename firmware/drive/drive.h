@@ -60,6 +60,7 @@ typedef struct {
     doubt_t doubt;
     flux_t flux;
     offset_trim_t offset_trim;
+    inductance_t inductance;
 
     /* of the tuning in force */
     float pole_pairs_inverse; /* [-] */
@@ -104,6 +105,9 @@ void drive_locate(drive_t *drive);
 /* The start of a step with an offer, and the end of one that has led into fault. */
 void drive_take(drive_t *drive);
 void drive_note_fault(drive_t *drive);
+
+/* What it has learnt so far, between two periods. */
+learnt_t drive_learnt(const drive_t *drive);
 
 /* Take over a set of requests between two periods; it must be good (requests_check). */
 void drive_request(drive_t *drive, const requests_t *next);

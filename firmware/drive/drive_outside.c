@@ -15,6 +15,7 @@ void drive_take(drive_t *drive)
     flux_take(&drive->flux, &tuning->flux);
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
+    inductance_take(&drive->inductance, &tuning->inductance);
     inverter_take(&drive->inverter, &tuning->inverter);
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
@@ -40,6 +41,7 @@ void drive_init(drive_t *drive, const params_t *params)
     current_control_init(&drive->current_control, &tuning->current_control);
     manoeuvres_init(&drive->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
+    inductance_init(&drive->inductance, &tuning->inductance);
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
@@ -54,6 +56,11 @@ void drive_offer(drive_t *drive)
 void drive_withdraw(drive_t *drive)
 {
     drive->offered = 0u;
+}
+
+learnt_t drive_learnt(const drive_t *drive)
+{
+    return (learnt_t){.inductance_q = drive->inductance.learnt};
 }
 
 void drive_request(drive_t *drive, const requests_t *next)

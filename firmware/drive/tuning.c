@@ -1,5 +1,24 @@
 #include "drive/tuning.h"
 
+believed_t drive_believed(const params_t *params, const learnt_t *learnt)
+{
+    believed_t believed = params_believed(params);
+    if (learnt->inductance_q.from == params->motor_inductance_q) {
+        const float ratio = learnt->inductance_q.value / params->motor_inductance_q;
+        believed.inductance_d = ratio * params->motor_inductance_d;
+        believed.inductance_q = learnt->inductance_q.value;
+    }
+    return believed;
+}
+
+bool drive_may_believe(const params_t *params, const believed_t *believed)
+{
+    params_error_t ignored;
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    return chosen_params_check(&estimator, &ignored);
+}
+
 static void prepare_position(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const encoder_params_t encoder = {
@@ -26,6 +45,16 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     flux_prepare(&tuning->flux, &flux);
     const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_PERIOD};
     tuning->offset_trim = offset_trim_prepare(&trim);
+    const inductance_params_t inductance = {
+        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .from = params->motor_inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .current_max = params->current_limit,
+        .rate = params->inductance_adaptation,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->inductance = inductance_prepare(&inductance);
 }
 
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)

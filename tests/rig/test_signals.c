@@ -73,6 +73,8 @@
     X(i_err_beta)                                                                                            \
     X(detector)                                                                                              \
     X(psi_f_hat)                                                                                             \
+    X(inductance_hat)                                                                                        \
+    X(inductance_confidence)                                                                                 \
     X(u_alpha)                                                                                               \
     X(u_beta)                                                                                                \
     X(trim_alpha)                                                                                            \
@@ -213,6 +215,7 @@ static void run_all(void)
     run_put(rig, "current_limit", 4.0);
     run_put(rig, "observer_switching", 1.0); /* of each axis: three gains that differ */
     run_put(rig, "offset_trim", 0.1);
+    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is asked for */
     run_put(rig, "compensation_gain", 0.0);
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
     run_to_ready_at(rig, 500.0);
@@ -424,6 +427,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(manoeuvre, s->manoeuvre, 0.0)
     EXPECT(start_try, s->start_try, 0.0)
     EXPECT(lock_losses, s->losses, 0.0)
+    EXPECT(inductance_confidence, 0.0, 0.0)
     if (s->bridge) {
         EXPECT(estimator_invalid, s->invalid, 0.0)
     }
@@ -580,6 +584,7 @@ static bool estimate(const stretch_t *s, uint32_t k)
     EXPECT(e_alpha, creal(e), 0.06 * size + step)
     EXPECT(e_beta, cimag(e), 0.06 * size + step)
     EXPECT(e_amplitude, size, 0.06 * size + step)
+    EXPECT(inductance_hat, settings_inductance, 0.0)
     if (s->settled) {
         EXPECT(psi_f_hat, FLUX, 0.01 * FLUX)
         const double complex off = clarke(EXTRA, 0.0, -EXTRA);

@@ -498,6 +498,9 @@ static void test_what_the_drive_cannot_run_on_is_not_believed(void)
 static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void)
 {
     params_error_t why;
+    app->staged.inductance_adaptation = 2.0f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    interrupt();
     learnt(1.1f);
     background();
     app->staged.speed_kp = 0.7f;

@@ -19,6 +19,24 @@ static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
     return doubt_step(&drive->doubt, &input);
 }
 
+/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. */
+static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
+{
+    const estimate_t *estimate = &drive->estimator.estimate;
+    const dead_time_learn_input_t input = {
+        .rotation = estimate->frame.rotation,
+        .omega_e = estimate->omega_smooth,
+        .omega_e_miss =
+            drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref - estimate->omega_smooth,
+        .emf = estimate->emf,
+        .cut = acted->cut,
+        .current = acted->current,
+        .link = acted->link,
+    };
+    dead_time_learn_step(&drive->dead_time_learn, &input);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+}
+
 /* The estimate at t_k while the loop tracks, and what can be learnt of it. */
 static void track(drive_t *drive, const inverter_acted_t *acted)
 {
@@ -33,6 +51,9 @@ static void track(drive_t *drive, const inverter_acted_t *acted)
         flux_step(&drive->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
         chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
+    if (drive->dead_time_learn.tuning.rate > 0.0f) {
+        learn_dead_time(drive, acted);
+    }
     (void)offset_trim_step(&drive->offset_trim, estimate->emf_hat, estimate->frame.theta_e,
                            estimate->omega_smooth, &measured->current);
 }
@@ -42,9 +63,11 @@ static void estimate(drive_t *drive)
     const measured_t *measured = &drive->measure.measured;
     const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
+    drive->dead_voltage = acted.leg;
     if (drive->manoeuvres.tracking != 0u) {
         track(drive, &acted);
     } else {
+        dead_time_learn_pause(&drive->dead_time_learn);
         chosen_observe(&drive->estimator, acted.voltage, measured->current,
                        manoeuvres_speed(&drive->manoeuvres));
     }

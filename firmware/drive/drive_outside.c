@@ -16,6 +16,8 @@ void drive_take(drive_t *drive)
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
     inverter_take(&drive->inverter, &tuning->inverter);
+    dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
     manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);

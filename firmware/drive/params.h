@@ -155,7 +155,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
-      "off")
+      "off")                                                                                                 \
+    F(62, dead_time_adaptation, "1/s", 4.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
+      "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

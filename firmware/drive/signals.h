@@ -83,6 +83,7 @@
     F(2067, u_beta, acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                             \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
+    F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
     F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 

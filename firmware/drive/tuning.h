@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "adapt/believed.h"
+#include "adapt/dead_time_learn.h"
 #include "adapt/flux.h"
 #include "adapt/offset_trim.h"
 #include "control/current_control.h"
@@ -28,6 +29,7 @@ typedef struct {
     flux_tuning_t flux;
     offset_trim_tuning_t offset_trim;
     inverter_tuning_t inverter;
+    dead_time_learn_tuning_t dead_time_learn;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;

@@ -11,7 +11,7 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
     const float effective = params->effective;
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     return (dead_time_learn_tuning_t){
-        .rate = params->rate * params->period / (DEAD_TIME_LEARN_POWER * params->zone),
+        .rate = params->rate * params->period / DEAD_TIME_LEARN_POWER,
         .effective = effective,
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
@@ -43,17 +43,27 @@ static bool visible(const dead_time_learn_t *learn, const dead_time_learn_input_
            together < DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
-static inline float cross(dq_t vector, dq_t current)
+/* Sine of six times the angle of a vector whose length is 1. */
+static inline float sixfold(ab_t unit)
 {
-    return vector.q * current.d - vector.d * current.q;
+    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
+    const float square_im = 2.0f * unit.alpha * unit.beta;
+    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
+    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
+    return 2.0f * cube_re * cube_im;
 }
 
-/* What is left of a vector without its mean, which follows it by this share. */
-static inline dq_t without_mean(dq_t *mean, dq_t vector, float share)
+/* The mean turns on with the reference, whose speed has no ripple, and follows the EMF. */
+static void follow(dead_time_learn_t *learn, const dead_time_learn_input_t *input, float speed)
 {
-    mean->d = lowpass_step(mean->d, share, vector.d);
-    mean->q = lowpass_step(mean->q, share, vector.q);
-    return (dq_t){vector.d - mean->d, vector.q - mean->q};
+    const float share = learn->tuning.period * speed;
+    const float turn = learn->tuning.period * input->omega_e_ref;
+    const ab_t mean = learn->emf_mean;
+    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
+    learn->emf_mean = learn->begun == 0u ? input->emf
+                                         : (ab_t){lowpass_step(turned.alpha, share, input->emf.alpha),
+                                                  lowpass_step(turned.beta, share, input->emf.beta)};
+    learn->begun = 1u;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -65,29 +75,23 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         learn->begun = 0u;
         return;
     }
-    const dq_t emf = frames_park(input->emf, input->rotation);
-    const dq_t cut = frames_park(input->cut, input->rotation);
-    if (learn->begun == 0u) {
-        learn->begun = 1u;
-        learn->emf_mean = emf;
-        learn->cut_mean = cut;
-    }
-    const dq_t current = frames_park(input->current, input->rotation);
-    const float share = tuning->period * speed;
-    const float across = cross(without_mean(&learn->emf_mean, emf, share), current) *
-                         cross(without_mean(&learn->cut_mean, cut, share), current);
+    follow(learn, input, speed);
 
+    const ab_t mean = learn->emf_mean;
+    const ab_t current = input->current;
     const float due = DEAD_TIME_LEARN_AGREE * tuning->flux_linkage * speed;
-    const dq_t mean = learn->emf_mean;
-    const float square = current.d * current.d + current.q * current.q;
-    const bool settled =
-        bounds_within(tuning->flux_linkage * input->omega_e_miss, DEAD_TIME_LEARN_MISS * band) &&
-        mean.d * mean.d + mean.q * mean.q > due * due && square > tuning->current_square;
-    if (!settled) {
+    const float square = current.alpha * current.alpha + current.beta * current.beta;
+    const float miss = tuning->flux_linkage * (input->omega_e_ref - input->omega_e);
+    if (!bounds_within(miss, DEAD_TIME_LEARN_MISS * band) || square < tuning->current_square ||
+        mean.alpha * mean.alpha + mean.beta * mean.beta < due * due) {
         return;
     }
-    const float scale = square * input->link;
-    const float wanted = learn->effective + tuning->rate * across * inverse_root(scale * scale);
+    const float inverse = inverse_root(square);
+    const ab_t unit = {inverse * current.alpha, inverse * current.beta};
+    const float across =
+        unit.alpha * (input->emf.beta - mean.beta) - unit.beta * (input->emf.alpha - mean.alpha);
+    const float per_volt = inverse_root(input->link * input->link);
+    const float wanted = learn->effective - tuning->rate * across * sixfold(unit) * per_volt;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

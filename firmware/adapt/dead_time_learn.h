@@ -29,7 +29,7 @@
 
 #include "math/frames.h"
 
-#define DEAD_TIME_LEARN_POWER     0.148f /* [-] mean square of the sawtooth, whose peak is 2/3 */
+#define DEAD_TIME_LEARN_POWER     0.2185f /* [-] mean square of the sawtooth, whose peak is 2/3 */
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF over the dead band's voltage from which on it learns ... */
 #define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and up to which */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing, over the same, at most */
@@ -61,19 +61,16 @@ typedef struct {
     dead_time_learn_tuning_t tuning;
     float effective; /* T_e/T as learnt [-] */
     uint32_t begun;  /* [-] 1: the means below are of the last periods */
-    dq_t emf_mean;   /* in the rotor's frame [V] */
-    dq_t cut_mean;   /* likewise [A] */
+    ab_t emf_mean;   /* what turns like the rotor [V] */
 } dead_time_learn_t;
 
 /* What a period brings. */
 typedef struct {
-    rotation_t rotation; /* of the rotor at t_k, as estimated */
-    float omega_e;       /* its smooth speed [rad/s], electrical */
-    float omega_e_miss;  /* reference - speed [rad/s], electrical */
-    ab_t emf;            /* at t_k, lag undone [V] */
-    ab_t current;        /* mean of the period [A] */
-    ab_t cut;            /* the same with each phase cut to the zone, zone r [A] */
-    float link;          /* mean of the period [V] */
+    float omega_e;     /* of the rotor, as estimated, smooth [rad/s], electrical */
+    float omega_e_ref; /* its reference [rad/s], electrical */
+    ab_t emf;          /* at t_k, lag undone [V] */
+    ab_t current;      /* mean of the period [A] */
+    float link;        /* likewise [V] */
 } dead_time_learn_input_t;
 
 /* Coefficients. One division. */

@@ -24,12 +24,9 @@ static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
 {
     const estimate_t *estimate = &drive->estimator.estimate;
     const dead_time_learn_input_t input = {
-        .rotation = estimate->frame.rotation,
         .omega_e = estimate->omega_smooth,
-        .omega_e_miss =
-            drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref - estimate->omega_smooth,
+        .omega_e_ref = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
         .emf = estimate->emf,
-        .cut = acted->cut,
         .current = acted->current,
         .link = acted->link,
     };

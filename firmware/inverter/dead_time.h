@@ -47,28 +47,17 @@ static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_d
     return dead_time->volt_per_volt * u_dc + dead_time->drop;
 }
 
-/* The current [A], stationary frame, with each phase cut to the zone: what is lost has its direction. */
-static inline ab_t dead_time_cut(const dead_time_tuning_t *dead_time, ab_t current)
+/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. The currents are
+ * cut to the zone and transformed; what comes out is stretched to volts. No division, six compares. */
+static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, ab_t current, float u_dc)
 {
     abc_t phases = frames_inverse_clarke(current);
     phases.a = bounds_clamp(phases.a, dead_time->zone);
     phases.b = bounds_clamp(phases.b, dead_time->zone);
     phases.c = bounds_clamp(phases.c, dead_time->zone);
-    return frames_clarke(phases);
-}
-
-/* What is lost at this cut current [A] and the loss `leg` [V] of a leg whose sign is certain [V]. */
-static inline ab_t dead_time_stretched(const dead_time_tuning_t *dead_time, ab_t cut, float leg)
-{
-    const float volt_per_ampere = leg * dead_time->per_zone;
+    ab_t cut = frames_clarke(phases);
+    float volt_per_ampere = dead_time_leg(dead_time, u_dc) * dead_time->per_zone;
     return (ab_t){volt_per_ampere * cut.alpha, volt_per_ampere * cut.beta};
-}
-
-/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. No division, six
- * compares. */
-static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, ab_t current, float u_dc)
-{
-    return dead_time_stretched(dead_time, dead_time_cut(dead_time, current), dead_time_leg(dead_time, u_dc));
 }
 
 #endif

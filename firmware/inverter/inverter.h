@@ -46,7 +46,6 @@ typedef struct {
 typedef struct {
     ab_t voltage; /* on the winding in [t_k-1, t_k) [V] */
     ab_t current; /* mean in the same time [A] */
-    ab_t cut;     /* the same with each phase cut to the zone [A] */
     float link;   /* mean of the DC link in the same time [V] */
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
@@ -99,16 +98,12 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t c
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
     const ab_t middle = {0.5f * (current.alpha + inverter->current_prev.alpha),
                          0.5f * (current.beta + inverter->current_prev.beta)};
-    const ab_t cut = dead_time_cut(&inverter->tuning.lost, middle);
-    const float leg = dead_time_leg(&inverter->tuning.lost, link);
-    const ab_t lost = dead_time_stretched(&inverter->tuning.lost, cut, leg);
+    const ab_t lost = dead_time_voltage(&inverter->tuning.lost, middle, link);
     return (inverter_acted_t){
-        .voltage = {inverter->duty_prev[1].alpha * link - lost.alpha,
-                    inverter->duty_prev[1].beta * link - lost.beta},
-        .current = middle,
-        .cut = cut,
-        .link = link,
-        .leg = leg,
+        {inverter->duty_prev[1].alpha * link - lost.alpha, inverter->duty_prev[1].beta * link - lost.beta},
+        middle,
+        link,
+        dead_time_leg(&inverter->tuning.lost, link),
     };
 }
 

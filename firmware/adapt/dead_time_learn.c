@@ -6,6 +6,8 @@
 #include "math/filter.h"
 #include "math/root.h"
 
+#define SAWTOOTH (12.0f / 35.0f) /* [-] sixth harmonic of the sawtooth, 1/5 + 1/7 */
+
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
     const float effective = params->effective;
@@ -43,27 +45,33 @@ static bool visible(const dead_time_learn_t *learn, const dead_time_learn_input_
            together < DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
-/* Sine of six times the angle of a vector whose length is 1. */
-static inline float sixfold(ab_t unit)
+/* What the three signs have across the current, by its direction [-]: the first of the sawtooth's harmonics,
+ * in parts of what they have along it, 4/pi. */
+static float sawtooth(ab_t unit)
 {
     const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
     const float square_im = 2.0f * unit.alpha * unit.beta;
     const float cube_re = square_re * unit.alpha - square_im * unit.beta;
     const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    return 2.0f * cube_re * cube_im;
+    return -SAWTOOTH * 2.0f * cube_re * cube_im;
 }
 
-/* The mean turns on with the reference, whose speed has no ripple, and follows the EMF. */
-static void follow(dead_time_learn_t *learn, const dead_time_learn_input_t *input, float speed)
+/* A mean that turns by `turn` [rad] a period and follows the vector by `share`. */
+static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
 {
-    const float share = learn->tuning.period * speed;
-    const float turn = learn->tuning.period * input->omega_e_ref;
-    const ab_t mean = learn->emf_mean;
     const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
-    learn->emf_mean = learn->begun == 0u ? input->emf
-                                         : (ab_t){lowpass_step(turned.alpha, share, input->emf.alpha),
-                                                  lowpass_step(turned.beta, share, input->emf.beta)};
-    learn->begun = 1u;
+    return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
+                  lowpass_step(turned.beta, share, vector.beta)};
+}
+
+static inline float cross(ab_t a, ab_t b)
+{
+    return a.alpha * b.beta - a.beta * b.alpha;
+}
+
+static inline float square_of(ab_t a)
+{
+    return a.alpha * a.alpha + a.beta * a.beta;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -71,27 +79,38 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float band = tuning->band * input->link;
     const float speed = bounds_magnitude(input->omega_e);
-    if (!visible(learn, input, band, speed)) {
+    const float square = square_of(input->current);
+    if (!visible(learn, input, band, speed) || square < tuning->current_square) {
         learn->begun = 0u;
         return;
     }
-    follow(learn, input, speed);
+    const float inverse = inverse_root(square);
+    const ab_t newest = {inverse * input->current.alpha, inverse * input->current.beta};
+    if (learn->begun == 0u) {
+        learn->begun = 1u;
+        learn->emf_mean = input->emf;
+        learn->along_mean = newest;
+        learn->along[0] = newest;
+        learn->along[1] = newest;
+        learn->along[2] = newest;
+    }
+    const float turn = tuning->period * input->omega_e_ref;
+    const float share = tuning->period * speed;
+    const ab_t along = learn->along[2]; /* whose noise is not in this EMF any more */
+    learn->along[2] = learn->along[1];
+    learn->along[1] = learn->along[0];
+    learn->along[0] = newest;
+    learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
+    learn->along_mean = follow(learn->along_mean, turn, share, along);
 
-    const ab_t mean = learn->emf_mean;
-    const ab_t current = input->current;
     const float due = DEAD_TIME_LEARN_AGREE * tuning->flux_linkage * speed;
-    const float square = current.alpha * current.alpha + current.beta * current.beta;
     const float miss = tuning->flux_linkage * (input->omega_e_ref - input->omega_e);
-    if (!bounds_within(miss, DEAD_TIME_LEARN_MISS * band) || square < tuning->current_square ||
-        mean.alpha * mean.alpha + mean.beta * mean.beta < due * due) {
+    if (!bounds_within(miss, DEAD_TIME_LEARN_MISS * band) || square_of(learn->emf_mean) < due * due) {
         return;
     }
-    const float inverse = inverse_root(square);
-    const ab_t unit = {inverse * current.alpha, inverse * current.beta};
-    const float across =
-        unit.alpha * (input->emf.beta - mean.beta) - unit.beta * (input->emf.alpha - mean.alpha);
+    const float across = cross(learn->along_mean, input->emf) - cross(learn->along_mean, learn->emf_mean);
     const float per_volt = inverse_root(input->link * input->link);
-    const float wanted = learn->effective - tuning->rate * across * sixfold(unit) * per_volt;
+    const float wanted = learn->effective + tuning->rate * across * (cross(learn->along_mean, along) + sawtooth(along)) * per_volt;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

@@ -29,7 +29,7 @@
 
 #include "math/frames.h"
 
-#define DEAD_TIME_LEARN_POWER     0.2185f /* [-] mean square of the sawtooth, whose peak is 2/3 */
+#define DEAD_TIME_LEARN_POWER     0.0749f /* [-] mean square of the sawtooth, whose peak is 2/3 */
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF over the dead band's voltage from which on it learns ... */
 #define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and up to which */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing, over the same, at most */
@@ -62,6 +62,8 @@ typedef struct {
     float effective; /* T_e/T as learnt [-] */
     uint32_t begun;  /* [-] 1: the means below are of the last periods */
     ab_t emf_mean;   /* what turns like the rotor [V] */
+    ab_t along[3]; /* direction of the current, of one to three periods ago [-] */
+    ab_t along_mean; /* likewise: direction of the current [-] */
 } dead_time_learn_t;
 
 /* What a period brings. */

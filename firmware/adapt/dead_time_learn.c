@@ -6,14 +6,16 @@
 #include "math/filter.h"
 #include "math/root.h"
 
-#define SAWTOOTH (12.0f / 35.0f) /* [-] sixth harmonic of the sawtooth, 1/5 + 1/7 */
+#define SIXTH (12.0f / 35.0f) /* [-] of the signs across the current over what is along it: 1/5 + 1/7 */
+#define POWER (0.5f * SIXTH * SIXTH) /* [-] its mean square */
+#define ALONG (4.0f / 3.14159265f)   /* [-] mean of the signs along the current */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
     const float effective = params->effective;
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     return (dead_time_learn_tuning_t){
-        .rate = params->rate * params->period / DEAD_TIME_LEARN_POWER,
+        .rate = params->rate * params->period / (ALONG * POWER),
         .effective = effective,
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
@@ -34,36 +36,6 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
     learn->tuning = *tuning;
 }
 
-/* Is there something to be seen, at this dead band's voltage [V] and speed [rad/s]? */
-static bool visible(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band,
-                    float speed)
-{
-    const float emf = learn->tuning.flux_linkage * speed;
-    const float together = bounds_magnitude(input->emf.alpha) + bounds_magnitude(input->emf.beta) +
-                           bounds_magnitude(input->current.alpha) + bounds_magnitude(input->current.beta);
-    return DEAD_TIME_LEARN_EMF_MIN * band < emf && emf < DEAD_TIME_LEARN_EMF_MAX * band &&
-           together < DEAD_TIME_LEARN_EMF_LIMIT;
-}
-
-/* What the three signs have across the current, by its direction [-]: the first of the sawtooth's harmonics,
- * in parts of what they have along it, 4/pi. */
-static float sawtooth(ab_t unit)
-{
-    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
-    const float square_im = 2.0f * unit.alpha * unit.beta;
-    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
-    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    return -SAWTOOTH * 2.0f * cube_re * cube_im;
-}
-
-/* A mean that turns by `turn` [rad] a period and follows the vector by `share`. */
-static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
-{
-    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
-    return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
-                  lowpass_step(turned.beta, share, vector.beta)};
-}
-
 static inline float cross(ab_t a, ab_t b)
 {
     return a.alpha * b.beta - a.beta * b.alpha;
@@ -74,18 +46,45 @@ static inline float square_of(ab_t a)
     return a.alpha * a.alpha + a.beta * a.beta;
 }
 
-void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
+static inline bool same(ab_t a, ab_t b)
 {
-    const dead_time_learn_tuning_t *tuning = &learn->tuning;
-    const float band = tuning->band * input->link;
-    const float speed = bounds_magnitude(input->omega_e);
-    const float square = square_of(input->current);
-    if (!visible(learn, input, band, speed) || square < tuning->current_square) {
-        learn->begun = 0u;
-        return;
-    }
-    const float inverse = inverse_root(square);
-    const ab_t newest = {inverse * input->current.alpha, inverse * input->current.beta};
+    return a.alpha == b.alpha && a.beta == b.beta;
+}
+
+/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V]? Not
+ * of what is no number. */
+static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
+                    float square, float band)
+{
+    const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
+    const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
+    const float seen = square_of(input->emf);
+    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
+           seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
+           square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+}
+
+/* Sixth harmonic of what the three signs have across the current, by its direction [-]. */
+static float sixth(ab_t unit)
+{
+    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
+    const float square_im = 2.0f * unit.alpha * unit.beta;
+    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
+    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
+    return -SIXTH * 2.0f * cube_re * cube_im;
+}
+
+/* A mean that turns by `turn` [rad] a period and follows the vector by `share` [-]. */
+static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
+{
+    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
+    return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
+                  lowpass_step(turned.beta, share, vector.beta)};
+}
+
+/* The means of this period, and the direction of the current three periods ago. */
+static ab_t go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t newest)
+{
     if (learn->begun == 0u) {
         learn->begun = 1u;
         learn->emf_mean = input->emf;
@@ -94,23 +93,47 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         learn->along[1] = newest;
         learn->along[2] = newest;
     }
-    const float turn = tuning->period * input->omega_e_ref;
-    const float share = tuning->period * speed;
-    const ab_t along = learn->along[2]; /* whose noise is not in this EMF any more */
+    const ab_t along = learn->along[2];
     learn->along[2] = learn->along[1];
     learn->along[1] = learn->along[0];
     learn->along[0] = newest;
+    const float turn = learn->tuning.period * input->omega_e_ref;
+    const float share = learn->tuning.period * bounds_magnitude(input->omega_e_ref);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
+    return along;
+}
 
-    const float due = DEAD_TIME_LEARN_AGREE * tuning->flux_linkage * speed;
-    const float miss = tuning->flux_linkage * (input->omega_e_ref - input->omega_e);
-    if (!bounds_within(miss, DEAD_TIME_LEARN_MISS * band) || square_of(learn->emf_mean) < due * due) {
+/* Are speed and reference together, EMF and speed as well, and does the current keep its direction? */
+static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
+{
+    const float flux_linkage = learn->tuning.flux_linkage;
+    const float agreed = DEAD_TIME_LEARN_AGREE * flux_linkage * input->omega_e_ref;
+    return bounds_within(flux_linkage * (input->omega_e_ref - input->omega_e), DEAD_TIME_LEARN_MISS * band) &&
+           square_of(learn->emf_mean) > agreed * agreed &&
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY;
+}
+
+void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float band = tuning->band * input->link;
+    const float square = square_of(input->current);
+    if (!visible(tuning, input, square, band)) {
+        learn->begun = 0u;
         return;
     }
-    const float across = cross(learn->along_mean, input->emf) - cross(learn->along_mean, learn->emf_mean);
+    const float inverse = inverse_root(square);
+    const ab_t newest = {inverse * input->current.alpha, inverse * input->current.beta};
+    const ab_t along = go_on(learn, input, newest);
+    const bool frozen = same(newest, learn->along[1]) && same(newest, along);
+    if (frozen || !settled(learn, input, band)) {
+        return;
+    }
+    const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const float signs = cross(learn->along_mean, along) + sixth(along);
     const float per_volt = inverse_root(input->link * input->link);
-    const float wanted = learn->effective + tuning->rate * across * (cross(learn->along_mean, along) + sawtooth(along)) * per_volt;
+    const float wanted = learn->effective + tuning->rate * cross(learn->along_mean, rest) * signs * per_volt;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

@@ -1,27 +1,31 @@
 /* The effective dead time of the legs, learnt from the EMF while the motor turns slowly.
  *
- * A leg loses V = T_e/T u_dc + drop with the sign of its current (inverter/dead_time.h). Where the observer
- * believes in V_hat instead, its EMF carries the rest,
+ * A leg loses V = T_e/T u_dc + drop with the sign of its current (inverter/dead_time.h). Where V_hat is
+ * believed instead, the observer's EMF carries the rest,
  *
- *     e = e_rotor + (V - V_hat) r,     r = vector of the three signs, of length 4/3
+ *     e = e_rotor + (V - V_hat) r,     r: the three signs as a vector
  *
- * Seen from the current, r is a staircase along it, whose mean looks like resistance or flux, and across it a
- * sawtooth of the sixth harmonic, which looks like nothing else. So only what is across the current is
- * correlated, mean values taken off in the frame of the rotor:
+ * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth of the
+ * sixth harmonic, which looks like nothing else:
  *
- *     e_x = e~ x i/|i|,  r_x = r~ x i/|i|       ~: high-pass at |omega_e|
- *     d(T_e/T)/dt = rate e_x r_x/(DEAD_TIME_LEARN_POWER u_dc)
+ *     r ~ (4/pi) u (1 - j (12/35) sin 6 phi),     u = e^(j phi) the direction of the current
  *
- * Which makes V_hat follow V with `rate`, at any direction of the current (docs/theory.md, 24). What is
- * learnt is a time, for it is the delays that nobody knows: the voltage follows the link by itself. An error
- * of the drop is learnt as if it were time.
+ * So what the EMF has across the current, without its mean, is correlated with what the signs have there:
  *
- * It learns only while the EMF is neither small nor large beside the dead band's voltage (a small one is not
- * tracked well, a large one has harmonics of its own), while the current is well outside of the zone, while
- * speed and reference are together and EMF and speed agree; else the value stays.
+ *     m(x) = low-pass of x at |omega_e| in a frame that turns with the reference, which has no ripple
+ *     d(T_e/T)/dt = rate/(4/pi 72/1225) [m(u) x (e - m(e))] [m(u) x u - (12/35) sin 6 phi]/u_dc
  *
- * One step per T. Does not handle: differences between the legs, an EMF with large fifth and seventh
- * harmonics: 2 % of it is an error of some 1 % at four times the lowest speed. */
+ * whereby T_e follows with `rate` (docs/theory.md, 24). m(u) x u is the wobble of the current's direction, of
+ * which a wrong V_hat makes a lot: without it large errors of slow motors stay. u is that of three periods
+ * ago, whose noise the EMF of now does not remember. What is learnt is a time, for it is delays that nobody
+ * knows; the voltage then follows the link. An error of the drop is learnt as if it were time.
+ *
+ * It learns while the EMF is neither small beside the dead band's voltage, nor large, where its own harmonics
+ * count, while it agrees with the speed, while the current is well outside of the zone and keeps its
+ * direction, and while speed and reference are together; else the value stays.
+ *
+ * One step per T. Does not handle: differences between the legs; an EMF with a lag, as the paper's modes have
+ * it, slows it down. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
 #define ADAPT_DEAD_TIME_LEARN_H
 
@@ -29,18 +33,19 @@
 
 #include "math/frames.h"
 
-#define DEAD_TIME_LEARN_POWER     0.0749f /* [-] mean square of the sawtooth, whose peak is 2/3 */
-#define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF over the dead band's voltage from which on it learns ... */
-#define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and up to which */
-#define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing, over the same, at most */
-#define DEAD_TIME_LEARN_AGREE     0.2f  /* [-] of the EMF that belongs to the speed, at least */
+#define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
+#define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
+#define DEAD_TIME_LEARN_AGREE     0.2f  /* [-] mean EMF over that of the speed, at least */
+#define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
-#define DEAD_TIME_LEARN_RANGE     2.0f /* [-] T_e over the larger of dead band and parameters' T_e, at most */
-#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V] what is longer is no EMF */
+#define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
+#define DEAD_TIME_LEARN_RANGE     2.0f  /* [-] T_e over dead band or T_e of the parameters, at most */
+#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f  /* [V], [A] what is longer is no measurement */
 
 typedef struct {
     float rate;         /* [1/s]; 0: off */
-    float effective;    /* T_e/T that the parameters say [-] */
+    float effective;    /* T_e/T of the parameters [-] */
     float band;         /* dead band over T, which the hardware keeps exactly [-] */
     float flux_linkage; /* psi_f [Wb] */
     float zone;         /* half width of the zone around zero current [A] */
@@ -48,7 +53,7 @@ typedef struct {
 } dead_time_learn_params_t;
 
 typedef struct {
-    float rate;           /* rate T/(DEAD_TIME_LEARN_POWER zone) [1/A]; 0: off */
+    float rate;           /* of a volt and a sawtooth, a period [-]; 0: off */
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of what is learnt [-] */
     float band;           /* [-] */
@@ -60,35 +65,36 @@ typedef struct {
 typedef struct {
     dead_time_learn_tuning_t tuning;
     float effective; /* T_e/T as learnt [-] */
-    uint32_t begun;  /* [-] 1: the means below are of the last periods */
-    ab_t emf_mean;   /* what turns like the rotor [V] */
-    ab_t along[3]; /* direction of the current, of one to three periods ago [-] */
-    ab_t along_mean; /* likewise: direction of the current [-] */
+    uint32_t begun;  /* [-] 1: what follows is of the last periods */
+    ab_t emf_mean;   /* m(e) [V] */
+    ab_t along_mean; /* m(u) [-] */
+    ab_t along[3];   /* u of one, two and three periods ago [-] */
 } dead_time_learn_t;
 
 /* What a period brings. */
 typedef struct {
-    float omega_e;     /* of the rotor, as estimated, smooth [rad/s], electrical */
-    float omega_e_ref; /* its reference [rad/s], electrical */
+    float omega_e;     /* of the rotor, estimated, smooth [rad/s], electrical */
+    float omega_e_ref; /* its reference [rad/s], electrical, finite */
     ab_t emf;          /* at t_k, lag undone [V] */
     ab_t current;      /* mean of the period [A] */
     float link;        /* likewise [V] */
 } dead_time_learn_input_t;
 
-/* Coefficients. One division. */
+/* Coefficients. Two divisions. */
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params);
 
 /* These coefficients. What is learnt stays while the parameters say the same and it is on; else it starts
  * from them again. */
 void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning_t *tuning);
 
-/* The periods go not on from the last ones: the means begin with the next. */
+/* The next period does not go on from the last one that was tracked. */
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
     learn->begun = 0u;
 }
 
-/* One period that was tracked. Input that is no number or no EMF teaches nothing. No division. */
+/* One period that was tracked. A current that stands still, and what is no number or no EMF, teach nothing.
+ * No division. */
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input);
 
 #endif

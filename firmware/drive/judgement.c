@@ -120,8 +120,7 @@ static void narrow(search_t *search, rule_number_t rule, lever_sense_t sense)
     uint32_t bad = more ? search->min : search->max;
     put(search, good);
     search->none = search->none || !is_kept(search, rule, sense);
-    /* A filter of no bandwidth is none: an exception of its own, told in the rule. */
-    if (more && bad == 0u && search->param == PARAM_observer_emf_cutoff) {
+    if (more && bad == 0u && rules_zero_is_apart(search->param)) {
         bad = float_bits(FLT_MIN);
     }
     put(search, bad);

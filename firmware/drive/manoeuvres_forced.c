@@ -151,6 +151,16 @@ demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input)
     return forced_demand(m, input, FRAME_GOES_ON);
 }
 
+/* Out of the forced frame into the estimate's, in which this current flows [A]: nothing but the frame
+ * changes. */
+static demand_t take_over(manoeuvres_t *m, const manoeuvres_input_t *input, dq_t seen)
+{
+    manoeuvres_enter_run(m, seen, input->estimate->omega_smooth);
+    demand_t demand = manoeuvres_run_observed(m, input, &input->estimate->frame, m->run.omega_m_ref);
+    demand.change = (int32_t)FRAME_TURNS;
+    return demand;
+}
+
 demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const estimate_t *estimate = input->estimate;
@@ -163,11 +173,7 @@ demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     case HANDOVER_GOES_ON:
         break;
     case HANDOVER_GOOD:
-        manoeuvres_enter_run(m, seen, estimate->omega_smooth);
-        m->needed = bounds_magnitude(seen.q);
-        demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame, m->run.omega_m_ref);
-        demand.change = (int32_t)FRAME_TURNS;
-        return demand;
+        return take_over(m, input, seen);
     case HANDOVER_FAILED:
         fail(m, MANOEUVRE_UNLOCKED);
         return forced_demand(m, input, FRAME_GOES_ON);

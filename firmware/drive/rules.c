@@ -3,6 +3,16 @@
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
 #define ROUNDING 1.0000005f
 
+/* What the speed of the hand-over follows from (params_start()). */
+#define HANDOVER_LEVERS                                                                                      \
+    {PARAM_handover_speed, MORE_HELPS}, {PARAM_dead_time, MORE_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS},   \
+        {PARAM_motor_resistance, MORE_HELPS}, {PARAM_device_resistance, MORE_HELPS},                         \
+        {PARAM_start_current, MORE_HELPS}, {PARAM_current_limit, MORE_HELPS},                                \
+        {PARAM_overspeed_trip, MORE_HELPS}, {PARAM_motor_flux_linkage, LESS_HELPS},                          \
+    {                                                                                                        \
+        PARAM_motor_pole_pairs, LESS_HELPS                                                                   \
+    }
+
 const rule_t rules[RULES] = {
     [RULE_TRIP] = {"overcurrent_trip >= 1.2 current_limit",
                    2,
@@ -74,6 +84,30 @@ const rule_t rules[RULES] = {
                      {PARAM_motor_flux_linkage, LESS_HELPS},
                      {PARAM_overspeed_trip, LESS_HELPS},
                      {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_START] = {"start_current <= current_limit",
+                    2,
+                    {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
+    [RULE_LOW_SPEED] = {"low_speed_current <= current_limit",
+                        2,
+                        {{PARAM_low_speed_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
+    [RULE_FALLBACK] = {"fallback_speed < handover_speed, or what its rule makes of it where it is 0",
+                       11,
+                       {{PARAM_fallback_speed, LESS_HELPS}, HANDOVER_LEVERS}},
+    [RULE_CATCH] = {"start_speed <= handover_speed, or what its rule makes of it where it is 0",
+                    11,
+                    {{PARAM_start_speed, LESS_HELPS}, HANDOVER_LEVERS}},
+    [RULE_HANDOVER] = {"handover_speed <= 0.5 overspeed_trip",
+                       2,
+                       {{PARAM_handover_speed, LESS_HELPS}, {PARAM_overspeed_trip, MORE_HELPS}}},
+    [RULE_RAMP] = {"start_ramp motor_inertia <= 0.7 of the torque of a start, 1.5 motor_pole_pairs "
+                   "motor_flux_linkage start_current, or current_limit where that is 0",
+                   6,
+                   {{PARAM_start_ramp, LESS_HELPS},
+                    {PARAM_start_current, MORE_HELPS},
+                    {PARAM_current_limit, MORE_HELPS},
+                    {PARAM_motor_inertia, LESS_HELPS},
+                    {PARAM_motor_flux_linkage, MORE_HELPS},
+                    {PARAM_motor_pole_pairs, MORE_HELPS}}},
 };
 
 /* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
@@ -143,10 +177,34 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_TURN:
     case RULE_FEEDFORWARD:
     case RULE_FORGETTING:
+    case RULE_START:
+    case RULE_LOW_SPEED:
+    case RULE_FALLBACK:
+    case RULE_CATCH:
+    case RULE_HANDOVER:
+    case RULE_RAMP:
     case RULES:
         break;
     }
     return estimator_params_check(&alone, &ignored);
+}
+
+/* Of its torque a start may use for the ramp; the rest is for the load, and for swings. */
+#define RAMP_SHARE 0.7f
+
+/* The rules of the speeds and of the ramp (RULE_RAMP), of what a start really goes by. */
+static bool start_takes(rule_number_t rule, const params_t *params)
+{
+    const believed_t believed = params_believed(params);
+    const start_params_t start = params_start(params, &believed);
+    const float per_ampere = 1.5f * (float)params->motor_pole_pairs * believed.flux_linkage;
+    if (rule == RULE_FALLBACK) {
+        return start.fallback_speed < start.handover_speed;
+    }
+    if (rule == RULE_CATCH) {
+        return params->start_speed <= start.handover_speed;
+    }
+    return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)
@@ -183,10 +241,26 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_TORQUE:
     case RULE_REACH:
         return estimator_takes(rule, params);
+    case RULE_START:
+        return params->start_current <= params->current_limit;
+    case RULE_LOW_SPEED:
+        return params->low_speed_current <= params->current_limit;
+    case RULE_HANDOVER:
+        return params->handover_speed <= 0.5f * params->overspeed_trip;
+    case RULE_FALLBACK:
+    case RULE_CATCH:
+    case RULE_RAMP:
+        return start_takes(rule, params);
     case RULES:
         break;
     }
     return true;
+}
+
+bool rules_zero_is_apart(param_t param)
+{
+    return param == PARAM_observer_emf_cutoff || param == PARAM_start_current ||
+           param == PARAM_handover_speed;
 }
 
 lever_sense_t rules_sense(rule_number_t rule, param_t param)

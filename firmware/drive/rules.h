@@ -31,6 +31,12 @@ typedef enum {
     RULE_LOOP,
     RULE_FILTER,
     RULE_REACH,
+    RULE_START,
+    RULE_LOW_SPEED,
+    RULE_FALLBACK,
+    RULE_CATCH,
+    RULE_HANDOVER,
+    RULE_RAMP,
     RULES
 } rule_number_t;
 
@@ -41,7 +47,7 @@ typedef struct {
     lever_sense_t sense;
 } lever_t;
 
-#define LEVERS 6
+#define LEVERS 11
 
 typedef struct {
     const char *text; /* in rows */
@@ -55,6 +61,10 @@ extern const rule_t rules[RULES];
 /* Does the set keep the rule? Every row that the rule reads is in its range. A rule that builds on another
  * one holds where that does not. */
 bool rules_hold(rule_number_t rule, const params_t *params);
+
+/* Is 0 an exception of its own in this row, told in the rule: none, or by a rule? Other values near it may
+ * not be accepted where 0 is. */
+bool rules_zero_is_apart(param_t param);
 
 /* How a rule depends on a row; IS_READ: not at all, or not one way. */
 lever_sense_t rules_sense(rule_number_t rule, param_t param);

@@ -6,6 +6,10 @@
 #include "drive/guard.h"
 #include "hal/board.h"
 
+/* By fault_when_t and by fault_reaction_t. */
+static const char *const moments[] = {"ALWAYS", "RUNNING", "ENCODER", "TRACKING"};
+static const char *const reactions[] = {"WARN", "CATCH", "OPEN"};
+
 int main(void)
 {
     params_t params;
@@ -14,11 +18,11 @@ int main(void)
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const fault_row_t *row = &fault_rows[n];
         const table_row_t *limit = table_by_name(&params_table, row->limit);
-        printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%d\t%d\n", row->reason,
+        printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%s\t%s\n", row->reason,
                row->name, row->quantity, row->comparison, row->limit, (double)row->margin,
                (double)tuning.limit[n], limit != NULL ? limit->unit : "", row->debounce,
-               row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ,
-               row->when == FAULT_RUNNING, row->reaction == FAULT_OPEN);
+               row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ, moments[row->when],
+               reactions[row->reaction]);
     }
     return 0;
 }

@@ -15,6 +15,8 @@ STEP = """schema = 1
 title = "a test"
 [run]
 duration = "%s"
+[params]
+position_source = "encoder"
 [requests]
 enable = "on"
 speed_request = "300 r/min"
@@ -77,7 +79,15 @@ class CommandLine(unittest.TestCase):
         rows = [line.split("\t") for line in subprocess.run([FAULT_ROWS], capture_output=True, text=True).stdout.splitlines()]
         reasons = {reason["name"]: reason for reason in json.loads(lagless("explain", "--json").stdout)["reasons"]}
         self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
-        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, running, opens in rows:
+        moments = {"ALWAYS": "always", "RUNNING": "while the gates shall be on",
+                   "ENCODER": "while the gates shall be on and control turns with the encoder",
+                   "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart"}
+        reactions = {"WARN": "shown in warnings while it holds",
+                     "CATCH": "the rotor is caught again; lost three times within 2 s, it is a fault",
+                     "OPEN": "the bridge opens, the fault is latched"}
+        self.assertEqual(set(moments), {row[10] for row in rows})
+        self.assertEqual(set(reactions), {row[11] for row in rows})
+        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, when, reaction in rows:
             by_name = json.loads(lagless("explain", name, "--json").stdout)
             self.assertEqual(by_name, json.loads(lagless("explain", number, "--json").stdout))
             self.assertEqual(by_name, reasons[name])
@@ -85,14 +95,13 @@ class CommandLine(unittest.TestCase):
             self.assertEqual({
                 "quantity": quantity, "comparison": comparison, "limit": limit or None, "margin": float(margin),
                 "default": float(value) if limit else None, "unit": unit or None, "debounce_periods": int(debounce),
-                "debounce_ms": float(debounce_ms), "when": "RUNNING" if running == "1" else "ALWAYS",
-                "reaction": "OPEN" if opens == "1" else "WARN"}, by_name["fault"])
+                "debounce_ms": float(debounce_ms), "when": when, "reaction": reaction}, by_name["fault"])
             text = lagless("explain", name).stdout
-            told = dict(line.strip().split(": ", 1) for line in text.replace(":    ", ": ").splitlines()[1:])
+            told = {line.split(":", 1)[0].strip(): line.split(":", 1)[1].strip() for line in text.splitlines()[1:]}
             self.assertTrue(told["must hold for"].startswith(debounce + " period"), text)
             self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms)), text)
-            self.assertIn("latched" if opens == "1" else "warnings", told["reaction"])
-            self.assertIn("gates" if running == "1" else "always", told["judged"])
+            self.assertEqual(reactions[reaction], told["reaction"])
+            self.assertEqual(moments[when], told["judged"])
             for part in (quantity, limit, {"ABOVE": " > ", "BELOW": " < ", "HOLDS": ""}[comparison]):
                 self.assertIn(part, told["condition"])
 

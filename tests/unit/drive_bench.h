@@ -13,10 +13,14 @@ static params_t params;
 static drive_samples_t samples; /* of two current sensors */
 static drive_command_t command;
 
-/* Defaults, with nothing connected that moves. */
+/* Defaults with the paper's speed control on the encoder, with nothing connected that moves. */
 static inline void bench_begin(void)
 {
     params_defaults(&params);
+    params.position_source = POSITION_ENCODER;
+    params.speed_kp = 0.5f;
+    params.speed_ki = 2.5f;
+    params.speed_setpoint_weight = 1.0f;
     drive_init(&drive, &params);
     samples = (drive_samples_t){
         .u_dc = 311.0f, .sink_temperature = 40.0f, .motor_temperature = 40.0f, .flags = DRIVE_SAMPLE_TRIPPED};

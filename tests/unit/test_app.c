@@ -336,7 +336,7 @@ static void test_while_the_bridge_is_on_the_registers_stay(void)
     expect_asked_in_good_order("off on ");
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
 }
 
 /* Refused for this row: the drive, its registers and the active set are those of before. */
@@ -409,8 +409,8 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
     TEST_ASSERT_FALSE(app_apply(&why));
     TEST_ASSERT_FALSE(interrupts_wrong);
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f, app->drive.sequence.tuning.start_speed);
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(4.0f * 9.0f, app->drive.manoeuvres.catching.tuning.speed_min);
 }
 
 /* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
@@ -424,7 +424,7 @@ static void test_a_set_offered_before_survives_one_that_came_too_late(void)
     bridge_comes = true;
     TEST_ASSERT_FALSE(app_apply(&why));
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
     TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
 }
 

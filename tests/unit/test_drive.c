@@ -193,7 +193,7 @@ static void test_trip_goes_to_fault_at_once_and_freezes_what_was_seen(void)
     samples.i_b = -0.25f;
     steps(1);
     const uint32_t period = drive.period;
-    const frame_t frame = drive.frame;
+    const frame_t frame = drive.rotor;
     drive_trip(&drive);
     expect_fault(REASON_MODULE_FAULT);
     samples.i_a = 0.0f;
@@ -368,6 +368,9 @@ static void test_a_new_set_reaches_every_room(void)
     params.speed_kp = 0.25f;
     params.motor_pole_pairs = 2;
     params.start_speed = 9.0f;
+    params.start_current = 6.0f;
+    params.handover_speed = 25.0f;
+    params.fallback_speed = 11.0f;
     params.position_source = POSITION_SENSORLESS;
     offer_params();
     drive_take(&drive);
@@ -381,11 +384,15 @@ static void test_a_new_set_reaches_every_room(void)
                                  0.5f * drive.inverter.tuning.modulation.range);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.doubt.tuning.current);
     TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.current_control.q.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.run.flux_linkage);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.manoeuvres.run.tuning.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.pole_pairs_inverse);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f, drive.sequence.tuning.start_speed);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.sequence.tuning.sensorless);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.manoeuvres.catching.tuning.speed_min);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.forced.tuning.current);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.handover.tuning.current_most);
+    TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.manoeuvres.lock.tuning.speed_slow);
+    TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.manoeuvres.limits.handover_speed);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.limits.sensorless);
 }
 
 static void test_gains_change_while_running_without_a_jump(void)
@@ -455,7 +462,7 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
     /* No current flows and none is asked for: the integrators are at rest, the voltage is the EMF, psi_f
      * omega_e on q. */
     const double omega_e = 4.0 * (20.0 * 2.0 * PI);
-    const double angle = (double)drive.frame.theta_e + 1.5e-4 * omega_e;
+    const double angle = (double)drive.demand.frame.theta_e + 1.5e-4 * omega_e;
     const double expected_alpha = -0.183 * omega_e * sin(angle);
     const double alpha =
         311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;

@@ -27,6 +27,7 @@ static struct {
     double complex current;  /* [A] at t_k */
     double complex duty;     /* acts from t_k on, if the gates are on */
     bool driven;
+    bool encoder_stands; /* its count stays, whatever the rotor does */
     uint32_t random;
 } machine;
 
@@ -84,7 +85,9 @@ static void machine_step(void)
     samples.i_a = (float)(phase_of(machine.current, 0) + noise());
     samples.i_b = (float)(phase_of(machine.current, 1) + noise());
     const double turns = machine.theta_e / (2.0 * PI * 4.0);
-    samples.encoder = (uint32_t)(10000.0 * (turns - floor(turns))) % 10000u;
+    if (!machine.encoder_stands) {
+        samples.encoder = (uint32_t)(10000.0 * (turns - floor(turns))) % 10000u;
+    }
     steps(1);
     machine.driven = (samples.flags & DRIVE_SAMPLE_TRIPPED) == 0u;
 
@@ -120,6 +123,13 @@ static void make_inverter_ideal(void)
     params.turn_on_delay = 0.0f;
     params.turn_off_delay = params.dead_time;
     params.device_drop = 0.0f;
+}
+
+#define CATCH DRIVE_PERIODS(20e-3f) /* a catch takes no longer */
+
+static void expect_manoeuvre(manoeuvre_t manoeuvre)
+{
+    TEST_ASSERT_EQUAL_INT32(manoeuvre, drive.manoeuvres.now);
 }
 
 /* With `params`, at this speed, in mode current without a request: ready, not on. */
@@ -203,7 +213,8 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
         samples.i_a = n % 2 == 0 ? -2.0f : 2.0f;
         samples.i_b = n % 2 == 0 ? 0.7f : 0.3f;
         turn(20, 1);
-        const double angle = (double)drive.frame.theta_e + 1.5 * PERIOD * (double)drive.frame.omega_e;
+        const double angle =
+            (double)drive.demand.frame.theta_e + 1.5 * PERIOD * (double)drive.demand.frame.omega_e;
         const double complex frame = cexp((double complex)I * angle);
         const double complex voltage =
             ((double)drive.voltage.d + (double complex)I * (double)drive.voltage.q) * frame;
@@ -269,71 +280,173 @@ static void test_position_source_changes_live_without_a_bump(void)
             params.position_source = n % 2 == 0 ? POSITION_SENSORLESS : POSITION_ENCODER;
             offer_params();
             for (int m = 0; m < 50 + n; m++) {
-                const double before = (double)drive.frame.theta_e;
+                const double before = (double)drive.demand.frame.theta_e;
                 machine_step();
-                const double moved = wrapped((double)drive.frame.theta_e - before);
+                const double moved = wrapped((double)drive.demand.frame.theta_e - before);
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.current.q);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.current.d);
                 const frame_t *estimated = &drive.estimator.estimate.frame;
                 const position_t source = n % 2 == 0 ? (position_t){estimated->theta_e, estimated->omega_e}
                                                      : drive.encoder_position;
-                TEST_ASSERT_TRUE(source.theta_e == drive.frame.theta_e &&
-                                 source.omega_e == drive.frame.omega_e);
+                TEST_ASSERT_TRUE(source.theta_e == drive.demand.frame.theta_e &&
+                                 source.omega_e == drive.demand.frame.omega_e);
             }
         }
         expect_state(DRIVE_OPERATION_ENABLED);
     }
 }
 
-/* 8 rad/s: one count a period is 6.28 rad/s, two are 12.57. */
-static void test_sensorless_start_needs_a_rotor_that_turns(void)
+/* 8 rad/s of start_speed: a rotor that turns as fast is caught, in either direction, a slower one is aligned.
+ * The mean of the EMF's length has settled to 0.14 % after 20 ms. Nothing of it comes from the encoder, whose
+ * count stands. */
+static void test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another(void)
 {
     static const struct {
         double omega_m;
-        bool sensorless, starts;
-    } cases[] = {{0.0, true, false},   {6.2832, true, false}, {-6.2832, true, false}, {7.9, true, false},
-                 {-7.9, true, false},  {8.1, true, true},     {-8.1, true, true},     {12.566, true, true},
-                 {-150.0, true, true}, {0.0, false, true},    {6.2832, false, true}};
+        bool turns;
+    } cases[] = {{0.0, false}, {6.2832, false}, {-6.2832, false}, {7.9, false},  {-7.9, false},
+                 {8.1, true},  {-8.1, true},    {12.566, true},   {100.0, true}, {-150.0, true}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
-        params.position_source = cases[n].sensorless ? POSITION_SENSORLESS : POSITION_ENCODER;
+        make_inverter_ideal();
+        params.position_source = POSITION_SENSORLESS;
         given_machine(4.0 * cases[n].omega_m);
-        TEST_ASSERT_TRUE(drive.encoder_position.theta_e == drive.frame.theta_e);
+        machine.encoder_stands = true;
         request(REQUEST_ON);
-        machine_steps(1);
-        expect_state(cases[n].starts ? DRIVE_SWITCHED_ON : DRIVE_READY);
-        TEST_ASSERT_EQUAL_INT32(cases[n].starts ? REASON_NONE : REASON_TOO_SLOW, drive.sequence.refusal);
-        if (!cases[n].starts) { /* and as soon as it turns, it goes */
-            TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-            machine.omega_e = 40.0;
-            machine_steps(200);
-            expect_state(DRIVE_OPERATION_ENABLED);
-            TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
+        machine_steps(3);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
+        for (uint32_t k = 0; k <= CATCH + 2u && drive.manoeuvres.now == (int32_t)MANOEUVRE_CATCH; k++) {
+            /* a little along phase a, so that the legs leave the zone of the dead time */
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.3f, drive.demand.current.d);
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.demand.current.q);
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.demand.frame.theta_e);
+            machine_step();
+        }
+        expect_manoeuvre(cases[n].turns ? MANOEUVRE_RUN : MANOEUVRE_ALIGN);
+        if (cases[n].turns) {
+            machine_steps(2000);
+            expect_manoeuvre(MANOEUVRE_RUN);
+            TEST_ASSERT_DOUBLE_WITHIN(0.1, 4.0 * cases[n].omega_m,
+                                      (double)drive.estimator.estimate.omega_smooth);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, estimate_error());
         }
     }
 }
 
+static void test_with_the_encoder_nothing_is_caught(void)
+{
+    static const double speeds[] = {0.0, 6.2832, -150.0};
+    for (size_t n = 0; n < 3; n++) {
+        setUp();
+        given_running_machine(4.0 * speeds[n], 0.0);
+        expect_manoeuvre(MANOEUVRE_RUN);
+        TEST_ASSERT_TRUE(drive.encoder_position.theta_e == drive.demand.frame.theta_e);
+    }
+}
+
+/* 1100 rad/s are 201 V, more than 311 V/sqrt(3) = 179.6 V: the currents would find no voltage against it. */
+static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_inverter_ideal();
+        params.position_source = POSITION_SENSORLESS;
+        params.overcurrent_trip = 19.0f;
+        given_machine(way * 1100.0);
+        request(REQUEST_ON);
+        machine_steps(CATCH);
+        expect_fault(REASON_ROTOR_TOO_FAST);
+        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+    }
+}
+
+/* With the gates off a current can only be one through the diodes: 0.4 A and more. Where it has gone the
+ * start goes on by itself. */
+static void test_a_rotor_that_feeds_the_link_is_not_switched_on(void)
+{
+    for (int sensorless = 0; sensorless < 2; sensorless++) {
+        setUp();
+        params.position_source = sensorless != 0 ? POSITION_SENSORLESS : POSITION_ENCODER;
+        drive_init(&drive, &params);
+        bring_to_ready();
+        samples.i_a = 0.41f;
+        samples.i_b = -0.205f;
+        request(REQUEST_ON);
+        steps(100);
+        expect_state(DRIVE_READY);
+        TEST_ASSERT_EQUAL_INT32(REASON_ROTOR_TOO_FAST, drive.sequence.refusal);
+        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+        samples.i_a = 0.0f;
+        samples.i_b = 0.0f;
+        steps(3);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
+    }
+}
+
+/* In a catch nobody knows whether the rotor stands: a quick stop waits until it is caught, and then until it
+ * stands. 100 rad/s come to standstill within 0.5 s. */
+static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
+{
+    make_inverter_ideal();
+    params.position_source = POSITION_SENSORLESS;
+    given_machine(100.0);
+    request(REQUEST_ON);
+    machine_steps(3);
+    request(REQUEST_QUICK_STOP);
+    for (uint32_t n = 0; drive.manoeuvres.now == (int32_t)MANOEUVRE_CATCH && n < CATCH + 2u; n++) {
+        machine_step();
+        expect_state(DRIVE_QUICK_STOP);
+    }
+    expect_manoeuvre(MANOEUVRE_RUN);
+    machine.acceleration = -200.0;
+    while (machine.omega_e > 0.0) {
+        machine_step();
+        /* the mechanical speed that ends it, 2 rad/s, and what the estimate is behind by */
+        TEST_ASSERT_TRUE(drive.sequence.state == (int32_t)DRIVE_QUICK_STOP || machine.omega_e < 4.0 * 3.0);
+    }
+    machine.acceleration = 0.0;
+    machine.omega_e = 0.0;
+    machine_steps(3000);
+    expect_state(DRIVE_READY);
+    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+}
+
 /* Until the sign `bit` fails in every period it takes what the machine does; from then on 0.1 s on balance,
- * 1001 periods. The step that finds it opens the bridge. */
-static void expect_lost(int32_t reason, uint32_t bit, double most_seconds)
+ * 1001 periods. The step that finds it lets go of the rotor and catches it again, with the gates on. What is
+ * still wrong then is found again after the mask of 50 ms; the third time within 2 s is a fault. */
+static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
 {
     const uint32_t begin = drive.period;
-    for (uint32_t n = 0;
-         drive.sequence.state == DRIVE_OPERATION_ENABLED && n < (uint32_t)(most_seconds / PERIOD); n++) {
+    while (drive.guard.losses == 0u && drive.period - begin < (uint32_t)(most_seconds / PERIOD)) {
         TEST_ASSERT_EQUAL_HEX32(0u, drive.estimator.estimate.invalid);
+        expect_manoeuvre(MANOEUVRE_RUN);
         machine_step();
     }
     const double taken = (drive.period - begin) * PERIOD;
-    printf("%s after %.4f s\n", reason_by_number(drive.sequence.fault_reason)->name, taken);
-    expect_fault(reason);
+    printf("%s after %.4f s\n", fault_rows[row].name, taken);
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << row, drive.guard.losses);
     TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.estimate.invalid);
+    TEST_ASSERT_TRUE(taken > 0.1);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    expect_manoeuvre(MANOEUVRE_RELOCK);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.lock_losses);
+    TEST_ASSERT_EQUAL_INT32(GATES_KEEP, command.gates);
+
+    machine_steps(CATCH + 1u);
+    expect_manoeuvre(MANOEUVRE_RUN);
+    for (int n = 0; drive.sequence.state == (int32_t)DRIVE_OPERATION_ENABLED && n < 10000; n++) {
+        machine_step();
+    }
+    expect_fault(REASON_LOCK_LOST);
+    TEST_ASSERT_EQUAL_UINT32(drive.period, drive.fault.period);
+    TEST_ASSERT_TRUE((drive.period - begin) * PERIOD - taken < 2.0);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
     TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
-    TEST_ASSERT_EQUAL_UINT32(drive.period, drive.fault.period);
-    TEST_ASSERT_TRUE(taken > 0.1);
     machine_steps(300);
-    expect_fault(reason);
+    expect_fault(REASON_LOCK_LOST);
 }
 
 /* Sensorless and settled: 1 s is eight time constants of the slowest loop used here. That one is
@@ -349,32 +462,37 @@ static void given_sensorless(double omega_e)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
 }
 
-/* At 1.6 of the flux |e| is 1.6 psi_f omega, more than the parameter's 1.5 and 20 rad/s allow (1.55), at 0.45
- * less than its 0.5. On the way there the feed-forward sees the speed change by 0.2 Wb/s/0.183 Wb 400 rad/s =
- * 437 rad/s^2, which costs an angle of 437/ki = 0.16 rad and no lock. */
+/* At 1.6 of the flux |e| is 1.6 psi_f omega, more than the parameter's 1.5 and 20 rad/s allow (1.55), at 0.6
+ * less than its 0.7, and more than the 0.5 below which the lock is lost at once. On the way there the
+ * feed-forward sees the speed change by 0.2 Wb/s/0.183 Wb 400 rad/s = 437 rad/s^2, which costs an angle of
+ * 437/ki = 0.16 rad and no lock. */
 static void test_estimate_whose_emf_does_not_fit_its_speed_is_lost(void)
 {
     given_sensorless(400.0);
     machine.flux_end = 1.6 * PSI;
-    expect_lost(REASON_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
+    expect_lost(FAULT_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
     setUp();
+    params.estimate_amplitude_min = 0.7f;
     given_sensorless(-400.0);
-    machine.flux_end = 0.45 * PSI;
-    expect_lost(REASON_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
+    machine.flux_end = 0.6 * PSI;
+    expect_lost(FAULT_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
 }
 
-/* A conventional loop of 20 rad/s: wn = 8.06 rad/s, ki = 65 rad/s^2. At 50 rad/s^2 of acceleration it needs a
- * sine of 0.77, more than 0.5, and is there with its time constant of 0.12 s. */
+/* A conventional loop of 20 rad/s: wn = 8.06 rad/s, ki = 65 rad/s^2. At 20 rad/s^2 of acceleration it needs a
+ * sine of 0.31, more than 0.2, and is there with its time constant of 0.12 s; its square is less than the
+ * 0.12 of a lost lock. */
 static void test_estimate_that_does_not_keep_up_is_lost(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
+        given_sensorless(way * 400.0); /* a loop that slow could not follow the catch */
         params.pll_bandwidth = 20.0f;
         params.feedforward_cutoff = 0.0f;
-        params.estimate_detector_max = 0.5f;
-        given_sensorless(way * 400.0);
-        machine.acceleration = way * 50.0;
-        expect_lost(REASON_ESTIMATE_DETECTOR, ESTIMATOR_DETECTOR, 0.6);
+        params.estimate_detector_max = 0.2f;
+        offer_params();
+        machine_steps(10000);
+        machine.acceleration = way * 20.0;
+        expect_lost(FAULT_ESTIMATE_DETECTOR, ESTIMATOR_DETECTOR, 0.6);
     }
 }
 
@@ -385,23 +503,53 @@ static void test_estimate_whose_current_is_not_the_measured_one_is_lost(void)
     params.estimate_amplitude_max = 1.0f;
     given_sensorless(400.0);
     machine.flux_end = 150.0 / 400.0;
-    expect_lost(REASON_ESTIMATE_CURRENT, ESTIMATOR_CURRENT, 1.2);
+    expect_lost(FAULT_ESTIMATE_CURRENT, ESTIMATOR_CURRENT, 1.2);
 }
 
-/* estimate_speed_min = 3 rad/s are 12 rad/s electrical. */
+/* estimate_speed_min = 15 rad/s are 60 rad/s electrical, well above where a forced frame takes over, 25. */
 static void test_estimate_of_a_rotor_too_slow_to_see_is_lost(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
-        given_sensorless(way * 60.0);
+        params.estimate_speed_min = 15.0f;
+        given_sensorless(way * 80.0);
         machine.acceleration = way * -100.0;
-        machine_steps(4700);
+        machine_steps(1900);
         machine.acceleration = 0.0;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way * 13.0, machine.omega_e);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way * 61.0, machine.omega_e);
         machine_steps(2000);
-        expect_state(DRIVE_OPERATION_ENABLED);
+        expect_manoeuvre(MANOEUVRE_RUN);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.manoeuvres.lock_losses);
         machine.acceleration = way * -30.0;
-        expect_lost(REASON_ESTIMATE_SPEED, ESTIMATOR_SPEED, 0.2); /* at 7 rad/s */
+        expect_lost(FAULT_ESTIMATE_SPEED, ESTIMATOR_SPEED, 0.2); /* at 57 rad/s */
+    }
+}
+
+/* Half a turn off in one period, with the current's torque reversed: the EMF lies against the estimated axis.
+ * The low-pass of 5 ms falls from 1 through half within 5 ms ln(2/1.5) = 1.4 ms, then it must last for 5 ms.
+ * It is caught where it is, and one loss is no fault. */
+static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        given_sensorless(way * 400.0);
+        machine.theta_e += PI;
+        machine.current = -machine.current;
+        const uint32_t begin = drive.period;
+        while (drive.guard.losses == 0u && drive.period - begin < 1000u) {
+            machine_step();
+        }
+        printf("unlocked after %.1f ms\n", (drive.period - begin) * PERIOD * 1e3);
+        TEST_ASSERT_TRUE((drive.guard.losses >> FAULT_UNLOCKED & 1u) != 0u);
+        TEST_ASSERT_TRUE(drive.period - begin <= DRIVE_PERIODS(12e-3f));
+        expect_manoeuvre(MANOEUVRE_RELOCK);
+        machine_steps(CATCH + 1u);
+        expect_manoeuvre(MANOEUVRE_RUN);
+        machine_steps(25000);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        expect_manoeuvre(MANOEUVRE_RUN);
+        TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.lock_losses);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
     }
 }
 
@@ -415,11 +563,12 @@ static void test_lost_estimate_is_no_fault_on_the_encoder(void)
     machine_steps(7000);
     TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.estimator.estimate.invalid);
     expect_state(DRIVE_OPERATION_ENABLED);
-    params.position_source = POSITION_SENSORLESS; /* and stops as soon as it would have to rely on it */
+    TEST_ASSERT_EQUAL_HEX32(0u, drive.guard.losses);
+    params.position_source = POSITION_SENSORLESS; /* and is caught as soon as control would rely on it */
     offer_params();
     machine_steps(1);
-    expect_fault(REASON_ESTIMATE_AMPLITUDE);
-    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_ESTIMATE_AMPLITUDE, drive.guard.losses);
+    expect_manoeuvre(MANOEUVRE_RELOCK);
 }
 
 /* 100 r/min, 5.76 A: the EMF is 7.67 V, a leg loses 8.03 V. A phase passes +-0.1 A in 0.2/(5.76 41.9) = 0.83
@@ -489,11 +638,16 @@ int main(void)
     RUN_TEST(test_estimate_is_that_of_the_sample_in_either_direction);
     RUN_TEST(test_estimator_starts_anew_at_every_switching_on);
     RUN_TEST(test_position_source_changes_live_without_a_bump);
-    RUN_TEST(test_sensorless_start_needs_a_rotor_that_turns);
+    RUN_TEST(test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another);
+    RUN_TEST(test_with_the_encoder_nothing_is_caught);
+    RUN_TEST(test_a_rotor_beyond_what_the_link_holds_is_not_caught);
+    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_switched_on);
+    RUN_TEST(test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand);
     RUN_TEST(test_estimate_whose_emf_does_not_fit_its_speed_is_lost);
     RUN_TEST(test_estimate_that_does_not_keep_up_is_lost);
     RUN_TEST(test_estimate_whose_current_is_not_the_measured_one_is_lost);
     RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
+    RUN_TEST(test_a_rotor_half_a_turn_off_is_caught_again_at_once);
     RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
     RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);
     RUN_TEST(test_a_large_emf_is_tracked_through_every_zero);

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unity.h>
 
+#include "drive/manoeuvres.h"
 #include "drive/measure.h"
 #include "drive/reasons.h"
 #include "estimator/chosen.h"
@@ -16,9 +17,12 @@
 typedef struct {
     measured_t measured;
     float omega_m;
-    uint32_t invalid;
-    bool running;
+    uint32_t invalid, unlocked, failed;
+    uint32_t now; /* moments that are */
 } scene_t;
+
+/* Each moment for itself, as the drive can have them, and all. */
+#define EVERY (GUARD_ALWAYS | GUARD_RUNNING | GUARD_ENCODER | GUARD_TRACKING)
 
 static params_t params;
 static guard_t guard;
@@ -46,7 +50,7 @@ void setUp(void)
                      .good = 1u},
         .omega_m = 100.0f,
         .invalid = ESTIMATOR_SAMPLE, /* counted by itself, as a bad sample */
-        .running = true,
+        .now = EVERY,
     };
 }
 
@@ -56,7 +60,9 @@ void tearDown(void)
 
 static void step(const scene_t *scene)
 {
-    guard_step(&guard, &scene->measured, scene->omega_m, scene->invalid, scene->running);
+    const guard_input_t input = {&scene->measured, scene->omega_m, scene->invalid,
+                                 scene->unlocked,  scene->failed,  scene->now};
+    guard_step(&guard, &input);
 }
 
 /* ---- where the quantities of the table come from, each in every way it can ---- */
@@ -149,6 +155,41 @@ static void set_estimate_speed(scene_t *scene, float value, int way)
     set_invalid(scene, ESTIMATOR_SPEED, value);
 }
 
+static void set_unlocked(scene_t *scene, float value, int way)
+{
+    (void)way;
+    scene->unlocked = value != 0.0f ? 1u : 0u;
+}
+
+static void set_failed(scene_t *scene, uint32_t what, float value)
+{
+    scene->failed = value != 0.0f ? scene->failed | what : scene->failed & ~what;
+}
+
+static void set_lock_lost(scene_t *scene, float value, int way)
+{
+    (void)way;
+    set_failed(scene, MANOEUVRE_LOST, value);
+}
+
+static void set_start_stalled(scene_t *scene, float value, int way)
+{
+    (void)way;
+    set_failed(scene, MANOEUVRE_STALLED, value);
+}
+
+static void set_start_unlocked(scene_t *scene, float value, int way)
+{
+    (void)way;
+    set_failed(scene, MANOEUVRE_UNLOCKED, value);
+}
+
+static void set_rotor_too_fast(scene_t *scene, float value, int way)
+{
+    (void)way;
+    set_failed(scene, MANOEUVRE_TOO_FAST, value);
+}
+
 typedef struct {
     const char *name;
     void (*set)(scene_t *scene, float value, int way);
@@ -169,6 +210,11 @@ static const quantity_t quantities[] = {
     {"estimate_detector", set_detector, 1},
     {"estimate_current", set_observed, 1},
     {"estimate_speed", set_estimate_speed, 1},
+    {"unlocked", set_unlocked, 1},
+    {"lock_lost", set_lock_lost, 1},
+    {"start_stalled", set_start_stalled, 1},
+    {"start_unlocked", set_start_unlocked, 1},
+    {"rotor_too_fast", set_rotor_too_fast, 1},
 };
 
 /* A row whose quantity is not there fails here: it must be added above. */
@@ -222,37 +268,45 @@ static bool holds(uint32_t row, float value)
     return value != 0.0f;
 }
 
-/* Faults and warnings after a quantity has had this value for so many periods. */
-static void expect_after(uint32_t of_row, float value, bool running, uint32_t periods)
+static bool counts(uint32_t row, uint32_t now)
+{
+    return fault_rows[row].when == FAULT_ALWAYS || (now & GUARD_MOMENT(fault_rows[row].when)) != 0u;
+}
+
+/* Faults, losses and warnings after a quantity has had this value for so many periods. */
+static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
     uint32_t faults = 0u;
+    uint32_t losses = 0u;
     uint32_t warnings = 0u;
     for (uint32_t n = 0; n < ROWS; n++) {
         const fault_row_t *row = &fault_rows[n];
-        if (strcmp(row->quantity, fault_rows[of_row].quantity) == 0 && holds(n, value) &&
-            (running || row->when == FAULT_ALWAYS) && periods >= row->debounce) {
+        if (strcmp(row->quantity, fault_rows[of_row].quantity) == 0 && holds(n, value) && counts(n, now) &&
+            periods >= row->debounce) {
             faults |= row->reaction == FAULT_OPEN ? UINT32_C(1) << n : 0u;
+            losses |= row->reaction == FAULT_CATCH ? UINT32_C(1) << n : 0u;
             warnings |= row->reaction == FAULT_WARN ? UINT32_C(1) << n : 0u;
         }
     }
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(faults, guard.faults, fault_rows[of_row].name);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(losses, guard.losses, fault_rows[of_row].name);
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(warnings, guard.warnings, fault_rows[of_row].name);
 }
 
 static bool shown(uint32_t row)
 {
-    return ((guard.faults | guard.warnings) >> row & 1u) != 0u;
+    return ((guard.faults | guard.losses | guard.warnings) >> row & 1u) != 0u;
 }
 
 /* So many periods with this value, each compared. */
-static void check_periods(uint32_t row, float value, int way, bool running, uint32_t count)
+static void check_periods(uint32_t row, float value, int way, uint32_t now, uint32_t count)
 {
     scene_t scene = healthy;
     quantity_of(row)->set(&scene, value, way);
-    scene.running = running;
+    scene.now = now;
     for (uint32_t n = 1; n <= count; n++) {
         step(&scene);
-        expect_after(row, value, running, n);
+        expect_after(row, value, now, n);
     }
 }
 
@@ -263,6 +317,7 @@ static void test_a_healthy_drive_runs_on(void)
     for (int n = 0; n < 3000; n++) {
         step(&healthy);
         TEST_ASSERT_EQUAL_HEX32(0u, guard.faults);
+        TEST_ASSERT_EQUAL_HEX32(0u, guard.losses);
         TEST_ASSERT_EQUAL_HEX32(0u, guard.warnings);
     }
 }
@@ -272,7 +327,7 @@ static void test_every_row_at_its_limit_is_silent(void)
     for (uint32_t row = 0; row < ROWS; row++) {
         for (int way = 0; way < quantity_of(row)->ways; way++) {
             setUp();
-            check_periods(row, limit_of(row), way, true, fault_rows[row].debounce + 10u);
+            check_periods(row, limit_of(row), way, EVERY, fault_rows[row].debounce + 10u);
             TEST_ASSERT_FALSE_MESSAGE(shown(row), fault_rows[row].name);
         }
     }
@@ -284,16 +339,16 @@ static void test_every_row_beyond_its_limit_shows_after_its_debounce(void)
     for (uint32_t row = 0; row < ROWS; row++) {
         for (int way = 0; way < quantity_of(row)->ways; way++) {
             setUp();
-            check_periods(row, beyond(row), way, true, fault_rows[row].debounce - 1u);
+            check_periods(row, beyond(row), way, EVERY, fault_rows[row].debounce - 1u);
             TEST_ASSERT_FALSE_MESSAGE(shown(row), fault_rows[row].name);
             setUp();
-            check_periods(row, beyond(row), way, true, fault_rows[row].debounce + 100u);
+            check_periods(row, beyond(row), way, EVERY, fault_rows[row].debounce + 100u);
             TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
             if (fault_rows[row].debounce > 1u) { /* else there is nothing to count */
                 TEST_ASSERT_EQUAL_UINT32(fault_rows[row].debounce - 1u, guard.held[row]); /* and no further */
             }
             step(&healthy);
-            TEST_ASSERT_EQUAL_HEX32(0u, guard.faults | guard.warnings);
+            TEST_ASSERT_EQUAL_HEX32(0u, guard.faults | guard.losses | guard.warnings);
         }
     }
 }
@@ -303,26 +358,30 @@ static void test_every_row_counts_anew_after_a_break(void)
     for (uint32_t row = 0; row < ROWS; row++) {
         setUp();
         for (int n = 0; n < 3; n++) {
-            check_periods(row, beyond(row), 0, true, fault_rows[row].debounce - 1u);
+            check_periods(row, beyond(row), 0, EVERY, fault_rows[row].debounce - 1u);
             step(&healthy);
-            TEST_ASSERT_EQUAL_HEX32(0u, guard.faults);
+            TEST_ASSERT_EQUAL_HEX32(0u, guard.faults | guard.losses);
         }
-        check_periods(row, beyond(row), 0, true, fault_rows[row].debounce);
+        check_periods(row, beyond(row), 0, EVERY, fault_rows[row].debounce);
         TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
     }
 }
 
-/* With the gates off only lasting dangers count; what was there before they came on is counted from then. */
-static void test_every_row_of_running_is_silent_while_not_running(void)
+/* Of the moments that there can be: with the gates off only lasting dangers count, the encoder's and the
+ * estimate's only while control turns with them; what was there before the moment is counted from then. */
+static void test_every_row_is_silent_until_its_moment(void)
 {
     for (uint32_t row = 0; row < ROWS; row++) {
-        setUp();
-        check_periods(row, beyond(row), 0, false, fault_rows[row].debounce + 100u);
-        TEST_ASSERT_EQUAL_MESSAGE(fault_rows[row].when == FAULT_ALWAYS, shown(row), fault_rows[row].name);
-        if (fault_rows[row].when == FAULT_RUNNING) {
-            check_periods(row, beyond(row), 0, true, fault_rows[row].debounce);
-            TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
-            check_periods(row, beyond(row), 0, false, 1u); /* and no longer than it runs */
+        for (uint32_t moments = 0u; moments <= EVERY; moments++) {
+            setUp();
+            check_periods(row, beyond(row), 0, moments, fault_rows[row].debounce + 100u);
+            TEST_ASSERT_EQUAL_MESSAGE(counts(row, moments), shown(row), fault_rows[row].name);
+            if (!counts(row, moments)) {
+                const uint32_t its_own = GUARD_MOMENT(fault_rows[row].when);
+                check_periods(row, beyond(row), 0, its_own, fault_rows[row].debounce);
+                TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
+                check_periods(row, beyond(row), 0, moments, 1u); /* and no longer than it is */
+            }
         }
     }
 }
@@ -345,28 +404,43 @@ static void test_every_row_has_a_reason_of_its_own_that_can_be_read(void)
 
 /* Every way to be destroyed within a period stops at once, a voltage or a speed within a millisecond, a
  * temperature within a tenth of a second; a conversion may be disturbed, an interrupt late, once and again.
- */
+ * Only the warm sink warns. A rotor that is lost is caught again, and that it was lost too often, or a start
+ * failed, is a fault. */
 static void test_reactions_are_as_fast_as_the_danger(void)
 {
     static const struct {
         int32_t reason;
         float seconds;
         uint32_t periods;
-        bool running;
+        fault_when_t when;
+        fault_reaction_t reaction;
     } rows[] = {
-        {REASON_MODULE_FAULT, 0.0f, 1u, true},       {REASON_OVERCURRENT, 0.0f, 1u, false},
-        {REASON_BAD_SAMPLE, 0.0f, 3u, false},        {REASON_DC_OVERVOLTAGE, 0.0f, 2u, false},
-        {REASON_OVERSPEED, 1e-3f, 0u, true},         {REASON_LATE, 0.0f, 3u, true},
-        {REASON_DC_UNDERVOLTAGE, 1e-3f, 0u, true},   {REASON_ENCODER_PHASE, 0.0f, 1u, true},
-        {REASON_SINK_HOT, 0.1f, 0u, false},          {REASON_MOTOR_HOT, 0.1f, 0u, false},
-        {REASON_ESTIMATE_AMPLITUDE, 0.0f, 1u, true}, {REASON_ESTIMATE_DETECTOR, 0.0f, 1u, true},
-        {REASON_ESTIMATE_CURRENT, 0.0f, 1u, true},   {REASON_ESTIMATE_SPEED, 0.0f, 1u, true},
-        {REASON_SINK_WARM, 0.1f, 0u, false},
+        {REASON_MODULE_FAULT, 0.0f, 1u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_OVERCURRENT, 0.0f, 1u, FAULT_ALWAYS, FAULT_OPEN},
+        {REASON_BAD_SAMPLE, 0.0f, 3u, FAULT_ALWAYS, FAULT_OPEN},
+        {REASON_DC_OVERVOLTAGE, 0.0f, 2u, FAULT_ALWAYS, FAULT_OPEN},
+        {REASON_OVERSPEED, 1e-3f, 0u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_LATE, 0.0f, 3u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_DC_UNDERVOLTAGE, 1e-3f, 0u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_ENCODER_PHASE, 0.0f, 1u, FAULT_ENCODER, FAULT_OPEN},
+        {REASON_SINK_HOT, 0.1f, 0u, FAULT_ALWAYS, FAULT_OPEN},
+        {REASON_MOTOR_HOT, 0.1f, 0u, FAULT_ALWAYS, FAULT_OPEN},
+        {REASON_ESTIMATE_AMPLITUDE, 0.0f, 1u, FAULT_TRACKING, FAULT_CATCH},
+        {REASON_ESTIMATE_DETECTOR, 0.0f, 1u, FAULT_TRACKING, FAULT_CATCH},
+        {REASON_ESTIMATE_CURRENT, 0.0f, 1u, FAULT_TRACKING, FAULT_CATCH},
+        {REASON_ESTIMATE_SPEED, 0.0f, 1u, FAULT_TRACKING, FAULT_CATCH},
+        {REASON_SINK_WARM, 0.1f, 0u, FAULT_ALWAYS, FAULT_WARN},
+        {REASON_UNLOCKED, 5e-3f, 0u, FAULT_TRACKING, FAULT_CATCH},
+        {REASON_LOCK_LOST, 0.0f, 1u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_START_STALLED, 0.0f, 1u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_START_UNLOCKED, 0.0f, 1u, FAULT_RUNNING, FAULT_OPEN},
+        {REASON_ROTOR_TOO_FAST, 0.0f, 1u, FAULT_RUNNING, FAULT_OPEN},
     };
     TEST_ASSERT_EQUAL_UINT32(sizeof rows / sizeof rows[0], ROWS);
     for (uint32_t n = 0; n < ROWS; n++) {
         TEST_ASSERT_EQUAL_INT32(rows[n].reason, fault_rows[n].reason);
-        TEST_ASSERT_EQUAL_MESSAGE(rows[n].running, fault_rows[n].when == FAULT_RUNNING, fault_rows[n].name);
+        TEST_ASSERT_EQUAL_MESSAGE(rows[n].when, fault_rows[n].when, fault_rows[n].name);
+        TEST_ASSERT_EQUAL_MESSAGE(rows[n].reaction, fault_rows[n].reaction, fault_rows[n].name);
         if (rows[n].periods > 0u) {
             TEST_ASSERT_EQUAL_UINT32(rows[n].periods, fault_rows[n].debounce);
         } else {
@@ -394,13 +468,6 @@ static void test_a_warm_sink_warns_before_it_is_hot(void)
         }
         TEST_ASSERT_EQUAL_HEX32(cases[n].warm ? UINT32_C(1) << FAULT_SINK_WARM : 0u, guard.warnings);
         TEST_ASSERT_EQUAL_HEX32(cases[n].hot ? UINT32_C(1) << FAULT_SINK_HOT : 0u, guard.faults);
-    }
-}
-
-static void test_only_the_warm_sink_warns(void)
-{
-    for (uint32_t n = 0; n < ROWS; n++) {
-        TEST_ASSERT_EQUAL(n == (uint32_t)FAULT_SINK_WARM ? FAULT_WARN : FAULT_OPEN, fault_rows[n].reaction);
     }
 }
 
@@ -443,7 +510,22 @@ static void test_all_criteria_of_the_estimate_are_told_apart(void)
     scene.invalid = ESTIMATOR_AMPLITUDE | ESTIMATOR_SPEED;
     step(&scene);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_ESTIMATE_AMPLITUDE | UINT32_C(1) << FAULT_ESTIMATE_SPEED,
+                            guard.losses);
+    TEST_ASSERT_EQUAL_HEX32(0u, guard.faults);
+}
+
+static void test_all_failures_of_a_manoeuvre_are_told_apart(void)
+{
+    scene_t scene = healthy;
+    scene.failed = MANOEUVRE_UNLOCKED | MANOEUVRE_LOST;
+    step(&scene);
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_START_UNLOCKED | UINT32_C(1) << FAULT_LOCK_LOST,
                             guard.faults);
+    scene.failed = MANOEUVRE_STALLED | MANOEUVRE_TOO_FAST;
+    step(&scene);
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_START_STALLED | UINT32_C(1) << FAULT_ROTOR_TOO_FAST,
+                            guard.faults);
+    TEST_ASSERT_EQUAL_HEX32(0u, guard.losses);
 }
 
 /* ---- new limits ---- */
@@ -476,14 +558,14 @@ int main(void)
     RUN_TEST(test_every_row_at_its_limit_is_silent);
     RUN_TEST(test_every_row_beyond_its_limit_shows_after_its_debounce);
     RUN_TEST(test_every_row_counts_anew_after_a_break);
-    RUN_TEST(test_every_row_of_running_is_silent_while_not_running);
+    RUN_TEST(test_every_row_is_silent_until_its_moment);
     RUN_TEST(test_every_row_has_a_reason_of_its_own_that_can_be_read);
     RUN_TEST(test_reactions_are_as_fast_as_the_danger);
     RUN_TEST(test_a_warm_sink_warns_before_it_is_hot);
-    RUN_TEST(test_only_the_warm_sink_warns);
     RUN_TEST(test_the_gravest_of_several_is_named);
     RUN_TEST(test_each_row_counts_for_itself);
     RUN_TEST(test_all_criteria_of_the_estimate_are_told_apart);
+    RUN_TEST(test_all_failures_of_a_manoeuvre_are_told_apart);
     RUN_TEST(test_new_limits_act_at_once_and_the_counting_goes_on);
     return UNITY_END();
 }

@@ -29,9 +29,16 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
     TEST_ASSERT_EQUAL_FLOAT(0.95f, params.motor_resistance);
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, params.motor_inductance_d);
     TEST_ASSERT_EQUAL_FLOAT(0.183f, params.motor_flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, params.speed_kp);
-    TEST_ASSERT_EQUAL_FLOAT(2.5f, params.speed_ki);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, params.current_limit);
+}
+
+/* The drive's own: without an encoder, speed control by its rules and without overshoot. */
+static void test_defaults_are_sensorless_with_gains_by_rule(void)
+{
+    TEST_ASSERT_EQUAL_INT32(POSITION_SENSORLESS, params.position_source);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_ki);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_setpoint_weight);
 }
 
 /* Every row, just below and just above its range, and not a number: refused by its own name with a range
@@ -174,9 +181,9 @@ static void test_speed_must_not_turn_the_frame_half_a_radian_in_a_period(void)
     params.overspeed_trip = 1249.0f; /* 0.5 rad / (4 pole pairs x 100 us) = 1250 rad/s */
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.overspeed_trip = 1251.0f;
-    /* Down to estimate_speed_min; up, the observer's gain of 1010 V would not do for 1251 rad/s either:
-     * 1010 V / (1.1 x 0.183 Wb x 4) = 1254.3 rad/s. */
-    expect_rule("overspeed_trip", 3.0f, 1250.0f);
+    /* Down to where 0.3 of it, the largest hand-over by rule, is start_speed; up, the observer's gain of 1010
+     * V would not do for 1251 rad/s either: 1010 V / (1.1 x 0.183 Wb x 4) = 1254.3 rad/s. */
+    expect_rule("overspeed_trip", 8.0f / 0.3f, 1250.0f);
 }
 
 /* What a rule gives as its limit is accepted itself. */
@@ -319,6 +326,138 @@ static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
 }
 #endif
 
+/* ---- the start ---- */
+
+static start_params_t start_of(void)
+{
+    const believed_t believed = params_believed(&params);
+    return params_start(&params, &believed);
+}
+
+/* 2.5 us/100 us of 400 V are 10 V, R I is 9.7 V; psi_f p = 0.732 V s: 1.15 10 V/0.732 V s = 15.71 rad/s, and
+ * 0.4 of it. 15 % of 1.5 0.732 Wb 10 A/0.0636 kg m^2 is 25.9 rad/s^2. */
+static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
+{
+    start_params_t start = start_of();
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, start.current);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, start.dead_voltage);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 15.710f, start.handover_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 6.284f, start.fallback_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.ramp);
+    params.motor_resistance = 2.0f; /* R I = 2.0215 ohm 10 A */
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 31.758f, start_of().handover_speed);
+    params.overspeed_trip = 100.0f; /* 0.3 of it at most */
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 30.0f, start_of().handover_speed);
+    params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2 */
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 100.0f, start_of().ramp);
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
+{
+    params.start_current = 6.0f;
+    params.start_ramp = 12.0f;
+    params.handover_speed = 25.0f;
+    params.fallback_speed = 9.0f;
+    start_params_t start = start_of();
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, start.current);
+    TEST_ASSERT_EQUAL_FLOAT(12.0f, start.ramp);
+    TEST_ASSERT_EQUAL_FLOAT(25.0f, start.handover_speed);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f, start.fallback_speed);
+    params.fallback_speed = 0.0f; /* 0.4 of the row */
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, start_of().fallback_speed);
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+static void test_no_current_of_the_start_exceeds_the_limit(void)
+{
+    params.start_current = 10.0f;
+    params.low_speed_current = 10.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.start_current = 10.1f;
+    expect_rule("start_current", 0.0f, 10.0f);
+    expect_accepted_at("start_current", 0.0f);
+    params.low_speed_current = 10.1f;
+    expect_rule("low_speed_current", 0.0f, 10.0f);
+    expect_accepted_at("low_speed_current", 2.0f);
+    params.current_limit = 1.5f; /* the same from the other side */
+    expect_rule("low_speed_current", 0.0f, 1.5f);
+}
+
+/* Half of 220 rad/s; downwards, no less than start_speed. 0, by rule, is apart. */
+static void test_the_hand_over_comes_long_before_overspeed(void)
+{
+    params.handover_speed = 110.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.handover_speed = 110.1f;
+    expect_rule("handover_speed", 8.0f, 110.0f);
+    expect_accepted_at("handover_speed", why.min);
+    expect_accepted_at("handover_speed", 110.0f);
+    expect_accepted_at("handover_speed", 0.0f);
+    params.start_speed = 0.0f;
+    params.handover_speed = 110.1f;
+    expect_rule("handover_speed", 0.0f, 110.0f);
+}
+
+static void test_the_fall_back_is_slower_than_the_hand_over(void)
+{
+    params.fallback_speed = 15.7f; /* 15.710 rad/s by rule */
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.fallback_speed = 15.72f;
+    expect_rule("fallback_speed", 0.0f, 1.15f * 10.0f / 0.732f);
+    params.handover_speed = 15.72f;
+    expect_rule("fallback_speed", 0.0f, 15.72f);
+    TEST_ASSERT_TRUE(why.max < 15.72f);
+    expect_accepted_at("fallback_speed", why.max);
+    params.fallback_speed = 20.0f;
+    params.handover_speed = 10001.0f; /* out of its own range: told what the rules leave */
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("handover_speed", why.field);
+    TEST_ASSERT_TRUE(why.min > 20.0f && why.min < 20.00001f);
+    TEST_ASSERT_EQUAL_FLOAT(110.0f, why.max);
+    params.fallback_speed = 110.0f; /* and here nothing */
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_TRUE(params_none_accepted(&why));
+    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "fallback_speed")->id, why.change);
+}
+
+static void test_what_is_caught_is_slower_than_the_hand_over_at_most(void)
+{
+    params.start_speed = 15.71f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.start_speed = 15.72f;
+    expect_rule("start_speed", 0.0f, 1.15f * 10.0f / 0.732f);
+    expect_accepted_at("start_speed", why.max);
+    params.handover_speed = 8.0f;
+    params.start_speed = 8.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.start_speed = 8.1f;
+    expect_rule("start_speed", 0.0f, 8.0f);
+}
+
+/* 0.7 1.5 0.732 Wb I/0.0636 kg m^2: 120.85 rad/s^2 with 10 A, 60.42 with 5 A. 100 rad/s^2 need 8.275 A. */
+static void test_a_start_can_follow_its_ramp(void)
+{
+    params.start_ramp = 120.8f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.start_ramp = 121.0f;
+    expect_rule("start_ramp", 0.0f, 0.7f * 10.98f / 0.0636f);
+    expect_accepted_at("start_ramp", why.max);
+    params.start_ramp = 100.0f;
+    params.start_current = 5.0f;
+    expect_rule("start_ramp", 0.0f, 0.7f * 5.49f / 0.0636f);
+    params.start_current = -1.0f; /* 0, all of the limit, is apart: what lies between is not accepted */
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("start_current", why.field);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 8.2748f, why.min);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, why.max);
+    expect_accepted_at("start_current", why.min);
+    expect_accepted_at("start_current", 0.0f);
+    params.start_ramp = 0.0f; /* by rule it always can */
+    params.motor_inertia = 1e3f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
 /* The paper's motor; every row that the estimator reads has another value than its neighbours. */
 static void test_estimators_set_is_made_of_the_rows(void)
 {
@@ -444,6 +583,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_defaults_are_the_papers_motor_and_are_accepted);
+    RUN_TEST(test_defaults_are_sensorless_with_gains_by_rule);
     RUN_TEST(test_every_row_is_refused_outside_its_range_by_name);
     RUN_TEST(test_every_row_takes_both_ends_of_its_range);
     RUN_TEST(test_every_refusal_names_a_row_and_its_value);
@@ -466,6 +606,13 @@ int main(void)
 #ifndef LAGLESS_ESTIMATOR_FIXED
     RUN_TEST(test_torque_feedforward_of_next_to_no_inertia_is_refused);
 #endif
+    RUN_TEST(test_a_start_goes_by_rules_where_the_rows_are_0);
+    RUN_TEST(test_a_start_goes_by_the_rows_where_they_are_not_0);
+    RUN_TEST(test_no_current_of_the_start_exceeds_the_limit);
+    RUN_TEST(test_the_hand_over_comes_long_before_overspeed);
+    RUN_TEST(test_the_fall_back_is_slower_than_the_hand_over);
+    RUN_TEST(test_what_is_caught_is_slower_than_the_hand_over_at_most);
+    RUN_TEST(test_a_start_can_follow_its_ramp);
     RUN_TEST(test_estimators_set_is_made_of_the_rows);
     RUN_TEST(test_only_live_rows_change_while_the_bridge_is_on);
     RUN_TEST(test_smallest_duty_holds_dead_time_and_shortest_pulse);

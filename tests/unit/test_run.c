@@ -4,22 +4,31 @@
 #include <unity.h>
 
 /* The paper's speed control; powers of two where the sums shall be exact. */
-static const speed_control_params_t SPEED = {.kp = 0.5f, .ki = 2.5f, .current_limit = 10.0f, .period = 1e-4f};
+static const speed_control_params_t SPEED = {
+    .kp = 0.5f, .ki = 2.5f, .weight = 1.0f, .current_limit = 10.0f, .period = 1e-4f};
 
-#define FLUX 0.125f /* [Wb] */
+#define FLUX       0.125f /* [Wb] */
+#define POLE_PAIRS 4.0f
 
 static run_t run;
 
+/* No ramps, no current that is not wished for; of a hand-over half is left a period later. */
 static run_tuning_t tuning_of(const speed_control_params_t *speed, float flux_linkage)
 {
-    return (run_tuning_t){speed_control_prepare(speed), flux_linkage};
+    return (run_tuning_t){
+        .speed = speed_control_prepare(speed), .flux_linkage = flux_linkage, .low_share = 1.0f, .fade = 0.5f};
+}
+
+static void begin(const run_tuning_t *tuning)
+{
+    memset(&run, 0x55, sizeof run);
+    run_init(&run, tuning);
 }
 
 void setUp(void)
 {
     const run_tuning_t tuning = tuning_of(&SPEED, FLUX);
-    memset(&run, 0x55, sizeof run);
-    run_init(&run, &tuning);
+    begin(&tuning);
 }
 
 void tearDown(void)
@@ -29,7 +38,8 @@ void tearDown(void)
 static demand_t step(run_mode_t mode, float omega_m_ref, float d, float q, float omega_m)
 {
     const run_wish_t wish = {mode, omega_m_ref, {d, q}};
-    return run_step(&run, &wish, 4.0f * omega_m, omega_m);
+    const frame_t rotor = {0.5f, POLE_PAIRS * omega_m, {0.479426f, 0.877583f}};
+    return run_step(&run, &wish, &rotor, run_emf(&run, rotor.omega_e), omega_m);
 }
 
 static void expect(demand_t demand, float d, float q, float omega_m_ref)
@@ -39,16 +49,26 @@ static void expect(demand_t demand, float d, float q, float omega_m_ref)
     TEST_ASSERT_EQUAL_FLOAT(omega_m_ref, demand.omega_m_ref);
 }
 
-static void test_emf_is_the_flux_turning_whatever_is_wished_for(void)
+/* Control stays in the rotor's frame and is told of the EMF that the caller knows. */
+static void test_frame_and_emf_are_those_of_the_rotor_whatever_is_wished_for(void)
 {
-    static const run_mode_t modes[] = {RUN_ZERO, RUN_CURRENT, RUN_SPEED};
-    for (int n = 0; n < 3; n++) {
-        for (int way = -1; way <= 1; way++) {
-            const run_wish_t wish = {modes[n], 3.0f, {1.0f, 2.0f}};
-            const demand_t demand = run_step(&run, &wish, 400.0f * (float)way, 7.0f);
-            TEST_ASSERT_EQUAL_FLOAT(0.0f, demand.emf.d);
-            TEST_ASSERT_EQUAL_FLOAT(400.0f * 0.125f * (float)way, demand.emf.q);
-        }
+    static const run_mode_t modes[] = {RUN_ZERO, RUN_CURRENT, RUN_SPEED, RUN_STOP};
+    for (int n = 0; n < 4; n++) {
+        const run_wish_t wish = {modes[n], 3.0f, {1.0f, 2.0f}};
+        const frame_t rotor = {1.0f, 400.0f, {0.8f, 0.6f}};
+        const demand_t demand = run_step(&run, &wish, &rotor, (dq_t){-3.0f, 47.0f}, 7.0f);
+        TEST_ASSERT_EQUAL_MEMORY(&rotor, &demand.frame, sizeof rotor);
+        TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
+        TEST_ASSERT_TRUE(demand.emf.d == -3.0f && demand.emf.q == 47.0f);
+    }
+}
+
+/* Where no observer sees it. */
+static void test_emf_is_the_flux_turning(void)
+{
+    for (int way = -1; way <= 1; way++) {
+        const dq_t emf = run_emf(&run, 400.0f * (float)way);
+        TEST_ASSERT_TRUE(emf.d == 0.0f && emf.q == 400.0f * 0.125f * (float)way);
     }
 }
 
@@ -95,11 +115,91 @@ static void test_from_current_to_speed_without_a_jump(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, -3.0f, 8.0f);
 }
 
-static void test_reset_starts_without_a_current(void)
+/* From a hand-over: its i_q is held and its speed is the reference, its i_d fades by a half a period. */
+static void test_it_is_entered_with_the_current_that_flows(void)
 {
     (void)step(RUN_CURRENT, 0.0f, 0.0f, 5.0f, 8.0f);
-    run_reset(&run);
+    run_enter(&run, (dq_t){4.0f, 3.0f}, -8.0f);
+    for (float left = 2.0f; left > 0.1f; left *= 0.5f) {
+        expect(step(RUN_SPEED, -8.0f, 0.0f, 0.0f, -8.0f), left, 3.0f, -8.0f);
+    }
+    run_enter(&run, (dq_t){0.0f, 0.0f}, 8.0f);
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, 0.0f, 8.0f);
+}
+
+/* What a hand-over has left goes first, for it fades without a step: sqrt(10^2 - 6^2) is left beside 6 A, all
+ * of it once it is gone. */
+static void test_the_torque_current_fits_beside_what_a_hand_over_has_left(void)
+{
+    run_enter(&run, (dq_t){6.0f, 10.0f}, 8.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
+    run_enter(&run, (dq_t){20.0f, 10.0f}, 8.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
+    for (int n = 0; n < 20; n++) {
+        (void)step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f);
+    }
+    TEST_ASSERT_TRUE(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f).current.q == 10.0f);
+}
+
+/* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
+static void test_ramps_take_the_reference_to_the_wish(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    tuning.ramp = 1.0f / 1024.0f;
+    tuning.stop_ramp = 1.0f / 256.0f;
+    run_take(&run, &tuning);
+    run_enter(&run, (dq_t){0.0f, 0.0f}, 2.0f);
+    for (int n = 1; n <= 1024; n++) {
+        TEST_ASSERT_EQUAL_FLOAT(2.0f + (float)n / 1024.0f,
+                                step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+    for (int n = 1; n <= 768; n++) { /* the wish in a quick stop is to stand, whatever the request */
+        TEST_ASSERT_EQUAL_FLOAT(3.0f - (float)n / 256.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+    tuning.ramp = 0.0f;
+    tuning.stop_ramp = 0.0f;
+    run_take(&run, &tuning);
+    TEST_ASSERT_EQUAL_FLOAT(-7.0f, step(RUN_SPEED, -7.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, -7.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
+}
+
+/* A ramp begins where the motor is, not where the reference was before another mode. */
+static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    tuning.ramp = 0.25f;
+    run_take(&run, &tuning);
+    static const run_mode_t modes[] = {RUN_ZERO, RUN_CURRENT};
+    for (int n = 0; n < 2; n++) {
+        run_enter(&run, (dq_t){0.0f, 0.0f}, -50.0f);
+        (void)step(modes[n], 0.0f, 0.0f, 1.0f, 8.0f);
+        TEST_ASSERT_EQUAL_FLOAT(8.25f, step(RUN_SPEED, 20.0f, 0.0f, 0.0f, 8.0f).omega_m_ref);
+    }
+}
+
+/* 1/low_inverse = 100 rad/s: all of 2 A up to 20 rad/s, a fifth of it, and no less, from 100 rad/s on, in
+ * either direction; i_q counts, i_d that is wished for does not. */
+static void test_at_low_speed_the_current_vector_is_kept_long(void)
+{
+    static const struct {
+        float omega_e, i_q, i_d;
+    } cases[] = {{0.0f, 0.0f, 2.0f},   {20.0f, 0.0f, 2.0f},   {-20.0f, 0.0f, 2.0f}, {70.0f, 0.0f, 1.0f},
+                 {-70.0f, 0.5f, 0.5f}, {70.0f, -0.5f, 0.5f},  {100.0f, 0.0f, 0.4f}, {800.0f, 0.0f, 0.4f},
+                 {0.0f, 1.5f, 0.5f},   {0.0f, -1.5f, 0.5f},   {0.0f, 2.0f, 0.0f},   {0.0f, 5.0f, 0.0f},
+                 {70.0f, 1.0f, 0.0f},  {-300.0f, 0.4f, 0.0f}, {300.0f, 0.1f, 0.3f}};
+    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    tuning.low_current = 2.0f;
+    tuning.low_inverse = 0.01f;
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const float omega_m = cases[n].omega_e / POLE_PAIRS;
+        begin(&tuning);
+        run_enter(&run, (dq_t){0.0f, cases[n].i_q}, omega_m);
+        const demand_t demand = step(RUN_SPEED, omega_m, -3.0f, 0.0f, omega_m);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_q, demand.current.q);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_d - 3.0f, demand.current.d);
+    }
 }
 
 static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
@@ -119,13 +219,18 @@ static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_emf_is_the_flux_turning_whatever_is_wished_for);
+    RUN_TEST(test_frame_and_emf_are_those_of_the_rotor_whatever_is_wished_for);
+    RUN_TEST(test_emf_is_the_flux_turning);
     RUN_TEST(test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest);
     RUN_TEST(test_currents_are_taken_as_they_are_wished_for);
     RUN_TEST(test_speed_makes_the_torque_current_and_the_wish_the_other);
     RUN_TEST(test_torque_current_stays_within_the_limit);
     RUN_TEST(test_from_current_to_speed_without_a_jump);
-    RUN_TEST(test_reset_starts_without_a_current);
+    RUN_TEST(test_it_is_entered_with_the_current_that_flows);
+    RUN_TEST(test_the_torque_current_fits_beside_what_a_hand_over_has_left);
+    RUN_TEST(test_ramps_take_the_reference_to_the_wish);
+    RUN_TEST(test_a_ramp_begins_at_the_speed_of_the_motor);
+    RUN_TEST(test_at_low_speed_the_current_vector_is_kept_long);
     RUN_TEST(test_new_coefficients_act_and_the_speed_control_goes_on);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 #include "drive/sequence.h"
 
+#include <math.h>
 #include <string.h>
 #include <unity.h>
 
@@ -15,7 +16,6 @@ static sequence_t sequence;
 static requests_t requests;
 static struct {
     uint32_t faults;
-    float omega_m;
     calibration_t calibration;
 } input;
 static struct {
@@ -25,17 +25,18 @@ static struct {
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
-    bool fault_line, tripped, undervoltage, too_slow, standstill;
+    bool fault_line, tripped, undervoltage, feeding, standing;
 } is;
 static measured_t measured;
 
-#define UNDERVOLTAGE 200.0f /* [V] */
+#define UNDERVOLTAGE 200.0f                        /* [V] */
+#define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
 
 /* Nothing is wrong and nothing wished for; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
-    const sequence_tuning_t tuning = {.dc_undervoltage = UNDERVOLTAGE, .sensorless = 1u};
+    const sequence_tuning_t tuning = {.dc_undervoltage = UNDERVOLTAGE};
     sequence_init(&sequence, &tuning);
     requests_defaults(&requests);
     memset(&is, 0, sizeof is);
@@ -53,11 +54,10 @@ static void steps(uint32_t count)
     measured.flags =
         (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) | (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u);
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
-    input.omega_m = is.standstill ? -1.99f : -2.01f;
-    sequence.tuning.start_speed = is.too_slow ? 3.0f : 1.0f;
+    measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t bits =
-            sequence_step(&sequence, &requests, &measured, input.faults, input.omega_m, input.calibration);
+            sequence_step(&sequence, &requests, &measured, input.faults, is.standing, input.calibration);
         order.gates = bits & SEQUENCE_GATES;
         order.preset = (bits & SEQUENCE_PRESET) != 0u;
         order.track = (bits & SEQUENCE_TRACK) != 0u;
@@ -227,7 +227,7 @@ static void test_on_is_refused_with_the_reason(void)
     requests.enable = REQUEST_ON;
     is.fault_line = true;
     is.undervoltage = true;
-    is.too_slow = true;
+    is.feeding = true;
     expect_refused(REASON_FAULT_PRESENT);
     is.fault_line = false;
     for (uint32_t n = 1; n < REARM; n++) {
@@ -235,16 +235,37 @@ static void test_on_is_refused_with_the_reason(void)
     }
     expect_refused(REASON_DC_UNDERVOLTAGE);
     is.undervoltage = false;
-    expect_refused(REASON_TOO_SLOW);
-    is.too_slow = false;
+    expect_refused(REASON_ROTOR_TOO_FAST);
+    is.feeding = false;
     expect_refused(REASON_NONE);
+}
+
+/* A current that no gate drives: the rotor feeds the link through the diodes. The gates would give it more
+ * than they can turn off. Every direction is as bad. */
+static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
+{
+    for (int n = 0; n < 24; n++) {
+        const float angle = 0.2618f * (float)n;
+        const ab_t direction = {cosf(angle), sinf(angle)};
+        setUp();
+        bring_to_ready();
+        requests.enable = REQUEST_ON;
+        measured.flags = DRIVE_SAMPLE_TRIPPED;
+        for (int over = 1; over >= 0; over--) {
+            const float length = (over != 0 ? 1.001f : 0.999f) * FEEDING;
+            measured.current = (ab_t){length * direction.alpha, length * direction.beta};
+            (void)sequence_step(&sequence, &requests, &measured, 0u, false, CALIBRATION_GOES_ON);
+            expect_state(over != 0 ? DRIVE_READY : DRIVE_SWITCHED_ON);
+            TEST_ASSERT_EQUAL_INT32(over != 0 ? REASON_ROTOR_TOO_FAST : REASON_NONE, sequence.refusal);
+        }
+    }
 }
 
 static void test_without_a_wish_nothing_is_refused(void)
 {
     bring_to_ready();
     is.undervoltage = true;
-    is.too_slow = true;
+    is.feeding = true;
     steps(1);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     requests.enable = REQUEST_ON;
@@ -259,9 +280,9 @@ static void test_obstacles_of_a_start_do_not_stop_a_running_drive(void)
 {
     bring_to_operation();
     is.undervoltage = true;
-    is.too_slow = true;
+    is.feeding = true;
     is.fault_line = true;
-    is.standstill = true;
+    is.standing = true;
     steps(10);
     expect_state(DRIVE_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
@@ -315,7 +336,7 @@ static void test_off_opens_the_bridge_in_the_same_step(void)
     expect_state(DRIVE_SWITCHED_ON);
 }
 
-static void test_quick_stop_brakes_with_the_gates_on_until_standstill(void)
+static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void)
 {
     bring_to_operation();
     requests.enable = REQUEST_QUICK_STOP;
@@ -324,7 +345,7 @@ static void test_quick_stop_brakes_with_the_gates_on_until_standstill(void)
         expect_state(DRIVE_QUICK_STOP);
         expect_order(GATES_KEEP, false, false);
     }
-    is.standstill = true;
+    is.standing = true;
     steps(1);
     expect_state(DRIVE_READY);
     expect_order(GATES_OFF, false, false);
@@ -347,7 +368,7 @@ static void test_after_a_quick_stop_on_waits_for_off(void)
 {
     bring_to_quick_stop();
     requests.enable = REQUEST_ON;
-    is.standstill = true;
+    is.standing = true;
     steps(100);
     expect_state(DRIVE_READY);
     expect_order(GATES_OFF, false, false);
@@ -557,8 +578,8 @@ static void test_no_input_leads_where_it_must_not(void)
                 is.fault_line = (bits >> 6 & 1u) != 0u;
                 is.tripped = (bits >> 7 & 1u) != 0u;
                 is.undervoltage = (bits >> 8 & 1u) != 0u;
-                is.too_slow = (bits >> 9 & 1u) != 0u;
-                is.standstill = (bits >> 10 & 1u) != 0u;
+                is.feeding = (bits >> 9 & 1u) != 0u;
+                is.standing = (bits >> 10 & 1u) != 0u;
                 input.calibration = (calibration_t)((bits >> 11) % 3u);
                 steps(1);
 
@@ -595,12 +616,13 @@ int main(void)
     RUN_TEST(test_on_goes_through_switched_on_with_duties_before_gates);
     RUN_TEST(test_quick_stop_starts_nothing);
     RUN_TEST(test_on_is_refused_with_the_reason);
+    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_started_on);
     RUN_TEST(test_without_a_wish_nothing_is_refused);
     RUN_TEST(test_obstacles_of_a_start_do_not_stop_a_running_drive);
     RUN_TEST(test_gates_that_do_not_come_on_are_a_fault);
     RUN_TEST(test_any_other_wish_while_switching_on_goes_back_to_ready);
     RUN_TEST(test_off_opens_the_bridge_in_the_same_step);
-    RUN_TEST(test_quick_stop_brakes_with_the_gates_on_until_standstill);
+    RUN_TEST(test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands);
     RUN_TEST(test_quick_stop_ends_with_off_and_not_with_on);
     RUN_TEST(test_after_a_quick_stop_on_waits_for_off);
     RUN_TEST(test_a_quick_stop_that_off_has_ended_waits_for_nothing);

@@ -20,6 +20,7 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
         .band = params->band,
+        .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
         .period = params->period,
@@ -104,13 +105,11 @@ static ab_t go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     return along;
 }
 
-/* Are speed and reference together, EMF and speed as well, and does the current keep its direction? */
+/* Are speed and reference together, and does the current keep its direction? */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
-    const float flux_linkage = learn->tuning.flux_linkage;
-    const float agreed = DEAD_TIME_LEARN_AGREE * flux_linkage * input->omega_e_ref;
-    return bounds_within(flux_linkage * (input->omega_e_ref - input->omega_e), DEAD_TIME_LEARN_MISS * band) &&
-           square_of(learn->emf_mean) > agreed * agreed &&
+    const float missing = input->omega_e_ref - input->omega_e;
+    return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY;
 }
 
@@ -131,9 +130,10 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
-    const float signs = cross(learn->along_mean, along) + sixth(along);
     const float per_volt = inverse_root(input->link * input->link);
-    const float wanted = learn->effective + tuning->rate * cross(learn->along_mean, rest) * signs * per_volt;
+    const float swiftness = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
+    const float wanted = learn->effective + (swiftness < 1.0f ? swiftness * swiftness : 1.0f) * tuning->rate *
+                                                cross(learn->along_mean, rest) * sixth(newest) * per_volt;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

@@ -34,9 +34,9 @@
 #include "math/frames.h"
 
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
+#define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
 #define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and at most */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
-#define DEAD_TIME_LEARN_AGREE     0.2f  /* [-] mean EMF over that of the speed, at least */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
 #define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
@@ -57,6 +57,7 @@ typedef struct {
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of what is learnt [-] */
     float band;           /* [-] */
+    float per_band;       /* psi_f over it [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
     float period;         /* [s] */

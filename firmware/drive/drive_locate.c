@@ -19,21 +19,6 @@ static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
     return doubt_step(&drive->doubt, &input);
 }
 
-/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. */
-static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
-{
-    const estimate_t *estimate = &drive->estimator.estimate;
-    const dead_time_learn_input_t input = {
-        .omega_e = estimate->omega_smooth,
-        .omega_e_ref = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
-        .emf = estimate->emf,
-        .current = acted->current,
-        .link = acted->link,
-    };
-    dead_time_learn_step(&drive->dead_time_learn, &input);
-    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
-}
-
 /* The estimate at t_k while the loop tracks, and what can be learnt of it. */
 static void track(drive_t *drive, const inverter_acted_t *acted)
 {
@@ -48,11 +33,29 @@ static void track(drive_t *drive, const inverter_acted_t *acted)
         flux_step(&drive->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
         chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     }
-    if (drive->dead_time_learn.tuning.rate > 0.0f) {
-        learn_dead_time(drive, acted);
-    }
     (void)offset_trim_step(&drive->offset_trim, estimate->emf_hat, estimate->frame.theta_e,
                            estimate->omega_smooth, &measured->current);
+}
+
+/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
+ * more than a frame that turns like the rotor, forced or tracked: not a catch. */
+static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
+{
+    if (!manoeuvres_knows(&drive->manoeuvres)) {
+        dead_time_learn_pause(&drive->dead_time_learn);
+        return;
+    }
+    const estimate_t *estimate = &drive->estimator.estimate;
+    const float pole_pairs = drive->manoeuvres.limits.pole_pairs;
+    const dead_time_learn_input_t input = {
+        .omega_e = pole_pairs * drive->omega_m,
+        .omega_e_ref = pole_pairs * drive->demand.omega_m_ref,
+        .emf = estimate->emf,
+        .current = acted->current,
+        .link = acted->link,
+    };
+    dead_time_learn_step(&drive->dead_time_learn, &input);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
 }
 
 static void estimate(drive_t *drive)
@@ -64,9 +67,11 @@ static void estimate(drive_t *drive)
     if (drive->manoeuvres.tracking != 0u) {
         track(drive, &acted);
     } else {
-        dead_time_learn_pause(&drive->dead_time_learn);
         chosen_observe(&drive->estimator, acted.voltage, measured->current,
                        manoeuvres_speed(&drive->manoeuvres));
+    }
+    if (drive->dead_time_learn.tuning.rate > 0.0f) {
+        learn_dead_time(drive, &acted);
     }
 }
 

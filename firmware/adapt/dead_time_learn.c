@@ -83,34 +83,28 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* The means of this period, and the direction of the current three periods ago. */
-static ab_t go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t newest)
+/* The means of this period; for how long the current has stood still. */
+static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
         learn->emf_mean = input->emf;
-        learn->along_mean = newest;
-        learn->along[0] = newest;
-        learn->along[1] = newest;
-        learn->along[2] = newest;
+        learn->along_mean = along;
     }
-    const ab_t along = learn->along[2];
-    learn->along[2] = learn->along[1];
-    learn->along[1] = learn->along[0];
-    learn->along[0] = newest;
     const float turn = learn->tuning.period * input->omega_e_ref;
-    const float share = learn->tuning.period * bounds_magnitude(input->omega_e_ref);
+    const float share = bounds_magnitude(turn);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
-    return along;
+    learn->still = same(input->current, learn->current) ? learn->still + 1u : 0u;
+    learn->current = input->current;
 }
 
-/* Are speed and reference together, and does the current keep its direction? */
+/* Are speed and reference together, and does the current turn with them? */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
     const float missing = input->omega_e_ref - input->omega_e;
     return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
-           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY;
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->still < DEAD_TIME_LEARN_STILL;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -123,17 +117,17 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const float inverse = inverse_root(square);
-    const ab_t newest = {inverse * input->current.alpha, inverse * input->current.beta};
-    const ab_t along = go_on(learn, input, newest);
-    const bool frozen = same(newest, learn->along[1]) && same(newest, along);
-    if (frozen || !settled(learn, input, band)) {
+    const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
+    go_on(learn, input, along);
+    if (!settled(learn, input, band)) {
         return;
     }
     const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
     const float per_volt = inverse_root(input->link * input->link);
-    const float swiftness = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
-    const float wanted = learn->effective + (swiftness < 1.0f ? swiftness * swiftness : 1.0f) * tuning->rate *
-                                                cross(learn->along_mean, rest) * sixth(newest) * per_volt;
+    const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
+    const float rate = emf_share < 1.0f ? emf_share * emf_share * tuning->rate : tuning->rate;
+    const float seen = cross(learn->along_mean, rest) * sixth(along) * per_volt;
+    const float wanted = learn->effective + rate * seen;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

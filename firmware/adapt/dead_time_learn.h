@@ -5,27 +5,26 @@
  *
  *     e = e_rotor + (V - V_hat) r,     r: the three signs as a vector
  *
- * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth of the
- * sixth harmonic, which looks like nothing else:
+ * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth whose
+ * sixth harmonic looks like nothing else:
  *
  *     r ~ (4/pi) u (1 - j (12/35) sin 6 phi),     u = e^(j phi) the direction of the current
  *
- * So what the EMF has across the current, without its mean, is correlated with what the signs have there:
+ * So what the EMF has across the current, without its mean, is correlated with that:
  *
- *     m(x) = low-pass of x at |omega_e| in a frame that turns with the reference, which has no ripple
- *     d(T_e/T)/dt = rate/(4/pi 72/1225) [m(u) x (e - m(e))] [m(u) x u - (12/35) sin 6 phi]/u_dc
+ *     m(x) = low-pass of x at |omega_ref| in a frame that turns with the reference, which has no ripple
+ *     d(T_e/T)/dt = rate/((4/pi) 72/1225) [m(u) x (e - m(e))] (-12/35 sin 6 phi)/u_dc
  *
- * whereby T_e follows with `rate` (docs/theory.md, 24). m(u) x u is the wobble of the current's direction, of
- * which a wrong V_hat makes a lot: without it large errors of slow motors stay. u is that of three periods
- * ago, whose noise the EMF of now does not remember. What is learnt is a time, for it is delays that nobody
- * knows; the voltage then follows the link. An error of the drop is learnt as if it were time.
+ * whereby V_hat follows V with `rate` (docs/theory.md, 24). Nothing in it needs the rotor's angle: it learns
+ * in a forced frame as well, and when the estimate is lost. What is learnt is a time, for it is delays that
+ * nobody knows; the voltage then follows the link. An error of the drop is learnt as if it were time.
  *
- * It learns while the EMF is neither small beside the dead band's voltage, nor large, where its own harmonics
- * count, while it agrees with the speed, while the current is well outside of the zone and keeps its
- * direction, and while speed and reference are together; else the value stays.
+ * It learns while the EMF of the speed is neither small beside the dead band's voltage, nor large, where its
+ * own harmonics count, while the current is well outside of the zone and turns with the reference, and while
+ * speed and reference are together; else the value stays.
  *
- * One step per T. Does not handle: differences between the legs; an EMF with a lag, as the paper's modes have
- * it, slows it down. */
+ * One step per T. Does not handle: differences between the legs; fifth and seventh harmonics of the EMF, h of
+ * its length together, which it takes for h |e|/0.44 V of dead time. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
 #define ADAPT_DEAD_TIME_LEARN_H
 
@@ -40,8 +39,9 @@
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
 #define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
-#define DEAD_TIME_LEARN_RANGE     2.0f  /* [-] T_e over dead band or T_e of the parameters, at most */
-#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f  /* [V], [A] what is longer is no measurement */
+#define DEAD_TIME_LEARN_STILL     2u /* [periods] a current may seem to stand still: noise does that at times */
+#define DEAD_TIME_LEARN_RANGE     2.0f /* [-] T_e over dead band or T_e of the parameters, at most */
+#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
 
 typedef struct {
     float rate;         /* [1/s]; 0: off */
@@ -69,7 +69,8 @@ typedef struct {
     uint32_t begun;  /* [-] 1: what follows is of the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */
-    ab_t along[3];   /* u of one, two and three periods ago [-] */
+    ab_t current;    /* of the last period [A] */
+    uint32_t still;  /* [periods] that it has not changed */
 } dead_time_learn_t;
 
 /* What a period brings. */

@@ -4,8 +4,7 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 {
     speed_control_tuning_t tuning = {params->current_limit, params->kp * (1.0f - params->weight),
                                      pi_prepare(params->kp, params->ki, params->period)};
-    const float weighed = params->kp * params->weight;
-    tuning.pi.back_gain = tuning.pi.ki_period < weighed ? tuning.pi.ki_period / weighed : 1.0f;
+    tuning.pi.back_gain = pi_prepare(params->kp * params->weight, params->ki, params->period).back_gain;
     return tuning;
 }
 

@@ -1,7 +1,7 @@
 /* Speed control: PI from mechanical speed error to torque-making current, one step per `period`.
  *
- *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit;      I integrates ki (omega_ref -
- * omega)
+ *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit
+ *     dI/dt   = ki (omega_ref - omega)
  *
  * b, the weight of the reference in the proportional part, places the zero that a PI makes of a reference
  * step: 1 is the paper's PI, which runs past it; 0 (I-P) leaves the integral alone to raise the torque, and

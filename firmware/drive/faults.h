@@ -81,8 +81,9 @@
       "the rotor followed the start, but the estimate did not get hold of it, in start_tries tries",         \
       "check motor data and dead time; raise handover_speed")                                                \
     F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, 1u, RUNNING, OPEN,              \
-      "the rotor turns so fast that its back-EMF is beyond what the DC link can hold",                       \
-      "let it slow down, or raise the DC link")
+      "the rotor turns so fast that its back-EMF is beyond the DC link, or current flows with the gates "    \
+      "off",                                                                                                 \
+      "let the rotor slow down, or raise the DC link; if it stands, check the current sensors")
 
 /* A row's bit, and how many there are. */
 typedef enum {

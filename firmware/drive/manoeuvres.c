@@ -1,3 +1,5 @@
+#include <string.h>
+
 #include "drive/manoeuvres_parts.h"
 
 #define MASKED_PERIODS DRIVE_PERIODS(50e-3f) /* after a hand-over */
@@ -31,7 +33,6 @@ void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e)
     run_enter(&m->run, current, omega_e * m->limits.pole_pairs_inverse);
 }
 
-/* The speed that is wished for [rad/s], electrical; a wish for a current starts in its direction. */
 float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish)
 {
     switch (wish->mode) {
@@ -46,7 +47,6 @@ float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish)
     return 0.0f;
 }
 
-/* The loop shall be locked where this EMF says, at a speed of this sign. */
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
 {
     m->locking = 1u;
@@ -57,6 +57,7 @@ void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
 
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
 {
+    memset(m, 0, sizeof *m);
     forced_init(&m->forced, &tuning->forced);
     catch_init(&m->catching, &tuning->catching);
     handover_init(&m->handover, &tuning->handover);

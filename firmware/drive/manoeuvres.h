@@ -60,6 +60,7 @@ typedef struct {
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
     float ramp;                /* of the forced frame a period [rad/s] */
     float current_rise;        /* of the forced current a period [A] */
+    float current_max;         /* longest current vector [A] */
     uint32_t align_periods;    /* [periods] of each of the two steps */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
@@ -84,9 +85,9 @@ typedef struct {
 
     int32_t now;            /* [-] manoeuvre_t */
     uint32_t clock;         /* [periods] */
-    uint32_t periods;       /* [periods] in this manoeuvre */
+    uint32_t periods;       /* [periods] in this manoeuvre, or of run since it has passed zero speed */
     uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t start_try;     /* [-] number of this start, from 1; 0: none was needed */
+    uint32_t start_try;     /* [-] number of this start, from 1; 0: none, or done */
     uint32_t lock_losses;   /* [-] since the bridge came on */
     uint32_t loss_clock[2]; /* [periods] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
@@ -137,18 +138,20 @@ static inline void manoeuvres_end(manoeuvres_t *m)
     m->unlocked = 0u;
 }
 
-/* Before the estimator's step: a forced frame to t_k. */
-static inline void manoeuvres_advance(manoeuvres_t *m)
-{
-    forced_advance(&m->forced);
-}
-
 /* Is the frame that of the forced ramp? */
 static inline bool manoeuvres_forces(const manoeuvres_t *m)
 {
     return m->now == (int32_t)MANOEUVRE_ALIGN || m->now == (int32_t)MANOEUVRE_RAMP ||
            m->now == (int32_t)MANOEUVRE_HANDOVER || m->now == (int32_t)MANOEUVRE_FORCED ||
            m->now == (int32_t)MANOEUVRE_REVERSE;
+}
+
+/* Before the estimator's step: a forced frame to t_k. */
+static inline void manoeuvres_advance(manoeuvres_t *m)
+{
+    if (manoeuvres_forces(m)) {
+        forced_advance(&m->forced);
+    }
 }
 
 /* The speed at which the observer is stepped while the loop does not track [rad/s]. */

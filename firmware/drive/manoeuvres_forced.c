@@ -35,7 +35,7 @@ demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input
     const bool first = m->start_try == 0u;
     m->start_try++;
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
-    m->current = first ? tuning->current : RETRY_CURRENT * m->current;
+    m->current = first ? tuning->current : bounds_clamp(RETRY_CURRENT * m->current, m->limits.current_max);
     m->needed = m->current;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
@@ -168,7 +168,7 @@ demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
     const float wanted = manoeuvres_wanted(m, &input->wish);
     lock_step(&m->lock, estimate);
     see_need(m, seen.q);
-    m->forced.current = handover_current(&m->handover, m->forced.current, m->needed);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->current, m->needed);
     switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
     case HANDOVER_GOES_ON:
         break;

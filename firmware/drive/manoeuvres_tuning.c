@@ -57,7 +57,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
 {
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const catch_params_t catching = {psi_f, pole_pairs * params->start_speed, params->doubtful_current,
+    const catch_params_t catching = {psi_f, pole_pairs * start->catch_speed, params->doubtful_current,
                                      DRIVE_PERIOD};
     const handover_params_t handover = {start->current, DRIVE_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
@@ -103,6 +103,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .speed_per_volt = 1.0f / believed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
         .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
+        .current_max = params->current_limit,
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,

@@ -93,6 +93,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 #define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
 #define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
 #define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
+#define CATCH_SHARE        0.5f  /* [-] likewise, of the slowest rotor that is caught */
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
 
 start_params_t params_start(const params_t *params, const believed_t *believed)
@@ -115,6 +116,7 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;
     }
+    start.catch_speed = params->start_speed > 0.0f ? params->start_speed : CATCH_SHARE * start.handover_speed;
     if (start.ramp == 0.0f) {
         const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / believed->inertia;
         const float fastest = start.handover_speed / START_TIME;

@@ -91,8 +91,9 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       TABLE_LIVE, "largest offset of a current sensor that is accepted")                                     \
     E(28, position_source, "encoder|sensorless", POSITION_SENSORLESS, TABLE_LIVE,                            \
       "where the control's angle comes from; the estimator runs in either case")                             \
-    F(29, start_speed, "rad/s", 8.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
-      "mechanical speed from which on a turning rotor is caught; a slower one is aligned")                   \
+    F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
+      "mechanical speed from which on a turning rotor is caught, a slower one is aligned; 0: half of the "   \
+      "hand-over's")                                                                                         \
     F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
       "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
     F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                     \
@@ -198,6 +199,7 @@ typedef struct {
     float ramp;           /* [rad/s^2] mechanical */
     float handover_speed; /* [rad/s] mechanical */
     float fallback_speed; /* [rad/s] mechanical */
+    float catch_speed;    /* [rad/s] mechanical, of the slowest rotor that is caught turning */
     float dead_voltage;   /* [V] that the dead time takes of the largest link */
 } start_params_t;
 

@@ -9,10 +9,11 @@
 #include "math/trig.h"
 
 #define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
-#define TRAIL_ANGLE   0.1f   /* [rad] by which <e> trails every rotor that is fast enough, or its sine does */
-#define TRAIL_PART    0.4f   /* [-] of it that must be seen */
-#define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of what a does */
-#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
+#define TRAIL_MOST    0.1f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define CLEAR_OF_ZONE 3.0f /* [-] of the doubtful current: b and c carry half of what a does */
+#define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
+#define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
@@ -33,6 +34,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_min = params->speed_min,
         .current = CLEAR_OF_ZONE * params->doubtful,
         .lead = 1.5f * params->period,
+        .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
         .sure = periods_of(SURE_TIME, params->period),
         .turn_sure = SURE_TURN / params->period,
@@ -65,11 +67,12 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
     catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
-    catching->length = lowpass_step(catching->length, tuning->length_share, length);
+    const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
+    catching->length = lowpass_step(catching->length, share, length);
     catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->length * tuning->speed_per_volt;
-    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_ANGLE) *
+    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
                            catching->length * catching->length;
     if (catching->periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;

@@ -1,16 +1,20 @@
 /* Catch: is the rotor turning, which way and where? With the gates on and next to no current, in the
  * stationary frame, the back-EMF tells.
  *
- *     voltage     = the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that
- * late current     = a little along phase a, no more than takes all three legs out of the dead time's zone
- *     direction   = sign of the sum of  e x <e>,  <e>: the EMF low-passed. A vector that turns is ahead of
- * its own low-pass in the direction in which it turns. speed       = <|e|>/psi_f angle       = where the EMF
- * puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
+ *     voltage     the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that late
+ *     current     a little along phase a, which takes all three legs out of the dead time's zone
+ *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that turns is ahead of its
+ *                 own low-pass in the direction in which it turns
+ *     speed       <|e|>/psi_f;  a low-pass from zero: 4 % less after 10 ms, 0.1 % after 20 ms
+ *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
+ *
+ * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10
+ * ms; else when the caller's periods are. A voltage error that stands still is no rotor: of e x <e> there
+ * must be 0.4 of what a rotor with this EMF makes.
  *
  * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
  * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they are told as
- * standing).
- */
+ * standing); such that turn faster than 5000 rad/s, whose <e> is next to nothing. */
 #ifndef MANOEUVRE_CATCH_H
 #define MANOEUVRE_CATCH_H
 
@@ -34,6 +38,7 @@ typedef struct {
     float speed_min;      /* [rad/s] electrical */
     float current;        /* along phase a [A] */
     float lead;           /* 1.5 T [s] */
+    uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before the speed is believed */
     uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
     float turn_sure;      /* how far that is, over T [rad/s] */

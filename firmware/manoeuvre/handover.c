@@ -17,7 +17,6 @@
 handover_tuning_t handover_prepare(const handover_params_t *params)
 {
     return (handover_tuning_t){
-        .current_most = params->current,
         .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
         .current_margin = MARGIN * params->current,
         .current_excess = EXCESS * params->current,

@@ -27,7 +27,6 @@ typedef struct {
 } handover_params_t;
 
 typedef struct {
-    float current_most;   /* I of a start [A] */
     float current_share;  /* of the way down [-] */
     float current_margin; /* over what the load needs [A] */
     float current_excess; /* i_d that may be left [A] */
@@ -62,12 +61,13 @@ static inline void handover_enter(handover_t *handover)
     handover->periods = 0u;
 }
 
-/* The current of the forced frame [A] towards what this i_q of the rotor [A] needs. */
-static inline float handover_current(const handover_t *handover, float current, float i_q)
+/* The current of the forced frame [A] towards what this i_q of the rotor [A] needs, within that of this try
+ * [A]. */
+static inline float handover_current(const handover_t *handover, float current, float most, float i_q)
 {
     const float needed = 1.3f * bounds_magnitude(i_q) + handover->tuning.current_margin;
     const float next = lowpass_step(current, handover->tuning.current_share, needed);
-    return next < handover->tuning.current_most ? next : handover->tuning.current_most;
+    return next < most ? next : most;
 }
 
 /* One period: estimate, its lock, speed of the forced frame [rad/s], current in the estimate's frame [A]. */

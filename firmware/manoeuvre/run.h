@@ -2,9 +2,9 @@
  *
  *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
  *     i_q               from the speed control
- *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading; what
- * keeps the current vector as long as `low_current` at low speed, where the loss of a leg without current is
- * a voltage that nobody knows (docs/theory.md, 23)
+ *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading;
+ *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
+ *                       without current is a voltage that nobody knows (docs/theory.md, 23)
  *
  * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
@@ -25,10 +25,10 @@ typedef struct {
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
     float low_current;  /* i_d + |i_q| at low speed, at least [A]; 0: no i_d for that */
-    float low_inverse;  /* 1/the electrical speed up to which it is kept whole [s/rad]; at twice that it is
-                           gone */
-    float low_share;    /* low-pass of that i_d, for i_q is noisy [-] */
-    float fade;         /* share of a hand-over's i_d that is left a period later [-] */
+    float low_inverse; /* 1/the electrical speed [s/rad] from which on a fifth of it is left; up to a fifth of
+                          that speed it is kept whole */
+    float low_share;   /* low-pass of that i_d, for i_q is noisy [-] */
+    float fade;        /* share of a hand-over's i_d that is left a period later [-] */
 } run_tuning_t;
 
 typedef struct {
@@ -50,7 +50,7 @@ typedef enum {
 typedef struct {
     run_mode_t mode;
     float omega_m_ref; /* [rad/s] mechanical, with RUN_SPEED */
-    dq_t current;      /* [A] with RUN_CURRENT; its d axis with RUN_SPEED too */
+    dq_t current;      /* [A] with RUN_CURRENT; its d axis with RUN_SPEED and RUN_STOP too */
 } run_wish_t;
 
 /* These coefficients; the speed control at rest. */

@@ -115,6 +115,18 @@ static inline position_t twin_coast(twin_t *est, ab_t voltage, ab_t current)
     return position;
 }
 
+static inline void twin_observe(twin_t *est, ab_t voltage, ab_t current, float omega_e)
+{
+    fixed_observe(&est->fixed, voltage, current, omega_e);
+    twin_show(est);
+}
+
+static inline void twin_lock(twin_t *est, position_t start)
+{
+    fixed_lock(&est->fixed, start);
+    twin_show(est);
+}
+
 static inline uint16_t twin_invalid(const twin_t *est)
 {
     return fixed_invalid(&est->fixed);
@@ -164,6 +176,8 @@ static inline bool twin_skips(const char *test)
 #define estimator_reset        twin_reset
 #define estimator_step         twin_step
 #define estimator_coast        twin_coast
+#define estimator_observe      twin_observe
+#define estimator_lock         twin_lock
 #define estimator_invalid      twin_invalid
 
 #endif

@@ -389,7 +389,7 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.pole_pairs_inverse);
     TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.manoeuvres.catching.tuning.speed_min);
     TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.forced.tuning.current);
-    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.handover.tuning.current_most);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.manoeuvres.handover.tuning.current_margin);
     TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.manoeuvres.lock.tuning.speed_slow);
     TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.manoeuvres.limits.handover_speed);
     TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.limits.sensorless);

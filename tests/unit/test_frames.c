@@ -135,6 +135,25 @@ static void test_power_is_three_halves_of_the_dq_product(void)
     }
 }
 
+/* The turn from one frame to another: a vector seen in the one and turned by it is the vector seen in the
+ * other. */
+static void test_turn_between_two_frames(void)
+{
+    const ab_t vector = {7.0f, -3.0f};
+    for (double from = -3.1; from < 3.2; from += 0.37) {
+        for (double to = -3.1; to < 3.2; to += 0.41) {
+            const rotation_t turn = frames_between(rotation_of(from), rotation_of(to));
+            TEST_ASSERT_DOUBLE_WITHIN(3e-7, sin(to - from), (double)turn.sin);
+            TEST_ASSERT_DOUBLE_WITHIN(3e-7, cos(to - from), (double)turn.cos);
+            const dq_t before = frames_park(vector, rotation_of(from));
+            const dq_t after = frames_park((ab_t){before.d, before.q}, turn);
+            const dq_t expected = frames_park(vector, rotation_of(to));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)expected.d, (double)after.d);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)expected.q, (double)after.q);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -145,5 +164,6 @@ int main(void)
     RUN_TEST(test_park_is_a_turn_backwards_and_its_inverse_forwards);
     RUN_TEST(test_balanced_phases_keep_their_amplitude_and_lie_on_d);
     RUN_TEST(test_power_is_three_halves_of_the_dq_product);
+    RUN_TEST(test_turn_between_two_frames);
     return UNITY_END();
 }

@@ -177,7 +177,7 @@ static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
 {
     speed_control_t control;
     begin_weighed(&control, 0.0f);
-    for (int n = 0; n < 20000; n++) {
+    for (int n = 0; n < 5000; n++) {
         (void)step(&control, 157.0f, 20.0f);
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, step(&control, 157.0f, 20.0f));
@@ -202,7 +202,7 @@ static void test_without_weight_a_step_hardly_passes_the_reference(void)
         begin_with(&control, &params);
         double omega = 0.0;
         passed[weighed] = 0.0;
-        for (int k = 0; k < 30000; k++) {
+        for (int k = 0; k < 16000; k++) {
             const double time = k * 1e-4;
             const double way = 1.0 - exp(-sigma * time) * (cos(wd * time) + sigma / wd * sin(wd * time));
             if (weighed == 0) { /* a period late at its largest slope, about wn/2 = 2.5 1/s */

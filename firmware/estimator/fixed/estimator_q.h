@@ -42,8 +42,8 @@ typedef struct {
 } estimator_q_t;
 
 /* As estimator_take(), estimator_reset(), estimator_step(), estimator_coast(), estimator_observe(),
- * estimator_lock() and estimator_invalid(). No
- * division anywhere; a sample beyond +-SAMPLE_LARGEST is rejected. */
+ * estimator_lock() and estimator_invalid(). No division anywhere; a sample beyond +-SAMPLE_LARGEST is
+ * rejected. */
 void estimator_take_q(estimator_q_t *est, const estimator_tuning_q_t *tuning);
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current);
 position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current);

@@ -1,0 +1,254 @@
+/* The catch on an EMF of known course: e = j omega psi_f exp(j theta). */
+#include <complex.h>
+#include <string.h>
+#include <unity.h>
+
+#include "manoeuvre/catch.h"
+#include "tests/unit/compare.h"
+
+#define T         1e-4
+#define PSI       0.183
+#define SPEED_MIN 6.0   /* [rad/s] */
+#define WHOLE     200u  /* [periods] */
+#define LINK      1e4f  /* [V] more than any EMF here */
+#define LENGTH    330.0 /* [rad/s] cutoff of the EMF's length */
+
+static catch_t catching;
+
+void setUp(void)
+{
+    const catch_params_t params = {
+        .flux_linkage = (float)PSI, .speed_min = (float)SPEED_MIN, .doubtful = 0.1f, .period = (float)T};
+    const catch_tuning_t tuning = catch_prepare(&params);
+    memset(&catching, 0x55, sizeof catching);
+    catch_init(&catching, &tuning);
+    catch_enter(&catching, WHOLE, 0.0f);
+}
+
+void tearDown(void)
+{
+}
+
+static double complex emf_of(double omega, double theta)
+{
+    return (double complex)I * omega * PSI * cexp((double complex)I * theta);
+}
+
+static ab_t as_ab(double complex value)
+{
+    return (ab_t){(float)creal(value), (float)cimag(value)};
+}
+
+static catch_outcome_t step(double complex emf, float voltage_max)
+{
+    return catch_step(&catching, as_ab(emf), (float)cabs(emf), voltage_max);
+}
+
+typedef struct {
+    catch_outcome_t outcome;
+    uint32_t periods;
+    double complex emf; /* of the last period */
+    double theta;       /* likewise */
+} caught_t;
+
+/* A whole catch of a rotor with this speed, beside an error of the voltage that stands still. */
+static caught_t catch_of(double omega, double theta_start, double complex error)
+{
+    caught_t caught = {CATCH_GOES_ON, 0u, 0.0, 0.0};
+    catch_enter(&catching, WHOLE, 0.0f);
+    while (caught.outcome == CATCH_GOES_ON && caught.periods < 2u * WHOLE) {
+        caught.theta = theta_start + omega * T * caught.periods;
+        caught.emf = emf_of(omega, caught.theta) + error;
+        caught.outcome = step(caught.emf, LINK);
+        caught.periods++;
+    }
+    return caught;
+}
+
+/* What a low-pass from nothing has seen of a constant by then. */
+static double seen(uint32_t periods)
+{
+    return 1.0 - exp(-LENGTH * T * periods);
+}
+
+static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
+{
+    static const double speeds[] = {8.0, 12.0, 32.0, 100.0, 300.0, 1000.0, 3000.0, 5000.0};
+    for (int n = 0; n < 8; n++) {
+        for (int way = -1; way <= 1; way += 2) {
+            for (double start = -3.0; start < 3.2; start += 0.7) {
+                const double omega = way * speeds[n];
+                const caught_t caught = catch_of(omega, start, 0.0);
+                TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
+                TEST_ASSERT_TRUE(caught.periods <= WHOLE);
+                const position_t rotor = catch_position(&catching, as_ab(caught.emf));
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
+                TEST_ASSERT_DOUBLE_WITHIN(1e-4 * speeds[n], omega * seen(caught.periods),
+                                          (double)rotor.omega_e);
+            }
+        }
+    }
+}
+
+/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, after 20 ms in any case.
+ */
+static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
+{
+    static const double speeds[] = {2000.0, 500.0, 220.0, 150.0, 100.0, 60.0, 20.0};
+    for (int n = 0; n < 7; n++) {
+        double turned = 0.0;
+        uint32_t expected = 0u;
+        while ((turned < 1.0 || expected < 100u) && expected < WHOLE) {
+            expected++;
+            turned += expected >= 40u ? speeds[n] * T * seen(expected) : 0.0;
+        }
+        TEST_ASSERT_UINT32_WITHIN(1u, expected, catch_of(speeds[n], 0.4, 0.0).periods);
+        TEST_ASSERT_UINT32_WITHIN(1u, expected, catch_of(-speeds[n], 0.4, 0.0).periods);
+        TEST_ASSERT_EQUAL(n < 3, expected == 100u);
+        TEST_ASSERT_EQUAL(n >= 5, expected == WHOLE);
+    }
+}
+
+/* What the dead time leaves points one way and does not turn. */
+static void test_voltage_error_that_stands_still_is_no_rotor(void)
+{
+    for (double length = 0.5; length < 20.0; length *= 1.7) {
+        for (double angle = -3.1; angle < 3.2; angle += 0.4) {
+            const double complex error = length * PSI * SPEED_MIN * cexp((double complex)I * angle);
+            const caught_t caught = catch_of(0.0, 0.0, error);
+            TEST_ASSERT_EQUAL_INT(CATCH_STANDING, caught.outcome);
+            TEST_ASSERT_EQUAL_UINT32(WHOLE, caught.periods);
+        }
+    }
+}
+
+/* The error moves the EMF's angle by no more than asin of its share, its mean length by no more than it. */
+static void test_rotor_is_caught_beside_such_an_error(void)
+{
+    const double length = PSI * SPEED_MIN;
+    for (int way = -1; way <= 1; way += 2) {
+        for (double angle = -3.1; angle < 3.2; angle += 0.4) {
+            const double omega = way * 10.0 * SPEED_MIN;
+            const caught_t caught = catch_of(omega, 0.3, length * cexp((double complex)I * angle));
+            TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
+            const position_t rotor = catch_position(&catching, as_ab(caught.emf));
+            TEST_ASSERT_DOUBLE_WITHIN(asin(0.1) + 1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
+            TEST_ASSERT_DOUBLE_WITHIN(SPEED_MIN, omega * seen(caught.periods), (double)rotor.omega_e);
+        }
+    }
+}
+
+/* Seen of the length: 1 - exp(-6.6) = 0.9986. */
+static void test_rotor_slower_than_the_least_speed_stands(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(way * 0.0, 1.0, 0.0).outcome);
+        TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(way * 0.99 * SPEED_MIN, 1.0, 0.0).outcome);
+        TEST_ASSERT_EQUAL_INT(CATCH_TURNING, catch_of(way * 1.01 * SPEED_MIN, 1.0, 0.0).outcome);
+    }
+}
+
+/* 1 ms without a break: ten periods. */
+static void test_emf_beyond_the_link_is_told_within_a_millisecond(void)
+{
+    const double omega = 1000.0;
+    const float below = (float)(0.999 * omega * PSI);
+    const float above = (float)(1.001 * omega * PSI);
+    for (int n = 1; n < 10; n++) {
+        TEST_ASSERT_EQUAL_INT(CATCH_GOES_ON, step(emf_of(omega, omega * T * n), below));
+    }
+    TEST_ASSERT_EQUAL_INT(CATCH_TOO_FAST, step(emf_of(omega, omega * T * 10), below));
+    catch_enter(&catching, WHOLE, 0.0f);
+    for (int n = 1; n < 100; n++) {
+        const float link = n % 10 == 0 ? above : below;
+        TEST_ASSERT_EQUAL_INT(CATCH_GOES_ON, step(emf_of(omega, omega * T * n), link));
+    }
+}
+
+/* The speed of the start until 4 ms, then that of the EMF; with its sign. */
+static void test_speed_is_that_of_the_start_until_it_is_seen(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        const double omega = way * 300.0;
+        catch_enter(&catching, WHOLE, 77.0f);
+        for (uint32_t n = 1u; n < 90u; n++) {
+            (void)step(emf_of(omega, omega * T * n), LINK);
+            const double expected = n < 40u ? 77.0 : omega * seen(n);
+            TEST_ASSERT_DOUBLE_WITHIN(0.03, expected, (double)catching.omega_e);
+        }
+    }
+}
+
+/* It acts on [t_k+1, t_k+2), a period and a half later on the mean. */
+static void test_voltage_is_the_emf_when_it_acts(void)
+{
+    static const double speeds[] = {0.0, 30.0, -400.0, 1500.0, -5000.0, 5000.0};
+    for (int n = 0; n < 6; n++) {
+        catch_enter(&catching, WHOLE, (float)speeds[n]);
+        const double complex emf = emf_of(speeds[n], 0.8);
+        const ab_t voltage = catch_voltage(&catching, as_ab(emf));
+        const double complex expected = emf * cexp((double complex)I * 1.5 * T * speeds[n]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);
+    }
+}
+
+/* Phases b and c carry half of what a does. */
+static void test_current_takes_every_leg_out_of_doubt(void)
+{
+    TEST_ASSERT_TRUE(0.5f * catching.tuning.current > 0.1f);
+}
+
+static void test_angle_is_a_quarter_turn_beside_the_emf(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        for (double theta = -3.14; theta < 3.15; theta += 0.01) {
+            const float angle = catch_angle(as_ab(emf_of(way * 50.0, theta)), (float)way);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, circle((double)angle - theta));
+        }
+    }
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_angle((ab_t){0.0f, 0.0f}, 1.0f));
+}
+
+/* Sums and means of a catch before this one leave nothing. */
+static void test_catch_begins_anew(void)
+{
+    (void)catch_of(2000.0, 0.0, 0.0);
+    TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(0.0, 0.0, 0.0).outcome);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, catching.omega_e);
+    const caught_t caught = catch_of(-2000.0, 0.0, 0.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, -2000.0 * seen(caught.periods), (double)catching.omega_e);
+}
+
+static void test_new_coefficients_act_and_what_was_seen_stays(void)
+{
+    for (uint32_t n = 0u; n < 60u; n++) {
+        (void)step(emf_of(100.0, 100.0 * T * n), LINK);
+    }
+    const catch_t before = catching;
+    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, (float)T};
+    const catch_tuning_t tuning = catch_prepare(&params);
+    catch_take(&catching, &tuning);
+    TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
+                     catching.periods == before.periods && catching.omega_e == before.omega_e);
+    (void)step(emf_of(100.0, 100.0 * T * 60.0), LINK);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 50.0 * seen(61u), (double)catching.omega_e);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_turning_rotor_is_caught_with_speed_direction_and_angle);
+    RUN_TEST(test_fast_rotor_is_caught_before_the_catch_is_over);
+    RUN_TEST(test_voltage_error_that_stands_still_is_no_rotor);
+    RUN_TEST(test_rotor_is_caught_beside_such_an_error);
+    RUN_TEST(test_rotor_slower_than_the_least_speed_stands);
+    RUN_TEST(test_emf_beyond_the_link_is_told_within_a_millisecond);
+    RUN_TEST(test_speed_is_that_of_the_start_until_it_is_seen);
+    RUN_TEST(test_voltage_is_the_emf_when_it_acts);
+    RUN_TEST(test_current_takes_every_leg_out_of_doubt);
+    RUN_TEST(test_angle_is_a_quarter_turn_beside_the_emf);
+    RUN_TEST(test_catch_begins_anew);
+    RUN_TEST(test_new_coefficients_act_and_what_was_seen_stays);
+    return UNITY_END();
+}

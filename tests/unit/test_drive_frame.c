@@ -1,0 +1,111 @@
+/* What becomes of the integrals of current control when the manoeuvre changes the frame. Speed and current
+ * are zero and the currents on their references, so that nothing else moves an integral. */
+#include <complex.h>
+
+#include "math/angle.h"
+#include "math/trig.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/drive_bench.h"
+
+void setUp(void)
+{
+    bench_begin();
+}
+
+void tearDown(void)
+{
+}
+
+static double complex integrals(void)
+{
+    return (double)drive.current_control.d.integral +
+           (double complex)I * (double)drive.current_control.q.integral;
+}
+
+/* In the stationary frame. */
+static double complex voltage(void)
+{
+    return integrals() * cexp((double complex)I * (double)drive.demand.frame.theta_e);
+}
+
+static void preset(float d, float q)
+{
+    drive.current_control.d.integral = d;
+    drive.current_control.q.integral = q;
+}
+
+/* Into operation on the encoder, which stands at this count, without a wish for current. */
+static void given_operation(uint32_t count)
+{
+    params.position_source = POSITION_ENCODER;
+    params.low_speed_current = 0.0f;
+    drive_init(&drive, &params);
+    samples.encoder = count;
+    bring_to_ready();
+    request_currents(0.0f, 0.0f);
+    request(REQUEST_ON);
+    steps(10);
+    expect_state(DRIVE_OPERATION_ENABLED);
+}
+
+/* The estimate's angle is set beside the encoder's: the same voltage in both frames. */
+static void test_voltage_stays_when_the_frame_turns(void)
+{
+    for (int n = 0; n < 8; n++) {
+        setUp();
+        given_operation(700u);
+        const float angle = drive.demand.frame.theta_e + 0.4f + 0.7f * (float)n;
+        drive.estimator.tracker.pll.theta_e = angle_wrap(angle);
+        drive.estimator.tracker.pll.rotation = trig_turn(angle_wrap(angle));
+        preset(3.0f, -4.0f);
+        const double complex before = voltage();
+        const double from = (double)drive.demand.frame.theta_e;
+        params.position_source = POSITION_SENSORLESS;
+        offer_params();
+        step();
+        TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, drive.demand.change);
+        TEST_ASSERT_TRUE(fabs(circle((double)drive.demand.frame.theta_e - from)) > 0.3);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(voltage() - before));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 5.0, cabs(integrals()));
+    }
+}
+
+/* And only then: as long as the frame goes on, the integrals stay in it. */
+static void test_integrals_go_on_with_the_frame(void)
+{
+    given_operation(700u);
+    preset(3.0f, -4.0f);
+    const double complex before = integrals();
+    steps(5);
+    TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, drive.demand.change);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(integrals() - before));
+}
+
+/* An alignment begins after a catch: what held in the stationary frame holds in none. What the last period of
+ * the catch makes of it is not seen before the one after the next. */
+static void test_integrals_are_zero_in_a_frame_anew(void)
+{
+    params.position_source = POSITION_SENSORLESS;
+    params.doubtful_current = 0.0f; /* no current is asked for in the catch */
+    drive_init(&drive, &params);
+    bring_to_ready();
+    request(REQUEST_ON);
+    for (int n = 0; n < 2000 && drive.manoeuvres.catching.periods < 199u; n++) {
+        steps(1);
+    }
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, drive.manoeuvres.now);
+    preset(3.0f, -4.0f);
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, drive.manoeuvres.now);
+    TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, drive.demand.change);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(integrals()));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_voltage_stays_when_the_frame_turns);
+    RUN_TEST(test_integrals_go_on_with_the_frame);
+    RUN_TEST(test_integrals_are_zero_in_a_frame_anew);
+    return UNITY_END();
+}

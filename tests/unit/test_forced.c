@@ -1,0 +1,353 @@
+/* The forced frame and its damping. Load angle gamma: by how much the frame's d axis is ahead of the rotor's.
+ *
+ *     torque = K_t (I sin gamma + i_q cos gamma),   e_q = omega psi_f cos gamma,   e_d = omega psi_f sin
+ * gamma
+ *
+ * so that for small swings  s^2 + (K_t k psi_f p/J) H(s) s + w_n^2 = 0,  H: high-pass and low-pass of e_q. */
+#include <complex.h>
+#include <string.h>
+#include <unity.h>
+
+#include "manoeuvre/forced.h"
+#include "tests/unit/compare.h"
+
+#define T           1e-4
+#define R           0.95
+#define L           0.0125
+#define PSI         0.183
+#define POLE_PAIRS  4.0
+#define CURRENT     8.0
+#define CURRENT_MAX 10.0
+#define KT          (1.5 * POLE_PAIRS * PSI)
+
+static forced_t forced;
+static forced_params_t params;
+
+static void begin(double inertia, double dead_voltage, double damping)
+{
+    params = (forced_params_t){
+        .resistance = (float)R,
+        .inductance = (float)L,
+        .flux_linkage = (float)PSI,
+        .pole_pairs = (float)POLE_PAIRS,
+        .inertia = (float)inertia,
+        .dead_voltage = (float)dead_voltage,
+        .current = (float)CURRENT,
+        .current_max = (float)CURRENT_MAX,
+        .damping = (float)damping,
+        .period = (float)T,
+    };
+    const forced_tuning_t tuning = forced_prepare(&params);
+    memset(&forced, 0x55, sizeof forced);
+    forced_init(&forced, &tuning);
+}
+
+void setUp(void)
+{
+    begin(0.003, 10.0, 0.0);
+    forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
+}
+
+void tearDown(void)
+{
+}
+
+static double natural(double inertia)
+{
+    return sqrt(POLE_PAIRS * KT * CURRENT / inertia);
+}
+
+/* Half of critical with a light rotor, the observer's errors with a heavy one. */
+static void test_damping_by_the_rule(void)
+{
+    static const double inertias[] = {1e-4, 0.003, 0.0636, 1.0};
+    for (int n = 0; n < 4; n++) {
+        for (double dead_voltage = 0.0; dead_voltage < 20.0; dead_voltage += 9.0) {
+            begin(inertias[n], dead_voltage, 0.0);
+            const double w = natural(inertias[n]);
+            const double wanted = w * inertias[n] / (POLE_PAIRS * KT * PSI);
+            const double most = 0.5 / (0.3 * R + 0.25 * dead_voltage / CURRENT);
+            const double expected = fmin(wanted, most);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5 * w, w, (double)forced_natural(&params));
+            TEST_ASSERT_DOUBLE_WITHIN(2e-5 * expected, expected, (double)forced_damping(&params));
+            TEST_ASSERT_DOUBLE_WITHIN(2e-5 * expected, expected, (double)forced.tuning.damping);
+            const double share = 1.0 - exp(-T * fmin(2.5 / (expected * L), 1.0 / T));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * share, share, (double)forced.tuning.damping_share);
+        }
+    }
+    begin(0.003, 10.0, 0.0);
+    TEST_ASSERT_TRUE(forced.tuning.damping < 0.5f); /* by w_n */
+    begin(0.0636, 10.0, 0.0);
+    TEST_ASSERT_TRUE(forced.tuning.damping < 0.9f); /* by R and the dead time */
+}
+
+static void test_damping_that_is_given_is_taken(void)
+{
+    begin(0.0636, 10.0, 0.7);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, forced.tuning.damping);
+}
+
+/* Its power K_t i_q cos(gamma) omega is K_t i_q e_q/psi_f. */
+static void test_damping_takes_power_out_of_a_swing_at_any_load_angle(void)
+{
+    for (double gamma = -PI; gamma <= PI; gamma += 0.05) {
+        for (double omega = -40.0; omega <= 40.0; omega += 7.0) {
+            forced_enter(&forced, 0.3f, 100.0f, (float)CURRENT);
+            const dq_t emf = {(float)(omega * PSI * sin(gamma)), (float)(omega * PSI * cos(gamma))};
+            for (int n = 0; n < 100; n++) {
+                const double power = KT * (double)forced_step(&forced, emf).q * cos(gamma) * omega;
+                TEST_ASSERT_TRUE(fabs(cos(gamma) * omega) < 1e-3 ? power <= 0.0 : power < 0.0);
+            }
+        }
+    }
+}
+
+/* y += share (x - y), of which a sample acts at once: share/(1 - (1 - share)/z). */
+static double complex lowpass_of(double cutoff, double complex z)
+{
+    const double share = 1.0 - exp(-cutoff * T);
+    return share / (1.0 - (1.0 - share) / z);
+}
+
+/* High-pass and low-pass turn it by less than a quarter each: 6 rad/s before, 2.5/(k L) behind. */
+static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
+{
+    const double k = (double)forced.tuning.damping;
+    for (double rate = 3.0; rate < 2000.0; rate *= 1.5) {
+        const int turn = (int)(2.0 * PI / (rate * T) + 0.5);
+        const double step = 2.0 * PI / turn;
+        const double complex z = cexp((double complex)I * step);
+        const double complex share = (1.0 - lowpass_of(6.0, z)) * lowpass_of(2.5 / (k * L), z);
+        double work = 0.0;
+        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
+        for (int n = 0; n < turn * (2 + (int)rate); n++) {
+            const double swing = 0.5 * sin(step * n);
+            const double across = (double)forced_step(&forced, (dq_t){0.0f, (float)swing}).q;
+            work += n >= turn * (1 + (int)rate) ? across * swing / turn : 0.0;
+        }
+        const double expected = -0.5 * 0.25 * k * creal(share);
+        TEST_ASSERT_TRUE(work < 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(expected) + 1e-6, expected, work);
+    }
+}
+
+typedef struct {
+    double gamma, omega; /* [rad], electrical [rad/s] of the rotor */
+} rotor_t;
+
+/* A period of a rotor without load under the frame that stands, in ten steps. */
+static void turn_rotor(rotor_t *rotor, double inertia, dq_t current)
+{
+    for (int n = 0; n < 10; n++) {
+        const double torque =
+            KT * ((double)current.d * sin(rotor->gamma) + (double)current.q * cos(rotor->gamma));
+        rotor->omega += 0.1 * T * POLE_PAIRS * torque / inertia;
+        rotor->gamma -= 0.1 * T * rotor->omega;
+    }
+}
+
+static dq_t damped(const rotor_t *rotor)
+{
+    return forced_step(&forced, (dq_t){(float)(rotor->omega * PSI * sin(rotor->gamma)),
+                                       (float)(rotor->omega * PSI * cos(rotor->gamma))});
+}
+
+/* The pair of the characteristic equation near w_n, by Newton. The current acts a period's half later. */
+static double complex mode(double inertia, double k)
+{
+    const double w = natural(inertia);
+    const double loss = KT * k * PSI * POLE_PAIRS / inertia;
+    double complex s = w * (-0.3 + (double complex)I);
+    for (int n = 0; n < 60; n++) {
+        double complex value[2];
+        for (int m = 0; m < 2; m++) {
+            const double complex x = s + m * 1e-4;
+            value[m] =
+                x * x + loss * x * x / (x + 6.0) / (1.0 + x * k * L / 2.5) * cexp(-0.5 * T * x) + w * w;
+        }
+        s -= value[0] * 1e-4 / (value[1] - value[0]);
+    }
+    return s;
+}
+
+/* Decay and rate of a small swing, with a weak damping, so that there is something to measure; the plain
+ * ratio is K_t k psi_f p/(2 J w_n). */
+static void test_swing_decays_as_the_damping_says(void)
+{
+    static const double inertias[] = {0.003, 0.0636};
+    static const double dampings[] = {0.1, 0.3};
+    for (int n = 0; n < 2; n++) {
+        begin(inertias[n], 10.0, dampings[n]);
+        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
+        const double complex s = mode(inertias[n], dampings[n]);
+        rotor_t rotor = {0.1, 0.0};
+        double zero[4] = {0.0}, peak[4] = {0.0};
+        int zeros = 0;
+        for (int k = 0; zeros < 4 && k < 40000; k++) {
+            const double before = rotor.gamma;
+            turn_rotor(&rotor, inertias[n], damped(&rotor));
+            peak[zeros] = fmax(peak[zeros], fabs(rotor.gamma));
+            if (before * rotor.gamma < 0.0) {
+                zero[zeros++] = T * (k + before / (before - rotor.gamma));
+            }
+        }
+        TEST_ASSERT_EQUAL_INT(4, zeros);
+        const double rate = 2.0 * PI / (zero[3] - zero[1]);
+        const double decay = log(peak[1] / peak[3]) * rate / (2.0 * PI);
+        const double ratio = decay / hypot(decay, rate);
+        const double expected = -creal(s) / cabs(s);
+        const double plain = KT * dampings[n] * PSI * POLE_PAIRS / (2.0 * inertias[n] * natural(inertias[n]));
+        printf("J %.4f: damping ratio %.4f, by the equation %.4f, plain %.4f\n", inertias[n], ratio, expected,
+               plain);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * cimag(s), cimag(s), rate);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, ratio);
+        TEST_ASSERT_DOUBLE_WITHIN(0.15 * plain, plain, ratio);
+    }
+}
+
+/* By the rule that plain ratio is a half where the observer's errors allow it. */
+static void test_rule_damps_a_light_rotor_by_half_of_critical(void)
+{
+    const double k = (double)forced.tuning.damping;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5, KT * k * PSI * POLE_PAIRS / (2.0 * 0.003 * natural(0.003)));
+}
+
+/* From nearly the worst angle to rest within three turns of the pendulum. */
+static void test_alignment_comes_to_rest(void)
+{
+    static const double inertias[] = {0.003, 0.0636};
+    for (int n = 0; n < 2; n++) {
+        begin(inertias[n], 10.0, 0.0);
+        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
+        rotor_t rotor = {-2.8, 0.0};
+        for (double t = 0.0; t < 30.0 / natural(inertias[n]); t += T) {
+            turn_rotor(&rotor, inertias[n], damped(&rotor));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, rotor.gamma);
+    }
+}
+
+/* exp(-6 t) of it is left; the low-pass comes behind. */
+static void test_what_turns_along_is_no_swing(void)
+{
+    const double k = (double)forced.tuning.damping;
+    for (int n = 1; n <= 15000; n++) {
+        const double across = (double)forced_step(&forced, (dq_t){3.0f, 9.0f}).q;
+        if (n > 500) {
+            const double left = exp(-6.0 * T * n) / (1.0 - 6.0 * k * L / 2.5);
+            TEST_ASSERT_DOUBLE_WITHIN(0.01 * k, -k * 9.0 * left, across);
+        }
+    }
+}
+
+/* The damping first, within the current of a start; the rest is left to the d axis. */
+static void test_current_stays_within_the_longest_vector(void)
+{
+    for (double swing = -100.0; swing <= 100.0; swing += 5.0) {
+        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
+        dq_t current = {0.0f, 0.0f};
+        for (int n = 0; n < 200; n++) {
+            current = forced_step(&forced, (dq_t){0.0f, (float)swing});
+            TEST_ASSERT_TRUE(fabsf(current.q) <= (float)CURRENT);
+            TEST_ASSERT_TRUE(hypot((double)current.d, (double)current.q) <= CURRENT_MAX * 1.000001);
+        }
+        const double left = sqrt(CURRENT_MAX * CURRENT_MAX - (double)current.q * (double)current.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, fmin(CURRENT, left), (double)current.d);
+        if (fabs(swing) > 40.0) {
+            TEST_ASSERT_EQUAL_FLOAT(swing > 0.0 ? -8.0f : 8.0f, current.q);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 6.0, (double)current.d);
+        }
+    }
+}
+
+/* Volts of dead time per ampere grow as it falls. */
+static void test_less_current_damps_less(void)
+{
+    float across[2];
+    for (int n = 0; n < 2; n++) {
+        forced_enter(&forced, 0.0f, 0.0f, n == 0 ? 8.0f : 2.0f);
+        for (int k = 0; k < 50; k++) {
+            across[n] = forced_step(&forced, (dq_t){0.0f, 4.0f}).q;
+        }
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.25f * across[0], across[1]);
+}
+
+static void test_frame_turns_on_by_its_speed(void)
+{
+    static const float speeds[] = {0.0f, 50.0f, -50.0f, 5000.0f};
+    for (int n = 0; n < 4; n++) {
+        forced_enter(&forced, 3.0f, speeds[n], 1.0f);
+        for (int k = 1; k <= 1000; k++) {
+            forced_advance(&forced);
+            const double theta = 3.0 + T * k * (double)speeds[n];
+            const frame_t *frame = &forced.frame;
+            TEST_ASSERT_TRUE(frame->theta_e >= -3.1415928f && frame->theta_e < 3.1415928f);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, circle((double)frame->theta_e - theta));
+            TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, sin((double)frame->theta_e), (double)frame->rotation.sin);
+            TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, cos((double)frame->theta_e), (double)frame->rotation.cos);
+        }
+    }
+}
+
+/* In steps of the ramp until 12 rad/s times what is left are less; from there on exponentially. */
+static void test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        const double step = 0.05;
+        const double share = 1.0 - exp(-12.0 * T);
+        double expected = way * -5.0;
+        forced_enter(&forced, 0.0f, (float)expected, 1.0f);
+        for (int n = 0; n < 20000; n++) {
+            const double wanted = share * (way * 100.0 - expected);
+            expected += fmax(-step, fmin(step, wanted));
+            forced_speed(&forced, (float)(way * 100.0), (float)step);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-3, expected, (double)forced.frame.omega_e);
+            TEST_ASSERT_TRUE((double)way * (double)forced.frame.omega_e <= 100.0);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, way * 100.0, (double)forced.frame.omega_e);
+    }
+}
+
+static void test_frame_and_current_go_on_with_new_coefficients(void)
+{
+    forced_enter(&forced, 1.0f, 30.0f, 5.0f);
+    (void)forced_step(&forced, (dq_t){0.0f, 4.0f});
+    const forced_t before = forced;
+    params.damping = 2.0f;
+    const forced_tuning_t tuning = forced_prepare(&params);
+    forced_take(&forced, &tuning);
+    TEST_ASSERT_EQUAL_MEMORY(&before.frame, &forced.frame, sizeof before.frame);
+    TEST_ASSERT_TRUE(before.current == forced.current && before.swing == forced.swing &&
+                     before.emf_mean == forced.emf_mean);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, forced.tuning.damping);
+}
+
+static void test_init_stands_without_current(void)
+{
+    begin(0.003, 10.0, 0.0);
+    const dq_t current = forced_step(&forced, (dq_t){0.0f, 0.0f});
+    TEST_ASSERT_TRUE(forced.frame.theta_e == 0.0f && forced.frame.omega_e == 0.0f);
+    TEST_ASSERT_TRUE(forced.frame.rotation.sin == 0.0f && forced.frame.rotation.cos == 1.0f);
+    TEST_ASSERT_TRUE(current.d == 0.0f && current.q == 0.0f);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_damping_by_the_rule);
+    RUN_TEST(test_damping_that_is_given_is_taken);
+    RUN_TEST(test_damping_takes_power_out_of_a_swing_at_any_load_angle);
+    RUN_TEST(test_damping_takes_energy_out_of_every_swing_from_slow_to_fast);
+    RUN_TEST(test_swing_decays_as_the_damping_says);
+    RUN_TEST(test_rule_damps_a_light_rotor_by_half_of_critical);
+    RUN_TEST(test_alignment_comes_to_rest);
+    RUN_TEST(test_what_turns_along_is_no_swing);
+    RUN_TEST(test_current_stays_within_the_longest_vector);
+    RUN_TEST(test_less_current_damps_less);
+    RUN_TEST(test_frame_turns_on_by_its_speed);
+    RUN_TEST(test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end);
+    RUN_TEST(test_frame_and_current_go_on_with_new_coefficients);
+    RUN_TEST(test_init_stands_without_current);
+    return UNITY_END();
+}

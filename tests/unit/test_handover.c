@@ -1,0 +1,214 @@
+/* The conditions of a hand-over, each by itself, and how long they must hold. */
+#include <stdbool.h>
+#include <string.h>
+#include <unity.h>
+
+#include "manoeuvre/handover.h"
+#include "tests/unit/compare.h"
+
+#define T       1e-4f
+#define CURRENT 10.0f  /* I of a start [A] */
+#define HELD    1500u  /* 0.15 s */
+#define LONGEST 10000u /* 1 s */
+#define OMEGA   60.0f  /* of the forced frame [rad/s] */
+
+static handover_t handover;
+
+/* What is asked in a period; `way` turns all of it round. */
+static estimate_t estimate;
+static lock_t lock;
+static float omega_forced;
+static dq_t current;
+
+/* All conditions hold. */
+static void make_good(float way)
+{
+    memset(&estimate, 0, sizeof estimate);
+    memset(&lock, 0, sizeof lock);
+    omega_forced = way * OMEGA;
+    estimate.omega_smooth = way * OMEGA;
+    lock.expected = 11.0f;
+    lock.projection = 11.0f;
+    lock.scatter = 0.0f;
+    current = (dq_t){1.0f, way * 3.0f};
+}
+
+void setUp(void)
+{
+    const handover_params_t params = {CURRENT, T};
+    const handover_tuning_t tuning = handover_prepare(&params);
+    memset(&handover, 0x55, sizeof handover);
+    handover_init(&handover, &tuning);
+    make_good(1.0f);
+}
+
+void tearDown(void)
+{
+}
+
+static handover_outcome_t step(void)
+{
+    return handover_step(&handover, &estimate, &lock, omega_forced, current);
+}
+
+/* Periods until it ends. */
+static uint32_t outcome_after(handover_outcome_t *outcome)
+{
+    uint32_t periods = 0u;
+    handover_enter(&handover);
+    do {
+        *outcome = step();
+        periods++;
+    } while (*outcome == HANDOVER_GOES_ON && periods < 2u * LONGEST);
+    return periods;
+}
+
+static void expect_good(void)
+{
+    handover_outcome_t outcome;
+    TEST_ASSERT_EQUAL_UINT32(HELD, outcome_after(&outcome));
+    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, outcome);
+}
+
+static void expect_failed(void)
+{
+    handover_outcome_t outcome;
+    TEST_ASSERT_EQUAL_UINT32(LONGEST, outcome_after(&outcome));
+    TEST_ASSERT_EQUAL_INT(HANDOVER_FAILED, outcome);
+}
+
+static void test_good_after_a_sixth_of_a_second_in_either_direction(void)
+{
+    expect_good();
+    make_good(-1.0f);
+    expect_good();
+}
+
+static void test_speed_apart_prevents_it(void)
+{
+    static const float shares[] = {0.79f, 0.81f, 1.19f, 1.21f, -1.0f};
+    static const bool good[] = {false, true, true, false, false};
+    for (int n = 0; n < 10; n++) {
+        make_good(n < 5 ? 1.0f : -1.0f);
+        estimate.omega_smooth = shares[n % 5] * omega_forced;
+        good[n % 5] ? expect_good() : expect_failed();
+    }
+}
+
+static void test_emf_elsewhere_or_of_another_length_prevents_it(void)
+{
+    static const float shares[] = {-1.0f, 0.74f, 0.76f, 1.29f, 1.31f};
+    static const bool good[] = {false, false, true, true, false};
+    for (int n = 0; n < 5; n++) {
+        lock.projection = shares[n] * lock.expected;
+        good[n] ? expect_good() : expect_failed();
+    }
+}
+
+static void test_scatter_prevents_it(void)
+{
+    lock.scatter = 0.049f;
+    expect_good();
+    lock.scatter = 0.051f;
+    expect_failed();
+}
+
+/* 1.6 3 A + 0.15 10 A = 6.3 A, whatever the sign of either. */
+static void test_current_beside_what_the_load_needs_prevents_it(void)
+{
+    for (int n = 0; n < 4; n++) {
+        make_good(n < 2 ? 1.0f : -1.0f);
+        const float way = n % 2 == 0 ? 1.0f : -1.0f;
+        current.d = way * 6.29f;
+        expect_good();
+        current.d = way * 6.31f;
+        expect_failed();
+    }
+}
+
+static void test_a_break_begins_it_anew(void)
+{
+    for (uint32_t n = 1u; n < HELD; n++) {
+        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    }
+    lock.scatter = 1.0f;
+    TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    lock.scatter = 0.0f;
+    for (uint32_t n = 1u; n < HELD; n++) {
+        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    }
+    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
+}
+
+/* The last period of the second may still be the one that makes it. */
+static void test_good_in_the_last_period_is_good(void)
+{
+    lock.scatter = 1.0f;
+    for (uint32_t n = 0u; n < LONGEST - HELD; n++) {
+        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    }
+    lock.scatter = 0.0f;
+    for (uint32_t n = 1u; n < HELD; n++) {
+        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    }
+    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
+}
+
+/* Towards 1.3 |i_q| and a tenth of I, with 10 rad/s. */
+static void test_current_goes_to_what_the_load_needs(void)
+{
+    static const double needs[] = {0.0, 3.0, -3.0, 6.5};
+    for (int n = 0; n < 4; n++) {
+        const double target = 1.3 * fabs(needs[n]) + 1.0;
+        float now = CURRENT;
+        for (int k = 1; k <= 5000; k++) {
+            now = handover_current(&handover, now, CURRENT, (float)needs[n]);
+            const double expected = target + ((double)CURRENT - target) * exp(-10.0 * 1e-4 * k);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-3, expected, (double)now);
+        }
+    }
+}
+
+/* A start that was tried again has more of it. */
+static void test_current_stays_within_that_of_this_try(void)
+{
+    static const float most[] = {10.0f, 13.0f};
+    for (int n = 0; n < 2; n++) {
+        float now = 8.0f;
+        for (int k = 0; k < 20000; k++) {
+            now = handover_current(&handover, now, most[n], 9.9f);
+            TEST_ASSERT_TRUE(now <= most[n]);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, (double)most[n], (double)now);
+    }
+}
+
+static void test_new_coefficients_act_and_the_count_goes_on(void)
+{
+    for (uint32_t n = 0u; n < 700u; n++) {
+        (void)step();
+    }
+    const handover_params_t params = {1.0f, 2.0f * T};
+    const handover_tuning_t tuning = handover_prepare(&params);
+    handover_take(&handover, &tuning);
+    for (uint32_t n = 701u; n < HELD / 2u; n++) {
+        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
+    }
+    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_good_after_a_sixth_of_a_second_in_either_direction);
+    RUN_TEST(test_speed_apart_prevents_it);
+    RUN_TEST(test_emf_elsewhere_or_of_another_length_prevents_it);
+    RUN_TEST(test_scatter_prevents_it);
+    RUN_TEST(test_current_beside_what_the_load_needs_prevents_it);
+    RUN_TEST(test_a_break_begins_it_anew);
+    RUN_TEST(test_good_in_the_last_period_is_good);
+    RUN_TEST(test_current_goes_to_what_the_load_needs);
+    RUN_TEST(test_current_stays_within_that_of_this_try);
+    RUN_TEST(test_new_coefficients_act_and_the_count_goes_on);
+    return UNITY_END();
+}

@@ -1,0 +1,171 @@
+/* The three signs of a lost rotor and when they show: LP is a low-pass of 5 ms, so that after n periods of
+ * 0.1 ms a step is seen to 1 - exp(-0.02 n). */
+#include <string.h>
+#include <unity.h>
+
+#include "manoeuvre/lock.h"
+#include "tests/unit/compare.h"
+
+#define T     1e-4f
+#define PSI   0.183f
+#define SLOW  25.0f /* [rad/s] */
+#define ASKED 42.0f /* [rad/s] */
+#define OMEGA 200.0f
+
+static lock_t lock;
+static estimate_t estimate;
+
+/* On a rotor at this speed; the EMF's share of psi_f omega along the estimated axis, and across it. */
+static void make_estimate(float omega_e, float along, float across)
+{
+    const double theta = 0.7;
+    memset(&estimate, 0, sizeof estimate);
+    estimate.omega_smooth = omega_e;
+    estimate.frame.theta_e = (float)theta;
+    estimate.frame.rotation = (rotation_t){(float)sin(theta), (float)cos(theta)};
+    estimate.emf =
+        frames_inverse_park((dq_t){across * PSI * omega_e, along * PSI * omega_e}, estimate.frame.rotation);
+}
+
+void setUp(void)
+{
+    const lock_params_t params = {PSI, SLOW, ASKED, T};
+    const lock_tuning_t tuning = lock_prepare(&params);
+    memset(&lock, 0x55, sizeof lock);
+    lock_init(&lock, &tuning);
+}
+
+void tearDown(void)
+{
+}
+
+/* Periods until a sign shows, from a lock that has lasted; 0: none in 0.1 s. */
+static uint32_t lost_after(float omega_e)
+{
+    lock_reset(&lock, omega_e);
+    for (uint32_t n = 1u; n <= 1000u; n++) {
+        lock_step(&lock, &estimate);
+        if (lock_is_lost(&lock, estimate.omega_smooth, omega_e)) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+static void test_rotor_in_lock_shows_no_sign(void)
+{
+    static const float speeds[] = {30.0f, 200.0f, -200.0f, 3000.0f, -3000.0f};
+    for (int n = 0; n < 5; n++) {
+        make_estimate(speeds[n], 1.0f, 0.0f);
+        TEST_ASSERT_EQUAL_UINT32(0u, lost_after(speeds[n]));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(lock.projection / lock.expected));
+        TEST_ASSERT_FLOAT_WITHIN(1e-3f, PSI * fabsf(speeds[n]), lock.expected);
+    }
+}
+
+/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. */
+static void test_half_a_turn_off_shows_in_a_millisecond_and_a_half(void)
+{
+    make_estimate(OMEGA, -1.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(15u, lost_after(OMEGA));
+    make_estimate(-OMEGA, -1.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(15u, lost_after(-OMEGA));
+}
+
+/* No EMF at all: exp(-0.02 n) < 0.5 from n = 35 on. */
+static void test_blocked_rotor_shows_in_three_milliseconds_and_a_half(void)
+{
+    make_estimate(OMEGA, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(35u, lost_after(OMEGA));
+}
+
+/* 51 % along the axis are enough whatever is across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. */
+static void test_projection_counts_what_lies_along_the_axis(void)
+{
+    make_estimate(OMEGA, 0.51f, 2.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, lost_after(OMEGA));
+    make_estimate(OMEGA, 0.49f, 2.0f);
+    TEST_ASSERT_UINT32_WITHIN(2u, 197u, lost_after(OMEGA));
+}
+
+/* eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
+static void test_scatter_of_the_detector_shows(void)
+{
+    make_estimate(OMEGA, 1.0f, 0.0f);
+    estimate.detector = 0.6f;
+    TEST_ASSERT_EQUAL_UINT32(21u, lost_after(OMEGA));
+    estimate.detector = -0.6f;
+    TEST_ASSERT_EQUAL_UINT32(21u, lost_after(OMEGA));
+    estimate.detector = 0.35f;
+    TEST_ASSERT_UINT32_WITHIN(2u, 195u, lost_after(OMEGA));
+    estimate.detector = 0.34f;
+    TEST_ASSERT_EQUAL_UINT32(0u, lost_after(OMEGA));
+}
+
+/* At once: it is the guard that waits. */
+static void test_estimate_that_stands_while_speed_is_asked_for_shows(void)
+{
+    static const struct {
+        float omega, omega_ref;
+        bool lost;
+    } cases[] = {{24.9f, 42.1f, true},  {-24.9f, 42.1f, true}, {0.0f, -42.1f, true},
+                 {24.9f, 41.9f, false}, {25.1f, 42.1f, false}, {-25.1f, -300.0f, false},
+                 {0.0f, 0.0f, false},   {0.0f, -41.9f, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        lock_reset(&lock, cases[n].omega);
+        TEST_ASSERT_EQUAL(cases[n].lost, lock_is_lost(&lock, cases[n].omega, cases[n].omega_ref));
+    }
+}
+
+/* Below 0.4 of the slow speed, 10 rad/s, what is expected does not shrink any more. */
+static void test_expectation_has_a_floor(void)
+{
+    lock_reset(&lock, 3.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 10.0f * PSI, lock.expected);
+    make_estimate(-3.0f, 1.0f, 0.0f);
+    for (int n = 0; n < 2000; n++) {
+        lock_step(&lock, &estimate);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * PSI, lock.expected);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f * PSI, lock.projection);
+}
+
+static void test_reset_is_a_lock_that_has_lasted(void)
+{
+    make_estimate(OMEGA, -1.0f, 0.0f);
+    estimate.detector = 1.0f;
+    TEST_ASSERT_TRUE(lost_after(OMEGA) > 0u);
+    lock_reset(&lock, -2.0f * OMEGA);
+    TEST_ASSERT_FALSE(lock_is_lost(&lock, -2.0f * OMEGA, -2.0f * OMEGA));
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 2.0f * OMEGA * PSI, lock.expected);
+    TEST_ASSERT_EQUAL_FLOAT(lock.expected, lock.projection);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
+}
+
+static void test_new_coefficients_act_and_the_means_go_on(void)
+{
+    make_estimate(OMEGA, 0.8f, 0.0f);
+    (void)lost_after(OMEGA);
+    const lock_t before = lock;
+    const lock_params_t params = {PSI, 2.0f * SLOW, 2.0f * ASKED, T};
+    const lock_tuning_t tuning = lock_prepare(&params);
+    lock_take(&lock, &tuning);
+    TEST_ASSERT_TRUE(lock.projection == before.projection && lock.expected == before.expected);
+    TEST_ASSERT_TRUE(lock_is_lost(&lock, 1.9f * SLOW, 2.1f * ASKED));
+    TEST_ASSERT_FALSE(lock_is_lost(&lock, 1.9f * SLOW, 1.9f * ASKED));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_rotor_in_lock_shows_no_sign);
+    RUN_TEST(test_half_a_turn_off_shows_in_a_millisecond_and_a_half);
+    RUN_TEST(test_blocked_rotor_shows_in_three_milliseconds_and_a_half);
+    RUN_TEST(test_projection_counts_what_lies_along_the_axis);
+    RUN_TEST(test_scatter_of_the_detector_shows);
+    RUN_TEST(test_estimate_that_stands_while_speed_is_asked_for_shows);
+    RUN_TEST(test_expectation_has_a_floor);
+    RUN_TEST(test_reset_is_a_lock_that_has_lasted);
+    RUN_TEST(test_new_coefficients_act_and_the_means_go_on);
+    return UNITY_END();
+}

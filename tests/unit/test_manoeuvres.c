@@ -1,0 +1,805 @@
+/* What follows what, with a machine: currents are those that were asked for a period ago, the EMF is observed
+ * without error, and a loop that tracks is on the rotor. */
+#include <complex.h>
+#include <string.h>
+#include <unity.h>
+
+#include "drive/manoeuvres.h"
+#include "tests/unit/compare.h"
+
+#define T          1e-4
+#define PSI        0.183
+#define POLE_PAIRS 4.0
+#define KT         (1.5 * POLE_PAIRS * PSI)
+#define LINK       179.0f /* [V] 311 V of DC link */
+
+static manoeuvres_t m;
+static manoeuvres_tuning_t tuning;
+static params_t params;
+
+static struct {
+    double theta, omega_m;  /* [rad] electrical, [rad/s] mechanical */
+    double inertia;         /* [kg m^2] */
+    double friction;        /* against the speed, and holds it at zero [N m] */
+    bool blocked;           /* the shaft is held */
+    double detector;        /* of the loop's error, every other period [-] */
+    double complex current; /* [A] */
+} machine;
+
+static estimate_t estimate;
+static run_wish_t wish;
+static demand_t demand;
+static bool lost;
+static uint32_t period;
+
+/* Names in the order in which they came. */
+static struct {
+    int32_t name;
+    uint32_t period;
+} trace[32];
+static int traced;
+
+static void tune(void)
+{
+    const believed_t believed = params_believed(&params);
+    tuning = manoeuvres_prepare(&params, &believed);
+}
+
+static void begin(void)
+{
+    tune();
+    memset(&m, 0x55, sizeof m);
+    manoeuvres_init(&m, &tuning);
+    manoeuvres_begin(&m, (float)machine.omega_m);
+}
+
+void setUp(void)
+{
+    params_defaults(&params);
+    params.motor_inertia = 0.003f;
+    params.low_speed_current = 0.0f;
+    memset(&machine, 0, sizeof machine);
+    memset(&estimate, 0, sizeof estimate);
+    machine.inertia = 0.003;
+    machine.friction = 0.05;
+    wish = (run_wish_t){RUN_SPEED, 50.0f, {0.0f, 0.0f}};
+    demand = (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
+    lost = false;
+    period = 0u;
+    traced = 0;
+}
+
+void tearDown(void)
+{
+}
+
+static double torque_of_current(void)
+{
+    return KT * cimag(machine.current * cexp(-(double complex)I * machine.theta));
+}
+
+static void turn_machine(void)
+{
+    const double torque = torque_of_current();
+    const double free = machine.omega_m + T * torque / machine.inertia;
+    const double held = T * machine.friction / machine.inertia;
+    machine.omega_m = fabs(free) <= held ? 0.0 : free - (free > 0.0 ? held : -held);
+    if (machine.blocked) {
+        machine.omega_m = 0.0;
+    }
+    machine.theta = circle(machine.theta + T * POLE_PAIRS * machine.omega_m);
+}
+
+static frame_t true_frame(void)
+{
+    return (frame_t){(float)machine.theta,
+                     (float)(POLE_PAIRS * machine.omega_m),
+                     {(float)sin(machine.theta), (float)cos(machine.theta)}};
+}
+
+static void observe(void)
+{
+    const double complex emf =
+        (double complex)I * POLE_PAIRS * machine.omega_m * PSI * cexp((double complex)I * machine.theta);
+    estimate.emf = (ab_t){(float)creal(emf), (float)cimag(emf)};
+    estimate.amplitude = (float)cabs(emf);
+    if (m.tracking != 0u) {
+        estimate.frame = true_frame();
+        estimate.omega_smooth = estimate.frame.omega_e;
+        estimate.detector = (float)machine.detector;
+    }
+}
+
+static void note(void)
+{
+    if (traced == 0 || trace[traced - 1].name != m.now) {
+        TEST_ASSERT_TRUE(traced < 32);
+        trace[traced].name = m.now;
+        trace[traced++].period = period;
+    }
+}
+
+static void step(void)
+{
+    const double angle = (double)demand.frame.theta_e + T * (double)demand.frame.omega_e;
+    const double complex asked = (double)demand.current.d + (double complex)I * (double)demand.current.q;
+    machine.current = asked * cexp((double complex)I * angle);
+    turn_machine();
+    manoeuvres_advance(&m);
+    observe();
+    const frame_t encoder = true_frame();
+    const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
+    const manoeuvres_input_t input = {
+        .current = {(float)creal(machine.current), (float)cimag(machine.current)},
+        .voltage_max = LINK,
+        .estimate = &estimate,
+        .encoder = encoder,
+        .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
+        .wish = wish,
+        .estimating = true,
+        .lost = lost,
+    };
+    period++;
+    demand = manoeuvres_step(&m, &input);
+    if (m.locking != 0u) {
+        estimate.frame = (frame_t){m.locked.theta_e, m.locked.omega_e, {0.0f, 1.0f}};
+        estimate.omega_smooth = m.locked.omega_e;
+    }
+    note();
+}
+
+static void steps(double seconds)
+{
+    for (double t = 0.5 * T; t < seconds; t += T) {
+        step();
+    }
+}
+
+/* Periods until this one is under way. */
+static uint32_t steps_until(manoeuvre_t manoeuvre, double most_seconds)
+{
+    const uint32_t from = period;
+    while (m.now != (int32_t)manoeuvre && (period - from) * T < most_seconds) {
+        step();
+    }
+    TEST_ASSERT_EQUAL_INT32(manoeuvre, m.now);
+    return period - from;
+}
+
+static void expect_trace(const manoeuvre_t *names, int count)
+{
+    for (int n = 0; n < count && n < traced; n++) {
+        TEST_ASSERT_EQUAL_INT32(names[n], trace[n].name);
+    }
+    TEST_ASSERT_EQUAL_INT(count, traced);
+    traced = 0;
+}
+
+/* Current in a frame: d + j q [A]. */
+static double complex current_in(double theta)
+{
+    return machine.current * cexp(-(double complex)I * theta);
+}
+
+static void make_heavy(void)
+{
+    params.motor_inertia = 0.0636f;
+    machine.inertia = 0.0636;
+    machine.friction = 1.32;
+}
+
+static void given_running(double omega_m)
+{
+    machine.omega_m = omega_m;
+    wish.omega_m_ref = (float)omega_m;
+    begin();
+    (void)steps_until(MANOEUVRE_RUN, 0.021);
+    steps(0.5);
+    traced = 0;
+}
+
+/* ---- catch ---- */
+
+static void test_turning_rotor_is_caught_and_run(void)
+{
+    static const double speeds[] = {12.0, 30.0, 90.0, 150.0};
+    for (int n = 0; n < 8; n++) {
+        setUp();
+        make_heavy();
+        params.speed_ramp = 10.0f;
+        machine.omega_m = (n % 2 == 0 ? 1.0 : -1.0) * speeds[n / 2];
+        machine.theta = 0.7 * n;
+        wish.omega_m_ref = (float)machine.omega_m;
+        begin();
+        TEST_ASSERT_FALSE(manoeuvres_knows(&m));
+        const uint32_t taken = steps_until(MANOEUVRE_RUN, 0.021);
+        TEST_ASSERT_TRUE(taken >= 100u && taken <= 200u);
+        TEST_ASSERT_EQUAL_UINT32(1u, m.locking);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+        TEST_ASSERT_TRUE(demand.frame.theta_e == m.locked.theta_e);
+        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)demand.omega_m_ref / machine.omega_m);
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, (double)demand.current.q);
+        TEST_ASSERT_TRUE(m.start_try == 0u && m.failed == 0u && manoeuvres_knows(&m));
+        steps(0.05); /* the mask */
+        TEST_ASSERT_FALSE(manoeuvres_judged(&m));
+        step();
+        TEST_ASSERT_TRUE(manoeuvres_judged(&m));
+        steps(1.0);
+        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_RUN}, 2);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, machine.omega_m / (double)wish.omega_m_ref);
+    }
+}
+
+/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts. */
+static void test_catch_holds_the_emf_and_hardly_a_current(void)
+{
+    make_heavy();
+    machine.omega_m = -100.0;
+    begin();
+    step();
+    TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+    for (int n = 2; n < 100; n++) {
+        const double turned = 1.5 * T * (double)m.catching.omega_e;
+        step();
+        TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
+        TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
+        TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        const double complex voltage = (double)demand.emf.d + (double complex)I * (double)demand.emf.q;
+        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+        TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - emf * cexp((double complex)I * turned)));
+        TEST_ASSERT_EQUAL_FLOAT(m.catching.omega_e, manoeuvres_speed(&m));
+    }
+}
+
+static void test_catch_waits_for_the_observer(void)
+{
+    begin();
+    const manoeuvres_input_t input = {.estimate = &estimate, .voltage_max = LINK, .wish = wish};
+    for (int n = 0; n < 500; n++) {
+        (void)manoeuvres_step(&m, &input);
+    }
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.catching.periods);
+}
+
+/* 300 rad/s make 220 V, the link holds 179 V. */
+static void test_rotor_beyond_the_link_is_too_fast(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        machine.omega_m = way * 300.0;
+        begin();
+        for (int n = 1; n < 10; n++) {
+            step();
+            TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+        }
+        step();
+        TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_TOO_FAST, m.failed);
+        manoeuvres_end(&m);
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_OFF, m.now);
+    }
+}
+
+/* ---- start ---- */
+
+/* By the rule each alignment takes 8 over the pendulum's frequency, and 0.15 s at least. */
+static uint32_t align_periods(double inertia)
+{
+    const double natural = sqrt(POLE_PAIRS * KT * (double)params.current_limit / inertia);
+    return (uint32_t)(fmin(fmax(8.0 / natural, 0.15), 1.0) / T + 0.5);
+}
+
+/* A quarter turn beside, then in place: from every angle, also the one from which a single step would not
+ * move it. The quarter turn fades by exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one,
+ * where friction leaves asin(T_f/(K_t I)) = 0.12 rad too. */
+static void test_alignment_in_two_steps_brings_every_rotor_in_place(void)
+{
+    for (int n = 0; n < 24; n++) {
+        setUp();
+        if (n % 2 != 0) {
+            make_heavy();
+        }
+        machine.theta = circle(n / 2 * PI / 6.0);
+        begin();
+        TEST_ASSERT_EQUAL_UINT32(200u, steps_until(MANOEUVRE_ALIGN, 0.021));
+        TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+        const uint32_t each = align_periods(machine.inertia);
+        for (uint32_t k = 1u; k <= 2u * each; k++) {
+            const double theta = k <= each ? -PI / 2.0 : 0.0;
+            TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, m.now);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, theta, (double)demand.frame.theta_e);
+            TEST_ASSERT_TRUE(demand.frame.omega_e == 0.0f && k > 1u ? demand.change != FRAME_ANEW : true);
+            TEST_ASSERT_EQUAL(k == each + 1u, demand.change == FRAME_TURNS);
+            TEST_ASSERT_TRUE(cabs(current_in(0.0)) <= 10.0001);
+            step();
+        }
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RAMP, m.now);
+        TEST_ASSERT_DOUBLE_WITHIN(n % 2 == 0 ? 0.03 : 0.27 + 0.12, 0.0, machine.theta);
+    }
+}
+
+/* Of the observed EMF 0.8 are fed forward, and the loop is locked where the EMF says. */
+static void test_forced_frame_gets_its_share_of_the_emf(void)
+{
+    begin();
+    (void)steps_until(MANOEUVRE_RAMP, 1.0);
+    bool locked = false;
+    double largest = 0.0;
+    while (m.now != (int32_t)MANOEUVRE_HANDOVER) {
+        step();
+        TEST_ASSERT_TRUE(period < 30000u);
+        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+        const double complex in_frame = emf * cexp(-(double complex)I * (double)demand.frame.theta_e);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * creal(in_frame), (double)demand.emf.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * cimag(in_frame), (double)demand.emf.q);
+        TEST_ASSERT_EQUAL_FLOAT(demand.frame.omega_e, manoeuvres_speed(&m));
+        largest = fmax(largest, cabs(emf));
+        if (m.locking != 0u) {
+            locked = true;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+            TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.handover_speed, 0.4f * m.limits.handover_speed,
+                                     m.locked.omega_e);
+        }
+    }
+    TEST_ASSERT_TRUE(locked && largest > 5.0);
+}
+
+typedef struct {
+    double load; /* [N m] besides friction */
+    bool heavy;
+    float speed; /* [rad/s] */
+} start_t;
+
+/* The current vector stays at the hand-over: same i_d, same i_q, in the frame of the rotor. */
+static void check_start(const start_t *start, double theta)
+{
+    setUp();
+    if (start->heavy) {
+        make_heavy();
+    }
+    machine.friction += start->load;
+    machine.theta = theta;
+    wish.omega_m_ref = start->speed;
+    params.speed_ramp = 100.0f; /* more than that of the start */
+    begin();
+    (void)steps_until(MANOEUVRE_HANDOVER, 5.0);
+    const uint32_t taken = steps_until(MANOEUVRE_RUN, 1.1);
+    TEST_ASSERT_TRUE(taken >= 1500u);
+    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)demand.frame.theta_e - machine.theta));
+    const double complex had = current_in(machine.theta);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, cimag(had), (double)demand.current.q);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, creal(had), (double)demand.current.d);
+    /* there is something to keep: the load's current, some swing left */
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, machine.friction / KT, fabs(cimag(had)));
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * fabs(machine.omega_m), machine.omega_m, (double)m.run.omega_m_ref);
+    TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
+    steps(3.0);
+    expect_trace(
+        (manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
+        5);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs((double)start->speed), (double)start->speed, machine.omega_m);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.start_try); /* done */
+}
+
+static void test_standing_rotor_is_aligned_forced_handed_over_and_run(void)
+{
+    static const start_t starts[] = {{0.0, false, 50.0f},  {2.5, false, -50.0f}, {5.0, false, 50.0f},
+                                     {0.0, true, -120.0f}, {2.5, true, 120.0f},  {5.0, true, -50.0f}};
+    for (int n = 0; n < 6; n++) {
+        for (double theta = -3.0; theta < 3.1; theta += 1.5) {
+            check_start(&starts[n], theta);
+        }
+    }
+}
+
+/* Where the estimate does not settle: a detector of 0.5 scatters by 0.25. */
+static void test_estimate_that_does_not_settle_fails_the_start(void)
+{
+    params.start_tries = 1;
+    machine.detector = 0.5;
+    begin();
+    (void)steps_until(MANOEUVRE_HANDOVER, 3.0);
+    for (int n = 1; n < 10000; n++) {
+        step();
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    }
+    step();
+    TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_UNLOCKED, m.failed);
+}
+
+/* ---- stall and retry ---- */
+
+/* Per period, in the middle of the way to the hand-over [rad/s]. */
+static double ramp_slope(void)
+{
+    while (m.forced.frame.omega_e < 0.3f * m.limits.handover_speed) {
+        step();
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RAMP, m.now);
+    }
+    const double before = (double)m.forced.frame.omega_e;
+    step();
+    return (double)m.forced.frame.omega_e - before;
+}
+
+/* 50 ms after fallback_speed; a pause of 0.3 s; more current, a slower ramp; no more than start_tries. */
+static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ramp(void)
+{
+    params.start_current = 4.0f;
+    machine.blocked = true;
+    begin();
+    double slope = 0.0;
+    for (uint32_t n = 1u; n <= 3u; n++) {
+        (void)steps_until(MANOEUVRE_RAMP, 2.0);
+        TEST_ASSERT_EQUAL_UINT32(n, m.start_try);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4.0 * pow(1.3, n - 1.0), (double)demand.current.d);
+        const double now = ramp_slope();
+        if (n > 1u) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.01 * slope, 0.6 * slope, now);
+        }
+        slope = now;
+        while (m.forced.frame.omega_e < m.limits.fallback_speed) {
+            step();
+        }
+        const uint32_t from = period;
+        while (m.now == (int32_t)MANOEUVRE_RAMP && m.failed == 0u) {
+            step();
+        }
+        TEST_ASSERT_EQUAL_UINT32(499u, period - from);
+        TEST_ASSERT_EQUAL_HEX32(n == 3u ? MANOEUVRE_STALLED : 0u, m.failed);
+        if (n < 3u) {
+            TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
+            step();
+            TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+            TEST_ASSERT_EQUAL_UINT32(2999u, steps_until(MANOEUVRE_ALIGN, 1.0));
+        }
+    }
+}
+
+static void test_current_of_a_retry_stays_within_the_limit(void)
+{
+    machine.blocked = true;
+    begin();
+    for (uint32_t n = 0u; n < 60000u && m.failed == 0u; n++) {
+        step();
+        TEST_ASSERT_TRUE(m.forced.current <= params.current_limit);
+        TEST_ASSERT_TRUE(cabs(machine.current) <= 10.0001);
+    }
+    TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_STALLED, m.failed);
+}
+
+/* 5 N m need 4.6 A: 4 A are too few, and 5.2 A, or 6.8 A, must last until the hand-over is done. */
+static void test_load_beyond_the_first_current_is_started_by_a_retry(void)
+{
+    params.start_current = 4.0f;
+    machine.friction = 5.0;
+    begin();
+    while (m.now != (int32_t)MANOEUVRE_RUN && m.failed == 0u) {
+        step();
+        TEST_ASSERT_TRUE(period < 100000u);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    TEST_ASSERT_TRUE(m.start_try > 1u);
+    steps(2.0);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 50.0, machine.omega_m);
+}
+
+/* ---- slow ---- */
+
+static void test_reference_too_slow_to_track_is_forced(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        wish.omega_m_ref = (float)way * 3.0f;
+        begin();
+        steps(5.0);
+        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED}, 4);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 3.0, machine.omega_m);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
+        const frame_t rotor = manoeuvres_rotor(&m, &estimate.frame, &estimate);
+        TEST_ASSERT_EQUAL_MEMORY(&m.forced.frame, &rotor, sizeof rotor);
+        wish.omega_m_ref = (float)way * 40.0f;
+        steps(3.0);
+        expect_trace((manoeuvre_t[]){MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN}, 3);
+        TEST_ASSERT_DOUBLE_WITHIN(0.4, way * 40.0, machine.omega_m);
+        wish.omega_m_ref = (float)way * 2.0f;
+        steps(3.0);
+        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED}, 2);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 2.0, machine.omega_m);
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    }
+}
+
+/* The d axis goes ahead by the load angle: the torque is the one that was there. */
+static void test_fall_back_keeps_the_torque(void)
+{
+    static const double loads[] = {0.05, 2.0, 5.0, 8.0};
+    for (int n = 0; n < 8; n++) {
+        setUp();
+        make_heavy();
+        machine.friction = loads[n / 2];
+        given_running(n % 2 == 0 ? 30.0 : -30.0);
+        wish.omega_m_ref = 0.0f;
+        params.speed_ramp = 20.0f;
+        tune();
+        manoeuvres_take(&m, &tuning);
+        double before = 0.0;
+        while (m.now != (int32_t)MANOEUVRE_FORCED) {
+            before = torque_of_current();
+            step();
+            TEST_ASSERT_TRUE(period < 60000u);
+        }
+        TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, 10.0, hypot((double)demand.current.d, (double)demand.current.q));
+        step();
+        TEST_ASSERT_DOUBLE_WITHIN(0.15, before, torque_of_current());
+    }
+}
+
+/* ---- reversal ---- */
+
+/* At the limit of current it passes zero faster than the model of the loop needs: 12 rad/s at 152 rad/s^2 and
+ * more. Run goes on, and nobody judges it there: from the new reference until 10.5 rad/s the other way, 0.33
+ * s, and the 50 ms after that. */
+static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_heavy();
+        given_running(way * 50.0);
+        TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
+        wish.omega_m_ref = (float)way * -50.0f;
+        bool sign = false, passed = false;
+        uint32_t masked = 0u;
+        for (int n = 0; n < 20000; n++) {
+            step();
+            TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+            sign = sign || m.unlocked != 0u;
+            TEST_ASSERT_FALSE(m.unlocked != 0u && manoeuvres_judged(&m));
+            if (POLE_PAIRS * fabs(machine.omega_m) < (double)m.limits.fallback_speed) {
+                passed = true;
+                TEST_ASSERT_FALSE(manoeuvres_judged(&m));
+            }
+            masked += manoeuvres_judged(&m) ? 0u : 1u;
+        }
+        TEST_ASSERT_TRUE(sign && passed); /* the mask is needed */
+        TEST_ASSERT_TRUE(masked > 3800u && masked < 4800u);
+        TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
+        TEST_ASSERT_DOUBLE_WITHIN(0.5, way * -50.0, machine.omega_m);
+    }
+}
+
+/* At 20 rad/s^2 it is there for longer than the model of the loop can bridge. */
+static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_heavy();
+        params.speed_ramp = 20.0f;
+        given_running(way * 40.0);
+        wish.omega_m_ref = (float)way * -40.0f;
+        steps(10.0);
+        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER,
+                                     MANOEUVRE_RUN},
+                     5);
+        TEST_ASSERT_DOUBLE_WITHIN(0.4, way * -40.0, machine.omega_m);
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.lock_losses);
+    }
+}
+
+/* Judged only in run, and not after a hand-over for 50 ms. */
+static void test_nothing_else_than_run_is_judged(void)
+{
+    begin();
+    uint32_t run = 0u;
+    while (run < 1000u) {
+        step();
+        run = m.now == (int32_t)MANOEUVRE_RUN ? run + 1u : 0u;
+        TEST_ASSERT_EQUAL(run > 501u, manoeuvres_judged(&m));
+        TEST_ASSERT_TRUE(period < 60000u);
+    }
+}
+
+/* ---- loss ---- */
+
+static void lose(void)
+{
+    lost = true;
+    step();
+    lost = false;
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now);
+}
+
+static void test_lost_rotor_is_caught_again(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_heavy();
+        given_running(way * 60.0);
+        lose();
+        TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+        TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
+        TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
+        TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
+        TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
+        TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.021) <= 200u);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        steps(0.5);
+        TEST_ASSERT_DOUBLE_WITHIN(0.6, way * 60.0, machine.omega_m);
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    }
+}
+
+static void test_rotor_that_stands_after_a_loss_is_started(void)
+{
+    given_running(60.0);
+    machine.blocked = true;
+    step();
+    machine.blocked = false;
+    machine.friction = 0.05;
+    lose();
+    steps(3.0);
+    expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_RELOCK, MANOEUVRE_ALIGN, MANOEUVRE_RAMP,
+                                 MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
+                 6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.6, 60.0, machine.omega_m);
+}
+
+/* The third within 2 s of the first; without that window it would be the third at all. */
+static void test_three_losses_within_two_seconds_are_one_too_many(void)
+{
+    static const double apart[] = {0.1, 0.98, 1.02, 1.5};
+    for (int n = 0; n < 4; n++) {
+        setUp();
+        make_heavy();
+        given_running(60.0);
+        for (uint32_t k = 1u; k <= 3u; k++) {
+            lose();
+            TEST_ASSERT_EQUAL_UINT32(k, m.lock_losses);
+            TEST_ASSERT_EQUAL_HEX32(k == 3u && n < 2 ? MANOEUVRE_LOST : 0u, m.failed);
+            steps(apart[n] - T);
+        }
+    }
+}
+
+/* Those of the last time on do not count. */
+static void test_losses_begin_anew_when_the_bridge_comes_on(void)
+{
+    make_heavy();
+    given_running(60.0);
+    for (int n = 0; n < 2; n++) {
+        lose();
+        steps(0.1);
+    }
+    manoeuvres_end(&m);
+    manoeuvres_begin(&m, (float)machine.omega_m);
+    (void)steps_until(MANOEUVRE_RUN, 0.021);
+    lose();
+    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
+}
+
+/* ---- wishes for currents, encoder ---- */
+
+static void test_wish_for_a_current_starts_in_its_direction(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        make_heavy();
+        wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}};
+        begin();
+        (void)steps_until(MANOEUVRE_RUN, 5.0);
+        TEST_ASSERT_TRUE(way * machine.omega_m > 5.0);
+        TEST_ASSERT_TRUE(demand.current.d == 0.5f && demand.current.q == (float)way * 3.0f);
+        const double before = machine.omega_m;
+        steps(0.5); /* (K_t 3 A - T_f)/J = 31 rad/s^2 */
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, before + way * 15.5, machine.omega_m);
+    }
+}
+
+static void test_with_the_encoder_there_is_nothing_but_run(void)
+{
+    params.position_source = POSITION_ENCODER;
+    wish.omega_m_ref = 1.0f;
+    begin();
+    TEST_ASSERT_TRUE(manoeuvres_knows(&m));
+    for (int n = 0; n < 20000; n++) {
+        wish.omega_m_ref = n < 10000 ? 1.0f : -40.0f;
+        lost = n == 5000;
+        step();
+        const frame_t encoder = true_frame();
+        const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+        TEST_ASSERT_FALSE(manoeuvres_judged(&m));
+        TEST_ASSERT_EQUAL_MEMORY(&encoder, &demand.frame, sizeof encoder);
+        TEST_ASSERT_EQUAL_MEMORY(&encoder, &rotor, sizeof encoder);
+        TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
+        TEST_ASSERT_TRUE(demand.emf.d == 0.0f);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)PSI * encoder.omega_e, demand.emf.q);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    TEST_ASSERT_DOUBLE_WITHIN(0.4, -40.0, machine.omega_m);
+}
+
+/* Out of the forced frame the current comes along; the other way run goes on. Both turn the integrals, once.
+ */
+static void test_other_source_under_way_turns_the_frame(void)
+{
+    machine.friction = 2.0;
+    wish.omega_m_ref = 3.0f;
+    begin();
+    (void)steps_until(MANOEUVRE_FORCED, 2.0);
+    steps(2.0);
+    params.position_source = POSITION_ENCODER;
+    tune();
+    manoeuvres_take(&m, &tuning);
+    step();
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+    const double complex had = current_in(machine.theta);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, cimag(had), (double)demand.current.q);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, creal(had), (double)demand.current.d);
+    step();
+    TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
+    wish.omega_m_ref = 40.0f;
+    steps(1.0);
+    params.position_source = POSITION_SENSORLESS;
+    tune();
+    manoeuvres_take(&m, &tuning);
+    step();
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+    steps(0.5);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_DOUBLE_WITHIN(0.4, 40.0, machine.omega_m);
+}
+
+static void test_init_is_off_and_knows_of_nothing(void)
+{
+    tune();
+    memset(&m, 0x55, sizeof m);
+    manoeuvres_init(&m, &tuning);
+    const frame_t encoder = {1.0f, 2.0f, {0.0f, 1.0f}};
+    const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_OFF, m.now);
+    TEST_ASSERT_TRUE(rotor.theta_e == 0.0f && rotor.omega_e == 0.0f);
+    TEST_ASSERT_TRUE(m.failed == 0u && m.lock_losses == 0u && m.locking == 0u && m.tracking == 0u &&
+                     m.start_try == 0u && m.reversing == 0u && m.other_source == 0u);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_turning_rotor_is_caught_and_run);
+    RUN_TEST(test_catch_holds_the_emf_and_hardly_a_current);
+    RUN_TEST(test_catch_waits_for_the_observer);
+    RUN_TEST(test_rotor_beyond_the_link_is_too_fast);
+    RUN_TEST(test_alignment_in_two_steps_brings_every_rotor_in_place);
+    RUN_TEST(test_forced_frame_gets_its_share_of_the_emf);
+    RUN_TEST(test_standing_rotor_is_aligned_forced_handed_over_and_run);
+    RUN_TEST(test_estimate_that_does_not_settle_fails_the_start);
+    RUN_TEST(test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ramp);
+    RUN_TEST(test_current_of_a_retry_stays_within_the_limit);
+    RUN_TEST(test_load_beyond_the_first_current_is_started_by_a_retry);
+    RUN_TEST(test_reference_too_slow_to_track_is_forced);
+    RUN_TEST(test_fall_back_keeps_the_torque);
+    RUN_TEST(test_quick_reversal_stays_in_run_and_is_not_judged_near_zero);
+    RUN_TEST(test_slow_reversal_goes_through_zero_in_a_forced_frame);
+    RUN_TEST(test_nothing_else_than_run_is_judged);
+    RUN_TEST(test_lost_rotor_is_caught_again);
+    RUN_TEST(test_rotor_that_stands_after_a_loss_is_started);
+    RUN_TEST(test_three_losses_within_two_seconds_are_one_too_many);
+    RUN_TEST(test_losses_begin_anew_when_the_bridge_comes_on);
+    RUN_TEST(test_wish_for_a_current_starts_in_its_direction);
+    RUN_TEST(test_with_the_encoder_there_is_nothing_but_run);
+    RUN_TEST(test_other_source_under_way_turns_the_frame);
+    RUN_TEST(test_init_is_off_and_knows_of_nothing);
+    return UNITY_END();
+}

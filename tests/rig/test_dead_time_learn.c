@@ -46,16 +46,14 @@ static double learnt_share(rig_t *rig)
     return rig_value(rig, "dead_time_hat") / truth(rig);
 }
 
-/* At this speed and load, by the encoder, with a wrong belief, not learning yet: by the estimate it would be
- * lost at 100 r/min from 1.4, at 50 r/min from either. */
-static rig_t *believing(double share, double rpm, double load)
+/* At this speed and load, knowing the dead time, not learning. */
+static rig_t *running(double rpm, double load, double source)
 {
     const double rpm_loading = copysign(300.0, rpm);
     rig_t *rig = rig_create(7);
     TEST_ASSERT_NOT_NULL(rig);
-    believe(rig, share);
     run_put(rig, "fallback_speed", 3.0); /* 50 r/min by the estimate, not in a forced frame */
-    run_put(rig, "position_source", ENCODER);
+    run_put(rig, "position_source", source);
     run_parameter(rig, "dead_time_adaptation", 0.0);
     run_to_ready_at(rig, rpm_loading);
     run_real(rig);
@@ -67,15 +65,16 @@ static rig_t *believing(double share, double rpm, double load)
         run_seconds(rig, 0.04);
     }
     run_seconds(rig, 0.5);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, share, learnt_share(rig));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, learnt_share(rig));
     return rig;
 }
 
-/* Time from which on the voltage is within 5 % [s]. */
-static double learn(rig_t *rig, double source, double seconds)
+/* From one period to the next the belief is wrong, and learning begins. Time from which on the voltage is
+ * within 5 % [s]. */
+static double learn(rig_t *rig, double share, double seconds)
 {
     double since = -1.0;
-    run_put(rig, "position_source", source);
+    believe(rig, share);
     run_parameter(rig, "dead_time_adaptation", 4.0);
     for (int32_t n = 1; n <= (int32_t)(100.0 * seconds); n++) {
         run_seconds(rig, 0.01);
@@ -110,8 +109,8 @@ static void expect_learnt(const lesson_t *lesson, double share)
         const double rpm = n % 2 != 0 ? -lesson->rpm : lesson->rpm;
         const double load = n / 2 != 0 ? RATED : 0.0;
         char message[200];
-        rig_t *rig = believing(share, rpm, load);
-        const double since = learn(rig, lesson->source, 4.0);
+        rig_t *rig = running(rpm, load, lesson->source);
+        const double since = learn(rig, share, 4.0);
         trim(rig, rpm);
         const run_error_t err = run_error(rig, 4.0);
         snprintf(
@@ -162,8 +161,8 @@ static void test_staircase_to_20_rpm(void)
 {
     static const double stairs[] = {150.0, 100.0, 50.0, 30.0, 20.0};
     for (int32_t n = 0; n < 2; n++) {
-        rig_t *rig = believing(factors[n], 150.0, RATED);
-        run_put(rig, "position_source", SENSORLESS);
+        rig_t *rig = running(150.0, RATED, SENSORLESS);
+        believe(rig, factors[n]);
         run_put(rig, "estimate_speed_min", 1.0);
         run_put(rig, "fallback_speed", 1.0);
         run_parameter(rig, "dead_time_adaptation", 4.0);
@@ -231,8 +230,8 @@ static void test_start_with_a_wrong_dead_time(void)
 /* Off, it is the delays and drops that are set; on again after that, it starts from them. */
 static void test_off_is_what_is_set(void)
 {
-    rig_t *rig = believing(0.6, 150.0, RATED);
-    (void)learn(rig, SENSORLESS, 2.0);
+    rig_t *rig = running(150.0, RATED, SENSORLESS);
+    (void)learn(rig, 0.6, 2.0);
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 1.0, learnt_share(rig));
     run_parameter(rig, "current_bandwidth", 900.0);
     run_seconds(rig, 0.01);

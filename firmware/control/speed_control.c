@@ -4,7 +4,9 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 {
     speed_control_tuning_t tuning = {params->current_limit, params->kp * (1.0f - params->weight),
                                      pi_prepare(params->kp, params->ki, params->period)};
-    tuning.pi.back_gain = pi_prepare(params->kp * params->weight, params->ki, params->period).back_gain;
+    const float share = pi_prepare(params->kp * params->weight, params->ki, params->period).back_gain;
+    const float most = params->period / SPEED_CONTROL_BACK_TIME;
+    tuning.pi.back_gain = share < most ? share : most;
     return tuning;
 }
 

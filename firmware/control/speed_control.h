@@ -6,8 +6,9 @@
  * b, the weight of the reference in the proportional part, places the zero that a PI makes of a reference
  * step: 1 is the paper's PI, which runs past it; 0 (I-P) leaves the integral alone to raise the torque, and
  * with damping enough nothing runs past. What disturbs the shaft is answered alike. At the limit the integral
- * gets what the reference would have got that makes just the limit (math/pi.h): ki T/(b kp) of the shortfall,
- * all of it for b = 0.
+ * gets what the reference would have got that makes just the limit (math/pi.h): ki T/(b kp) of the shortfall;
+ * but no faster than in 10 ms, for noise is cut off at the limit on one side only, and an integral that
+ * followed it at once would sink.
  *
  * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
  * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
@@ -18,6 +19,9 @@
 #define CONTROL_SPEED_CONTROL_H
 
 #include "math/pi.h"
+
+/* Shortest time in which the integral follows what the limit has cut off [s]. */
+#define SPEED_CONTROL_BACK_TIME 10e-3f
 
 typedef struct {
     float kp;            /* [A/(rad/s)], mechanical, >= 0 */

@@ -87,7 +87,7 @@ static void manoeuvre(drive_t *drive)
         .lost = drive->guard.losses != 0u,
     };
     const frame_t last = drive->demand.frame;
-    drive->demand = manoeuvres_step(&drive->manoeuvres, &input);
+    manoeuvres_step(&drive->manoeuvres, &input, &drive->demand);
     if (drive->manoeuvres.locking != 0u) {
         chosen_lock(&drive->estimator, drive->manoeuvres.locked);
         flux_reset(&drive->flux, drive->manoeuvres.locked.omega_e);

@@ -110,29 +110,34 @@ bool manoeuvres_judged(const manoeuvres_t *m)
            m->limits.sensorless != 0u;
 }
 
-demand_t manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     m->clock++;
     m->periods++;
     m->locking = 0u;
     if (m->limits.sensorless == 0u) {
-        return manoeuvres_run_on_encoder(m, input);
+        manoeuvres_run_on_encoder(m, input, demand);
+        return;
     }
     switch ((manoeuvre_t)m->now) {
     case MANOEUVRE_OFF:
     case MANOEUVRE_CATCH:
     case MANOEUVRE_RELOCK:
+        manoeuvres_catch(m, input, demand);
         break;
     case MANOEUVRE_ALIGN:
-        return manoeuvres_align(m, input);
+        manoeuvres_align(m, input, demand);
+        break;
     case MANOEUVRE_RAMP:
     case MANOEUVRE_FORCED:
     case MANOEUVRE_REVERSE:
-        return manoeuvres_force(m, input);
+        manoeuvres_force(m, input, demand);
+        break;
     case MANOEUVRE_HANDOVER:
-        return manoeuvres_hand_over(m, input);
+        manoeuvres_hand_over(m, input, demand);
+        break;
     case MANOEUVRE_RUN:
-        return manoeuvres_run(m, input);
+        manoeuvres_run(m, input, demand);
+        break;
     }
-    return manoeuvres_catch(m, input);
 }

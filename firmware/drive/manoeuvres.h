@@ -64,6 +64,8 @@ typedef struct {
     uint32_t align_periods;    /* [periods] of each of the two steps */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
+    uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
+    uint32_t judging;          /* [-] 0: no criterion of the estimate is judged, and its lock is not either */
 } manoeuvres_limits_t;
 
 typedef struct {
@@ -100,6 +102,7 @@ typedef struct {
     float omega_ref;        /* of the last period of run [rad/s], electrical */
     float current;          /* of the forced frame, wanted [A] */
     float needed;           /* of it, as last seen [A] */
+    float length;           /* of the EMF in a forced frame, low-passed [V] */
     float quickness;        /* of the ramp in this start [-] */
 
     uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */
@@ -165,10 +168,11 @@ static inline float manoeuvres_speed(const manoeuvres_t *m)
 frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate);
 
 /* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional
- * part, whose noise would come back through the speed control. */
+ * part, whose noise would come back through the speed control; or whole, where that is wished for. */
 static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *rotor, const estimate_t *estimate)
 {
-    const bool tracked = m->limits.sensorless != 0u && m->tracking != 0u && m->now != (int32_t)MANOEUVRE_OFF;
+    const bool tracked = m->limits.sensorless != 0u && m->limits.smooth != 0u && m->tracking != 0u &&
+                         m->now != (int32_t)MANOEUVRE_OFF;
     return tracked ? estimate->omega_smooth : rotor->omega_e;
 }
 
@@ -181,7 +185,7 @@ static inline bool manoeuvres_knows(const manoeuvres_t *m)
 /* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
 bool manoeuvres_judged(const manoeuvres_t *m);
 
-/* What is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
-demand_t manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input);
+/* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
+void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
 
 #endif

@@ -10,26 +10,31 @@
 #define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
 #define STALL_PERIODS DRIVE_PERIODS(50e-3f) /* with too little EMF */
 #define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
-#define TRACK_SHARE   0.4f                  /* [-] of handover_speed, from which on the loop tracks */
-#define UNTRACK_SHARE 0.3f                  /* [-] likewise, below which it does not any more */
-#define REACHED_SHARE 0.02f                 /* [-] of handover_speed: so near is there */
-#define RETRY_CURRENT 1.3f                  /* [-] of the last try's */
-#define RETRY_RAMP    0.6f                  /* [-] likewise */
+#define LENGTH_SHARE                                                                                         \
+    (50.0f * DRIVE_PERIOD)  /* [-] low-pass of the EMF's length: a leg that passes zero current              \
+                               slowly pretends one for some 20 ms */
+#define TRACK_SHARE   0.4f  /* [-] of handover_speed, from which on the loop tracks */
+#define UNTRACK_SHARE 0.3f  /* [-] likewise, below which it does not any more */
+#define REACHED_SHARE 0.02f /* [-] of handover_speed: so near is there */
+#define RETRY_CURRENT 1.3f  /* [-] of the last try's */
+#define RETRY_RAMP    0.6f  /* [-] likewise */
 #define GRIP_MAX      0.83f /* [-] sine of the largest load angle at which a forced frame takes over */
 #define NEED_SHARE    (5.0f * DRIVE_PERIOD) /* [-] low-pass of the current that the load needs */
 
-static demand_t forced_demand(manoeuvres_t *m, const manoeuvres_input_t *input, frame_change_t change)
+static void force_by(manoeuvres_t *m, const manoeuvres_input_t *input, frame_change_t change,
+                     demand_t *demand)
 {
     const dq_t emf = frames_park(input->estimate->emf, m->forced.frame.rotation);
-    demand_t demand = {m->forced.frame, (int32_t)change, forced_step(&m->forced, emf), {0.0f, 0.0f}, 0.0f};
-    demand.emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
-    demand.omega_m_ref = m->forced.frame.omega_e * m->limits.pole_pairs_inverse;
-    return demand;
+    demand->frame = m->forced.frame;
+    demand->change = (int32_t)change;
+    demand->current = forced_step(&m->forced, emf);
+    demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
+    demand->omega_m_ref = m->forced.frame.omega_e * m->limits.pole_pairs_inverse;
 }
 
 /* The first of two steps: a quarter turn beside the second, so that a rotor which the one cannot turn, the
  * other does. */
-demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const forced_tuning_t *tuning = &m->forced.tuning;
     const bool first = m->start_try == 0u;
@@ -37,10 +42,11 @@ demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
     m->current = first ? tuning->current : bounds_clamp(RETRY_CURRENT * m->current, m->limits.current_max);
     m->needed = m->current;
+    m->length = 0.0f;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
     forced_enter(&m->forced, -0.5f * ANGLE_PI, 0.0f, 0.0f);
-    return forced_demand(m, input, FRAME_ANEW);
+    force_by(m, input, FRAME_ANEW, demand);
 }
 
 /* Towards `wanted` [A], by no more than the rise. */
@@ -49,7 +55,7 @@ static void raise_current(manoeuvres_t *m, float wanted)
     m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
 }
 
-demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     frame_change_t change = FRAME_GOES_ON;
     raise_current(m, m->current);
@@ -59,7 +65,7 @@ demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input)
     } else if (m->periods >= 2u * m->limits.align_periods) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
-    return forced_demand(m, input, change);
+    force_by(m, input, change, demand);
 }
 
 /* Does the rotor follow? Asked from fallback_speed on. */
@@ -67,7 +73,8 @@ static bool stalls(manoeuvres_t *m, const estimate_t *estimate)
 {
     const float speed = bounds_magnitude(m->forced.frame.omega_e);
     const bool asked = speed >= m->limits.fallback_speed;
-    const bool follows = estimate->amplitude >= STALL_SHARE * m->limits.flux_linkage * speed;
+    m->length = lowpass_step(m->length, LENGTH_SHARE, estimate->amplitude);
+    const bool follows = m->length >= STALL_SHARE * m->limits.flux_linkage * speed;
     m->stall_periods = asked && !follows ? m->stall_periods + 1u : 0u;
     return m->stall_periods >= STALL_PERIODS;
 }
@@ -130,7 +137,7 @@ static void fail(manoeuvres_t *m, uint32_t why)
     }
 }
 
-demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const float wanted = manoeuvres_wanted(m, &input->wish);
@@ -148,53 +155,52 @@ demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input)
         manoeuvres_enter(m, MANOEUVRE_HANDOVER);
         handover_enter(&m->handover);
     }
-    return forced_demand(m, input, FRAME_GOES_ON);
+    force_by(m, input, FRAME_GOES_ON, demand);
 }
 
 /* Out of the forced frame into the estimate's, in which this current flows [A]: nothing but the frame
  * changes. */
-static demand_t take_over(manoeuvres_t *m, const manoeuvres_input_t *input, dq_t seen)
+static void take_over(manoeuvres_t *m, const manoeuvres_input_t *input, dq_t seen, demand_t *demand)
 {
     manoeuvres_enter_run(m, seen, input->estimate->omega_smooth);
-    demand_t demand = manoeuvres_run_observed(m, input, &input->estimate->frame, m->run.omega_m_ref);
-    demand.change = (int32_t)FRAME_TURNS;
-    return demand;
+    manoeuvres_run_observed(m, input, &input->estimate->frame, m->run.omega_m_ref, demand);
+    demand->change = (int32_t)FRAME_TURNS;
 }
 
-demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const estimate_t *estimate = input->estimate;
-    const dq_t seen = frames_park(input->current, estimate->frame.rotation);
+    const float forced = m->forced.frame.omega_e;
     const float wanted = manoeuvres_wanted(m, &input->wish);
+    const dq_t seen = frames_park(input->current, estimate->frame.rotation);
     lock_step(&m->lock, estimate);
     see_need(m, seen.q);
     m->forced.current = handover_current(&m->handover, m->forced.current, m->current, m->needed);
-    switch (handover_step(&m->handover, estimate, &m->lock, m->forced.frame.omega_e, seen)) {
-    case HANDOVER_GOES_ON:
-        break;
-    case HANDOVER_GOOD:
-        return take_over(m, input, seen);
-    case HANDOVER_FAILED:
-        fail(m, MANOEUVRE_UNLOCKED);
-        return forced_demand(m, input, FRAME_GOES_ON);
+    const handover_outcome_t outcome = handover_step(&m->handover, estimate, &m->lock, forced, seen);
+    if (outcome == HANDOVER_GOOD) {
+        take_over(m, input, seen, demand);
+        return;
     }
-    if (stalls(m, estimate)) {
+    if (outcome == HANDOVER_FAILED) {
+        fail(m, MANOEUVRE_UNLOCKED);
+    } else if (stalls(m, estimate)) {
         fail(m, MANOEUVRE_STALLED);
-    } else if (bounds_within(wanted, m->limits.handover_speed) || wanted * m->forced.frame.omega_e < 0.0f) {
+    } else if (bounds_within(wanted, m->limits.handover_speed) || wanted * forced < 0.0f) {
         manoeuvres_enter(m, MANOEUVRE_FORCED);
     }
-    return forced_demand(m, input, FRAME_GOES_ON);
+    force_by(m, input, FRAME_GOES_ON, demand);
 }
 
 /* From the estimate's frame into a forced one in which the same torque acts: its d axis is ahead of the
  * rotor's by the load angle. The speed is the lesser of two that can both be wrong. */
-demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const estimate_t *estimate = input->estimate;
     const dq_t seen = frames_park(input->current, estimate->frame.rotation);
     m->current = m->forced.tuning.current;
     m->quickness = 1.0f;
     m->needed = bounds_magnitude(seen.q);
+    m->length = estimate->amplitude;
     const float sine = bounds_clamp(seen.q * m->forced.tuning.current_inverse, GRIP_MAX);
     const float square = 1.0f - sine * sine;
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
@@ -203,5 +209,5 @@ demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input)
     manoeuvres_enter(m, MANOEUVRE_FORCED);
     forced_enter(&m->forced, angle_turn_back(estimate->frame.theta_e + ahead), omega_e, m->current);
     m->tracking = 0u;
-    return forced_demand(m, input, FRAME_TURNS);
+    force_by(m, input, FRAME_TURNS, demand);
 }

@@ -23,17 +23,17 @@ void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
 
 /* Run in this frame of the rotor at this mechanical speed [rad/s], with the EMF that is observed: it is right
  * in the stationary frame whatever the angle, so that an angle that is lost sets no current free. */
-demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
-                                 float omega_m);
+void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
+                             float omega_m, demand_t *demand);
 
 /* The demands of the manoeuvres, of one period each. */
-demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input);
-demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input);
+void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
 
 #endif

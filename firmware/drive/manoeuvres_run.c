@@ -13,53 +13,57 @@ static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
 
 /* In this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source to
  * another while running keeps the voltage. */
-static demand_t run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf,
-                       float omega_m)
+static void run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf,
+                   float omega_m, demand_t *demand)
 {
-    demand_t demand = run_step(&m->run, &input->wish, rotor, emf, omega_m);
-    if (m->other_source != 0u) {
-        demand.change = (int32_t)FRAME_TURNS;
-        m->other_source = 0u;
-    }
-    return demand;
+    demand->frame = *rotor;
+    demand->change = (int32_t)(m->other_source != 0u ? FRAME_TURNS : FRAME_GOES_ON);
+    demand->emf = emf;
+    run_step(&m->run, &input->wish, rotor->omega_e, omega_m, demand);
+    m->other_source = 0u;
 }
 
-demand_t manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
-                                 float omega_m)
+void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
+                             float omega_m, demand_t *demand)
 {
-    return run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation), omega_m);
+    run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation), omega_m, demand);
 }
 
-demand_t manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input)
+/* The rotor turns: locked and run from here on, without a current. */
+static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    const frame_change_t change = m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON;
-    demand_t demand = {stationary, (int32_t)change, {m->catching.tuning.current, 0.0f}, {0.0f, 0.0f}, 0.0f};
-    if (!input->estimating) {
-        return demand;
-    }
+    const position_t rotor = catch_position(&m->catching, input->estimate->emf);
+    const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
+    manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
+    manoeuvres_lock_to(m, rotor);
+    m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
+    manoeuvres_run_observed(m, input, &frame, m->run.omega_m_ref, demand);
+    demand->change = (int32_t)FRAME_ANEW;
+}
+
+void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
     const estimate_t *estimate = input->estimate;
+    *demand = (demand_t){.frame = stationary, .current = {m->catching.tuning.current, 0.0f}};
+    demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
+    if (!input->estimating) {
+        return;
+    }
     const ab_t voltage = catch_voltage(&m->catching, estimate->emf);
-    demand.emf = (dq_t){voltage.alpha, voltage.beta};
+    demand->emf = (dq_t){voltage.alpha, voltage.beta};
     switch (catch_step(&m->catching, estimate->emf, estimate->amplitude, input->voltage_max)) {
     case CATCH_GOES_ON:
         break;
-    case CATCH_TURNING: {
-        const position_t rotor = catch_position(&m->catching, estimate->emf);
-        const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
-        manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
-        manoeuvres_lock_to(m, rotor);
-        m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-        demand = manoeuvres_run_observed(m, input, &frame, m->run.omega_m_ref);
-        demand.change = (int32_t)FRAME_ANEW;
+    case CATCH_TURNING:
+        caught(m, input, demand);
         break;
-    }
     case CATCH_STANDING:
-        return manoeuvres_begin_start(m, input);
+        manoeuvres_begin_start(m, input, demand);
+        break;
     case CATCH_TOO_FAST:
         m->failed |= MANOEUVRE_TOO_FAST;
         break;
     }
-    return demand;
 }
 
 /* The lock is lost: caught again, unless that has been done too often. */
@@ -88,19 +92,20 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
     m->omega_ref = omega_ref;
 }
 
-demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const estimate_t *estimate = input->estimate;
     if (input->lost) {
         lose(m, estimate->omega_smooth);
-        return manoeuvres_catch(m, input);
+        manoeuvres_catch(m, input, demand);
+        return;
     }
-    const demand_t demand = manoeuvres_run_observed(m, input, &estimate->frame, input->omega_m);
-    const float omega_ref = demand.omega_m_ref * limits->pole_pairs;
+    manoeuvres_run_observed(m, input, &estimate->frame, input->omega_m, demand);
+    const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
-    m->unlocked = lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
+    m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
     m->sound_periods++;
     if (m->sound_periods >= SOUND_PERIODS) {
         m->start_try = 0u;
@@ -109,16 +114,16 @@ demand_t manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input)
     const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
     const bool slow = estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
     m->slow_periods = slow && m->reversing != 0u ? m->slow_periods + 1u : 0u;
-    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods)
-               ? manoeuvres_fall_back(m, input)
-               : demand;
+    if (m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods)) {
+        manoeuvres_fall_back(m, input, demand);
+    }
 }
 
 /* With the encoder there is nothing else; out of another manoeuvre it takes the current along. */
-demand_t manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input)
+void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     if (m->now != (int32_t)MANOEUVRE_RUN) {
         manoeuvres_enter_run(m, frames_park(input->current, input->encoder.rotation), input->encoder.omega_e);
     }
-    return run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e), input->omega_m);
+    run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e), input->omega_m, demand);
 }

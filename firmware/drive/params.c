@@ -93,8 +93,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 #define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
 #define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
 #define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
-#define CATCH_SHARE        0.5f  /* [-] likewise, of the slowest rotor that is caught */
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
+#define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
 
 start_params_t params_start(const params_t *params, const believed_t *believed)
 {

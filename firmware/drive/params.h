@@ -35,6 +35,7 @@
 #define DRIVE_DEAD_TIME_MAX ((float)BOARD_DEAD_BAND_MAX / (float)BOARD_SYSCLK_HZ)
 
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
+typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
@@ -158,7 +159,10 @@ typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
     F(62, dead_time_adaptation, "1/s", 4.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")
+      "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")            \
+    E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
+      "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
+      "in the paper")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

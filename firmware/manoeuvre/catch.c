@@ -9,9 +9,9 @@
 #include "math/trig.h"
 
 #define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
-#define TRAIL_MOST    0.1f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
-#define TRAIL_PART    0.4f /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
-#define CLEAR_OF_ZONE 3.0f /* [-] of the doubtful current: b and c carry half of what a does */
+#define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */

@@ -5,7 +5,8 @@
  *     current     a little along phase a, which takes all three legs out of the dead time's zone
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that turns is ahead of its
  *                 own low-pass in the direction in which it turns
- *     speed       <|e|>/psi_f;  a low-pass from zero: 4 % less after 10 ms, 0.1 % after 20 ms
+ *     speed       <|e|>/psi_f,  a low-pass that begins with what there is after 2 ms: the observer, which
+ *                 starts from nothing, is on the EMF by then, and what it lacked before is left out
  *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
  *
  * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10

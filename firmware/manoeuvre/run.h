@@ -103,13 +103,14 @@ static inline dq_t run_emf(const run_t *run, float omega_e)
     return (dq_t){0.0f, omega_e * run->tuning.flux_linkage};
 }
 
-/* References of this period in the rotor's frame, at this mechanical speed [rad/s] and with this EMF [V].
- * While currents are wished for, the speed control follows them, so that a change of mode does not jump. No
- * division. */
-static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_t *rotor, dq_t emf,
-                                float omega_m)
+/* Current and speed references of this period in the rotor's frame, into `demand`, at this electrical and
+ * mechanical speed [rad/s]. While currents are wished for, the speed control follows them, so that a change
+ * of mode does not jump. No division. */
+static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m,
+                            demand_t *demand)
 {
-    demand_t demand = {*rotor, (int32_t)FRAME_GOES_ON, {0.0f, 0.0f}, emf, 0.0f};
+    demand->current = (dq_t){0.0f, 0.0f};
+    demand->omega_m_ref = 0.0f;
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;
@@ -117,19 +118,18 @@ static inline demand_t run_step(run_t *run, const run_wish_t *wish, const frame_
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;
         speed_control_reset(&run->speed, wish->current.q, omega_m);
-        demand.current = wish->current;
-        demand.omega_m_ref = omega_m;
+        demand->current = wish->current;
+        demand->omega_m_ref = omega_m;
         break;
     case RUN_SPEED:
     case RUN_STOP:
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
-        demand.current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m, run_room(run));
-        demand.current.d = wish->current.d + run_i_d(run, demand.current.q, rotor->omega_e);
-        demand.omega_m_ref = run->omega_m_ref;
+        demand->current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m, run_room(run));
+        demand->current.d = wish->current.d + run_i_d(run, demand->current.q, omega_e);
+        demand->omega_m_ref = run->omega_m_ref;
         break;
     }
-    return demand;
 }
 
 #endif

@@ -15,6 +15,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
+#include "host_sim/lab/paper_drive.h"
 #include "host_sim/rig/rig.h"
 
 #define RUNS          5
@@ -78,12 +79,15 @@ static rig_t *running_rig(bool averaged, source_t source, double rpm)
         return NULL;
     }
     rig_put(rig, "fidelity", averaged ? 1.0 : 0.0);
-    rig_put(rig, "position_source", source == SENSORLESS ? 1.0 : 0.0);
+    paper_drive_put(rig, paper_drive, paper_drive_count);
     rig_apply(rig);
     rig_set_motion(rig, 0.0, rpm * RPM);
     rig_put(rig, "speed_request", rpm * RPM);
     rig_put(rig, "enable", 1.0);
     rig_run(rig, rig_periods(SETTLE));
+    if (source == SENSORLESS) {
+        paper_drive_without_encoder(rig);
+    }
     rig_put(rig, "load_torque", LOAD_NM);
     rig_run(rig, rig_periods(SETTLE));
     return rig;

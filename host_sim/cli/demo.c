@@ -7,6 +7,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
@@ -123,6 +124,10 @@ static bool run_profile(rig_t *rig, FILE *csv, result_t results[SEGMENTS])
         ids[n] = rig_row_by_name(tapped[n])->id;
     }
 
+    if (!paper_drive_put(rig, paper_drive, paper_drive_count) || !rig_apply(rig)) {
+        fprintf(stderr, "lagless demo: %s\n", rig_error(rig));
+        return false;
+    }
     /* Offsets are measured with the rotor at rest; then the drive is switched on at zero speed. */
     const double ready = 1.0;
     rig_stop_when(rig, rig_row_by_name("state")->id, RIG_EQUAL, ready);

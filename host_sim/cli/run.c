@@ -444,17 +444,26 @@ static void show_progress(void *context, double fraction)
 
 /* ---- results ---- */
 
-static const char *state_name(int32_t state)
+typedef struct {
+    char text[32];
+} choice_name_t;
+
+static choice_name_t choice_name(const char *row, int32_t value)
 {
-    static char name[32];
-    const char *choice = rig_row_by_name("state")->choices;
-    for (int32_t n = 0; n < state && choice != NULL; n++) {
+    choice_name_t name;
+    const char *choice = rig_row_by_name(row)->choices;
+    for (int32_t n = 0; n < value && choice != NULL; n++) {
         choice = strchr(choice, '|');
         choice = choice != NULL ? choice + 1 : NULL;
     }
-    snprintf(name, sizeof name, "%.*s", choice != NULL ? (int)strcspn(choice, "|") : 1,
+    snprintf(name.text, sizeof name.text, "%.*s", choice != NULL ? (int)strcspn(choice, "|") : 1,
              choice != NULL ? choice : "?");
     return name;
+}
+
+static bool is_choice(const char *row, int32_t value, const char *name)
+{
+    return value == table_choice(rig_row_by_name(row), name);
 }
 
 static const char *reason_name(int32_t number)
@@ -463,21 +472,39 @@ static const char *reason_name(int32_t number)
     return row != NULL ? row->name : "?";
 }
 
+/* The end state, and what keeps the drive from what was asked of it. */
+static void print_end(const runner_result_t *result)
+{
+    char when[TIMES_TEXT_SIZE];
+    const reason_row_t *why = result->not_on != REASON_NONE ? reason_by_number(result->not_on) : NULL;
+    printf(", end state %s", choice_name("state", result->state).text);
+    if (!is_choice("manoeuvre", result->manoeuvre, "off") &&
+        !is_choice("manoeuvre", result->manoeuvre, "run")) {
+        printf(", manoeuvre %s", choice_name("manoeuvre", result->manoeuvre).text);
+    }
+    if (result->fault_reason != REASON_NONE) {
+        printf(", fault %s at %s s (`lagless explain %s`)", reason_name(result->fault_reason),
+               times_text(when, result->fault_period), reason_name(result->fault_reason));
+    } else if (why != NULL) {
+        printf(", refused: %s", why->name);
+    }
+    printf("\n");
+    if (why != NULL) {
+        printf("not on: %s; %s\n", why->text, why->remedy);
+    }
+}
+
 static void print_text(const scenario_t *scenario, const runner_result_t *result, bool quiet)
 {
     const bool colours = output_colours(stdout);
     char text[512];
     char when[TIMES_TEXT_SIZE];
     if (!quiet) {
-        printf("%s\n%s s simulated in %.2f s (%.0f x real time), seed %" PRIu64 ", end state %s",
-               scenario->title, times_text(when, result->periods), result->seconds,
+        printf("%s\n%s s simulated in %.2f s (%.0f x real time), seed %" PRIu64, scenario->title,
+               times_text(when, result->periods), result->seconds,
                result->seconds > 0.0 ? result->periods * RIG_PERIOD_SECONDS / result->seconds : 0.0,
-               result->seed, state_name(result->state));
-        if (result->fault_reason != REASON_NONE) {
-            printf(", fault %s at %s s (`lagless explain %s`)", reason_name(result->fault_reason),
-                   times_text(when, result->fault_period), reason_name(result->fault_reason));
-        }
-        printf("\n");
+               result->seed);
+        print_end(result);
     }
     for (uint32_t n = 0; n < result->verdict_count; n++) {
         const runner_verdict_t *verdict = &result->verdicts[n];
@@ -500,6 +527,20 @@ static void print_limit(const char *key, double limit)
     json_number(stdout, limit);
 }
 
+static void print_not_on(int32_t number)
+{
+    const reason_row_t *why = number != REASON_NONE ? reason_by_number(number) : NULL;
+    if (why == NULL) {
+        printf("null");
+        return;
+    }
+    printf("{\"reason\": \"%s\", \"text\": ", why->name);
+    json_text(stdout, why->text);
+    printf(", \"remedy\": ");
+    json_text(stdout, why->remedy);
+    printf("}");
+}
+
 static void print_json(const scenario_t *scenario, const runner_result_t *result,
                        const recording_t *recording)
 {
@@ -515,7 +556,7 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
     json_number(stdout, result->periods * RIG_PERIOD_SECONDS / result->seconds);
     printf(", \"state\": \"%s\", \"fault_reason\": \"%s\", \"fault_period\": %" PRIu32
            ", \"refusal\": \"%s\"",
-           state_name(result->state), reason_name(result->fault_reason), result->fault_period,
+           choice_name("state", result->state).text, reason_name(result->fault_reason), result->fault_period,
            reason_name(result->refusal));
     printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"expectations\": [", result->hash,
            result->failed);
@@ -552,7 +593,9 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
         printf("%s", separator);
         json_text(stdout, path);
     }
-    printf("]}\n");
+    printf("], \"manoeuvre\": \"%s\", \"not_on\": ", choice_name("manoeuvre", result->manoeuvre).text);
+    print_not_on(result->not_on);
+    printf("}\n");
 }
 
 /* ---- the command ---- */

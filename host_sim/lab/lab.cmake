@@ -22,6 +22,7 @@ add_library(lagless_lab STATIC
     lab/paper.c
     lab/paper_beyond.c
     lab/paper_claims.c
+    lab/paper_drive.c
     lab/paper_manifest.c
     lab/paper_measure.c
     lab/paper_rows.c

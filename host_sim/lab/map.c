@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/pool.h"
 #include "host_sim/rig/rig.h"
 
@@ -97,18 +98,18 @@ static double i_q_needed(rig_t *rig, const map_point_t *point)
 }
 
 /* The drive is ready, the bridge off. A dynamometer turns the rotor until the encoder, which starts the
- * estimator, has followed and the drive gives the torque that the point asks for; then the speed control
- * takes over from this current. A load that fell on the rotor all at once would stall it at 100 r/min. */
+ * estimator, has followed and the drive gives the torque that the point asks for; then the estimate takes
+ * over from the encoder and the speed control from this current. A load that fell on the rotor all at once
+ * would stall it at 100 r/min. */
 static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point)
 {
     const deviation_t *deviation = &deviations[point->deviation];
     const double omega_m = point->rpm * RPM;
-    const bool changed = change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX) &&
+    const bool changed = paper_drive_put(rig, paper_drive, paper_drive_count) &&
+                         change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX) &&
                          change(rig, deviation->changes, CHANGES_OF_POINT);
-    if (!changed || !rig_put(rig, "position_source", choice("position_source", "sensorless")) ||
-        !rig_put(rig, "start_speed", 0.0) || !rig_apply(rig) ||
-        !rig_put(rig, "plant.shaft_locked_speed", omega_m) || !rig_put(rig, "plant.shaft_locked", 1.0) ||
-        !rig_put(rig, "plant.load_torque", point->load)) {
+    if (!changed || !rig_apply(rig) || !rig_put(rig, "plant.shaft_locked_speed", omega_m) ||
+        !rig_put(rig, "plant.shaft_locked", 1.0) || !rig_put(rig, "plant.load_torque", point->load)) {
         return false;
     }
     rig_set_motion(rig, 0.0, omega_m);
@@ -119,8 +120,8 @@ static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point
         return false;
     }
     rig_run(rig, rig_periods(HOLD));
-    return rig_put(rig, "speed_request", omega_m) && rig_put(rig, "mode", choice("mode", "speed")) &&
-           rig_put(rig, "plant.shaft_locked", 0.0);
+    return paper_drive_without_encoder(rig) && rig_put(rig, "speed_request", omega_m) &&
+           rig_put(rig, "mode", choice("mode", "speed")) && rig_put(rig, "plant.shaft_locked", 0.0);
 }
 
 /* ---- what a point measures ---- */

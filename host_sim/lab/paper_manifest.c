@@ -42,6 +42,16 @@ static void write_condition(FILE *file, const char *before, const char *name, do
     fputc('}', file);
 }
 
+/* Of numbers; what is chosen is told by each run. */
+static void write_settings(FILE *file, const char *before, const setting_t *settings, size_t count)
+{
+    for (size_t n = 0; n < count; n++) {
+        if (rig_row_by_name(settings[n].row)->kind == SLOT_FLOAT) {
+            write_condition(file, before, settings[n].row, settings[n].value);
+        }
+    }
+}
+
 static void write_conditions(FILE *file)
 {
     static const char *const plant[] = {"plant.pole_pairs",   "plant.resistance", "plant.inductance_d",
@@ -61,11 +71,8 @@ static void write_conditions(FILE *file)
     for (size_t n = 0; n < sizeof machine / sizeof machine[0]; n++) {
         write_condition(file, before, machine[n].row, machine[n].value);
     }
-    for (size_t n = 0; n < paper_common_count; n++) {
-        if (rig_row_by_name(paper_common[n].row)->kind == SLOT_FLOAT) { /* the flavours tell the others */
-            write_condition(file, before, paper_common[n].row, paper_common[n].value);
-        }
-    }
+    write_settings(file, before, paper_drive, paper_drive_count);
+    write_settings(file, before, paper_common, paper_common_count);
     fputc(']', file);
 }
 

@@ -163,16 +163,7 @@ static void watch(void *context, uint32_t period, const uint32_t *slots, uint32_
 
 /* ---- the rig ---- */
 
-static bool put(rig_t *rig, const setting_t *settings, size_t count)
-{
-    for (size_t n = 0; n < count; n++) {
-        if (!rig_put(rig, settings[n].row, settings[n].value)) {
-            return false;
-        }
-    }
-    return true;
-}
-#define PUT(rig, settings) put(rig, settings, sizeof settings / sizeof settings[0])
+#define PUT(rig, settings) paper_drive_put(rig, settings, sizeof settings / sizeof settings[0])
 
 /* Inverter and sensors without error: what the dead band delays one edge by, the turn-off delays the other.
  */
@@ -197,8 +188,6 @@ static const setting_t harmonic_settings[] = {
 };
 /* The rig, and the criteria of a lost estimate, which the paper does not have. */
 const setting_t paper_common[] = {
-    {"params.speed_kp", 0.5},
-    {"params.speed_ki", 2.5},
     {"params.current_bandwidth", 1000.0},
     {"params.overspeed_trip", 200.0}, /* [rad/s]; the smallest k_s covers the EMF up to here */
     {"params.observer_slope", 1.0},
@@ -210,7 +199,6 @@ const setting_t paper_common[] = {
     {"params.estimate_detector_max", 0.0},
     {"params.estimate_current_max", 0.0},
     {"params.estimate_speed_min", 0.0},
-    {"params.start_speed", 0.0},
     {"rig.fidelity", 1.0},
 };
 const size_t paper_common_count = sizeof paper_common / sizeof paper_common[0];
@@ -242,15 +230,15 @@ static bool configure(rig_t *rig, const result_t *result)
         {"params.pll_bandwidth", run->bandwidth},
         {"params.feedforward_cutoff", run->omega_c},
         {"params.torque_feedforward", run->torque ? 1.0 : 0.0},
-        {"params.position_source", run->encoder ? 0.0 : 1.0},
     };
-    return PUT(rig, machine) && PUT(rig, paper_common) && (result->real || PUT(rig, ideal_settings)) &&
+    return PUT(rig, machine) && paper_drive_put(rig, paper_drive, paper_drive_count) &&
+           PUT(rig, paper_common) && (result->real || PUT(rig, ideal_settings)) &&
            (run->dead_time == 0.0 || PUT(rig, unaware)) && PUT(rig, own) && rig_apply(rig);
 }
 
 /* A dynamometer turns the rotor until the estimator has settled and the drive gives the torque that is asked
- * for; then the speed control takes over: a load that fell on the rotor all at once would stop it at 100
- * r/min. */
+ * for; then estimate and speed control take over: a load that fell on the rotor all at once would stop it at
+ * 100 r/min. */
 static bool begin(rig_t *rig, const result_t *result)
 {
     const run_t *run = &result->run;
@@ -269,8 +257,8 @@ static bool begin(rig_t *rig, const result_t *result)
         return false;
     }
     rig_run(rig, rig_periods(HOLD));
-    if (!rig_put(rig, "speed_request", omega_m) || !rig_put(rig, "mode", table_choice(mode, "speed")) ||
-        !rig_put(rig, "plant.shaft_locked", 0.0)) {
+    if ((!run->encoder && !paper_drive_without_encoder(rig)) || !rig_put(rig, "speed_request", omega_m) ||
+        !rig_put(rig, "mode", table_choice(mode, "speed")) || !rig_put(rig, "plant.shaft_locked", 0.0)) {
         return false;
     }
     /* With real sensors the drive trims the offset away while turning; a rotor that gets lost is seen being

@@ -4,6 +4,7 @@
 
 #include "host_sim/lab/map.h"
 #include "host_sim/lab/paper.h"
+#include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/paper_theory.h"
 #include "host_sim/rig/rig.h"
 
@@ -44,7 +45,7 @@ typedef struct {
     double rpm;    /* of HOLD and LOAD_STEP [r/min] */
     double length; /* of HOLD, rounded up to whole electrical periods [s] */
     flavours_t flavours;
-    bool encoder;          /* [-] the estimator runs beside */
+    bool encoder;          /* [-] the estimator runs beside; else it takes over once it has settled */
     double load;           /* from the start [N m] */
     switching_t switching; /* slope 1/A */
     double gain;           /* k_s [V] */
@@ -169,11 +170,7 @@ typedef struct {
 /* Runs it on a rig of its own; false: why not, one line. */
 bool paper_measure(result_t *result, uint64_t seed, char why[POOL_WHY]);
 
-/* The rows of a table that all runs put on the rig first, and their values. */
-typedef struct {
-    const char *row;
-    double value;
-} setting_t;
+/* What all runs put on the rig first, beside the paper's drive. */
 extern const setting_t paper_common[];
 extern const size_t paper_common_count;
 

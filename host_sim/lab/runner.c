@@ -394,6 +394,14 @@ static double wall_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* The fault that stopped it, else what refuses it in the last period. */
+static int32_t why_not_on(rig_t *rig, const runner_result_t *result)
+{
+    const bool wanted = (int32_t)rig_value(rig, "enable") == table_choice(rig_row_by_name("enable"), "on") &&
+                        result->state != table_choice(rig_row_by_name("state"), "operation_enabled");
+    return !wanted ? 0 : result->fault_reason != 0 ? result->fault_reason : result->refusal;
+}
+
 static void run_and_judge(run_t *run)
 {
     runner_result_t *result = run->result;
@@ -411,6 +419,8 @@ static void run_and_judge(run_t *run)
     result->fault_reason = (int32_t)rig_value(run->rig, "fault_reason");
     result->fault_period = (uint32_t)rig_value(run->rig, "fault_period");
     result->refusal = (int32_t)rig_value(run->rig, "refusal");
+    result->manoeuvre = (int32_t)rig_value(run->rig, "manoeuvre");
+    result->not_on = why_not_on(run->rig, result);
     result->hash = rig_hash(run->rig);
     judge(run);
 }

@@ -87,8 +87,10 @@ typedef struct {
     int32_t fault_reason;  /* [-] 0: none latched at the end */
     uint32_t fault_period; /* [periods] when it came */
     int32_t refusal;       /* [-] 0: none at the end */
-    uint64_t hash;         /* of the rig's whole state at the end */
-    double seconds;        /* [s] on the wall, set-up left out */
+    int32_t not_on; /* [-] reason: the bridge is to be on at the end and is not; 0: it is, or shall not be */
+    int32_t manoeuvre; /* [-] of the drive at the end */
+    uint64_t hash;     /* of the rig's whole state at the end */
+    double seconds;    /* [s] on the wall, set-up left out */
 } runner_result_t;
 
 /* true: it ran to its end or to options.stop, whatever the verdicts. false: RUNNER_REFUSED; what was recorded

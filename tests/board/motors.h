@@ -51,13 +51,17 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* Plant and firmware get the motor; limits are the board's own. README, "Another motor": feed-forward 50
- * rad/s or 1.6 sqrt(p T/J), the PLL four times it. */
+/* Plant and firmware get the motor, turned by the encoder and at low speed, without it, by the estimate;
+ * limits are the board's own. README, "Another motor": feed-forward 50 rad/s or 1.6 sqrt(p T/J), the PLL four
+ * times it. */
 static inline void board_put_motor(rig_t *rig)
 {
     const run_motor_t *m = &board_motor;
     const double cutoff = fmax(50.0, 1.6 * sqrt(m->pole_pairs * BOARD_RATED_TORQUE / m->inertia));
+    run_paper_drive(rig);
     run_put_motor(rig, m);
+    run_put(rig, "handover_speed", 0.05 * m->speed);
+    run_put(rig, "fallback_speed", 0.02 * m->speed);
     run_put(rig, "overspeed_trip", 1.4 * m->speed);
     run_put(rig, "feedforward_cutoff", cutoff);
     run_parameter(rig, "pll_bandwidth", 4.0 * cutoff);

@@ -143,13 +143,14 @@ static run_error_t measure(bool real, double fidelity, int32_t point)
         run_ideal(rig);
     }
     board_put_motor(rig);
-    run_parameter(rig, "position_source", 1.0);
     board_to_ready_at(rig, loading * board_motor.speed);
     if (real) {
         make_real(rig);
     }
     run_on(rig, loading * BOARD_RATED_RPM);
-    run_seconds(rig, 0.3);
+    run_seconds(rig, 0.1); /* a catch at once would be a surge of e T_s/L a period */
+    run_parameter(rig, "position_source", 1.0);
+    run_seconds(rig, 0.2);
     run_load(rig, load, 1.0);
     for (int32_t n = 1; n <= 20; n++) {
         run_put(rig, "speed_request", (loading + (share - loading) * n / 20.0) * board_motor.speed);

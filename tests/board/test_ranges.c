@@ -58,7 +58,6 @@ static void test_current_limit_leaves_a_fifth_of_the_sensors_range(void)
 {
     const double value = 0.81 * seen();
     params.low_speed_current = 0.0f; /* what wants a current at all is another's matter */
-    params.start_speed = 0.0f;
     params.current_limit = (float)value;
     /* the trip leaves room above the limit */
     expect_refused("current_limit", value, 0.1, fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3));

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -67,6 +68,37 @@ class CommandLine(unittest.TestCase):
         self.assertEqual("failed", result["expectations"][0]["verdict"])
         self.assertEqual(1, result["failed"])
         self.assertEqual(2000, result["periods"])
+
+    def test_a_drive_that_is_refused_to_the_end_says_why_and_what_to_do(self):
+        done = lagless("run", self.scenario(), "--set", "plant.dc_voltage=150 V")
+        self.expect(0, done, "end state ready, refused: dc_undervoltage\n",
+                    "\nnot on: the DC link is below dc_undervoltage; check supply and precharge\n")
+
+    def test_a_drive_that_a_fault_keeps_off_says_what_to_do(self):
+        done = lagless("run", "estimate_lost")
+        self.expect(0, done, "end state fault, fault start_stalled at ", "\nnot on: the rotor did not follow the start",
+                    "; free the shaft")
+
+    def test_a_drive_that_is_off_as_it_was_told_says_nothing_of_it(self):
+        for arguments in (["quick_stop"], [self.scenario(), "--set", "enable=off"]):
+            done = lagless("run", *arguments)
+            self.expect(0, done, "end state ready\n")
+            self.assertNotIn("not on", done.stdout)
+
+    def test_the_end_tells_a_manoeuvre_that_goes_on(self):
+        self.expect(0, lagless("run", self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"),
+                    "end state operation_enabled, manoeuvre align\n")
+        self.expect(0, lagless("run", "load_step"), "end state operation_enabled\n")
+
+    def test_json_tells_the_end_after_all_that_it_told_before(self):
+        for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
+                                             ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
+            result = json.loads(lagless("run", *arguments, "--json").stdout)
+            self.assertEqual(["files", "manoeuvre", "not_on"], list(result)[-3:])
+            self.assertEqual(manoeuvre, result["manoeuvre"])
+            self.assertEqual(reason, result["not_on"] and result["not_on"]["reason"])
+            if reason:
+                self.assertEqual("check supply and precharge", result["not_on"]["remedy"])
 
     def test_every_json_is_one_object(self):
         for arguments in (["params"], ["signals"], ["scenarios"], ["explain"], ["explain", "21"],
@@ -210,7 +242,10 @@ class CommandLine(unittest.TestCase):
         done = lagless("paper", "fig12", cwd=self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/true"})
         self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts", "report/index.html")
         line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))
-        self.assertEqual(3, line.count("0.32"))  # paper, ours, ideal
+        numbers = [float(number) for number in re.findall(r" (0\.\d+)", line)]
+        self.assertEqual(3, len(numbers), line)  # paper, ours, ideal
+        for number in numbers:
+            self.assertAlmostEqual(0.32, number, delta=0.008)
 
     def test_paper_keeps_its_results_also_without_python(self):
         done = lagless("paper", "fig04", "fig12", "--out", self.folder + "/a/b",

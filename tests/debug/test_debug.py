@@ -6,6 +6,7 @@ usage: test_debug.py --root FOLDER --program DEBUG_RING
 Ends with 77 (skipped) where no gdb with Python can run a program."""
 import argparse
 import json
+import math
 import os
 import pathlib
 import re
@@ -335,6 +336,33 @@ class FaultTest(unittest.TestCase):
         self.assertRegex(why, r"^chip: 1 wrong use found, the last at tick \d+: protected write, EPWM2\.TZSEL$")
 
 
+class ManoeuvreTest(unittest.TestCase):
+    # Ready after 64 + 512 samples, two periods until the gates are on, 20 ms of catch, and two alignments, each of 8 over the
+    # pendulum's frequency sqrt(p K_t I / J).
+    ALIGNED = 64 + 512 + 2 + 200 + 2 * round(1e4 * 8 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
+
+    def test_until_manoeuvre_stops_in_the_period_that_begins_it(self):
+        text, where, drive, before, run, again = session(
+            "until-manoeuvre ramp", "where-time", "drive", "period -1", "until-manoeuvre run", "drive"
+        )
+        self.assertTrue(text.startswith("ramp, start_try 1\n"), text)
+        self.assertIn("app_interrupt ()", text)
+        self.assertAlmostEqual(place(where)[0], self.ALIGNED, delta=2)
+        self.assertRegex(drive, r"(?m)^manoeuvre  ramp$")
+        self.assertIn(f"period {place(where)[0] - 1},", before)
+        self.assertTrue(run.startswith("run, start_try 1\n"), run)
+        self.assertRegex(again, r"(?m)^manoeuvre  run$")
+
+    def test_until_manoeuvre_waits_for_the_next_beginning_of_one_that_is_under_way(self):
+        _, text = session("until-manoeuvre align", "until-manoeuvre align", arguments=("3000",))
+        self.assertIn("the program ended without the manoeuvre align", text)
+
+    def test_until_manoeuvre_stops_at_its_limit(self):
+        text, where = session("until-manoeuvre relock 3000", "where-time")
+        self.assertTrue(text.startswith("no relock before period 3000"), text)
+        self.assertEqual(place(where)[0], 3000)
+
+
 class LookTest(unittest.TestCase):
     def test_drive_speaks_in_names_and_units(self):
         _, text = session("period 30000", "drive")
@@ -342,6 +370,8 @@ class LookTest(unittest.TestCase):
         self.assertEqual(rows["state"], "operation_enabled, gates keep")
         self.assertEqual(rows["fault"], "none")
         self.assertEqual(rows["warnings"], "none")
+        self.assertEqual(rows["manoeuvre"], "run")
+        self.assertEqual(rows["frame"], rows["position"])
         self.assertIn("enable on, mode speed, speed 600.00 r/min", rows["requests"])
         # Settled after 3 s; the speed ripples by less than 1 % (dead time, encoder).
         speed = float(re.match(r"(\S+) r/min, reference 600.00 r/min$", rows["speed"])[1])
@@ -383,18 +413,21 @@ class LookTest(unittest.TestCase):
             self.assertNotIn("other bits", text, name)
 
     def test_values_are_printed_as_what_they_are(self):
-        _, voltage, frame, point, command, sequence, requests, drive = session(
-            "until-fault", "print app->drive.voltage", "print app->drive.frame", "print app->drive.encoder_position",
+        _, voltage, rotor, frame, point, command, sequence, requests, drive = session(
+            "until-fault", "print app->drive.voltage", "print app->drive.rotor", "print app->drive.demand.frame",
+            "print app->drive.encoder_position",
             "print app->drive.command", "print app->drive.sequence", "print app->drive.requests", "print app->drive",
             arguments=("30000", "8000"),
         )
         self.assertRegex(voltage, r"= \(d \S+, q \S+\)$")
+        self.assertRegex(rotor, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(frame, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(point, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(command, r"= duty \(a 0\.\d+, b 0\.\d+, c 0\.\d+\), gates keep$")
         self.assertIn("state = fault, refusal = none, fault_reason = module_fault, faults_later = none,", sequence)
         self.assertIn("{enable = on, fault_reset = no, mode = speed,", requests)
-        self.assertIn("sensorless = 0}, state = fault, refusal = none,", drive)
+        self.assertRegex(drive, r"dc_undervoltage = \S+\}, state = fault, refusal = none,")
+        self.assertIn("now = ramp, clock = ", drive)
         self.assertIn("fault = {period = 8000,", drive)
         self.assertIn("current = (alpha ", drive)
         self.assertIn("warnings = none", drive)
@@ -415,10 +448,12 @@ class LookTest(unittest.TestCase):
         _, some, registers, own = session("period 10", "complete regs GP", "complete regs EPWM1.TZ", "complete until-")
         self.assertEqual(some.split("\n"), ["regs GPIOA", "regs GPIOB", "regs GPIOC"])
         self.assertIn("regs EPWM1.TZFLG", registers.split("\n"))
-        self.assertEqual(own, "until-fault")
+        self.assertEqual(own.split("\n"), ["until-fault", "until-manoeuvre"])
+        _, names = session("period 10", "complete until-manoeuvre r")
+        self.assertEqual([line.split()[1] for line in names.split("\n")], ["ramp", "relock", "reverse", "run"])
 
     def test_each_command_has_help(self):
-        commands = ("period", "at", "until-fault", "why", "drive", "regs", "where-time", "rig-hash")
+        commands = ("period", "at", "until-fault", "until-manoeuvre", "why", "drive", "regs", "where-time", "rig-hash")
         for command, text in zip(commands, session(*(f"help {command}" for command in commands))):
             self.assertIn(f"Usage: {command}", text)
 
@@ -444,6 +479,10 @@ class WrongUseTest(unittest.TestCase):
             "at 1 h": "'1 h' is no time",
             "at -1 s": "is no time",
             "until-fault soon": "'soon' is no period",
+            "until-manoeuvre": "which manoeuvre?: off, catch, align, ramp, handover, run, forced, reverse, relock",
+            "until-manoeuvre runs 9": "no manoeuvre 'runs': off, catch, align, ramp, handover, run, forced, reverse, relock",
+            "until-manoeuvre run soon": "'soon' is no period",
+            "until-manoeuvre run 10": "until-manoeuvre run 10: this is period 10 already",
             "why not": "takes no argument, not 'not'",
             "drive on": "takes no argument",
             "rig-hash 1": "takes no argument",

@@ -293,7 +293,8 @@ static void test_parameters_can_ramp(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("speed_kp")->id};
     given(HEAD
-          "[run]\nduration = \"2 ms\"\n[[at]]\ntime = \"1 ms\"\nramp = \"0.4 ms\"\nparams.speed_kp = 0.9\n");
+          "[run]\nduration = \"2 ms\"\n[params]\nspeed_kp = 0.5\n[[at]]\ntime = \"1 ms\"\nramp = \"0.4 ms\"\n"
+          "params.speed_kp = 0.9\n");
     record(ids, 1u, 1u);
     run();
     TEST_ASSERT_TRUE(taken.value[10][0] == 0.5f);

@@ -166,9 +166,10 @@ static void test_r_min_is_for_mechanical_speeds_only(void)
 /* The rows that say "mechanical" in their text; a new one of that kind belongs into this list. */
 static void test_mechanical_speeds_are_known_by_their_text(void)
 {
-    static const char *const mechanical[] = {"omega_m",       "omega_m_ref",       "true_omega_m",
-                                             "speed_request", "overspeed_trip",    "shaft_locked_speed",
-                                             "start_speed",   "estimate_speed_min"};
+    static const char *const mechanical[] = {"omega_m",       "omega_m_ref",        "true_omega_m",
+                                             "speed_request", "overspeed_trip",     "shaft_locked_speed",
+                                             "start_speed",   "estimate_speed_min", "handover_speed",
+                                             "fallback_speed"};
     unsigned found = 0;
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);

@@ -50,8 +50,22 @@ static inline void run_times(rig_t *rig, const char *name, double factor)
     run_put(rig, name, factor * rig_value(rig, name));
 }
 
+/* The drive of the paper, from which a test's numbers come: it turns by the encoder, its speed control is
+ * the PI of its figures, nothing is learnt of the inverter, and no current flows but what makes torque (the
+ * last matters without the encoder only). Applied: what scales its gains comes after it. */
+static inline void run_paper_drive(rig_t *rig)
+{
+    run_put(rig, "position_source", 0.0);
+    run_put(rig, "speed_kp", 0.5);
+    run_put(rig, "speed_ki", 2.5);
+    run_put(rig, "speed_setpoint_weight", 1.0);
+    run_put(rig, "dead_time_adaptation", 0.0);
+    run_parameter(rig, "low_speed_current", 0.0);
+}
+
 /* A shaft in proportion to the torque that the board's limit gives: with the loads times RUN_LIMIT_SHARE too
- * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged. */
+ * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged; the gains
+ * of the speed control are those that are in force. */
 static inline void run_shaft_of_board(rig_t *rig)
 {
     static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
@@ -63,7 +77,8 @@ static inline void run_shaft_of_board(rig_t *rig)
 
 /* Motor and shaft in proportion to what the board's trip allows: every current of the paper's motor times
  * RUN_TRIP_SHARE, by impedances that are larger by as much; voltages, speeds, times and angles stay, also in
- * what no control holds. Loads are the caller's. Staged. */
+ * what no control holds. Loads are the caller's. Staged; the gains of the
+ * speed control are those that are in force. */
 static inline void run_motor_of_board(rig_t *rig)
 {
     static const char *const smaller[] = {"inertia",  "friction_coulomb", "motor_inertia",
@@ -115,6 +130,7 @@ static inline void run_ideal(rig_t *rig)
     }
     run_put(rig, "sensors", 1.0);
     run_put(rig, "params.current_zone", 1e-3);
+    run_put(rig, "dead_time_adaptation", 0.0); /* nothing is nothing: what noise teaches shows */
     const double dead_time = rig_value(rig, "dead_time");
     run_put(rig, "plant.turn_off_delay", dead_time);
     run_parameter(rig, "params.turn_off_delay", dead_time);

@@ -54,6 +54,7 @@ static void profile(double inertia, double friction, double load, double directi
     snprintf(what, sizeof what, "J %g, load %g N m,", inertia, load);
     run_put(rig, "inertia", inertia);
     run_put(rig, "friction_coulomb", friction);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
     run_to_ready(rig);
@@ -110,6 +111,7 @@ static void test_bare_motor_reverse_rated(void)
 static void test_another_number_of_lines_reaches_the_counter(void)
 {
     rig_t *rig = rig_create(13);
+    run_paper_drive(rig);
     run_put(rig, "plant.encoder_lines", 1000.0);
     run_parameter(rig, "params.encoder_lines", 1000.0);
     run_to_ready(rig);
@@ -132,6 +134,7 @@ static void test_another_number_of_lines_reaches_the_counter(void)
 static void test_salient_machine_keeps_both_axes(void)
 {
     rig_t *rig = rig_create(12);
+    run_paper_drive(rig);
     run_put(rig, "plant.inductance_d", 0.008);
     run_put(rig, "plant.inductance_q", 0.016);
     run_put(rig, "motor_inductance_d", 0.008);

@@ -34,6 +34,7 @@ static rig_t *turning(double rpm)
 {
     rig_t *rig = rig_create(61);
     TEST_ASSERT_NOT_NULL(rig);
+    run_paper_drive(rig);
     run_put(rig, "fidelity", 1.0);
     run_put(rig, "load_torque", 5.0);
     rig_set_motion(rig, 0.3, rpm * RPM);

@@ -39,6 +39,7 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
     rig_watch_edges(rig, on_edge, &rig_state(rig)->start);
     run_put(rig, "inertia", 0.003);
     run_put(rig, "load_torque", RUN_LIMIT_SHARE * 5.0);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
     run_put(rig, "plant.inductance_d", inductance_d);
@@ -90,6 +91,7 @@ static void test_energy_is_conserved_within_a_thousandth(void)
     rig_t *rig = rig_create(42);
     run_put(rig, "inertia", 0.003);
     run_put(rig, "load_torque", RUN_LIMIT_SHARE * 5.0);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
     run_to_ready(rig);

@@ -18,6 +18,7 @@ static rig_t *started(uint64_t seed, double rpm)
 {
     rig_t *rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
+    run_paper_drive(rig);
     run_to_ready(rig);
     run_on(rig, rpm);
     return rig;

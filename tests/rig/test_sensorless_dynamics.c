@@ -15,19 +15,23 @@
 #include "tests/oracle/pll_oracle.h"
 #include "tests/rig/run.h"
 
-#define FIRST_SEED      71u
-#define POLE_PAIRS      4.0
-#define FLUX_LINKAGE    0.183  /* psi_f [Wb] */
-#define INERTIA_RIG     0.0636 /* J [kg m^2] */
-#define INERTIA_BARE    0.003  /* of Table I */
-#define RATED_TORQUE    5.0    /* [N m] */
-#define PERIOD          RIG_PERIOD_SECONDS
-#define ALL_OF_IT       1.0 /* torque_feedforward: K as the motor's data say */
-#define FORWARD         1.0
-#define BACKWARD        (-1.0)
-#define PLATEAU_BEGIN   0.75 /* share of a speed change: the transient is over, the limit still holds */
-#define PLATEAU_END     0.85
-#define SETTLED_PERIODS 1000u /* the last 0.1 s */
+#define FIRST_SEED   71u
+#define POLE_PAIRS   4.0
+#define FLUX_LINKAGE 0.183  /* psi_f [Wb] */
+#define INERTIA_RIG  0.0636 /* J [kg m^2] */
+#define FRICTION_RIG 1.32   /* [N m] */
+#define INERTIA_BARE 0.003  /* of Table I */
+#define RATED_TORQUE 5.0    /* [N m] */
+#define PERIOD       RIG_PERIOD_SECONDS
+#define ALL_OF_IT    1.0 /* torque_feedforward: K as the motor's data say */
+/* i_d of the default drive at low speed [A]: without it the legs of a bare motor, which needs hardly any
+ * current, are all in doubt for much of the time. */
+#define LOW_SPEED_CURRENT 2.0
+#define FORWARD           1.0
+#define BACKWARD          (-1.0)
+#define PLATEAU_BEGIN     0.75 /* share of a speed change: the transient is over, the limit still holds */
+#define PLATEAU_END       0.85
+#define SETTLED_PERIODS   1000u /* the last 0.1 s */
 /* Where braking at the limit ends [r/min]. Leaving it, the speed control of the paper's gains undershoots by
  * about 100 r/min: from 1500 to 100 r/min the rotor would come to a stop on the way. */
 #define SLOW             300.0
@@ -52,9 +56,10 @@ void tearDown(void)
 /* ---- drives ---- */
 
 /* A drive as it starts. What is 0 or false is as in the paper: no torque feed-forward, all parameters right.
- */
+ * Turned by the encoder where the estimate is late by more than what counts as a lost lock, 0.35 rad. */
 typedef struct {
-    bool real, bare;
+    bool real, bare, encoder;
+    bool by_rule;         /* speed control of the default drive, not the paper's */
     double direction;     /* FORWARD, BACKWARD */
     double bandwidth;     /* -3 dB [rad/s] */
     double cutoff;        /* omega_c [rad/s]; 0: conventional */
@@ -73,9 +78,20 @@ static void start(const drive_case_t *drive, double rpm)
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
+    if (!drive->by_rule) {
+        run_paper_drive(rig);
+    }
     run_shaft_of_board(rig);
     run_put(rig, "inertia", inertia);
-    run_put(rig, "position_source", 1.0);
+    run_put(rig, "position_source", drive->encoder ? 0.0 : 1.0);
+    if (drive->real && drive->bare) {
+        run_put(rig, "low_speed_current", LOW_SPEED_CURRENT * RUN_LIMIT_SHARE);
+    }
+    if (drive->bare) { /* the undershoot of the paper's gains below 60 r/min is not a lost rotor */
+        run_put(rig, "start_speed", 6.0);
+        run_put(rig, "handover_speed", 6.0);
+        run_put(rig, "fallback_speed", 3.0);
+    }
     run_put(rig, "pll_bandwidth", drive->bandwidth);
     run_put(rig, "feedforward_cutoff", drive->cutoff);
     run_put(rig, "torque_feedforward", drive->torque_share);
@@ -285,7 +301,8 @@ static void expect_lag_of_conventional_loop(const char *when, const drive_case_t
 static void test_conventional_loop_is_late_by_acceleration_over_ki(void)
 {
     for (int32_t n = 0; n < 4; n++) {
-        const drive_case_t drive = {.direction = n % 2 == 0 ? FORWARD : BACKWARD,
+        const drive_case_t drive = {.encoder = n < 2,
+                                    .direction = n % 2 == 0 ? FORWARD : BACKWARD,
                                     .bandwidth = n < 2 ? 100.0 : 200.0};
         start(&drive, 100.0);
         for (int32_t loaded = 0; loaded < 2; loaded++) {
@@ -298,22 +315,42 @@ static void test_conventional_loop_is_late_by_acceleration_over_ki(void)
     }
 }
 
-/* Fig. 13 on the paper's rig, inertia and friction as its three numbers imply. */
+/* Fig. 13 on the paper's rig, inertia and friction as its three numbers imply. There the estimate turns the
+ * control, and what it is late by takes its cosine of the torque. Here the encoder does, for so late a loop
+ * counts as lost. Its error shows the acceleration t - r, -ki sin(error), with r of friction and load; by the
+ * estimate it would be the e of
+ *
+ *     -ki sin(e) = t cos(e) - r,   e = asin(r/sqrt(ki^2 + t^2)) - atan(t/ki) */
+static double if_the_estimate_turned_it(double error, double direction, double torque)
+{
+    const double wn = natural_frequency(100.0, 0.0);
+    const double ki = wn * wn;
+    const double r = POLE_PAIRS * torque / INERTIA_RIG;
+    const double t = -direction * ki * sin(error) + r;
+    return direction * (asin(r / hypot(ki, t)) - atan(t / ki));
+}
+
 static void test_conventional_loop_gives_the_numbers_of_fig_13(void)
 {
     for (double direction = FORWARD; direction >= BACKWARD; direction -= 2.0) {
-        const drive_case_t drive = {.direction = direction, .bandwidth = 100.0};
+        const drive_case_t drive = {.encoder = true, .direction = direction, .bandwidth = 100.0};
         start(&drive, 100.0);
         const change_t up = change_speed(direction * 1500.0, 2.5);
         const change_t down = change_speed(direction * 1000.0, 2.0);
         run_load(rig, RUN_LIMIT_SHARE * RATED_TORQUE, 0.5);
         change_speed(direction * 1500.0, 2.5);
         const change_t down_loaded = change_speed(direction * 1000.0, 2.0);
-        printf("  fig. 13, %s: accelerating %.1f, decelerating %.1f, with 5 N m %.1f mrad\n", name_of(&drive),
-               1e3 * up.plateau, 1e3 * down.peak, 1e3 * down_loaded.peak);
-        expect_near("accelerating", -direction * 0.355, 0.010, up.plateau);
-        expect_near("decelerating", direction * 0.450, 0.015, down.peak);
-        expect_near("decelerating with 5 N m", direction * 0.616, 0.020, down_loaded.peak);
+        const double lags[] = {
+            if_the_estimate_turned_it(up.plateau, direction, FRICTION_RIG),
+            if_the_estimate_turned_it(down.peak, direction, FRICTION_RIG),
+            if_the_estimate_turned_it(down_loaded.peak, direction, FRICTION_RIG + RATED_TORQUE)};
+        printf("  fig. 13, %s: accelerating %.1f, decelerating %.1f, with 5 N m %.1f mrad; by the encoder "
+               "%.1f, %.1f, %.1f\n",
+               name_of(&drive), 1e3 * lags[0], 1e3 * lags[1], 1e3 * lags[2], 1e3 * up.plateau,
+               1e3 * down.peak, 1e3 * down_loaded.peak);
+        expect_near("accelerating", -direction * 0.355, 0.010, lags[0]);
+        expect_near("decelerating", direction * 0.450, 0.015, lags[1]);
+        expect_near("decelerating with 5 N m", direction * 0.616, 0.020, lags[2]);
     }
 }
 
@@ -373,7 +410,8 @@ static void test_wrong_flux_linkage_leaves_its_share_of_the_conventional_lag(voi
 static void test_flux_adaptation_takes_the_lag_away_within_two_seconds(void)
 {
     for (int32_t n = 0; n < 8; n++) {
-        const drive_case_t drive = {.direction = n % 2 == 0 ? FORWARD : BACKWARD,
+        const drive_case_t drive = {.encoder = true,
+                                    .direction = n % 2 == 0 ? FORWARD : BACKWARD,
                                     .bandwidth = 100.0,
                                     .cutoff = 25.0,
                                     .flux_error = n / 2 % 2 == 0 ? 0.1 : -0.1};
@@ -414,7 +452,7 @@ static void keep_larger_change(change_t *largest, const change_t *change)
 }
 
 /* So many seconds after a step of the bare motor on a real inverter its error is still that of before: at
- * 100 r/min without load the angle hunts (test_bare_motor_hunts_at_100_rpm). */
+ * 100 r/min without load the angle hunts. */
 #define HUNTING 0.01
 
 /* With a real inverter the peak hangs on where the phase currents stand at the step: from several rotor
@@ -516,16 +554,16 @@ static void standing_sample(void *context, uint32_t period, const uint32_t *slot
     standing->peak = fmax(standing->peak, fabs((double)error));
 }
 
-/* Without load it needs next to no current, so that all three legs' dead times are in doubt for much of the
- * time, and has too little inertia to wait: the weakest spot of the drive. It never loses the rotor, and in
- * most cases SD is 10 to 20 mrad, else 20 to 40; limits stand above what was measured on either estimator. */
-static void test_bare_motor_hunts_at_100_rpm(void)
+/* Without load it needs next to no current, and has too little inertia to wait while all three legs' dead
+ * times are in doubt: what the current at low speed is for. Limits: the worst of 16 seeds, on both boards,
+ * times 1.5. */
+static void test_bare_motor_is_calm_at_100_rpm(void)
 {
-    int32_t calm = 0;
     const uint32_t id = rig_row_by_name("theta_hat_err")->id;
     for (int32_t n = 0; n < 16; n++) {
         seed = FIRST_SEED + (uint32_t)n;
-        const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
+        drive.by_rule = true;
         start_slow(&drive);
         standing_t standing = {0.0, 0.0, 0.0, 0.0};
         TEST_ASSERT_TRUE(rig_tap(rig, &id, 1u, 1u, standing_sample, &standing));
@@ -536,11 +574,11 @@ static void test_bare_motor_hunts_at_100_rpm(void)
         const double sd = sqrt(standing.square / standing.count - mean * mean);
         printf("  100 r/min, %s: mean %.1f, SD %.1f, peak %.1f mrad\n", name_of(&drive), 1e3 * mean, 1e3 * sd,
                1e3 * standing.peak);
-        expect_at_most("mean", 20.0, mean);
-        expect_at_most("peak", 500.0, standing.peak);
-        calm += sd <= 0.020 ? 1 : 0;
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
+        expect_at_most("mean", 3.2, mean);
+        expect_at_most("SD", 18.0, sd);
+        expect_at_most("peak", 139.0, standing.peak);
     }
-    TEST_ASSERT_TRUE(calm >= 10);
 }
 
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)
@@ -683,7 +721,7 @@ int main(void)
     RUN_TEST(test_steps_with_torque_feed_forward);
     RUN_TEST(test_steps_of_the_bare_motor);
     RUN_TEST(test_steps_of_the_bare_motor_with_a_real_inverter);
-    RUN_TEST(test_bare_motor_hunts_at_100_rpm);
+    RUN_TEST(test_bare_motor_is_calm_at_100_rpm);
     RUN_TEST(test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks);
     RUN_TEST(test_inertia_wrong_by_30_percent_on_the_bare_motor);
     RUN_TEST(test_steps_before_the_offset_trim_has_settled);

@@ -1,8 +1,8 @@
 /* Sensorless, when something goes wrong that the encoder would have taken no notice of: the DC link vanishes,
  * a sensor sticks, the rotor is stalled, the motor's data are far off, zero speed is passed slowly. Asked is
- * that the drive stops with the reason that fits, that the gates are off then, and that the estimator never
- * shows anything but finite numbers. Each sign of the estimate's validity is tried below its limit, above it
- * and switched off. Averaged fidelity. */
+ * that the drive catches the rotor again or stops with the reason that fits, that the gates are off then, and
+ * that the estimator never shows anything but finite numbers. Each sign of the estimate's validity is tried
+ * below its limit, above it and switched off. Averaged fidelity. */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -19,6 +19,12 @@
 #define DEBOUNCE     0.1  /* estimate_time [s] */
 #define SLOWEST      3.0  /* estimate_speed_min [rad/s] mechanical */
 #define RAIL         4095 /* code */
+
+/* Largest error of the angle while control turns with it in a crossing of zero [rad]: what is there, times
+ * 1.5. */
+#define SLIPPED_IDEAL 0.083
+#define SLIPPED_REAL  0.15
+#define SLIPPED_FAST  0.032
 
 static rig_t *rig;
 
@@ -40,6 +46,7 @@ static void prepare_with(bool real, uint32_t seed, void (*of_board)(rig_t *))
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
+    run_paper_drive(rig);
     of_board(rig);
     run_parameter(rig, "position_source", 1.0);
     if (!real) {
@@ -68,17 +75,20 @@ static void start(bool real, double rpm)
 
 typedef struct {
     double lost;    /* time until the fault [s]; NEVER */
+    double relock;  /* time until the lock was lost for the first time [s]; NEVER */
+    double losses;  /* how often in all [-] */
     double stopped; /* time until the rotor was below SLOWEST for the first time [s]; NEVER */
-    double slipped; /* largest error of the angle while running [rad] */
+    double slipped; /* largest error of the angle that control turned with [rad] */
     double current; /* largest current of phase a or b [A] */
     double reason;  /* of the fault; 0: none */
     bool finite;    /* everything that the estimator shows, always */
 } watch_t;
 
 #define ESTIMATES 9u /* rows of the estimator that must stay finite */
-static const char *const watched[] = {
-    "theta_hat",   "omega_hat", "omega_smooth", "e_hat_alpha",  "e_alpha",       "e_amplitude", "detector",
-    "i_err_alpha", "psi_f_hat", "state",        "true_omega_m", "theta_hat_err", "true_i_a",    "true_i_b"};
+static const char *const watched[] = {"theta_hat", "omega_hat",   "omega_smooth", "e_hat_alpha",
+                                      "e_alpha",   "e_amplitude", "detector",     "i_err_alpha",
+                                      "psi_f_hat", "state",       "true_omega_m", "theta_hat_err",
+                                      "true_i_a",  "true_i_b",    "manoeuvre",    "lock_losses"};
 #define WATCHED (sizeof watched / sizeof watched[0])
 
 typedef struct {
@@ -92,9 +102,13 @@ static void watch_sample(void *context, uint32_t period, const uint32_t *slots, 
     watch_t *seen = &sums->seen;
     float value[WATCHED];
     int32_t state = 0;
+    int32_t manoeuvre = 0;
+    uint32_t losses = 0;
     (void)period;
     memcpy(value, slots, count * sizeof value[0]);
     memcpy(&state, &slots[ESTIMATES], sizeof state);
+    memcpy(&manoeuvre, &slots[ESTIMATES + 5u], sizeof manoeuvre);
+    memcpy(&losses, &slots[ESTIMATES + 6u], sizeof losses);
     sums->time += RIG_PERIOD_SECONDS;
     for (uint32_t n = 0; n < ESTIMATES; n++) {
         seen->finite = seen->finite && isfinite(value[n]);
@@ -105,7 +119,11 @@ static void watch_sample(void *context, uint32_t period, const uint32_t *slots, 
     if (fabs((double)value[ESTIMATES + 1u]) < SLOWEST && seen->stopped == NEVER) {
         seen->stopped = sums->time;
     }
-    if (state == (int32_t)RUNNING) {
+    if ((double)losses > seen->losses && seen->relock == NEVER) {
+        seen->relock = sums->time;
+    }
+    seen->losses = losses;
+    if (state == (int32_t)RUNNING && manoeuvre == (int32_t)MANOEUVRE_RUN) {
         seen->slipped = fmax(seen->slipped, fabs((double)value[ESTIMATES + 2u]));
     }
     seen->current = fmax(seen->current, fabs((double)value[ESTIMATES + 3u]));
@@ -114,7 +132,7 @@ static void watch_sample(void *context, uint32_t period, const uint32_t *slots, 
 
 static watch_sums_t watch_begin(void)
 {
-    return (watch_sums_t){.seen = {.lost = NEVER, .stopped = NEVER, .finite = true}};
+    return (watch_sums_t){.seen = {.lost = NEVER, .relock = NEVER, .stopped = NEVER, .finite = true}};
 }
 
 static void watch_more(watch_sums_t *sums, double seconds)
@@ -129,12 +147,12 @@ static void watch_more(watch_sums_t *sums, double seconds)
     sums->seen.reason = rig_value(rig, "fault_reason");
 }
 
-/* A time for a line of numbers; up to two in one line. */
+/* A time for a line of numbers; up to three in one line. */
 static const char *when(double seconds)
 {
-    static char text[2][20];
+    static char text[3][20];
     static int32_t turn = 0;
-    turn = 1 - turn;
+    turn = (turn + 1) % 3;
     if (seconds == NEVER) {
         return "never";
     }
@@ -151,8 +169,10 @@ static watch_t watch(const char *what, double seconds)
 {
     watch_sums_t sums = watch_begin();
     watch_more(&sums, seconds);
-    printf("  %s: fault %s, %s; largest error while running %.0f mrad, largest current %.1f A\n", what,
-           when(sums.seen.lost), name_of(sums.seen.reason), 1e3 * sums.seen.slipped, sums.seen.current);
+    printf(
+        "  %s: lock lost %s, fault %s, %s; largest error while running %.0f mrad, largest current %.1f A\n",
+        what, when(sums.seen.relock), when(sums.seen.lost), name_of(sums.seen.reason),
+        1e3 * sums.seen.slipped, sums.seen.current);
     TEST_ASSERT_TRUE_MESSAGE(sums.seen.finite, "not finite");
     return sums.seen;
 }
@@ -170,9 +190,21 @@ static void expect_stopped(const watch_t *seen, reason_t reason, double earliest
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
 }
 
+/* The estimate counts as lost then; it is caught again, and lost twice more, which stops the drive. */
+static void expect_lost_three_times(const watch_t *seen, double earliest, double latest)
+{
+    char message[120];
+    snprintf(message, sizeof message, "lock lost after %.4f s, expected after %.4f..%.4f", seen->relock,
+             earliest, latest);
+    TEST_ASSERT_TRUE_MESSAGE(seen->relock >= earliest && seen->relock <= latest, message);
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, seen->losses);
+    expect_stopped(seen, REASON_LOCK_LOST, seen->relock, seen->relock + 2.0);
+}
+
 static void expect_running(const watch_t *seen, double rpm)
 {
     TEST_ASSERT_TRUE_MESSAGE(seen->lost == NEVER, name_of(seen->reason));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, seen->losses);
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN(3.0, rpm, rig_value(rig, "true_omega_m") / RPM);
 }
@@ -304,7 +336,9 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
         start(true, 600.0);
         run_put(rig, "stuck_dc_link", floor(volts[n] / (double)BOARD_DC_PER_CODE));
         const watch_t seen = watch(what, 2.0);
-        expect_running(&seen, 600.0);
+        TEST_ASSERT_TRUE(seen.losses <= (n == 0u ? 0.0 : 1.0)); /* the jump may cost the lock, once */
+        run_expect_no_fault(rig);
+        TEST_ASSERT_DOUBLE_WITHIN(3.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
         const double s = volts[n] / 311.0;
         const double tilt = (s - 1.0) * inductance * current / (s * FLUX_LINKAGE);
         const run_error_t error = run_error(rig, 0.5);
@@ -318,13 +352,16 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 
 /* ---- stall ---- */
 
-/* [s] longest that the estimate of a rotor at rest wanders with a real inverter before it is told */
-#define WANDERS 0.5
+/* [s] from rest until the lock counts as lost: 5 ms of its low-passes and 5 of the debounce, three times */
+#define TOLD 0.03
 
-/* Whatever stalls it, the estimate is lost with a reason and the gates open: at the latest 0.2 s after the
- * rotor has come to rest, twice the debounce, since a criterion has to fail on balance; with a real inverter
- * as late as the estimate wanders (next test). The current stays within its limit. */
-static void test_stalled_rotor_loses_the_estimate(void)
+/* [s] for three starts of this shaft: each 20 ms of catch or 0.3 s of pause, two alignments of 0.3 s, and a
+ * ramp of 0.3 to 0.8 s until the EMF is missed */
+#define STARTED 5.0
+
+/* Whatever stalls it, the rotor counts as lost within TOLD of rest. It is looked for, started three times,
+ * and the drive says that it does not follow. The current stays within its limit. */
+static void test_stalled_rotor_is_started_three_times_and_given_up(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
     for (uint32_t n = 0; n < 12u; n++) {
@@ -337,21 +374,19 @@ static void test_stalled_rotor_loses_the_estimate(void)
         prepare_with(real, SEED, run_shaft_of_board);
         start(real, rpm);
         run_put(rig, "load_torque", load);
-        const watch_t seen = watch(what, 1.0);
+        const watch_t seen = watch(what, STARTED + 1.0);
         printf("    at rest %s\n", when(seen.stopped));
-        TEST_ASSERT_TRUE(seen.lost != NEVER && seen.stopped != NEVER);
-        TEST_ASSERT_TRUE(seen.lost < seen.stopped + (real ? WANDERS : 2.0 * DEBOUNCE));
-        TEST_ASSERT_TRUE(seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
-                         seen.reason <= (double)REASON_ESTIMATE_SPEED);
+        TEST_ASSERT_TRUE(seen.relock != NEVER && seen.stopped != NEVER);
+        TEST_ASSERT_TRUE(seen.relock < seen.stopped + TOLD);
+        expect_stopped(&seen, REASON_START_STALLED, seen.relock + 3.0, seen.relock + STARTED);
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, seen.losses);
+        TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "start_try"));
         TEST_ASSERT_TRUE(seen.current < 1.2 * rig_value(rig, "current_limit"));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
     }
 }
 
-/* With a real inverter the estimate of a rotor at rest may wander, for a while, between 3 and 5 rad/s: faster
- * than the least speed, slower than where an EMF that is missing goes beyond the allowance of 10 rad/s. How
- * long hangs on where the phase currents stand; of 240 starts none took WANDERS. */
+/* With a real inverter the estimate of a rotor at rest may wander for a while, where the phase currents let
+ * it. */
 static void test_stalled_rotor_is_told_wherever_it_stops(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
@@ -363,20 +398,19 @@ static void test_stalled_rotor_is_told_wherever_it_stops(void)
         run_seconds(rig, 2.3e-3 * n);
         run_put(rig, "load_torque", RUN_LIMIT_SHARE * loads[n / 2u % 3u]);
         watch_sums_t sums = watch_begin();
-        watch_more(&sums, 1.2);
-        TEST_ASSERT_TRUE(sums.seen.finite && sums.seen.lost != NEVER && sums.seen.stopped != NEVER);
-        TEST_ASSERT_TRUE(sums.seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
-                         sums.seen.reason <= (double)REASON_ESTIMATE_SPEED);
-        latest = fmax(latest, sums.seen.lost - sums.seen.stopped);
+        watch_more(&sums, 0.6);
+        TEST_ASSERT_TRUE(sums.seen.finite && sums.seen.relock != NEVER && sums.seen.stopped != NEVER);
+        latest = fmax(latest, sums.seen.relock - sums.seen.stopped);
     }
     printf("  of 24 stalls the last was told %.3f s after the rotor had come to rest\n", latest);
-    TEST_ASSERT_TRUE(latest < WANDERS);
+    TEST_ASSERT_TRUE(latest < TOLD);
 }
 
 /* ---- motor data ---- */
 
 /* At 800 r/min with a flux linkage believed larger by `factor`; overspeed_trip so that k_s is enough for it.
- */
+ * The estimate takes over from the encoder, with a loop that has settled on the wrong psi_f and has been
+ * judged for longer than its debounce. */
 static watch_t with_flux(bool real, double rpm, double factor, const char *off, double value)
 {
     char what[80];
@@ -385,42 +419,37 @@ static watch_t with_flux(bool real, double rpm, double factor, const char *off, 
     prepare(real);
     if (factor > 1.0) {
         run_put(rig, "overspeed_trip", 100.0);
+        run_put(rig, "start_speed", 7.0); /* no more than the hand-over, by this psi_f */
     }
     if (off != NULL) {
         run_put(rig, off, value);
     }
+    run_put(rig, "position_source", 0.0);
     run_parameter(rig, "motor_flux_linkage", factor * FLUX_LINKAGE);
-    run_to_ready_at(rig, rpm);
-    if (real) {
-        run_real(rig);
-    }
-    run_seconds(rig, 0.01);
-    run_on(rig, rpm);
-    rig_run(rig, 5u); /* now the estimate is that of the start */
+    start(real, rpm);
+    run_parameter(rig, "position_source", 1.0);
     return watch(what, 2.0);
 }
 
-/* |e|/(psi_f omega) is 1/2.2 = 0.45, below the limit of 0.5 by more than the 10 rad/s of allowance; 1/1.9 is
- * above. The loop first has to settle on the wrong psi_f. */
-static void test_flux_linkage_off_by_2_2_is_told_by_the_amplitude(void)
+/* |e|/(psi_f omega) is 1/2.2 = 0.45, below the 0.5 that the lock asks for; 1/1.9 is above. */
+static void test_flux_linkage_off_by_2_2_is_told(void)
 {
     for (int32_t n = 0; n < 4; n++) {
         const bool real = n >= 2;
         const double rpm = n % 2 == 0 ? 800.0 : -800.0;
         const watch_t off = with_flux(real, rpm, 2.2, NULL, 0.0);
-        expect_stopped(&off, REASON_ESTIMATE_AMPLITUDE, DEBOUNCE, 0.5);
+        expect_lost_three_times(&off, 0.0, 5e-4);
         const watch_t less = with_flux(real, rpm, 1.9, NULL, 0.0);
         expect_running(&less, rpm);
     }
 }
 
+/* 2.2 is above the 1.5 of the amplitude, which may last its debounce; 1.4 is below. */
 static void test_flux_linkage_too_small_is_told_too(void)
 {
     for (int32_t n = 0; n < 2; n++) {
         const watch_t off = with_flux(n == 1, 800.0, 1.0 / 2.2, NULL, 0.0);
-        TEST_ASSERT_TRUE(off.reason == (double)REASON_ESTIMATE_AMPLITUDE ||
-                         off.reason == (double)REASON_ESTIMATE_DETECTOR);
-        TEST_ASSERT_TRUE(off.lost < 0.5);
+        expect_lost_three_times(&off, 0.0, 5e-4);
         const watch_t less = with_flux(n == 1, 800.0, 1.0 / 1.4, NULL, 0.0);
         expect_running(&less, 800.0);
     }
@@ -447,89 +476,80 @@ static watch_t ramp(const char *what, double from, double to, double seconds)
     return *seen;
 }
 
-/* 300 r/min/s stay below 3 rad/s for 0.19 s: longer than the debounce, so the estimate gives up in time, with
- * its angle still right. */
-static void test_slow_crossing_of_zero_is_told_by_the_speed(void)
+/* 300 r/min/s, and four times slower, stay for long where there is no EMF to see: there a forced frame turns,
+ * and takes the rotor through. No lock is lost, the angle that control turns with is right before and after,
+ * and the current stays within its limit. */
+static void expect_crossing(bool real, double torque_feedforward, double rpm, double seconds, double slipped)
+{
+    char what[60];
+    snprintf(what, sizeof what, "%s, K %.0f", real ? "real" : "ideal", torque_feedforward);
+    prepare(real);
+    run_parameter(rig, "torque_feedforward", torque_feedforward);
+    start(real, rpm);
+    run_seconds(rig, 1.0);
+    const watch_t seen = ramp(what, rpm, -rpm, seconds);
+    run_seconds(rig, 2.0);
+    expect_running(&seen, -rpm);
+    TEST_ASSERT_EQUAL_DOUBLE((double)MANOEUVRE_RUN, rig_value(rig, "manoeuvre"));
+    TEST_ASSERT_TRUE(seen.stopped != NEVER);
+    TEST_ASSERT_TRUE(seen.slipped < slipped);
+    TEST_ASSERT_TRUE(seen.current < 1.2 * rig_value(rig, "current_limit"));
+}
+
+static void test_slow_crossing_of_zero_goes_by_a_forced_frame(void)
 {
     for (int32_t n = 0; n < 4; n++) {
-        const double rpm = n % 2 == 0 ? 300.0 : -300.0;
-        prepare(false);
-        run_parameter(rig, "torque_feedforward", n < 2 ? 0.0 : 1.0);
-        start(false, rpm);
-        const watch_t seen = ramp(n < 2 ? "ideal, K 0" : "ideal, K 1", rpm, -rpm, 2.0);
-        expect_stopped(&seen, REASON_ESTIMATE_SPEED, seen.stopped + DEBOUNCE - 0.02,
-                       seen.stopped + DEBOUNCE + 0.02);
-        TEST_ASSERT_TRUE(seen.slipped < 20e-3);
+        expect_crossing(false, n / 2, n % 2 == 0 ? 300.0 : -300.0, 2.0, SLIPPED_IDEAL);
     }
 }
 
-/* With dead time the EMF is buried before that; the angle slips, but the drive never goes on with it: some
- * sign stops it within 0.2 s. */
-static void test_slow_crossing_with_a_real_inverter_never_goes_on_with_a_wrong_angle(void)
+static void test_slow_crossing_of_zero_with_a_real_inverter(void)
 {
     for (int32_t n = 0; n < 8; n++) {
-        const double rpm = n % 2 == 0 ? 300.0 : -300.0;
-        const double seconds = n / 2 % 2 == 0 ? 2.0 : 8.0;
-        prepare(true);
-        run_parameter(rig, "torque_feedforward", n < 4 ? 0.0 : 1.0);
-        start(true, rpm);
-        run_seconds(rig, 1.0);
-        const watch_t seen = ramp(n < 4 ? "real, K 0" : "real, K 1", rpm, -rpm, seconds);
-        TEST_ASSERT_TRUE(seen.reason >= (double)REASON_ESTIMATE_AMPLITUDE &&
-                         seen.reason <= (double)REASON_ESTIMATE_SPEED);
-        TEST_ASSERT_TRUE(seen.lost < seen.stopped + 2.0 * DEBOUNCE);
-        TEST_ASSERT_TRUE(seen.current < rig_value(rig, "overcurrent_trip"));
+        expect_crossing(true, n / 4, n % 2 == 0 ? 300.0 : -300.0, n / 2 % 2 == 0 ? 2.0 : 8.0, SLIPPED_REAL);
     }
 }
 
-/* Ten times as fast it is through before the debounce. */
+/* Five times as fast, too. */
 static void test_fast_crossing_is_not_stopped(void)
 {
     for (int32_t n = 0; n < 2; n++) {
-        const double rpm = n == 0 ? 300.0 : -300.0;
-        prepare(false);
-        run_parameter(rig, "torque_feedforward", 1.0);
-        start(false, rpm);
-        const watch_t seen = ramp("ideal, K 1", rpm, -rpm, 0.4);
-        run_seconds(rig, 1.0);
-        expect_running(&seen, -rpm);
-        TEST_ASSERT_TRUE(seen.slipped < 60e-3);
+        expect_crossing(false, 1.0, n == 0 ? 300.0 : -300.0, 0.4, SLIPPED_FAST);
     }
 }
 
 /* ---- each criterion below its limit, above it, and off ---- */
 
+/* Below, the lock asks for half of the EMF whatever the amplitude's limit. */
 static void test_amplitude_is_not_judged_when_off(void)
 {
-    const watch_t small = with_flux(false, 800.0, 2.2, "estimate_amplitude_min", 0.0);
-    expect_running(&small, 800.0);
-    TEST_ASSERT_TRUE(fabs(rig_value(rig, "theta_hat_err")) < 1e-3); /* psi_f does not matter to the angle */
-
     const watch_t large = with_flux(false, 800.0, 1.0 / 1.7, NULL, 0.0);
-    expect_stopped(&large, REASON_ESTIMATE_AMPLITUDE, DEBOUNCE, 0.5);
+    expect_lost_three_times(&large, 0.0, 5e-4);
     const watch_t off = with_flux(false, 800.0, 1.0 / 1.7, "estimate_amplitude_max", 1.0);
     expect_running(&off, 800.0);
+    TEST_ASSERT_TRUE(fabs(rig_value(rig, "theta_hat_err")) < 1e-3); /* psi_f does not matter to the angle */
 }
 
-/* A conventional loop of 100 rad/s, 0.355 rad late for 0.8 s: sine 0.348. */
+/* A conventional loop of 110 rad/s, 0.294 rad late for 0.8 s: sine 0.29. More than 0.346 the lock does not
+ * take. */
 static void test_detector(void)
 {
-    static const double limits[] = {0.30, 0.40, 0.0};
+    static const double limits[] = {0.25, 0.34, 0.0};
     for (uint32_t n = 0; n < 6u; n++) {
         const double direction = n < 3u ? 1.0 : -1.0;
         char what[60];
-        snprintf(what, sizeof what, "detector 0.348, limit %.2f", limits[n % 3u]);
+        snprintf(what, sizeof what, "detector 0.29, limit %.2f", limits[n % 3u]);
         prepare(false);
-        run_put(rig, "pll_bandwidth", 100.0);
+        run_put(rig, "pll_bandwidth", 110.0);
         run_put(rig, "feedforward_cutoff", 0.0);
         run_parameter(rig, "estimate_detector_max", limits[n % 3u]);
         start(false, direction * 100.0);
         run_put(rig, "speed_request", direction * 1500.0 * RPM);
         const watch_t seen = watch(what, 3.0);
         if (n % 3u == 0u) {
-            /* critically damped, natural frequency 40.3: at 86 % of its end, 1 - (1 + x) exp(-x), after 85 ms
+            /* critically damped, natural frequency 44.3: at 86 % of its end, 1 - (1 + x) exp(-x), after 77 ms
              */
-            expect_stopped(&seen, REASON_ESTIMATE_DETECTOR, DEBOUNCE + 0.07, DEBOUNCE + 0.11);
+            expect_lost_three_times(&seen, DEBOUNCE + 0.06, DEBOUNCE + 0.10);
         } else {
             expect_running(&seen, direction * 1500.0);
         }
@@ -550,32 +570,38 @@ static void test_current_error(void)
         run_parameter(rig, "estimate_current_max", RUN_TRIP_SHARE * limits[n % 3u]);
         const watch_t seen = watch(what, 1.0);
         if (n % 3u == 0u) {
-            expect_stopped(&seen, REASON_ESTIMATE_CURRENT, DEBOUNCE, DEBOUNCE + 5e-4);
+            expect_lost_three_times(&seen, DEBOUNCE, DEBOUNCE + 5e-4);
         } else {
             expect_running(&seen, rpm);
         }
     }
 }
 
-/* 20 r/min are 2.1 rad/s, 40 are 4.2. */
+/* 20 r/min are 2.1 rad/s, 40 are 4.2; no forced frame takes over before. The lost rotor is too slow to be
+ * caught and is started anew, to where the frame turns it. */
 static void test_speed(void)
 {
     static const struct {
         double rpm, limit;
-        bool stops;
+        bool lost;
     } cases[] = {{20.0, SLOWEST, true}, {40.0, SLOWEST, false}, {20.0, 0.0, false}};
     for (uint32_t n = 0; n < 6u; n++) {
         const double direction = n < 3u ? 1.0 : -1.0;
         const double rpm = direction * cases[n % 3u].rpm;
         prepare(false);
+        run_put(rig, "start_speed", 4.0);
+        run_put(rig, "handover_speed", 4.0);
+        run_put(rig, "fallback_speed", 1.0);
         run_parameter(rig, "estimate_speed_min", cases[n % 3u].limit);
         start(false, direction * 100.0);
         run_seconds(rig, 1.0);
         const watch_t seen =
             ramp(cases[n % 3u].limit > 0.0 ? "limit 3 rad/s" : "no limit", direction * 100.0, rpm, 2.0);
-        if (cases[n % 3u].stops) {
-            expect_stopped(&seen, REASON_ESTIMATE_SPEED, seen.stopped + DEBOUNCE - 0.02,
-                           seen.stopped + DEBOUNCE + 0.02);
+        if (cases[n % 3u].lost) {
+            TEST_ASSERT_TRUE(fabs(seen.relock - seen.stopped - DEBOUNCE) < 0.02);
+            run_seconds(rig, 3.0);
+            run_expect_no_fault(rig);
+            TEST_ASSERT_EQUAL_DOUBLE((double)MANOEUVRE_FORCED, rig_value(rig, "manoeuvre"));
         } else {
             expect_running(&seen, rpm);
         }
@@ -591,8 +617,8 @@ static void test_debounce(void)
         run_parameter(rig, "estimate_time", times[n]);
         start(false, 1500.0);
         run_parameter(rig, "estimate_current_max", RUN_TRIP_SHARE * 1.2);
-        const watch_t seen = watch(n == 0u ? "no debounce" : "0.3 s of debounce", 0.6);
-        expect_stopped(&seen, REASON_ESTIMATE_CURRENT, times[n], times[n] + 5e-4);
+        const watch_t seen = watch(n == 0u ? "no debounce" : "0.3 s of debounce", 1.5);
+        expect_lost_three_times(&seen, times[n], times[n] + 5e-4);
     }
 }
 
@@ -621,12 +647,12 @@ int main(void)
     RUN_TEST(test_sensor_at_its_rail_stops_the_drive);
     RUN_TEST(test_current_sensor_stuck_within_its_range);
     RUN_TEST(test_dc_link_sensor_stuck_within_its_range_is_survived);
-    RUN_TEST(test_stalled_rotor_loses_the_estimate);
+    RUN_TEST(test_stalled_rotor_is_started_three_times_and_given_up);
     RUN_TEST(test_stalled_rotor_is_told_wherever_it_stops);
-    RUN_TEST(test_flux_linkage_off_by_2_2_is_told_by_the_amplitude);
+    RUN_TEST(test_flux_linkage_off_by_2_2_is_told);
     RUN_TEST(test_flux_linkage_too_small_is_told_too);
-    RUN_TEST(test_slow_crossing_of_zero_is_told_by_the_speed);
-    RUN_TEST(test_slow_crossing_with_a_real_inverter_never_goes_on_with_a_wrong_angle);
+    RUN_TEST(test_slow_crossing_of_zero_goes_by_a_forced_frame);
+    RUN_TEST(test_slow_crossing_of_zero_with_a_real_inverter);
     RUN_TEST(test_fast_crossing_is_not_stopped);
     RUN_TEST(test_amplitude_is_not_judged_when_off);
     RUN_TEST(test_detector);

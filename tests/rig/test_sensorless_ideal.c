@@ -113,7 +113,9 @@ static motor_t of_board(const motor_t *written)
     return m;
 }
 
-/* Plant and firmware get the motor, and limits around it. */
+/* Plant and firmware get the motor, and limits around it. What is judged is the estimate: nothing of this
+ * inverter is in doubt, so no current is needed against it, and the estimate turns the control down to a
+ * fifteenth of the speed and less. */
 static void put_motor(rig_t *rig, const motor_t *m)
 {
     const run_motor_t motor = {m->pole_pairs, m->resistance, m->inductance, m->flux_linkage,
@@ -125,6 +127,9 @@ static void put_motor(rig_t *rig, const motor_t *m)
     run_put(rig, "dc_overvoltage", 1.1 * m->dc_voltage);
     run_put(rig, "dc_undervoltage", 0.6 * m->dc_voltage);
     run_put(rig, "overspeed_trip", 1.15 * m->speed);
+    run_put(rig, "low_speed_current", 0.0);
+    run_put(rig, "handover_speed", 0.05 * m->speed);
+    run_put(rig, "fallback_speed", 0.02 * m->speed);
 }
 
 /* Table I on this board. It is as written wherever 5.8 A are within the limit. */
@@ -145,9 +150,25 @@ typedef struct {
 #define AVERAGED 1.0
 #define SWITCHED 0.0
 
+#define ENCODER    0.0
+#define SENSORLESS 1.0
+
+/* On at this speed, with which the rotor turns already: the encoder shows the estimator the angle, then the
+ * estimate takes over, if it shall. The catch of a start without it would be no start for all of these: until
+ * it has seen the EMF no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle.
+ */
+static void run_with(rig_t *rig, double source, double rpm)
+{
+    run_parameter(rig, "position_source", ENCODER);
+    run_to_ready_at(rig, rpm);
+    run_on(rig, rpm);
+    run_seconds(rig, 0.1);
+    run_parameter(rig, "position_source", source);
+}
+
 /* Rows are changed, the motor is driven to a point, and what the estimate is off there is measured. */
-static run_error_t measure(const char *what, const motor_t *m, double fidelity, const change_t *changes,
-                           size_t count, double rpm, double load)
+static run_error_t measure_with(double source, const char *what, const motor_t *m, double fidelity,
+                                const change_t *changes, size_t count, double rpm, double load)
 {
     rig_t *rig = rig_create(7);
     TEST_ASSERT_NOT_NULL(rig);
@@ -157,14 +178,12 @@ static run_error_t measure(const char *what, const motor_t *m, double fidelity, 
     for (size_t n = 0; n < count; n++) {
         run_put(rig, changes[n].name, changes[n].value);
     }
-    run_parameter(rig, "position_source", 1.0);
-    run_to_ready_at(rig, rpm);
-    run_on(rig, rpm);
-    run_seconds(rig, 0.3);
+    run_with(rig, source, rpm);
+    run_seconds(rig, 0.2);
     if (load > 0.0) {
         run_load(rig, load, 1.5);
     }
-    run_seconds(rig, 1.5);
+    run_seconds(rig, 2.5); /* the change from the encoder has been trimmed away */
     const run_error_t err = run_error(rig, 1.5);
     printf("%s, %s, %.0f r/min, %g N m: mean %.3f, SD %.3f, peak %.3f mrad\n", m->name, what, rpm, load,
            err.mean, err.sd, err.peak);
@@ -172,6 +191,12 @@ static run_error_t measure(const char *what, const motor_t *m, double fidelity, 
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(rpm), rpm, err.speed_mean);
     rig_free(rig);
     return err;
+}
+
+static run_error_t measure(const char *what, const motor_t *m, double fidelity, const change_t *changes,
+                           size_t count, double rpm, double load)
+{
+    return measure_with(SENSORLESS, what, m, fidelity, changes, count, rpm, load);
 }
 
 static void expect_within(double limit, double wanted, double value, const char *what)
@@ -184,7 +209,7 @@ static void expect_within(double limit, double wanted, double value, const char 
 /* ---- the default: vector sigmoid, exact lag ---- */
 
 /* Both directions, with load and without. What algebra and floats leave of the worst motor on the worst
- * board, 0.005, 0.071 and 0.148 mrad, times 1.5. */
+ * board, 0.005, 0.071 and 0.312 mrad, times 1.5. */
 static void expect_no_error(const motor_t *written)
 {
     const motor_t motor = of_board(written);
@@ -197,7 +222,7 @@ static void expect_no_error(const motor_t *written)
         const run_error_t err = measure("default", m, AVERAGED, NULL, 0, rpm, load);
         expect_within(0.0075, 0.0, err.mean, "mean");
         expect_within(0.107, 0.0, err.sd, "SD");
-        expect_within(0.222, 0.0, err.peak, "peak");
+        expect_within(0.47, 0.0, err.peak, "peak");
     }
 }
 
@@ -389,10 +414,8 @@ static void test_the_filter_of_the_emf_may_change_while_the_drive_runs(void)
         run_put(rig, "observer_switching", vector ? SMO_SIGMOID_VECTOR : SMO_SIGMOID);
         run_put(rig, "lag_compensation", exact ? LAG_EXACT : LAG_CORRECTED);
         run_put(rig, "observer_emf_cutoff", 0.0);
-        run_parameter(rig, "position_source", 1.0);
-        run_to_ready_at(rig, direction * 1000.0);
-        run_on(rig, direction * 1000.0);
-        run_seconds(rig, 1.0);
+        run_with(rig, SENSORLESS, direction * 1000.0);
+        run_seconds(rig, 0.9);
         const double x = paper.pole_pairs * 1000.0 * RPM * RIG_PERIOD_SECONDS;
         const double c = exp(-cutoff * RIG_PERIOD_SECONDS);
         const double turned = exact ? 0.0 : -1e3 * direction * atan2(c * sin(x), 1.0 - c * cos(x));
@@ -429,10 +452,8 @@ static void test_a_filter_that_comes_back_has_forgotten_another_speed(void)
     run_put(rig, "fidelity", AVERAGED);
     run_ideal(rig);
     put_motor(rig, &m);
-    run_parameter(rig, "position_source", 1.0);
-    run_to_ready_at(rig, 1400.0);
-    run_on(rig, 1400.0);
-    run_seconds(rig, 0.5);
+    run_with(rig, SENSORLESS, 1400.0);
+    run_seconds(rig, 0.4);
     run_parameter(rig, "observer_emf_cutoff", 0.0);
     run_put(rig, "speed_request", 300.0 * RPM);
     run_seconds(rig, 4.0);
@@ -448,11 +469,13 @@ static void test_a_filter_that_comes_back_has_forgotten_another_speed(void)
 
 /* ---- sign ---- */
 
+/* By the encoder, beside which the estimate is looked at: its chatter, a detector of 0.4 rms, is what a lost
+ * lock looks like. */
 static run_error_t measure_switching(const char *what, double switching, double rpm, double load)
 {
     const change_t changes[] = {{"observer_switching", switching}};
     const motor_t m = paper_of_board();
-    return measure(what, &m, AVERAGED, changes, 1, rpm, load);
+    return measure_with(ENCODER, what, &m, AVERAGED, changes, 1, rpm, load);
 }
 
 /* The mean is less than half a sample, omega_e T_s/2, which is what a switch that acts once per sample can be

@@ -27,13 +27,18 @@ typedef struct {
     double value;
 } change_t;
 
-/* Running at this speed and load; the load is put on where the speed control can hold it. */
-static rig_t *running(double fidelity, const change_t *changes, size_t count, double rpm, double load)
+/* Running at this speed and load; the load is put on where the speed control can hold it. Speed control and
+ * i_d are the paper's or the default's. */
+static rig_t *running(bool paper, double fidelity, const change_t *changes, size_t count, double rpm,
+                      double load)
 {
     const double rpm_loading = copysign(fmax(fabs(rpm), 300.0), rpm);
     rig_t *rig = rig_create(7);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", fidelity);
+    if (paper) {
+        run_paper_drive(rig);
+    }
     for (size_t n = 0; n < count; n++) {
         run_put(rig, changes[n].name, changes[n].value);
     }
@@ -51,10 +56,10 @@ static rig_t *running(double fidelity, const change_t *changes, size_t count, do
     return rig;
 }
 
-static run_error_t measure(const char *what, double fidelity, const change_t *changes, size_t count,
-                           double rpm, double load, double seconds)
+static run_error_t measure_of(bool paper, const char *what, double fidelity, const change_t *changes,
+                              size_t count, double rpm, double load, double seconds)
 {
-    rig_t *rig = running(fidelity, changes, count, rpm, load);
+    rig_t *rig = running(paper, fidelity, changes, count, rpm, load);
     const run_error_t err = run_error(rig, seconds);
     printf("%s, %s, %.0f r/min, %g N m: mean %.2f, SD %.2f, peak %.2f mrad, speed %.1f r/min\n", what,
            fidelity == SWITCHED ? "switched" : "averaged", rpm, load, err.mean, err.sd, err.peak,
@@ -63,6 +68,12 @@ static run_error_t measure(const char *what, double fidelity, const change_t *ch
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(rpm), rpm, err.speed_mean);
     rig_free(rig);
     return err;
+}
+
+static run_error_t measure(const char *what, double fidelity, const change_t *changes, size_t count,
+                           double rpm, double load, double seconds)
+{
+    return measure_of(true, what, fidelity, changes, count, rpm, load, seconds);
 }
 
 static void expect_at_most(double limit, double value, const char *what)
@@ -119,6 +130,25 @@ static void test_switched_inverter(void)
     expect_required(SWITCHED);
 }
 
+/* Gains by rule and the current that keeps out of the dead time's zone. Limits: the worst of 16 seeds in both
+ * directions and fidelities, on both boards, times 1.5. */
+static void test_default_speed_control_and_low_speed_current(void)
+{
+    static const limits_t by_rule[] = {
+        {100.0, {0.71, 2.3}, {4.0, 4.3}, {27.0, 39.0}},  {313.0, {0.35, 1.3}, {0.81, 0.75}, {3.6, 5.4}},
+        {503.0, {0.6, 1.46}, {2.2, 0.6}, {12.8, 3.9}},   {1013.0, {2.6, 1.4}, {0.65, 0.47}, {4.8, 3.0}},
+        {1490.0, {3.3, 1.25}, {0.51, 0.45}, {5.3, 2.7}},
+    };
+    for (int32_t point = 0; point < 8 * SPEEDS; point++) {
+        const limits_t *limits = &by_rule[point / 8];
+        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2) != 0;
+        const run_error_t err = measure_of(false, "default drive", (point & 4) != 0 ? SWITCHED : AVERAGED,
+                                           NULL, 0, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 2.0);
+        expect_limits(limits, loaded, &err);
+    }
+}
+
 /* The leg's loss is 2.3 us of the link and 0.875 V; four fifths of both are believed. */
 static const change_t believed_too_small[] = {{"params.turn_on_delay", 0.24e-6}, {"params.device_drop", 0.7}};
 
@@ -136,35 +166,42 @@ static void test_dead_time_believed_too_small(void)
     }
 }
 
+/* So slow by the estimate, where by the rule a forced frame would turn. */
+static const change_t slow_estimate[] = {
+    {"start_speed", 6.0}, {"handover_speed", 6.0}, {"fallback_speed", 3.0}};
+
 static void test_50_rpm_is_held(void)
 {
-    static const limits_t slow = {50.0, {8.1, 18.0}, {39.0, 65.0}, {247.0, 561.0}};
+    static const limits_t slow = {50.0, {17.8, 18.0}, {39.0, 65.0}, {247.0, 561.0}};
     for (int32_t point = 0; point < 8; point++) {
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * slow.rpm;
         const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, NULL, 0, rpm,
-                                        loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
+        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate, 3,
+                                        rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
         expect_limits(&slow, loaded, &err);
     }
 }
 
 /* ---- our own additions ---- */
 
-/* What trimming the offsets and coasting through doubtful voltages are worth: without them the loop holds. */
+/* What trimming the offsets and coasting through doubtful voltages are worth: without them the loop holds. An
+ * offset that nothing trims comes back as an EMF, which the current control is told of, and at some speeds
+ * without load the angle then hunts: the worst of 16 seeds at 313 r/min, times 1.5. */
 static void test_without_trim_or_coasting_lock_is_kept(void)
 {
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
     static const limits_t without[] = {
-        {100.0, {3.1, 3.1}, {19.0, 14.0}, {224.0, 159.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
+        {100.0, {3.1, 6.1}, {19.0, 34.0}, {224.0, 403.0}}, {313.0, {0.8, 1.7}, {2.0, 1.25}, {11.0, 6.1}},
         {503.0, {3.1, 1.5}, {7.8, 1.35}, {80.0, 4.3}},     {1013.0, {0.5, 1.4}, {1.3, 0.5}, {4.1, 3.2}},
         {1490.0, {0.4, 1.2}, {0.7, 0.44}, {2.3, 2.8}},
     };
+    static const limits_t hunting = {313.0, {0.8, 1.7}, {5.8, 1.3}, {72.0, 6.6}};
     for (int32_t point = 0; point < 8 * SPEEDS; point++) {
-        const limits_t *limits = &without[point / 8];
+        const bool trim = (point & 4) == 0;
+        const limits_t *limits = !trim && point / 8 == 1 ? &hunting : &without[point / 8];
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
         const bool loaded = (point & 2) != 0;
-        const bool trim = (point & 4) == 0;
         const run_error_t err = measure(trim ? "no coasting" : "no trim", AVERAGED,
                                         trim ? no_coasting : no_trim, 1, rpm, loaded ? RATED : 0.0, 1.5);
         expect_limits(limits, loaded, &err);
@@ -224,6 +261,7 @@ static void test_offsets_are_trimmed_while_turning(void)
         rig_t *rig = rig_create(7);
         TEST_ASSERT_NOT_NULL(rig);
         run_put(rig, "fidelity", AVERAGED);
+        run_paper_drive(rig);
         run_parameter(rig, "position_source", 1.0);
         run_to_ready_at(rig, rpm);
         run_real(rig);
@@ -252,6 +290,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_averaged_inverter);
     RUN_TEST(test_switched_inverter);
+    RUN_TEST(test_default_speed_control_and_low_speed_current);
     RUN_TEST(test_dead_time_believed_too_small);
     RUN_TEST(test_50_rpm_is_held);
     RUN_TEST(test_without_trim_or_coasting_lock_is_kept);

@@ -11,6 +11,7 @@ static rig_t *rig;
 void setUp(void)
 {
     rig = rig_create(3);
+    run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
 }
@@ -126,6 +127,94 @@ static void test_angle_of_the_estimate_jumps_once_and_comes_back(void)
     TEST_ASSERT_TRUE(rig_put(rig, "estimate_jump", PI));
 }
 
+/* ---- the encoder ---- */
+
+/* A cold start, a load, another speed, a reversal and a stop, all without the encoder. */
+static void next_part_of_a_run(rig_t *of, uint32_t n)
+{
+    switch (n) {
+    case 0:
+        run_on(of, 300.0);
+        break;
+    case 25000:
+        run_put(of, "load_torque", 2.0 * RUN_LIMIT_SHARE);
+        break;
+    case 30000:
+        run_put(of, "load_torque", 0.0);
+        run_put(of, "speed_request", -300.0 * RPM);
+        break;
+    case 60000:
+        run_put(of, "enable", 2.0);
+        break;
+    default:
+        break;
+    }
+}
+
+/* The next period of both; every signal is the same to the bit but those of the encoder itself. */
+static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
+{
+    static const char *const of_encoder[] = {"encoder_count", "encoder_theta_e", "encoder_omega_e",
+                                             "sample_flags"};
+    rig_step(one);
+    rig_step(other);
+    for (uint32_t n = 0; n < signals->count; n++) {
+        double value[2] = {0.0, 0.0};
+        bool shows_it = false;
+        for (size_t m = 0; m < sizeof of_encoder / sizeof of_encoder[0]; m++) {
+            shows_it = shows_it || strcmp(signals->rows[n].name, of_encoder[m]) == 0;
+        }
+        TEST_ASSERT_TRUE(rig_get(one, signals->rows[n].id, &value[0]));
+        TEST_ASSERT_TRUE(rig_get(other, signals->rows[n].id, &value[1]));
+        if (!shows_it) {
+            TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value[0], value[1], signals->rows[n].name);
+        }
+    }
+}
+
+/* The same rig once more, with an encoder that all but stands, four counts a turn in place of 10000, and from
+ * the reversal on one whose tracks change both at once now and then. */
+static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
+{
+    const table_t *signals = NULL;
+    for (uint32_t n = 0; n < rig_table_count(); n++) {
+        signals = strcmp(rig_table(n)->name, "signals") == 0 ? rig_table(n) : signals;
+    }
+    TEST_ASSERT_NOT_NULL(signals);
+    rig_t *broken = rig_create(3);
+    rig_free(rig);
+    rig = rig_create(3);
+    run_put(broken, "plant.encoder_lines", 1.0);
+    run_to_ready(rig);
+    run_to_ready(broken);
+    double apart = 0.0;
+    uint32_t seen = 0;
+    double ran = 0.0;
+    double fastest = 0.0;
+    for (uint32_t n = 0; n < 70000u; n++) {
+        next_part_of_a_run(rig, n);
+        next_part_of_a_run(broken, n);
+        if (n % 3000u == 1500u) {
+            run_put(broken, "plant.encoder_lines", n < 30000u ? 1.0 : 2500.0);
+            run_put(broken, "plant.encoder_offset", n % 6000u == 1500u ? 50.0 : 0.0);
+        }
+        expect_same_period(rig, broken, signals);
+        seen += ((uint32_t)rig_value(broken, "sample_flags") & DRIVE_SAMPLE_ENCODER) != 0u;
+        apart = fmax(apart, fabs(rig_value(rig, "encoder_omega_e") - rig_value(broken, "encoder_omega_e")));
+        ran = fmax(ran, rig_value(rig, "manoeuvre") == (double)MANOEUVRE_RUN
+                            ? fabs(rig_value(rig, "true_omega_m"))
+                            : 0.0);
+        fastest = fmin(fastest, rig_value(rig, "true_omega_m"));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state")); /* the stop ended */
+    TEST_ASSERT_TRUE(ran > 295.0 * RPM);
+    TEST_ASSERT_TRUE(fastest < -295.0 * RPM);
+    TEST_ASSERT_TRUE(apart > 100.0); /* [rad/s]: the two encoders do not show the same */
+    TEST_ASSERT_TRUE(seen > 0u);
+    rig_free(broken);
+}
+
 /* ---- as a state ---- */
 
 static uint64_t eventful(void)
@@ -169,6 +258,7 @@ int main(void)
     RUN_TEST(test_break_away_below_dry_friction_is_refused_whichever_is_set);
     RUN_TEST(test_brake_stops_the_running_drive_holds_it_and_lets_it_go_on);
     RUN_TEST(test_angle_of_the_estimate_jumps_once_and_comes_back);
+    RUN_TEST(test_without_the_encoder_no_signal_hangs_on_what_it_shows);
     RUN_TEST(test_a_run_with_brake_jump_and_break_away_is_replayed_bit_for_bit);
     return UNITY_END();
 }

@@ -140,7 +140,7 @@ static void step(void)
         .lost = lost,
     };
     period++;
-    demand = manoeuvres_step(&m, &input);
+    manoeuvres_step(&m, &input, &demand);
     if (m.locking != 0u) {
         estimate.frame = (frame_t){m.locked.theta_e, m.locked.omega_e, {0.0f, 1.0f}};
         estimate.omega_smooth = m.locked.omega_e;
@@ -259,7 +259,7 @@ static void test_catch_waits_for_the_observer(void)
     begin();
     const manoeuvres_input_t input = {.estimate = &estimate, .voltage_max = LINK, .wish = wish};
     for (int n = 0; n < 500; n++) {
-        (void)manoeuvres_step(&m, &input);
+        manoeuvres_step(&m, &input, &demand);
     }
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
     TEST_ASSERT_EQUAL_UINT32(0u, m.catching.periods);

@@ -181,8 +181,11 @@ static void test_speed_must_not_turn_the_frame_half_a_radian_in_a_period(void)
     params.overspeed_trip = 1249.0f; /* 0.5 rad / (4 pole pairs x 100 us) = 1250 rad/s */
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.overspeed_trip = 1251.0f;
-    /* Down to where 0.3 of it, the largest hand-over by rule, is start_speed; up, the observer's gain of 1010
-     * V would not do for 1251 rad/s either: 1010 V / (1.1 x 0.183 Wb x 4) = 1254.3 rad/s. */
+    /* Down to estimate_speed_min, or to where 0.3 of it, the largest hand-over by rule, is a start_speed that
+     * is not; up, the observer's gain of 1010 V would not do for 1251 rad/s either: 1010 V / (1.1 x 0.183 Wb
+     * x 4) = 1254.3 rad/s. */
+    expect_rule("overspeed_trip", 3.0f, 1250.0f);
+    params.start_speed = 8.0f;
     expect_rule("overspeed_trip", 8.0f / 0.3f, 1250.0f);
 }
 
@@ -335,7 +338,7 @@ static start_params_t start_of(void)
 }
 
 /* 2.5 us/100 us of 400 V are 10 V, R I is 9.7 V; psi_f p = 0.732 V s: 1.15 10 V/0.732 V s = 15.71 rad/s, and
- * 0.4 of it. 15 % of 1.5 0.732 Wb 10 A/0.0636 kg m^2 is 25.9 rad/s^2. */
+ * 0.4 and 0.5 of it. 15 % of 1.5 0.732 Wb 10 A/0.0636 kg m^2 is 25.9 rad/s^2. */
 static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
 {
     start_params_t start = start_of();
@@ -343,11 +346,13 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, start.dead_voltage);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 15.710f, start.handover_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 6.284f, start.fallback_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 7.855f, start.catch_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.ramp);
     params.motor_resistance = 2.0f; /* R I = 2.0215 ohm 10 A */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 31.758f, start_of().handover_speed);
     params.overspeed_trip = 100.0f; /* 0.3 of it at most */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 30.0f, start_of().handover_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 15.0f, start_of().catch_speed);
     params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2 */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 100.0f, start_of().ramp);
     TEST_ASSERT_TRUE(params_check(&params, &why));
@@ -359,13 +364,17 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     params.start_ramp = 12.0f;
     params.handover_speed = 25.0f;
     params.fallback_speed = 9.0f;
+    params.start_speed = 11.0f;
     start_params_t start = start_of();
     TEST_ASSERT_EQUAL_FLOAT(6.0f, start.current);
     TEST_ASSERT_EQUAL_FLOAT(12.0f, start.ramp);
     TEST_ASSERT_EQUAL_FLOAT(25.0f, start.handover_speed);
     TEST_ASSERT_EQUAL_FLOAT(9.0f, start.fallback_speed);
-    params.fallback_speed = 0.0f; /* 0.4 of the row */
+    TEST_ASSERT_EQUAL_FLOAT(11.0f, start.catch_speed);
+    params.fallback_speed = 0.0f; /* 0.4 and 0.5 of the row */
+    params.start_speed = 0.0f;
     TEST_ASSERT_EQUAL_FLOAT(10.0f, start_of().fallback_speed);
+    TEST_ASSERT_EQUAL_FLOAT(12.5f, start_of().catch_speed);
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
@@ -384,9 +393,10 @@ static void test_no_current_of_the_start_exceeds_the_limit(void)
     expect_rule("low_speed_current", 0.0f, 1.5f);
 }
 
-/* Half of 220 rad/s; downwards, no less than start_speed. 0, by rule, is apart. */
+/* Half of 220 rad/s; downwards, no less than a start_speed that is not by rule. 0, by rule, is apart. */
 static void test_the_hand_over_comes_long_before_overspeed(void)
 {
+    params.start_speed = 8.0f;
     params.handover_speed = 110.0f;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.handover_speed = 110.1f;
@@ -433,6 +443,11 @@ static void test_what_is_caught_is_slower_than_the_hand_over_at_most(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.start_speed = 8.1f;
     expect_rule("start_speed", 0.0f, 8.0f);
+    params.start_speed = 0.0f; /* by rule it always is, whatever the hand-over */
+    for (params.handover_speed = 110.0f; params.handover_speed > 1e-3f; params.handover_speed *= 0.1f) {
+        TEST_ASSERT_TRUE(params_check(&params, &why));
+        TEST_ASSERT_TRUE(start_of().catch_speed <= start_of().handover_speed);
+    }
 }
 
 /* 0.7 1.5 0.732 Wb I/0.0636 kg m^2: 120.85 rad/s^2 with 10 A, 60.42 with 5 A. 100 rad/s^2 need 8.275 A. */

@@ -320,11 +320,12 @@ static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, why.reason);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 248.385f, why.max);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f / 0.3f, why.min); /* a start by rule is handed over at start_speed */
-    params.start_speed = 0.0f;
-    TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f, why.min);
     TEST_ASSERT_TRUE(why.min > 3.0f); /* above estimate_speed_min */
+    expect_true(&params);
+    params.start_speed = 8.0f; /* and a start by rule is handed over at no less */
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f / 0.3f, why.min);
     expect_true(&params);
 }
 

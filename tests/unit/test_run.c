@@ -38,8 +38,9 @@ void tearDown(void)
 static demand_t step(run_mode_t mode, float omega_m_ref, float d, float q, float omega_m)
 {
     const run_wish_t wish = {mode, omega_m_ref, {d, q}};
-    const frame_t rotor = {0.5f, POLE_PAIRS * omega_m, {0.479426f, 0.877583f}};
-    return run_step(&run, &wish, &rotor, run_emf(&run, rotor.omega_e), omega_m);
+    demand_t demand;
+    run_step(&run, &wish, POLE_PAIRS * omega_m, omega_m, &demand);
+    return demand;
 }
 
 static void expect(demand_t demand, float d, float q, float omega_m_ref)
@@ -47,20 +48,6 @@ static void expect(demand_t demand, float d, float q, float omega_m_ref)
     TEST_ASSERT_EQUAL_FLOAT(d, demand.current.d);
     TEST_ASSERT_EQUAL_FLOAT(q, demand.current.q);
     TEST_ASSERT_EQUAL_FLOAT(omega_m_ref, demand.omega_m_ref);
-}
-
-/* Control stays in the rotor's frame and is told of the EMF that the caller knows. */
-static void test_frame_and_emf_are_those_of_the_rotor_whatever_is_wished_for(void)
-{
-    static const run_mode_t modes[] = {RUN_ZERO, RUN_CURRENT, RUN_SPEED, RUN_STOP};
-    for (int n = 0; n < 4; n++) {
-        const run_wish_t wish = {modes[n], 3.0f, {1.0f, 2.0f}};
-        const frame_t rotor = {1.0f, 400.0f, {0.8f, 0.6f}};
-        const demand_t demand = run_step(&run, &wish, &rotor, (dq_t){-3.0f, 47.0f}, 7.0f);
-        TEST_ASSERT_EQUAL_MEMORY(&rotor, &demand.frame, sizeof rotor);
-        TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
-        TEST_ASSERT_TRUE(demand.emf.d == -3.0f && demand.emf.q == 47.0f);
-    }
 }
 
 /* Where no observer sees it. */
@@ -212,14 +199,13 @@ static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
     run_take(&run, &tuning);
     const demand_t demand = step(RUN_SPEED, 9.0f, 0.0f, 0.0f, 8.0f);
     expect(demand, 0.0f, 6.0f, 9.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f * 32.0f, demand.emf.q);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f * 32.0f, run_emf(&run, 32.0f).q);
     expect(step(RUN_SPEED, 18.0f, 0.0f, 0.0f, 8.0f), 0.0f, 6.5f, 18.0f);
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_frame_and_emf_are_those_of_the_rotor_whatever_is_wished_for);
     RUN_TEST(test_emf_is_the_flux_turning);
     RUN_TEST(test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest);
     RUN_TEST(test_currents_are_taken_as_they_are_wished_for);

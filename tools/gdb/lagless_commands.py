@@ -167,6 +167,31 @@ class Written(gdb.Breakpoint):
         return self.hit
 
 
+class Begun(gdb.Breakpoint):
+    """Right after the drive's step: has the manoeuvre that is waited for begun in it? On only while it is waited for."""
+
+    def __init__(self):
+        super().__init__(function="app_write", internal=True)
+        self.enabled = False
+        self.silent = True
+        self.hit = False
+        self.wanted = self.last = None
+
+    def wait_for(self, wanted, last):
+        self.wanted, self.last = wanted, last
+        self.enabled = True
+
+    def stop(self):
+        now = present_manoeuvre()
+        self.hit = now == self.wanted and now != self.last
+        self.last = now
+        return self.hit
+
+
+def present_manoeuvre():
+    return int(ring()["app"]["drive"]["manoeuvres"]["now"])
+
+
 def file_of(frame):
     """Full name of the source file that a frame stands in; "" if there is none."""
     symtab = frame.find_sal().symtab
@@ -187,7 +212,7 @@ class Landing(gdb.Breakpoint):
 
 
 def disarm():
-    for breakpoint in (entry, fault, written):
+    for breakpoint in (entry, fault, written, begun):
         if breakpoint.enabled:
             breakpoint.enabled = False
 
@@ -222,7 +247,7 @@ before the old one ends, since such a program ends its session with the last pro
         self.value = "cli"
 
     def get_set_string(self):
-        for breakpoint in (entry, fault, written):
+        for breakpoint in (entry, fault, written, begun):
             breakpoint.silent = self.value == "cli"
         return ""
 
@@ -284,7 +309,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    for breakpoint in (entry, gate, fault, written):
+    for breakpoint in (entry, gate, fault, written, begun):
         breakpoint.hit = False
     try:
         if again or not program_lives():
@@ -433,6 +458,19 @@ TIME counts from power-on, with a unit or in seconds: at 0.5 s, at 12.3ms, at 0.
         go_to(time.period_of_time(argument, period_ticks()))
 
 
+def limit_ahead(argument, command):
+    """The period at which an until-... command stops at the latest; None: nowhere."""
+    limit = time.period_number(argument) if argument else None
+    if limit is not None and program_lives():
+        try:
+            here = present_period()
+        except NO_RIG:
+            here = -1
+        if limit <= here:
+            raise gdb.GdbError(f"{command} {limit}: this is period {here} already")
+    return limit
+
+
 class UntilFault(Command):
     """Go on to the period in which the drive enters fault.
 Usage: until-fault [LIMIT]
@@ -444,14 +482,7 @@ period LIMIT. A program that is not running is started."""
 
     @one_line_errors
     def invoke(self, argument):
-        limit = time.period_number(argument) if argument else None
-        if program_lives():
-            try:
-                here = present_period()
-            except NO_RIG:
-                here = -1
-            if limit is not None and limit <= here:
-                raise gdb.GdbError(f"until-fault {limit}: this is period {here} already")
+        limit = limit_ahead(argument, self.name)
         fault.enabled = True
         try:
             go_on(limit, again=False)
@@ -495,6 +526,50 @@ period LIMIT. A program that is not running is started."""
         reason = int(ring()["app"]["drive"]["sequence"]["fault_reason"])
         gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {names}\n")
         tell_place()
+
+
+class UntilManoeuvre(Command):
+    """Go on to the period in which the drive begins a manoeuvre.
+Usage: until-manoeuvre NAME [LIMIT]
+
+NAME is one of off, catch, align, ramp, handover, run, forced, reverse, relock. Stops in the interrupt whose step began it,
+right after that step; one that is under way is waited for to begin again. At the latest stops in period LIMIT. A program
+that is not running is started."""
+
+    name = "until-manoeuvre"
+
+    def complete(self, text, word):
+        return [name for name in show.choices("signals_table", "manoeuvre") if name.startswith(word)]
+
+    @one_line_errors
+    def invoke(self, argument):
+        name, _, limit = argument.partition(" ")
+        names = show.choices("signals_table", "manoeuvre")
+        if name not in names:
+            wrong = f"no manoeuvre '{name}'" if name else "which manoeuvre?"
+            raise gdb.GdbError(f"{wrong}: {', '.join(names)}")
+        limit = limit_ahead(limit.strip(), f"{self.name} {name}")
+        try:
+            last = present_manoeuvre() if program_lives() else None
+        except NO_RIG:
+            last = None
+        begun.wait_for(names.index(name), last)
+        try:
+            go_on(limit, again=False)
+        finally:
+            disarm()
+        if not program_lives():
+            raise gdb.GdbError(f"the program ended without the manoeuvre {name}")
+        if entry_hit():
+            gdb.write(f"no {name} before period {limit}\n")
+            tell_place()
+        elif begun.hit:
+            frame = gdb.newest_frame()
+            (frame.older() if frame.name() == "app_write" else frame).select()
+            gdb.write(f"{name}, start_try {int(ring()['app']['drive']['manoeuvres']['start_try'])}\n")
+            tell_place()
+        else:
+            stopped_on_the_way()
 
 
 class Why(Command):
@@ -609,7 +684,9 @@ every field."""
             f"i_d {n(requests['i_d_request'])} A, i_q {n(requests['i_q_request'])} A",
         )
         line("speed", f"{show.rpm(drive['omega_m'])}, reference {show.rpm(drive['demand']['omega_m_ref'])}")
-        line("position", show.show_position(drive["frame"]))
+        line("manoeuvre", show.choice("signals_table", "manoeuvre", drive["manoeuvres"]["now"]))
+        line("position", show.show_position(drive["rotor"]))
+        line("frame", show.show_position(drive["demand"]["frame"]))
         for axis in "dq":
             line(
                 f"axis {axis}",
@@ -814,10 +891,10 @@ For example: print $rig()->state.chip.tick"""
 
 travelling = False
 entry = Entry()
-gate, fault, written = Gate(), Fault(), Written()
+gate, fault, written, begun = Gate(), Fault(), Written(), Begun()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)
 front_end = FrontEnd()
-for command in (Period, At, UntilFault, Why, Drive, Regs, WhereTime, RigHash):
+for command in (Period, At, UntilFault, UntilManoeuvre, Why, Drive, Regs, WhereTime, RigHash):
     command()
 RigFunction()

@@ -39,14 +39,18 @@ def table_rows(table):
     return [value["rows"][n] for n in range(int(value["count"]))]
 
 
-def choice(table, row_name, value):
-    """Name of a value of an enumerated row: choice("signals_table", "state", 3) is "operation_enabled"."""
+def choices(table, row_name):
+    """Names of the values of an enumerated row, from 0 on; [] if there is no such row."""
     for row in table_rows(table):
         if text_at(row["name"]) == row_name:
-            names = text_at(row["choices"]).split("|")
-            if 0 <= int(value) < len(names):
-                return names[int(value)]
-    return f"{int(value)} (no such value)"
+            return text_at(row["choices"]).split("|")
+    return []
+
+
+def choice(table, row_name, value):
+    """Name of a value of an enumerated row: choice("signals_table", "state", 3) is "operation_enabled"."""
+    names = choices(table, row_name)
+    return names[int(value)] if 0 <= int(value) < len(names) else f"{int(value)} (no such value)"
 
 
 def reason_row(value):
@@ -183,6 +187,9 @@ LINES = {
     "tap_history_t": show_history,
 }
 FIELDS = {
+    "manoeuvres_t": {
+        "now": lambda v: choice("signals_table", "manoeuvre", v),
+    },
     "sequence_t": {
         "state": lambda v: choice("signals_table", "state", v),
         "refusal": reason_name,

@@ -1,0 +1,149 @@
+/* What the tests of the start without an encoder share: two shafts, what is watched of every period, grids of
+ * starts and the line of measured values that each prints.
+ *
+ * Inverter and sensors are the realistic ones (defaults and run_real()). Angles are spread over an electrical
+ * turn; each has a seed of noise of its own. */
+#ifndef TESTS_RIG_START_H
+#define TESTS_RIG_START_H
+
+#include "tests/rig/run.h"
+
+#define PI 3.14159265358979323846
+
+/* Of the points of a grid every so-manieth is run; 1: all. */
+#ifndef START_THINNED
+#define START_THINNED 1
+#endif
+
+#define POLE_PAIRS        4.0
+#define TORQUE_PER_AMPERE 1.098 /* 1.5 p psi_f [N m/A] */
+#define RATED_TORQUE      5.0   /* [N m] */
+
+/* manoeuvre */
+enum { OFF, CATCHES, ALIGNS, RAMPS, HANDS_OVER, RUNS, FORCES, REVERSES, RELOCKS };
+
+/* ---- shafts ---- */
+
+/* HEAVY: the paper's rig. LIGHT: the bare motor, with the bandwidths that a rotor as light needs. BARE: the
+ * same without friction. */
+typedef enum { HEAVY, LIGHT, BARE } start_shaft_t;
+#define START_SHAFT_NAMES "HLB" /* in what is printed */
+
+typedef struct {
+    double inertia, friction; /* [kg m^2], [N m] */
+} start_shaft_data_t;
+static const start_shaft_data_t start_shaft_data[] = {{0.0636, 1.32}, {0.003, 0.05}, {0.003, 0.0}};
+
+/* A row that a test changes. */
+typedef struct {
+    const char *name;
+    double value;
+} start_row_t;
+
+/* Just switched on, nothing applied yet. */
+static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
+{
+    rig_t *rig = rig_create(seed);
+    TEST_ASSERT_NOT_NULL(rig);
+    if (shaft != HEAVY) {
+        run_put(rig, "inertia", start_shaft_data[shaft].inertia);
+        run_put(rig, "friction_coulomb", start_shaft_data[shaft].friction);
+        run_put(rig, "motor_inertia", start_shaft_data[shaft].inertia);
+        run_put(rig, "pll_bandwidth", 400.0);
+        run_put(rig, "feedforward_cutoff", 125.0);
+    }
+    return rig;
+}
+
+/* The parameters applied; ready, the rotor standing at this electrical angle [rad], the sensors' errors come
+ * after their calibration. */
+static inline void start_ready(rig_t *rig, double theta_e)
+{
+    if (!rig_apply(rig)) {
+        TEST_FAIL_MESSAGE(rig_error(rig));
+    }
+    rig_set_motion(rig, theta_e / POLE_PAIRS, 0.0);
+    run_to_ready(rig);
+    run_real(rig);
+}
+
+/* Ready, and running at this speed [r/min]: the rotor turns already and is caught, without a load, for in the
+ * 20 ms of a catch the bare motor loses 320 r/min to the rated one. Then the load [N m], so gently that its
+ * speed control, k_i 0.74 A/rad, holds it within (2 N m/s)/(K_t k_i) = 23 r/min, and so many seconds. */
+static inline void start_running(rig_t *rig, double rpm, double load, double seconds)
+{
+    start_ready(rig, 0.3);
+    rig_set_motion(rig, 0.3 / POLE_PAIRS, rpm * RPM);
+    run_on(rig, rpm);
+    run_seconds(rig, 0.5);
+    if (load > 0.0) {
+        run_load(rig, load, 0.5 * load);
+    }
+    run_seconds(rig, seconds);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(RUNS, rig_value(rig, "manoeuvre"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
+}
+
+/* ---- every period ---- */
+
+typedef struct {
+    double current;   /* length of its vector [A] */
+    double error;     /* theta_hat - true theta_e [rad] */
+    double speed;     /* true [r/min] */
+    double reference; /* in force [r/min] */
+    double torque;    /* true [N m] */
+    double theta_e;   /* true [rad], wrapped */
+    int manoeuvre, start_try, losses, fault;
+} start_seen_t;
+
+static const char *const start_seen_rows[] = {"i_alpha",     "i_beta",      "theta_hat_err", "true_omega_m",
+                                              "omega_m_ref", "true_torque", "true_theta_e",  "manoeuvre",
+                                              "start_try",   "lock_losses", "fault_reason"};
+#define START_SEEN_ROWS   11u
+#define START_SEEN_FLOATS 7u
+
+static inline void start_see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    start_seen_t *seen = context;
+    float value[START_SEEN_FLOATS];
+    (void)period;
+    (void)count;
+    memcpy(value, slots, sizeof value);
+    seen->current = hypot((double)value[0], (double)value[1]);
+    seen->error = (double)value[2];
+    seen->speed = (double)value[3] / RPM;
+    seen->reference = (double)value[4] / RPM;
+    seen->torque = (double)value[5];
+    seen->theta_e = (double)value[6];
+    seen->manoeuvre = (int)slots[7];
+    seen->start_try = (int)slots[8];
+    seen->losses = (int)slots[9];
+    seen->fault = (int)slots[10];
+}
+
+/* `seen` is that of the last period from now on. */
+static inline void start_watch(rig_t *rig, start_seen_t *seen)
+{
+    uint32_t ids[START_SEEN_ROWS];
+    *seen = (start_seen_t){0};
+    for (size_t n = 0; n < START_SEEN_ROWS; n++) {
+        ids[n] = rig_row_by_name(start_seen_rows[n])->id;
+    }
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, START_SEEN_ROWS, 1u, start_see, seen));
+}
+
+/* ---- figures of a grid ---- */
+
+static inline void start_raise(double *largest, double value)
+{
+    *largest = fmax(*largest, value);
+}
+
+/* Seconds since then, in periods. */
+static inline double start_time(uint32_t periods)
+{
+    return periods * RIG_PERIOD_SECONDS;
+}
+
+#endif

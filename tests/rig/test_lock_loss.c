@@ -1,0 +1,303 @@
+/* Is the rotor lost? Never told so in what is normal, soon where it is; caught again, or given up. */
+#include "drive/reasons.h"
+#include "tests/rig/start.h"
+
+#define SEEDS 4u
+
+static rig_t *rig;
+static start_seen_t seen;
+static double simulated; /* [s] of normal running that was watched */
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+/* ---- normal ---- */
+
+static void watch(double seconds)
+{
+    run_seconds(rig, seconds);
+    simulated += seconds;
+}
+
+static void steady(double rpm, double load)
+{
+    start_running(rig, rpm, load, 1.0);
+    start_watch(rig, &seen);
+    watch(1.0);
+}
+
+/* The speed control's rule makes s^2 + w s + w^2/3 of a shaft, w = pll_bandwidth/14: a load step T takes
+ * 0.40 T/(J w/sqrt 3), of the bare motor 8.2 rad/s or 78 r/min for 1 N m. The rated torque takes 390 r/min:
+ * at 300 r/min a stop, no normal running. There it gets half of what stops it. */
+#define SPEED_PER_TORQUE 78.0 /* [r/min per N m] of the light shaft */
+
+static double step_torque(start_shaft_t shaft, double rpm)
+{
+    const bool stops = shaft != HEAVY && rpm < SPEED_PER_TORQUE * RATED_TORQUE;
+    return stops ? 0.5 * rpm / SPEED_PER_TORQUE : RATED_TORQUE;
+}
+
+static void load_step(start_shaft_t shaft, double rpm)
+{
+    start_running(rig, rpm, 0.0, 1.0);
+    start_watch(rig, &seen);
+    run_put(rig, "load_torque", step_torque(shaft, rpm));
+    watch(1.0);
+    run_put(rig, "load_torque", 0.0);
+    watch(1.0);
+}
+
+static void speed_step(double from, double ramp)
+{
+    run_put(rig, "speed_ramp", ramp * RPM);
+    start_running(rig, from, 0.0, 1.0);
+    start_watch(rig, &seen);
+    run_put(rig, "speed_request", 1500.0 * RPM);
+    watch(2.0);
+    run_put(rig, "speed_request", 400.0 * RPM);
+    watch(2.0);
+}
+
+static void prepare(start_shaft_t shaft, uint32_t seed)
+{
+    rig_free(rig);
+    rig = start_on_desk(shaft, seed);
+}
+
+/* Wrong by so much: a row of the firmware's parameters times this, or its dead time's voltage, 2.3 us of T.
+ */
+static void put_wrong(size_t n)
+{
+    static const start_row_t rows[] = {{"motor_resistance", 1.3},    {"motor_resistance", 0.7},
+                                       {"motor_flux_linkage", 1.15}, {"motor_flux_linkage", 0.85},
+                                       {"motor_inductance_q", 1.2},  {"motor_inductance_q", 0.8}};
+    switch (n) {
+    case 6:
+        run_put(rig, "params.turn_on_delay", rig_value(rig, "params.turn_on_delay") + 0.2 * 2.3e-6);
+        break;
+    case 7:
+        run_put(rig, "params.turn_off_delay", rig_value(rig, "params.turn_off_delay") + 0.2 * 2.3e-6);
+        break;
+    default:
+        run_times(rig, rows[n].name, rows[n].value);
+        break;
+    }
+    run_put(rig, "overspeed_trip", 190.0); /* so that k_s reaches for 15 % more flux too */
+    run_put(rig, "motor_inductance_d", 12.5e-3 * (n == 4u ? 1.2 : n == 5u ? 0.8 : 1.0));
+}
+#define WRONG 8u
+
+static uint32_t judge(const char *name, start_shaft_t shaft, uint32_t seed, double value)
+{
+    if (seen.losses == 0 && seen.fault == 0 && seen.manoeuvre == RUNS) {
+        return 0;
+    }
+    printf("lock %c, %s %g, seed %u: losses %d, fault %d, manoeuvre %d\n", START_SHAFT_NAMES[shaft], name,
+           value, (unsigned)seed, seen.losses, seen.fault, seen.manoeuvre);
+    return 1;
+}
+
+static uint32_t normal_runs(start_shaft_t shaft, uint32_t seed)
+{
+    static const double speeds[] = {100.0, 200.0, 300.0, 500.0, 700.0, 1000.0, 1500.0};
+    static const double stepped[] = {300.0, 500.0, 1500.0};
+    static const double ramps[] = {0.0, 1000.0, 3000.0};
+    uint32_t alarms = 0;
+    for (size_t n = 0; n < 14u; n++) {
+        prepare(shaft, seed);
+        steady(speeds[n / 2u], n % 2u == 0u ? 0.0 : RATED_TORQUE);
+        alarms += judge(n % 2u == 0u ? "without load" : "under load", shaft, seed, speeds[n / 2u]);
+    }
+    for (size_t n = 0; n < 3u; n++) {
+        prepare(shaft, seed);
+        load_step(shaft, stepped[n]);
+        alarms += judge("load step", shaft, seed, stepped[n]);
+        prepare(shaft, seed);
+        speed_step(100.0, ramps[n]);
+        alarms += judge("speed step or ramp", shaft, seed, ramps[n]);
+    }
+    for (size_t n = 0; n < WRONG; n++) {
+        prepare(shaft, seed);
+        put_wrong(n);
+        load_step(shaft,
+                  shaft == HEAVY ? 300.0 : 1000.0); /* what a step of the light one leaves at 500 is little */
+        alarms += judge("load step, wrong parameter", shaft, seed, (double)n);
+        prepare(shaft, seed);
+        put_wrong(n);
+        speed_step(200.0, 0.0); /* slower ones are taken for standing with some of these */
+        alarms += judge("speed step, wrong parameter", shaft, seed, (double)n);
+    }
+    return alarms;
+}
+
+static void test_normal_running_raises_no_alarm(void)
+{
+    uint32_t alarms = 0;
+    simulated = 0.0;
+    for (uint32_t seed = 1u; seed <= SEEDS; seed += START_THINNED) {
+        alarms += normal_runs(HEAVY, seed);
+        alarms += normal_runs(LIGHT, seed);
+    }
+    printf("lock: %u alarms in %.0f s of normal running\n", alarms, simulated);
+    TEST_ASSERT_EQUAL_UINT32(0u, alarms);
+    TEST_ASSERT_TRUE(simulated >= 120.0);
+}
+
+/* ---- lost ---- */
+
+/* The trips out of the way: a wrong angle of pi at full EMF draws what R and L leave it. */
+static void prepare_to_lose(start_shaft_t shaft, double rpm, double load)
+{
+    prepare(shaft, 3u);
+    run_put(rig, "overcurrent_trip", 19.0);
+    run_put(rig, "short_circuit_current", 1000.0);
+    start_running(rig, rpm, load, 1.5);
+    start_watch(rig, &seen);
+}
+
+/* What the rotor has left of its speed [r/min] when the catch has found it: the loop's wrong torque acts till
+ * it is noticed, nothing but the load for the 20 ms of the catch. A rotor slower than 100 r/min is not caught
+ * but started. */
+static double speed_left(start_shaft_t shaft, double rpm, double load, double noticed)
+{
+    const start_shaft_data_t *data = &start_shaft_data[shaft];
+    const double braking = (load + data->friction) / data->inertia;
+    return rpm - (2.0 * noticed + 20e-3) * braking / RPM;
+}
+
+static void test_angle_that_jumps_by_pi_is_noticed_and_caught(void)
+{
+    static const double speeds[] = {155.0, 500.0, 1500.0};
+    bool good = true;
+    for (size_t n = 0; n < 12u; n++) {
+        const start_shaft_t shaft = (start_shaft_t)(n / 6u);
+        const double rpm = speeds[n / 2u % 3u], load = n % 2u == 0u ? 0.0 : RATED_TORQUE;
+        prepare_to_lose(shaft, rpm, load);
+        run_put(rig, "estimate_jump", PI);
+        double noticed = 9.0, locked = 9.0, current = 0.0, slowest = rpm;
+        uint32_t small = 0;
+        for (uint32_t k = 0; k < rig_periods(2.5); k++) {
+            rig_step(rig);
+            start_raise(&current, seen.current);
+            slowest = fmin(slowest, seen.speed);
+            if (seen.losses > 0) {
+                noticed = fmin(noticed, start_time(k + 1u));
+            }
+            small = seen.manoeuvre == RUNS && fabs(seen.error) < 0.1 ? small + 1u : 0u;
+            if (small == rig_periods(10e-3)) {
+                locked = fmin(locked, start_time(k + 1u) - 10e-3);
+            }
+        }
+        const bool stops = speed_left(shaft, rpm, load, noticed < 1.0 ? noticed : 30e-3) < 100.0;
+        printf("lock %c, jump of pi at %.0f r/min, %.0f N m: noticed after %.1f ms, locked after %.1f ms%s, "
+               "slowest %.0f "
+               "r/min, %.1f A, losses %d, fault %d\n",
+               START_SHAFT_NAMES[shaft], rpm, load, 1e3 * noticed, 1e3 * locked, stops ? " (stops)" : "",
+               slowest, current, seen.losses, seen.fault);
+        good = good && seen.fault == 0 && seen.manoeuvre == RUNS && noticed <= 30e-3 &&
+               locked <= (stops ? 2.0 : 100e-3) && fabs(seen.error) < 0.1;
+    }
+    TEST_ASSERT_TRUE(good);
+}
+
+static void test_rotor_that_a_load_step_stops_starts_again_by_itself(void)
+{
+    double slowest = 300.0, back = 0.0;
+    for (uint32_t seed = 1u; seed <= SEEDS; seed += START_THINNED) {
+        prepare(LIGHT, seed);
+        start_running(rig, 300.0, 0.0, 1.0);
+        start_watch(rig, &seen);
+        run_put(rig, "load_torque", RATED_TORQUE);
+        uint32_t k = 0;
+        bool stopped = false;
+        for (; k < rig_periods(3.0) && !(stopped && seen.manoeuvre == RUNS && seen.speed > 295.0); k++) {
+            rig_step(rig);
+            stopped = stopped || seen.manoeuvre != RUNS;
+            slowest = fmin(slowest, seen.speed);
+        }
+        start_raise(&back, start_time(k));
+        TEST_ASSERT_EQUAL_INT(0, seen.fault);
+    }
+    printf("lock L, 5 N m step at 300 r/min: slowest %.0f r/min, back at 300 r/min after %.2f s\n", slowest,
+           back);
+    TEST_ASSERT_TRUE(slowest < 0.0);
+    TEST_ASSERT_TRUE(back <= 2.0);
+}
+
+static void test_shaft_that_is_blocked_while_running_is_noticed_and_given_up(void)
+{
+    static const double speeds[] = {155.0, 500.0, 1500.0};
+    double longest = 0.0, given_up = 0.0;
+    bool stopped = true;
+    for (size_t n = 0; n < 12u; n++) {
+        const start_shaft_t shaft = (start_shaft_t)(n / 6u);
+        prepare_to_lose(shaft, speeds[n / 2u % 3u], n % 2u == 0u ? 0.0 : RATED_TORQUE);
+        run_put(rig, "brake_torque", 60.0);
+        double standstill = -1.0, noticed = -1.0;
+        uint32_t k = 0;
+        for (; k < rig_periods(15.0) && seen.fault == 0; k++) {
+            rig_step(rig);
+            if (standstill < 0.0 && fabs(seen.speed) < 0.1) {
+                standstill = start_time(k);
+            }
+            if (noticed < 0.0 && seen.manoeuvre != RUNS) {
+                noticed = start_time(k);
+            }
+        }
+        printf("lock %c, blocked at %.0f r/min, %.0f N m: standstill after %.1f ms, noticed %+.1f ms later, "
+               "fault %d after "
+               "%.2f s\n",
+               START_SHAFT_NAMES[shaft], speeds[n / 2u % 3u], n % 2u == 0u ? 0.0 : RATED_TORQUE,
+               1e3 * standstill, 1e3 * (noticed - standstill), seen.fault, start_time(k));
+        if (standstill >= 0.0) { /* or it was noticed and given up before that */
+            start_raise(&longest, noticed < 0.0 ? 15.0 : noticed - standstill);
+        }
+        start_raise(&given_up, start_time(k));
+        stopped = stopped && (seen.fault == REASON_START_STALLED || seen.fault == REASON_LOCK_LOST);
+    }
+    printf("lock, blocked in run: noticed <= %.1f ms after standstill, given up <= %.2f s\n", 1e3 * longest,
+           given_up);
+    TEST_ASSERT_TRUE(stopped);
+    TEST_ASSERT_TRUE(longest <= 50e-3);
+}
+
+/* A loss each 0.5 s: the third within 2 s stops the drive; one each 1.2 s may go on. */
+static void test_third_loss_within_two_seconds_stops_the_drive(void)
+{
+    for (size_t s = 0; s < 2u; s++) {
+        prepare_to_lose((start_shaft_t)s, 500.0, 0.0);
+        for (int n = 1; n <= 3; n++) {
+            TEST_ASSERT_EQUAL_INT(0, seen.fault);
+            run_put(rig, "estimate_jump", PI);
+            run_seconds(rig, 0.5);
+            TEST_ASSERT_EQUAL_INT(n, seen.losses);
+        }
+        TEST_ASSERT_EQUAL_INT(REASON_LOCK_LOST, seen.fault);
+        prepare_to_lose((start_shaft_t)s, 500.0, 0.0);
+        for (int n = 1; n <= 4; n++) {
+            run_put(rig, "estimate_jump", PI);
+            run_seconds(rig, 1.2);
+            TEST_ASSERT_EQUAL_INT(n, seen.losses);
+        }
+        TEST_ASSERT_EQUAL_INT(0, seen.fault);
+        TEST_ASSERT_EQUAL_INT(RUNS, seen.manoeuvre);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_normal_running_raises_no_alarm);
+    RUN_TEST(test_angle_that_jumps_by_pi_is_noticed_and_caught);
+    RUN_TEST(test_rotor_that_a_load_step_stops_starts_again_by_itself);
+    RUN_TEST(test_shaft_that_is_blocked_while_running_is_noticed_and_given_up);
+    RUN_TEST(test_third_loss_within_two_seconds_stops_the_drive);
+    return UNITY_END();
+}

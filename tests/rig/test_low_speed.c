@@ -1,0 +1,95 @@
+/* Without an encoder down to standstill and up again: every step of a staircase is held, and braking at the
+ * limit of current to 100 r/min loses nothing. */
+#include "tests/rig/start.h"
+
+static rig_t *rig;
+static start_seen_t seen;
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void test_staircase_through_standstill_is_held(void)
+{
+    static const double stairs[] = {0.0, 10.0, 30.0, 60.0, 100.0, 300.0, 0.0, -30.0, -300.0, 0.0};
+    const uint32_t settle = rig_periods(2.0), hold = rig_periods(1.0);
+    for (size_t s = 0; s < 2u; s++) {
+        double furthest = 0.0, current = 0.0, ripple = 0.0;
+        rig_free(rig);
+        rig = start_on_desk((start_shaft_t)s, 1u);
+        run_put(rig, "torque_feedforward", 1.0);
+        start_ready(rig, 0.0);
+        run_put(rig, "load_torque", 0.5 * RATED_TORQUE);
+        start_watch(rig, &seen);
+        for (size_t n = 0; n < sizeof stairs / sizeof stairs[0]; n++) {
+            double mean = 0.0, least = 1e9, most = -1e9;
+            run_on(rig, stairs[n]);
+            for (uint32_t k = 0; k < settle + hold; k++) {
+                rig_step(rig);
+                start_raise(&current, seen.current);
+                if (k >= settle) {
+                    mean += seen.speed / hold;
+                    least = fmin(least, seen.speed);
+                    most = fmax(most, seen.speed);
+                }
+            }
+            printf("staircase %c, %+.0f r/min: mean %+.2f, %.1f to %.1f, losses %d, fault %d\n",
+                   START_SHAFT_NAMES[s], stairs[n], mean, least, most, seen.losses, seen.fault);
+            start_raise(&furthest, fabs(mean - stairs[n]));
+            start_raise(&ripple, most - least);
+            TEST_ASSERT_EQUAL_INT(0, seen.fault);
+        }
+        printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s],
+               furthest, ripple, current);
+        TEST_ASSERT_TRUE(furthest <= 2.0);
+    }
+}
+
+#define BRAKE_SEEDS 16u
+
+static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
+{
+    static const double loads[] = {0.0, RATED_TORQUE};
+    for (size_t s = 0; s < 2u; s++) {
+        for (size_t l = 0; l < 2u; l++) {
+            uint32_t lost = 0, tried = 0;
+            double under = 0.0, peak = 0.0, current = 0.0;
+            for (uint32_t seed = 1u; seed <= BRAKE_SEEDS; seed += START_THINNED) {
+                rig_free(rig);
+                rig = start_on_desk((start_shaft_t)s, seed);
+                start_running(rig, 1500.0, loads[l], 1.5);
+                start_watch(rig, &seen);
+                run_put(rig, "speed_request", 100.0 * RPM);
+                bool left = false;
+                for (uint32_t n = 0; n < rig_periods(3.0); n++) {
+                    rig_step(rig);
+                    start_raise(&under, 100.0 - seen.speed);
+                    start_raise(&peak, 1e3 * fabs(seen.error));
+                    start_raise(&current, seen.current);
+                    left = left || seen.manoeuvre != RUNS;
+                }
+                tried++;
+                lost += left || seen.losses > 0 || seen.fault != 0 || fabs(seen.speed - 100.0) > 5.0;
+            }
+            printf("braking %c, %.0f N m, 1500 to 100 r/min: %u/%u lost, undershoot %.1f r/min, error %.0f "
+                   "mrad, %.2f A\n",
+                   START_SHAFT_NAMES[s], loads[l], lost, tried, under, peak, current);
+            TEST_ASSERT_EQUAL_UINT32(0u, lost);
+            TEST_ASSERT_TRUE(under <= 30.0);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_staircase_through_standstill_is_held);
+    RUN_TEST(test_braking_at_the_limit_to_100_rpm_is_never_lost);
+    return UNITY_END();
+}

@@ -61,6 +61,7 @@ typedef struct {
     flux_t flux;
     offset_trim_t offset_trim;
     inductance_t inductance;
+    dead_time_learn_t dead_time_learn;
 
     /* of the tuning in force */
     float pole_pairs_inverse; /* [-] */
@@ -74,6 +75,7 @@ typedef struct {
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
+    float dead_voltage;          /* [V] that a leg loses at the link of that time */
     frame_t rotor;               /* as it is believed at t_k */
     float omega_m;               /* [rad/s] mechanical, of the rotor */
     demand_t demand;             /* with the frame in force */

@@ -17,6 +17,8 @@ void drive_take(drive_t *drive)
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
     inductance_take(&drive->inductance, &tuning->inductance);
     inverter_take(&drive->inverter, &tuning->inverter);
+    dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
     manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);

@@ -57,7 +57,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->inductance = inductance_prepare(&inductance);
 }
 
-static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)
+static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const inverter_params_t inverter = {
         .dead_time =
@@ -75,6 +75,15 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)
         .duty_counts = DRIVE_DUTY_COUNTS,
     };
     tuning->inverter = inverter_prepare(&inverter);
+    const dead_time_learn_params_t learn = {
+        .rate = params->dead_time_adaptation,
+        .effective = tuning->inverter.lost.volt_per_volt,
+        .band = params->dead_time / DRIVE_PERIOD,
+        .flux_linkage = believed->flux_linkage,
+        .zone = params->current_zone,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->dead_time_learn = dead_time_learn_prepare(&learn);
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
@@ -104,7 +113,7 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
     tuning->sequence = sequence_prepare(params);
     prepare_position(tuning, params, believed);
     prepare_adaptation(tuning, params, believed);
-    prepare_inverter(tuning, params);
+    prepare_inverter(tuning, params, believed);
     prepare_control(tuning, params, believed);
     tuning->pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs;
 }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "adapt/believed.h"
+#include "adapt/dead_time_learn.h"
 #include "adapt/flux.h"
 #include "adapt/inductance.h"
 #include "adapt/offset_trim.h"
@@ -31,6 +32,7 @@ typedef struct {
     offset_trim_tuning_t offset_trim;
     inductance_tuning_t inductance;
     inverter_tuning_t inverter;
+    dead_time_learn_tuning_t dead_time_learn;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;

@@ -206,6 +206,7 @@ static void test_start_with_a_wrong_dead_time(void)
             run_times(rig, "motor_inertia", RUN_LIMIT_SHARE);
             run_times(rig, "friction_coulomb", RUN_LIMIT_SHARE);
         }
+        run_put(rig, "dead_time_adaptation", 4.0);
         run_parameter(rig, "position_source", SENSORLESS);
         rig_set_motion(rig, 0.4 * n, 0.0);
         run_to_ready(rig);

@@ -3,7 +3,11 @@
 #ifndef ADAPT_BELIEVED_H
 #define ADAPT_BELIEVED_H
 
-#include "math/frames.h"
+#include <stdbool.h>
+
+#include "math/bounds.h"
+
+#define BELIEVED_STEP 1e-3f /* [-] a change that is worth a tuning */
 
 typedef struct {
     float resistance;   /* R of a phase, device included [ohm] */
@@ -12,5 +16,31 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb] */
     float inertia;      /* everything that turns [kg m^2] */
 } believed_t;
+
+static inline bool believed_differs(float from, float to)
+{
+    return !bounds_within(to - from, BELIEVED_STEP * from);
+}
+
+/* Has anything moved by more than BELIEVED_STEP of what it was? */
+static inline bool believed_moved(const believed_t *from, const believed_t *to)
+{
+    return believed_differs(from->resistance, to->resistance) ||
+           believed_differs(from->inductance_d, to->inductance_d) ||
+           believed_differs(from->inductance_q, to->inductance_q) ||
+           believed_differs(from->flux_linkage, to->flux_linkage) ||
+           believed_differs(from->inertia, to->inertia);
+}
+
+/* A value that is learnt, and that of the parameter from which it began: it is worth something only while the
+ * parameter is still that. */
+typedef struct {
+    float value, from; /* in the parameter's unit */
+} learnt_value_t;
+
+/* All that the interrupt has learnt and the background turns into a belief. */
+typedef struct {
+    learnt_value_t inductance_q; /* [H] */
+} learnt_t;
 
 #endif

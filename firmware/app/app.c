@@ -2,6 +2,8 @@
 
 #include "drive/reasons.h"
 
+#define LEARN_PERIODS DRIVE_PERIODS(10e-3f) /* from one tuning to the next, at least */
+
 HAL_PER_CHIP app_t *app;
 
 static uint32_t drive_flags(uint16_t hal_flags)
@@ -102,6 +104,7 @@ void app_start(void)
 {
     params_defaults(&app->staged);
     app->active = app->staged;
+    app->believed = params_believed(&app->active);
     drive_init(&app->drive, &app->active);
     const hal_config_t config = {
         .dead_band_count = dead_band_of(&app->staged),
@@ -126,9 +129,40 @@ static void look(void)
         .period = app->drive.period,
         .state = app->drive.sequence.state,
         .fault_reason = app->drive.sequence.fault_reason,
+        .learnt = drive_learnt(&app->drive),
         .bridge_on = drive_bridge_on(&app->drive),
     };
     hal_interrupts_on();
+}
+
+/* The tuning of a set, with what is believed, to be offered: the one place that writes the offer. An earlier
+ * one that has not been taken yet is withdrawn. */
+static void tune(const params_t *params, const believed_t *believed)
+{
+    app->believed = *believed;
+    app->believed_at = app->seen.period;
+    drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
+    drive_prepare(&app->drive.offer, params, believed);
+}
+
+/* What is believed beside a set: what was learnt, or what the set itself says if it cannot run on that. */
+static believed_t belief(const params_t *params)
+{
+    const believed_t learnt = drive_believed(params, &app->seen.learnt);
+    return drive_may_believe(params, &learnt) ? learnt : params_believed(params);
+}
+
+/* Turns what was learnt into a tuning: where it has moved enough to be worth one, and not too often. */
+static void learn(void)
+{
+    const believed_t next = drive_believed(&app->active, &app->seen.learnt);
+    if (app->seen.period - app->believed_at >= LEARN_PERIODS && believed_moved(&app->believed, &next) &&
+        drive_may_believe(&app->active, &next)) {
+        tune(&app->active, &next);
+        hal_interrupts_off();
+        drive_offer(&app->drive);
+        hal_interrupts_on();
+    }
 }
 
 static void show(void)
@@ -147,18 +181,12 @@ static void feed(void)
 
 void app_background(void)
 {
-    static void (*const tasks[])(void) = {look, show, feed};
+    static void (*const tasks[])(void) = {look, learn, show, feed};
     tasks[app->task]();
     app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);
 }
 
 /* ---- changes from outside ---- */
-
-static void offer(const params_t *params)
-{
-    const believed_t believed = params_believed(params);
-    drive_prepare(&app->drive.offer, params, &believed);
-}
 
 bool app_apply(params_error_t *why)
 {
@@ -173,8 +201,8 @@ bool app_apply(params_error_t *why)
     const uint16_t dead_band = dead_band_of(next);
     const uint32_t encoder_max = encoder_max_of(next);
 
-    drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
-    offer(next);
+    const believed_t believed = belief(next);
+    tune(next, &believed);
     hal_interrupts_off();
     const bool bridge_on = drive_bridge_on(&app->drive);
     const bool taken = live || !bridge_on;
@@ -189,7 +217,8 @@ bool app_apply(params_error_t *why)
     if (taken) {
         app->active = *next;
     } else {
-        offer(&app->active); /* an earlier offer may have been withdrawn: the active set once more */
+        const believed_t before = belief(&app->active);
+        tune(&app->active, &before); /* an earlier offer may have been withdrawn: the active set once more */
         drive_offer(&app->drive);
     }
     return taken;

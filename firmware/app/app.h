@@ -16,6 +16,7 @@ typedef struct {
     uint32_t period;      /* [periods] */
     int32_t state;        /* [-] drive_state_t */
     int32_t fault_reason; /* [-] reason_t */
+    learnt_t learnt;
     bool bridge_on;
 } app_seen_t;
 
@@ -23,6 +24,8 @@ typedef struct {
     drive_t drive;
     params_t staged;      /* written value by value from outside; app_apply makes it the active set */
     params_t active;      /* what the drive runs on, or takes at the start of its next step */
+    believed_t believed;  /* of motor and inverter, what the newest tuning was made with */
+    uint32_t believed_at; /* [periods] of the drive when that was */
     int32_t board_status; /* [-] hal_status_t of the start */
     app_seen_t seen;      /* of the last look */
     uint32_t task;        /* [-] of the background list: the next one's number */

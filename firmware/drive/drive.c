@@ -102,6 +102,26 @@ static void manoeuvre(drive_t *drive)
     drive->current = frames_park(drive->measure.measured.current, now);
 }
 
+/* A locked loop without encoder is shaken a little, to learn from its answer. */
+static void shake(drive_t *drive)
+{
+    const estimate_t *estimate = &drive->estimator.estimate;
+    if (drive->inductance.tuning.wave[0].share == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
+        inductance_rest(&drive->inductance);
+        return;
+    }
+    const inductance_input_t input = {
+        .emf_q = drive->demand.emf.q,
+        .detector = estimate->detector,
+        .omega_smooth = estimate->omega_smooth,
+        .current = drive->current,
+        .sound = estimate->invalid == 0u,
+    };
+    const dq_t dither = inductance_step(&drive->inductance, &input);
+    drive->demand.current.d += dither.d;
+    drive->demand.current.q += dither.q;
+}
+
 /* Field-oriented control: a demand in, duties out. */
 static abc_t control(drive_t *drive)
 {
@@ -123,6 +143,7 @@ static void rest(drive_t *drive)
     const dq_t none = {0.0f, 0.0f};
     drive->demand = (demand_t){drive->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     manoeuvres_end(&drive->manoeuvres);
+    inductance_rest(&drive->inductance);
     current_control_reset(&drive->current_control, none);
     drive->current = frames_park(drive->measure.measured.current, drive->rotor.rotation);
     drive->voltage = none;
@@ -147,6 +168,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     start(drive, order);
     if (drive_bridge_on(drive)) {
         manoeuvre(drive);
+        shake(drive);
         drive->command.duty = control(drive);
     } else {
         rest(drive);

@@ -60,6 +60,8 @@ typedef struct {
     doubt_t doubt;
     flux_t flux;
     offset_trim_t offset_trim;
+    inductance_t inductance;
+    dead_time_learn_t dead_time_learn;
 
     /* of the tuning in force */
     float pole_pairs_inverse; /* [-] */
@@ -70,9 +72,10 @@ typedef struct {
     /* what goes from room to room in a period */
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
-    frame_t encoder_frame;       /* the same */
+    frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
+    float dead_voltage;          /* [V] that a leg loses at the link of that time */
     frame_t rotor;               /* as it is believed at t_k */
     float omega_m;               /* [rad/s] mechanical, of the rotor */
     demand_t demand;             /* with the frame in force */
@@ -104,6 +107,9 @@ void drive_locate(drive_t *drive);
 /* The start of a step with an offer, and the end of one that has led into fault. */
 void drive_take(drive_t *drive);
 void drive_note_fault(drive_t *drive);
+
+/* What it has learnt so far, between two periods. */
+learnt_t drive_learnt(const drive_t *drive);
 
 /* Take over a set of requests between two periods; it must be good (requests_check). */
 void drive_request(drive_t *drive, const requests_t *next);

@@ -37,24 +37,51 @@ static void track(drive_t *drive, const inverter_acted_t *acted)
                            estimate->omega_smooth, &measured->current);
 }
 
+/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
+ * more than a frame that turns like the rotor, forced or tracked: not a catch. */
+static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
+{
+    if (!manoeuvres_knows(&drive->manoeuvres)) {
+        dead_time_learn_pause(&drive->dead_time_learn);
+        return;
+    }
+    const estimate_t *estimate = &drive->estimator.estimate;
+    const float pole_pairs = drive->manoeuvres.limits.pole_pairs;
+    const dead_time_learn_input_t input = {
+        .omega_e = pole_pairs * drive->omega_m,
+        .omega_e_ref = pole_pairs * drive->demand.omega_m_ref,
+        .emf = estimate->emf,
+        .current = acted->current,
+        .link = acted->link,
+    };
+    dead_time_learn_step(&drive->dead_time_learn, &input);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+}
+
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
     const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
+    drive->dead_voltage = acted.leg;
     if (drive->manoeuvres.tracking != 0u) {
         track(drive, &acted);
     } else {
         chosen_observe(&drive->estimator, acted.voltage, measured->current,
                        manoeuvres_speed(&drive->manoeuvres));
     }
+    if (drive->dead_time_learn.tuning.rate > 0.0f) {
+        learn_dead_time(drive, &acted);
+    }
 }
 
 void drive_locate(drive_t *drive)
 {
     drive->encoder_position = encoder_step(&drive->encoder, drive->measure.measured.encoder_count);
-    drive->encoder_frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
-                                     trig_turn(drive->encoder_position.theta_e)};
+    if (drive->manoeuvres.limits.sensorless == 0u) {
+        drive->encoder_frame = (frame_t){drive->encoder_position.theta_e, drive->encoder_position.omega_e,
+                                         trig_turn(drive->encoder_position.theta_e)};
+    }
     manoeuvres_advance(&drive->manoeuvres);
     if (drive->estimating != 0u) {
         estimate(drive);

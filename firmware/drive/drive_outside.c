@@ -15,7 +15,10 @@ void drive_take(drive_t *drive)
     flux_take(&drive->flux, &tuning->flux);
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
+    inductance_take(&drive->inductance, &tuning->inductance);
     inverter_take(&drive->inverter, &tuning->inverter);
+    dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
     manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);
@@ -40,6 +43,7 @@ void drive_init(drive_t *drive, const params_t *params)
     current_control_init(&drive->current_control, &tuning->current_control);
     manoeuvres_init(&drive->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
+    inductance_init(&drive->inductance, &tuning->inductance);
     drive_take(drive);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
@@ -54,6 +58,11 @@ void drive_offer(drive_t *drive)
 void drive_withdraw(drive_t *drive)
 {
     drive->offered = 0u;
+}
+
+learnt_t drive_learnt(const drive_t *drive)
+{
+    return (learnt_t){.inductance_q = drive->inductance.learnt};
 }
 
 void drive_request(drive_t *drive, const requests_t *next)

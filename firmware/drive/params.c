@@ -59,7 +59,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
                 .resistance = believed->resistance,
                 .inductance = believed->inductance_q,
                 .gain = params->observer_gain,
-                .slope = params->observer_slope,
+                /* by the rule it goes with L: the gain of the observer's loop stays */
+                .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
                 .emf_cutoff = params->observer_emf_cutoff,
                 .period = DRIVE_PERIOD,
                 .switching = (smo_switching_t)params->observer_switching,

@@ -83,6 +83,10 @@
     F(2067, u_beta, acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                             \
     F(2070, trim_alpha, offset_trim.offset.alpha, "A", "offset of the current sensors found while turning")  \
     F(2071, trim_beta, offset_trim.offset.beta, "A", "offset of the current sensors found while turning")    \
+    F(2072, inductance_hat, inductance.learnt.value, "H", "L_q as learnt while turning")                     \
+    F(2073, inductance_confidence, inductance.confidence, "-",                                               \
+      "share of the last looks at L that agreed with the one before within a fifth")                         \
+    F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
     F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 

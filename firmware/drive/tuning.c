@@ -1,5 +1,24 @@
 #include "drive/tuning.h"
 
+believed_t drive_believed(const params_t *params, const learnt_t *learnt)
+{
+    believed_t believed = params_believed(params);
+    if (learnt->inductance_q.from == params->motor_inductance_q) {
+        const float ratio = learnt->inductance_q.value / params->motor_inductance_q;
+        believed.inductance_d = ratio * params->motor_inductance_d;
+        believed.inductance_q = learnt->inductance_q.value;
+    }
+    return believed;
+}
+
+bool drive_may_believe(const params_t *params, const believed_t *believed)
+{
+    params_error_t ignored;
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    return chosen_params_check(&estimator, &ignored);
+}
+
 static void prepare_position(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const encoder_params_t encoder = {
@@ -26,9 +45,19 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     flux_prepare(&tuning->flux, &flux);
     const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_PERIOD};
     tuning->offset_trim = offset_trim_prepare(&trim);
+    const inductance_params_t inductance = {
+        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .from = params->motor_inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .current_max = params->current_limit,
+        .rate = params->inductance_adaptation,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->inductance = inductance_prepare(&inductance);
 }
 
-static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)
+static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const inverter_params_t inverter = {
         .dead_time =
@@ -46,6 +75,15 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params)
         .duty_counts = DRIVE_DUTY_COUNTS,
     };
     tuning->inverter = inverter_prepare(&inverter);
+    const dead_time_learn_params_t learn = {
+        .rate = params->dead_time_adaptation,
+        .effective = tuning->inverter.lost.volt_per_volt,
+        .band = params->dead_time / DRIVE_PERIOD,
+        .flux_linkage = believed->flux_linkage,
+        .zone = params->current_zone,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->dead_time_learn = dead_time_learn_prepare(&learn);
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
@@ -75,7 +113,7 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
     tuning->sequence = sequence_prepare(params);
     prepare_position(tuning, params, believed);
     prepare_adaptation(tuning, params, believed);
-    prepare_inverter(tuning, params);
+    prepare_inverter(tuning, params, believed);
     prepare_control(tuning, params, believed);
     tuning->pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs;
 }

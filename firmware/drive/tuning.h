@@ -3,10 +3,13 @@
 #ifndef DRIVE_TUNING_H
 #define DRIVE_TUNING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "adapt/believed.h"
+#include "adapt/dead_time_learn.h"
 #include "adapt/flux.h"
+#include "adapt/inductance.h"
 #include "adapt/offset_trim.h"
 #include "control/current_control.h"
 #include "drive/guard.h"
@@ -27,15 +30,25 @@ typedef struct {
     chosen_tuning_t estimator;
     flux_tuning_t flux;
     offset_trim_tuning_t offset_trim;
+    inductance_tuning_t inductance;
     inverter_tuning_t inverter;
+    dead_time_learn_tuning_t dead_time_learn;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;
     float pole_pairs_inverse; /* [-] */
 } drive_tuning_t;
 
+/* What is believed: what was learnt, each value while its parameter is still that from which it began; all
+ * else as the set says. */
+believed_t drive_believed(const params_t *params, const learnt_t *learnt);
+
+/* May the drive run on a set that params_check has accepted with this belief in the place of its own values?
+ */
+bool drive_may_believe(const params_t *params, const believed_t *believed);
+
 /* Coefficients of a set that params_check has accepted, with `believed` in the place of what the set says of
- * motor and sensors. For the background. */
+ * motor and sensors, one that drive_may_believe(). For the background. */
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
 
 #endif

@@ -8,6 +8,7 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params)
         .compensated = dead_time_prepare(&params->dead_time),
         .lost = dead_time_prepare(&all),
         .modulation = svpwm_prepare(params->duty_min, params->duty_max),
+        .gain = params->dead_time.gain,
         .duty_counts = params->duty_counts,
         .per_count = 1.0f / params->duty_counts,
     };

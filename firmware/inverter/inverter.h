@@ -26,6 +26,7 @@ typedef struct {
     dead_time_tuning_t compensated; /* what the modulation makes up for */
     dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
     svpwm_tuning_t modulation;
+    float gain;        /* share that is compensated [-] */
     float duty_counts; /* [-] */
     float per_count;   /* 1/duty_counts [-] */
 } inverter_tuning_t;
@@ -45,6 +46,7 @@ typedef struct {
 typedef struct {
     ab_t voltage; /* on the winding in [t_k-1, t_k) [V] */
     ab_t current; /* mean in the same time [A] */
+    float link;   /* mean of the DC link in the same time [V] */
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
@@ -58,6 +60,14 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
 {
     inverter->tuning = *tuning;
+}
+
+/* Another effective dead time than that of the tuning, T_e/T_s [-], for both ways, until the next
+ * inverter_take(). */
+static inline void inverter_set_dead_time(inverter_t *inverter, float effective)
+{
+    inverter->tuning.lost.volt_per_volt = effective;
+    inverter->tuning.compensated.volt_per_volt = inverter->tuning.gain * effective;
 }
 
 /* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
@@ -92,6 +102,7 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t c
     return (inverter_acted_t){
         {inverter->duty_prev[1].alpha * link - lost.alpha, inverter->duty_prev[1].beta * link - lost.beta},
         middle,
+        link,
         dead_time_leg(&inverter->tuning.lost, link),
     };
 }

@@ -193,6 +193,7 @@ const setting_t paper_common[] = {
     {"params.observer_slope", 1.0},
     {"params.pll_damping", 1.0},
     {"params.flux_adaptation", 0.0},
+    {"params.dead_time_adaptation", 0.0},
     {"params.estimate_amplitude_min", 0.0},
     {"params.estimate_amplitude_max", 1.0},
     {"params.estimate_detector_max", 0.0},

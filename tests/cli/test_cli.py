@@ -421,5 +421,23 @@ class CommandLine(unittest.TestCase):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 
+class Readme(unittest.TestCase):
+    """What README shows of a command is what the command prints; `...` stands for lines that are left out."""
+
+    def test_runs_that_are_shown_are_what_they_print(self):
+        root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+        with open(os.path.join(root, "README.md"), encoding="utf-8") as readme:
+            blocks = re.findall(r"^    \$ build/host/lagless run (\w+)\n((?:    .*\n)+)", readme.read(), re.M)
+        self.assertIn("cold_start", [name for name, _ in blocks])
+        for name, shown in blocks:
+            printed = subprocess.run([LAGLESS, "run", name], stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
+            place = 0
+            for line in (line[4:] for line in shown.splitlines() if line.strip() not in ("...", "")):
+                with self.subTest(scenario=name, line=line):
+                    found = printed.find(line + "\n", place)
+                    self.assertGreaterEqual(found, place, "not printed, or not in this order")
+                    place = found + len(line)
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

@@ -231,6 +231,21 @@ class Rest(unittest.TestCase):
         self.assertAlmostEqual(along, 4 / math.pi, delta=1e-5)
         self.assertAlmostEqual(across, 2 / 3, delta=1.1e-3)  # one step of phi before the jump
 
+    def test_sixth_harmonic_across_the_current(self):
+        """What is learnt from a turn of section 25, with the mean taken off as it says."""
+        steps, mean, seen, turns = 3600, 0, 0.0, 6
+        for n in range(turns * steps):
+            phi = 2 * math.pi * (n + 0.5) / steps
+            a, b, c = (math.copysign(1, math.cos(phi - k * 2 * math.pi / 3)) for k in range(3))
+            vector = complex((2 * a - b - c) / 3, (b - c) / math.sqrt(3))
+            turn = 2 * math.pi / steps
+            mean *= cmath.exp(1j * turn)
+            mean += turn * (vector - mean)
+            if n >= (turns - 1) * steps:
+                rest = (vector - mean) * cmath.exp(-1j * phi)
+                seen += rest.imag * -12 / 35 * math.sin(6 * phi) / steps
+        self.assertAlmostEqual(seen, 4 / math.pi * (12 / 35) ** 2 / 2 * 36 / 37, delta=2e-4)
+
     def test_mean_of_a_shifted_relay(self):
         amplitude, offset, points = 1.2, 0.03, 100000
         mean = sum(math.copysign(1, amplitude * math.sin(2 * math.pi * (n + 0.5) / points) - offset)

@@ -51,14 +51,16 @@ static inline void run_times(rig_t *rig, const char *name, double factor)
 }
 
 /* The drive of the paper, from which a test's numbers come: it turns by the encoder, its speed control is
- * the PI of its figures, and no current flows but what makes torque (the last matters without the encoder
- * only). Applied: what scales its gains comes after it. */
+ * the PI of its figures, nothing is learnt of motor and inverter, and no current flows but what makes torque
+ * (the last matters without the encoder only). Applied: what scales its gains comes after it. */
 static inline void run_paper_drive(rig_t *rig)
 {
     run_put(rig, "position_source", 0.0);
     run_put(rig, "speed_kp", 0.5);
     run_put(rig, "speed_ki", 2.5);
     run_put(rig, "speed_setpoint_weight", 1.0);
+    run_put(rig, "inductance_adaptation", 0.0);
+    run_put(rig, "dead_time_adaptation", 0.0);
     run_parameter(rig, "low_speed_current", 0.0);
 }
 
@@ -129,6 +131,7 @@ static inline void run_ideal(rig_t *rig)
     }
     run_put(rig, "sensors", 1.0);
     run_put(rig, "params.current_zone", 1e-3);
+    run_put(rig, "dead_time_adaptation", 0.0); /* nothing is nothing: what noise teaches shows */
     const double dead_time = rig_value(rig, "dead_time");
     run_put(rig, "plant.turn_off_delay", dead_time);
     run_parameter(rig, "params.turn_off_delay", dead_time);

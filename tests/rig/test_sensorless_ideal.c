@@ -128,6 +128,7 @@ static void put_motor(rig_t *rig, const motor_t *m)
     run_put(rig, "dc_undervoltage", 0.6 * m->dc_voltage);
     run_put(rig, "overspeed_trip", 1.15 * m->speed);
     run_put(rig, "low_speed_current", 0.0);
+    run_put(rig, "inductance_adaptation", 0.0);
     run_put(rig, "handover_speed", 0.05 * m->speed);
     run_put(rig, "fallback_speed", 0.02 * m->speed);
 }

@@ -21,7 +21,8 @@
 static FILE *file;
 static uint32_t recorded, length; /* [periods] of this part: so far, in all */
 static params_t made_with;        /* the set of the part's power-on */
-static params_t prepared;         /* the newest set whose tuning was prepared */
+static params_t prepared;         /* the newest set whose tuning was prepared, */
+static believed_t prepared_with;  /* with this belief */
 static bool made;
 static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
 
@@ -57,6 +58,7 @@ void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const 
 void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     prepared = *params;
+    prepared_with = *believed;
     if (!made) {
         made_with = *params;
         made = true;
@@ -83,6 +85,7 @@ void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     put(drive->offered);
     if (drive->offered != 0u) {
         put_table(&params_table, &prepared);
+        put_words(&prepared_with, RECORDING_BELIEVED);
     }
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);

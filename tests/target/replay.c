@@ -67,7 +67,8 @@ static void replay(uint32_t periods)
         uint32_t words[RECORDING_COMMAND];
         if (take() != 0u) { /* as app_apply does it */
             take_table(&params_table, &params);
-            const believed_t believed = params_believed(&params);
+            believed_t believed;
+            take_words(&believed, RECORDING_BELIEVED);
             drive_prepare(&drive.offer, &params, &believed);
             drive_offer(&drive);
         }

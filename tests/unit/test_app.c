@@ -428,6 +428,118 @@ static void test_a_set_offered_before_survives_one_that_came_too_late(void)
     TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
 }
 
+/* ---- what is learnt ---- */
+
+static void learnt(float share)
+{
+    learnt_value_t *inductance = &app->drive.inductance.learnt;
+    inductance->value = share * inductance->from;
+    from_here();
+}
+
+static void periods(uint32_t count)
+{
+    app->drive.period += count;
+    from_here();
+}
+
+static float believed_l(void)
+{
+    return app->drive.offer.current_control.inductance_q / app->active.motor_inductance_q;
+}
+
+/* More than a thousandth, and 10 ms since the last tuning. */
+static void test_what_is_learnt_is_offered_where_it_has_moved(void)
+{
+    background();
+    periods(1000u);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+    learnt(1.0009f);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+    learnt(1.1f);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f, believed_l());
+    TEST_ASSERT_FALSE(interrupts_wrong);
+    interrupt();
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f,
+                             app->drive.current_control.inductance_q / app->active.motor_inductance_q);
+    learnt(1.2f);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+    periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
+    background();
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.2f, believed_l());
+    TEST_ASSERT_FALSE(interrupts_wrong);
+}
+
+/* The observer would ring: its slope goes with L, but not its resistance. */
+static void test_what_the_drive_cannot_run_on_is_not_believed(void)
+{
+    params_error_t why;
+    app->staged.motor_resistance = 40.0f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    interrupt();
+    periods(1000u);
+    learnt(0.5f);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+    app->staged.speed_kp = 0.7f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f, believed_l());
+    TEST_ASSERT_FALSE(interrupts_wrong);
+}
+
+/* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
+ * background still remembers what was learnt of the old one. */
+static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void)
+{
+    params_error_t why;
+    app->staged.inductance_adaptation = 2.0f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    interrupt();
+    learnt(1.1f);
+    background();
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f, believed_l());
+    interrupt();
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f,
+                             app->drive.inductance.learnt.value / app->active.motor_inductance_q);
+
+    app->staged.motor_inductance_q = 15e-3f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f, believed_l());
+    periods(1000u);
+    background();
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f, believed_l());
+    interrupt();
+    TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.inductance.learnt.value);
+    background();
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
+}
+
+/* A set that waits to be taken is not lost to what is learnt meanwhile. */
+static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
+{
+    params_error_t why;
+    app->staged.speed_kp = 0.7f;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    periods(1000u);
+    learnt(1.1f);
+    background();
+    interrupt();
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f,
+                             app->drive.current_control.inductance_q / app->active.motor_inductance_q);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+}
+
 static void test_requests_are_taken_with_interrupts_off(void)
 {
     params_error_t why;
@@ -466,6 +578,10 @@ int main(void)
     RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set);
     RUN_TEST(test_the_last_good_set_before_an_interrupt_is_taken);
     RUN_TEST(test_a_set_offered_before_survives_one_that_came_too_late);
+    RUN_TEST(test_what_is_learnt_is_offered_where_it_has_moved);
+    RUN_TEST(test_what_the_drive_cannot_run_on_is_not_believed);
+    RUN_TEST(test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves);
+    RUN_TEST(test_what_is_learnt_goes_with_a_set_that_still_waits);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();
 }

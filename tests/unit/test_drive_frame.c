@@ -39,6 +39,7 @@ static void given_operation(uint32_t count)
 {
     params.position_source = POSITION_ENCODER;
     params.low_speed_current = 0.0f;
+    params.inductance_adaptation = 0.0f;
     drive_init(&drive, &params);
     samples.encoder = count;
     bring_to_ready();

@@ -58,6 +58,7 @@ void setUp(void)
     params_defaults(&params);
     params.motor_inertia = 0.003f;
     params.low_speed_current = 0.0f;
+    params.inductance_adaptation = 0.0f;
     memset(&machine, 0, sizeof machine);
     memset(&estimate, 0, sizeof estimate);
     machine.inertia = 0.003;

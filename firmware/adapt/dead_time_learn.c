@@ -1,0 +1,134 @@
+#include "adapt/dead_time_learn.h"
+
+#include <stdbool.h>
+
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+
+#define SIXTH (12.0f / 35.0f) /* [-] of the signs across the current over what is along it: 1/5 + 1/7 */
+#define POWER (0.5f * SIXTH * SIXTH) /* [-] its mean square */
+#define ALONG (4.0f / 3.14159265f)   /* [-] mean of the signs along the current */
+
+dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
+{
+    const float effective = params->effective;
+    const float current = DEAD_TIME_LEARN_ZONES * params->zone;
+    return (dead_time_learn_tuning_t){
+        .rate = params->rate * params->period / (ALONG * POWER),
+        .effective = effective,
+        .least = effective < 0.0f ? effective : 0.0f,
+        .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
+        .band = params->band,
+        .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
+        .flux_linkage = params->flux_linkage,
+        .current_square = current * current,
+        .period = params->period,
+    };
+}
+
+void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning_t *tuning)
+{
+    const bool same = tuning->effective == learn->tuning.effective && tuning->band == learn->tuning.band;
+    if (!same || tuning->rate == 0.0f) {
+        learn->effective = tuning->effective;
+        learn->begun = 0u;
+    }
+    learn->tuning = *tuning;
+}
+
+static inline float cross(ab_t a, ab_t b)
+{
+    return a.alpha * b.beta - a.beta * b.alpha;
+}
+
+static inline float square_of(ab_t a)
+{
+    return a.alpha * a.alpha + a.beta * a.beta;
+}
+
+static inline bool same(ab_t a, ab_t b)
+{
+    return a.alpha == b.alpha && a.beta == b.beta;
+}
+
+/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V]? Not
+ * of what is no number. */
+static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
+                    float square, float band)
+{
+    const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
+    const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
+    const float seen = square_of(input->emf);
+    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
+           seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
+           square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+}
+
+/* Sixth harmonic of what the three signs have across the current, by its direction [-]. */
+static float sixth(ab_t unit)
+{
+    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
+    const float square_im = 2.0f * unit.alpha * unit.beta;
+    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
+    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
+    return -SIXTH * 2.0f * cube_re * cube_im;
+}
+
+/* A mean that turns by `turn` [rad] a period and follows the vector by `share` [-]. */
+static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
+{
+    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
+    return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
+                  lowpass_step(turned.beta, share, vector.beta)};
+}
+
+/* The means of this period; for how long the current has stood still. */
+static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
+{
+    if (learn->begun == 0u) {
+        learn->begun = 1u;
+        learn->emf_mean = input->emf;
+        learn->along_mean = along;
+    }
+    const float turn = learn->tuning.period * input->omega_e_ref;
+    const float share = bounds_magnitude(turn);
+    learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
+    learn->along_mean = follow(learn->along_mean, turn, share, along);
+    learn->still = same(input->current, learn->current) ? learn->still + 1u : 0u;
+    learn->current = input->current;
+}
+
+/* Are speed and reference together, and does the current turn with them? */
+static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
+{
+    const float missing = input->omega_e_ref - input->omega_e;
+    return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->still < DEAD_TIME_LEARN_STILL;
+}
+
+void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float band = tuning->band * input->link;
+    const float square = square_of(input->current);
+    if (!visible(tuning, input, square, band)) {
+        learn->begun = 0u;
+        return;
+    }
+    const float inverse = inverse_root(square);
+    const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
+    go_on(learn, input, along);
+    if (!settled(learn, input, band)) {
+        return;
+    }
+    const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const float per_volt = inverse_root(input->link * input->link);
+    const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
+    const float rate = emf_share < 1.0f ? emf_share * emf_share * tuning->rate : tuning->rate;
+    const float seen = cross(learn->along_mean, rest) * sixth(along) * per_volt;
+    const float wanted = learn->effective + rate * seen;
+    if (wanted >= tuning->least && wanted <= tuning->most) {
+        learn->effective = wanted;
+    }
+}

@@ -1,0 +1,142 @@
+#include "adapt/inductance.h"
+
+#define TWO_PI        6.2831853f
+#define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
+#define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
+#define OPPOSED       0.5f /* [-] of what is left of the swing of i_q, a cycle */
+#define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
+#define SHARE_MAX     0.5f        /* [-] */
+#define ANSWER_MIN    0.5f        /* [-] of what i_d is told */
+#define ANSWER_MAX    1.5f        /* [-] likewise */
+#define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
+#define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+
+static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
+{
+    const uint32_t periods = (uint32_t)(1.0f / (frequency * params->period) + 0.5f);
+    const float count = (float)periods;
+    const float omega = TWO_PI * frequency;
+    const float passed = omega * omega / (omega * omega + INDUCTANCE_CUTOFF * INDUCTANCE_CUTOFF);
+    const float share = params->rate * count * params->period;
+    return (inductance_wave_t){
+        .periods = periods,
+        .step = 2.0f / count,
+        .share = share < SHARE_MAX ? share : SHARE_MAX,
+        .against = OPPOSED / (passed * WAVE_SQUARE * count),
+        .answer = passed * WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
+    };
+}
+
+inductance_tuning_t inductance_prepare(const inductance_params_t *params)
+{
+    return (inductance_tuning_t){
+        .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2)},
+        .from = params->from,
+        .inductance_q = params->inductance_q,
+        .saliency = params->inductance_d - params->inductance_q,
+        .ratio = params->inductance_q / params->inductance_d,
+        .flux_linkage = params->flux_linkage,
+        .current = INDUCTANCE_DITHER * params->current_max,
+        .torque = INDUCTANCE_TORQUE * params->current_max,
+        .mean_share = lowpass_share(INDUCTANCE_CUTOFF, params->period),
+    };
+}
+
+static void start(inductance_t *x)
+{
+    x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
+    x->confidence = 0.0f;
+    x->said = 0.0f;
+    inductance_rest(x);
+}
+
+void inductance_init(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    x->tuning = *tuning;
+    start(x);
+}
+
+void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    x->tuning = *tuning;
+    if (tuning->from != x->learnt.from || tuning->wave[0].share == 0.0f) {
+        start(x);
+    }
+}
+
+/* Is a frequency near one, two or six times the electrical one? In [rad/s]. */
+static bool is_near(float frequency, float omega)
+{
+    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 6.0f * omega, TWO_PI * INDUCTANCE_NEAR);
+}
+
+bool inductance_begin(inductance_t *x, const inductance_input_t *input)
+{
+    const float speed = bounds_magnitude(input->omega_smooth);
+    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.torque)) {
+        inductance_rest(x);
+        return false;
+    }
+    if (x->follows == 0u) {
+        x->emf_mean = input->emf_q;
+        x->mean = input->current;
+    }
+    x->follows = 0u;
+    x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
+    x->left = x->tuning.wave[x->second].periods;
+    x->sound = 1u;
+    x->t = -1.0f;
+    x->omega = input->omega_smooth;
+    x->emf_sum = 0.0f;
+    x->answer_sum = 0.0f;
+    x->swing_s = 0.0f;
+    x->swing_c = 0.0f;
+    x->detector_sum = 0.0f;
+    return true;
+}
+
+/* Did the rotor turn steadily, and the loop with it, in the cycle that ends now? */
+static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, float omega)
+{
+    const float speed = bounds_magnitude(omega);
+    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
+                       bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
+    const bool keeps = bounds_within(omega - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
+    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->periods;
+    return turns && keeps && locked;
+}
+
+/* A cycle has said this of L_q [H]: may it count? */
+static bool is_trusted(inductance_t *x, float said)
+{
+    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value) ? 1.0f : 0.0f;
+    x->confidence = lowpass_step(x->confidence, TRUST, agrees);
+    x->said = said;
+    return x->confidence > CONFIDENT;
+}
+
+void inductance_end(inductance_t *x, float omega_smooth)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    const inductance_wave_t *wave = &tuning->wave[x->second];
+    const float answer = x->answer_sum;
+    x->follows = x->sound != 0u && answer > ANSWER_MIN * wave->answer && answer < ANSWER_MAX * wave->answer;
+    if (x->follows == 0u || !is_steady(x, wave, omega_smooth)) {
+        return;
+    }
+    const float miss = x->emf_sum / (omega_smooth * answer) - tuning->saliency;
+    const float said = tuning->inductance_q + tuning->ratio * miss;
+    if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
+        return;
+    }
+    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
+    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
+    if (is_trusted(x, said)) {
+        const float next = lowpass_step(x->learnt.value, wave->share, said);
+        const float least = INDUCTANCE_MIN * tuning->from;
+        const float most = INDUCTANCE_MAX * tuning->from;
+        x->learnt.value = next < most ? (next > least ? next : least) : most;
+    }
+}

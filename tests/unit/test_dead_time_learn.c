@@ -1,0 +1,331 @@
+/* EMFs made of a turning rotor and of what three legs with their signs leave when another dead time is
+ * believed than there is: expected values from that algebra alone. */
+#include <complex.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "adapt/dead_time_learn.h"
+
+#define J ((double complex)I)
+
+static const double PI = 3.14159265358979323846;
+
+#define PERIOD 1e-4
+#define LINK   311.0
+#define PSI    0.183
+#define TRUE   0.023 /* T_e/T */
+#define BAND   0.025
+#define RATE   4.0
+
+static const dead_time_learn_params_t PARAMS = {
+    .rate = (float)RATE,
+    .effective = (float)(0.6 * TRUE),
+    .band = (float)BAND,
+    .flux_linkage = (float)PSI,
+    .zone = 0.05f,
+    .period = (float)PERIOD,
+};
+
+/* A rotor and its current. */
+typedef struct {
+    double omega;   /* [rad/s] electrical */
+    double theta;   /* [rad] */
+    double current; /* [A] */
+    double ahead;   /* of the current before the d axis [rad] */
+    dead_time_learn_t learn;
+} world_t;
+
+static world_t world;
+
+void setUp(void)
+{
+    memset(&world, 0, sizeof world);
+    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&PARAMS);
+    dead_time_learn_take(&world.learn, &tuning);
+    world.omega = 42.0;
+    world.current = 3.0;
+    world.ahead = 0.5 * PI;
+}
+
+void tearDown(void)
+{
+}
+
+static ab_t ab(double complex vector)
+{
+    return (ab_t){(float)creal(vector), (float)cimag(vector)};
+}
+
+static double sign_of(double complex current, double axis)
+{
+    return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
+}
+
+/* The three signs as a vector, amplitude-invariant. */
+static double complex signs_of(double complex current)
+{
+    double complex sum = 0.0;
+    for (int32_t phase = 0; phase < 3; phase++) {
+        const double axis = 2.0 * PI / 3.0 * phase;
+        sum += 2.0 / 3.0 * sign_of(current, axis) * cexp(J * axis);
+    }
+    return sum;
+}
+
+/* The next period of the world, as the drive would tell it. */
+static dead_time_learn_input_t next(void)
+{
+    world.theta += world.omega * PERIOD;
+    const double complex current = world.current * cexp(J * (world.theta + world.ahead));
+    const double missing = (TRUE - (double)world.learn.effective) * LINK;
+    const double complex rotor = J * PSI * world.omega * cexp(J * world.theta);
+    return (dead_time_learn_input_t){
+        .omega_e = (float)world.omega,
+        .omega_e_ref = (float)world.omega,
+        .emf = ab(rotor + missing * signs_of(current)),
+        .current = ab(current),
+        .link = (float)LINK,
+    };
+}
+
+static double off(void)
+{
+    return (double)world.learn.effective / TRUE - 1.0;
+}
+
+static void turn(double seconds)
+{
+    for (int32_t n = 0; n < (int32_t)(seconds / PERIOD + 0.5); n++) {
+        const dead_time_learn_input_t input = next();
+        dead_time_learn_step(&world.learn, &input);
+    }
+}
+
+/* Of the sixth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 36): so much
+ * slower than the rate, and half a turn of ripple. */
+static void test_error_falls_with_the_rate(void)
+{
+    static const double speeds[] = {42.0, 80.0, 120.0};
+    static const double ahead[] = {0.5, 0.0, 0.8};
+    for (int32_t n = 0; n < 18; n++) {
+        setUp();
+        world.omega = (n % 2 != 0 ? -1.0 : 1.0) * speeds[n / 2 % 3];
+        world.ahead = ahead[n / 6] * PI;
+        turn(0.15);
+        const double before = off();
+        const double whole = 4.0 * PI / fabs(world.omega);
+        turn(whole);
+        const double time = (double)(int32_t)(whole / PERIOD + 0.5) * PERIOD;
+        const double rate = -log(off() / before) / time;
+        char message[120];
+        snprintf(message, sizeof message, "%.0f rad/s, current %.1f pi ahead: rate %.3f", world.omega,
+                 ahead[n / 6], rate);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.05 * RATE, RATE * 36.0 / 37.0, rate, message);
+        turn(2.0);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-3, 0.0, off(), message);
+    }
+}
+
+/* Below 0.85 of the dead band's voltage by the square of the EMF. */
+static void test_slower_where_the_emf_is_small(void)
+{
+    world.omega = 0.55 * BAND * LINK / PSI;
+    turn(0.4);
+    const double before = off();
+    const double whole = 4.0 * PI / world.omega;
+    turn(whole);
+    const double share = 0.55 / 0.85;
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * RATE, share * share * RATE * 36.0 / 37.0, -log(off() / before) / whole);
+}
+
+/* Whatever looks like resistance, flux or an offset of the angle is nothing to it: it turns like the rotor.
+ */
+static void test_what_turns_with_the_rotor_teaches_nothing(void)
+{
+    const double complex wrong[] = {4.0, -3.0, 4.0 * J, -2.5 * J};
+    world.learn.effective = (float)TRUE;
+    for (int32_t n = 0; n < 4; n++) {
+        for (int32_t k = 0; k < 20000; k++) {
+            dead_time_learn_input_t input = next();
+            const ab_t more = ab(wrong[n] * cexp(J * world.theta));
+            input.emf.alpha += more.alpha;
+            input.emf.beta += more.beta;
+            dead_time_learn_step(&world.learn, &input);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
+    }
+}
+
+static void expect_untouched(dead_time_learn_input_t (*bad)(void), const char *what)
+{
+    turn(0.2);
+    const float before = world.learn.effective;
+    for (int32_t n = 0; n < 10000; n++) {
+        const dead_time_learn_input_t input = bad();
+        dead_time_learn_step(&world.learn, &input);
+    }
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(before, world.learn.effective, what);
+    turn(3.0);
+    TEST_ASSERT_TRUE_MESSAGE(fabs(off()) < 2e-3, what);
+}
+
+static dead_time_learn_input_t current_is_no_number(void)
+{
+    dead_time_learn_input_t input = next();
+    input.current.beta = NAN;
+    return input;
+}
+
+static dead_time_learn_input_t emf_is_no_number(void)
+{
+    dead_time_learn_input_t input = next();
+    input.emf.alpha = NAN;
+    return input;
+}
+
+static dead_time_learn_input_t link_is_no_number(void)
+{
+    dead_time_learn_input_t input = next();
+    input.link = NAN;
+    return input;
+}
+
+static dead_time_learn_input_t speed_is_no_number(void)
+{
+    dead_time_learn_input_t input = next();
+    input.omega_e = NAN;
+    return input;
+}
+
+static dead_time_learn_input_t no_emf(void)
+{
+    dead_time_learn_input_t input = next();
+    input.emf = (ab_t){0.0f, 0.0f};
+    return input;
+}
+
+static dead_time_learn_input_t endless_emf(void)
+{
+    dead_time_learn_input_t input = next();
+    input.emf.alpha = INFINITY;
+    return input;
+}
+
+static dead_time_learn_input_t reference_apart(void)
+{
+    dead_time_learn_input_t input = next();
+    input.omega_e -= 20.0f;
+    return input;
+}
+
+static dead_time_learn_input_t small_current(void)
+{
+    dead_time_learn_input_t input = next();
+    input.current.alpha *= 0.1f;
+    input.current.beta *= 0.1f;
+    return input;
+}
+
+static dead_time_learn_input_t slow(void)
+{
+    dead_time_learn_input_t input = next();
+    input.omega_e_ref = 18.0f;
+    return input;
+}
+
+static dead_time_learn_input_t fast(void)
+{
+    dead_time_learn_input_t input = next();
+    input.omega_e_ref = 140.0f;
+    return input;
+}
+
+static void test_what_is_no_lesson_leaves_it_alone(void)
+{
+    expect_untouched(current_is_no_number, "current");
+    expect_untouched(emf_is_no_number, "EMF");
+    expect_untouched(link_is_no_number, "link");
+    expect_untouched(speed_is_no_number, "speed");
+    expect_untouched(no_emf, "no EMF");
+    expect_untouched(endless_emf, "endless EMF");
+    expect_untouched(small_current, "small current");
+    expect_untouched(slow, "too slow");
+    expect_untouched(fast, "too fast");
+    expect_untouched(reference_apart, "reference apart");
+}
+
+/* Frozen samples: the current stands still, whatever the EMF does. The periods until that is seen are as many
+ * as are kept of the current's direction. */
+static void test_a_current_that_stands_still_teaches_nothing(void)
+{
+    turn(0.2);
+    dead_time_learn_input_t input = next();
+    const ab_t frozen = input.current;
+    for (int32_t n = 0; n < 4; n++) {
+        dead_time_learn_step(&world.learn, &input);
+        input = next();
+        input.current = frozen;
+    }
+    const float before = world.learn.effective;
+    for (int32_t n = 0; n < 10000; n++) {
+        input = next();
+        input.current = frozen;
+        dead_time_learn_step(&world.learn, &input);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(before, world.learn.effective);
+}
+
+/* An EMF as if the legs lost without limit ends at twice the dead band; of what adds voltage, at nothing. */
+static void test_limits(void)
+{
+    for (int32_t n = 0; n < 2; n++) {
+        setUp();
+        for (int32_t k = 0; k < 60000; k++) {
+            world.theta += world.omega * PERIOD;
+            const double complex current = world.current * cexp(J * (world.theta + world.ahead));
+            const dead_time_learn_input_t input = {
+                (float)world.omega, (float)world.omega,
+                ab(J * PSI * world.omega * cexp(J * world.theta) + (n != 0 ? -3.0 : 3.0) * signs_of(current)),
+                ab(current), (float)LINK};
+            dead_time_learn_step(&world.learn, &input);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, n != 0 ? 0.0 : 2.0 * BAND, (double)world.learn.effective);
+        TEST_ASSERT_TRUE(world.learn.effective >= 0.0f && world.learn.effective <= 2.0f * (float)BAND);
+    }
+}
+
+/* The value outlives other coefficients, but not other parameters of its own nor being off. */
+static void test_what_is_learnt_stays_until_the_parameters_change(void)
+{
+    turn(2.0);
+    const float learnt = world.learn.effective;
+    dead_time_learn_params_t params = PARAMS;
+    params.flux_linkage *= 1.1f;
+    dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
+    dead_time_learn_take(&world.learn, &tuning);
+    TEST_ASSERT_EQUAL_FLOAT(learnt, world.learn.effective);
+    params.rate = 0.0f;
+    tuning = dead_time_learn_prepare(&params);
+    dead_time_learn_take(&world.learn, &tuning);
+    TEST_ASSERT_EQUAL_FLOAT(PARAMS.effective, world.learn.effective);
+    params.rate = PARAMS.rate;
+    params.effective = 0.02f;
+    tuning = dead_time_learn_prepare(&params);
+    dead_time_learn_take(&world.learn, &tuning);
+    TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_error_falls_with_the_rate);
+    RUN_TEST(test_slower_where_the_emf_is_small);
+    RUN_TEST(test_what_turns_with_the_rotor_teaches_nothing);
+    RUN_TEST(test_what_is_no_lesson_leaves_it_alone);
+    RUN_TEST(test_a_current_that_stands_still_teaches_nothing);
+    RUN_TEST(test_limits);
+    RUN_TEST(test_what_is_learnt_stays_until_the_parameters_change);
+    return UNITY_END();
+}

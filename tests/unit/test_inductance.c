@@ -1,0 +1,340 @@
+/* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,believed) omega i_d
+ * and what else is asked, with a current control that follows by a low-pass. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "adapt/inductance.h"
+
+#define PERIOD 1e-4
+#define PSI    0.183
+#define L_TRUE 12.5e-3
+#define I_Q    4.5
+
+/* What the rotor does and what is known of it. */
+typedef struct {
+    double omega;              /* [rad/s] */
+    double l_d, l_q;           /* true [H] */
+    double l_d_from, l_q_from; /* of the parameters [H] */
+    double i_q;                /* [A] */
+    double noise;              /* of e_q, uniform, +- [V] */
+    double ripple;             /* of e_q [V] ... */
+    double ripple_omega;       /* ... at this frequency [rad/s] */
+    double acceleration;       /* [rad/s^2] */
+    double resistance;         /* error of R [ohm] */
+    double swing;              /* of i_q per i_d, late by 5 ms [-] */
+    double detector;           /* [-] */
+    double follows;            /* i_d per reference [-] */
+    double rate;               /* [1/s] */
+    bool sound;
+} motor_t;
+
+static inductance_t x;
+static uint32_t seed;
+static double time_now; /* [s] */
+
+static motor_t usual(void)
+{
+    return (motor_t){.omega = 400.0,
+                     .l_d = L_TRUE,
+                     .l_q = L_TRUE,
+                     .l_d_from = L_TRUE,
+                     .l_q_from = L_TRUE,
+                     .i_q = I_Q,
+                     .follows = 1.0,
+                     .rate = 2.0,
+                     .sound = true};
+}
+
+static double random_pm1(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return (double)seed / 2147483648.0 - 1.0;
+}
+
+/* The tuning that the background makes of what has been learnt, as it would. */
+static void believe(const motor_t *motor)
+{
+    const double ratio = (double)(x.learnt.value / x.learnt.from);
+    const inductance_params_t params = {
+        .inductance_d = (float)(ratio * motor->l_d_from),
+        .inductance_q = x.learnt.value,
+        .from = (float)motor->l_q_from,
+        .flux_linkage = (float)PSI,
+        .current_max = 10.0f,
+        .rate = (float)motor->rate,
+        .period = (float)PERIOD,
+    };
+    const inductance_tuning_t tuning = inductance_prepare(&params);
+    inductance_take(&x, &tuning);
+}
+
+static void begin(const motor_t *motor)
+{
+    memset(&x, 0, sizeof x);
+    x.learnt = (learnt_value_t){(float)motor->l_q_from, (float)motor->l_q_from};
+    believe(motor);
+    const inductance_tuning_t tuning = x.tuning;
+    inductance_init(&x, &tuning);
+    seed = 1u;
+    time_now = 0.0;
+}
+
+/* Steps, with a new belief each 10 ms; the largest and the least i_d that was asked for. */
+static double asked_most, asked_least;
+
+static void run(const motor_t *motor, double seconds)
+{
+    static double i_d, i_d_slow, i_q_asked;
+    asked_most = 0.0;
+    asked_least = 0.0;
+    for (int n = 0; n < (int)(seconds / PERIOD + 0.5); n++) {
+        const double omega = motor->omega + motor->acceleration * time_now;
+        const double i_q = motor->i_q + motor->swing * i_d_slow + i_q_asked;
+        const double l_q = (double)x.tuning.inductance_q;
+        const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
+                           motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
+        const inductance_input_t input = {
+            .emf_q = (float)emf,
+            .detector = (float)motor->detector,
+            .omega_smooth = (float)omega,
+            .current = {(float)i_d, (float)i_q},
+            .sound = motor->sound,
+        };
+        const dq_t dither = inductance_step(&x, &input);
+        i_d += 0.1 * (motor->follows * (double)dither.d - i_d);
+        i_d_slow += 0.02 * (i_d - i_d_slow);
+        i_q_asked += 0.1 * ((double)dither.q - i_q_asked);
+        asked_most = fmax(asked_most, (double)dither.d);
+        asked_least = fmin(asked_least, (double)dither.d);
+        time_now += PERIOD;
+        if (n % 100 == 99) {
+            believe(motor);
+        }
+    }
+}
+
+static double ratio(void)
+{
+    return (double)x.learnt.value / L_TRUE;
+}
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* Four cycles until it trusts them, then e^(-rate t); each cycle takes its whole share at its end. */
+static void test_l_goes_to_the_truth_by_its_rate(void)
+{
+    for (int n = 0; n < 8; n++) {
+        motor_t motor = usual();
+        const double wrong = n % 2 ? 1.2 : 0.8;
+        motor.omega = n / 2 % 2 ? -400.0 : 400.0;
+        motor.rate = n / 4 ? 4.0 : 2.0;
+        motor.l_d_from = motor.l_q_from = wrong * L_TRUE;
+        begin(&motor);
+        run(&motor, 1.0);
+        const double left = (ratio() - 1.0) / (wrong - 1.0);
+        TEST_ASSERT_TRUE(left < 1.15 * exp(-motor.rate * (1.0 - 0.2)));
+        TEST_ASSERT_TRUE(left > 0.85 * exp(-motor.rate * 1.0));
+        run(&motor, 4.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, ratio());
+        TEST_ASSERT_TRUE(x.confidence > 0.99f);
+    }
+}
+
+static void test_the_dither_is_a_twentieth_of_the_limit(void)
+{
+    const motor_t motor = usual();
+    begin(&motor);
+    run(&motor, 1.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.5, asked_most);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
+}
+
+/* L_q keeps its ratio to L_d, and only L_d shows. */
+static void test_a_salient_motor_keeps_its_ratio(void)
+{
+    for (int n = 0; n < 2; n++) {
+        motor_t motor = usual();
+        const double wrong = n ? 1.2 : 0.8;
+        motor.l_d = 0.9 * L_TRUE;
+        motor.l_d_from = wrong * 0.9 * L_TRUE;
+        motor.l_q_from = wrong * L_TRUE;
+        begin(&motor);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1.0, ratio());
+    }
+}
+
+/* Noise of a volt, +-: a cycle's sum of 303 has a SD of 0.58 sqrt(303 x 0.533) = 7.3 V against the 400 x
+ * L x 0.5 x 0.533 x 303 = 404 V of a whole L, times 0.9 of the low-pass: 2 %; the mean of 2/share cycles 0.35
+ * %. */
+static void test_noise_averages_out(void)
+{
+    motor_t motor = usual();
+    motor.noise = 1.0;
+    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+    begin(&motor);
+    run(&motor, 4.0);
+    for (int n = 0; n < 20; n++) {
+        run(&motor, 0.2);
+        TEST_ASSERT_DOUBLE_WITHIN(0.015, 1.0, ratio());
+    }
+}
+
+/* A swing of the EMF by what errors of the sensors make, as large as a twentieth of L would, at once or twice
+ * the electrical frequency, wherever that is. 4 Hz away a mean of 1/rate leaves rate/(2 pi 4 Hz) of twice
+ * that (the wave's own square is a half), 0.8 %. */
+static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
+{
+    for (double f = 8.0; f <= 100.0; f += 1.0) {
+        for (int times = 1; times <= 2; times++) {
+            motor_t motor = usual();
+            motor.omega = 2.0 * 3.14159265358979 * f;
+            motor.ripple = 0.05 * L_TRUE * 0.5 * motor.omega;
+            motor.ripple_omega = times * motor.omega;
+            begin(&motor);
+            run(&motor, 5.0);
+            TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, ratio());
+        }
+    }
+}
+
+/* R wrong and an i_q that swings with the dither, late by a fifth of a cycle. Not opposed, it would add the
+ * part in step, resistance x swing, to omega dL: (0.3 ohm x 0.4 x cos 80 degrees)/(42 rad/s x L), 4 %. */
+static void test_a_swing_of_i_q_is_opposed(void)
+{
+    for (int n = 0; n < 2; n++) {
+        motor_t motor = usual();
+        motor.omega = 42.0;
+        motor.resistance = n ? 0.3 : -0.3;
+        motor.swing = 0.4;
+        begin(&motor);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3, 1.0, ratio());
+    }
+}
+
+/* Nothing is learnt, and where nothing is to be seen nothing is asked for. */
+#define expect_nothing_learnt(motor, dithers) nothing_learnt(motor, dithers, __LINE__)
+static void nothing_learnt(const motor_t *motor, bool dithers, int line)
+{
+    begin(motor);
+    run(motor, 1.5);
+    UNITY_TEST_ASSERT(x.learnt.value == x.learnt.from, line, "learnt");
+    UNITY_TEST_ASSERT_EQUAL_INT(dithers, asked_most > 0.0, line, "dither");
+}
+
+static void test_it_rests_where_there_is_nothing_to_see(void)
+{
+    motor_t wrong = usual();
+    wrong.l_d_from = wrong.l_q_from = 0.8 * L_TRUE;
+    motor_t motor = wrong;
+    motor.omega = 29.0;
+    expect_nothing_learnt(&motor, false);
+    motor = wrong;
+    motor.i_q = 1.4;
+    expect_nothing_learnt(&motor, false);
+    motor = wrong;
+    motor.i_q = -1.4;
+    expect_nothing_learnt(&motor, false);
+}
+
+static void test_it_does_not_learn_from_a_cycle_that_was_spoilt(void)
+{
+    motor_t wrong = usual();
+    wrong.l_d_from = wrong.l_q_from = 0.8 * L_TRUE;
+    motor_t motor = wrong;
+    motor.sound = false;
+    expect_nothing_learnt(&motor, true);
+    motor = wrong;
+    motor.detector = -0.11;
+    expect_nothing_learnt(&motor, true);
+    motor = wrong;
+    motor.follows = 0.4;
+    expect_nothing_learnt(&motor, true);
+    motor = wrong;
+    motor.follows = 1.7;
+    expect_nothing_learnt(&motor, true);
+    motor = wrong;
+    motor.acceleration = 0.04 * 400.0 / 0.03;
+    expect_nothing_learnt(&motor, true);
+    motor = wrong;
+    motor.noise = 200.0;
+    expect_nothing_learnt(&motor, true);
+}
+
+/* One period that is no number, or an EMF that is gone: what was learnt stays, and learning goes on after. */
+static void test_no_number_and_no_emf_teach_nothing(void)
+{
+    static const float emfs[] = {NAN, INFINITY, 0.0f, 73.2f};
+    static const float currents[] = {0.0f, 0.0f, 0.0f, NAN};
+    for (int n = 0; n < 4; n++) {
+        motor_t motor = usual();
+        motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+        begin(&motor);
+        run(&motor, 0.9);
+        const float before = x.learnt.value;
+        const inductance_input_t input = {emfs[n], 0.0f, 400.0f, {currents[n], 4.5f}, n == 2};
+        for (int k = 0; k < 10000; k++) {
+            (void)inductance_step(&x, &input);
+        }
+        TEST_ASSERT_FLOAT_WITHIN(0.0f, before, x.learnt.value);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1.0, ratio());
+    }
+}
+
+static void test_l_stays_within_half_and_twice_the_parameter(void)
+{
+    for (int n = 0; n < 2; n++) {
+        motor_t motor = usual();
+        motor.l_d_from = motor.l_q_from = (n ? 2.5 : 0.4) * L_TRUE;
+        begin(&motor);
+        run(&motor, 10.0);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, n ? INDUCTANCE_MIN : INDUCTANCE_MAX, x.learnt.value / x.learnt.from);
+    }
+}
+
+static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
+{
+    motor_t motor = usual();
+    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+    begin(&motor);
+    run(&motor, 3.0);
+    const float learnt = x.learnt.value;
+    motor.rate = 1.0;
+    believe(&motor);
+    TEST_ASSERT_TRUE(x.learnt.value == learnt);
+    motor.l_q_from = 0.9 * L_TRUE;
+    believe(&motor);
+    TEST_ASSERT_TRUE(x.learnt.value == (float)(0.9 * L_TRUE));
+    TEST_ASSERT_TRUE(x.learnt.from == (float)(0.9 * L_TRUE));
+    run(&motor, 3.0);
+    TEST_ASSERT_TRUE(x.learnt.value != x.learnt.from);
+    motor.rate = 0.0;
+    believe(&motor);
+    TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_l_goes_to_the_truth_by_its_rate);
+    RUN_TEST(test_the_dither_is_a_twentieth_of_the_limit);
+    RUN_TEST(test_a_salient_motor_keeps_its_ratio);
+    RUN_TEST(test_noise_averages_out);
+    RUN_TEST(test_a_ripple_at_the_electrical_frequency_is_kept_away_from);
+    RUN_TEST(test_a_swing_of_i_q_is_opposed);
+    RUN_TEST(test_it_rests_where_there_is_nothing_to_see);
+    RUN_TEST(test_it_does_not_learn_from_a_cycle_that_was_spoilt);
+    RUN_TEST(test_no_number_and_no_emf_teach_nothing);
+    RUN_TEST(test_l_stays_within_half_and_twice_the_parameter);
+    RUN_TEST(test_another_parameter_starts_anew_and_another_rate_does_not);
+    return UNITY_END();
+}

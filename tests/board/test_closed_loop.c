@@ -183,7 +183,7 @@ static void test_ideal_inverter_and_sensors_leave_no_error(void)
 /* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
  * and at the lowest speed, where it is as large as the EMF, so does what is uncertain of it: the limits there
  * are for the 8 V that the default board's legs lose at 10 kHz while the EMF is as large. The SD under load
- * there is 2.7 to 5.8 mrad by the seed, of 16. Where the samples of a turn are a whole number the mean under
+ * there is 2.3 to 11 mrad by the seed, of 16. Where the samples of a turn are a whole number the mean under
  * load is twice what it is beside it, 1.7 to 2.1 mrad of 16 seeds on the default board: times 1.5. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {

@@ -154,8 +154,8 @@ static const change_t believed_too_small[] = {{"params.turn_on_delay", 0.24e-6},
 
 static void test_dead_time_believed_too_small(void)
 {
-    static const limits_t too_small[] = {{100.0, {53.0, 31.0}, {25.0, 33.0}, {132.0, 116.0}},
-                                         {313.0, {5.0, 2.0}, {4.0, 4.0}, {20.0, 13.0}}};
+    static const limits_t too_small[] = {{100.0, {34.3, 29.0}, {30.0, 32.4}, {114.0, 118.0}},
+                                         {313.0, {7.8, 2.8}, {4.1, 4.0}, {20.3, 13.8}}};
     for (int32_t point = 0; point < 16; point++) {
         const limits_t *limits = &too_small[point / 8];
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;

@@ -114,7 +114,10 @@ static void test_speed_steps_by_the_encoder(void)
 
 /* ---- the estimate ---- */
 
-static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 0.993};
+/* Shares of the rated speed. The last, 1000 r/min of the default board's motor, is there a whole number of
+ * samples a turn, an odd number of them in every sixth: what the legs and the sensors leave of an error comes
+ * back at the same angles, turn after turn. */
+static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
 /* What calibration leaves: that of run_real(), in proportion to the sensors' range where it is more than
  * 20 A. */
@@ -128,7 +131,8 @@ static void make_real(rig_t *rig)
     run_put(rig, "current_noise", 0.01 * more);
 }
 
-#define POINTS 8
+#define POINTS 10
+#define WHOLE  4 /* the share of a whole number */
 
 /* Without the encoder: each speed without load and with the rated one, directions in turn. */
 static run_error_t measure(bool real, double fidelity, int32_t point)
@@ -179,7 +183,8 @@ static void test_ideal_inverter_and_sensors_leave_no_error(void)
 /* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
  * and at the lowest speed, where it is as large as the EMF, so does what is uncertain of it: the limits there
  * are for the 8 V that the default board's legs lose at 10 kHz while the EMF is as large. The SD under load
- * there is 2.7 to 5.8 mrad by the seed, of 16. */
+ * there is 2.3 to 11 mrad by the seed, of 16. Where the samples of a turn are a whole number the mean under
+ * load is twice what it is beside it, 1.7 to 2.1 mrad of 16 seeds on the default board: times 1.5. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {
     const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];
@@ -188,8 +193,9 @@ static void test_real_inverter_and_sensors_keep_the_limits(void)
     for (int32_t point = 0; point < POINTS; point++) {
         const bool slow = point / 2 == 0;
         const bool loaded = (point & 1) != 0;
+        const double fast_mean = fmax(point / 2 == WHOLE ? 3.1 : 1.5, 1.5 * ripple);
         const run_error_t err = measure(true, SWITCHED, point);
-        expect_at_most(loaded ? (slow ? 3.0 * more : 1.5 * ripple) : (slow ? 5.0 * more : 4.0 * ripple),
+        expect_at_most(loaded ? (slow ? 3.0 * more : fast_mean) : (slow ? 5.0 * more : 4.0 * ripple),
                        err.mean, "mean [mrad]");
         expect_at_most(loaded ? (slow ? 8.0 * more : 1.5 * ripple) : (slow ? 10.0 * more : 4.0 * ripple),
                        err.sd, "SD [mrad]");

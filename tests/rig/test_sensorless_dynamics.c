@@ -87,11 +87,6 @@ static void start(const drive_case_t *drive, double rpm)
     if (drive->real && drive->bare) {
         run_put(rig, "low_speed_current", LOW_SPEED_CURRENT * RUN_LIMIT_SHARE);
     }
-    if (drive->bare) { /* the undershoot of the paper's gains below 60 r/min is not a lost rotor */
-        run_put(rig, "start_speed", 6.0);
-        run_put(rig, "handover_speed", 6.0);
-        run_put(rig, "fallback_speed", 3.0);
-    }
     run_put(rig, "pll_bandwidth", drive->bandwidth);
     run_put(rig, "feedforward_cutoff", drive->cutoff);
     run_put(rig, "torque_feedforward", drive->torque_share);
@@ -121,12 +116,20 @@ static double slow_of(const drive_case_t *drive)
     return drive->slow > 0.0 ? drive->slow : 100.0;
 }
 
-/* Running slowly, the offset trim settled. The bare rotor is brought there from 500 r/min. */
+/* Running slowly, the offset trim settled. The bare rotor is brought there from 500 r/min, in half a second:
+ * braked at the limit of the current, without torque feed-forward, it would be lost on the way. */
 static void start_slow(const drive_case_t *drive)
 {
-    start(drive, drive->bare ? 500.0 : slow_of(drive));
-    run_put(rig, "speed_request", drive->direction * slow_of(drive) * RPM);
+    const double slow = slow_of(drive);
+    const double from = drive->bare ? 500.0 : slow;
+    start(drive, from);
+    const double losses = rig_value(rig, "lock_losses");
+    for (int32_t n = 1; drive->bare && n <= 50; n++) {
+        run_put(rig, "speed_request", drive->direction * (from + (slow - from) * n / 50.0) * RPM);
+        run_seconds(rig, 0.01);
+    }
     run_seconds(rig, drive->real ? SETTLING_SECONDS : 0.5);
+    TEST_ASSERT_EQUAL_DOUBLE(losses, rig_value(rig, "lock_losses"));
 }
 
 /* ---- speed changes ---- */
@@ -526,14 +529,16 @@ static void test_steps_of_the_bare_motor(void)
     }
 }
 
-/* Of 160 starts none went above 31 mrad. */
+/* With the paper's gains, stiff for so light a rotor, the angle ripples at 100 r/min, the more the less
+ * current the board's limit leaves: the peak upwards is that of an ideal inverter and of the ripple that the
+ * step begins in. Limits: the worst of 16 seeds in both directions, on both boards, times 1.5. */
 static void test_steps_of_the_bare_motor_with_a_real_inverter(void)
 {
     for (int32_t n = 0; n < 16; n++) {
         seed = FIRST_SEED + (uint32_t)n;
         const drive_case_t drive = bare_motor(true, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
-        expect_peaks(&result, 50.0, 50.0);
+        expect_peaks(&result, 76.0, 25.0);
     }
 }
 
@@ -616,9 +621,13 @@ static void test_inertia_wrong_by_30_percent_on_the_bare_motor(void)
 }
 
 /* Before the trim has found the offset that calibration left, the angle ripples at 100 r/min and the torque
- * feed-forward starts from there; without it little changes. */
+ * feed-forward starts from there; without it little changes. Limits: the worst of 12 seeds on both boards,
+ * times 1.5. On the board with the smaller current one step in 384 begins where a phase current rests within
+ * its zone until the two others have risen: for 2.5 ms the loss of its leg is of the wrong sign, and the
+ * error is 105 mrad, else at most 38. Such a step there may be, with 1.5 times that. */
 static void test_steps_before_the_offset_trim_has_settled(void)
 {
+    int32_t rested = 0;
     for (int32_t n = 0; n < 4; n++) {
         const drive_case_t drive =
             paper_rig(true, n % 2 == 0 ? FORWARD : BACKWARD, n < 2 ? 0.0 : ALL_OF_IT, 0.0);
@@ -628,13 +637,14 @@ static void test_steps_before_the_offset_trim_has_settled(void)
             run_seconds(rig, 0.5 + angle * electrical_turn(100.0) / STEP_ANGLES);
             const change_t up = change_speed(drive.direction * 1500.0, 2.5);
             keep_larger_change(&worst, &up);
+            rested += n >= 2 && 1e3 * fabs(up.peak) > 57.0 ? 1 : 0;
         }
         printf("  100-1500 r/min after 1 s at 100 r/min, %s, K %.0f: peak %.1f, on the way %.2f mrad\n",
                name_of(&drive), drive.torque_share, 1e3 * worst.peak, 1e3 * worst.plateau);
         expect_at_most("on the way up", 3.0, worst.plateau);
-        /* 75.9 and 49.6 are the worst of 11 seeds on both boards, times 1.5 */
-        expect_at_most("peak", n < 2 ? 114.0 : 75.0, worst.peak);
+        expect_at_most("peak", n < 2 ? 118.0 : 158.0, worst.peak);
     }
+    TEST_ASSERT_TRUE(rested <= 1);
 }
 
 /* ---- through zero ---- */

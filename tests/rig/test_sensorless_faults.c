@@ -419,7 +419,6 @@ static watch_t with_flux(bool real, double rpm, double factor, const char *off, 
     prepare(real);
     if (factor > 1.0) {
         run_put(rig, "overspeed_trip", 100.0);
-        run_put(rig, "start_speed", 7.0); /* no more than the hand-over, by this psi_f */
     }
     if (off != NULL) {
         run_put(rig, off, value);

@@ -135,9 +135,9 @@ static void test_switched_inverter(void)
 static void test_default_speed_control_and_low_speed_current(void)
 {
     static const limits_t by_rule[] = {
-        {100.0, {0.71, 2.3}, {4.0, 4.3}, {27.0, 39.0}},  {313.0, {0.35, 1.3}, {0.81, 0.75}, {3.6, 5.4}},
-        {503.0, {0.6, 1.46}, {2.2, 0.6}, {12.8, 3.9}},   {1013.0, {2.6, 1.4}, {0.65, 0.47}, {4.8, 3.0}},
-        {1490.0, {3.3, 1.25}, {0.51, 0.45}, {5.3, 2.7}},
+        {100.0, {0.65, 2.15}, {1.75, 3.5}, {12.0, 38.5}}, {313.0, {0.22, 1.3}, {0.86, 0.76}, {3.7, 4.6}},
+        {503.0, {1.07, 1.48}, {1.5, 0.61}, {6.3, 4.6}},   {1013.0, {2.57, 1.4}, {0.61, 0.48}, {4.9, 3.3}},
+        {1490.0, {3.4, 1.25}, {0.51, 0.5}, {5.2, 2.9}},
     };
     for (int32_t point = 0; point < 8 * SPEEDS; point++) {
         const limits_t *limits = &by_rule[point / 8];
@@ -154,8 +154,8 @@ static const change_t believed_too_small[] = {{"params.turn_on_delay", 0.24e-6},
 
 static void test_dead_time_believed_too_small(void)
 {
-    static const limits_t too_small[] = {{100.0, {53.0, 31.0}, {25.0, 33.0}, {132.0, 116.0}},
-                                         {313.0, {5.0, 2.0}, {4.0, 4.0}, {20.0, 13.0}}};
+    static const limits_t too_small[] = {{100.0, {34.3, 29.0}, {30.0, 32.4}, {114.0, 118.0}},
+                                         {313.0, {7.8, 2.8}, {4.1, 4.0}, {20.3, 13.8}}};
     for (int32_t point = 0; point < 16; point++) {
         const limits_t *limits = &too_small[point / 8];
         const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;

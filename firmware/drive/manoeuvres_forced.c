@@ -163,7 +163,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
 static void take_over(manoeuvres_t *m, const manoeuvres_input_t *input, dq_t seen, demand_t *demand)
 {
     manoeuvres_enter_run(m, seen, input->estimate->omega_smooth);
-    manoeuvres_run_observed(m, input, &input->estimate->frame, m->run.omega_m_ref, demand);
+    manoeuvres_run_observed(m, input, m->run.omega_m_ref, demand);
     demand->change = (int32_t)FRAME_TURNS;
 }
 

@@ -21,10 +21,11 @@ float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish);
 /* The loop shall be locked there in this period. */
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
 
-/* Run in this frame of the rotor at this mechanical speed [rad/s], with the EMF that is observed: it is right
- * in the stationary frame whatever the angle, so that an angle that is lost sets no current free. */
-void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
-                             float omega_m, demand_t *demand);
+/* Run in the estimate's frame at this mechanical speed [rad/s], with the EMF that is observed, as the loop
+ * filters it: within a period or two it is right whatever the angle, so that an angle that is lost sets no
+ * current free. */
+void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_m,
+                             demand_t *demand);
 
 /* The demands of the manoeuvres, of one period each. */
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);

@@ -23,10 +23,10 @@ static void run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame
     m->other_source = 0u;
 }
 
-void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
-                             float omega_m, demand_t *demand)
+void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_m,
+                             demand_t *demand)
 {
-    run_by(m, input, rotor, frames_park(input->estimate->emf, rotor->rotation), omega_m, demand);
+    run_by(m, input, &input->estimate->frame, input->estimate->emf_loop, omega_m, demand);
 }
 
 /* The rotor turns: locked and run from here on, without a current. */
@@ -37,7 +37,7 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *d
     manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
     manoeuvres_lock_to(m, rotor);
     m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    manoeuvres_run_observed(m, input, &frame, m->run.omega_m_ref, demand);
+    run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref, demand);
     demand->change = (int32_t)FRAME_ANEW;
 }
 
@@ -101,7 +101,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
         manoeuvres_catch(m, input, demand);
         return;
     }
-    manoeuvres_run_observed(m, input, &estimate->frame, input->omega_m, demand);
+    manoeuvres_run_observed(m, input, input->omega_m, demand);
     const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);

@@ -12,6 +12,7 @@ typedef struct {
     float omega_smooth; /* integrator and feed-forward alone [rad/s], electrical */
     ab_t emf_hat;       /* back-EMF as observed, filtered, with its lag [V] */
     ab_t emf;           /* back-EMF at t_k, lag undone [V] */
+    dq_t emf_loop;      /* back-EMF in this frame, filtered as the loop filters it [V] */
     float amplitude;    /* its length in the loop [V] */
     float detector;     /* sine of the loop's error [-]; 0 while it coasts */
     ab_t current_err;   /* observed minus measured current [A] */

@@ -92,6 +92,7 @@ static inline void show_tracker(estimator_t *est, position_t position)
     estimate->frame.theta_e = position.theta_e;
     estimate->frame.omega_e = position.omega_e;
     estimate->omega_smooth = pll->omega_smooth;
+    estimate->emf_loop = (dq_t){pll->emf.d, pll->emf.q};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
     estimate->invalid = est->tracker.validity.debounce.invalid;

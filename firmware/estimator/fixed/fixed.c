@@ -160,6 +160,7 @@ static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation
         .omega_smooth = (float)q->pll.omega_smooth * units->speed,
         .emf_hat = pair_of(q->smo.emf_hat, units->voltage),
         .emf = pair_of(q->emf, units->voltage),
+        .emf_loop = {(float)q->pll.emf.d * units->voltage, (float)q->pll.emf.q * units->voltage},
         .amplitude = (float)q->pll.amplitude * units->voltage,
         .detector = (float)q->pll.detector * (1.0f / TWO_TO_30),
         .current_err = pair_of(q->smo.current_err, units->current),

@@ -4,8 +4,6 @@
 
 #define MASKED_PERIODS DRIVE_PERIODS(50e-3f) /* after a hand-over */
 
-static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
-
 void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
 {
     m->now = (int32_t)manoeuvre;
@@ -92,6 +90,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m)
 
 frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate)
 {
+    static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
     if (m->limits.sensorless == 0u) {
         return *encoder;
     }

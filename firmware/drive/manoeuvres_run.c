@@ -9,8 +9,6 @@
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
 
-static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
-
 /* In this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source to
  * another while running keeps the voltage. */
 static void run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf,
@@ -43,6 +41,7 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *d
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
+    static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
     const estimate_t *estimate = input->estimate;
     *demand = (demand_t){.frame = stationary, .current = {m->catching.tuning.current, 0.0f}};
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);

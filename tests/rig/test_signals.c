@@ -462,8 +462,10 @@ static bool frames(const stretch_t *s, uint32_t k)
     const double complex abc = clarke(V(i_a), V(i_b), V(i_c));
     const double complex ab = pair(k, R_i_alpha, R_i_beta);
     const double complex trim_before = pair(k > s->first ? k - 1u : k, R_trim_alpha, R_trim_beta);
-    EXPECT(i_alpha, creal(abc - trim_before), 1e-5)
-    EXPECT(i_beta, cimag(abc - trim_before), 1e-5)
+    /* what the trim finds in the period before the first one is not seen */
+    const double moved = k > s->first ? 1e-5 : 0.01;
+    EXPECT(i_alpha, creal(abc - trim_before), moved)
+    EXPECT(i_beta, cimag(abc - trim_before), moved)
     const double complex dq = ab * cexp(-J * V(frame_theta_e));
     EXPECT(i_d, creal(dq), 1e-4)
     EXPECT(i_q, cimag(dq), 1e-4)

@@ -56,8 +56,7 @@ static void test_voltage_stays_when_the_frame_turns(void)
         setUp();
         given_operation(700u);
         const float angle = drive.demand.frame.theta_e + 0.4f + 0.7f * (float)n;
-        drive.estimator.tracker.pll.theta_e = angle_wrap(angle);
-        drive.estimator.tracker.pll.rotation = trig_turn(angle_wrap(angle));
+        chosen_lock(&drive.estimator, (position_t){angle_wrap(angle), 0.0f});
         preset(3.0f, -4.0f);
         const double complex before = voltage();
         const double from = (double)drive.demand.frame.theta_e;

@@ -255,4 +255,19 @@ static inline run_error_t run_error(rig_t *rig, double seconds)
     };
 }
 
+/* From power-on to this speed and load, on a real inverter: the load is put on at a speed where the speed
+ * control can hold it, and the reference goes on from there in two seconds. */
+static inline void run_real_under_load(rig_t *rig, double rpm, double rpm_loading, double load)
+{
+    run_to_ready_at(rig, rpm_loading);
+    run_real(rig);
+    run_on(rig, rpm_loading);
+    run_seconds(rig, 0.5);
+    run_load(rig, load, 1.5);
+    for (int32_t n = 1; n <= 50; n++) {
+        run_put(rig, "speed_request", (rpm_loading + (rpm - rpm_loading) * n / 50.0) * RPM);
+        run_seconds(rig, 0.04);
+    }
+}
+
 #endif

@@ -55,15 +55,7 @@ static rig_t *running(double rpm, double load, double source)
     run_put(rig, "fallback_speed", 3.0); /* 50 r/min by the estimate, not in a forced frame */
     run_put(rig, "position_source", source);
     run_parameter(rig, "dead_time_adaptation", 0.0);
-    run_to_ready_at(rig, rpm_loading);
-    run_real(rig);
-    run_on(rig, rpm_loading);
-    run_seconds(rig, 0.5);
-    run_load(rig, load, 1.5);
-    for (int32_t n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", (rpm_loading + (rpm - rpm_loading) * n / 50.0) * RPM);
-        run_seconds(rig, 0.04);
-    }
+    run_real_under_load(rig, rpm, rpm_loading, load);
     run_seconds(rig, 0.5);
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, learnt_share(rig));
     return rig;

@@ -43,15 +43,7 @@ static rig_t *running(bool paper, double fidelity, const change_t *changes, size
         run_put(rig, changes[n].name, changes[n].value);
     }
     run_parameter(rig, "position_source", 1.0);
-    run_to_ready_at(rig, rpm_loading);
-    run_real(rig);
-    run_on(rig, rpm_loading);
-    run_seconds(rig, 0.5);
-    run_load(rig, load, 1.5);
-    for (int32_t n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", (rpm_loading + (rpm - rpm_loading) * n / 50.0) * RPM);
-        run_seconds(rig, 0.04);
-    }
+    run_real_under_load(rig, rpm, rpm_loading, load);
     run_seconds(rig, 1.5);
     return rig;
 }

@@ -63,9 +63,6 @@ typedef struct {
     inductance_t inductance;
     dead_time_learn_t dead_time_learn;
 
-    /* of the tuning in force */
-    float pole_pairs_inverse; /* [-] */
-
     /* from outside */
     requests_t requests;
 

@@ -88,5 +88,5 @@ void drive_locate(drive_t *drive)
     }
     drive->rotor = manoeuvres_rotor(&drive->manoeuvres, &drive->encoder_frame, &drive->estimator.estimate);
     drive->omega_m = manoeuvres_smooth(&drive->manoeuvres, &drive->rotor, &drive->estimator.estimate) *
-                     drive->pole_pairs_inverse;
+                     drive->manoeuvres.limits.pole_pairs_inverse;
 }

@@ -22,7 +22,6 @@ void drive_take(drive_t *drive)
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
     manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);
-    drive->pole_pairs_inverse = tuning->pole_pairs_inverse;
     sequence_take(&drive->sequence, &tuning->sequence);
     drive->offered = 0u;
 }

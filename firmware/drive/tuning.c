@@ -115,5 +115,4 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
     prepare_adaptation(tuning, params, believed);
     prepare_inverter(tuning, params, believed);
     prepare_control(tuning, params, believed);
-    tuning->pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs;
 }

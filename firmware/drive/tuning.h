@@ -36,7 +36,6 @@ typedef struct {
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;
-    float pole_pairs_inverse; /* [-] */
 } drive_tuning_t;
 
 /* What is believed: what was learnt, each value while its parameter is still that from which it began; all

@@ -386,7 +386,7 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.current_control.q.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.manoeuvres.run.speed.pi.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.manoeuvres.run.tuning.flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.pole_pairs_inverse);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.manoeuvres.limits.pole_pairs_inverse);
     TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.manoeuvres.catching.tuning.speed_min);
     TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.forced.tuning.current);
     TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.manoeuvres.handover.tuning.current_margin);

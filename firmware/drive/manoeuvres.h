@@ -117,11 +117,11 @@ typedef struct {
     ab_t current;               /* [A] at t_k */
     float voltage_max;          /* [V] what the link gives in every direction */
     const estimate_t *estimate; /* at t_k */
-    frame_t encoder;            /* at t_k */
+    const frame_t *encoder;     /* at t_k */
     float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed */
     run_wish_t wish;
-    bool estimating; /* the observer runs: its EMF is that of t_k */
-    bool lost;       /* the guard says that the lock is lost */
+    uint32_t estimating; /* [-] 1: the observer runs: its EMF is that of t_k */
+    uint32_t losses;     /* [-] not 0: the guard says that the lock is lost */
 } manoeuvres_input_t;
 
 /* Coefficients, those that a set leaves at 0 by their rules. For the background. */

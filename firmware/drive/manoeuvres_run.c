@@ -31,7 +31,7 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
     demand->current = (dq_t){m->catching.tuning.current, 0.0f};
     demand->emf = (dq_t){0.0f, 0.0f};
     demand->omega_m_ref = 0.0f;
-    if (!input->estimating) {
+    if (input->estimating == 0u) {
         return;
     }
     const ab_t voltage = catch_voltage(&m->catching, estimate->emf);
@@ -81,7 +81,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const estimate_t *estimate = input->estimate;
-    if (input->lost) {
+    if (input->losses != 0u) {
         lose(m, estimate->omega_smooth);
         manoeuvres_catch(m, input, demand);
         return;
@@ -108,8 +108,9 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
 void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     if (m->now != (int32_t)MANOEUVRE_RUN) {
-        manoeuvres_enter_run(m, frames_park(input->current, input->encoder.rotation), input->encoder.omega_e);
+        manoeuvres_enter_run(m, frames_park(input->current, input->encoder->rotation),
+                             input->encoder->omega_e);
     }
-    manoeuvres_run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e), input->omega_m,
+    manoeuvres_run_by(m, input, input->encoder, run_emf(&m->run, input->encoder->omega_e), input->omega_m,
                       demand);
 }

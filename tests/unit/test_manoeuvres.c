@@ -135,11 +135,11 @@ static void step(void)
         .current = {(float)creal(machine.current), (float)cimag(machine.current)},
         .voltage_max = LINK,
         .estimate = &estimate,
-        .encoder = encoder,
+        .encoder = &encoder,
         .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
         .wish = wish,
-        .estimating = true,
-        .lost = lost,
+        .estimating = 1u,
+        .losses = lost ? 1u : 0u,
     };
     period++;
     manoeuvres_step(&m, &input, &demand);

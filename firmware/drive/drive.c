@@ -80,11 +80,11 @@ static void manoeuvre(drive_t *drive)
         .current = drive->measure.measured.current,
         .voltage_max = FRAMES_ONE_OVER_SQRT_3 * drive->measure.measured.u_dc,
         .estimate = &drive->estimator.estimate,
-        .encoder = drive->encoder_frame,
+        .encoder = &drive->encoder_frame,
         .omega_m = drive->omega_m,
         .wish = wish(drive),
-        .estimating = drive->estimating != 0u,
-        .lost = drive->guard.losses != 0u,
+        .estimating = drive->estimating,
+        .losses = drive->guard.losses,
     };
     const frame_t last = drive->demand.frame;
     manoeuvres_step(&drive->manoeuvres, &input, &drive->demand);

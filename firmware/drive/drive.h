@@ -48,25 +48,7 @@ typedef struct {
 } drive_fault_t;
 
 typedef struct {
-    /* rooms */
-    measure_t measure;
-    encoder_t encoder;
-    chosen_t estimator;
-    guard_t guard;
-    sequence_t sequence;
-    manoeuvres_t manoeuvres;
-    current_control_t current_control;
-    inverter_t inverter;
-    doubt_t doubt;
-    flux_t flux;
-    offset_trim_t offset_trim;
-    inductance_t inductance;
-    dead_time_learn_t dead_time_learn;
-
-    /* from outside */
-    requests_t requests;
-
-    /* what goes from room to room in a period */
+    /* what goes from room to room in a period; first, where an offset is short */
     uint32_t period;             /* [periods] the one clock */
     position_t encoder_position; /* at t_k, of the encoder */
     frame_t encoder_frame;       /* the same, while control turns with it */
@@ -80,6 +62,24 @@ typedef struct {
     dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
+
+    /* from outside */
+    requests_t requests;
+
+    /* rooms */
+    measure_t measure;
+    encoder_t encoder;
+    inverter_t inverter;
+    doubt_t doubt;
+    flux_t flux;
+    offset_trim_t offset_trim;
+    current_control_t current_control;
+    sequence_t sequence;
+    chosen_t estimator;
+    manoeuvres_t manoeuvres;
+    guard_t guard;
+    inductance_t inductance;
+    dead_time_learn_t dead_time_learn;
 
     /* offered by the background: taken at the start of the next step */
     uint32_t offered; /* [-] 1: there is one */

@@ -47,14 +47,24 @@ static inline uint32_t rows_with(fault_reaction_t asked)
     }
 #define MARK_HOLDS(quantity, limit, row) all |= (uint32_t)(quantity) << (uint32_t)(row);
 
+float guard_limit(const fault_row_t *row, const params_t *params)
+{
+    const table_row_t *limit = table_by_name(&params_table, row->limit);
+    return row->margin + (limit != NULL ? table_get(limit, params) : 0.0f);
+}
+
+#define PREPARE_ABOVE(NAME) tuning.limit[FAULT_LIMIT_##NAME] = guard_limit(&fault_rows[FAULT_##NAME], params);
+#define PREPARE_BELOW(NAME) PREPARE_ABOVE(NAME)
+#define PREPARE_HOLDS(NAME)
+
 guard_tuning_t guard_prepare(const params_t *params)
 {
+#define FAULT_PREPARED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
+                       text, remedy)                                                                         \
+    PREPARE_##comparison(NAME)
     guard_tuning_t tuning;
-    memset(&tuning, 0, sizeof tuning);
-    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
-        const table_row_t *limit = table_by_name(&params_table, fault_rows[n].limit);
-        tuning.limit[n] = fault_rows[n].margin + (limit != NULL ? table_get(limit, params) : 0.0f);
-    }
+    DRIVE_FAULTS(FAULT_PREPARED)
+#undef FAULT_PREPARED
     return tuning;
 }
 
@@ -127,7 +137,7 @@ static uint32_t holding(const guard_t *guard, const quantities_t *now)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
                     text, remedy)                                                                            \
-    MARK_##comparison(now->quantity, guard->tuning.limit[FAULT_##NAME], FAULT_##NAME)
+    MARK_##comparison(now->quantity, guard->tuning.limit[FAULT_LIMIT_##NAME], FAULT_##NAME)
     uint32_t all = 0u;
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS

@@ -12,8 +12,21 @@
 #include "contract/measured.h"
 #include "drive/faults.h"
 
+/* The rows that have a limit. */
+#define FAULT_LIMIT_IF_ABOVE(NAME) FAULT_LIMIT_##NAME,
+#define FAULT_LIMIT_IF_BELOW(NAME) FAULT_LIMIT_##NAME,
+#define FAULT_LIMIT_IF_HOLDS(NAME)
+typedef enum {
+#define FAULT_LIMIT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, text, \
+                    remedy)                                                                                  \
+    FAULT_LIMIT_IF_##comparison(NAME)
+    DRIVE_FAULTS(FAULT_LIMIT)
+#undef FAULT_LIMIT
+        FAULT_LIMITS
+} fault_limit_t;
+
 typedef struct {
-    float limit[FAULTS]; /* [unit of the quantity] row by row, margin added */
+    float limit[FAULT_LIMITS]; /* [unit of the quantity] by fault_limit_t, margin added */
 } guard_tuning_t;
 
 /* What is judged in a period. */
@@ -42,6 +55,9 @@ typedef struct {
     uint32_t losses;       /* [-] bits of those with reaction CATCH */
     uint32_t warnings;     /* [-] bits of those with reaction WARN */
 } guard_t;
+
+/* Limit of a row in this set, margin added [unit of the quantity]; 0 for a condition. */
+float guard_limit(const fault_row_t *row, const params_t *params);
 
 /* The limits of this set. */
 guard_tuning_t guard_prepare(const params_t *params);

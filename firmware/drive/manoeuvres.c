@@ -2,8 +2,6 @@
 
 #include "drive/manoeuvres_parts.h"
 
-#define MASKED_PERIODS DRIVE_PERIODS(50e-3f) /* after a hand-over */
-
 void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
 {
     m->now = (int32_t)manoeuvre;
@@ -29,20 +27,6 @@ void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e)
     m->omega_ref = omega_e;
     lock_reset(&m->lock, omega_e);
     run_enter(&m->run, current, omega_e * m->limits.pole_pairs_inverse);
-}
-
-float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish)
-{
-    switch (wish->mode) {
-    case RUN_SPEED:
-        return wish->omega_m_ref * m->limits.pole_pairs;
-    case RUN_CURRENT:
-        return wish->current.q < 0.0f ? -m->limits.handover_speed : m->limits.handover_speed;
-    case RUN_ZERO:
-    case RUN_STOP:
-        break;
-    }
-    return 0.0f;
 }
 
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
@@ -86,27 +70,6 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m)
     } else {
         manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, omega_m * m->limits.pole_pairs);
     }
-}
-
-frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate)
-{
-    static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
-    if (m->limits.sensorless == 0u) {
-        return *encoder;
-    }
-    if (m->now == (int32_t)MANOEUVRE_OFF) {
-        return stationary;
-    }
-    if (m->tracking != 0u) {
-        return estimate->frame;
-    }
-    return manoeuvres_forces(m) ? m->forced.frame : (frame_t){0.0f, m->catching.omega_e, stationary.rotation};
-}
-
-bool manoeuvres_judged(const manoeuvres_t *m)
-{
-    return m->now == (int32_t)MANOEUVRE_RUN && m->reversing == 0u && m->periods > MASKED_PERIODS &&
-           m->limits.sensorless != 0u;
 }
 
 void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)

@@ -49,6 +49,9 @@ typedef enum {
 #define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is beyond what the DC link holds */
 #define MANOEUVRE_LOST     UINT32_C(8) /* lost and caught again too often */
 
+/* So long nothing is judged after a hand-over. */
+#define MANOEUVRE_MASKED_PERIODS DRIVE_PERIODS(50e-3f)
+
 /* When one ends. */
 typedef struct {
     uint32_t sensorless;       /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
@@ -114,11 +117,11 @@ typedef struct {
     ab_t current;               /* [A] at t_k */
     float voltage_max;          /* [V] what the link gives in every direction */
     const estimate_t *estimate; /* at t_k */
-    frame_t encoder;            /* at t_k */
+    const frame_t *encoder;     /* at t_k */
     float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed */
     run_wish_t wish;
-    bool estimating; /* the observer runs: its EMF is that of t_k */
-    bool lost;       /* the guard says that the lock is lost */
+    uint32_t estimating; /* [-] 1: the observer runs: its EMF is that of t_k */
+    uint32_t losses;     /* [-] not 0: the guard says that the lock is lost */
 } manoeuvres_input_t;
 
 /* Coefficients, those that a set leaves at 0 by their rules. For the background. */
@@ -163,9 +166,26 @@ static inline float manoeuvres_speed(const manoeuvres_t *m)
     return manoeuvres_forces(m) ? m->forced.frame.omega_e : m->catching.omega_e;
 }
 
+/* Of the stator, where nothing is known of the rotor. */
+static const frame_t manoeuvres_stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
+
 /* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
  * the frame. */
-frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder, const estimate_t *estimate);
+static inline frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder,
+                                       const estimate_t *estimate)
+{
+    if (m->limits.sensorless == 0u) {
+        return *encoder;
+    }
+    if (m->now == (int32_t)MANOEUVRE_OFF) {
+        return manoeuvres_stationary;
+    }
+    if (m->tracking != 0u) {
+        return estimate->frame;
+    }
+    return manoeuvres_forces(m) ? m->forced.frame
+                                : (frame_t){0.0f, m->catching.omega_e, manoeuvres_stationary.rotation};
+}
 
 /* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional
  * part, whose noise would come back through the speed control; or whole, where that is wished for. */
@@ -183,7 +203,11 @@ static inline bool manoeuvres_knows(const manoeuvres_t *m)
 }
 
 /* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
-bool manoeuvres_judged(const manoeuvres_t *m);
+static inline bool manoeuvres_judged(const manoeuvres_t *m)
+{
+    return m->now == (int32_t)MANOEUVRE_RUN && m->reversing == 0u && m->periods > MANOEUVRE_MASKED_PERIODS &&
+           m->limits.sensorless != 0u;
+}
 
 /* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
 void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);

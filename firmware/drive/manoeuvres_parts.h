@@ -16,16 +16,43 @@ void manoeuvres_enter_catch(manoeuvres_t *m, manoeuvre_t manoeuvre, uint32_t per
 void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e);
 
 /* The speed that is wished for [rad/s], electrical; a wish for a current starts in its direction. */
-float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish);
+static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish)
+{
+    switch (wish->mode) {
+    case RUN_SPEED:
+        return wish->omega_m_ref * m->limits.pole_pairs;
+    case RUN_CURRENT:
+        return wish->current.q < 0.0f ? -m->limits.handover_speed : m->limits.handover_speed;
+    case RUN_ZERO:
+    case RUN_STOP:
+        break;
+    }
+    return 0.0f;
+}
 
 /* The loop shall be locked there in this period. */
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
 
+/* Run in this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source
+ * to another while running keeps the voltage. */
+static inline void manoeuvres_run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor,
+                                     dq_t emf, float omega_m, demand_t *demand)
+{
+    demand->frame = *rotor;
+    demand->change = (int32_t)(m->other_source != 0u ? FRAME_TURNS : FRAME_GOES_ON);
+    demand->emf = emf;
+    run_step(&m->run, &input->wish, rotor->omega_e, omega_m, demand);
+    m->other_source = 0u;
+}
+
 /* Run in the estimate's frame at this mechanical speed [rad/s], with the EMF that is observed, as the loop
  * filters it: within a period or two it is right whatever the angle, so that an angle that is lost sets no
  * current free. */
-void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_m,
-                             demand_t *demand);
+static inline void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_m,
+                                           demand_t *demand)
+{
+    manoeuvres_run_by(m, input, &input->estimate->frame, input->estimate->emf_loop, omega_m, demand);
+}
 
 /* The demands of the manoeuvres, of one period each. */
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);

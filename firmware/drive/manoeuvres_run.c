@@ -9,43 +9,29 @@
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
 
-/* In this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source to
- * another while running keeps the voltage. */
-static void run_by(manoeuvres_t *m, const manoeuvres_input_t *input, const frame_t *rotor, dq_t emf,
-                   float omega_m, demand_t *demand)
-{
-    demand->frame = *rotor;
-    demand->change = (int32_t)(m->other_source != 0u ? FRAME_TURNS : FRAME_GOES_ON);
-    demand->emf = emf;
-    run_step(&m->run, &input->wish, rotor->omega_e, omega_m, demand);
-    m->other_source = 0u;
-}
-
-void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_m,
-                             demand_t *demand)
-{
-    run_by(m, input, &input->estimate->frame, input->estimate->emf_loop, omega_m, demand);
-}
-
 /* The rotor turns: locked and run from here on, without a current. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const position_t rotor = catch_position(&m->catching, input->estimate->emf);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
     manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
-    manoeuvres_lock_to(m, rotor);
+    m->locking = 1u;
+    m->locked = rotor;
     m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref, demand);
+    manoeuvres_run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref,
+                      demand);
     demand->change = (int32_t)FRAME_ANEW;
 }
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
     const estimate_t *estimate = input->estimate;
-    *demand = (demand_t){.frame = stationary, .current = {m->catching.tuning.current, 0.0f}};
+    demand->frame = manoeuvres_stationary;
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
-    if (!input->estimating) {
+    demand->current = (dq_t){m->catching.tuning.current, 0.0f};
+    demand->emf = (dq_t){0.0f, 0.0f};
+    demand->omega_m_ref = 0.0f;
+    if (input->estimating == 0u) {
         return;
     }
     const ab_t voltage = catch_voltage(&m->catching, estimate->emf);
@@ -95,7 +81,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const estimate_t *estimate = input->estimate;
-    if (input->lost) {
+    if (input->losses != 0u) {
         lose(m, estimate->omega_smooth);
         manoeuvres_catch(m, input, demand);
         return;
@@ -122,7 +108,9 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
 void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     if (m->now != (int32_t)MANOEUVRE_RUN) {
-        manoeuvres_enter_run(m, frames_park(input->current, input->encoder.rotation), input->encoder.omega_e);
+        manoeuvres_enter_run(m, frames_park(input->current, input->encoder->rotation),
+                             input->encoder->omega_e);
     }
-    run_by(m, input, &input->encoder, run_emf(&m->run, input->encoder.omega_e), input->omega_m, demand);
+    manoeuvres_run_by(m, input, input->encoder, run_emf(&m->run, input->encoder->omega_e), input->omega_m,
+                      demand);
 }

@@ -14,13 +14,12 @@ int main(void)
 {
     params_t params;
     params_defaults(&params);
-    const guard_tuning_t tuning = guard_prepare(&params);
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const fault_row_t *row = &fault_rows[n];
         const table_row_t *limit = table_by_name(&params_table, row->limit);
         printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%s\t%s\n", row->reason,
                row->name, row->quantity, row->comparison, row->limit, (double)row->margin,
-               (double)tuning.limit[n], limit != NULL ? limit->unit : "", row->debounce,
+               (double)guard_limit(row, &params), limit != NULL ? limit->unit : "", row->debounce,
                row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ, moments[row->when],
                reactions[row->reaction]);
     }

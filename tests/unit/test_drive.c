@@ -375,7 +375,7 @@ static void test_a_new_set_reaches_every_room(void)
     offer_params();
     drive_take(&drive);
     TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.measure.tuning.periods);
-    TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.guard.tuning.limit[FAULT_OVERCURRENT]);
+    TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
     TEST_ASSERT_EQUAL_UINT32(3999u, drive.encoder.tuning.last_count);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.flux.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.offset_trim.tuning.gain);

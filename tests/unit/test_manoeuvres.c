@@ -106,6 +106,7 @@ static void observe(void)
     estimate.amplitude = (float)cabs(emf);
     if (m.tracking != 0u) {
         estimate.frame = true_frame();
+        estimate.emf_loop = frames_park(estimate.emf, estimate.frame.rotation);
         estimate.omega_smooth = estimate.frame.omega_e;
         estimate.detector = (float)machine.detector;
     }
@@ -134,11 +135,11 @@ static void step(void)
         .current = {(float)creal(machine.current), (float)cimag(machine.current)},
         .voltage_max = LINK,
         .estimate = &estimate,
-        .encoder = encoder,
+        .encoder = &encoder,
         .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
         .wish = wish,
-        .estimating = true,
-        .lost = lost,
+        .estimating = 1u,
+        .losses = lost ? 1u : 0u,
     };
     period++;
     manoeuvres_step(&m, &input, &demand);

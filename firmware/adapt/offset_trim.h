@@ -8,7 +8,9 @@
  *
  * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). Over a
  * whole number of turns, TRIM_WINDOW long at least and at steady speed, the mean is taken and o follows by a
- * share of it.
+ * share of it. A sample stands for the period before it; where a turn ends within that, each of two windows
+ * gets its share, and of the turning EMF less than omega T/8 samples are left in a sum. Whole samples alone
+ * would leave up to one, which comes and goes as an offset of the trim's own making.
  *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean and is trimmed
  * away as if it were an offset: the estimate profits, the current carries what remains. Does not handle:
@@ -20,6 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "math/angle.h"
 #include "math/bounds.h"
 #include "math/frames.h"
 
@@ -42,7 +45,8 @@ typedef struct {
 typedef struct {
     offset_trim_tuning_t tuning;
     ab_t sum;         /* of e_hat in this window [V] */
-    uint32_t count;   /* samples in it [-] */
+    float ahead;      /* share of the sample before its first that is in it too [-] */
+    uint32_t count;   /* samples in it, beside that [-] */
     float theta_prev; /* [rad] */
     float omega;      /* speed when it began [rad/s] */
     ab_t offset;      /* o [A] */
@@ -63,8 +67,10 @@ static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tunin
 /* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
-/* A turn has ended: for offset_trim_step(). One division at the end of a window. */
-void offset_trim_turn(offset_trim_t *trim, float omega_e, const ab_t *current);
+/* A turn has ended, in a period in which the wrapped angle `moved` by so much [rad]: for offset_trim_step().
+ * Two divisions at the end of a window. */
+void offset_trim_turn(offset_trim_t *trim, ab_t emf_hat, float theta_e, float moved, float omega_e,
+                      const ab_t *current);
 
 /* o [A], stationary frame, to be subtracted from the measured currents, after a period with this estimated
  * EMF [V], whose angle and speed are theta_e [rad] and omega_e [rad/s], and this current [A]. Straight line
@@ -73,13 +79,13 @@ static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float the
                                     const ab_t *current)
 {
     /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
-    bool turned = bounds_magnitude(theta_e - trim->theta_prev) > 3.14159265f;
+    const float moved = theta_e - trim->theta_prev;
     trim->theta_prev = theta_e;
     trim->sum.alpha += emf_hat.alpha;
     trim->sum.beta += emf_hat.beta;
     trim->count++;
-    if (turned) {
-        offset_trim_turn(trim, omega_e, current);
+    if (bounds_magnitude(moved) > ANGLE_PI) {
+        offset_trim_turn(trim, emf_hat, theta_e, moved, omega_e, current);
     }
     return trim->offset;
 }

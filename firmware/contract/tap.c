@@ -1,12 +1,5 @@
 #include "contract/tap.h"
 
-void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
-{
-    for (uint32_t n = 0; n < count; n++) {
-        slots[n] = tap_slot_at(base, offsets[n]);
-    }
-}
-
 void tap_history_clear(tap_history_t *history)
 {
     history->next = 0u;

@@ -23,10 +23,15 @@ static inline uint32_t tap_slot_at(const void *base, size_t offset)
 }
 
 /* Copies the 32-bit slots at these offsets [chars of the target] of `base`, in their order. */
-void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots);
+static inline void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        slots[n] = tap_slot_at(base, offsets[n]);
+    }
+}
 
 #define TAP_PERIODS UINT32_C(256) /* of the history: a power of two */
-#define TAP_SLOTS   UINT32_C(12)  /* in each of them: as many as tap_history_keep() copies */
+#define TAP_SLOTS   UINT32_C(12)  /* in each of them */
 
 typedef struct {
     uint32_t next; /* [periods] kept so far; modulo TAP_PERIODS the place of the next */
@@ -40,20 +45,7 @@ void tap_history_clear(tap_history_t *history);
 static inline void tap_history_keep(tap_history_t *history, const size_t offsets[TAP_SLOTS], const void *base)
 {
     const uint32_t next = history->next;
-    uint32_t *slots = history->slots[next % TAP_PERIODS];
-    /* without a loop: the interrupt's, each period, with offsets that the compiler knows */
-    slots[0] = tap_slot_at(base, offsets[0]);
-    slots[1] = tap_slot_at(base, offsets[1]);
-    slots[2] = tap_slot_at(base, offsets[2]);
-    slots[3] = tap_slot_at(base, offsets[3]);
-    slots[4] = tap_slot_at(base, offsets[4]);
-    slots[5] = tap_slot_at(base, offsets[5]);
-    slots[6] = tap_slot_at(base, offsets[6]);
-    slots[7] = tap_slot_at(base, offsets[7]);
-    slots[8] = tap_slot_at(base, offsets[8]);
-    slots[9] = tap_slot_at(base, offsets[9]);
-    slots[10] = tap_slot_at(base, offsets[10]);
-    slots[11] = tap_slot_at(base, offsets[11]);
+    tap_copy(offsets, TAP_SLOTS, base, history->slots[next % TAP_PERIODS]);
     history->next = next + 1u != 0u ? next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
 }
 

@@ -154,7 +154,7 @@ static void rest(drive_t *drive)
 void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     if (drive->offered != 0u) {
-        drive_take(drive);
+        drive_take(drive, samples->encoder);
     }
     if (drive->period == 0u) {
         encoder_reset(&drive->encoder, samples->encoder);

@@ -101,8 +101,9 @@ void drive_withdraw(drive_t *drive);
  * estimator rests. */
 void drive_locate(drive_t *drive);
 
-/* The start of a step with an offer, and the end of one that has led into fault. */
-void drive_take(drive_t *drive);
+/* The start of a step with an offer, whose sample has this encoder count, and the end of one that has led
+ * into fault. */
+void drive_take(drive_t *drive, uint32_t encoder_count);
 void drive_note_fault(drive_t *drive);
 
 /* What it has learnt so far, between two periods. */

@@ -5,12 +5,12 @@
 #include "drive/reasons.h"
 #include "math/check.h"
 
-void drive_take(drive_t *drive)
+void drive_take(drive_t *drive, uint32_t encoder_count)
 {
     const drive_tuning_t *tuning = &drive->offer;
     measure_take(&drive->measure, &tuning->measure);
     guard_take(&drive->guard, &tuning->guard);
-    encoder_take(&drive->encoder, &tuning->encoder);
+    encoder_take(&drive->encoder, &tuning->encoder, encoder_count);
     chosen_take(&drive->estimator, &tuning->estimator);
     flux_take(&drive->flux, &tuning->flux);
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
@@ -43,7 +43,7 @@ void drive_init(drive_t *drive, const params_t *params)
     manoeuvres_init(&drive->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
     inductance_init(&drive->inductance, &tuning->inductance);
-    drive_take(drive);
+    drive_take(drive, 0u);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
     tap_history_clear(&drive->history);

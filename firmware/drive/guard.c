@@ -194,3 +194,13 @@ int32_t guard_reason(uint32_t faults)
     }
     return REASON_NONE;
 }
+
+uint32_t guard_fault_of(int32_t reason)
+{
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        if (fault_rows[n].reason == reason) {
+            return UINT32_C(1) << n;
+        }
+    }
+    return 0u;
+}

@@ -77,4 +77,7 @@ void guard_step(guard_t *guard, const guard_input_t *input);
 /* Reason number of the gravest of these bits; REASON_NONE for 0. */
 int32_t guard_reason(uint32_t faults);
 
+/* Bit of the row with this reason number; 0: none of the table's. */
+uint32_t guard_fault_of(int32_t reason);
+
 #endif

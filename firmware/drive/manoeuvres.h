@@ -68,7 +68,7 @@ typedef struct {
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
-    uint32_t judging;          /* [-] 0: no criterion of the estimate is judged, and its lock is not either */
+    uint32_t judging;          /* [-] 1: the lock is judged */
 } manoeuvres_limits_t;
 
 typedef struct {

@@ -68,13 +68,6 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 
-/* The lock's signs are those of these rows, quicker: EMF, detector, speed. */
-static bool judges_estimate(const params_t *params)
-{
-    return params->estimate_amplitude_min > 0.0f || params->estimate_detector_max > 0.0f ||
-           params->estimate_speed_min > 0.0f;
-}
-
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed)
 {
     const start_params_t start = params_start(params, believed);
@@ -115,7 +108,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
-        .judging = judges_estimate(params),
+        .judging = params->lock_judged == (int32_t)LOCK_JUDGED,
     };
     prepare_rooms(&tuning, params, believed, &start);
     return tuning;

@@ -36,6 +36,7 @@
 
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
 typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
+typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
@@ -164,7 +165,10 @@ typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
       "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")            \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
-      "in the paper")
+      "in the paper")                                                                                        \
+    E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
+      "whether a rotor that the estimate has lost is told at once (unlocked), whatever estimate_... judge; " \
+      "off: as in the paper, whose loop lags by more than that")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

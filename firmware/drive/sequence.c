@@ -57,7 +57,9 @@ static bool rearmed(const sequence_t *sequence)
 
 static uint32_t in_fault(sequence_t *sequence, const input_t *input, bool reset_edge)
 {
-    sequence->faults_later |= input->faults;
+    if (input->faults != 0u) {
+        sequence->faults_later |= input->faults & ~guard_fault_of(sequence->fault_reason);
+    }
     sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
     if (reset_edge && rearmed(sequence)) {
         sequence->fault_reason = REASON_NONE;

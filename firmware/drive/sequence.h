@@ -49,7 +49,7 @@ typedef struct {
     int32_t state;            /* [-] drive_state_t */
     int32_t refusal;          /* [-] reason_t: why a wish is not obeyed now */
     int32_t fault_reason;     /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
-    uint32_t faults_later;    /* [-] bits of the fault table that came after it */
+    uint32_t faults_later;    /* [-] bits of the fault table, beside its own, that came after it */
     uint32_t coming_on;       /* [periods] in switched on */
     uint32_t quiet_periods;   /* [periods] without a fault or its line, up to what a reset asks for */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */

@@ -19,7 +19,8 @@
     I(2002, fault_reason, sequence.fault_reason, "-", "reason of the latched fault; 0: none")                \
     I(2003, refusal, sequence.refusal, "-", "reason why a wish is not obeyed now; 0: none")                  \
     U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
-    U(2005, faults_later, sequence.faults_later, "-", "fault bits that came after the latched one")          \
+    U(2005, faults_later, sequence.faults_later, "-",                                                        \
+      "fault bits that came after the latched one, without its own")                                         \
     U(2006, warnings, guard.warnings, "-", "fault bits that warn now")                                       \
     E(2007, manoeuvre, manoeuvres.now, MANOEUVRE_NAMES, "what the drive is about")                           \
     U(2008, start_try, manoeuvres.start_try, "-", "number of this start, from 1; 0: none was needed")        \

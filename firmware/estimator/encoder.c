@@ -1,5 +1,7 @@
 #include "estimator/encoder.h"
 
+#include <stdbool.h>
+
 #include "math/exponential.h"
 
 #define STEPS_PER_TURN   4294967296.0f
@@ -25,4 +27,19 @@ void encoder_reset(encoder_t *encoder, uint32_t count)
 {
     encoder->next = encoder_phase(encoder, count);
     encoder->omega_e = 0.0f;
+}
+
+static bool same_angles(const encoder_tuning_t *a, const encoder_tuning_t *b)
+{
+    return a->last_count == b->last_count && a->steps_per_count == b->steps_per_count &&
+           a->rest_per_count == b->rest_per_count && a->first == b->first;
+}
+
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
+{
+    const bool goes_on = same_angles(&encoder->tuning, tuning);
+    encoder->tuning = *tuning;
+    if (!goes_on) {
+        encoder_reset(encoder, count);
+    }
 }

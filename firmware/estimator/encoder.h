@@ -61,15 +61,12 @@ typedef struct {
 /* Coefficients. Divisions, one of 64 bits, and an exponential: for the background. */
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
 
-/* The coefficients alone. A new offset, pole or count number turns the angle at once and the speed loop sees
- * it as a step: follow with encoder_reset() then. */
-static inline void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning)
-{
-    encoder->tuning = *tuning;
-}
-
 /* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
 void encoder_reset(encoder_t *encoder, uint32_t count);
+
+/* New coefficients. The speed loop goes on, unless a new offset, pole or count number gives the counts other
+ * angles: it would take that for a motion, and starts again from the last `count`. */
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count);
 
 /* Electrical angle of the middle of a count step [2^-32 turns]. */
 static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)

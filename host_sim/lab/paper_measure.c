@@ -199,6 +199,7 @@ const setting_t paper_common[] = {
     {"params.estimate_detector_max", 0.0},
     {"params.estimate_current_max", 0.0},
     {"params.estimate_speed_min", 0.0},
+    {"params.lock_judged", 0.0},
     {"rig.fidelity", 1.0},
 };
 const size_t paper_common_count = sizeof paper_common / sizeof paper_common[0];

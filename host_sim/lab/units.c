@@ -44,6 +44,13 @@ static const spelling_t spellings[] = {
     {UNITS_SPEED, "1/min", 0, PI_30, SILENT},
     {UNITS_SPEED, "mrad/s", -3, 1.0, SILENT},
 
+    {UNITS_ACCELERATION, "rad/s^2", 0, 1.0, WRITTEN},
+    {UNITS_ACCELERATION, "r/min/s", 0, PI_30, NAMED},
+    {UNITS_ACCELERATION, "deg/s^2", 0, PI_180, SILENT},
+    {UNITS_ACCELERATION, "rad/s2", 0, 1.0, SILENT},
+    {UNITS_ACCELERATION, "rad/s\xC2\xB2", 0, 1.0, SILENT},
+    {UNITS_ACCELERATION, "rpm/s", 0, PI_30, SILENT},
+
     {"rad/s", "rad/s", 0, 1.0, WRITTEN},
     {"rad/s", "krad/s", 3, 1.0, NAMED},
     {"rad/s", "Hz", 0, TWO_PI, NAMED},
@@ -128,16 +135,32 @@ static const spelling_t spellings[] = {
 };
 #define SPELLINGS (sizeof spellings / sizeof spellings[0])
 
+/* Units that have spellings of their own where they are mechanical. */
+static const struct {
+    const char *unit; /* of the table, and in messages */
+    const char *mechanical;
+} by_text[] = {{"rad/s", UNITS_SPEED}, {"rad/s^2", UNITS_ACCELERATION}};
+#define BY_TEXT (sizeof by_text / sizeof by_text[0])
+
 const char *units_of_row(const table_row_t *row)
 {
-    const bool speed = strcmp(row->unit, "rad/s") == 0;
-    return speed && strstr(row->text, "mechanical") != NULL ? UNITS_SPEED : row->unit;
+    for (size_t n = 0; n < BY_TEXT; n++) {
+        if (strcmp(row->unit, by_text[n].unit) == 0 && strstr(row->text, "mechanical") != NULL) {
+            return by_text[n].mechanical;
+        }
+    }
+    return row->unit;
 }
 
 /* What a unit is called in messages. */
 static const char *plain(const char *unit)
 {
-    return strcmp(unit, UNITS_SPEED) == 0 ? "rad/s" : unit;
+    for (size_t n = 0; n < BY_TEXT; n++) {
+        if (strcmp(unit, by_text[n].mechanical) == 0) {
+            return by_text[n].unit;
+        }
+    }
+    return unit;
 }
 
 static const char *skip_spaces(const char *text)

@@ -6,8 +6,9 @@
  * nearest to 0.000003; factors (2 pi/60) cost one more rounding. Same bits on every machine and in every
  * locale.
  *
- * A speed in r/min is a mechanical one: those spellings hold only for rows whose text says "mechanical", and
- * Hz only for the others (a filter, an electrical speed), where it means 2 pi rad/s.
+ * A speed in r/min is a mechanical one, and so is an acceleration in r/min/s: those spellings hold only for
+ * rows whose text says "mechanical", and Hz only for the others (a filter, an electrical speed), where it
+ * means 2 pi rad/s.
  *
  * Does not handle: scales with an offset (K, degF), products or powers of a unit beyond those listed. */
 #ifndef HOST_SIM_LAB_UNITS_H
@@ -18,8 +19,9 @@
 
 #include "contract/table.h"
 
-/* Table unit of mechanical speeds; everywhere else it reads "rad/s". */
-#define UNITS_SPEED "rad/s mechanical"
+/* Table units of mechanical speeds and accelerations; everywhere else they read "rad/s" and "rad/s^2". */
+#define UNITS_SPEED        "rad/s mechanical"
+#define UNITS_ACCELERATION "rad/s^2 mechanical"
 
 #define UNITS_TEXT_SIZE 96u /* [chars] what units_text writes at most, with its closing 0 */
 
@@ -27,7 +29,7 @@ typedef struct {
     char text[320]; /* one line: what was given, what is accepted */
 } units_error_t;
 
-/* Which list of spellings goes with a row: its unit, or UNITS_SPEED. */
+/* Which list of spellings goes with a row: its unit, UNITS_SPEED or UNITS_ACCELERATION. */
 const char *units_of_row(const table_row_t *row);
 
 /* The number [unit] that `text` means. false: `why` says what is wrong; *value is untouched. Units that have

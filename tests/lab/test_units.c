@@ -91,6 +91,8 @@ static void test_factors_round_once(void)
     /* correctly rounded products of the correctly rounded factor */
     expect_exact(1500.0 * (PI / 30.0), "1500 r/min", UNITS_SPEED);
     expect_exact(1500.0 * (PI / 30.0), "1500 rpm", UNITS_SPEED);
+    expect_exact(200.0 * (PI / 30.0), "200 r/min/s", UNITS_ACCELERATION);
+    expect_exact(200.0 * (PI / 30.0), "200 rpm/s", UNITS_ACCELERATION);
     expect_exact(30.0 * (PI / 180.0), "30 deg", "rad");
     expect_exact(160.0 * (2.0 * PI), "160 Hz", "rad/s");
     expect_exact(120.0, "2 min", "s");
@@ -109,6 +111,7 @@ static void test_other_writings_mean_the_same(void)
                  "C",
                  "degC");
     expect_exact(0.003, "0.003 kg m\xC2\xB2", "kg m^2");
+    expect_exact(20.0, "20 rad/s\xC2\xB2", UNITS_ACCELERATION);
 }
 
 static void test_units_without_a_list_are_read_as_they_are_spelled(void)
@@ -122,6 +125,8 @@ static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
 {
     expect_refused("5 kg", "N m", "\"5 kg\" is no quantity in N m; accepted: a number with N m, mN m, kN m");
     expect_refused("1500", UNITS_SPEED, "\"1500\" has no unit; accepted: a number with rad/s, r/min, deg/s");
+    expect_refused("200 r/min", UNITS_ACCELERATION,
+                   "\"200 r/min\" is no quantity in rad/s^2; accepted: a number with rad/s^2, r/min/s");
     expect_refused("5 ma", "A", "is no quantity in A"); /* units tell upper from lower case */
     expect_refused("5 m s", "s", "is no quantity in s");
     expect_refused("5 s s", "s", "is no quantity in s");
@@ -160,6 +165,7 @@ static void test_numbers_beyond_a_double_are_refused(void)
 static void test_r_min_is_for_mechanical_speeds_only(void)
 {
     expect_refused("1500 r/min", "rad/s", "accepted: a number with rad/s, krad/s, Hz, kHz");
+    expect_refused("200 r/min/s", "rad/s^2", "accepted: a number with rad/s^2");
     expect_refused("25 Hz", UNITS_SPEED, "accepted: a number with rad/s, r/min, deg/s");
 }
 
@@ -184,6 +190,14 @@ static void test_mechanical_speeds_are_known_by_their_text(void)
         }
     }
     TEST_ASSERT_EQUAL_UINT(sizeof mechanical / sizeof mechanical[0], found);
+}
+
+static void test_accelerations_are_mechanical(void)
+{
+    static const char *const rows[] = {"start_ramp", "speed_ramp", "quick_stop_ramp"};
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        TEST_ASSERT_EQUAL_STRING(UNITS_ACCELERATION, units_of_row(rig_row_by_name(rows[n])));
+    }
 }
 
 /* What a table says of itself must be readable. */
@@ -211,6 +225,7 @@ static void test_values_are_written_in_the_unit_that_reads_best(void)
     expect_text("1500 r/min", 1500.0 * PI / 30.0, UNITS_SPEED);
     expect_text("0.1 r/min", 0.1 * PI / 30.0, UNITS_SPEED);
     expect_text("1000 rad/s", 1000.0, "rad/s");
+    expect_text("20 rad/s^2", 20.0, UNITS_ACCELERATION);
     expect_text("2.5 us", 2.5e-6, "s");
     expect_text("100 us", 1e-4, "s");
     expect_text("2 s", 2.0, "s");
@@ -316,6 +331,7 @@ int main(void)
     RUN_TEST(test_numbers_beyond_a_double_are_refused);
     RUN_TEST(test_r_min_is_for_mechanical_speeds_only);
     RUN_TEST(test_mechanical_speeds_are_known_by_their_text);
+    RUN_TEST(test_accelerations_are_mechanical);
     RUN_TEST(test_every_unit_of_every_table_reads_itself);
     RUN_TEST(test_values_are_written_in_the_unit_that_reads_best);
     RUN_TEST(test_values_that_are_no_number_are_written_as_such);

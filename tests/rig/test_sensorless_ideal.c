@@ -210,7 +210,7 @@ static void expect_within(double limit, double wanted, double value, const char 
 /* ---- the default: vector sigmoid, exact lag ---- */
 
 /* Both directions, with load and without. What algebra and floats leave of the worst motor on the worst
- * board, 0.005, 0.071 and 0.312 mrad, times 1.5. */
+ * board, 0.001, 0.024 and 0.071 mrad, times 1.5. */
 static void expect_no_error(const motor_t *written)
 {
     const motor_t motor = of_board(written);
@@ -221,9 +221,9 @@ static void expect_no_error(const motor_t *written)
         const double load = (point & 2) != 0 ? m->load : 0.0;
         const double rpm = direction * shares[point / 4] * m->speed / RPM;
         const run_error_t err = measure("default", m, AVERAGED, NULL, 0, rpm, load);
-        expect_within(0.0075, 0.0, err.mean, "mean");
-        expect_within(0.107, 0.0, err.sd, "SD");
-        expect_within(0.47, 0.0, err.peak, "peak");
+        expect_within(0.0015, 0.0, err.mean, "mean");
+        expect_within(0.036, 0.0, err.sd, "SD");
+        expect_within(0.11, 0.0, err.peak, "peak");
     }
 }
 

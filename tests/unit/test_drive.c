@@ -352,6 +352,20 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
 }
 
+/* The counter starts at zero with them; the rotor stands. */
+static void test_other_encoder_lines_are_no_motion(void)
+{
+    samples.encoder = 5000u;
+    bring_to_ready();
+    params.encoder_lines = 1000;
+    offer_params();
+    samples.encoder = 0u;
+    for (int32_t n = 0; n < 50; n++) {
+        steps(1);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.omega_m);
+    }
+}
+
 /* Every room gets its own: one coefficient of each that the set decides, by hand. */
 static void test_a_new_set_reaches_every_room(void)
 {
@@ -373,7 +387,7 @@ static void test_a_new_set_reaches_every_room(void)
     params.fallback_speed = 11.0f;
     params.position_source = POSITION_SENSORLESS;
     offer_params();
-    drive_take(&drive);
+    drive_take(&drive, samples.encoder);
     TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.measure.tuning.periods);
     TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
     TEST_ASSERT_EQUAL_UINT32(3999u, drive.encoder.tuning.last_count);
@@ -509,6 +523,7 @@ int main(void)
     RUN_TEST(test_history_begins_anew_with_the_reset);
     RUN_TEST(test_an_offer_is_taken_at_the_start_of_the_next_step);
     RUN_TEST(test_an_offer_withdrawn_is_not_taken);
+    RUN_TEST(test_other_encoder_lines_are_no_motion);
     RUN_TEST(test_a_new_set_reaches_every_room);
     RUN_TEST(test_gains_change_while_running_without_a_jump);
     RUN_TEST(test_duties_stay_within_what_dead_time_and_pulse_allow);

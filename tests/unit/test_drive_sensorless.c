@@ -529,23 +529,46 @@ static void test_estimate_of_a_rotor_too_slow_to_see_is_lost(void)
     }
 }
 
-/* Half a turn off in one period, with the current's torque reversed: the EMF lies against the estimated axis.
- * The low-pass of 5 ms falls from 1 through half within 5 ms ln(2/1.5) = 1.4 ms, then it must last for 5 ms.
- * It is caught where it is, and one loss is no fault. */
+/* Half a turn off in one period, with the current's torque reversed: how long the guard takes to tell [s];
+ * 0.1: it does not. */
+static double told_after(double way)
+{
+    given_sensorless(way * 400.0);
+    machine.theta_e += PI;
+    machine.current = -machine.current;
+    const uint32_t begin = drive.period;
+    while (drive.guard.losses == 0u && drive.period - begin < 1000u) {
+        machine_step();
+    }
+    return (drive.period - begin) * PERIOD;
+}
+
+/* Each of those rows turns off its own criterion; the lock has one too. */
+static void test_a_lost_lock_is_told_whatever_criteria_are_off(void)
+{
+    for (int32_t judged = 0; judged <= 1; judged++) {
+        setUp();
+        params.estimate_amplitude_min = 0.0f;
+        params.estimate_amplitude_max = 1.0f;
+        params.estimate_detector_max = 0.0f;
+        params.estimate_current_max = 0.0f;
+        params.estimate_speed_min = 0.0f;
+        params.lock_judged = judged;
+        const double after = told_after(1.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, judged != 0 ? 6.4e-3 : 0.1, after);
+    }
+}
+
+/* The EMF lies against the estimated axis. The low-pass of 5 ms falls from 1 through half within 5 ms
+ * ln(2/1.5) = 1.4 ms, then it must last for 5 ms. It is caught where it is, and one loss is no fault. */
 static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
-        given_sensorless(way * 400.0);
-        machine.theta_e += PI;
-        machine.current = -machine.current;
-        const uint32_t begin = drive.period;
-        while (drive.guard.losses == 0u && drive.period - begin < 1000u) {
-            machine_step();
-        }
-        printf("unlocked after %.1f ms\n", (drive.period - begin) * PERIOD * 1e3);
+        const double after = told_after(way);
+        printf("unlocked after %.1f ms\n", 1e3 * after);
         TEST_ASSERT_TRUE((drive.guard.losses >> FAULT_UNLOCKED & 1u) != 0u);
-        TEST_ASSERT_TRUE(drive.period - begin <= DRIVE_PERIODS(12e-3f));
+        TEST_ASSERT_TRUE(after <= 12e-3);
         expect_manoeuvre(MANOEUVRE_RELOCK);
         machine_steps(CATCH + 1u);
         expect_manoeuvre(MANOEUVRE_RUN);
@@ -651,6 +674,7 @@ int main(void)
     RUN_TEST(test_estimate_that_does_not_keep_up_is_lost);
     RUN_TEST(test_estimate_whose_current_is_not_the_measured_one_is_lost);
     RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
+    RUN_TEST(test_a_lost_lock_is_told_whatever_criteria_are_off);
     RUN_TEST(test_a_rotor_half_a_turn_off_is_caught_again_at_once);
     RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
     RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);

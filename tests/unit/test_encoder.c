@@ -66,8 +66,8 @@ static void start_at_zero(encoder_t *encoder, const encoder_params_t *params)
 {
     encoder_tuning_t tuning;
     encoder_prepare(&tuning, params);
-    encoder_take(encoder, &tuning);
-    encoder_reset(encoder, 0u);
+    memset(encoder, 0x55, sizeof *encoder);
+    encoder_take(encoder, &tuning, 0u);
 }
 
 static void test_angle_is_exact_for_every_count(void)
@@ -280,6 +280,36 @@ static void test_init_expects_count_zero_at_standstill(void)
     TEST_ASSERT_TRUE(encoder_step(&encoder, 0).omega_e == 0.0f);
 }
 
+/* What a shaft that stands, and one that turns, does not see of other angles for its counts: the one goes on
+ * standing, the other's speed is that of an encoder that starts on it. */
+static void test_other_angles_of_the_counts_are_no_motion(void)
+{
+    encoder_params_t others[3] = {PARAMS, PARAMS, PARAMS};
+    others[0].pole_pairs = 7.0f;
+    others[1].count_per_turn = 4096.0f;
+    others[2].offset = 1.0f;
+    for (size_t n = 0; n < 3; n++) {
+        encoder_tuning_t tuning;
+        encoder_prepare(&tuning, &others[n]);
+        encoder_t encoder;
+        start_at_zero(&encoder, &PARAMS);
+        encoder_reset(&encoder, 3210u);
+        encoder_take(&encoder, &tuning, 3210u);
+        for (int k = 0; k < 100; k++) {
+            const float omega = encoder_step(&encoder, 3210u).omega_e;
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, omega);
+        }
+        encoder_t fresh;
+        start_at_zero(&fresh, &others[n]);
+        encoder_reset(&fresh, 3210u);
+        for (uint32_t k = 3211u; k < 3311u; k++) {
+            const float wanted = encoder_step(&fresh, k).omega_e;
+            const float omega = encoder_step(&encoder, k).omega_e;
+            TEST_ASSERT_EQUAL_FLOAT(wanted, omega);
+        }
+    }
+}
+
 static void test_retune_keeps_angle_and_speed(void)
 {
     encoder_t encoder;
@@ -293,7 +323,7 @@ static void test_retune_keeps_angle_and_speed(void)
     other.bandwidth = 60.0f;
     encoder_tuning_t tuning;
     encoder_prepare(&tuning, &other);
-    encoder_take(&encoder, &tuning);
+    encoder_take(&encoder, &tuning, count_at(turns_per_period * (k - 1), 10000.0));
     /* What the wider loop left behind (its ripple, and its angle error within two half steps, which the
      * slower loop takes as one of its own) decays. */
     double bound = ripple_bound(&PARAMS) + 2.0 * ripple_bound(&other);
@@ -316,6 +346,7 @@ int main(void)
     RUN_TEST(test_speed_step_response_is_critically_damped);
     RUN_TEST(test_reset_stands_still_at_the_given_count);
     RUN_TEST(test_init_expects_count_zero_at_standstill);
+    RUN_TEST(test_other_angles_of_the_counts_are_no_motion);
     RUN_TEST(test_retune_keeps_angle_and_speed);
     return UNITY_END();
 }

@@ -448,6 +448,24 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later); /* nothing of the one before */
 }
 
+/* What stopped the drive goes on, or comes again: that is known already. */
+static void test_the_latched_fault_is_no_later_one(void)
+{
+    bring_to_fault();
+    input.faults = LATE;
+    steps(3);
+    TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
+    TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later);
+    input.faults = 0u;
+    steps(3);
+    input.faults = LATE | OVERCURRENT;
+    steps(1);
+    TEST_ASSERT_EQUAL_HEX32(OVERCURRENT, sequence.faults_later);
+    sequence_fault(&sequence, REASON_BOARD_FAILED); /* is no row of the table: all that comes is later */
+    steps(1);
+    TEST_ASSERT_EQUAL_HEX32(LATE | OVERCURRENT, sequence.faults_later);
+}
+
 /* Exactly so long must it be quiet: of faults or of the line, whichever was last. */
 static void test_reset_needs_quiet_for_its_whole_time(void)
 {
@@ -629,6 +647,7 @@ int main(void)
     RUN_TEST(test_a_fault_in_any_state_opens_the_bridge_in_the_same_step);
     RUN_TEST(test_a_fault_from_outside_acts_in_any_state);
     RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
+    RUN_TEST(test_the_latched_fault_is_no_later_one);
     RUN_TEST(test_reset_needs_quiet_for_its_whole_time);
     RUN_TEST(test_reset_needs_an_edge);
     RUN_TEST(test_a_reset_from_before_the_fault_is_no_edge);

@@ -7,7 +7,7 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params)
     return (inverter_tuning_t){
         .compensated = dead_time_prepare(&params->dead_time),
         .lost = dead_time_prepare(&all),
-        .edges = edges_prepare(params->dead_time.period, params->inductance),
+        .edges = edges_prepare(params->dead_time.period, params->inductance, params->sampled_upper),
         .modulation = svpwm_prepare(params->duty_min, params->duty_max),
         .gain = params->dead_time.gain,
         .duty_counts = params->duty_counts,

@@ -10,6 +10,7 @@
 #ifndef INVERTER_INVERTER_H
 #define INVERTER_INVERTER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "inverter/dead_time.h"
@@ -20,6 +21,7 @@
 typedef struct {
     dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
     float inductance;             /* of the winding [H], > 0 */
+    bool sampled_upper;           /* are the currents sampled while the upper switches are on? */
     float duty_min, duty_max;     /* [-] least and largest duty of a leg */
     float duty_counts;            /* [-] steps of a duty from 0 to 1 */
 } inverter_params_t;

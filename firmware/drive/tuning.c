@@ -70,6 +70,8 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
                 .gain = params->compensation_gain,
                 .period = DRIVE_PERIOD,
             },
+        .inductance = 0.5f * (believed->inductance_d + believed->inductance_q),
+        .sampled_upper = BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR,
         .duty_min = params_duty_min(params),
         .duty_max = params_duty_max(params),
         .duty_counts = DRIVE_DUTY_COUNTS,

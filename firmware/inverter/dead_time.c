@@ -10,7 +10,6 @@ dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params)
     return (dead_time_tuning_t){
         .volt_per_volt = params->gain * effective / params->period,
         .drop = params->gain * params->drop,
-        .zone = zone,
         .per_zone = 1.0f / zone,
     };
 }

@@ -1,18 +1,14 @@
-/* What the inverter loses to dead time, switching delays and device drops, as a voltage to add before
- * modulation.
+/* What the inverter loses to dead time, switching delays and device drops, as a voltage.
  *
- *     DV(i) = gain sat(i/zone) (T_e/T_s u_dc + drop)   per leg,   T_e = dead_time + turn_on_delay -
- * turn_off_delay
+ *     DV = gain (sat(i'/zone) + sat(i"/zone))/2 (T_e/T_s u_dc + drop)   per leg,
+ *     T_e = dead_time + turn_on_delay - turn_off_delay
  *
- * DV is the mean of commanded minus actual pole voltage, positive along the current; drop = (V_ce + V_f)/2,
- * the mean of the on-state drops of transistor and diode at zero current (their slope, some 20 mohm, belongs
- * to the winding's resistance). sat runs linearly through zero within +-zone, where the node's capacitance
- * and the ripple blur the sign. With all three signs certain the vector has the length 4/3 DV. Derivation:
- * docs/theory.md, 12; neglected there: below 0.1 V that depend on the duty.
- *
- * Add it to the voltage before svpwm_modulate(), subtract it from the applied voltage to get what the motor
- * sees. Use the current expected in the middle of the period in which the duties act: the sampled sign is
- * late by up to 1.5 periods.
+ * DV is the mean of commanded minus actual pole voltage, positive along the current; i', i" are the leg's
+ * currents at its two edges (inverter/edges.h), drop = (V_ce + V_f)/2, the mean of the on-state drops of
+ * transistor and diode at zero current (their slope, some 20 mohm, belongs to the winding's resistance). sat
+ * runs linearly through zero within +-zone, where the node's capacitance blurs the sign. With all three signs
+ * certain the vector has the length 4/3 DV. Derivation: docs/theory.md, 12; neglected there: below 0.1 V that
+ * depend on the duty.
  *
  * No state. Does not handle: differences between the legs, the device's own temperature. */
 #ifndef INVERTER_DEAD_TIME_H
@@ -34,7 +30,6 @@ typedef struct {
 typedef struct {
     float volt_per_volt; /* gain T_e/T_s [-] */
     float drop;          /* gain drop [V] */
-    float zone;          /* [A] */
     float per_zone;      /* 1/zone [1/A] */
 } dead_time_tuning_t;
 
@@ -47,17 +42,31 @@ static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_d
     return dead_time->volt_per_volt * u_dc + dead_time->drop;
 }
 
-/* Mean voltage lost [V], stationary frame, for the `current` [A] and the DC link `u_dc` [V]. The currents are
- * cut to the zone and transformed; what comes out is stretched to volts. No division, six compares. */
-static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, ab_t current, float u_dc)
+/* Signs of the currents of the three legs [-1 to 1], linear within the zone: the share of its loss that a leg
+ * takes whose two edges meet the same `current` [A]. No division, six compares. */
+static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t current)
 {
-    abc_t phases = frames_inverse_clarke(current);
-    phases.a = bounds_clamp(phases.a, dead_time->zone);
-    phases.b = bounds_clamp(phases.b, dead_time->zone);
-    phases.c = bounds_clamp(phases.c, dead_time->zone);
-    ab_t cut = frames_clarke(phases);
-    float volt_per_ampere = dead_time_leg(dead_time, u_dc) * dead_time->per_zone;
-    return (ab_t){volt_per_ampere * cut.alpha, volt_per_ampere * cut.beta};
+    return (abc_t){bounds_clamp(dead_time->per_zone * current.a, 1.0f),
+                   bounds_clamp(dead_time->per_zone * current.b, 1.0f),
+                   bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
+}
+
+/* The same where the two edges of a leg meet `current` - `swing` and `current` + `swing` [A]. */
+static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t current, abc_t swing)
+{
+    const abc_t falling = {current.a - swing.a, current.b - swing.b, current.c - swing.c};
+    const abc_t rising = {current.a + swing.a, current.b + swing.b, current.c + swing.c};
+    const abc_t first = dead_time_signs(dead_time, falling);
+    const abc_t second = dead_time_signs(dead_time, rising);
+    return (abc_t){0.5f * (first.a + second.a), 0.5f * (first.b + second.b), 0.5f * (first.c + second.c)};
+}
+
+/* Mean voltage lost [V], stationary frame, with these signs at the DC link `u_dc` [V]. No division. */
+static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, abc_t signs, float u_dc)
+{
+    const ab_t vector = frames_clarke(signs);
+    const float leg = dead_time_leg(dead_time, u_dc);
+    return (ab_t){leg * vector.alpha, leg * vector.beta};
 }
 
 #endif

@@ -10,14 +10,18 @@
 #ifndef INVERTER_INVERTER_H
 #define INVERTER_INVERTER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "inverter/dead_time.h"
+#include "inverter/edges.h"
 #include "inverter/svpwm.h"
 #include "math/frames.h"
 
 typedef struct {
     dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
+    float inductance;             /* of the winding [H], > 0 */
+    bool sampled_upper;           /* are the currents sampled while the upper switches are on? */
     float duty_min, duty_max;     /* [-] least and largest duty of a leg */
     float duty_counts;            /* [-] steps of a duty from 0 to 1 */
 } inverter_params_t;
@@ -25,6 +29,7 @@ typedef struct {
 typedef struct {
     dead_time_tuning_t compensated; /* what the modulation makes up for */
     dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
+    edges_tuning_t edges;
     svpwm_tuning_t modulation;
     float gain;        /* share that is compensated [-] */
     float duty_counts; /* [-] */
@@ -33,9 +38,9 @@ typedef struct {
 
 typedef struct {
     inverter_tuning_t tuning;
-    ab_t duty_prev[2]; /* duties in the stationary frame, of one and two steps ago [-] */
-    ab_t current_prev; /* one period ago [A] */
-    float u_dc_prev;   /* likewise [V] */
+    abc_t duty_prev[2]; /* duties of one and two steps ago [-] */
+    ab_t current_prev;  /* one period ago [A] */
+    float u_dc_prev;    /* likewise [V] */
 } inverter_t;
 
 typedef struct {
@@ -50,7 +55,7 @@ typedef struct {
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
-/* Coefficients. Five divisions. */
+/* Coefficients. Six divisions. */
 inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 
 /* These coefficients; nothing has acted yet. */
@@ -78,11 +83,13 @@ static inline float inverter_whole_counts(const inverter_t *inverter, float duty
 
 /* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
  * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
- * best guess, a sampled one has the wrong sign near its zero crossings. One division, two at the voltage
- * limit. */
+ * best guess, a sampled one has the wrong sign near its zero crossings. Both edges of a leg are taken to meet
+ * it: what that leaves inverter_acted() knows. One division, two at the voltage limit. */
 static inline inverter_made_t inverter_make(const inverter_t *inverter, ab_t wanted, ab_t current, float u_dc)
 {
-    const ab_t lost = dead_time_voltage(&inverter->tuning.compensated, current, u_dc);
+    const dead_time_tuning_t *compensated = &inverter->tuning.compensated;
+    const abc_t signs = dead_time_signs(compensated, frames_inverse_clarke(current));
+    const ab_t lost = dead_time_voltage(compensated, signs, u_dc);
     const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
     const svpwm_t modulated = svpwm_modulate(&inverter->tuning.modulation, asked, u_dc);
     return (inverter_made_t){
@@ -92,18 +99,34 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, ab_t wan
     };
 }
 
-/* What acted in the last period, from the current [A] and the DC link [V] at t_k. No division. */
+/* Duties as they act behind the dead time, where the currents have these signs. */
+static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
+{
+    const float effective = inverter->tuning.lost.volt_per_volt;
+    const abc_t duty = inverter->duty_prev[1];
+    return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
+}
+
+/* What acted in the last period, from the current [A] and the DC link [V] at t_k. The mean current says which
+ * way the duties act behind the dead time, those what the current is at the edges, and that what was lost. No
+ * division. */
 static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t current, float u_dc)
 {
+    const dead_time_tuning_t *dead_time = &inverter->tuning.lost;
+    const ab_t last = inverter->current_prev;
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
-    const ab_t middle = {0.5f * (current.alpha + inverter->current_prev.alpha),
-                         0.5f * (current.beta + inverter->current_prev.beta)};
-    const ab_t lost = dead_time_voltage(&inverter->tuning.lost, middle, link);
+    const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
+    const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
+    const abc_t phases = frames_inverse_clarke(middle);
+    const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
+    const abc_t swing = edges_swing(&inverter->tuning.edges, duty, change, dead_time->volt_per_volt, link);
+    const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
+    const ab_t made = frames_clarke(inverter->duty_prev[1]);
     return (inverter_acted_t){
-        {inverter->duty_prev[1].alpha * link - lost.alpha, inverter->duty_prev[1].beta * link - lost.beta},
+        {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
         middle,
         link,
-        dead_time_leg(&inverter->tuning.lost, link),
+        dead_time_leg(dead_time, link),
     };
 }
 
@@ -112,7 +135,7 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t c
 static inline void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc)
 {
     inverter->duty_prev[1] = inverter->duty_prev[0];
-    inverter->duty_prev[0] = frames_clarke(duty);
+    inverter->duty_prev[0] = duty;
     inverter->current_prev = current;
     inverter->u_dc_prev = u_dc;
 }

@@ -4,10 +4,10 @@
  * directions of rotation.
  *
  * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
- * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity: voltages
- * are the means over a period, dead time and drops included. A board of another current moves a shaft in
- * proportion, friction, load and speed control with it: the accelerations, and with them all expectations,
- * are the same. */
+ * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity where the
+ * inverter is ideal; a real one switches every edge, for its dead time hangs on the currents at the edges. A
+ * board of another current moves a shaft in proportion, friction, load and speed control with it: the
+ * accelerations, and with them all expectations, are the same. */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -77,7 +77,7 @@ static void start(const drive_case_t *drive, double rpm)
     rig_free(rig);
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
-    run_put(rig, "fidelity", 1.0);
+    run_put(rig, "fidelity", drive->real ? 0.0 : 1.0);
     if (!drive->by_rule) {
         run_paper_drive(rig);
     }
@@ -509,13 +509,14 @@ static void test_steps_without_torque_feed_forward(void)
     }
 }
 
+/* Real: the worst of 12 seeds in both directions, on both boards, times 1.5. */
 static void test_steps_with_torque_feed_forward(void)
 {
     for (int32_t n = 0; n < 4; n++) {
         const bool real = n >= 2;
         const drive_case_t drive = paper_rig(real, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
-        expect_peaks(&result, real ? 22.0 : 4.0, real ? 30.0 : 4.0);
+        expect_peaks(&result, real ? 37.0 : 4.0, real ? 10.0 : 4.0);
         expect_steady(&result, real ? 3.0 : 2.0);
     }
 }

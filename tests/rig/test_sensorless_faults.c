@@ -45,7 +45,7 @@ static void prepare_with(bool real, uint32_t seed, void (*of_board)(rig_t *))
     rig_free(rig);
     rig = rig_create(seed);
     TEST_ASSERT_NOT_NULL(rig);
-    run_put(rig, "fidelity", 1.0);
+    run_put(rig, "fidelity", real ? 0.0 : 1.0);
     run_paper_drive(rig);
     of_board(rig);
     run_parameter(rig, "position_source", 1.0);

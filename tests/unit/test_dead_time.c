@@ -36,7 +36,8 @@ static double complex lost(const dead_time_params_t *params, double amplitude, d
 {
     const dead_time_tuning_t dead_time = dead_time_prepare(params);
     ab_t current = {(float)(amplitude * cos(angle)), (float)(amplitude * sin(angle))};
-    ab_t voltage = dead_time_voltage(&dead_time, current, (float)u_dc);
+    const abc_t signs = dead_time_signs(&dead_time, frames_inverse_clarke(current));
+    ab_t voltage = dead_time_voltage(&dead_time, signs, (float)u_dc);
     return (double)voltage.alpha + J * (double)voltage.beta;
 }
 
@@ -115,6 +116,22 @@ static void test_inside_the_zone_it_is_a_resistance(void)
     }
 }
 
+/* Each edge has its own half of the loss: zone 0.4 A, so that 0.1 -+ 0.2 A are signs of -1/4 and 3/4; where
+ * one edge is clear of it on this side and the other on that one, nothing is lost. */
+static void test_each_edge_loses_half_by_its_own_current(void)
+{
+    const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);
+    const abc_t current = {0.1f, 2.0f, -0.5f};
+    const abc_t swing = {0.2f, -0.3f, 1.0f};
+    const abc_t signs = dead_time_edge_signs(&dead_time, current, swing);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.25, (double)signs.a);
+    TEST_ASSERT_TRUE(signs.b == 1.0f);
+    TEST_ASSERT_TRUE(signs.c == 0.0f);
+    const abc_t other = {-0.2f, 0.3f, -1.0f};
+    const abc_t same = dead_time_edge_signs(&dead_time, current, other);
+    TEST_ASSERT_TRUE(same.a == signs.a && same.b == signs.b && same.c == signs.c);
+}
+
 static void test_timing_part_scales_with_the_link_and_drops_do_not(void)
 {
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * 0.875, creal(lost(&PARAMS, 5.0, 0.0, 0.0)));
@@ -143,8 +160,8 @@ static void test_zone_of_no_width_is_a_hard_sign(void)
 static void test_a_leg_without_current_loses_nothing(void)
 {
     const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);
-    const ab_t none = {0.0f, 0.0f};
-    const ab_t voltage = dead_time_voltage(&dead_time, none, 311.0f);
+    const abc_t none = {0.0f, 0.0f, 0.0f};
+    const ab_t voltage = dead_time_voltage(&dead_time, dead_time_signs(&dead_time, none), 311.0f);
     TEST_ASSERT_TRUE(voltage.alpha == 0.0f && voltage.beta == 0.0f);
     /* Of a leg that would carry some. */
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, LEG, (double)dead_time_leg(&dead_time, 311.0f));
@@ -158,6 +175,7 @@ int main(void)
     RUN_TEST(test_is_the_sum_of_its_legs_in_and_out_of_the_zone);
     RUN_TEST(test_harmonics_of_the_uncompensated_inverter);
     RUN_TEST(test_inside_the_zone_it_is_a_resistance);
+    RUN_TEST(test_each_edge_loses_half_by_its_own_current);
     RUN_TEST(test_timing_part_scales_with_the_link_and_drops_do_not);
     RUN_TEST(test_gain_scales_all_of_it);
     RUN_TEST(test_zone_of_no_width_is_a_hard_sign);

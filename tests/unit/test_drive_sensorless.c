@@ -159,9 +159,9 @@ static double estimate_error(void)
                    (machine.theta_e - machine.omega_e * PERIOD));
 }
 
-/* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes
- * (test_inverter.c); here: of the steps and samples of this drive. The currents are nothing but different
- * from step to step, so is the link. Float: ten roundings of 200 V, 1.2e-4 V. */
+/* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes: what an
+ * inverter beside it says (test_inverter.c) that is told the steps and samples of this drive. The currents
+ * are nothing but different from step to step, so is the link. Float: ten roundings of 200 V, 1.2e-4 V. */
 static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
 {
     double complex duty[4] = {0.0}; /* newest first */
@@ -171,11 +171,12 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     double late = 0.0;
     params.offset_trim = 0.0f; /* the estimator gets the sample itself */
     drive_init(&drive, &params);
+    inverter_t beside;
+    inverter_init(&beside, &drive.inverter.tuning);
     bring_to_ready();
     request_currents(0.0f, 5.0f);
     request(REQUEST_ON);
     for (int k = 0; k < 400; k++) {
-        const double complex before = current;
         const double u_dc_before = u_dc;
         current = k < 10 ? 0.0 : 4.0 * cexp((double complex)I * (0.37 * k)); /* nowhere near zero for long */
         u_dc = U_DC + 10.0 * sin(0.9 * k);
@@ -184,9 +185,13 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         samples.u_dc = (float)u_dc;
         const bool before_start = drive.estimating == 0u;
         turn(20, 1);
+        const ab_t sampled = {(float)creal(current), (float)cimag(current)};
+        const ab_t expected = inverter_acted(&beside, sampled, (float)u_dc).voltage;
+        inverter_remember(&beside, command.duty, sampled, (float)u_dc);
         if (!before_start) {
             const double mean_dc = 0.5 * (u_dc + u_dc_before);
-            const double complex lost = lost_at(0.5 * (current + before), 0.023 * mean_dc + 0.875);
+            const double complex lost =
+                duty[1] * mean_dc - ((double)expected.alpha + (double complex)I * (double)expected.beta);
             const double complex seen =
                 (double)drive.acted.alpha + (double complex)I * (double)drive.acted.beta;
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(seen - (duty[1] * mean_dc - lost)));

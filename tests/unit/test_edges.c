@@ -1,0 +1,151 @@
+/* Oracle: the period piece by piece. A leg is on at both ends, off in the middle, each edge early or late by
+ * half of T_e as its current says; in the dead band of the leg that is looked at, which carries nothing, it
+ * stands half way. Currents are the integrals of these voltages and of an EMF that stands still. */
+#include "inverter/edges.h"
+
+#include <math.h>
+#include <unity.h>
+
+#define PERIOD     1e-4    /* [s] */
+#define INDUCTANCE 12.5e-3 /* [H] */
+#define EFFECTIVE  0.023   /* T_e/T [-] */
+#define LINK       311.0   /* [V] */
+
+/* Currents of some 0.3 A, a dozen roundings of 1 A. */
+#define AMPERE_TOLERANCE (12.0 / 16777216.0)
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* What three legs do in a period; times in periods. */
+typedef struct {
+    double duty[3]; /* of the compare registers [-] */
+    double sign[3]; /* of the currents [-] */
+    double emf[3];  /* with what falls off at the resistance [V], sum zero */
+    int upper;      /* which switches are on at both ends: 1 or 0 */
+} legs_t;
+
+static double share_of(const legs_t *legs, int leg)
+{
+    return legs->upper ? legs->duty[leg] : 1.0 - legs->duty[leg];
+}
+
+static double way_of(const legs_t *legs)
+{
+    return legs->upper ? 1.0 : -1.0;
+}
+
+/* For how long the switch of this leg that is sampled has been on from 0 to `time`: its edges are late or
+ * early by half of T_e, which takes from it what flows out of it. Half way in the dead band where the sign is
+ * 0. */
+static double on_until(const legs_t *legs, int leg, double time)
+{
+    const double band = EFFECTIVE;
+    const double falls = 0.5 * share_of(legs, leg);
+    const double rises = 1.0 - falls;
+    const double late = way_of(legs) * legs->sign[leg] * 0.5 * band;
+    if (legs->sign[leg] != 0.0) {
+        return fmin(time, falls - late) + fmax(0.0, time - (rises + late));
+    }
+    const double begun = fmin(fmax(time - (falls - 0.5 * band), 0.0), band);
+    const double ended = fmin(fmax(time - (rises - 0.5 * band), 0.0), band);
+    return fmin(time, falls - 0.5 * band) + 0.5 * (begun + ended) + fmax(0.0, time - (rises + 0.5 * band));
+}
+
+/* Current of a leg at `time` since the period's beginning [A]. */
+static double current_at(const legs_t *legs, int leg, double time)
+{
+    double mean = 0.0;
+    for (int x = 0; x < 3; x++) {
+        mean += on_until(legs, x, time) / 3.0;
+    }
+    const double volts = way_of(legs) * LINK * (on_until(legs, leg, time) - mean) - legs->emf[leg] * time;
+    return PERIOD / INDUCTANCE * volts;
+}
+
+static abc_t swing_of(const legs_t *legs)
+{
+    const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, legs->upper != 0);
+    const double change[3] = {current_at(legs, 0, 1.0), current_at(legs, 1, 1.0), current_at(legs, 2, 1.0)};
+    const abc_t duty = {(float)(legs->duty[0] - EFFECTIVE * legs->sign[0]),
+                        (float)(legs->duty[1] - EFFECTIVE * legs->sign[1]),
+                        (float)(legs->duty[2] - EFFECTIVE * legs->sign[2])};
+    const abc_t phases = {(float)change[0], (float)change[1], (float)change[2]};
+    return edges_swing(&edges, duty, frames_clarke(phases), (float)EFFECTIVE, (float)LINK);
+}
+
+/* Of all duties, with an EMF, leg by leg without current. Where another leg's edge falls into the dead band
+ * of the one that is looked at, the current bends within the band, and its middle is what both agree on. */
+static void check_edges(int upper)
+{
+    double largest = 0.0;
+    for (double angle = 0.0; angle < 6.2; angle += 0.07) {
+        for (double length = 0.0; length < 0.5; length += 0.09) {
+            for (int leg = 0; leg < 3; leg++) {
+                legs_t legs = {.upper = upper};
+                for (int x = 0; x < 3; x++) {
+                    const double phase = angle - x * 2.0943951023931953;
+                    legs.duty[x] = 0.5 + length * cos(phase);
+                    legs.emf[x] = 0.8 * length * LINK * cos(phase + 0.3);
+                    legs.sign[x] = x == leg ? 0.0 : x == (leg + 1) % 3 ? 1.0 : -1.0;
+                }
+                const abc_t swings = swing_of(&legs);
+                const double swing = (double)(leg == 0 ? swings.a : leg == 1 ? swings.b : swings.c);
+                const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg));
+                const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg));
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.5 * (rising - falling), way_of(&legs) * swing);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, current_at(&legs, leg, 1.0), rising + falling);
+                largest = fmax(largest, fabs(swing));
+            }
+        }
+    }
+    TEST_ASSERT_TRUE(largest > 0.1); /* [A]: and not nothing */
+}
+
+static void test_currents_at_the_edges_sampled_while_the_upper_switches_are_on(void)
+{
+    check_edges(1);
+}
+
+static void test_currents_at_the_edges_sampled_while_the_lower_switches_are_on(void)
+{
+    check_edges(0);
+}
+
+/* Equal duties, no EMF, the others' currents opposite: what the one takes from the star point the other
+ * gives. */
+static void test_no_voltage_is_no_swing(void)
+{
+    const legs_t legs = {{0.5, 0.5, 0.5}, {0.0, 1.0, -1.0}, {0.0, 0.0, 0.0}, 1};
+    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.0, (double)swing_of(&legs).a);
+}
+
+/* Without dead time and EMF: leg b is on for 0.6, a for 0.5, c for 0.4. From the falling edge of a to its
+ * rising one b adds 0.1 T of -u_dc/3; of the way half. */
+static void test_ripple_of_three_duties_by_hand(void)
+{
+    const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, true);
+    const double ampere = PERIOD / INDUCTANCE * LINK;
+    const abc_t duty = {0.5f, 0.6f, 0.4f};
+    const ab_t mean = frames_clarke(duty);
+    const ab_t change = {(float)ampere * mean.alpha, (float)ampere * mean.beta};
+    const abc_t swing = edges_swing(&edges, duty, change, 0.0f, (float)LINK);
+    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * 0.1 / 3.0 * ampere, (double)swing.a);
+    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.0, (double)swing.b);
+    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * (0.1 + 0.2) / 3.0 * ampere, (double)swing.c);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_currents_at_the_edges_sampled_while_the_upper_switches_are_on);
+    RUN_TEST(test_currents_at_the_edges_sampled_while_the_lower_switches_are_on);
+    RUN_TEST(test_no_voltage_is_no_swing);
+    RUN_TEST(test_ripple_of_three_duties_by_hand);
+    return UNITY_END();
+}

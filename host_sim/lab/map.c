@@ -186,10 +186,14 @@ static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point
 
 /* ---- what a point measures ---- */
 
-enum { THETA_HAT_ERR, OMEGA_M, I_D, I_Q, INDUCTANCE, TAPPED };
+enum { THETA_HAT_ERR, OMEGA_M, I_D, I_Q, INDUCTANCE, CONFIDENCE, TAPPED };
 static const char *const tapped[TAPPED] = {
-    [THETA_HAT_ERR] = "theta_hat_err", [OMEGA_M] = "true_omega_m", [I_D] = "true_i_d", [I_Q] = "true_i_q",
+    [THETA_HAT_ERR] = "theta_hat_err",
+    [OMEGA_M] = "true_omega_m",
+    [I_D] = "i_d",
+    [I_Q] = "i_q",
     [INDUCTANCE] = "inductance_hat",
+    [CONFIDENCE] = "inductance_confidence",
 };
 
 typedef struct {
@@ -217,20 +221,20 @@ static void take(void *context, uint32_t period, const uint32_t *slots, uint32_t
     }
 }
 
-/* The head of map.h; both parts of the voltage over omega, for either direction. */
+/* The head of map.h. */
 static double theory_mrad(rig_t *rig, const map_point_t *point)
 {
     if (!point->locked || point->deviation >= MAP_DEAD_TIME_LOW) {
         return (double)NAN;
     }
     const double omega = point->true_rpm * RPM * rig_value(rig, "plant.pole_pairs");
-    const double d_r = rig_value(rig, "params.motor_resistance") - rig_value(rig, "plant.resistance");
-    const double l_d = rig_value(rig, "plant.inductance_d");
     const double l_q = rig_value(rig, "plant.inductance_q");
+    const double d_r = rig_value(rig, "params.motor_resistance") - rig_value(rig, "plant.resistance");
     const double d_l = point->inductance - l_q;
-    const double along =
-        rig_value(rig, "plant.flux_linkage") + (l_d - l_q - d_l) * point->i_d - d_r * point->i_q / omega;
-    return atan2(d_r * point->i_d / omega - d_l * point->i_q, along) / MRAD;
+    const double flux =
+        rig_value(rig, "plant.flux_linkage") + (rig_value(rig, "plant.inductance_d") - l_q) * point->i_d;
+    const double sine = (d_r * point->i_d / omega - d_l * point->i_q) / flux;
+    return asin(fmax(-1.0, fmin(sine, 1.0))) / MRAD;
 }
 
 static bool locked(rig_t *rig, const map_point_t *point, double rpm)
@@ -285,6 +289,7 @@ static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
     point->i_d = w.sum[I_D] / w.count;
     point->i_q = w.sum[I_Q] / w.count;
     point->inductance = w.sum[INDUCTANCE] / w.count;
+    point->confidence = w.sum[CONFIDENCE] / w.count;
     point->fault = (int32_t)rig_value(rig, "fault_reason");
     point->locked = locked(rig, point, window.rpm);
     point->theory_mrad = theory_mrad(rig, point);

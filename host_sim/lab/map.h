@@ -7,14 +7,14 @@
  * electrical periods. A deviation changes what the drive believes and leaves the machine alone; those of the
  * sensors change the sensors.
  *
- * What theory says of the mean [rad], with dR, dL = believed - true resistance and L_q, and the true
- * currents:
+ * What theory says of the mean [rad], with dR, dL = believed - true resistance and L_q, and i_d, i_q in the
+ * frame of the estimate:
  *
- *     atan2(dR i_d - omega dL i_q, omega (psi_f + (L_d - L_q - dL) i_d) - dR i_q)
+ *     asin((dR i_d/omega - dL i_q)/(psi_f + (L_d - L_q) i_d))
  *
- * the angle of what the observer takes for EMF. While i_d = 0 that is -atan(dL i_q/psi_f), and R is without
- * effect. psi_f never has one: it sets the feed-forward's speed only, which the loop's integrator makes up
- * for. With adaptation on it is the L of that moment that counts.
+ * which is what the observer takes for EMF across the real one. R is without effect while i_d = 0. psi_f
+ * never has one: it sets the feed-forward's speed only, which the loop's integrator makes up for. With
+ * adaptation on it is the L of that moment that counts.
  *
  * Any speed: where an electrical turn is a whole number of samples, or a half and a half, each turn meets the
  * same few codes of the ADC and the same ripple at its zero crossings, and the mean depends on the angle at
@@ -100,8 +100,9 @@ typedef struct {
     double theory_mrad; /* what R and L as they are believed make of the mean [mrad]; NAN: not locked, or no
                            deviation of theirs nor of psi_f, nor nominal */
     double true_rpm;    /* mean of the rotor's speed [r/min] */
-    double i_d, i_q;    /* means of the true ones [A] */
+    double i_d, i_q;    /* means, in the frame of the estimate [A] */
     double inductance;  /* L_q as believed, mean [H] */
+    double confidence;  /* in it, the drive's own, mean [-] */
     int32_t fault;      /* [-] the drive's reason; 0: none */
     bool locked;        /* [-] see map_run */
 } map_point_t;
@@ -114,13 +115,19 @@ typedef struct {
     size_t judged;            /* [-] points */
     size_t lost;              /* [-] points that are not locked: nothing can be said of them */
     bool met;                 /* [-] every point is judged, and within the limit */
+    bool silent;              /* [-] the claim speaks of none of the points */
 } map_verdict_t;
 
-/* Each speaks of the points of both columns but the last. */
 typedef enum {
-    MAP_CLAIM_INDUCTANCE, /* L rows: how far the mean lies from the nominal row's, theory taken off both */
-    MAP_CLAIM_NO_EFFECT,  /* psi_f and R rows: the same */
-    MAP_CLAIM_LEARNT,     /* L rows with adaptation: how far the mean lies from that of the nominal row */
+    /* L rows, with the L that the drive believed at the time: how far the mean lies from the nominal row's,
+     * theory taken off both. */
+    MAP_CLAIM_INDUCTANCE,
+    /* psi_f and R rows, adaptation off: the same, beyond a fifth of what theory says. A dither of i_d makes R
+     * an error that swings. */
+    MAP_CLAIM_NO_EFFECT,
+    /* L rows with adaptation, where the drive is sure of its L: how far the mean lies from the nominal row's.
+     */
+    MAP_CLAIM_LEARNT,
     MAP_CLAIMS
 } map_claim_t;
 
@@ -168,7 +175,8 @@ map_window_t map_window(const map_setup_t *setup, double rpm);
  * false: `why` says what was refused. */
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why);
 
-/* Judges one claim over points from map_run. A map without the rows of a claim does not meet it. */
+/* Judges one claim over points from map_run. A map without points of a claim does not meet it, nor
+ * contradict it. */
 map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t claim);
 
 #endif

@@ -25,6 +25,7 @@
 #define LEARN_HERTZ      20.0                /* [Hz] electrical */
 #define LEARN_LONGER     2.0                 /* [-] */
 #define EVENLY           0.38196601125010515 /* [-] (3 - sqrt 5)/2 */
+#define NOT_WHOLE        1e-6                /* [-] what rounding may take of a whole number */
 
 /* ---- what a point changes ---- */
 
@@ -379,8 +380,8 @@ map_window_t map_window(const map_setup_t *setup, double rpm)
 {
     const double per_second = fabs(rpm) / 60.0 * pole_pairs(setup); /* electrical turns */
     const double samples = 1.0 / (per_second * RIG_PERIOD_SECONDS); /* of a turn */
-    const double whole = floor(samples);
-    const double evenly = whole + (samples - whole < 0.5 ? EVENLY : 1.0 - EVENLY);
+    const double whole = round(samples);
+    const double evenly = whole + (samples > whole - NOT_WHOLE ? EVENLY : -EVENLY);
     const double turns = ceil(setup->window / (evenly * RIG_PERIOD_SECONDS));
     return (map_window_t){.rpm = rpm * samples / evenly, .periods = (uint32_t)(turns * evenly + 0.5)};
 }

@@ -114,8 +114,7 @@ static void test_window_is_whole_electrical_periods(void)
     setup.window = 1.0;
     TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, 100.0).periods); /* 7 turns: 10502.67 */
     TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, -100.0).periods);
-    TEST_ASSERT_EQUAL_UINT32(10043u,
-                             map_window(&setup, 1013.0).periods); /* 148.38: 68 of 147.62 are 10038.0 */
+    TEST_ASSERT_EQUAL_UINT32(10090u, map_window(&setup, 1013.0).periods); /* 68 of 148.38, for 148.07 */
     setup.window = 0.25;
     TEST_ASSERT_EQUAL_UINT32(2502u, map_window(&setup, 300.0).periods); /* 5 of 500.38 */
     TEST_ASSERT_EQUAL_UINT32(15000u, map_window(&setup, 10.0).periods); /* never less than one */

@@ -328,6 +328,7 @@ map_setup_t map_setup_default(void)
         .settle = 3.0,
         .learn = 3.0,
         .window = 3.0,
+        .turns = 40.0,
     };
 }
 
@@ -382,7 +383,7 @@ map_window_t map_window(const map_setup_t *setup, double rpm)
     const double samples = 1.0 / (per_second * RIG_PERIOD_SECONDS); /* of a turn */
     const double whole = round(samples);
     const double evenly = whole + (samples > whole - NOT_WHOLE ? EVENLY : -EVENLY);
-    const double turns = ceil(setup->window / (evenly * RIG_PERIOD_SECONDS));
+    const double turns = fmax(ceil(setup->window / (evenly * RIG_PERIOD_SECONDS)), setup->turns);
     return (map_window_t){.rpm = rpm * samples / evenly, .periods = (uint32_t)(turns * evenly + 0.5)};
 }
 

@@ -84,7 +84,8 @@ typedef struct {
     uint64_t seed;                 /* of all noise, the same for every point */
     double settle;                 /* [s] before the window, adaptation off */
     double learn;  /* [s] the same with it on, from 20 Hz electrical up; slower more, at most twice as much */
-    double window; /* [s] rounded up to whole electrical periods */
+    double window; /* [s] rounded up to whole electrical turns */
+    double turns;  /* [-] of them at least, whole: what noise leaves of the mean falls with their number */
 } map_setup_t;
 
 typedef struct {
@@ -160,7 +161,8 @@ const map_point_t *map_find(const map_point_t *points, size_t count, map_deviati
                             double load, map_adaptation_t adaptation);
 
 /* Of a point: at which speed it runs [r/min] (see "Any speed" above), and for how many periods of the PWM it
- * is averaged, which are, to the nearest, whole electrical ones, as many as setup->window needs. */
+ * is averaged, which are, to the nearest, whole electrical ones, as many as setup->window needs, and
+ * setup->turns. */
 typedef struct {
     double rpm;
     uint32_t periods;

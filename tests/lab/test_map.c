@@ -19,6 +19,7 @@ void setUp(void)
     setup = map_setup_default();
     setup.settle = 1.5;
     setup.window = 1.0;
+    setup.turns = 1.0;
     setup.columns[MAP_ADAPTATION_ON] = false;
     memset(points, 0, sizeof points);
     memset(&why, 0, sizeof why);
@@ -74,6 +75,7 @@ static void test_default_covers_every_deviation_load_column_speed_and_direction_
     setup.settle = 0.0;
     setup.learn = 0.0;
     setup.window = 1e-4;
+    setup.turns = 1.0;
     run(2);
     for (size_t n = 0; n < count; n++) {
         const map_point_t *p = &points[n];
@@ -118,6 +120,8 @@ static void test_window_is_whole_electrical_periods(void)
     setup.window = 0.25;
     TEST_ASSERT_EQUAL_UINT32(2502u, map_window(&setup, 300.0).periods); /* 5 of 500.38 */
     TEST_ASSERT_EQUAL_UINT32(15000u, map_window(&setup, 10.0).periods); /* never less than one */
+    setup.turns = 10.0;
+    TEST_ASSERT_EQUAL_UINT32(5004u, map_window(&setup, 300.0).periods); /* 10 of 500.38 */
 }
 
 /* The phases of a turn's first samples, n times the share, leave no gap wider than 2/N after N turns (three

@@ -8,9 +8,9 @@
  *     leg current > DOUBT_ANGLE |e| largest
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
- * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of. Reasons: docs/theory.md, 13.
- * Does not handle: which leg it is. */
+ * meanwhile, and for as long as the EMF filter remembers it: an error that it has is worked off between the
+ * crossings. Coasting needs a speed that stays, or large currents whose torque the loop is told of. Reasons:
+ * docs/theory.md, 13. Does not handle: which leg it is. */
 #ifndef INVERTER_DOUBT_H
 #define INVERTER_DOUBT_H
 
@@ -25,8 +25,8 @@
 #define DOUBT_ANGLE        0.005f /* [rad] */
 #define DOUBT_SPEED_STEADY 30.0f  /* [rad/s] slower, a current is near zero for too long to coast */
 #define DOUBT_SPEED_SHARE                                                                                    \
-    0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
-#define DOUBT_DETECTOR       0.03f /* [-] a loop with an error to work off shall work */
+    0.3f                           /* [-] of the speed that may be missing: further from it is a             \
+                                        passage through zero */
 #define DOUBT_SHARE_FORESEEN 0.02f /* [-] DOUBT_SHARE while the speed changes as the loop is told */
 #define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] DOUBT_SPEED_STEADY likewise */
 
@@ -53,7 +53,6 @@ typedef struct {
     ab_t current;       /* mean of the period [A] */
     float leg;          /* loss of a leg whose sign is certain [V] */
     float amplitude;    /* |e| [V] */
-    float detector;     /* of the tracking loop [-] */
     float omega_e;      /* estimated [rad/s], electrical */
     float omega_m;      /* [rad/s], mechanical */
     float omega_m_miss; /* reference - omega_m [rad/s] */
@@ -80,7 +79,6 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
     const float speed = bounds_magnitude(input->omega_e);
 
     const bool steady =
-        bounds_within(input->detector, DOUBT_DETECTOR) &&
         bounds_within(input->omega_m_miss, DOUBT_SPEED_SHARE * bounds_magnitude(input->omega_m)) &&
         speed >= DOUBT_SPEED_STEADY;
     const bool foreseen = doubt->tuning.acceleration_known != 0u &&

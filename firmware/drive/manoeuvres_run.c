@@ -27,23 +27,25 @@ void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, f
     run_by(m, input, &input->estimate->frame, input->estimate->emf_loop, omega_m, demand);
 }
 
-/* The rotor turns: locked and run from here on, without a current. */
+/* The rotor turns: locked and run from here on, without torque; what flows along its d axis goes on. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    const position_t rotor = catch_position(&m->catching, input->estimate->emf);
+    const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
-    manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
+    const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
+    manoeuvres_enter_run(m, current, rotor.omega_e);
     manoeuvres_lock_to(m, rotor);
     m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref, demand);
-    demand->change = (int32_t)FRAME_ANEW;
+    run_by(m, input, &frame, frames_park(m->catching.emf, frame.rotation), m->run.omega_m_ref, demand);
+    demand->change = (int32_t)FRAME_TURNS;
 }
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     static const frame_t stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
     const estimate_t *estimate = input->estimate;
-    *demand = (demand_t){.frame = stationary, .current = {m->catching.tuning.current, 0.0f}};
+    const ab_t current = catch_current(&m->catching);
+    *demand = (demand_t){.frame = stationary, .current = {current.alpha, current.beta}};
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
     if (!input->estimating) {
         return;

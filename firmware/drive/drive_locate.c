@@ -11,6 +11,7 @@ static inline bool doubtful(drive_t *drive, const inverter_acted_t *acted)
         .current = acted->current,
         .leg = acted->leg,
         .amplitude = last->amplitude,
+        .detector = last->detector,
         .omega_e = last->frame.omega_e,
         .omega_m = drive->omega_m,
         .omega_m_miss = drive->demand.omega_m_ref - drive->omega_m,

@@ -55,6 +55,7 @@ static void start(drive_t *drive, uint32_t order)
         const position_t from = sensorless ? unknown : drive->encoder_position;
         chosen_reset(&drive->estimator, from, drive->measure.measured.current);
         flux_reset(&drive->flux, from.omega_e);
+        offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
         drive->estimating = 1u;
     }
 }
@@ -91,6 +92,7 @@ static void manoeuvre(drive_t *drive)
     if (drive->manoeuvres.locking != 0u) {
         chosen_lock(&drive->estimator, drive->manoeuvres.locked);
         flux_reset(&drive->flux, drive->manoeuvres.locked.omega_e);
+        offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
     }
     const rotation_t now = drive->demand.frame.rotation;
     if (drive->demand.change == (int32_t)FRAME_TURNS) {

@@ -58,7 +58,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
     const catch_params_t catching = {psi_f, pole_pairs * start->catch_speed, params->doubtful_current,
-                                     DRIVE_PERIOD};
+                                     params->low_speed_current, DRIVE_PERIOD};
     const handover_params_t handover = {start->current, DRIVE_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_PERIOD};

@@ -86,10 +86,13 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .period = DRIVE_PERIOD,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
+    const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
         .acceleration_known = params->torque_feedforward > 0.0f,
+        .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
+                        believed->inertia,
         .period = DRIVE_PERIOD,
     };
     tuning->doubt = doubt_prepare(&doubt);

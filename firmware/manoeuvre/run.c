@@ -11,5 +11,5 @@ void run_enter(run_t *run, dq_t current, float omega_m)
     speed_control_reset(&run->speed, current.q, omega_m);
     run->omega_m_ref = omega_m;
     run->i_d_left = current.d;
-    run->i_d_low = 0.0f;
+    run->i_d_low = bounds_clamp(current.d, run->tuning.low_current);
 }

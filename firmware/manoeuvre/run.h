@@ -64,7 +64,7 @@ static inline void run_take(run_t *run, const run_tuning_t *tuning)
 }
 
 /* The speed control goes on from this current [A] in the rotor's frame at this mechanical speed [rad/s]: its
- * i_q is held, its i_d fades, the reference starts from the speed. */
+ * i_q is held, its i_d fades but for what the low speed needs of it, the reference starts from the speed. */
 void run_enter(run_t *run, dq_t current, float omega_m);
 
 /* The speed reference on its way to what is wished for [rad/s]. */

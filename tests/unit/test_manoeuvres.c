@@ -202,6 +202,15 @@ static void given_running(double omega_m)
 
 /* ---- catch ---- */
 
+/* The angle of a catch trails by what the speed that it was turned with is wrong, over the 600 rad/s of its
+ * low-pass. */
+static void expect_caught_angle(void)
+{
+    const double miss = (double)m.locked.omega_e - POLE_PAIRS * machine.omega_m;
+    TEST_ASSERT_DOUBLE_WITHIN(fabs(miss) / 600.0 + 1e-4, 0.0,
+                              circle((double)m.locked.theta_e - machine.theta));
+}
+
 static void test_turning_rotor_is_caught_and_run(void)
 {
     static const double speeds[] = {12.0, 30.0, 90.0, 150.0};
@@ -217,9 +226,9 @@ static void test_turning_rotor_is_caught_and_run(void)
         const uint32_t taken = steps_until(MANOEUVRE_RUN, 0.021);
         TEST_ASSERT_TRUE(taken >= 100u && taken <= 200u);
         TEST_ASSERT_EQUAL_UINT32(1u, m.locking);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
-        TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+        TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == m.locked.theta_e);
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)demand.omega_m_ref / machine.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, (double)demand.current.q);
@@ -234,7 +243,8 @@ static void test_turning_rotor_is_caught_and_run(void)
     }
 }
 
-/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts. */
+/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts; along phase a for 4 ms,
+ * then with what makes no torque. */
 static void test_catch_holds_the_emf_and_hardly_a_current(void)
 {
     make_heavy();
@@ -247,7 +257,15 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         step();
         TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
-        TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        if (n <= 40) {
+            TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        } else {
+            const double complex current =
+                (double)demand.current.d + (double complex)I * (double)demand.current.q;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * (double)params.doubtful_current,
+                                      cabs(current)); /* no other */
+            TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, circle(carg(current) - machine.theta));
+        }
         const double complex voltage = (double)demand.emf.d + (double complex)I * (double)demand.emf.q;
         const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
         TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
@@ -631,7 +649,7 @@ static void test_lost_rotor_is_caught_again(void)
         TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
         TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.021) <= 200u);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
         steps(0.5);
         TEST_ASSERT_DOUBLE_WITHIN(0.6, way * 60.0, machine.omega_m);

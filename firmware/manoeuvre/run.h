@@ -109,11 +109,11 @@ static inline dq_t run_emf(const run_t *run, float omega_e)
 static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m,
                             demand_t *demand)
 {
-    demand->current = (dq_t){0.0f, 0.0f};
-    demand->omega_m_ref = 0.0f;
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;
+        demand->current = (dq_t){0.0f, 0.0f};
+        demand->omega_m_ref = 0.0f;
         break;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;

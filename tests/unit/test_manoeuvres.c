@@ -106,7 +106,6 @@ static void observe(void)
     estimate.amplitude = (float)cabs(emf);
     if (m.tracking != 0u) {
         estimate.frame = true_frame();
-        estimate.emf_loop = frames_park(estimate.emf, estimate.frame.rotation);
         estimate.omega_smooth = estimate.frame.omega_e;
         estimate.detector = (float)machine.detector;
     }

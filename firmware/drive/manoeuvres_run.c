@@ -27,12 +27,13 @@ void manoeuvres_run_observed(manoeuvres_t *m, const manoeuvres_input_t *input, f
     run_by(m, input, &input->estimate->frame, input->estimate->emf_loop, omega_m, demand);
 }
 
-/* The rotor turns: locked and run from here on, without a current. */
+/* The rotor turns: locked and run from here on, with the current of the catch on the rotor's d axis: without
+ * one the legs are in their zone, and the EMF that the loop has just been locked to is lost. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    const position_t rotor = catch_position(&m->catching, input->estimate->emf);
+    const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
-    manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
+    manoeuvres_enter_run(m, (dq_t){m->catching.tuning.current, 0.0f}, rotor.omega_e);
     manoeuvres_lock_to(m, rotor);
     m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
     run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref, demand);

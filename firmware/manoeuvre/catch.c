@@ -8,9 +8,9 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
-#define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
-#define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define TRAIL_CUTOFF  300.0f /* [rad/s] of <e>: after 10 ms 5 % is left of what it began with */
+#define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/300 of a slow rotor */
+#define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 300/omega, enough to 5000 */
 #define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
@@ -33,7 +33,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_per_volt = 1.0f / params->flux_linkage,
         .speed_min = params->speed_min,
         .current = CLEAR_OF_ZONE * params->doubtful,
-        .lead = 1.5f * params->period,
+        .period = params->period,
         .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
         .sure = periods_of(SURE_TIME, params->period),
@@ -95,7 +95,7 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
 ab_t catch_voltage(const catch_t *catching, ab_t emf)
 {
     const rotation_t none = {0.0f, 1.0f};
-    const float turn = catching->tuning.lead * catching->omega_e;
+    const float turn = 1.5f * catching->tuning.period * catching->omega_e;
     return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, turn));
 }
 
@@ -106,7 +106,12 @@ float catch_angle(ab_t emf, float omega_e)
     return trig_angle((rotation_t){-share * emf.alpha, share * emf.beta});
 }
 
-position_t catch_position(const catch_t *catching, ab_t emf)
+position_t catch_position(const catch_t *catching)
 {
+    const rotation_t none = {0.0f, 1.0f};
+    const float kept = 1.0f - catching->tuning.trail_share;
+    const float turn = catching->tuning.period * catching->omega_e;
+    const dq_t before = frames_park(catching->trail, trig_advance(none, turn));
+    const ab_t emf = {catching->trail.alpha - kept * before.d, catching->trail.beta - kept * before.q};
     return (position_t){catch_angle(emf, catching->omega_e), catching->omega_e};
 }

@@ -7,7 +7,8 @@
  *                 own low-pass in the direction in which it turns
  *     speed       <|e|>/psi_f,  a low-pass that begins with what there is after 2 ms: the observer, which
  *                 starts from nothing, is on the EMF by then, and what it lacked before is left out
- *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
+ *     angle       where <e>, its lag taken off, puts the d axis: the EMF lies a quarter turn ahead of it, or
+ *                 behind in reverse; e itself is full of the noise of legs near zero current
  *
  * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10
  * ms; else when the caller's periods are. A voltage error that stands still is no rotor: of e x <e> there
@@ -38,7 +39,7 @@ typedef struct {
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float speed_min;      /* [rad/s] electrical */
     float current;        /* along phase a [A] */
-    float lead;           /* 1.5 T [s] */
+    float period;         /* T [s] */
     uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before the speed is believed */
     uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
@@ -82,9 +83,10 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
 /* The voltage that holds this EMF [V] when it acts. */
 ab_t catch_voltage(const catch_t *catching, ab_t emf);
 
-/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k, with this EMF [V] turning
- * in the direction of the catch. */
-position_t catch_position(const catch_t *catching, ab_t emf);
+/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k, from <e>, whose lag is
+ * taken off: e = (<e> - (1 - s) <e> exp(-j omega T))/s of a vector that turns, s the share of its low-pass.
+ */
+position_t catch_position(const catch_t *catching);
 
 /* Angle of the d axis [rad] under this EMF [V], which turns with a speed of this sign. No division. */
 float catch_angle(ab_t emf, float omega_e);

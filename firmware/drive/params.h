@@ -154,7 +154,7 @@ typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
     F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
       "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
     F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
-      "of each of the two alignments; 0: 8 over the pendulum's frequency")                                   \
+      "of the turn of an alignment; 0: 16 over the pendulum's frequency")                                    \
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \

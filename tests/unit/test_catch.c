@@ -78,6 +78,8 @@ static double kept(uint32_t periods)
     return exp(-LENGTH * T * periods);
 }
 
+/* The low-pass of the EMF begins with nothing, as if it had been -e exp(-(w_c + j omega) t) more until then:
+ * of that exp(-3) is left after 10 ms. Else its lag is taken off exactly. */
 static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
 {
     static const double speeds[] = {8.0, 12.0, 32.0, 100.0, 300.0, 1000.0, 3000.0, 5000.0};
@@ -173,7 +175,10 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
     }
 }
 
-/* The error moves the EMF's angle by no more than asin of its share, its mean length by no more than it. */
+/* The error moves the EMF's mean length by no more than itself, and with it the speed; the EMF's angle by no
+ * more than asin of its share. That share grows as the lag is taken off by abs(1 + j omega/w_c), the speed
+ * that is wrong by SPEED_MIN leaves atan(SPEED_MIN/w_c) of the lag, and what the low-pass began with exp(-w_c
+ * t). */
 static void test_rotor_is_caught_beside_such_an_error(void)
 {
     const double length = PSI * SPEED_MIN;

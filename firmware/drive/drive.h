@@ -61,6 +61,7 @@ typedef struct {
     flux_t flux;
     offset_trim_t offset_trim;
     inductance_t inductance;
+    inertia_t inertia;
     dead_time_learn_t dead_time_learn;
 
     /* from outside */

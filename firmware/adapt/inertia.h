@@ -85,7 +85,7 @@ typedef struct {
 typedef struct {
     float omega_ref; /* of the speed, electrical [rad/s] */
     float omega;     /* of the rotor, estimated, smooth [rad/s], electrical */
-    float i_q;       /* in the rotor's frame [A] */
+    float i_q;       /* in the rotor's frame, finite [A] */
     bool sound;      /* this period's speed and current may be believed */
 } inertia_input_t;
 

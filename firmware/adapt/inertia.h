@@ -32,15 +32,15 @@
 #include "adapt/believed.h"
 #include "math/bounds.h"
 
-#define INERTIA_LOAD_CUTOFF  500.0f /* [rad/s] of the low-pass to i_L */
-#define INERTIA_ARRIVED      8.0f  /* [rad/s] electrical, from the reference */
-#define INERTIA_TAIL         0.15f /* [s] */
-#define INERTIA_LONGEST      4.0f  /* [s] of a way with its tail */
-#define INERTIA_SPEED_LEAST  60.0f /* [rad/s] electrical */
-#define INERTIA_TORQUE_LEAST 0.02f /* [-] of the current limit: mean of i_q - i_L on the way */
-#define INERTIA_LOAD_MOST    0.1f  /* [-] of that mean: the load that has been added */
-#define INERTIA_RANGE        5.0f  /* [-] of the parameter, either way */
-#define INERTIA_KNOWN        2u    /* [-] ways that make J known */
+#define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass to i_L */
+#define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical, from the reference */
+#define INERTIA_TAIL         0.15f   /* [s] */
+#define INERTIA_LONGEST      4.0f    /* [s] of a way with its tail */
+#define INERTIA_SPEED_LEAST  60.0f   /* [rad/s] electrical */
+#define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
+#define INERTIA_LOAD_MOST    0.1f    /* [-] of that mean: the load that has been added */
+#define INERTIA_RANGE        5.0f    /* [-] of the parameter, either way */
+#define INERTIA_KNOWN        2u      /* [-] ways that make J known */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */

@@ -38,7 +38,7 @@
 #define INERTIA_LONGEST      4.0f    /* [s] of a way with its tail */
 #define INERTIA_SPEED_LEAST  60.0f   /* [rad/s] electrical */
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
-#define INERTIA_LOAD_MOST    0.1f    /* [-] of that mean: the load that has been added */
+#define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: the load that has been added */
 #define INERTIA_RANGE        5.0f    /* [-] of the parameter, either way */
 #define INERTIA_KNOWN        2u      /* [-] ways that make J known */
 

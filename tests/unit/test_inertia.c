@@ -132,7 +132,7 @@ static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
     for (int n = 0; n < 2; n++) {
         setUp();
         way_t way = usual(0.04, 500.0);
-        way.viscous = (n ? -1.0 : 1.0) * 0.09 * way.current / 400.0;
+        way.viscous = (n ? -1.0 : 1.0) * 0.12 * way.current / 400.0;
         go(&way);
         TEST_ASSERT_DOUBLE_WITHIN(0.005, 1.0, said(0.04));
     }
@@ -213,7 +213,7 @@ static void test_a_load_that_moves_says_nothing(void)
     for (int n = 0; n < 2; n++) {
         setUp();
         way_t way = usual(0.04, 500.0);
-        way.step = (n ? -1.0 : 1.0) * 0.11 * way.current;
+        way.step = (n ? -1.0 : 1.0) * 0.18 * way.current;
         expect_unheard(&way);
     }
 }

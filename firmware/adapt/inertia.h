@@ -86,7 +86,6 @@ typedef struct {
     float omega_ref; /* of the speed, electrical [rad/s] */
     float omega;     /* of the rotor, estimated, smooth [rad/s], electrical */
     float i_q;       /* in the rotor's frame, finite [A] */
-    bool sound;      /* this period's speed and current may be believed */
 } inertia_input_t;
 
 /* Coefficients. Divisions and an exponential: for the background. */
@@ -113,6 +112,12 @@ static inline void inertia_rest(inertia_t *x)
     x->share = 1.0f;
 }
 
+/* A period whose speed or current may not be believed, before its step: what is under way says nothing. */
+static inline void inertia_spoil(inertia_t *x)
+{
+    x->sound = 0u;
+}
+
 /* The two ends of a way, for inertia_step(). */
 void inertia_begin(inertia_t *x, float omega);
 void inertia_end(inertia_t *x, float omega);
@@ -133,9 +138,6 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     }
     x->sum += beyond;
     x->periods++;
-    if (!input->sound) {
-        x->sound = 0u;
-    }
     if (moves || !bounds_within(input->omega_ref - input->omega, INERTIA_ARRIVED)) {
         x->left = 0u;
     } else if (x->left == 0u) {

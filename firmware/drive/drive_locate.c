@@ -46,9 +46,11 @@ static void learn_inertia(drive_t *drive)
         .omega_ref = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
         .omega = estimate->omega_smooth,
         .i_q = frames_park(drive->measure.measured.current, estimate->frame.rotation).q,
-        .sound = manoeuvres_judged(&drive->manoeuvres) && estimate->invalid == 0u &&
-                 drive->measure.measured.good != 0u,
     };
+    if (drive->inertia.under_way != 0u && (!manoeuvres_judged(&drive->manoeuvres) ||
+                                           estimate->invalid != 0u || drive->measure.measured.good == 0u)) {
+        inertia_spoil(&drive->inertia);
+    }
     inertia_step(&drive->inertia, &input);
     chosen_set_load(&drive->estimator, drive->inertia.load);
 }

@@ -37,6 +37,7 @@
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
 typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
+typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
@@ -163,6 +164,9 @@ typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
       "rate at which L_d and L_q follow what a small alternating i_d shows, without encoder; 0: off")        \
     F(62, dead_time_adaptation, "1/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")            \
+    E(63, inertia_adaptation, "off|on", INERTIA_OFF, TABLE_LIVE,                                             \
+      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then waits "  \
+      "until it is known, and leaves out what carries the load")                                             \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")                                                                                        \

@@ -2,7 +2,8 @@
 
 void run_init(run_t *run, const run_tuning_t *tuning)
 {
-    run_take(run, tuning);
+    run->tuning = *tuning;
+    speed_control_init(&run->speed, &tuning->speed);
     run_enter(run, (dq_t){0.0f, 0.0f}, 0.0f);
 }
 

@@ -56,11 +56,11 @@ typedef struct {
 /* These coefficients; the speed control at rest. */
 void run_init(run_t *run, const run_tuning_t *tuning);
 
-/* New coefficients; the speed control goes on. */
+/* New coefficients; the speed control goes on, without a jump while the speed is at its reference. */
 static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
-    speed_control_take(&run->speed, &tuning->speed);
+    speed_control_take(&run->speed, &tuning->speed, run->omega_m_ref);
 }
 
 /* The speed control goes on from this current [A] in the rotor's frame at this mechanical speed [rad/s]: its

@@ -84,7 +84,8 @@ static float sawtooth(ab_t unit)
 /* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
 static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
 {
-    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
+    const float kept = 1.0f - 0.5f * turn * turn;
+    const ab_t turned = {kept * mean.alpha - turn * mean.beta, kept * mean.beta + turn * mean.alpha};
     return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
                   lowpass_step(turned.beta, share, vector.beta)};
 }

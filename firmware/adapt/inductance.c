@@ -52,8 +52,6 @@ static void start(inductance_t *x)
 {
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
     x->rate = x->tuning.rate;
-    x->confidence = 0.0f;
-    x->said = 0.0f;
     inductance_rest(x);
 }
 
@@ -119,38 +117,57 @@ static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && keeps && locked;
 }
 
-/* A cycle has said this of L_q [H]: may it count? */
+/* L_q as the cycle that ends now says [H]; 0: it says nothing. */
+static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
+{
+    if (x->follows == 0u || !is_steady(x, wave, omega)) {
+        return 0.0f;
+    }
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float miss = x->emf_sum / (omega * x->answer_sum) - tuning->saliency;
+    const float said = tuning->inductance_q + tuning->ratio * miss;
+    return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
+}
+
+/* May it count that a cycle has said this [H]? */
 static bool is_trusted(inductance_t *x, float said)
 {
-    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value) ? 1.0f : 0.0f;
-    x->confidence = lowpass_step(x->confidence, TRUST, agrees);
+    const bool agrees = said > 0.0f && bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
+    x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
     x->said = said;
-    return x->confidence > CONFIDENT;
+    return agrees && x->confidence > CONFIDENT;
+}
+
+/* The next cycle opposes what this one has seen of the swing of i_q. */
+static void oppose(inductance_t *x, const inductance_wave_t *wave)
+{
+    const float most = x->tuning.current;
+    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, most);
+    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, most);
+}
+
+static void learn(inductance_t *x, const inductance_wave_t *wave, float said)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float share = x->rate * wave->time;
+    const float next = lowpass_step(x->learnt.value, share < SHARE_MAX ? share : SHARE_MAX, said);
+    const float least = INDUCTANCE_MIN * tuning->from;
+    const float most = INDUCTANCE_MAX * tuning->from;
+    x->learnt.value = next < most ? (next > least ? next : least) : most;
+    x->rate = gain_step(x->rate, tuning->rate, wave->time);
 }
 
 static void end(inductance_t *x, float omega_smooth)
 {
-    const inductance_tuning_t *tuning = &x->tuning;
-    const inductance_wave_t *wave = &tuning->wave[x->second];
-    const float answer = x->answer_sum;
-    x->follows = x->sound != 0u && answer > ANSWER_MIN * wave->answer && answer < ANSWER_MAX * wave->answer;
-    if (x->follows == 0u || !is_steady(x, wave, omega_smooth)) {
-        return;
+    const inductance_wave_t *wave = &x->tuning.wave[x->second];
+    const float due = wave->answer;
+    x->follows = x->sound != 0u && x->answer_sum > ANSWER_MIN * due && x->answer_sum < ANSWER_MAX * due;
+    const float said = said_by(x, wave, omega_smooth);
+    if (said > 0.0f) {
+        oppose(x, wave);
     }
-    const float miss = x->emf_sum / (omega_smooth * answer) - tuning->saliency;
-    const float said = tuning->inductance_q + tuning->ratio * miss;
-    if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
-        return;
-    }
-    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
-    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
     if (is_trusted(x, said)) {
-        const float share = x->rate * wave->time;
-        const float next = lowpass_step(x->learnt.value, share < SHARE_MAX ? share : SHARE_MAX, said);
-        x->rate = gain_step(x->rate, tuning->rate, wave->time);
-        const float least = INDUCTANCE_MIN * tuning->from;
-        const float most = INDUCTANCE_MAX * tuning->from;
-        x->learnt.value = next < most ? (next > least ? next : least) : most;
+        learn(x, wave, said);
     }
 }
 

@@ -23,9 +23,9 @@
  * current sensors and the dead time let e_q and i_d swing by themselves (docs/theory.md, 24).
  *
  * A cycle says something only if all through it the samples were sound, the loop was locked and the speed
- * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only while
- * most of them agree with the one before. Where there is nothing to see, slow or without torque, there is no
- * dither.
+ * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only if it
+ * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
+ * torque, there is no dither.
  *
  * One step per T, most of it on every so-manieth only: slow as all this is, sums over some periods are all
  * that is needed; two divisions at the end of a cycle. Does not handle: an L_q that falls
@@ -41,18 +41,18 @@
 #include "math/filter.h"
 #include "math/frames.h"
 
-#define INDUCTANCE_DITHER       0.05f   /* [-] of the current limit: about a tenth of the rated current */
-#define INDUCTANCE_TORQUE       0.15f   /* [-] of the current limit: i_q at least */
-#define INDUCTANCE_FREQUENCY_1  33.0f   /* [Hz] */
-#define INDUCTANCE_FREQUENCY_2  43.0f   /* [Hz] where the first is too near */
-#define INDUCTANCE_NEAR         4.0f    /* [Hz] */
-#define INDUCTANCE_SPEED_MIN    30.0f   /* [rad/s] electrical */
-#define INDUCTANCE_SPEED_DRIFT  0.0025f /* [-] of the speed, over a cycle: more is not steady */
-#define INDUCTANCE_DETECTOR_MAX 0.1f    /* [-] */
-#define INDUCTANCE_CUTOFF       100.0f  /* [rad/s] of the low-pass that is taken off */
-#define INDUCTANCE_MIN          0.5f    /* [-] of the parameter */
-#define INDUCTANCE_MAX          2.0f    /* [-] of the parameter */
-#define INDUCTANCE_AGREES       0.1f    /* [-] of L: two cycles that say the same */
+#define INDUCTANCE_DITHER       0.05f  /* [-] of the current limit: about a tenth of the rated current */
+#define INDUCTANCE_TORQUE       0.15f  /* [-] of the current limit: i_q at least */
+#define INDUCTANCE_FREQUENCY_1  33.0f  /* [Hz] */
+#define INDUCTANCE_FREQUENCY_2  43.0f  /* [Hz] where the first is too near */
+#define INDUCTANCE_NEAR         4.0f   /* [Hz] */
+#define INDUCTANCE_SPEED_MIN    30.0f  /* [rad/s] electrical */
+#define INDUCTANCE_SPEED_DRIFT  0.01f  /* [-] of the speed, over a cycle: more is not steady */
+#define INDUCTANCE_DETECTOR_MAX 0.1f   /* [-] */
+#define INDUCTANCE_CUTOFF       100.0f /* [rad/s] of the low-pass that is taken off */
+#define INDUCTANCE_MIN          0.5f   /* [-] of the parameter */
+#define INDUCTANCE_MAX          2.0f   /* [-] of the parameter */
+#define INDUCTANCE_AGREES       0.2f   /* [-] of L: two cycles that say the same */
 
 typedef struct {
     float inductance_d; /* L_d, believed [H], above 0 */
@@ -142,6 +142,8 @@ static inline void inductance_rest(inductance_t *x)
     x->left = 0u;
     x->summed = 0u;
     x->follows = 0u;
+    x->confidence = 0.0f;
+    x->said = 0.0f;
     x->against_s = 0.0f;
     x->against_c = 0.0f;
     x->dither = (dq_t){0.0f, 0.0f};

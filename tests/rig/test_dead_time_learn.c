@@ -67,7 +67,7 @@ static double learn(rig_t *rig, double share, double seconds)
 {
     double since = -1.0;
     believe(rig, share);
-    run_parameter(rig, "dead_time_adaptation", 4.0);
+    run_parameter(rig, "dead_time_adaptation", 6.0);
     for (int32_t n = 1; n <= (int32_t)(100.0 * seconds); n++) {
         run_seconds(rig, 0.01);
         if (fabs(learnt_share(rig) - 1.0) > 0.05) {
@@ -157,7 +157,7 @@ static void test_staircase_to_20_rpm(void)
         believe(rig, factors[n]);
         run_put(rig, "estimate_speed_min", 1.0);
         run_put(rig, "fallback_speed", 1.0);
-        run_parameter(rig, "dead_time_adaptation", 4.0);
+        run_parameter(rig, "dead_time_adaptation", 6.0);
         for (size_t k = 0; k < sizeof stairs / sizeof stairs[0]; k++) {
             run_put(rig, "speed_request", stairs[k] * RPM);
             run_seconds(rig, 3.0);
@@ -198,7 +198,7 @@ static void test_start_with_a_wrong_dead_time(void)
             run_times(rig, "motor_inertia", RUN_LIMIT_SHARE);
             run_times(rig, "friction_coulomb", RUN_LIMIT_SHARE);
         }
-        run_put(rig, "dead_time_adaptation", 4.0);
+        run_put(rig, "dead_time_adaptation", 6.0);
         run_parameter(rig, "position_source", SENSORLESS);
         rig_set_motion(rig, 0.4 * n, 0.0);
         run_to_ready(rig);

@@ -132,7 +132,7 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
 /* May it count that a cycle has said this [H]? */
 static bool is_trusted(inductance_t *x, float said)
 {
-    const bool agrees = said > 0.0f && bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
+    const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
     x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
     x->said = said;
     return agrees && x->confidence > CONFIDENT;
@@ -165,9 +165,9 @@ static void end(inductance_t *x, float omega_smooth)
     const float said = said_by(x, wave, omega_smooth);
     if (said > 0.0f) {
         oppose(x, wave);
-    }
-    if (is_trusted(x, said)) {
-        learn(x, wave, said);
+        if (is_trusted(x, said)) {
+            learn(x, wave, said);
+        }
     }
 }
 

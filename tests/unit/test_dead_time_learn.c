@@ -129,7 +129,7 @@ static double left_after(double seconds, double share)
  * twelfth less: so much slower than the rate, and half a turn of ripple. */
 static void test_error_falls_with_the_rate(void)
 {
-    static const double speeds[] = {42.0, 80.0, 120.0};
+    static const double speeds[] = {42.0, 70.0, 90.0};
     static const double ahead[] = {0.5, 0.0, 0.8};
     for (int32_t n = 0; n < 18; n++) {
         setUp();

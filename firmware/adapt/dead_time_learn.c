@@ -130,10 +130,14 @@ void dead_time_learn_from(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const float across = cross(learn->along_mean, rest);
+    if (!bounds_within(across, band)) {
+        return;
+    }
     const float per_volt = inverse_root(input->link * input->link);
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
-    const float seen = cross(learn->along_mean, rest) * sawtooth(along) * per_volt;
+    const float seen = across * sawtooth(along) * per_volt;
     const float wanted = learn->effective + learn->rate * time * (1.0f / (ALONG * POWER)) * seen;
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {

@@ -21,9 +21,10 @@
  * is delays that nobody knows; the voltage then follows the link. An error of the drop is learnt as if it
  * were time.
  *
- * It learns while the EMF of the speed is neither small beside the dead band's voltage, nor large, where its
- * own harmonics count, while the current is well outside of the zone and turns with the reference, and while
- * speed and reference are together; else the value stays.
+ * What is more across the current than the whole dead band's voltage is not it. It learns while the EMF of
+ * the speed is neither small beside the dead band's voltage, nor large, where its own harmonics count, while
+ * the current is well outside of the zone and turns with the reference, and while speed and reference are
+ * together; else the value stays.
  *
  * One step per T; what is more than a sum, on every so-manieth. Does not handle: differences between the
  * legs; fifth and seventh harmonics of the EMF, h of its length together, which it takes for h |e|/0.33 V of

@@ -85,6 +85,7 @@ typedef struct {
     double load;                /* [N m] */
     double current, dc_voltage; /* [A], [V] limit and link */
     double slowest;             /* [-] of its largest speed */
+    double inductance;          /* [-] of L, by which what is learnt may be off */
 } other_t;
 
 /* L_d, L_q, R, psi_f, the delays and the drop are believed so much too small or too large, little by little.
@@ -160,20 +161,21 @@ static void expect_learnt(const other_t *o, double share, double direction)
     printf("%s\n", message);
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 8.0, message);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02, 1.0, learnt_inductance(rig), message);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(o->inductance, 1.0, learnt_inductance(rig), message);
     rig_free(rig);
 }
 
 /* Down to where the loop, with all this wrong and nothing learnt, is not lost. */
 static const other_t spindle = {
-    "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1};
-static const other_t hub = {"hub", {15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 200.0, 20.0}, 2.5, 12.0, 100.0,
-                            0.1};
-static const other_t direct = {"direct", {20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 13.0, 20.0}, 30.0, 3.0, 400.0,
-                               0.2};
+    "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1, 0.015};
+static const other_t hub = {
+    "hub", {15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 200.0, 20.0}, 2.5, 12.0, 100.0, 0.1, 0.015};
+static const other_t direct = {
+    "direct", {20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 13.0, 20.0}, 30.0, 3.0, 400.0, 0.2, 0.015};
 
+/* R T_s/L = 0.4, and 0.08 A of dither beside 10 mA of noise. */
 static const other_t miniature = {
-    "miniature", {2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 1000.0, 40.0}, 0.06, 1.5, 100.0, 0.3};
+    "miniature", {2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 1000.0, 40.0}, 0.06, 1.5, 100.0, 0.3, 0.06};
 
 static void test_other_motors_with_everything_a_fifth_wrong(void)
 {
@@ -197,7 +199,8 @@ typedef struct {
     double value;
 } change_t;
 
-/* All that is learnt, after a second of this, from 100 r/min under load. */
+/* All that is learnt, after a second of this, from 100 r/min under load. A current that jumps and stands
+ * still from then on is seen to stand after two sums of it, which count. */
 static void expect_kept(const char *what, const change_t *changes)
 {
     rig_t *rig = new_rig(5u);
@@ -213,8 +216,8 @@ static void expect_kept(const char *what, const change_t *changes)
     run_seconds(rig, 1.0);
     printf("%s: dead time %.5f before, %.5f after; L %.5f, %.5f\n", what, dead_time, learnt_dead_time(rig),
            inductance, learnt_inductance(rig));
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-3, dead_time, learnt_dead_time(rig), what);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-3, inductance, learnt_inductance(rig), what);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4e-3, dead_time, learnt_dead_time(rig), what);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, inductance, learnt_inductance(rig), what);
     rig_free(rig);
 }
 

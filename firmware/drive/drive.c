@@ -108,8 +108,9 @@ static void manoeuvre(drive_t *drive)
 static void shake(drive_t *drive)
 {
     const estimate_t *estimate = &drive->estimator.estimate;
-    if (drive->inductance.tuning.wave[0].share == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
-        inductance_rest(&drive->inductance);
+    inductance_t *inductance = &drive->inductance;
+    if (inductance->tuning.rate == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
+        inductance_rest(inductance);
         return;
     }
     const inductance_input_t input = {
@@ -119,9 +120,9 @@ static void shake(drive_t *drive)
         .current = drive->current,
         .sound = estimate->invalid == 0u,
     };
-    const dq_t dither = inductance_step(&drive->inductance, &input);
-    drive->demand.current.d += dither.d;
-    drive->demand.current.q += dither.q;
+    inductance_step(inductance, &input, drive->period % DRIVE_LEARN_PERIODS == 0u);
+    drive->demand.current.d += inductance->dither.d;
+    drive->demand.current.q += inductance->dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */

@@ -72,7 +72,8 @@ static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
         .current = acted->current,
         .link = acted->link,
     };
-    dead_time_learn_step(&drive->dead_time_learn, &input);
+    dead_time_learn_step(&drive->dead_time_learn, &input,
+                         drive->period % DRIVE_LEARN_PERIODS == DRIVE_LEARN_PERIODS / 2u);
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
 }
 

@@ -160,10 +160,11 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
-    F(61, inductance_adaptation, "1/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q follow what a small alternating i_d shows, without encoder; 0: off")        \
-    F(62, dead_time_adaptation, "1/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")            \
+    F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
+      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: "   \
+      "off")                                                                                                 \
+    F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
+      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
     E(63, inertia_adaptation, "off|on", INERTIA_OFF, TABLE_LIVE,                                             \
       "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then waits "  \
       "until it is known, and leaves out what carries the load")                                             \

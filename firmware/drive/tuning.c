@@ -57,6 +57,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .current_max = params->current_limit,
         .rate = params->inductance_adaptation,
         .period = DRIVE_PERIOD,
+        .every = DRIVE_LEARN_PERIODS,
     };
     tuning->inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {
@@ -97,6 +98,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
         .period = DRIVE_PERIOD,
+        .every = DRIVE_LEARN_PERIODS,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
     const float pole_pairs = (float)params->motor_pole_pairs;

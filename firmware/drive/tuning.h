@@ -23,6 +23,9 @@
 #include "inverter/doubt.h"
 #include "inverter/inverter.h"
 
+/* Inductance and dead time learn from sums of so many periods, each when the other does not. */
+#define DRIVE_LEARN_PERIODS 4u
+
 typedef struct {
     measure_tuning_t measure;
     guard_tuning_t guard;

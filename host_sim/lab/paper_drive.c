@@ -8,6 +8,7 @@ const setting_t paper_drive[] = {
     {"params.low_speed_current", 0.0},
     {"params.speed_feedback", 1.0},
     {"params.inductance_adaptation", 0.0},
+    {"params.dead_time_adaptation", 0.0},
     {"params.inertia_adaptation", 0.0},
     {"params.torque_feedforward", 0.0},
 };

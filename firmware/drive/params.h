@@ -159,9 +159,10 @@ typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: off")        \
+      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: "   \
+      "off")                                                                                                 \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")            \
+      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")

@@ -114,8 +114,8 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
       "omega_c of the speed feed-forward; 0: conventional PLL")                                              \
     F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
       "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
-    F(39, torque_feedforward, "-", 0.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
-      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
+    F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
+      "share of the torque's acceleration that the PLL is told, once J is known; 0: the paper")              \
     F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
       "everything that turns, for the torque feed-forward")                                                  \
     F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
@@ -165,7 +165,7 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
       "off")                                                                                                 \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
-    E(63, inertia_adaptation, "off|on", INERTIA_OFF, TABLE_LIVE,                                             \
+    E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
       "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then waits "  \
       "until it is known, and leaves out what carries the load")                                             \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \

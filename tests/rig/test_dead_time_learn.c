@@ -132,10 +132,12 @@ static void test_too_large_is_learnt_beside_the_encoder_at_100_rpm(void)
 }
 
 /* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
- * there. From the speed on at which the drive itself would hand over, it is not. */
+ * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
+ * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. Then
+ * the current passes zero and the speed is off, and most of what is seen does not count. */
 static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
 {
-    static const lesson_t lesson = {150.0, SENSORLESS, 1.5, 2.0, 6.0};
+    static const lesson_t lesson = {150.0, SENSORLESS, 3.6, 2.0, 6.0};
     expect_learnt(&lesson, 1.4);
 }
 

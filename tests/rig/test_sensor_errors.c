@@ -119,15 +119,15 @@ static void test_bare_motor_at_100_rpm(void)
     expect_calm(1.32, 4.5);
 }
 
-/* The loop is told of the motor's torque. */
+/* The loop is told of the motor's torque by the inertia of the parameter from the first step on. */
 static void test_step_from_100_to_1500_rpm(void)
 {
-    static const start_row_t told[] = {{"torque_feedforward", 1.0}};
+    static const start_row_t told[] = {{"torque_feedforward", 1.0}, {"inertia_adaptation", 0.0}};
     for (start_shaft_t shaft = HEAVY; shaft <= BARE; shaft++) {
         double worst = 0.0;
         for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
             const double direction = n % 2u == 0u ? 1.0 : -1.0;
-            turning(shaft, 1u + n / 2u, told, 1u, direction * 100.0);
+            turning(shaft, 1u + n / 2u, told, 2u, direction * 100.0);
             run_on(rig, direction * 100.0);
             run_seconds(rig, 2.0);
             run_on(rig, direction * 1500.0);
@@ -143,12 +143,14 @@ static void test_step_from_100_to_1500_rpm(void)
  * twice the default's. */
 static void test_reversal_under_a_passive_load(void)
 {
-    static const start_row_t rows[] = {
-        {"torque_feedforward", 1.0}, {"pll_bandwidth", 400.0}, {"feedforward_cutoff", 100.0}};
+    static const start_row_t rows[] = {{"torque_feedforward", 1.0},
+                                       {"inertia_adaptation", 0.0},
+                                       {"pll_bandwidth", 400.0},
+                                       {"feedforward_cutoff", 100.0}};
     double worst = 0.0;
     for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
         const double rpm = n % 2u == 0u ? 500.0 : -500.0;
-        turning(HEAVY, 1u + n / 2u, rows, 3u, rpm);
+        turning(HEAVY, 1u + n / 2u, rows, 4u, rpm);
         run_on(rig, rpm);
         run_seconds(rig, 0.5);
         run_load(rig, RATED_TORQUE, 1.5);

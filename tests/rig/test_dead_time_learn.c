@@ -81,7 +81,7 @@ static double learn(rig_t *rig, double share, double seconds)
 
 typedef struct {
     double rpm, source; /* while it learns */
-    double within;      /* [s] */
+    double within[2];   /* [s] without load and with */
     double mean, sd;    /* [mrad], after that by the estimate */
 } lesson_t;
 
@@ -111,7 +111,7 @@ static void expect_learnt(const lesson_t *lesson, double share)
             share, rpm, load, since, learnt_share(rig), err.mean, err.sd, err.peak);
         printf("%s\n", message);
         run_expect_no_fault(rig);
-        TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= lesson->within, message);
+        TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= lesson->within[n / 2], message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= lesson->mean, message);
         TEST_ASSERT_TRUE_MESSAGE(err.sd <= lesson->sd, message);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(rpm), rpm, err.speed_mean);
@@ -121,23 +121,24 @@ static void expect_learnt(const lesson_t *lesson, double share)
 
 static void test_too_small_is_learnt_by_the_estimate_at_100_rpm(void)
 {
-    static const lesson_t lesson = {100.0, SENSORLESS, 1.5, 2.0, 6.0};
+    static const lesson_t lesson = {100.0, SENSORLESS, {1.5, 1.5}, 2.0, 6.0};
     expect_learnt(&lesson, 0.6);
 }
 
 static void test_too_large_is_learnt_beside_the_encoder_at_100_rpm(void)
 {
-    static const lesson_t lesson = {100.0, ENCODER, 1.5, 2.0, 6.0};
+    static const lesson_t lesson = {100.0, ENCODER, {1.5, 1.5}, 2.0, 6.0};
     expect_learnt(&lesson, 1.4);
 }
 
 /* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
- * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. Then
- * the current passes zero and the speed is off, and most of what is seen does not count. */
+ * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. The
+ * current passes zero then and the speed is off, most of what is seen does not count, and what counts is of
+ * little worth: of 40 tries half are through within a second, the worst after 9. */
 static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
 {
-    static const lesson_t lesson = {150.0, SENSORLESS, 3.6, 2.0, 6.0};
+    static const lesson_t lesson = {150.0, SENSORLESS, {3.6, 1.5}, 2.0, 6.0};
     expect_learnt(&lesson, 1.4);
 }
 
@@ -146,7 +147,7 @@ static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
  * offsets of the sensors are not trimmed. */
 static void test_at_50_rpm_beside_the_encoder(void)
 {
-    static const lesson_t lesson = {50.0, ENCODER, 2.5, 10.0, 27.0};
+    static const lesson_t lesson = {50.0, ENCODER, {2.5, 2.5}, 10.0, 27.0};
     expect_learnt(&lesson, 0.6);
     expect_learnt(&lesson, 1.4);
 }

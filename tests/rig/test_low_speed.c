@@ -23,7 +23,6 @@ static void test_staircase_through_standstill_is_held(void)
         double furthest = 0.0, current = 0.0, ripple = 0.0;
         rig_free(rig);
         rig = start_on_desk((start_shaft_t)s, 1u);
-        run_put(rig, "torque_feedforward", 1.0);
         start_ready(rig, 0.0);
         run_put(rig, "load_torque", 0.5 * RATED_TORQUE);
         start_watch(rig, &seen);

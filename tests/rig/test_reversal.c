@@ -27,6 +27,7 @@ typedef struct {
     start_shaft_t shaft;
     double load, kind; /* [N m]; 0 passive, 1 active */
     double ramp;       /* [r/min/s]; 0: a step */
+    inertia_adaptation_t inertia;
 } reversal_t;
 
 typedef struct {
@@ -43,7 +44,7 @@ static void prepare(const reversal_t *what, uint32_t seed)
 {
     rig_free(rig);
     rig = start_on_desk(what->shaft, seed);
-    run_put(rig, "torque_feedforward", 1.0);
+    run_put(rig, "inertia_adaptation", (double)what->inertia);
     run_put(rig, "speed_ramp", what->ramp * RPM);
     run_put(rig, "load_kind", what->kind);
     start_running(rig, SPEED, what->load, 1.5);
@@ -87,7 +88,8 @@ static void test_reversal_ends_locked_both_ways(void)
     for (size_t s = 0; s < 2u; s++) {
         for (size_t r = 0; r < 3u; r++) {
             for (size_t l = 0; l < 3u; l++) {
-                const reversal_t what = {(start_shaft_t)s, loads[l].load, loads[l].kind, ramps[r]};
+                const reversal_t what = {(start_shaft_t)s, loads[l].load, loads[l].kind, ramps[r],
+                                         INERTIA_ON};
                 const double seconds = AFTERWARDS + (ramps[r] > 0.0 ? 2.0 * SPEED / ramps[r] : 0.0);
                 reversed_t *const to = &results[s][r][l];
                 *to = (reversed_t){.runs = true};
@@ -111,41 +113,84 @@ static void test_reversal_ends_locked_both_ways(void)
     }
 }
 
+/* Two changes of speed there and back, by which the inertia is known within 2 %. */
+static void learn_inertia(void)
+{
+    for (int32_t n = 0; n < 4; n++) {
+        run_put(rig, "speed_request", (n % 2 == 0 ? 2.0 : 1.0) * SPEED * RPM);
+        run_seconds(rig, 1.5);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * rig_value(rig, "plant.inertia"), rig_value(rig, "plant.inertia"),
+                              rig_value(rig, "inertia_hat"));
+}
+
+typedef struct {
+    double peak;     /* [mrad] of all */
+    uint32_t beyond; /* [-] passages with more than was asked for */
+    uint32_t of;     /* [-] */
+} passages_t;
+
+/* What comes before has been done in every passage: `limit` [mrad] was asked for. */
+static passages_t pass_zero(const reversal_t *what, void (*before)(void), double limit)
+{
+    passages_t passages = {0};
+    for (uint32_t n = 0; n < PHASES; n += START_THINNED) {
+        prepare(what, 1u + n);
+        before();
+        run_seconds(rig, TURN * n / PHASES);
+        for (int way = -1; way <= 1; way += 2) {
+            reversed_t result = {.runs = true};
+            reverse(&result, way * SPEED, 1.5);
+            TEST_ASSERT_TRUE(result.runs);
+            TEST_ASSERT_EQUAL_INT(0, result.losses);
+            TEST_ASSERT_TRUE(result.mean < LOCKED);
+            start_raise(&passages.peak, result.peak);
+            passages.beyond += result.peak > limit;
+            passages.of++;
+        }
+    }
+    printf("reversal %c, no load, step, %u passages: peak <= %.0f mrad, beyond %.0f mrad: %u\n",
+           START_SHAFT_NAMES[what->shaft], passages.of, passages.peak, limit, passages.beyond);
+    return passages;
+}
+
+static void nothing(void)
+{
+}
+
 /* At which phase zero is passed decides which leg dwells in the dead time's zone there. 60 and 80 mrad were
- * asked for; the light shaft misses that in one passage of 24, up to 141 mrad in 120, which falls short of
- * it. */
+ * asked for. The light shaft misses that in one passage of 40 (7 of 288, up to 178 mrad), the rig's in one of
+ * 150 (2 of 288, up to 94): the leg that dwells is followed by a wrong sign for 10 ms. */
 static void test_step_without_load_keeps_the_angle_through_zero(void)
 {
     static const double limits[] = {60.0, 80.0};
     for (size_t s = 0; s < 2u; s++) {
-        const reversal_t what = {(start_shaft_t)s, 0.0, 0.0, 0.0};
-        uint32_t passages = 0, beyond = 0;
-        double peak = 0.0;
-        for (uint32_t n = 0; n < PHASES; n += START_THINNED) {
-            prepare(&what, 1u + n);
-            run_seconds(rig, TURN * n / PHASES);
-            for (int way = -1; way <= 1; way += 2) {
-                reversed_t result = {.runs = true};
-                reverse(&result, way * SPEED, 1.5);
-                TEST_ASSERT_TRUE(result.runs);
-                TEST_ASSERT_EQUAL_INT(0, result.losses);
-                TEST_ASSERT_TRUE(result.mean < LOCKED);
-                start_raise(&peak, result.peak);
-                beyond += result.peak > limits[s];
-                passages++;
-            }
+        const reversal_t set = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_OFF};
+        const reversal_t learnt = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
+        const passages_t passages[] = {pass_zero(&set, nothing, limits[s]),
+                                       pass_zero(&learnt, learn_inertia, limits[s])};
+        for (size_t n = 0; n < 2u; n++) {
+            TEST_ASSERT_TRUE(passages[n].beyond <= (s == 0u ? 0u : 2u));
+            TEST_ASSERT_TRUE(passages[n].peak <= 2.0 * limits[s]);
         }
-        printf("reversal %c, no load, step, %u passages: peak <= %.0f mrad, beyond %.0f mrad: %u\n",
-               START_SHAFT_NAMES[s], passages, peak, limits[s], beyond);
-        TEST_ASSERT_TRUE(beyond <= (s == 0u ? 0u : 1u));
-        TEST_ASSERT_TRUE(peak <= 2.0 * limits[s]);
+    }
+}
+
+/* The first change of speed after power-on is not told of any torque: the loop follows by its bandwidth, and
+ * what it is off by in the gap is known. It is not lost. */
+static void test_step_before_the_inertia_is_known_ends_locked(void)
+{
+    static const double limits[] = {480.0, 300.0};
+    for (size_t s = 0; s < 2u; s++) {
+        const reversal_t first = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
+        TEST_ASSERT_TRUE(pass_zero(&first, nothing, limits[s]).beyond == 0u);
     }
 }
 
 static void test_reference_that_toggles_every_third_of_a_second_ends_locked(void)
 {
     for (size_t s = 0; s < 2u; s++) {
-        const reversal_t what = {(start_shaft_t)s, 0.0, 0.0, 0.0};
+        const reversal_t what = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
         reversed_t result = {.runs = true}, on_the_way = {.runs = true};
         prepare(&what, 1u);
         for (uint32_t n = 0; n < 12u; n++) {
@@ -169,6 +214,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_reversal_ends_locked_both_ways);
     RUN_TEST(test_step_without_load_keeps_the_angle_through_zero);
+    RUN_TEST(test_step_before_the_inertia_is_known_ends_locked);
     RUN_TEST(test_reference_that_toggles_every_third_of_a_second_ends_locked);
     return UNITY_END();
 }

@@ -47,7 +47,7 @@ static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high
         uint64_t start = k * LOOP_PERIOD;
         before = after;
         if (averaged) {
-            plant_carrier(&plant, start, LOOP_PERIOD, high, dead);
+            plant_carrier(&plant, start, LOOP_PERIOD, high, dead, false);
         } else {
             /* Leg a is the longer: its edges come first and last. */
             uint64_t rise_a = start + (LOOP_PERIOD - high_a) / 2u;
@@ -470,24 +470,24 @@ static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
     plant_params_t q = locked();
     plant_init(&plant, &q, 1);
     for (uint64_t k = 0; k < 200; k++) {
-        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     }
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_AVERAGED, truth_at(200u * LOOP_PERIOD).leg_a);
     q.short_circuit_current = 2.0;
     plant_set_params(&plant, &q);
-    plant_carrier(&plant, 200u * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+    plant_carrier(&plant, 200u * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     plant_truth_t now = truth_at(201u * LOOP_PERIOD);
     TEST_ASSERT_EQUAL_DOUBLE(63.0, now.shut_gates);
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     q.short_circuit_current = 100.0;
     plant_set_params(&plant, &q);
     for (uint64_t k = 201; k < 218; k++) {
-        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     }
     now = truth_at(218u * LOOP_PERIOD);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
     for (uint64_t k = 218; k < 240; k++) {
-        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375);
+        plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     }
     now = truth_at(240u * LOOP_PERIOD);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));

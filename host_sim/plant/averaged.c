@@ -1,14 +1,16 @@
 #include "host_sim/plant/averaged.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "host_sim/plant/interval.h"
 
 #define TICK       (1.0 / 150e6)
 #define INV_SQRT_3 0.57735026918962576451
 
-/* Repetitions end when no sign has changed by more than this [-], or after so many. */
-#define SETTLED     1e-5
+/* Repetitions end when the signs of all hand-overs together have changed by no more than this [-], 4 mV of a
+ * leg, or after so many. */
+#define SETTLED     1e-3
 #define MOST_PASSES 8
 
 /* A leg between its two switches, both off. Times from the nearer end of the period. */
@@ -22,48 +24,43 @@ typedef struct {
 } handover_t;
 
 typedef struct {
-    double way;                     /* [-] 1: the upper switches are on at the ends; -1: the lower */
-    double length;                  /* T [s] */
-    double volt;                    /* way V_dc [V] */
-    double free[3];                 /* by EMF and resistance, mean [A/s] */
-    double turn[3];                 /* half of what that changes per second [A/s^2] */
-    double slope[3];                /* F, `free` and drops [A/s] */
-    double by_alpha[3], by_beta[3]; /* G [A/(V s)] */
-    double begin[3], end[3];        /* [A] currents at the ends */
-    double follow[3];               /* [-] share of a new sign that is taken over */
+    double way;              /* [-] 1: the upper switches are on at the ends; -1: the lower */
+    double length, rate;     /* T [s], 1/T [1/s] */
+    double free[3];          /* by EMF and resistance, mean [A/s] */
+    double turn[3];          /* half of what that changes per second [A/s^2] */
+    double slope[3];         /* F, `free` and drops [A/s] */
+    double volt;             /* way V_dc [V] */
+    double by_leg[3][3];     /* G: of a phase, by a leg [A/(V s)] */
+    double begin[3], end[3]; /* [A] currents at the ends */
+    double follow[3];        /* [-] share of a new sign that is taken over */
     handover_t first[3], second[3];
 } period_t;
 
-/* Current of a leg that the flux of the three legs makes [A]. */
-static double made(const period_t *period, int leg, double flux_a, double flux_b, double flux_c)
-{
-    return period->by_alpha[leg] * (2.0 * flux_a - flux_b - flux_c) * (1.0 / 3.0) +
-           period->by_beta[leg] * (flux_b - flux_c) * INV_SQRT_3;
-}
-
 /* A leg's current [A] at t from the end of the period that `from` is of, the leg itself on for `own` of it;
  * ahead: 1 from its begin, -1 back from its end. */
-static double current_at(const period_t *period, const handover_t half[3], const double from[3], double ahead,
-                         int leg, double t, double own)
+static inline double current_at(const period_t *period, const handover_t half[3], const double from[3],
+                                double ahead, int leg, double t, double own)
 {
-    double on[3];
+    const double *by_leg = period->by_leg[leg];
+    double on = by_leg[leg] * own;
     for (int x = 0; x < 3; x++) {
-        on[x] = period->volt * (half[x].leaves < t ? half[x].leaves : t);
+        if (x != leg) {
+            on += by_leg[x] * (half[x].leaves < t ? half[x].leaves : t);
+        }
     }
-    on[leg] = period->volt * own;
-    return from[leg] + ahead * (period->slope[leg] * t + made(period, leg, on[0], on[1], on[2])) -
-           period->turn[leg] * t * (period->length - t);
+    double way = period->slope[leg] * t + period->volt * on;
+    return from[leg] + ahead * way - period->turn[leg] * t * (period->length - t);
 }
 
 /* Antiderivative of the sign that is linear inside the zone [A]. */
-static double sign_integral(const plant_t *plant, double i)
+static inline double sign_integral(const plant_t *plant, double i)
 {
     double size = fabs(i);
     return size < plant->zone ? 0.5 * i * i * plant->zone_inverse : size - 0.5 * plant->zone;
 }
 
 /* Mean of that sign while the current goes in a straight line from x to y. */
-static double sign_mean(const plant_t *plant, double x, double y)
+static inline double sign_mean(const plant_t *plant, double x, double y)
 {
     double zone = plant->zone;
     if (x >= zone && y >= zone) {
@@ -94,10 +91,15 @@ static void describe(const plant_t *plant, period_t *period)
     double late = 0.5 * (delays + (double)plant->turn_off_ticks) * TICK;
     period->way = upper ? 1.0 : -1.0;
     period->length = ticks * TICK;
+    period->rate = 1.0 / period->length;
     period->volt = period->way * plant->v_dc;
-    double begin[3], end[3];
-    interval_phase_slopes(plant, period->length, begin, end, period->by_alpha, period->by_beta);
+    double begin[3], end[3], by_alpha[3], by_beta[3];
+    interval_phase_slopes(plant, period->length, begin, end, by_alpha, by_beta);
     for (int leg = 0; leg < 3; leg++) {
+        /* Clarke of a leg's volt: 2/3, -1/3 and -1/3; along beta 0 and +-1/sqrt 3. */
+        period->by_leg[leg][0] = by_alpha[leg] * (2.0 / 3.0);
+        period->by_leg[leg][1] = by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
+        period->by_leg[leg][2] = -by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
         bool switches = plant->high[leg] > 0u && plant->high[leg] < plant->period;
         double on = (double)(upper ? plant->high[leg] : plant->period - plant->high[leg]);
         double width = switches && both_off > 0.0 ? both_off : 0.0;
@@ -105,7 +107,7 @@ static void describe(const plant_t *plant, period_t *period)
         edge->near = on > width ? 0.5 * (on - width) * TICK : 0.0;
         edge->far = 0.5 * (on + width < ticks ? on + width : ticks) * TICK;
         period->free[leg] = 0.5 * (begin[leg] + end[leg]);
-        period->turn[leg] = 0.5 * (end[leg] - begin[leg]) / period->length;
+        period->turn[leg] = 0.5 * (end[leg] - begin[leg]) * period->rate;
         double i = plant->i[leg] + late * period->free[leg];
         period->begin[leg] = i;
         period->end[leg] = i;
@@ -114,9 +116,8 @@ static void describe(const plant_t *plant, period_t *period)
         set_sign(period, edge, sign_mean(plant, i, i));
         period->second[leg] = *edge;
         /* What a sign does to the mean current of its own hand-over decides how far to follow the new one. */
-        double per_volt = made(period, leg, leg == 0, leg == 1, leg == 2);
-        double own = 0.25 * per_volt * plant->v_dc * (edge->far - edge->near) * plant->zone_inverse;
-        period->follow[leg] = 1.0 / (1.0 + own);
+        double own = 0.25 * period->by_leg[leg][leg] * plant->v_dc * (edge->far - edge->near);
+        period->follow[leg] = 1.0 / (1.0 + own * plant->zone_inverse);
     }
 }
 
@@ -137,28 +138,39 @@ static double meet(const plant_t *plant, period_t *period, handover_t half[3], c
     return change;
 }
 
+/* interval_pole_mean, quick where the current stays outside the zone. */
+static inline double along(const plant_t *plant, uint32_t kind, double x, double y)
+{
+    const plant_law_t *law = &plant->law[kind];
+    double zone = plant->zone;
+    bool positive = x >= zone && y >= zone;
+    if (positive || (x <= -zone && y <= -zone)) {
+        size_t side = !positive;
+        return law->s[side] * plant->v_dc + law->d[side] - law->r[side] * 0.5 * (x + y);
+    }
+    return interval_pole_mean(plant, law, x, y);
+}
+
 /* Mean pole voltage of a leg along the polygon of its current [V]. */
 static double pole_voltage(const plant_t *plant, const period_t *period, int leg)
 {
     const handover_t *first = &period->first[leg];
     const handover_t *second = &period->second[leg];
-    const plant_law_t *off = &plant->law[PLANT_LAW_OFF];
-    const plant_law_t *ends = &plant->law[period->way > 0.0 ? PLANT_LAW_UPPER : PLANT_LAW_LOWER];
-    const plant_law_t *middle = &plant->law[period->way > 0.0 ? PLANT_LAW_LOWER : PLANT_LAW_UPPER];
+    uint32_t ends = period->way > 0.0 ? PLANT_LAW_UPPER : PLANT_LAW_LOWER;
+    uint32_t middle = period->way > 0.0 ? PLANT_LAW_LOWER : PLANT_LAW_UPPER;
     double flux =
-        first->near * interval_pole_mean(plant, ends, period->begin[leg], first->i_near) +
-        (first->far - first->near) * interval_pole_mean(plant, off, first->i_near, first->i_far) +
-        (period->length - first->far - second->far) *
-            interval_pole_mean(plant, middle, first->i_far, second->i_far) +
-        (second->far - second->near) * interval_pole_mean(plant, off, second->i_far, second->i_near) +
-        second->near * interval_pole_mean(plant, ends, second->i_near, period->end[leg]);
-    return flux / period->length;
+        first->near * along(plant, ends, period->begin[leg], first->i_near) +
+        (first->far - first->near) * along(plant, PLANT_LAW_OFF, first->i_near, first->i_far) +
+        (period->length - first->far - second->far) * along(plant, middle, first->i_far, second->i_far) +
+        (second->far - second->near) * along(plant, PLANT_LAW_OFF, second->i_far, second->i_near) +
+        second->near * along(plant, ends, second->i_near, period->end[leg]);
+    return flux * period->rate;
 }
 
 /* Share of the period that the leg is at the upper rail, by the borders in effect. */
 static double share_of(const period_t *period, int leg)
 {
-    double at_ends = (period->first[leg].leaves + period->second[leg].leaves) / period->length;
+    double at_ends = (period->first[leg].leaves + period->second[leg].leaves) * period->rate;
     return period->way > 0.0 ? at_ends : 1.0 - at_ends;
 }
 
@@ -170,7 +182,8 @@ static void take_drops(const plant_t *plant, period_t *period)
         drop[leg] = pole_voltage(plant, period, leg) - share_of(period, leg) * plant->v_dc;
     }
     for (int leg = 0; leg < 3; leg++) {
-        period->slope[leg] = period->free[leg] + made(period, leg, drop[0], drop[1], drop[2]);
+        period->slope[leg] = period->free[leg] + period->by_leg[leg][0] * drop[0] +
+                             period->by_leg[leg][1] * drop[1] + period->by_leg[leg][2] * drop[2];
     }
 }
 
@@ -180,13 +193,12 @@ static void settle(const plant_t *plant, period_t *period)
     for (int pass = 0; pass < MOST_PASSES && change > SETTLED; pass++) {
         take_drops(plant, period);
         change = meet(plant, period, period->first, period->begin, 1.0);
-        double on[3];
-        for (int x = 0; x < 3; x++) {
-            on[x] = period->volt * (period->first[x].leaves + period->second[x].leaves);
-        }
         for (int leg = 0; leg < 3; leg++) {
-            period->end[leg] = period->begin[leg] + period->slope[leg] * period->length +
-                               made(period, leg, on[0], on[1], on[2]);
+            double on = 0.0;
+            for (int x = 0; x < 3; x++) {
+                on += period->by_leg[leg][x] * (period->first[x].leaves + period->second[x].leaves);
+            }
+            period->end[leg] = period->begin[leg] + period->slope[leg] * period->length + period->volt * on;
         }
         change += meet(plant, period, period->second, period->end, -1.0);
     }

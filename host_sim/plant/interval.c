@@ -393,9 +393,7 @@ static double pole_integral(const plant_t *plant, const plant_law_t *law, double
 double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y)
 {
     double share;
-    double zone = plant->zone;
-    bool one_side = (x >= zone && y >= zone) || (x <= -zone && y <= -zone);
-    if (one_side || fabs(y - x) < 1e-7) {
+    if (fabs(y - x) < 1e-7) {
         return interval_pole(plant, law, 0.5 * (x + y), &share);
     }
     return (pole_integral(plant, law, y) - pole_integral(plant, law, x)) / (y - x);

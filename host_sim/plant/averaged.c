@@ -29,6 +29,7 @@ typedef struct {
     double free[3];          /* by EMF and resistance, mean [A/s] */
     double turn[3];          /* half of what that changes per second [A/s^2] */
     double slope[3];         /* F, `free` and drops [A/s] */
+    double drop[3];          /* [V] mean pole voltage beyond V_dc times the share at the upper rail */
     double volt;             /* way V_dc [V] */
     double by_leg[3][3];     /* G: of a phase, by a leg [A/(V s)] */
     double begin[3], end[3]; /* [A] currents at the ends */
@@ -82,6 +83,16 @@ static void set_sign(const period_t *period, handover_t *edge, double sign)
     edge->leaves = edge->near + (edge->far - edge->near) * 0.5 * (1.0 - period->way * sign);
 }
 
+/* Drop of a leg [V] that is at the upper rail for this share of the time, at one current. */
+static double drop_at(const plant_t *plant, double share, double i)
+{
+    double at_lower;
+    double at_upper;
+    double lower = interval_pole(plant, &plant->law[PLANT_LAW_LOWER], i, &at_lower);
+    double upper = interval_pole(plant, &plant->law[PLANT_LAW_UPPER], i, &at_upper);
+    return lower + share * (upper - plant->v_dc - lower);
+}
+
 static void describe(const plant_t *plant, period_t *period)
 {
     bool upper = plant->averaged == PLANT_AVERAGED_UPPER;
@@ -110,9 +121,7 @@ static void describe(const plant_t *plant, period_t *period)
         period->turn[leg] = 0.5 * (end[leg] - begin[leg]) * period->rate;
         double i = plant->i[leg] + late * period->free[leg];
         period->begin[leg] = i;
-        period->end[leg] = i;
-        edge->i_near = i;
-        edge->i_far = i;
+        period->drop[leg] = drop_at(plant, (double)plant->high[leg] / ticks, i);
         set_sign(period, edge, sign_mean(plant, i, i));
         period->second[leg] = *edge;
         /* What a sign does to the mean current of its own hand-over decides how far to follow the new one. */
@@ -174,24 +183,17 @@ static double share_of(const period_t *period, int leg)
     return period->way > 0.0 ? at_ends : 1.0 - at_ends;
 }
 
-/* The drops of the polygon as it is, as if they were the same all the period. */
-static void take_drops(const plant_t *plant, period_t *period)
-{
-    double drop[3];
-    for (int leg = 0; leg < 3; leg++) {
-        drop[leg] = pole_voltage(plant, period, leg) - share_of(period, leg) * plant->v_dc;
-    }
-    for (int leg = 0; leg < 3; leg++) {
-        period->slope[leg] = period->free[leg] + period->by_leg[leg][0] * drop[0] +
-                             period->by_leg[leg][1] * drop[1] + period->by_leg[leg][2] * drop[2];
-    }
-}
-
+/* Repeats until signs and currents agree; leaves the drops of the last polygon. */
 static void settle(const plant_t *plant, period_t *period)
 {
     double change = 1.0;
     for (int pass = 0; pass < MOST_PASSES && change > SETTLED; pass++) {
-        take_drops(plant, period);
+        for (int leg = 0; leg < 3; leg++) {
+            const double *by_leg = period->by_leg[leg];
+            const double *drop = period->drop;
+            period->slope[leg] =
+                period->free[leg] + by_leg[0] * drop[0] + by_leg[1] * drop[1] + by_leg[2] * drop[2];
+        }
         change = meet(plant, period, period->first, period->begin, 1.0);
         for (int leg = 0; leg < 3; leg++) {
             double on = 0.0;
@@ -201,6 +203,9 @@ static void settle(const plant_t *plant, period_t *period)
             period->end[leg] = period->begin[leg] + period->slope[leg] * period->length + period->volt * on;
         }
         change += meet(plant, period, period->second, period->end, -1.0);
+        for (int leg = 0; leg < 3; leg++) {
+            period->drop[leg] = pole_voltage(plant, period, leg) - share_of(period, leg) * plant->v_dc;
+        }
     }
 }
 
@@ -213,7 +218,7 @@ void averaged_period(plant_t *plant)
         double share = share_of(&period, leg);
         /* The slope of the drops goes with the current, about its mean. */
         double mean = plant->i[leg] + 0.5 * (period.end[leg] - period.begin[leg]);
-        double drop = pole_voltage(plant, &period, leg) - share * plant->v_dc + plant->r_mean * mean;
+        double drop = period.drop[leg] + plant->r_mean * mean;
         plant->law[PLANT_LAW_AVERAGED + leg] =
             (plant_law_t){{share, share}, {drop, drop}, {plant->r_mean, plant->r_mean}};
     }

@@ -15,6 +15,7 @@ typedef struct {
     float inductance_q; /* L_q [H] */
     float flux_linkage; /* psi_f [Wb] */
     float inertia;      /* everything that turns [kg m^2] */
+    bool inertia_known; /* well enough to tell the torque's acceleration by it */
 } believed_t;
 
 static inline bool believed_differs(float from, float to)
@@ -29,7 +30,7 @@ static inline bool believed_moved(const believed_t *from, const believed_t *to)
            believed_differs(from->inductance_d, to->inductance_d) ||
            believed_differs(from->inductance_q, to->inductance_q) ||
            believed_differs(from->flux_linkage, to->flux_linkage) ||
-           believed_differs(from->inertia, to->inertia);
+           believed_differs(from->inertia, to->inertia) || from->inertia_known != to->inertia_known;
 }
 
 /* A value that is learnt, and that of the parameter from which it began: it is worth something only while the
@@ -41,6 +42,8 @@ typedef struct {
 /* All that the interrupt has learnt and the background turns into a belief. */
 typedef struct {
     learnt_value_t inductance_q; /* [H] */
+    learnt_value_t inertia;      /* [kg m^2] */
+    bool inertia_known;          /* [-] */
 } learnt_t;
 
 #endif

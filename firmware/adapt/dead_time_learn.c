@@ -1,21 +1,21 @@
 #include "adapt/dead_time_learn.h"
 
-#include <stdbool.h>
-
+#include "adapt/gain.h"
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/root.h"
 
-#define SIXTH (12.0f / 35.0f) /* [-] of the signs across the current over what is along it: 1/5 + 1/7 */
-#define POWER (0.5f * SIXTH * SIXTH) /* [-] its mean square */
-#define ALONG (4.0f / 3.14159265f)   /* [-] mean of the signs along the current */
+#define SIXTH   (12.0f / 35.0f)  /* [-] of the signs across the current over what is along it: 1/5 + 1/7 */
+#define TWELFTH (24.0f / 143.0f) /* [-] likewise: 1/11 + 1/13 */
+#define POWER   (0.5f * SIXTH - 0.25f * TWELFTH) /* [-] <q s> */
+#define ALONG   (4.0f / 3.14159265f)             /* [-] mean of the signs along the current */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
     const float effective = params->effective;
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     return (dead_time_learn_tuning_t){
-        .rate = params->rate * params->period / (ALONG * POWER),
+        .rate = params->rate,
         .effective = effective,
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
@@ -23,7 +23,9 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
-        .period = params->period,
+        .period = (float)params->every * params->period,
+        .every = params->every,
+        .per_sum = 1.0f / (float)params->every,
     };
 }
 
@@ -32,7 +34,11 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
     const bool same = tuning->effective == learn->tuning.effective && tuning->band == learn->tuning.band;
     if (!same || tuning->rate == 0.0f) {
         learn->effective = tuning->effective;
+        learn->rate = tuning->rate;
         learn->begun = 0u;
+    }
+    if (tuning->rate != learn->tuning.rate) {
+        learn->rate = tuning->rate;
     }
     learn->tuning = *tuning;
 }
@@ -65,25 +71,26 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
            square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
-/* Sixth harmonic of what the three signs have across the current, by its direction [-]. */
-static float sixth(ab_t unit)
+/* What the EMF across the current is correlated with, by the current's direction: s [-]. */
+static float sawtooth(ab_t unit)
 {
     const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
     const float square_im = 2.0f * unit.alpha * unit.beta;
     const float cube_re = square_re * unit.alpha - square_im * unit.beta;
     const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    return -SIXTH * 2.0f * cube_re * cube_im;
+    return -4.0f * cube_re * cube_re * cube_re * cube_im;
 }
 
-/* A mean that turns by `turn` [rad] a period and follows the vector by `share` [-]. */
+/* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
 static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
 {
-    const ab_t turned = {mean.alpha - turn * mean.beta, mean.beta + turn * mean.alpha};
+    const float kept = 1.0f - 0.5f * turn * turn;
+    const ab_t turned = {kept * mean.alpha - turn * mean.beta, kept * mean.beta + turn * mean.alpha};
     return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* The means of this period; for how long the current has stood still. */
+/* The slow means; whether the current stands still. */
 static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
@@ -95,7 +102,7 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     const float share = bounds_magnitude(turn);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
-    learn->still = same(input->current, learn->current) ? learn->still + 1u : 0u;
+    learn->moved = same(input->current, learn->current) ? 0u : 1u;
     learn->current = input->current;
 }
 
@@ -104,10 +111,10 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
 {
     const float missing = input->omega_e_ref - input->omega_e;
     return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
-           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->still < DEAD_TIME_LEARN_STILL;
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
+void dead_time_learn_from(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float band = tuning->band * input->link;
@@ -123,11 +130,16 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const float across = cross(learn->along_mean, rest);
+    if (!bounds_within(across, band)) {
+        return;
+    }
     const float per_volt = inverse_root(input->link * input->link);
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
-    const float rate = emf_share < 1.0f ? emf_share * emf_share * tuning->rate : tuning->rate;
-    const float seen = cross(learn->along_mean, rest) * sixth(along) * per_volt;
-    const float wanted = learn->effective + rate * seen;
+    const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
+    const float seen = across * sawtooth(along) * per_volt;
+    const float wanted = learn->effective + learn->rate * time * (1.0f / (ALONG * POWER)) * seen;
+    learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }

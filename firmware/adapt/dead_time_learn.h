@@ -5,72 +5,83 @@
  *
  *     e = e_rotor + (V - V_hat) r,     r: the three signs as a vector
  *
- * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth whose
- * sixth harmonic looks like nothing else:
+ * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth that
+ * looks like nothing else:
  *
- *     r ~ (4/pi) u (1 - j (12/35) sin 6 phi),     u = e^(j phi) the direction of the current
+ *     r ~ (4/pi) u (1 + j q),   q = -12/35 sin 6 phi + 24/143 sin 12 phi,   u = e^(j phi) along the current
  *
- * So what the EMF has across the current, without its mean, is correlated with that:
+ * So what the EMF has across the current, without its mean, is correlated with two lines of that, weighed so
+ * that nothing counts near a sawtooth's edge, where a current crosses zero:
  *
  *     m(x) = low-pass of x at |omega_ref| in a frame that turns with the reference, which has no ripple
- *     d(T_e/T)/dt = rate/((4/pi) 72/1225) [m(u) x (e - m(e))] (-12/35 sin 6 phi)/u_dc
+ *     d(T_e/T)/dt = g/((4/pi) <q s>) [m(u) x (e - m(e))] s/u_dc,   s = -sin 6 phi (1 + cos 6 phi)
  *
- * whereby V_hat follows V with `rate` (docs/theory.md, 25). Nothing in it needs the rotor's angle: it learns
- * in a forced frame as well, and when the estimate is lost. What is learnt is a time, for it is delays that
- * nobody knows; the voltage then follows the link. An error of the drop is learnt as if it were time.
+ * whereby V_hat follows V with the rate g (adapt/gain.h; docs/theory.md, 25). Nothing in it needs the rotor's
+ * angle: it learns in a forced frame as well, and when the estimate is lost. What is learnt is a time, for it
+ * is delays that nobody knows; the voltage then follows the link. An error of the drop is learnt as if it
+ * were time.
  *
- * It learns while the EMF of the speed is neither small beside the dead band's voltage, nor large, where its
- * own harmonics count, while the current is well outside of the zone and turns with the reference, and while
- * speed and reference are together; else the value stays.
+ * What is more across the current than the whole dead band's voltage is not it. It learns while the EMF of
+ * the speed is neither small beside the dead band's voltage, nor large, where its own harmonics count, while
+ * the current is well outside of the zone and turns with the reference, and while speed and reference are
+ * together; else the value stays.
  *
- * One step per T. Does not handle: differences between the legs; fifth and seventh harmonics of the EMF, h of
- * its length together, which it takes for h |e|/0.44 V of dead time. */
+ * One step per T; what is more than a sum, on every so-manieth. Does not handle: differences between the
+ * legs; fifth and seventh harmonics of the EMF, h of its length together, which it takes for h |e|/0.33 V of
+ * dead time. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
 #define ADAPT_DEAD_TIME_LEARN_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "math/frames.h"
 
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
 #define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   3.2f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_EMF_MAX   2.2f  /* [-] ... and at most */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
 #define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
-#define DEAD_TIME_LEARN_STILL     2u /* [periods] a current may seem to stand still: noise does that at times */
-#define DEAD_TIME_LEARN_RANGE     2.0f /* [-] T_e over dead band or T_e of the parameters, at most */
-#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
+#define DEAD_TIME_LEARN_RANGE     2.0f  /* [-] T_e over dead band or T_e of the parameters, at most */
+#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f  /* [V], [A] what is longer is no measurement */
 
 typedef struct {
-    float rate;         /* [1/s]; 0: off */
+    float rate;         /* at which it begins [1/s]; 0: off */
     float effective;    /* T_e/T of the parameters [-] */
     float band;         /* dead band over T, which the hardware keeps exactly [-] */
     float flux_linkage; /* psi_f [Wb] */
     float zone;         /* half width of the zone around zero current [A] */
     float period;       /* T [s] */
+    uint32_t every;     /* [periods] from one mean to the next, at least 1 */
 } dead_time_learn_params_t;
 
 typedef struct {
-    float rate;           /* of a volt and a sawtooth, a period [-]; 0: off */
+    float rate;           /* at which it begins [1/s]; 0: off */
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of what is learnt [-] */
     float band;           /* [-] */
     float per_band;       /* psi_f over it [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
-    float period;         /* [s] */
+    float period;         /* from one mean to the next [s] */
+    uint32_t every;       /* likewise [periods] */
+    float per_sum;        /* its reciprocal [-] */
 } dead_time_learn_tuning_t;
 
 typedef struct {
     dead_time_learn_tuning_t tuning;
-    float effective; /* T_e/T as learnt [-] */
-    uint32_t begun;  /* [-] 1: what follows is of the last periods */
-    ab_t emf_mean;   /* m(e) [V] */
-    ab_t along_mean; /* m(u) [-] */
-    ab_t current;    /* of the last period [A] */
-    uint32_t still;  /* [periods] that it has not changed */
+    float effective;  /* T_e/T as learnt [-] */
+    float rate;       /* at which it learns now [1/s] */
+    ab_t emf_sum;     /* since the last mean [V] */
+    ab_t current_sum; /* likewise [A] */
+    uint32_t summed;  /* [periods] likewise */
+    uint32_t begun;   /* [-] 1: what follows is of the last periods */
+    ab_t emf_mean;    /* m(e) [V] */
+    ab_t along_mean;  /* m(u) [-] */
+    ab_t current;     /* last mean [A] */
+    uint32_t moved;   /* [-] 1: it is not the one before */
 } dead_time_learn_t;
 
 /* What a period brings. */
@@ -78,7 +89,7 @@ typedef struct {
     float omega_e;     /* of the rotor, estimated, smooth [rad/s], electrical */
     float omega_e_ref; /* its reference [rad/s], electrical, finite */
     ab_t emf;          /* at t_k, lag undone [V] */
-    ab_t current;      /* mean of the period [A] */
+    ab_t current;      /* mean of the last period [A] */
     float link;        /* likewise [V] */
 } dead_time_learn_input_t;
 
@@ -86,17 +97,45 @@ typedef struct {
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params);
 
 /* These coefficients. What is learnt stays while the parameters say the same and it is on; else it starts
- * from them again. */
+ * from them again, with the first rate. */
 void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning_t *tuning);
 
-/* The next period does not go on from the last one that was tracked. */
+/* The next period does not go on from the last one. */
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
     learn->begun = 0u;
+    learn->summed = 0u;
 }
 
-/* One period that was tracked. A current that stands still, and what is no number or no EMF, teach nothing.
- * No division. */
-void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input);
+/* What the means over some periods teach, for dead_time_learn_step(). */
+void dead_time_learn_from(dead_time_learn_t *learn, const dead_time_learn_input_t *mean);
+
+/* One period; `due` on every so-manieth, as the tuning says, else the sums are not of that many periods and
+ * are thrown away. The noise of an EMF is that of the current's change, of which a sum leaves only the ends.
+ * A current that stands still, and what is no number or no EMF, teach nothing. No division. */
+static inline void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input,
+                                        bool due)
+{
+    if (learn->summed == 0u) {
+        learn->emf_sum = (ab_t){0.0f, 0.0f};
+        learn->current_sum = (ab_t){0.0f, 0.0f};
+    }
+    learn->summed++;
+    learn->emf_sum.alpha += input->emf.alpha;
+    learn->emf_sum.beta += input->emf.beta;
+    learn->current_sum.alpha += input->current.alpha;
+    learn->current_sum.beta += input->current.beta;
+    if (!due) {
+        return;
+    }
+    if (learn->summed == learn->tuning.every) {
+        const float share = learn->tuning.per_sum;
+        dead_time_learn_input_t mean = *input;
+        mean.emf = (ab_t){share * learn->emf_sum.alpha, share * learn->emf_sum.beta};
+        mean.current = (ab_t){share * learn->current_sum.alpha, share * learn->current_sum.beta};
+        dead_time_learn_from(learn, &mean);
+    }
+    learn->summed = 0u;
+}
 
 #endif

@@ -1,5 +1,7 @@
 #include "adapt/inductance.h"
 
+#include "adapt/gain.h"
+
 #define TWO_PI        6.2831853f
 #define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
 #define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
@@ -13,15 +15,15 @@
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
-    const uint32_t periods = (uint32_t)(1.0f / (frequency * params->period) + 0.5f);
-    const float count = (float)periods;
+    const float step = (float)params->every * params->period;
+    const uint32_t steps = (uint32_t)(1.0f / (frequency * step) + 0.5f);
+    const float count = (float)steps;
     const float omega = TWO_PI * frequency;
     const float passed = omega * omega / (omega * omega + INDUCTANCE_CUTOFF * INDUCTANCE_CUTOFF);
-    const float share = params->rate * count * params->period;
     return (inductance_wave_t){
-        .periods = periods,
+        .steps = steps,
         .step = 2.0f / count,
-        .share = share < SHARE_MAX ? share : SHARE_MAX,
+        .time = count * step,
         .against = OPPOSED / (passed * WAVE_SQUARE * count),
         .answer = passed * WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
     };
@@ -29,8 +31,10 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
 
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
+    const float step = (float)params->every * params->period;
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2)},
+        .rate = params->rate,
         .from = params->from,
         .inductance_q = params->inductance_q,
         .saliency = params->inductance_d - params->inductance_q,
@@ -38,15 +42,16 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .flux_linkage = params->flux_linkage,
         .current = INDUCTANCE_DITHER * params->current_max,
         .torque = INDUCTANCE_TORQUE * params->current_max,
-        .mean_share = lowpass_share(INDUCTANCE_CUTOFF, params->period),
+        .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
+        .every = params->every,
+        .per_sum = 1.0f / (float)params->every,
     };
 }
 
 static void start(inductance_t *x)
 {
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
-    x->confidence = 0.0f;
-    x->said = 0.0f;
+    x->rate = x->tuning.rate;
     inductance_rest(x);
 }
 
@@ -58,9 +63,12 @@ void inductance_init(inductance_t *x, const inductance_tuning_t *tuning)
 
 void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
 {
+    const bool other_rate = tuning->rate != x->tuning.rate;
     x->tuning = *tuning;
-    if (tuning->from != x->learnt.from || tuning->wave[0].share == 0.0f) {
+    if (tuning->from != x->learnt.from || tuning->rate == 0.0f) {
         start(x);
+    } else if (other_rate) {
+        x->rate = tuning->rate;
     }
 }
 
@@ -72,7 +80,8 @@ static bool is_near(float frequency, float omega)
            bounds_within(frequency - 6.0f * omega, TWO_PI * INDUCTANCE_NEAR);
 }
 
-bool inductance_begin(inductance_t *x, const inductance_input_t *input)
+/* A cycle begins. false: there is nothing to see. */
+static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
     if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.torque)) {
@@ -85,8 +94,8 @@ bool inductance_begin(inductance_t *x, const inductance_input_t *input)
     }
     x->follows = 0u;
     x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
-    x->left = x->tuning.wave[x->second].periods;
-    x->sound = 1u;
+    x->left = x->tuning.wave[x->second].steps;
+    x->sound = input->sound ? 1u : 0u;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
     x->emf_sum = 0.0f;
@@ -104,39 +113,91 @@ static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, floa
     const bool turns = speed > INDUCTANCE_SPEED_MIN &&
                        bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
     const bool keeps = bounds_within(omega - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
-    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->periods;
+    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
     return turns && keeps && locked;
 }
 
-/* A cycle has said this of L_q [H]: may it count? */
-static bool is_trusted(inductance_t *x, float said)
+/* L_q as the cycle that ends now says [H]; 0: it says nothing. */
+static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
 {
-    const float agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value) ? 1.0f : 0.0f;
-    x->confidence = lowpass_step(x->confidence, TRUST, agrees);
-    x->said = said;
-    return x->confidence > CONFIDENT;
+    if (x->follows == 0u || !is_steady(x, wave, omega)) {
+        return 0.0f;
+    }
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float miss = x->emf_sum / (omega * x->answer_sum) - tuning->saliency;
+    const float said = tuning->inductance_q + tuning->ratio * miss;
+    return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
 
-void inductance_end(inductance_t *x, float omega_smooth)
+/* May it count that a cycle has said this [H]? */
+static bool is_trusted(inductance_t *x, float said)
+{
+    const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
+    x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
+    x->said = said;
+    return agrees && x->confidence > CONFIDENT;
+}
+
+/* The next cycle opposes what this one has seen of the swing of i_q. */
+static void oppose(inductance_t *x, const inductance_wave_t *wave)
+{
+    const float most = x->tuning.current;
+    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, most);
+    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, most);
+}
+
+static void learn(inductance_t *x, const inductance_wave_t *wave, float said)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    const inductance_wave_t *wave = &tuning->wave[x->second];
-    const float answer = x->answer_sum;
-    x->follows = x->sound != 0u && answer > ANSWER_MIN * wave->answer && answer < ANSWER_MAX * wave->answer;
-    if (x->follows == 0u || !is_steady(x, wave, omega_smooth)) {
+    const float share = x->rate * wave->time;
+    const float next = lowpass_step(x->learnt.value, share < SHARE_MAX ? share : SHARE_MAX, said);
+    const float least = INDUCTANCE_MIN * tuning->from;
+    const float most = INDUCTANCE_MAX * tuning->from;
+    x->learnt.value = next < most ? (next > least ? next : least) : most;
+    x->rate = gain_step(x->rate, tuning->rate, wave->time);
+}
+
+static void end(inductance_t *x, float omega_smooth)
+{
+    const inductance_wave_t *wave = &x->tuning.wave[x->second];
+    const float due = wave->answer;
+    x->follows = x->sound != 0u && x->answer_sum > ANSWER_MIN * due && x->answer_sum < ANSWER_MAX * due;
+    const float said = said_by(x, wave, omega_smooth);
+    if (said > 0.0f) {
+        oppose(x, wave);
+        if (is_trusted(x, said)) {
+            learn(x, wave, said);
+        }
+    }
+}
+
+/* The dither's wave at t, -1..1. */
+static float wave_at(float t)
+{
+    return 4.0f * t * (1.0f - bounds_magnitude(t));
+}
+
+void inductance_from(inductance_t *x, const inductance_input_t *mean)
+{
+    const float share = x->tuning.mean_share;
+    if (x->left == 0u && !begin(x, mean)) {
         return;
     }
-    const float miss = x->emf_sum / (omega_smooth * answer) - tuning->saliency;
-    const float said = tuning->inductance_q + tuning->ratio * miss;
-    if (!(said > 0.0f && said < PLAUSIBLE_MAX * tuning->from)) {
-        return;
-    }
-    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, tuning->current);
-    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, tuning->current);
-    if (is_trusted(x, said)) {
-        const float next = lowpass_step(x->learnt.value, wave->share, said);
-        const float least = INDUCTANCE_MIN * tuning->from;
-        const float most = INDUCTANCE_MAX * tuning->from;
-        x->learnt.value = next < most ? (next > least ? next : least) : most;
+    x->emf_mean = lowpass_step(x->emf_mean, share, mean->emf_q);
+    x->mean.d = lowpass_step(x->mean.d, share, mean->current.d);
+    x->mean.q = lowpass_step(x->mean.q, share, mean->current.q);
+    const float s = wave_at(x->t);
+    const float c = wave_at(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
+    x->dither = (dq_t){x->tuning.current * s, x->against_s * s + x->against_c * c};
+    const float i_q = mean->current.q - x->mean.q;
+    x->emf_sum += (mean->emf_q - x->emf_mean) * s;
+    x->answer_sum += (mean->current.d - x->mean.d) * s;
+    x->swing_s += i_q * s;
+    x->swing_c += i_q * c;
+    x->detector_sum += bounds_magnitude(mean->detector);
+    x->t += x->tuning.wave[x->second].step;
+    x->left--;
+    if (x->left == 0u) {
+        end(x, mean->omega_smooth);
     }
 }

@@ -10,7 +10,8 @@
  *
  *     dL = sum(e_q s)/(omega sum(i_d s))
  *
- * and the learnt L follows what the cycle says by rate times its length. L_d and L_q keep their ratio.
+ * and the learnt L follows what the cycle says by its rate (adapt/gain.h) times the cycle's length. L_d and
+ * L_q keep their ratio.
  *
  * i_q would swing: R or L wrong turns the estimate to and fro with the dither, its speed with it, and the
  * speed control answers. What a cycle sees of that, in step and a quarter of a cycle ahead (c), the next one
@@ -22,12 +23,13 @@
  * current sensors and the dead time let e_q and i_d swing by themselves (docs/theory.md, 24).
  *
  * A cycle says something only if all through it the samples were sound, the loop was locked and the speed
- * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only while
- * most of them agree with the one before. Where there is nothing to see, slow or without torque, there is no
- * dither.
+ * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only if it
+ * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
+ * torque, there is no dither.
  *
- * One step per T; two divisions at the end of a cycle. Does not handle: an L_q that falls with i_q otherwise
- * than L_d. */
+ * One step per T, most of it on every so-manieth only: slow as all this is, sums over some periods are all
+ * that is needed; two divisions at the end of a cycle. Does not handle: an L_q that falls
+ * with i_q otherwise than L_d. */
 #ifndef ADAPT_INDUCTANCE_H
 #define ADAPT_INDUCTANCE_H
 
@@ -58,21 +60,23 @@ typedef struct {
     float from;         /* L_q of the parameters [H], above 0 */
     float flux_linkage; /* psi_f [Wb] */
     float current_max;  /* limit of i_q [A] */
-    float rate;         /* [1/s], 0..20; 0 = off */
+    float rate;         /* at which it begins [1/s], 0..20; 0 = off */
     float period;       /* T [s] */
+    uint32_t every;     /* [periods] from one sum to the next, at least 1 */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle of whole periods. */
 typedef struct {
-    uint32_t periods; /* [-] of a cycle */
-    float step;       /* of the wave's t a period [-] */
-    float share;      /* of the learnt L by which a cycle counts [-]; 0 = off */
-    float answer;     /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
-    float against;    /* part of the swing of i_q by which it is opposed in the next cycle, per sum [-] */
+    uint32_t steps; /* [-] of a cycle, of so many periods each */
+    float step;     /* of the wave's t a step [-] */
+    float time;     /* of a cycle [s] */
+    float answer;   /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
+    float against;  /* part of the swing of i_q by which it is opposed in the next cycle, per sum [-] */
 } inductance_wave_t;
 
 typedef struct {
     inductance_wave_t wave[2];
+    float rate;         /* at which it begins [1/s]; 0 = off */
     float from;         /* L_q of the parameters [H] */
     float inductance_q; /* L_q with which the observer works [H] */
     float saliency;     /* L_d - L_q of this belief [H] */
@@ -81,15 +85,22 @@ typedef struct {
     float current;      /* amplitude of the dither [A] */
     float torque;       /* least |i_q| [A] */
     float mean_share;   /* of the low-pass that is taken off [-] */
+    uint32_t every;     /* [periods] from one sum to the next */
+    float per_sum;      /* its reciprocal [-] */
 } inductance_tuning_t;
 
 typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt; /* L_q [H] */
+    float rate;            /* at which it learns now [1/s] */
     float confidence;      /* share of the last cycles that agreed with the one before them [-] */
     float said;            /* by the last one [H] */
+    /* of the step */
+    float emf_now;    /* sum(e_q) [V] */
+    dq_t current_now; /* sum(i) [A] */
+    uint32_t summed;  /* [periods] of these */
     /* of the cycle */
-    uint32_t left;      /* periods that are left of it [-]; 0: none */
+    uint32_t left;      /* steps that are left of it [-]; 0: none */
     uint32_t sound;     /* [-] 1: nothing has spoilt it */
     uint32_t follows;   /* [-] 1: it follows one whose samples were sound: the low-passes go on */
     uint32_t second;    /* [-] 1: of the second frequency */
@@ -104,6 +115,7 @@ typedef struct {
     float swing_c;      /* sum((i_q - mean) c) [A] */
     float against_s;    /* of i_q, against that swing, in step [A] */
     float against_c;    /* likewise, a quarter of a cycle ahead [A] */
+    dq_t dither;        /* to be added to the references until the next step [A] */
 } inductance_t;
 
 typedef struct {
@@ -111,13 +123,13 @@ typedef struct {
     float detector;     /* [-] */
     float omega_smooth; /* [rad/s] electrical */
     dq_t current;       /* [A] at t_k, in the rotor's frame */
-    bool sound;         /* this period's estimate may be believed */
+    bool sound;         /* the estimate may be believed */
 } inductance_input_t;
 
 /* Coefficients. Divisions and an exponential: for the background. */
 inductance_tuning_t inductance_prepare(const inductance_params_t *params);
 
-/* These coefficients; nothing learnt. */
+/* These coefficients; nothing learnt, the first rate. */
 void inductance_init(inductance_t *x, const inductance_tuning_t *tuning);
 
 /* The coefficients. What was learnt stays while the parameter that it began from is not changed and the
@@ -128,49 +140,44 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
 static inline void inductance_rest(inductance_t *x)
 {
     x->left = 0u;
+    x->summed = 0u;
     x->follows = 0u;
+    x->confidence = 0.0f;
+    x->said = 0.0f;
     x->against_s = 0.0f;
     x->against_c = 0.0f;
+    x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* The two ends of a cycle, for inductance_step(). false: there is nothing to see. */
-bool inductance_begin(inductance_t *x, const inductance_input_t *input);
-void inductance_end(inductance_t *x, float omega_smooth);
+/* The mean of some periods, for inductance_step(). */
+void inductance_from(inductance_t *x, const inductance_input_t *mean);
 
-/* The dither's wave at t, -1..1. */
-static inline float inductance_wave(float t)
+/* One period with a locked loop; `due` on every so-manieth, as the tuning says, else the sums are not of that
+ * many periods and are thrown away. */
+static inline void inductance_step(inductance_t *x, const inductance_input_t *input, bool due)
 {
-    return 4.0f * t * (1.0f - bounds_magnitude(t));
-}
-
-/* One period with a locked loop; the currents [A] to be added to the references. */
-static inline dq_t inductance_step(inductance_t *x, const inductance_input_t *input)
-{
-    const float share = x->tuning.mean_share;
-    if (x->left == 0u && !inductance_begin(x, input)) {
-        return (dq_t){0.0f, 0.0f};
+    if (x->summed == 0u) {
+        x->emf_now = 0.0f;
+        x->current_now = (dq_t){0.0f, 0.0f};
     }
-    x->emf_mean = lowpass_step(x->emf_mean, share, input->emf_q);
-    x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
-    x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
-    const float s = inductance_wave(x->t);
-    const float c = inductance_wave(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
-    const dq_t dither = {x->tuning.current * s, x->against_s * s + x->against_c * c};
-    const float i_q = input->current.q - x->mean.q;
-    x->emf_sum += (input->emf_q - x->emf_mean) * s;
-    x->answer_sum += (input->current.d - x->mean.d) * s;
-    x->swing_s += i_q * s;
-    x->swing_c += i_q * c;
-    x->detector_sum += bounds_magnitude(input->detector);
+    x->summed++;
+    x->emf_now += input->emf_q;
+    x->current_now.d += input->current.d;
+    x->current_now.q += input->current.q;
     if (!input->sound) {
         x->sound = 0u;
     }
-    x->t += x->tuning.wave[x->second].step;
-    x->left--;
-    if (x->left == 0u) {
-        inductance_end(x, input->omega_smooth);
+    if (!due) {
+        return;
     }
-    return dither;
+    if (x->summed == x->tuning.every) {
+        const float share = x->tuning.per_sum;
+        inductance_input_t mean = *input;
+        mean.emf_q = share * x->emf_now;
+        mean.current = (dq_t){share * x->current_now.d, share * x->current_now.q};
+        inductance_from(x, &mean);
+    }
+    x->summed = 0u;
 }
 
 #endif

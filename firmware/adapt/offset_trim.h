@@ -64,7 +64,8 @@ static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tunin
     trim->tuning = *tuning;
 }
 
-/* Forgets the window; a new calibration of the sensors also asks for `offset` zero. */
+/* Forgets the window, and goes on from `offset` [A]: where the estimate begins anew with what is known, after
+ * a new calibration of the sensors, which sees all of their offsets, from zero. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
 /* A turn has ended, in a period in which the wrapped angle `moved` by so much [rad]: for offset_trim_step().

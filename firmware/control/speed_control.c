@@ -12,6 +12,7 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning)
 {
-    speed_control_take(control, tuning);
+    *control = (speed_control_t){.kick = tuning->kick};
+    speed_control_take(control, tuning, 0.0f);
     speed_control_reset(control, 0.0f, 0.0f);
 }

@@ -49,10 +49,12 @@ speed_control_tuning_t speed_control_prepare(const speed_control_params_t *param
 /* These coefficients; integral 0. */
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
 
-/* New coefficients; the integral stays. A lower limit acts from the next step on; another weight lets the
- * next output jump by its share of the reference. */
-static inline void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning)
+/* New coefficients. Beside this reference [rad/s] the next output for zero error stays: what another k_p or
+ * weight keeps back goes to the integral. A lower limit acts from the next step on. */
+static inline void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning,
+                                      float omega_m_ref)
 {
+    control->pi.integral += (tuning->kick - control->kick) * omega_m_ref;
     control->current_limit = tuning->current_limit;
     control->kick = tuning->kick;
     pi_take(&control->pi, &tuning->pi);

@@ -55,6 +55,7 @@ static void start(drive_t *drive, uint32_t order)
         const position_t from = sensorless ? unknown : drive->encoder_position;
         chosen_reset(&drive->estimator, from, drive->measure.measured.current);
         flux_reset(&drive->flux, from.omega_e);
+        offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
         drive->estimating = 1u;
     }
 }
@@ -91,6 +92,7 @@ static void manoeuvre(drive_t *drive)
     if (drive->manoeuvres.locking != 0u) {
         chosen_lock(&drive->estimator, drive->manoeuvres.locked);
         flux_reset(&drive->flux, drive->manoeuvres.locked.omega_e);
+        offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
     }
     const rotation_t now = drive->demand.frame.rotation;
     if (drive->demand.change == (int32_t)FRAME_TURNS) {
@@ -106,8 +108,9 @@ static void manoeuvre(drive_t *drive)
 static void shake(drive_t *drive)
 {
     const estimate_t *estimate = &drive->estimator.estimate;
-    if (drive->inductance.tuning.wave[0].share == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
-        inductance_rest(&drive->inductance);
+    inductance_t *inductance = &drive->inductance;
+    if (inductance->tuning.rate == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
+        inductance_rest(inductance);
         return;
     }
     const inductance_input_t input = {
@@ -117,9 +120,9 @@ static void shake(drive_t *drive)
         .current = drive->current,
         .sound = estimate->invalid == 0u,
     };
-    const dq_t dither = inductance_step(&drive->inductance, &input);
-    drive->demand.current.d += dither.d;
-    drive->demand.current.q += dither.q;
+    inductance_step(inductance, &input, drive->period % DRIVE_LEARN_PERIODS == 0u);
+    drive->demand.current.d += inductance->dither.d;
+    drive->demand.current.q += inductance->dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */

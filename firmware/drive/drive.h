@@ -79,6 +79,7 @@ typedef struct {
     manoeuvres_t manoeuvres;
     guard_t guard;
     inductance_t inductance;
+    inertia_t inertia;
     dead_time_learn_t dead_time_learn;
 
     /* offered by the background: taken at the start of the next step */

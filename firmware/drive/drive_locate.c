@@ -37,6 +37,24 @@ static void track(drive_t *drive, const inverter_acted_t *acted)
                            estimate->omega_smooth, &measured->current);
 }
 
+/* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
+ * that. */
+static void learn_inertia(drive_t *drive)
+{
+    const estimate_t *estimate = &drive->estimator.estimate;
+    const inertia_input_t input = {
+        .omega_ref = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
+        .omega = estimate->omega_smooth,
+        .i_q = frames_park(drive->measure.measured.current, estimate->frame.rotation).q,
+    };
+    if (drive->inertia.under_way != 0u && (!manoeuvres_judged(&drive->manoeuvres) ||
+                                           estimate->invalid != 0u || drive->measure.measured.good == 0u)) {
+        inertia_spoil(&drive->inertia);
+    }
+    inertia_step(&drive->inertia, &input);
+    chosen_set_load(&drive->estimator, drive->inertia.load);
+}
+
 /* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
  * more than a frame that turns like the rotor, forced or tracked: not a catch. */
 static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
@@ -54,7 +72,8 @@ static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
         .current = acted->current,
         .link = acted->link,
     };
-    dead_time_learn_step(&drive->dead_time_learn, &input);
+    dead_time_learn_step(&drive->dead_time_learn, &input,
+                         drive->period % DRIVE_LEARN_PERIODS == DRIVE_LEARN_PERIODS / 2u);
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
 }
 
@@ -66,7 +85,11 @@ static void estimate(drive_t *drive)
     drive->dead_voltage = acted.leg;
     if (drive->manoeuvres.tracking != 0u) {
         track(drive, &acted);
+        if (drive->inertia.tuning.on != 0u) {
+            learn_inertia(drive);
+        }
     } else {
+        inertia_rest(&drive->inertia);
         chosen_observe(&drive->estimator, acted.voltage, measured->current,
                        manoeuvres_speed(&drive->manoeuvres));
     }

@@ -16,6 +16,8 @@ void drive_take(drive_t *drive, uint32_t encoder_count)
     chosen_set_flux(&drive->estimator, drive->flux.flux_linkage, drive->flux.speed_per_volt);
     offset_trim_take(&drive->offset_trim, &tuning->offset_trim);
     inductance_take(&drive->inductance, &tuning->inductance);
+    inertia_take(&drive->inertia, &tuning->inertia);
+    chosen_set_load(&drive->estimator, drive->inertia.load);
     inverter_take(&drive->inverter, &tuning->inverter);
     dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
@@ -43,6 +45,7 @@ void drive_init(drive_t *drive, const params_t *params)
     manoeuvres_init(&drive->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
     inductance_init(&drive->inductance, &tuning->inductance);
+    inertia_init(&drive->inertia, &tuning->inertia);
     drive_take(drive, 0u);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
@@ -61,7 +64,11 @@ void drive_withdraw(drive_t *drive)
 
 learnt_t drive_learnt(const drive_t *drive)
 {
-    return (learnt_t){.inductance_q = drive->inductance.learnt};
+    return (learnt_t){
+        .inductance_q = drive->inductance.learnt,
+        .inertia = drive->inertia.learnt,
+        .inertia_known = inertia_is_known(&drive->inertia),
+    };
 }
 
 void drive_request(drive_t *drive, const requests_t *next)

@@ -64,7 +64,8 @@ typedef struct {
     float ramp;                /* of the forced frame a period [rad/s] */
     float current_rise;        /* of the forced current a period [A] */
     float current_max;         /* longest current vector [A] */
-    uint32_t align_periods;    /* [periods] of each of the two steps */
+    float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
+    uint32_t align_periods;    /* [periods] of it */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */

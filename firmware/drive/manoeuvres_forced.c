@@ -32,8 +32,8 @@ static void force_by(manoeuvres_t *m, const manoeuvres_input_t *input, frame_cha
     demand->omega_m_ref = m->forced.frame.omega_e * m->limits.pole_pairs_inverse;
 }
 
-/* The first of two steps: a quarter turn beside the second, so that a rotor which the one cannot turn, the
- * other does. */
+/* The frame turns from the first period on, in the direction that is wished for: slowly, and once round, so
+ * that it takes every rotor along wherever that stands. */
 void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const forced_tuning_t *tuning = &m->forced.tuning;
@@ -45,7 +45,8 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, de
     m->length = 0.0f;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
-    forced_enter(&m->forced, -0.5f * ANGLE_PI, 0.0f, 0.0f);
+    const float speed = m->limits.align_speed;
+    forced_enter(&m->forced, 0.0f, manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed, 0.0f);
     force_by(m, input, FRAME_ANEW, demand);
 }
 
@@ -57,15 +58,11 @@ static void raise_current(manoeuvres_t *m, float wanted)
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    frame_change_t change = FRAME_GOES_ON;
     raise_current(m, m->current);
-    if (m->periods == m->limits.align_periods) {
-        forced_enter(&m->forced, 0.0f, 0.0f, m->forced.current);
-        change = FRAME_TURNS;
-    } else if (m->periods >= 2u * m->limits.align_periods) {
+    if (m->periods >= m->limits.align_periods) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
-    force_by(m, input, change, demand);
+    force_by(m, input, FRAME_GOES_ON, demand);
 }
 
 /* Does the rotor follow? Asked from fallback_speed on. */
@@ -153,7 +150,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
     } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
                bounds_within(target - m->forced.frame.omega_e, REACHED_SHARE * limits->handover_speed)) {
         manoeuvres_enter(m, MANOEUVRE_HANDOVER);
-        handover_enter(&m->handover);
+        handover_enter(&m->handover, seen);
     }
     force_by(m, input, FRAME_GOES_ON, demand);
 }
@@ -178,7 +175,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, dema
     m->forced.current = handover_current(&m->handover, m->forced.current, m->current, m->needed);
     const handover_outcome_t outcome = handover_step(&m->handover, estimate, &m->lock, forced, seen);
     if (outcome == HANDOVER_GOOD) {
-        take_over(m, input, seen, demand);
+        take_over(m, input, m->handover.mean, demand);
         return;
     }
     if (outcome == HANDOVER_FAILED) {

@@ -9,26 +9,28 @@
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
 
-/* The rotor turns: locked and run from here on, without a current. */
+/* The rotor turns: locked and run from here on, without torque; what flows along its d axis goes on. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
-    const position_t rotor = catch_position(&m->catching, input->estimate->emf);
+    const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
-    manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, rotor.omega_e);
+    const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
+    manoeuvres_enter_run(m, current, rotor.omega_e);
     m->locking = 1u;
     m->locked = rotor;
     m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    manoeuvres_run_by(m, input, &frame, frames_park(input->estimate->emf, frame.rotation), m->run.omega_m_ref,
+    manoeuvres_run_by(m, input, &frame, frames_park(m->catching.emf, frame.rotation), m->run.omega_m_ref,
                       demand);
-    demand->change = (int32_t)FRAME_ANEW;
+    demand->change = (int32_t)FRAME_TURNS;
 }
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const estimate_t *estimate = input->estimate;
+    const ab_t current = catch_current(&m->catching);
     demand->frame = manoeuvres_stationary;
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
-    demand->current = (dq_t){m->catching.tuning.current, 0.0f};
+    demand->current = (dq_t){current.alpha, current.beta};
     demand->emf = (dq_t){0.0f, 0.0f};
     demand->omega_m_ref = 0.0f;
     if (input->estimating == 0u) {

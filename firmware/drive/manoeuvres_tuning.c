@@ -1,6 +1,7 @@
 /* Coefficients of the manoeuvres from a set of parameters. */
 #include "drive/manoeuvres.h"
 
+#include "math/angle.h"
 #include "math/exponential.h"
 #include "math/filter.h"
 
@@ -11,9 +12,9 @@
 #define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
 #define RISE_TIME          5e-3f  /* [s] of the forced current from zero to that of a start */
 #define FADE_TIME          0.1f   /* [s] of what a hand-over leaves of i_d */
-#define ALIGN_NATURAL      8.0f   /* [rad] of the pendulum's phase in each alignment */
-#define ALIGN_TIME_MIN     0.15f  /* [s] by the rule */
-#define ALIGN_TIME_MAX     1.0f   /* [s] by the rule */
+#define ALIGN_NATURAL      16.0f  /* [rad] of the pendulum's phase in the turn of an alignment */
+#define ALIGN_TIME_MIN     0.3f   /* [s] by the rule */
+#define ALIGN_TIME_MAX     2.0f   /* [s] by the rule */
 #define FALLBACK_MARGIN    1.4f   /* [-] over the time that the limit of current needs to pass zero */
 #define FALLBACK_MIN       20e-3f /* [s] */
 #define FALLBACK_MAX       0.1f   /* [s] what the model of the loop bridges */
@@ -58,7 +59,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
     const catch_params_t catching = {psi_f, pole_pairs * start->catch_speed, params->doubtful_current,
-                                     DRIVE_PERIOD};
+                                     params->low_speed_current, DRIVE_PERIOD};
     const handover_params_t handover = {start->current, DRIVE_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_PERIOD};
@@ -87,6 +88,8 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
     const float align = params->start_align_time > 0.0f
                             ? params->start_align_time
                             : within(ALIGN_NATURAL / forced_natural(&forced), ALIGN_TIME_MIN, ALIGN_TIME_MAX);
+    const float slowly = 2.0f * ANGLE_PI / align;
+    const float fallback_speed = pole_pairs * start.fallback_speed;
     const float torque = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
     const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * believed->inertia / torque;
     const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
@@ -98,12 +101,13 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .pole_pairs = pole_pairs,
         .pole_pairs_inverse = 1.0f / pole_pairs,
         .handover_speed = pole_pairs * start.handover_speed,
-        .fallback_speed = pole_pairs * start.fallback_speed,
+        .fallback_speed = fallback_speed,
         .flux_linkage = believed->flux_linkage,
         .speed_per_volt = 1.0f / believed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
         .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
         .current_max = params->current_limit,
+        .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,

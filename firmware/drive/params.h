@@ -37,6 +37,7 @@
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
 typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
+typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
@@ -113,8 +114,8 @@ typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
       "omega_c of the speed feed-forward; 0: conventional PLL")                                              \
     F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
       "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
-    F(39, torque_feedforward, "-", 0.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
-      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
+    F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
+      "share of the torque's acceleration that the PLL is told, once J is known; 0: the paper")              \
     F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
       "everything that turns, for the torque feed-forward")                                                  \
     F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
@@ -154,15 +155,19 @@ typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
     F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
       "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
     F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
-      "of each of the two alignments; 0: 8 over the pendulum's frequency")                                   \
+      "of the turn of an alignment; 0: 16 over the pendulum's frequency")                                    \
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
-    F(61, inductance_adaptation, "1/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q follow what a small alternating i_d shows, without encoder; 0: off")        \
-    F(62, dead_time_adaptation, "1/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "rate at which the legs' dead time is learnt from the EMF; 0: off, delays as they are set")            \
+    F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
+      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: "   \
+      "off")                                                                                                 \
+    F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
+      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
+    E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
+      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then waits "  \
+      "until it is known, and leaves out what carries the load")                                             \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")                                                                                        \

@@ -88,6 +88,7 @@
     F(2073, inductance_confidence, inductance.confidence, "-",                                               \
       "share of the last looks at L that agreed with the one before within a fifth")                         \
     F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
+    F(2075, inertia_hat, inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")             \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
     F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 

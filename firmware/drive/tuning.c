@@ -8,6 +8,10 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
         believed.inductance_d = ratio * params->motor_inductance_d;
         believed.inductance_q = learnt->inductance_q.value;
     }
+    if (learnt->inertia.from == params->motor_inertia) {
+        believed.inertia = learnt->inertia.value;
+        believed.inertia_known = believed.inertia_known || learnt->inertia_known;
+    }
     return believed;
 }
 
@@ -53,8 +57,18 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .current_max = params->current_limit,
         .rate = params->inductance_adaptation,
         .period = DRIVE_PERIOD,
+        .every = DRIVE_LEARN_PERIODS,
     };
     tuning->inductance = inductance_prepare(&inductance);
+    const inertia_params_t inertia = {
+        .from = params->motor_inertia,
+        .flux_linkage = believed->flux_linkage,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .current_max = params->current_limit,
+        .period = DRIVE_PERIOD,
+        .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
+    };
+    tuning->inertia = inertia_prepare(&inertia);
 }
 
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
@@ -84,12 +98,16 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
         .period = DRIVE_PERIOD,
+        .every = DRIVE_LEARN_PERIODS,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
+    const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
-        .acceleration_known = params->torque_feedforward > 0.0f,
+        .acceleration_known = params->torque_feedforward > 0.0f && believed->inertia_known,
+        .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
+                        believed->inertia,
         .period = DRIVE_PERIOD,
     };
     tuning->doubt = doubt_prepare(&doubt);

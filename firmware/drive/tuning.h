@@ -10,6 +10,7 @@
 #include "adapt/dead_time_learn.h"
 #include "adapt/flux.h"
 #include "adapt/inductance.h"
+#include "adapt/inertia.h"
 #include "adapt/offset_trim.h"
 #include "control/current_control.h"
 #include "drive/guard.h"
@@ -22,6 +23,9 @@
 #include "inverter/doubt.h"
 #include "inverter/inverter.h"
 
+/* Inductance and dead time learn from sums of so many periods, each when the other does not. */
+#define DRIVE_LEARN_PERIODS 4u
+
 typedef struct {
     measure_tuning_t measure;
     guard_tuning_t guard;
@@ -31,6 +35,7 @@ typedef struct {
     flux_tuning_t flux;
     offset_trim_tuning_t offset_trim;
     inductance_tuning_t inductance;
+    inertia_tuning_t inertia;
     inverter_tuning_t inverter;
     dead_time_learn_tuning_t dead_time_learn;
     doubt_tuning_t doubt;

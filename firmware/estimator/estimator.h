@@ -99,6 +99,13 @@ static inline void estimator_set_flux(estimator_t *est, float flux_linkage, floa
     est->tracker.speed_per_volt = speed_per_volt;
 }
 
+/* What of i_q carries the load [A], until it is told anew: the loop's acceleration is K times the rest.
+ * Within the largest current. */
+static inline void estimator_set_load(estimator_t *est, float current)
+{
+    est->tracker.load = current;
+}
+
 /* As if locked on a rotor at `start` (angle [rad] and speed [rad/s] at t_k) with this current [A] at t_k; the
  * next step is that of t_k+1 (whoever steps t_k itself turns the angle back by omega_e T before). On data
  * without error the following steps of the vector form stay within 0.1 mrad of where they settle up to

@@ -11,6 +11,7 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
 
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude)
 {
+    tracker->load = 0.0f;
     start.theta_e += tracker->pll.tuning.period * start.omega_e;
     pll_reset(&tracker->pll, start);
     pll_reset_emf(&tracker->pll, amplitude);

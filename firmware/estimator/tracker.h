@@ -1,8 +1,8 @@
 /* Position and speed from the back-EMF: tracking loop (pll.h), speed of its feed-forward from the EMF's
  * length (3), and whether the result can be believed (validity.h).
  *
- * The torque's share of the acceleration, K i_q with i_q of the rotor as the loop sees it, may help the loop
- * along (0 = off, as in the paper).
+ * The torque's share of the acceleration, K (i_q - i_L) with i_q of the rotor as the loop sees it and what of
+ * it carries the load, may help the loop along (K = 0: off, as in the paper).
  *
  * Sample time: one step per T; the EMF is that of t_k and so is the result. */
 #ifndef ESTIMATOR_TRACKER_H
@@ -34,6 +34,7 @@ typedef struct {
     float flux_linkage;       /* psi_f, of the tuning or as adapted [Wb] */
     float speed_per_volt;     /* 1/psi_f [rad/s/V] */
     float torque_feedforward; /* K, of the tuning [rad/s^2 per A] */
+    float load;               /* i_L [A], as told; 0: nothing is known of a load */
     pll_t pll;
     validity_t validity;
 } tracker_t;
@@ -55,10 +56,10 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
  * t_k+1. Validity starts anew. */
 void tracker_reset(tracker_t *tracker, position_t start, float amplitude);
 
-/* The torque's share: K i_q [rad/s^2]. */
+/* The torque's share: K (i_q - i_L) [rad/s^2]. */
 static inline float tracker_acceleration(const tracker_t *tracker, ab_t current)
 {
-    return tracker->torque_feedforward * frames_park(current, tracker->pll.rotation).q;
+    return tracker->torque_feedforward * (frames_park(current, tracker->pll.rotation).q - tracker->load);
 }
 
 /* Position at t_k from the EMF [V] and the current [A]; judged with the square of the observer's current

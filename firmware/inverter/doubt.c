@@ -8,7 +8,13 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params)
 {
     const float filter =
         params->emf_cutoff > DOUBT_EMF_CUTOFF ? DOUBT_DECAY / (params->emf_cutoff * params->period) : 0.0f;
-    return (doubt_tuning_t){params->current, (uint32_t)(DOUBT_LEAST + filter), params->acceleration_known};
+    const bool heavy = 0.5f * params->acceleration * DOUBT_TIME * DOUBT_TIME < DOUBT_TURN;
+    return (doubt_tuning_t){
+        .current = params->current,
+        .memory = (uint32_t)(DOUBT_LEAST + filter),
+        .acceleration_known = params->acceleration_known,
+        .speed_share = heavy ? DOUBT_SPEED_HEAVY : DOUBT_SPEED_LIGHT,
+    };
 }
 
 void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning)

@@ -24,9 +24,12 @@
 #define DOUBT_SHARE        0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_ANGLE        0.005f /* [rad] */
 #define DOUBT_SPEED_STEADY 30.0f  /* [rad/s] slower, a current is near zero for too long to coast */
-#define DOUBT_SPEED_SHARE                                                                                    \
-    0.1f /* [-] of the speed that may be missing: further from it, nothing may be missed */
-#define DOUBT_DETECTOR       0.03f /* [-] a loop with an error to work off shall work */
+#define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
+#define DOUBT_SPEED_HEAVY                                                                                    \
+    0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */
+#define DOUBT_SPEED_LIGHT    0.1f  /* [-] likewise, of a rotor that leaves its speed during one crossing */
+#define DOUBT_TIME           5e-3f /* [s] that a crossing and its memory last at the speeds in question */
+#define DOUBT_TURN           0.02f /* [rad] that a heavy rotor is turned by at most meanwhile */
 #define DOUBT_SHARE_FORESEEN 0.02f /* [-] DOUBT_SHARE while the speed changes as the loop is told */
 #define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] DOUBT_SPEED_STEADY likewise */
 
@@ -34,6 +37,7 @@ typedef struct {
     float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
     float emf_cutoff;        /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
     bool acceleration_known; /* is the loop told of the motor's torque? */
+    float acceleration;      /* of the rotor at the limit of current [rad/s^2], electrical */
     float period;            /* T [s] */
 } doubt_params_t;
 
@@ -41,6 +45,7 @@ typedef struct {
     float current;               /* [A] */
     uint32_t memory;             /* [periods] for which a doubtful voltage is remembered */
     uint32_t acceleration_known; /* [-] 0 or 1 */
+    float speed_share;           /* of the speed that may be missing [-] */
 } doubt_tuning_t;
 
 typedef struct {
@@ -81,7 +86,7 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
 
     const bool steady =
         bounds_within(input->detector, DOUBT_DETECTOR) &&
-        bounds_within(input->omega_m_miss, DOUBT_SPEED_SHARE * bounds_magnitude(input->omega_m)) &&
+        bounds_within(input->omega_m_miss, doubt->tuning.speed_share * bounds_magnitude(input->omega_m)) &&
         speed >= DOUBT_SPEED_STEADY;
     const bool foreseen = doubt->tuning.acceleration_known != 0u &&
                           zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;

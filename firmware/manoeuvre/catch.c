@@ -12,7 +12,8 @@
 #define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
 #define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
 #define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
-#define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
+#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
+#define EMF_CUTOFF    600.0f /* [rad/s] a fifth of the noise is left, and 3 % of where it begins after 6 ms */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
@@ -26,13 +27,17 @@ static uint32_t periods_of(float time, float period)
 
 catch_tuning_t catch_prepare(const catch_params_t *params)
 {
+    const float clear = CLEAR_OF_ZONE * params->doubtful;
     return (catch_tuning_t){
         .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
         .trail_time = 1.0f / TRAIL_CUTOFF,
         .length_share = lowpass_share(LENGTH_CUTOFF, params->period),
+        .emf_share = lowpass_share(EMF_CUTOFF, params->period),
+        .period = params->period,
         .speed_per_volt = 1.0f / params->flux_linkage,
         .speed_min = params->speed_min,
-        .current = CLEAR_OF_ZONE * params->doubtful,
+        .current = clear,
+        .current_d = params->current_d > clear ? params->current_d : clear,
         .lead = 1.5f * params->period,
         .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
@@ -51,14 +56,31 @@ void catch_init(catch_t *catching, const catch_tuning_t *tuning)
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
 {
     catching->trail = (ab_t){0.0f, 0.0f};
+    catching->emf = (ab_t){0.0f, 0.0f};
     catching->cross = 0.0f;
     catching->cross_min = 0.0f;
     catching->length = 0.0f;
     catching->omega_e = omega_e;
     catching->turned = 0.0f;
     catching->periods = 0u;
+    catching->turning = 0u;
     catching->wanted = periods;
     catching->periods_beyond = 0u;
+}
+
+/* Of the d axis under this EMF, which turns with a speed of this sign. */
+static rotation_t direction(ab_t emf, float omega_e)
+{
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    const float share = omega_e < 0.0f ? -inverse_root(square) : inverse_root(square);
+    return (rotation_t){-share * emf.alpha, share * emf.beta};
+}
+
+/* A vector [V], turned on as far as the rotor turns in this time [s]. */
+static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
+{
+    static const rotation_t none = {0.0f, 1.0f};
+    return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, time * catching->omega_e));
 }
 
 catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max)
@@ -69,6 +91,10 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
     const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
     catching->length = lowpass_step(catching->length, share, length);
+    const ab_t before = turned_on(catching, catching->emf, tuning->period);
+    const float along = catching->periods < tuning->settled ? 1.0f : tuning->emf_share;
+    catching->emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
+    catching->emf.beta = lowpass_step(before.beta, along, emf.beta);
     catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->length * tuning->speed_per_volt;
@@ -83,6 +109,7 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     }
     const bool turning =
         bounds_magnitude(catching->cross) >= catching->cross_min && speed >= tuning->speed_min;
+    catching->turning = turning && catching->periods >= tuning->settled;
     if (catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure && turning) {
         return CATCH_TURNING;
     }
@@ -92,21 +119,27 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     return turning ? CATCH_TURNING : CATCH_STANDING;
 }
 
+ab_t catch_current(const catch_t *catching)
+{
+    const catch_tuning_t *tuning = &catching->tuning;
+    if (catching->turning == 0u) {
+        return (ab_t){tuning->current, 0.0f};
+    }
+    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
+}
+
 ab_t catch_voltage(const catch_t *catching, ab_t emf)
 {
-    const rotation_t none = {0.0f, 1.0f};
-    const float turn = catching->tuning.lead * catching->omega_e;
-    return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, turn));
+    return turned_on(catching, emf, catching->tuning.lead);
 }
 
 float catch_angle(ab_t emf, float omega_e)
 {
-    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
-    const float share = omega_e < 0.0f ? -inverse_root(square) : inverse_root(square);
-    return trig_angle((rotation_t){-share * emf.alpha, share * emf.beta});
+    return trig_angle(direction(emf, omega_e));
 }
 
-position_t catch_position(const catch_t *catching, ab_t emf)
+position_t catch_position(const catch_t *catching)
 {
-    return (position_t){catch_angle(emf, catching->omega_e), catching->omega_e};
+    return (position_t){catch_angle(catching->emf, catching->omega_e), catching->omega_e};
 }

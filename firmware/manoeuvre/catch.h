@@ -2,12 +2,14 @@
  * stationary frame, the back-EMF tells.
  *
  *     voltage     the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that late
- *     current     a little along phase a, which takes all three legs out of the dead time's zone
+ *     current     a little along phase a, which takes all three legs out of the dead time's zone; once a
+ *                 rotor is seen, more and along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that turns is ahead of its
  *                 own low-pass in the direction in which it turns
  *     speed       <|e|>/psi_f,  a low-pass that begins with what there is after 2 ms: the observer, which
  *                 starts from nothing, is on the EMF by then, and what it lacked before is left out
- *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse
+ *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
+ *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
  *
  * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10
  * ms; else when the caller's periods are. A voltage error that stands still is no rotor: of e x <e> there
@@ -28,6 +30,7 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_min;    /* slower rotors stand [rad/s], electrical */
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
+    float current_d;    /* along the d axis of a rotor that is seen [A]; at least what phase a gets */
     float period;       /* T [s] */
 } catch_params_t;
 
@@ -35,12 +38,15 @@ typedef struct {
     float trail_share;    /* of <e> [-] */
     float trail_time;     /* 1/its cutoff [s] */
     float length_share;   /* of <|e|> [-] */
+    float emf_share;      /* of the EMF in its own frame [-] */
+    float period;         /* T [s] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float speed_min;      /* [rad/s] electrical */
     float current;        /* along phase a [A] */
+    float current_d;      /* along the d axis, once it is seen [A] */
     float lead;           /* 1.5 T [s] */
     uint32_t seen;        /* [periods] before the mean of the length begins */
-    uint32_t settled;     /* [periods] before the speed is believed */
+    uint32_t settled;     /* [periods] before the speed is believed, and a rotor seen */
     uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
     float turn_sure;      /* how far that is, over T [rad/s] */
     uint32_t beyond;      /* [periods] that an EMF beyond the link must last */
@@ -49,6 +55,7 @@ typedef struct {
 typedef struct {
     catch_tuning_t tuning;
     ab_t trail;              /* <e> [V] */
+    ab_t emf;                /* e at t_k, low-passed in a frame that turns with it [V] */
     float cross;             /* sum of e x <e> [V^2] */
     float cross_min;         /* least that it must have [V^2] */
     float length;            /* <|e|> [V] */
@@ -56,6 +63,7 @@ typedef struct {
     float turned;            /* sum of |omega_e| since [rad/s] */
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
+    uint32_t turning;        /* [-] 1: a rotor is seen turning */
     uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
 } catch_t;
 
@@ -79,12 +87,14 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 /* One period: EMF at t_k and its length [V], largest voltage that the link gives [V]. No division. */
 catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max);
 
+/* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
+ab_t catch_current(const catch_t *catching);
+
 /* The voltage that holds this EMF [V] when it acts. */
 ab_t catch_voltage(const catch_t *catching, ab_t emf);
 
-/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k, with this EMF [V] turning
- * in the direction of the catch. */
-position_t catch_position(const catch_t *catching, ab_t emf);
+/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
+position_t catch_position(const catch_t *catching);
 
 /* Angle of the d axis [rad] under this EMF [V], which turns with a speed of this sign. No division. */
 float catch_angle(ab_t emf, float omega_e);

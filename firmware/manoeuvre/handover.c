@@ -3,6 +3,7 @@
 #include <stdbool.h>
 
 #define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
+#define MEAN_CUTOFF    70.0f /* [rad/s] of the current: a leg that passes zero disturbs it for some 2 ms */
 #define MARGIN         0.1f  /* [-] of I over what the load needs */
 #define EXCESS         0.15f /* [-] of I as i_d that may be left */
 #define WANTED_TIME    0.15f /* [s] */
@@ -18,6 +19,7 @@ handover_tuning_t handover_prepare(const handover_params_t *params)
 {
     return (handover_tuning_t){
         .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
+        .mean_share = lowpass_share(MEAN_CUTOFF, params->period),
         .current_margin = MARGIN * params->current,
         .current_excess = EXCESS * params->current,
         .wanted = (uint32_t)(WANTED_TIME / params->period + 0.5f),
@@ -28,7 +30,7 @@ handover_tuning_t handover_prepare(const handover_params_t *params)
 void handover_init(handover_t *handover, const handover_tuning_t *tuning)
 {
     handover_take(handover, tuning);
-    handover_enter(handover);
+    handover_enter(handover, (dq_t){0.0f, 0.0f});
 }
 
 static bool holds(const handover_tuning_t *tuning, const estimate_t *estimate, const lock_t *lock,
@@ -45,7 +47,9 @@ handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimat
                                  float omega_forced, dq_t current)
 {
     const handover_tuning_t *tuning = &handover->tuning;
-    handover->held = holds(tuning, estimate, lock, omega_forced, current) ? handover->held + 1u : 0u;
+    handover->mean.d = lowpass_step(handover->mean.d, tuning->mean_share, current.d);
+    handover->mean.q = lowpass_step(handover->mean.q, tuning->mean_share, current.q);
+    handover->held = holds(tuning, estimate, lock, omega_forced, handover->mean) ? handover->held + 1u : 0u;
     handover->periods++;
     if (handover->held >= tuning->wanted) {
         return HANDOVER_GOOD;

@@ -4,10 +4,12 @@
  *     |omega_hat - omega_forced| < 0.2 omega_forced          it turns with the frame
  *     0.75 < LP(e_q sign(omega)) / LP(psi_f |omega|) < 1.3   its EMF lies where it should, with its length,
  *     LP(eps^2) < 0.05                                       and does so steadily (both of lock.h)
- *     |i_d| < 1.6 |i_q| + 0.15 I                             the current is what the load needs, and a little
+ *     |LP(i_d)| < 1.6 |LP(i_q)| + 0.15 I                     the current is what the load needs, and a little
  *
- * so that nothing but the frame changes: the current vector stays. Until then the current is brought down
- * from that of a start I to what the load needs, for what R and dead time leave of error goes with it.
+ * so that nothing but the frame changes. What goes on is the mean of the current, LP(i): a leg that passes
+ * zero in that very period turns the damping's answer to it into i_q, which is no load. Until then the
+ * current is brought down from that of a start I to what the load needs, for what R and dead time leave of
+ * error goes with it.
  *
  * One step per T. */
 #ifndef MANOEUVRE_HANDOVER_H
@@ -30,12 +32,14 @@ typedef struct {
     float current_share;  /* of the way down [-] */
     float current_margin; /* over what the load needs [A] */
     float current_excess; /* i_d that may be left [A] */
+    float mean_share;     /* of the mean of the current [-] */
     uint32_t wanted;      /* [periods] that it must hold */
     uint32_t longest;     /* [periods] that it may take */
 } handover_tuning_t;
 
 typedef struct {
     handover_tuning_t tuning;
+    dq_t mean;        /* current in the estimate's frame, low-passed [A] */
     uint32_t held;    /* [periods] without a break */
     uint32_t periods; /* [periods] so far */
 } handover_t;
@@ -54,9 +58,10 @@ static inline void handover_take(handover_t *handover, const handover_tuning_t *
     handover->tuning = *tuning;
 }
 
-/* A hand-over begins. */
-static inline void handover_enter(handover_t *handover)
+/* A hand-over begins, with this current in the estimate's frame [A]. */
+static inline void handover_enter(handover_t *handover, dq_t current)
 {
+    handover->mean = current;
     handover->held = 0u;
     handover->periods = 0u;
 }

@@ -5,9 +5,8 @@
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
  *     standing     |omega| slow, |omega_ref| not                what the other two do not see
  *
- * LP: a low-pass of 5 ms; e_q as the loop filters it. One step per T; how long a sign must last is the
- * guard's (drive/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the
- * caller does not ask then). */
+ * LP: a low-pass of 5 ms. One step per T; how long a sign must last is the guard's (drive/faults.h). Does not
+ * handle: the passage through zero speed, where there is no EMF (the caller does not ask then). */
 #ifndef MANOEUVRE_LOCK_H
 #define MANOEUVRE_LOCK_H
 
@@ -16,6 +15,7 @@
 #include "estimator/estimate.h"
 #include "math/bounds.h"
 #include "math/filter.h"
+#include "math/frames.h"
 
 #define LOCK_PROJECTION_MIN 0.5f   /* [-] */
 #define LOCK_SCATTER_MAX    0.12f  /* [-] mean square of the detector */
@@ -62,7 +62,7 @@ void lock_reset(lock_t *lock, float omega_e);
 static inline void lock_step(lock_t *lock, const estimate_t *estimate)
 {
     const lock_tuning_t *tuning = &lock->tuning;
-    const float across = estimate->emf_loop.q;
+    const float across = frames_park(estimate->emf, estimate->frame.rotation).q;
     const float speed = bounds_magnitude(estimate->omega_smooth);
     const float along = estimate->omega_smooth < 0.0f ? -across : across;
     const float length = tuning->flux_linkage * (speed > tuning->speed_floor ? speed : tuning->speed_floor);

@@ -2,7 +2,8 @@
 
 void run_init(run_t *run, const run_tuning_t *tuning)
 {
-    run_take(run, tuning);
+    run->tuning = *tuning;
+    speed_control_init(&run->speed, &tuning->speed);
     run_enter(run, (dq_t){0.0f, 0.0f}, 0.0f);
 }
 
@@ -11,5 +12,5 @@ void run_enter(run_t *run, dq_t current, float omega_m)
     speed_control_reset(&run->speed, current.q, omega_m);
     run->omega_m_ref = omega_m;
     run->i_d_left = current.d;
-    run->i_d_low = 0.0f;
+    run->i_d_low = bounds_clamp(current.d, run->tuning.low_current);
 }

@@ -56,15 +56,15 @@ typedef struct {
 /* These coefficients; the speed control at rest. */
 void run_init(run_t *run, const run_tuning_t *tuning);
 
-/* New coefficients; the speed control goes on. */
+/* New coefficients; the speed control goes on, without a jump while the speed is at its reference. */
 static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
-    speed_control_take(&run->speed, &tuning->speed);
+    speed_control_take(&run->speed, &tuning->speed, run->omega_m_ref);
 }
 
 /* The speed control goes on from this current [A] in the rotor's frame at this mechanical speed [rad/s]: its
- * i_q is held, its i_d fades, the reference starts from the speed. */
+ * i_q is held, its i_d fades but for what the low speed needs of it, the reference starts from the speed. */
 void run_enter(run_t *run, dq_t current, float omega_m);
 
 /* The speed reference on its way to what is wished for [rad/s]. */
@@ -109,11 +109,11 @@ static inline dq_t run_emf(const run_t *run, float omega_e)
 static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m,
                             demand_t *demand)
 {
-    demand->current = (dq_t){0.0f, 0.0f};
-    demand->omega_m_ref = 0.0f;
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;
+        demand->current = (dq_t){0.0f, 0.0f};
+        demand->omega_m_ref = 0.0f;
         break;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;

@@ -12,6 +12,7 @@ add_executable(lagless
     cli/explain.c
     cli/fault_table.c
     cli/main.c
+    cli/library.c
     cli/map.c
     cli/output.c
     cli/paper.c
@@ -29,7 +30,7 @@ execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_
 if(NOT LAGLESS_COMMIT)
     set(LAGLESS_COMMIT "unknown")
 endif()
-set_source_files_properties(cli/run.c cli/paper.c PROPERTIES COMPILE_DEFINITIONS
+set_source_files_properties(cli/library.c cli/run.c cli/paper.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
 # What the instructions that bench counts are those of.
 set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS

@@ -18,7 +18,7 @@ const cli_command_t cli_commands[] = {
     {"explain", command_explain, "[REASON]", "--json",
      "a fault, warning or refusal: what happened, what to do"},
     {"demo", command_demo, "", "--json --out", "encoder-mode speed profile, as a table and a picture"},
-    {"map", command_map, "", "--speeds --ideal --averaged --json --out",
+    {"map", command_map, "[SCENARIO]", "--speeds --adaptation --ideal --averaged --json --out",
      "error of the sensorless angle over speed, load and wrong beliefs, judged"},
     {"paper", command_paper, "[FIG...]", "--json --out",
      "the paper's figures measured again, judged against its numbers"},

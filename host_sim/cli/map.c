@@ -8,22 +8,28 @@
 #include <unistd.h>
 
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/map.h"
 
-#define CONDITIONS_SIZE 128
+#define CONDITIONS_SIZE 240
+#define THEORY_SHOWN    0.5 /* [mrad] a smaller one is left out */
 
 typedef struct {
     bool json;
     const char *folder;
+    const char *scenario; /* NULL: none */
+    bool has_speeds;
     map_setup_t setup;
 } options_t;
 
 /* What each claim of theory reads like. */
 static const char *const claims[MAP_CLAIMS] = {
-    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - atan(dL i_q/psi_f), dL = believed - true",
-    [MAP_CLAIM_NO_EFFECT] = "psi_f, R wrong: mean = nominal",
+    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = believed - true",
+    [MAP_CLAIM_NO_EFFECT] =
+        "psi_f, R wrong, adaptation off: mean = nominal + asin(dR i_d/(omega psi_f)) +- a fifth",
+    [MAP_CLAIM_LEARNT] = "L wrong, adaptation on and sure of what it learns: mean = nominal",
 };
 
 /* ---- the command line ---- */
@@ -42,7 +48,7 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
     for (;;) {
         char *end = NULL;
         const double rpm = strtod(rest, &end);
-        if (end == rest || (*end != ',' && *end != '\0') || !(rpm >= MAP_RPM_MIN && rpm <= MAP_RPM_MAX)) {
+        if (end == rest || (*end != ',' && *end != '\0') || !(rpm >= MAP_RPM_MIN && rpm < (double)INFINITY)) {
             argp_error(state, "--speeds %s: accepted numbers %g to %g, in r/min, separated by commas", text,
                        MAP_RPM_MIN, MAP_RPM_MAX);
         }
@@ -63,12 +69,43 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
     }
 }
 
+static void read_columns(struct argp_state *state, const char *text, map_setup_t *setup)
+{
+    const bool both = strcmp(text, "both") == 0;
+    bool any = false;
+    for (map_adaptation_t a = MAP_ADAPTATION_OFF; a < MAP_ADAPTATIONS; a++) {
+        setup->columns[a] = both || strcmp(text, map_adaptation_name(a)) == 0;
+        any = any || setup->columns[a];
+    }
+    if (!any) {
+        argp_error(state, "--adaptation %s: accepted off, on, both", text);
+    }
+}
+
+/* What only the whole line can tell. */
+static void check_line(struct argp_state *state, const options_t *options)
+{
+    const double fastest = options->setup.speeds[options->setup.speed_count - 1u];
+    if (options->scenario == NULL && fastest > MAP_RPM_MAX) {
+        argp_error(state, "--speeds: %g: accepted numbers %g to %g, in r/min", fastest, MAP_RPM_MIN,
+                   MAP_RPM_MAX);
+    }
+    if (options->scenario != NULL && options->setup.ideal) {
+        argp_error(state,
+                   "--ideal: not with a scenario, which says itself what its inverter and sensors are");
+    }
+}
+
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
     switch (key) {
     case 'n':
         read_speeds(state, argument, &options->setup);
+        options->has_speeds = true;
+        return 0;
+    case 'd':
+        read_columns(state, argument, &options->setup);
         return 0;
     case 'i':
         options->setup.ideal = true;
@@ -83,7 +120,13 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->folder = argument;
         return 0;
     case ARGP_KEY_ARG:
-        argp_error(state, "%s: no argument is expected", argument);
+        if (options->scenario != NULL) {
+            argp_error(state, "%s: one scenario at a time", argument);
+        }
+        options->scenario = argument;
+        return 0;
+    case ARGP_KEY_END:
+        check_line(state, options);
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -108,12 +151,15 @@ static void print_points(FILE *file, const map_point_t *points, size_t count, bo
         print_key(file, "load_nm", point->load);
         fprintf(file, ", \"deviation\": ");
         json_text(file, map_deviation_name(point->deviation));
+        fprintf(file, ", \"adaptation\": \"%s\"", map_adaptation_name(point->adaptation));
         print_key(file, "mean_mrad", point->mean_mrad);
         print_key(file, "sd_mrad", point->sd_mrad);
         print_key(file, "peak_mrad", point->peak_mrad);
         fprintf(file, ", \"locked\": %s", point->locked ? "true" : "false");
         if (all) {
             print_key(file, "theory_mrad", point->theory_mrad);
+            print_key(file, "inductance_h", point->inductance);
+            print_key(file, "confidence", point->confidence);
         }
         fprintf(file, "}");
     }
@@ -133,64 +179,101 @@ static void print_mrad(int places, double mrad)
     }
 }
 
-static const char *conditions(const map_setup_t *setup, char to[CONDITIONS_SIZE])
+static const char *conditions(const options_t *options, char to[CONDITIONS_SIZE])
 {
-    snprintf(to, CONDITIONS_SIZE, "%s; %s",
-             setup->ideal
-                 ? "ideal inverter and sensors"
-                 : "2.5 us dead time, compensated; 12-bit ADC, noise 10 mA, offset 30 mA, gain error 0.2 %",
-             setup->averaged ? "mean voltages" : "every gate edge");
+    const map_setup_t *setup = &options->setup;
+    if (setup->scenario != NULL) {
+        snprintf(to, CONDITIONS_SIZE, "%.180s%s", setup->scenario->title,
+                 setup->averaged ? "; mean voltages" : "");
+    } else {
+        snprintf(
+            to, CONDITIONS_SIZE, "%s; %s",
+            setup->ideal
+                ? "ideal inverter and sensors"
+                : "2.5 us dead time, compensated; 12-bit ADC, noise 10 mA, offset 30 mA, gain error 0.2 %",
+            setup->averaged ? "mean voltages" : "every gate edge");
+    }
     return to;
 }
 
-/* Points of one row: same deviation, load and direction, by speed from low to high. */
-static const map_point_t *point_of(const map_setup_t *setup, const map_point_t *row, bool forward,
-                                   size_t speed)
+/* A line of the table: a deviation at one speed and load, adaptation off and on, in both directions. */
+typedef struct {
+    const map_point_t *points[2 * MAP_ADAPTATIONS];
+    size_t count;
+} line_t;
+
+static line_t line_of(const map_setup_t *setup, const map_point_t *points, size_t count,
+                      map_deviation_t deviation, double rpm, double load)
 {
-    return forward ? &row[setup->speed_count + speed] : &row[setup->speed_count - 1u - speed];
+    line_t line = {.count = 0};
+    for (int direction = 1; direction >= -1; direction -= 2) {
+        for (map_adaptation_t a = MAP_ADAPTATION_OFF; a < MAP_ADAPTATIONS; a++) {
+            if (setup->columns[a]) {
+                line.points[line.count++] = map_find(points, count, deviation, direction * rpm, load, a);
+            }
+        }
+    }
+    return line;
 }
 
-static void print_row(const map_setup_t *setup, const map_point_t *row, bool forward)
+static void print_line(const line_t *line)
 {
     bool theory = false;
-    printf("%-17s", map_deviation_name(row->deviation));
-    for (size_t s = 0; s < setup->speed_count; s++) {
-        const map_point_t *point = point_of(setup, row, forward, s);
+    printf("%-17s", map_deviation_name(line->points[0]->deviation));
+    for (size_t n = 0; n < line->count; n++) {
+        const map_point_t *point = line->points[n];
         print_mrad(6, point->mean_mrad);
         print_mrad(5, point->sd_mrad);
         print_mrad(5, point->peak_mrad);
         printf("%s", point->locked ? " " : "!");
-        theory = theory || !isnan(point->theory_mrad);
+        theory = theory || fabs(point->theory_mrad) >= THEORY_SHOWN;
     }
     printf("\n");
     if (theory) {
         printf("%-17s", "  theory");
-        for (size_t s = 0; s < setup->speed_count; s++) {
-            print_mrad(6, point_of(setup, row, forward, s)->theory_mrad);
+        for (size_t n = 0; n < line->count; n++) {
+            print_mrad(6, line->points[n]->theory_mrad);
             printf("%13s", "");
         }
         printf("\n");
     }
 }
 
-static void print_table(const map_setup_t *setup, const map_point_t *points, size_t count)
+static void print_block(const map_setup_t *setup, const map_point_t *points, size_t count, double rpm,
+                        double load)
 {
-    char text[CONDITIONS_SIZE];
-    const size_t per_row = 2u * setup->speed_count;
-    printf("theta_hat - theta, electrical, in mrad: mean, standard deviation, peak; ! = not locked\n%s\n",
-           conditions(setup, text));
-    for (size_t half = 0; half < 2u * setup->load_count; half++) {
-        const bool forward = half % 2u == 0u;
-        const double load = setup->loads[half / 2u];
-        printf("\n%-8s %3g N m", forward ? "forward" : "reverse", load);
-        for (size_t s = 0; s < setup->speed_count; s++) {
-            printf(" %12g r/min ", (forward ? 1.0 : -1.0) * setup->speeds[s]);
+    char place[40];
+    bool first = true;
+    snprintf(place, sizeof place, "%g r/min, %g N m", rpm, load);
+    printf("\n%-17s", place);
+    for (map_deviation_t d = MAP_NOMINAL; d < MAP_DEVIATIONS; d++) {
+        if (map_find(points, count, d, rpm, load,
+                     setup->columns[MAP_ADAPTATION_OFF] ? MAP_ADAPTATION_OFF : MAP_ADAPTATION_ON) == NULL) {
+            continue;
         }
-        printf("\n");
-        for (size_t n = 0; n < count; n += per_row) {
-            if (points[n].load == load) {
-                print_row(setup, &points[n], forward);
-            }
+        const line_t line = line_of(setup, points, count, d, rpm, load);
+        for (size_t n = 0; n < line.count && first; n++) {
+            char what[40];
+            snprintf(what, sizeof what, "%s, %s", line.points[n]->rpm > 0.0 ? "forward" : "reverse",
+                     map_adaptation_name(line.points[n]->adaptation));
+            printf(" %18s ", what);
+        }
+        printf("%s", first ? "\n" : "");
+        first = false;
+        print_line(&line);
+    }
+}
+
+static void print_table(const options_t *options, const map_point_t *points, size_t count)
+{
+    const map_setup_t *setup = &options->setup;
+    char text[CONDITIONS_SIZE];
+    printf("theta_hat - theta, electrical, in mrad: mean, standard deviation, peak; ! = not locked\n%s\n"
+           "off, on: without and with adaptation of what the drive believes\n",
+           conditions(options, text));
+    for (size_t l = 0; l < setup->load_count; l++) {
+        for (size_t s = 0; s < setup->speed_count; s++) {
+            print_block(setup, points, count, setup->speeds[s], setup->loads[l]);
         }
     }
     printf("\n");
@@ -198,32 +281,39 @@ static void print_table(const map_setup_t *setup, const map_point_t *points, siz
 
 /* ---- judgement ---- */
 
+static const char *word(const map_verdict_t *verdict)
+{
+    return verdict->met ? "met" : verdict->silent ? "-" : "FAILED";
+}
+
 static void print_verdict(FILE *file, const char *claim, const map_verdict_t *verdict)
 {
-    fprintf(file, "%-7s %s, within %g mrad: ", verdict->met ? "met" : "FAILED", claim, verdict->limit_mrad);
+    fprintf(file, "%-7s %s, within %g mrad: ", word(verdict), claim, verdict->limit_mrad);
     if (verdict->worst != NULL) {
         const map_point_t *worst = verdict->worst;
-        fprintf(file, "at most %.2f mrad (%s, %g r/min, %g N m), %zu points", verdict->worst_mrad,
-                map_deviation_name(worst->deviation), worst->rpm, worst->load, verdict->judged);
+        fprintf(file, "at most %.2f mrad (%s, %g r/min, %g N m, adaptation %s), %zu points",
+                verdict->worst_mrad, map_deviation_name(worst->deviation), worst->rpm, worst->load,
+                map_adaptation_name(worst->adaptation), verdict->judged);
     }
     if (verdict->lost > 0u) {
         fprintf(file, "%s%zu not locked", verdict->worst != NULL ? ", " : "", verdict->lost);
     }
-    fprintf(file, "\n");
+    fprintf(file, "%s\n", verdict->silent ? "no such point" : "");
 }
 
 /* On stdout below the table; beside JSON only what failed, as a message. */
 static bool judge(const options_t *options, const map_point_t *points, size_t count)
 {
-    bool met = true;
+    bool good = true;
     for (map_claim_t claim = 0; claim < MAP_CLAIMS; claim++) {
         const map_verdict_t verdict = map_judge(points, count, claim);
-        if (!options->json || !verdict.met) {
+        const bool failed = !verdict.met && !verdict.silent;
+        if (!options->json || failed) {
             print_verdict(options->json ? stderr : stdout, claims[claim], &verdict);
         }
-        met = met && verdict.met;
+        good = good && !failed;
     }
-    return met;
+    return good;
 }
 
 /* ---- all of it ---- */
@@ -233,7 +323,7 @@ static int show(const options_t *options, const map_point_t *points, size_t coun
     if (options->json) {
         print_points(stdout, points, count, false);
     } else {
-        print_table(&options->setup, points, count);
+        print_table(options, points, count);
     }
     return judge(options, points, count) ? EXIT_DONE : EXIT_FAILED;
 }
@@ -242,7 +332,7 @@ static bool draw(const options_t *options, const char *data_path, const char *pn
 {
     char text[CONDITIONS_SIZE];
     char title[CONDITIONS_SIZE + 40];
-    snprintf(title, sizeof title, "Error of the estimated angle. %s", conditions(&options->setup, text));
+    snprintf(title, sizeof title, "Error of the estimated angle. %s", conditions(options, text));
     if (!output_picture("plot/map.py", data_path, png_path, title)) {
         return false;
     }
@@ -250,68 +340,97 @@ static bool draw(const options_t *options, const char *data_path, const char *pn
     return true;
 }
 
+/* Runs the map and tells it; data: of map.json, NULL without a folder. */
+static int run(const options_t *options, FILE *data, const char *data_path)
+{
+    const map_setup_t *setup = &options->setup;
+    const double started = output_seconds();
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    const size_t count = map_count(setup);
+    map_point_t *points = calloc(count, sizeof *points);
+    map_error_t why;
+    int exit_code = EXIT_INTERNAL;
+    if (points != NULL && !map_run(setup, points, cores > 0 ? (unsigned)cores : 1u, &why)) {
+        fprintf(stderr, "lagless map: %s%s%s\n", setup->scenario != NULL ? setup->scenario->path : "",
+                setup->scenario != NULL ? ": " : "", why.text);
+        exit_code = setup->scenario != NULL ? EXIT_USAGE : EXIT_INTERNAL;
+    } else if (points != NULL) {
+        if (data != NULL) {
+            print_points(data, points, count, true);
+        }
+        exit_code = show(options, points, count);
+        fflush(stdout);
+        fprintf(stderr, "%zu points in %.1f s\n", count, output_seconds() - started);
+    }
+    free(points);
+    const bool closed = data == NULL || output_close(data, data_path);
+    return closed ? exit_code : EXIT_INTERNAL;
+}
+
+static int run_into(const options_t *options)
+{
+    char data_path[PATH_SIZE];
+    char png_path[PATH_SIZE];
+    if (options->folder == NULL) {
+        return run(options, NULL, NULL);
+    }
+    if (!output_folder(options->folder) || !output_path(png_path, options->folder, "map.png")) {
+        return EXIT_USAGE;
+    }
+    FILE *data = output_open_in(data_path, options->folder, "map.json");
+    if (data == NULL) {
+        return EXIT_USAGE;
+    }
+    const int exit_code = run(options, data, data_path);
+    const bool drawn = exit_code > EXIT_FAILED || draw(options, data_path, png_path);
+    return drawn ? exit_code : EXIT_INTERNAL;
+}
+
+/* Takes over what the scenario says; false: said why. */
+static bool take_scenario(options_t *options, const scenario_t *scenario)
+{
+    scenario_error_t error;
+    char text[1200];
+    options->setup.speed_count = options->has_speeds ? options->setup.speed_count : 0u;
+    if (!map_of_scenario(&options->setup, scenario, &error)) {
+        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        return false;
+    }
+    return true;
+}
+
 int command_map(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"speeds", 'n', "LIST", 0, "r/min, separated by commas, each in both directions", 0},
+        {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with what the drive learns", 0},
         {"ideal", 'i', NULL, 0, "ideal inverter and sensors; deviations of the machine only", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
         {"json", 'j', NULL, 0, "one JSON list of points on stdout", 0},
         {"out", 'o', "FOLDER", 0, "write map.json and the picture map.png there", 0},
         {0},
     };
-    static const struct argp argp = {rows,
-                                     parse,
-                                     NULL,
-                                     "Error of the sensorless angle over speed, load, direction and what the "
-                                     "drive believes wrongly; judged "
-                                     "against theory.",
-                                     NULL,
-                                     NULL,
-                                     NULL};
+    static const char doc[] =
+        "Error of the sensorless angle over speed, load, direction and what the drive believes wrongly, "
+        "without "
+        "and with adaptation; judged against theory.\vWith a SCENARIO (a TOML file, or a name of `lagless "
+        "scenarios`) the map is of its motor, inverter, sensors and parameters as they are before t = 0, at "
+        "its "
+        "speeds (speed_request) and loads (plant.load_torque), those of its events included; --speeds gives "
+        "others. Without one it is of the paper's motor and drive.";
+    static const struct argp argp = {rows, parse, "[SCENARIO]", doc, NULL, NULL, NULL};
     options_t options = {.setup = map_setup_default()};
-    char data_path[PATH_SIZE];
-    char png_path[PATH_SIZE];
-    FILE *data = NULL;
-    map_error_t why;
     if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
         return EXIT_USAGE;
     }
-    if (options.folder != NULL) {
-        if (!output_folder(options.folder) || !output_path(data_path, options.folder, "map.json") ||
-            !output_path(png_path, options.folder, "map.png")) {
-            return EXIT_USAGE;
-        }
-        data = output_open(data_path);
-        if (data == NULL) {
-            return EXIT_USAGE;
-        }
+    if (options.scenario == NULL) {
+        return run_into(&options);
     }
-
-    const double started = output_seconds();
-    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    const size_t count = map_count(&options.setup);
-    map_point_t *points = calloc(count, sizeof *points);
-    bool done = points != NULL;
-    if (done && !map_run(&options.setup, points, cores > 0 ? (unsigned)cores : 1u, &why)) {
-        fprintf(stderr, "lagless map: %s\n", why.text);
-        done = false;
+    scenario_t *scenario = library_read(options.scenario);
+    if (scenario == NULL) {
+        return EXIT_USAGE;
     }
-    if (data != NULL) {
-        if (done) {
-            print_points(data, points, count, true);
-        }
-        done = output_close(data, data_path) && done;
-    }
-    int exit_code = EXIT_INTERNAL;
-    if (done) {
-        exit_code = show(&options, points, count);
-        fflush(stdout);
-        fprintf(stderr, "%zu points in %.1f s\n", count, output_seconds() - started);
-        if (data != NULL && !draw(&options, data_path, png_path)) {
-            exit_code = EXIT_INTERNAL;
-        }
-    }
-    free(points);
+    const int exit_code = take_scenario(&options, scenario) ? run_into(&options) : EXIT_USAGE;
+    scenario_free(scenario);
     return exit_code;
 }

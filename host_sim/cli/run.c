@@ -1,6 +1,5 @@
-/* `lagless run SCENARIO` and `lagless scenarios`. */
+/* `lagless run SCENARIO`. */
 #include <argp.h>
-#include <dirent.h>
 #include <inttypes.h>
 #include <math.h>
 #include <signal.h>
@@ -12,6 +11,7 @@
 #include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
@@ -92,89 +92,6 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     default:
         return ARGP_ERR_UNKNOWN;
     }
-}
-
-/* ---- the scenarios that come with the program ---- */
-
-static const char *library(void)
-{
-    const char *folder = getenv("LAGLESS_SCENARIOS");
-    return folder != NULL && folder[0] != '\0' ? folder : LAGLESS_SCENARIOS;
-}
-
-static int is_scenario(const struct dirent *entry)
-{
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".toml") == 0;
-}
-
-/* "load_step" means the library's file; whatever has a slash or an ending is a path. */
-static bool scenario_path(char path[PATH_SIZE], const char *name)
-{
-    char file[PATH_SIZE];
-    if (strchr(name, '/') != NULL || strchr(name, '.') != NULL || access(name, F_OK) == 0) {
-        return snprintf(path, PATH_SIZE, "%s", name) < PATH_SIZE;
-    }
-    snprintf(file, sizeof file, "%.200s.toml", name);
-    if (!output_path(path, library(), file)) {
-        return false;
-    }
-    if (access(path, F_OK) == 0) {
-        return true;
-    }
-    names_search_t search = names_search(name);
-    struct dirent **entries = NULL;
-    const int count = scandir(library(), &entries, is_scenario, alphasort);
-    for (int n = 0; n < count; n++) {
-        entries[n]->d_name[strlen(entries[n]->d_name) - 5] = '\0';
-        names_consider(&search, entries[n]->d_name);
-        free(entries[n]);
-    }
-    free(entries);
-    fprintf(stderr, "%s: neither a file nor a scenario of the library", name);
-    output_suggest(stderr, names_found(&search));
-    fprintf(stderr, "\n");
-    return false;
-}
-
-int command_scenarios(int argc, char **argv)
-{
-    bool json;
-    if (!arguments_json(argc, argv, "The scenarios that `lagless run` knows by name.", &json)) {
-        return EXIT_USAGE;
-    }
-    struct dirent **entries = NULL;
-    const int count = scandir(library(), &entries, is_scenario, alphasort);
-    if (count < 0) {
-        fprintf(stderr, "lagless scenarios: cannot read %s\n", library());
-        return EXIT_INTERNAL;
-    }
-    int exit_code = EXIT_DONE;
-    printf(json ? "{\"scenarios\": [" : "");
-    for (int n = 0; n < count; n++) {
-        char path[PATH_SIZE];
-        char text[1200];
-        scenario_error_t error;
-        scenario_t *scenario =
-            output_path(path, library(), entries[n]->d_name) ? scenario_read(path, &error) : NULL;
-        entries[n]->d_name[strlen(entries[n]->d_name) - 5] = '\0';
-        if (scenario == NULL) {
-            fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
-            exit_code = EXIT_USAGE;
-        } else if (json) {
-            printf("%s\n  {\"name\": \"%s\", \"duration_s\": %.9g, \"title\": ", n == 0 ? "" : ",",
-                   entries[n]->d_name, scenario->duration);
-            json_text(stdout, scenario->title);
-            printf("}");
-        } else {
-            printf("%-26s %6.2f s  %s\n", entries[n]->d_name, scenario->duration, scenario->title);
-        }
-        scenario_free(scenario);
-        free(entries[n]);
-    }
-    free(entries);
-    printf(json ? "\n]}\n" : "");
-    return exit_code;
 }
 
 /* ---- what the command line changes ---- */
@@ -747,15 +664,11 @@ int command_run(int argc, char **argv)
         NULL,       NULL,
         NULL};
     options_t options = {0};
-    char path[PATH_SIZE];
-    char text[1200];
-    scenario_error_t error;
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0 || !scenario_path(path, options.scenario)) {
+    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
         return EXIT_USAGE;
     }
-    scenario_t *scenario = scenario_read(path, &error);
+    scenario_t *scenario = library_read(options.scenario);
     if (scenario == NULL) {
-        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
         return EXIT_USAGE;
     }
     const int exit_code = prepare(&options, scenario) ? run(&options, scenario) : EXIT_USAGE;

@@ -18,6 +18,8 @@ find_package(Threads REQUIRED)
 add_library(lagless_lab STATIC
     lab/json.c
     lab/map.c
+    lab/map_judge.c
+    lab/map_scenario.c
     lab/names.c
     lab/paper.c
     lab/paper_beyond.c

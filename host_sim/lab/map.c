@@ -8,6 +8,7 @@
 
 #include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/pool.h"
+#include "host_sim/lab/scenario_parts.h"
 #include "host_sim/rig/rig.h"
 
 #define PI               3.14159265358979323846
@@ -17,12 +18,14 @@
 #define LOCK_MRAD        250.0             /* limit of mean and SD */
 #define LOCK_SPEED       0.05              /* [-] of the reference */
 #define LOCK_RPM         10.0              /* [r/min] */
-#define INDUCTANCE_MAX   2.0               /* [mrad] */
-#define NO_EFFECT_MAX    0.3               /* [mrad] */
 #define CHANGES_MAX      12u
 #define CHANGES_OF_POINT 2u
 #define HOLD             0.1 /* [s] current and estimator settle; five time constants of the PLL's bandwidth */
-#define FOLLOW           0.01 /* [s] 15 time constants of the encoder's speed */
+#define FOLLOW           0.01                /* [s] 15 time constants of the encoder's speed */
+#define LEARN_HERTZ      20.0                /* [Hz] electrical */
+#define LEARN_LONGER     2.0                 /* [-] */
+#define EVENLY           0.38196601125010515 /* [-] (3 - sqrt 5)/2 */
+#define NOT_WHOLE        1e-6                /* [-] what rounding may take of a whole number */
 
 /* ---- what a point changes ---- */
 
@@ -50,8 +53,8 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
     [MAP_INDUCTANCE_HIGH] =
         {"L +20 %", true, {{"params.motor_inductance_d", 1.2, 0.0}, {"params.motor_inductance_q", 1.2, 0.0}}},
     /* The drive's error voltage goes with dead_time + turn_on_delay - turn_off_delay; dead_time itself also
-     * sets the ePWM. */
-    [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_on_delay", 1.0, -0.5e-6}}},
+     * sets the ePWM. Either way by the delay that grows: one that is less than 0.5 us can not shrink. */
+    [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_off_delay", 1.0, 0.5e-6}}},
     [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
     [MAP_OFFSET] = {"offset 50 mA", false, {{"plant.current_offset_a", 0.0, 0.05}}},
     [MAP_NOISE] = {"noise 20 mA", false, {{"plant.current_noise", 0.0, 0.02}}},
@@ -72,6 +75,31 @@ static const change_t real_changes[CHANGES_MAX] = {
     {"plant.current_gain_error_a", 0.0, 0.002},
 };
 
+/* What the drive may learn about its machine. Off is 0. On is what the row has by default or in the
+ * scenario, or if that is 0, this. A row that a drive does not have is passed over. */
+static const struct {
+    const char *row;
+    double on; /* [unit of the row] */
+} learning[] = {
+    {"flux_adaptation", 2.0},
+    {"inductance_adaptation", 2.0},
+    {"dead_time_adaptation", 3.0},
+    {"inertia_adaptation", 1.0},
+};
+
+/* The dynamometer's own encoder and what it asks of the load. */
+static const setting_t bench[] = {
+    {"params.position_source", 0.0}, {"params.encoder_lines", 2500.0}, {"params.encoder_offset", 0.0},
+    {"plant.encoder_lines", 2500.0}, {"plant.encoder_offset", 0.0},    {"plant.load_torque", 0.0},
+    {"plant.load_kind", 0.0},
+};
+
+static double pole_pairs(const map_setup_t *setup)
+{
+    const table_row_t *row = rig_row_by_name("plant.pole_pairs");
+    return setup->scenario != NULL ? scenario_initial(setup->scenario, row) : rig_initial(row);
+}
+
 static bool change(rig_t *rig, const change_t *changes, size_t count)
 {
     for (size_t n = 0; n < count && changes[n].row != NULL; n++) {
@@ -88,12 +116,44 @@ static double choice(const char *row, const char *name)
     return table_choice(rig_row_by_name(row), name);
 }
 
+static bool adapt(rig_t *rig, map_adaptation_t adaptation)
+{
+    for (size_t n = 0; n < sizeof learning / sizeof learning[0]; n++) {
+        const table_row_t *row = rig_row_by_name(learning[n].row);
+        if (row == NULL) {
+            continue;
+        }
+        const double set = rig_value(rig, learning[n].row);
+        const double on = set != 0.0 ? set : learning[n].on;
+        if (!rig_set(rig, row->id, adaptation == MAP_ADAPTATION_ON ? on : 0.0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Before the drive measures its offsets: a scenario's are there from the beginning. */
+static bool stand_on(rig_t *rig, const scenario_t *scenario)
+{
+    const scenario_event_t *initial = &scenario->events[0];
+    for (uint32_t n = 0; n < initial->count; n++) {
+        const scenario_setting_t *setting = &initial->settings[n];
+        const bool is_request = table_by_id(scenario_table("requests"), setting->row->id) != NULL;
+        if (!is_request && !rig_set(rig, setting->row->id, setting->value)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* The torque's current [A] at the point, as far as the drive may have it. */
 static double i_q_needed(rig_t *rig, const map_point_t *point)
 {
     const double torque_per_ampere =
         1.5 * rig_value(rig, "plant.pole_pairs") * rig_value(rig, "plant.flux_linkage");
-    const double needed = (point->load + rig_value(rig, "plant.friction_coulomb")) / torque_per_ampere;
+    const double friction = rig_value(rig, "plant.friction_coulomb") +
+                            rig_value(rig, "plant.friction_viscous") * fabs(point->rpm) * RPM;
+    const double needed = (point->load + friction) / torque_per_ampere;
     return copysign(fmin(needed, rig_value(rig, "params.current_limit")), point->rpm);
 }
 
@@ -104,11 +164,12 @@ static double i_q_needed(rig_t *rig, const map_point_t *point)
 static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point)
 {
     const deviation_t *deviation = &deviations[point->deviation];
-    const double omega_m = point->rpm * RPM;
-    const bool changed = paper_drive_put(rig, paper_drive, paper_drive_count) &&
-                         change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX) &&
-                         change(rig, deviation->changes, CHANGES_OF_POINT);
-    if (!changed || !rig_apply(rig) || !rig_put(rig, "plant.shaft_locked_speed", omega_m) ||
+    const double omega_m = map_window(setup, point->rpm).rpm * RPM;
+    const bool conditions =
+        setup->scenario != NULL || (paper_drive_put(rig, paper_drive, paper_drive_count) &&
+                                    change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX));
+    if (!conditions || !change(rig, deviation->changes, CHANGES_OF_POINT) || !adapt(rig, point->adaptation) ||
+        !rig_apply(rig) || !rig_put(rig, "plant.shaft_locked_speed", omega_m) ||
         !rig_put(rig, "plant.shaft_locked", 1.0) || !rig_put(rig, "plant.load_torque", point->load)) {
         return false;
     }
@@ -126,15 +187,20 @@ static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point
 
 /* ---- what a point measures ---- */
 
-enum { THETA_HAT_ERR, OMEGA_M, I_Q, TAPPED };
+enum { THETA_HAT_ERR, OMEGA_M, I_D, I_Q, INDUCTANCE, CONFIDENCE, TAPPED };
 static const char *const tapped[TAPPED] = {
-    [THETA_HAT_ERR] = "theta_hat_err", [OMEGA_M] = "true_omega_m", [I_Q] = "true_i_q"};
+    [THETA_HAT_ERR] = "theta_hat_err",
+    [OMEGA_M] = "true_omega_m",
+    [I_D] = "i_d",
+    [I_Q] = "i_q",
+    [INDUCTANCE] = "inductance_hat",
+    [CONFIDENCE] = "inductance_confidence",
+};
 
 typedef struct {
     double mean, squares; /* of the angle's error [mrad], Welford's recurrence [mrad^2] */
     double peak;          /* [mrad] */
-    double omega_m_sum;   /* [rad/s] */
-    double i_q_sum;       /* [A] */
+    double sum[TAPPED];   /* [unit of the row] */
     uint32_t count;
 } window_t;
 
@@ -151,26 +217,44 @@ static void take(void *context, uint32_t period, const uint32_t *slots, uint32_t
     w->mean += step / w->count;
     w->squares += step * (error - w->mean);
     w->peak = fmax(w->peak, fabs(error));
-    w->omega_m_sum += (double)value[OMEGA_M];
-    w->i_q_sum += (double)value[I_Q];
+    for (uint32_t n = 0; n < TAPPED; n++) {
+        w->sum[n] += (double)value[n];
+    }
 }
 
+/* The head of map.h. */
 static double theory_mrad(rig_t *rig, const map_point_t *point)
 {
-    if (!point->locked ||
-        (point->deviation != MAP_INDUCTANCE_LOW && point->deviation != MAP_INDUCTANCE_HIGH)) {
+    if (!point->locked || point->deviation >= MAP_DEAD_TIME_LOW) {
         return (double)NAN;
     }
-    const double d_l = rig_value(rig, "params.motor_inductance_q") - rig_value(rig, "plant.inductance_q");
-    return -atan(d_l * point->i_q / rig_value(rig, "plant.flux_linkage")) / MRAD;
+    const double omega = point->true_rpm * RPM * rig_value(rig, "plant.pole_pairs");
+    const double l_q = rig_value(rig, "plant.inductance_q");
+    const double d_r = rig_value(rig, "params.motor_resistance") - rig_value(rig, "plant.resistance");
+    const double d_l = point->inductance - l_q;
+    const double flux =
+        rig_value(rig, "plant.flux_linkage") + (rig_value(rig, "plant.inductance_d") - l_q) * point->i_d;
+    const double sine = (d_r * point->i_d / omega - d_l * point->i_q) / flux;
+    return asin(fmax(-1.0, fmin(sine, 1.0))) / MRAD;
 }
 
-static bool locked(rig_t *rig, const map_point_t *point)
+static bool locked(rig_t *rig, const map_point_t *point, double rpm)
 {
     const int32_t on = table_choice(rig_row_by_name("state"), "operation_enabled");
+    const int32_t run = table_choice(rig_row_by_name("manoeuvre"), "run");
     return point->fault == 0 && (int32_t)rig_value(rig, "state") == on &&
-           fabs(point->mean_mrad) < LOCK_MRAD && point->sd_mrad < LOCK_MRAD &&
-           fabs(point->true_rpm - point->rpm) <= fmax(LOCK_SPEED * fabs(point->rpm), LOCK_RPM);
+           (int32_t)rig_value(rig, "manoeuvre") == run && fabs(point->mean_mrad) < LOCK_MRAD &&
+           point->sd_mrad < LOCK_MRAD &&
+           fabs(point->true_rpm - rpm) <= fmax(LOCK_SPEED * fabs(rpm), LOCK_RPM);
+}
+
+static double settling(const map_setup_t *setup, const map_point_t *point)
+{
+    if (point->adaptation == MAP_ADAPTATION_OFF) {
+        return setup->settle;
+    }
+    const double slow = LEARN_HERTZ * 60.0 / (fabs(point->rpm) * pole_pairs(setup));
+    return setup->learn * fmax(1.0, fmin(LEARN_LONGER, slow));
 }
 
 static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
@@ -182,27 +266,33 @@ static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
     }
     const table_row_t *state = rig_row_by_name("state");
     const int32_t ready = table_choice(state, "ready");
-    if (!rig_put(rig, "fidelity", choice("fidelity", setup->averaged ? "averaged" : "switched")) ||
-        !rig_stop_when(rig, state->id, RIG_EQUAL, ready)) {
+    const map_window_t window = map_window(setup, point->rpm);
+    const bool stands = (setup->scenario == NULL || stand_on(rig, setup->scenario)) &&
+                        paper_drive_put(rig, bench, sizeof bench / sizeof bench[0]) && rig_apply(rig) &&
+                        (!setup->averaged || rig_put(rig, "fidelity", choice("fidelity", "averaged")));
+    if (!stands || !rig_stop_when(rig, state->id, RIG_EQUAL, ready)) {
         return false;
     }
     rig_run(rig, rig_periods(READY));
     if (!rig_stop_when(rig, state->id, RIG_NEVER, 0.0) || !begin(rig, setup, point)) {
         return false;
     }
-    rig_run(rig, rig_periods(setup->settle));
+    rig_run(rig, rig_periods(settling(setup, point)));
     if (!rig_tap(rig, ids, TAPPED, 1u, take, &w)) {
         return false;
     }
-    rig_run(rig, map_window(setup, point->rpm));
+    rig_run(rig, window.periods);
 
     point->mean_mrad = w.mean;
     point->sd_mrad = sqrt(w.squares / w.count);
     point->peak_mrad = w.peak;
-    point->true_rpm = w.omega_m_sum / w.count / RPM;
-    point->i_q = w.i_q_sum / w.count;
+    point->true_rpm = w.sum[OMEGA_M] / w.count / RPM;
+    point->i_d = w.sum[I_D] / w.count;
+    point->i_q = w.sum[I_Q] / w.count;
+    point->inductance = w.sum[INDUCTANCE] / w.count;
+    point->confidence = w.sum[CONFIDENCE] / w.count;
     point->fault = (int32_t)rig_value(rig, "fault_reason");
-    point->locked = locked(rig, point);
+    point->locked = locked(rig, point, window.rpm);
     point->theory_mrad = theory_mrad(rig, point);
     return true;
 }
@@ -216,8 +306,9 @@ static bool measure(const map_setup_t *setup, map_point_t *point, char why[POOL_
     }
     const bool measured = measure_on(rig, setup, point);
     if (!measured) {
-        snprintf(why, POOL_WHY, "%s at %g r/min, %g N m: %s", map_deviation_name(point->deviation),
-                 point->rpm, point->load, rig_error(rig));
+        snprintf(why, POOL_WHY, "%s at %g r/min, %g N m, adaptation %s: %s",
+                 map_deviation_name(point->deviation), point->rpm, point->load,
+                 map_adaptation_name(point->adaptation), rig_error(rig));
     }
     rig_free(rig);
     return measured;
@@ -228,13 +319,16 @@ static bool measure(const map_setup_t *setup, map_point_t *point, char why[POOL_
 map_setup_t map_setup_default(void)
 {
     return (map_setup_t){
-        .speeds = {101.0, 307.0, 503.0, 1013.0, 1490.0},
+        .speeds = {100.0, 300.0, 500.0, 1000.0, 1490.0},
         .speed_count = 5,
         .loads = {0.0, 5.0},
         .load_count = 2,
+        .columns = {true, true},
         .seed = 1,
         .settle = 3.0,
+        .learn = 3.0,
         .window = 3.0,
+        .turns = 40.0,
     };
 }
 
@@ -242,6 +336,23 @@ const char *map_deviation_name(map_deviation_t deviation)
 {
     assert(deviation < MAP_DEVIATIONS);
     return deviations[deviation].name;
+}
+
+const char *map_adaptation_name(map_adaptation_t adaptation)
+{
+    return adaptation == MAP_ADAPTATION_ON ? "on" : "off";
+}
+
+/* Points of one deviation, load and column; from points[count] on, unless it is NULL. */
+static size_t lay_out_speeds(const map_setup_t *setup, const map_point_t *like, map_point_t *points,
+                             size_t count)
+{
+    for (size_t s = 0; s < 2u * setup->speed_count && points != NULL; s++) {
+        points[count + s] = *like;
+        points[count + s].rpm = s < setup->speed_count ? -setup->speeds[setup->speed_count - 1u - s]
+                                                       : setup->speeds[s - setup->speed_count];
+    }
+    return count + 2u * setup->speed_count;
 }
 
 static size_t lay_out(const map_setup_t *setup, map_point_t *points)
@@ -252,13 +363,9 @@ static size_t lay_out(const map_setup_t *setup, map_point_t *points)
             continue;
         }
         for (size_t l = 0; l < setup->load_count; l++) {
-            for (size_t s = 0; s < 2u * setup->speed_count; s++) {
-                const double rpm = s < setup->speed_count ? -setup->speeds[setup->speed_count - 1u - s]
-                                                          : setup->speeds[s - setup->speed_count];
-                if (points != NULL) {
-                    points[count] = (map_point_t){.rpm = rpm, .load = setup->loads[l], .deviation = d};
-                }
-                count++;
+            for (map_adaptation_t a = MAP_ADAPTATION_OFF; a < MAP_ADAPTATIONS; a++) {
+                const map_point_t like = {.load = setup->loads[l], .deviation = d, .adaptation = a};
+                count = setup->columns[a] ? lay_out_speeds(setup, &like, points, count) : count;
             }
         }
     }
@@ -270,11 +377,14 @@ size_t map_count(const map_setup_t *setup)
     return lay_out(setup, NULL);
 }
 
-uint32_t map_window(const map_setup_t *setup, double rpm)
+map_window_t map_window(const map_setup_t *setup, double rpm)
 {
-    const double pole_pairs = rig_initial(rig_row_by_name("plant.pole_pairs"));
-    const double electrical = 60.0 / (fabs(rpm) * pole_pairs); /* [s] */
-    return rig_periods(ceil(setup->window / electrical) * electrical);
+    const double per_second = fabs(rpm) / 60.0 * pole_pairs(setup); /* electrical turns */
+    const double samples = 1.0 / (per_second * RIG_PERIOD_SECONDS); /* of a turn */
+    const double whole = round(samples);
+    const double evenly = whole + (samples > whole - NOT_WHOLE ? EVENLY : -EVENLY);
+    const double turns = fmax(ceil(setup->window / (evenly * RIG_PERIOD_SECONDS)), setup->turns);
+    return (map_window_t){.rpm = rpm * samples / evenly, .periods = (uint32_t)(turns * evenly + 0.5)};
 }
 
 typedef struct {
@@ -291,56 +401,10 @@ static bool measure_point(void *context, size_t n, char why[POOL_WHY])
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why)
 {
     assert(setup->speed_count >= 1u && setup->speed_count <= MAP_SPEEDS_MAX);
+    assert(setup->columns[MAP_ADAPTATION_OFF] || setup->columns[MAP_ADAPTATION_ON]);
+    assert(setup->scenario == NULL || !setup->ideal);
     assert(setup->load_count >= 1u && setup->load_count <= MAP_LOADS_MAX);
     work_t work = {.setup = setup, .points = points};
     const pool_t pool = {.count = lay_out(setup, points), .piece = measure_point, .work = &work};
     return pool_run(&pool, threads, why->text);
-}
-
-/* ---- judgement ---- */
-
-/* NULL: the map has none. */
-static const map_point_t *nominal_of(const map_point_t *points, size_t count, const map_point_t *point)
-{
-    for (size_t n = 0; n < count; n++) {
-        if (points[n].deviation == MAP_NOMINAL && points[n].rpm == point->rpm &&
-            points[n].load == point->load) {
-            return &points[n];
-        }
-    }
-    return NULL;
-}
-
-static bool speaks_of(map_claim_t claim, map_deviation_t deviation)
-{
-    if (claim == MAP_CLAIM_INDUCTANCE) {
-        return deviation == MAP_INDUCTANCE_LOW || deviation == MAP_INDUCTANCE_HIGH;
-    }
-    return deviation == MAP_FLUX_LOW || deviation == MAP_FLUX_HIGH || deviation == MAP_RESISTANCE_LOW ||
-           deviation == MAP_RESISTANCE_HIGH;
-}
-
-map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t claim)
-{
-    map_verdict_t verdict = {.limit_mrad = claim == MAP_CLAIM_INDUCTANCE ? INDUCTANCE_MAX : NO_EFFECT_MAX};
-    for (size_t n = 0; n < count; n++) {
-        const map_point_t *point = &points[n];
-        const map_point_t *nominal = nominal_of(points, count, point);
-        if (!speaks_of(claim, point->deviation)) {
-            continue;
-        }
-        if (!point->locked || nominal == NULL || !nominal->locked) {
-            verdict.lost++;
-            continue;
-        }
-        const double added = claim == MAP_CLAIM_INDUCTANCE ? point->theory_mrad : 0.0;
-        const double distance = fabs(point->mean_mrad - nominal->mean_mrad - added);
-        verdict.judged++;
-        if (verdict.worst == NULL || distance > verdict.worst_mrad) {
-            verdict.worst = point;
-            verdict.worst_mrad = distance;
-        }
-    }
-    verdict.met = verdict.judged > 0u && verdict.lost == 0u && verdict.worst_mrad <= verdict.limit_mrad;
-    return verdict;
 }

@@ -1,28 +1,40 @@
 /* The error map: how far the estimated angle is off, over speed, direction and load, when the drive believes
- * something wrong about its machine or its sensors are worse than they should be.
+ * something wrong about its machine or its sensors are worse than they should be; without and with what the
+ * drive can learn of it while it runs.
  *
  * A point is one run on a rig of its own: the rotor is brought to its speed and load, the drive holds it
  * there sensorless, and theta_hat - theta (electrical, the estimate closes the loop) is averaged over whole
  * electrical periods. A deviation changes what the drive believes and leaves the machine alone; those of the
  * sensors change the sensors.
  *
- * What theory says of the mean [rad], with dL = believed - true inductance and the true current i_q:
+ * What theory says of the mean [rad], with dR, dL = believed - true resistance and L_q, and i_d, i_q in the
+ * frame of the estimate:
  *
- *     L wrong         -atan(dL i_q/psi_f): the observer takes dL di/dt for EMF, at right angles to it
- *     psi_f, R wrong  nothing in steady state: psi_f sets the feed-forward's speed only, which the loop's
- *                     integrator makes up for; R i lies along the EMF while i_d = 0
+ *     asin((dR i_d/omega - dL i_q)/(psi_f + (L_d - L_q) i_d))
+ *
+ * which is what the observer takes for EMF across the real one. R is without effect while i_d = 0. psi_f
+ * never has one: it sets the feed-forward's speed only, which the loop's integrator makes up for. With
+ * adaptation on it is the L of that moment that counts.
+ *
+ * Any speed: where an electrical turn is a whole number of samples, or a half and a half, each turn meets the
+ * same few codes of the ADC and the same ripple at its zero crossings, and the mean depends on the angle at
+ * which the first sample happened to lie, by 2 mrad at 1000 r/min: two points of one map are then two
+ * different draws. So each point runs at the speed nearest to its own at which a turn begins a share of
+ * (3 - sqrt 5)/2 of a sample earlier or later than the last one, by which the samples spread over the turn as
+ * evenly as they can: at most 0.38 samples a turn away, 0.25 % at 1000 r/min and four pole pairs. What is
+ * measured is the mean over all angles at which one could have started.
  *
  * Fidelity: mean voltages take a leg's dead-time loss from one current a period, gate edges from the current
  * at each edge, ripple included. From 1000 r/min without load that moves the mean by 2 mrad; elsewhere both
  * agree within 0.4 mrad, unless the dead time is wrong. So the default is every edge, at twice the time.
  *
- * Conditions. Real: inverter of the plant's defaults (2.5 us dead time, delays, drops) and compensated,
- * 12-bit ADC, noise 10 mA, offset 30 mA that came after the calibration and gain error 0.2 % on sensor a.
- * Ideal: inverter and sensors without error; deviations of the machine only, since the others have no meaning
- * there.
+ * Conditions. Real: the paper's drive, i_d = 0; inverter of the plant's defaults (2.5 us dead time, delays,
+ * drops) and compensated, 12-bit ADC, noise 10 mA, offset 30 mA that came after the calibration and gain
+ * error 0.2 % on sensor a. Ideal: inverter and sensors without error; deviations of the machine only, since
+ * the others have no meaning there. Of a scenario: what its tables params, plant and rig say before t = 0,
+ * the offset as if it had been there at the calibration.
  *
- * Same setup: same bits, in any number of threads. Does not handle: acceleration, standstill, salient
- * machines. */
+ * Same setup: same bits, in any number of threads. Does not handle: acceleration, standstill. */
 #ifndef HOST_SIM_LAB_MAP_H
 #define HOST_SIM_LAB_MAP_H
 
@@ -31,6 +43,7 @@
 #include <stdint.h>
 
 #include "host_sim/lab/pool.h"
+#include "host_sim/lab/scenario.h"
 
 #define MAP_SPEEDS_MAX 16u
 #define MAP_LOADS_MAX  4u
@@ -53,33 +66,46 @@ typedef enum {
     MAP_DEVIATIONS
 } map_deviation_t;
 
+typedef enum {
+    MAP_ADAPTATION_OFF, /* every row that learns about the machine is 0 */
+    MAP_ADAPTATION_ON,  /* each as by default or in the scenario, or if that is 0, as in map.c */
+    MAP_ADAPTATIONS
+} map_adaptation_t;
+
 typedef struct {
     double speeds[MAP_SPEEDS_MAX]; /* [r/min] each in both directions; MAP_RPM_MIN..MAP_RPM_MAX, ascending */
     size_t speed_count;            /* [-] 1..MAP_SPEEDS_MAX */
     double loads[MAP_LOADS_MAX];   /* [N m] against the rotation, besides the friction; 0..MAP_LOAD_MAX */
     size_t load_count;             /* [-] 1..MAP_LOADS_MAX */
-    bool ideal;                    /* [-] inverter and sensors without error */
+    bool columns[MAP_ADAPTATIONS]; /* [-] which of them to run; at least one */
+    const scenario_t *scenario;    /* what to run on; NULL: the conditions above */
+    bool ideal;                    /* [-] inverter and sensors without error; not with a scenario */
     bool averaged;                 /* [-] mean voltages instead of every gate edge */
     uint64_t seed;                 /* of all noise, the same for every point */
-    double settle;                 /* [s] before the window */
-    double window;                 /* [s] rounded up to whole electrical periods */
+    double settle;                 /* [s] before the window, adaptation off */
+    double learn;  /* [s] the same with it on, from 20 Hz electrical up; slower more, at most twice as much */
+    double window; /* [s] rounded up to whole electrical turns */
+    double turns;  /* [-] of them at least, whole: what noise leaves of the mean falls with their number */
 } map_setup_t;
 
 typedef struct {
     /* which */
-    double rpm;                /* reference [r/min], sign = direction */
-    double load;               /* [N m] */
-    map_deviation_t deviation; /* [-] */
+    double rpm;                  /* as asked for [r/min], sign = direction */
+    double load;                 /* [N m] */
+    map_deviation_t deviation;   /* [-] */
+    map_adaptation_t adaptation; /* [-] */
     /* what came of it, over the window */
-    double mean_mrad; /* of theta_hat - theta [mrad] */
-    double sd_mrad;   /* standard deviation about the mean [mrad] */
-    double peak_mrad; /* largest magnitude, mean included [mrad] */
-    double
-        theory_mrad; /* what the deviation adds to the mean [mrad]; NAN: no number is known, or not locked */
-    double true_rpm; /* mean of the rotor's speed [r/min] */
-    double i_q;      /* mean of the true one [A] */
-    int32_t fault;   /* [-] the drive's reason; 0: none */
-    bool locked;     /* [-] see map_run */
+    double mean_mrad;   /* of theta_hat - theta [mrad] */
+    double sd_mrad;     /* standard deviation about the mean [mrad] */
+    double peak_mrad;   /* largest magnitude, mean included [mrad] */
+    double theory_mrad; /* what R and L as they are believed make of the mean [mrad]; NAN: not locked, or no
+                           deviation of theirs nor of psi_f, nor nominal */
+    double true_rpm;    /* mean of the rotor's speed [r/min] */
+    double i_d, i_q;    /* means, in the frame of the estimate [A] */
+    double inductance;  /* L_q as believed, mean [H] */
+    double confidence;  /* in it, the drive's own, mean [-] */
+    int32_t fault;      /* [-] the drive's reason; 0: none */
+    bool locked;        /* [-] see map_run */
 } map_point_t;
 
 /* Judgement of one claim of theory over all points that it speaks of. */
@@ -90,11 +116,19 @@ typedef struct {
     size_t judged;            /* [-] points */
     size_t lost;              /* [-] points that are not locked: nothing can be said of them */
     bool met;                 /* [-] every point is judged, and within the limit */
+    bool silent;              /* [-] the claim speaks of none of the points */
 } map_verdict_t;
 
 typedef enum {
-    MAP_CLAIM_INDUCTANCE, /* L rows: distance of the mean from that of the nominal row plus theory_mrad */
-    MAP_CLAIM_NO_EFFECT,  /* psi_f and R rows: the same with nothing added */
+    /* L rows, with the L that the drive believed at the time: how far the mean lies from the nominal row's,
+     * theory taken off both. */
+    MAP_CLAIM_INDUCTANCE,
+    /* psi_f and R rows, adaptation off: the same, beyond a fifth of what theory says. A dither of i_d makes R
+     * an error that swings. */
+    MAP_CLAIM_NO_EFFECT,
+    /* L rows with adaptation, where the drive is sure of its L: how far the mean lies from the nominal row's.
+     */
+    MAP_CLAIM_LEARNT,
     MAP_CLAIMS
 } map_claim_t;
 
@@ -102,11 +136,9 @@ typedef struct {
     char text[POOL_WHY]; /* one line */
 } map_error_t;
 
-/* The map as the command line draws it without options: 101 to 1490 r/min, no load and 5 N m. None of the
- * speeds is a whole number of samples per revolution, whatever the carrier: each has a prime factor that
- * 60 x 150e6 does not have. At one that is, the same instants are sampled in every turn, and the mean depends
- * on the start angle (0.5 mrad at 500 r/min). Until the window the drive has
- * trimmed away what offset it finds while turning; its noise leaves 0.2 mrad of the mean at 101 r/min. */
+/* The map as the command line draws it without options: 100 to 1490 r/min, no load and 5 N m, both columns.
+ * Until the window the drive has trimmed away what offset it finds while turning; its noise leaves 0.2 mrad
+ * of the mean at 100 r/min. */
 map_setup_t map_setup_default(void);
 
 /* "L +20 %"; "nominal". */
@@ -115,18 +147,38 @@ const char *map_deviation_name(map_deviation_t deviation);
 /* How many points the setup makes. */
 size_t map_count(const map_setup_t *setup);
 
-/* Length of a point's window [periods of the PWM]: as many whole electrical periods as setup->window needs,
- * to the nearest sample. */
-uint32_t map_window(const map_setup_t *setup, double rpm);
+/* Plant, parameters and sensors of a scenario, as they are before t = 0, and its loads (magnitudes of
+ * plant.load_torque, those of its events included) in the place of the setup's; if speed_count is 0, its
+ * speeds (of speed_request) likewise. The scenario must outlive the setup. false: `error` says which setting
+ * of the file no point can be made of. */
+bool map_of_scenario(map_setup_t *setup, const scenario_t *scenario, scenario_error_t *error);
+
+/* "off", "on" */
+const char *map_adaptation_name(map_adaptation_t adaptation);
+
+/* The point of these; NULL: the map has none. */
+const map_point_t *map_find(const map_point_t *points, size_t count, map_deviation_t deviation, double rpm,
+                            double load, map_adaptation_t adaptation);
+
+/* Of a point: at which speed it runs [r/min] (see "Any speed" above), and for how many periods of the PWM it
+ * is averaged, which are, to the nearest, whole electrical ones, as many as setup->window needs, and
+ * setup->turns. */
+typedef struct {
+    double rpm;
+    uint32_t periods;
+} map_window_t;
+map_window_t map_window(const map_setup_t *setup, double rpm);
 
 /* Runs all points, in this many threads (at least 1), and fills points[map_count]: deviation by deviation,
- * load by load, speeds ascending from the fastest reverse one. A point is locked if at the end no fault is
- * latched and the drive is on, |mean| and SD are below 250 mrad and the true mean speed is within 5 % or
- * 10 r/min of the reference, whichever is more; one that is not has its numbers all the same, and a point
- * whose fault came before the window has those of a rotor running out. false: `why` says what was refused. */
+ * load by load, adaptation off and on, speeds ascending from the fastest reverse one. A point is locked if at
+ * the end no fault is latched and the drive is on and runs on the estimate, |mean| and SD are below 250 mrad
+ * and the true mean speed is within 5 % or 10 r/min of the reference, whichever is more; one that is not has
+ * its numbers all the same, and a point whose fault came before the window has those of a rotor running out.
+ * false: `why` says what was refused. */
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why);
 
-/* Judges one claim over points from map_run. A map without the rows of a claim does not meet it. */
+/* Judges one claim over points from map_run. A map without points of a claim does not meet it, nor
+ * contradict it. */
 map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t claim);
 
 #endif

@@ -155,15 +155,17 @@ static void judge_map(paper_t *paper)
     static const struct {
         const char *id, *claim;
     } claims[MAP_CLAIMS] = {
-        [MAP_CLAIM_INDUCTANCE] = {"inductance", "L off by 20 %: distance from -atan(dL i_q/psi_f)"},
+        [MAP_CLAIM_INDUCTANCE] = {"inductance", "L off by 20 %: distance from -asin(dL i_q/psi_f)"},
         [MAP_CLAIM_NO_EFFECT] = {"no_effect", "psi_f off by 10 %, R by 50 %: what they move the mean by"},
+        [MAP_CLAIM_LEARNT] = {"learnt",
+                              "L off by 20 %, adaptation on and sure: what is left of it in the mean"},
     };
     for (map_claim_t n = MAP_CLAIM_INDUCTANCE; n < MAP_CLAIMS; n++) {
         const map_verdict_t verdict = map_judge(paper->points, paper->point_count, n);
         char condition[240];
         snprintf(
             condition, sizeof condition,
-            "every gate edge; worst of %zu points, 101 to 1490 r/min in both directions, no load and 5 N "
+            "every gate edge; worst of %zu points, 100 to 1490 r/min in both directions, no load and 5 N "
             "m; vector sigmoid, exact lag, PLL 200 rad/s, omega_c 50 rad/s; inverter compensated",
             verdict.judged);
         const claim_t claim = paper_claim_of_theory(BEYOND_MAP, claims[n].id, claims[n].claim, "mrad", 0.0,

@@ -1,9 +1,16 @@
 #include "host_sim/lab/paper_drive.h"
 
 const setting_t paper_drive[] = {
-    {"params.position_source", 0.0},       {"params.speed_kp", 0.5},          {"params.speed_ki", 2.5},
-    {"params.speed_setpoint_weight", 1.0}, {"params.low_speed_current", 0.0}, {"params.speed_feedback", 1.0},
+    {"params.position_source", 0.0},
+    {"params.speed_kp", 0.5},
+    {"params.speed_ki", 2.5},
+    {"params.speed_setpoint_weight", 1.0},
+    {"params.low_speed_current", 0.0},
+    {"params.speed_feedback", 1.0},
     {"params.inductance_adaptation", 0.0},
+    {"params.dead_time_adaptation", 0.0},
+    {"params.inertia_adaptation", 0.0},
+    {"params.torque_feedforward", 0.0},
 };
 const size_t paper_drive_count = sizeof paper_drive / sizeof paper_drive[0];
 

@@ -45,8 +45,11 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
     [BEYOND_BANDWIDTH] = {"beyond_bandwidth", "tracking error through speed steps over bandwidth",
                           "feed-forward needs no bandwidth to track; told the torque, the loop hardly errs",
                           NULL},
-    [BEYOND_MAP] = {"beyond_map", "what wrong beliefs about machine and sensors cost",
-                    "a wrong L turns the angle by -atan(dL i_q/psi_f); wrong R and psi_f do not", NULL},
+    [BEYOND_MAP] =
+        {"beyond_map", "what wrong beliefs about machine and sensors cost",
+         "a wrong L turns the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what the drive "
+         "learns takes L and dead time away",
+         NULL},
 };
 
 const char *const load_names[2] = {"nl", "rated"};

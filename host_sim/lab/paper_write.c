@@ -132,11 +132,12 @@ static void write_beyond_bandwidth(const paper_t *paper, FILE *file)
 
 static void write_beyond_map(const paper_t *paper, FILE *file)
 {
-    fprintf(file,
-            "deviation[text],load[N m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],theory[mrad],lost[-]\n");
+    fprintf(file, "deviation[text],adaptation[text],load[N "
+                  "m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],theory[mrad],lost[-]\n");
     for (size_t n = 0; n < paper->point_count; n++) {
         const map_point_t *point = &paper->points[n];
-        fprintf(file, "%s,%g,%g", map_deviation_name(point->deviation), point->load, point->rpm);
+        fprintf(file, "%s,%s,%g,%g", map_deviation_name(point->deviation),
+                map_adaptation_name(point->adaptation), point->load, point->rpm);
         write_number(file, point->mean_mrad);
         write_number(file, point->sd_mrad);
         write_number(file, point->peak_mrad);

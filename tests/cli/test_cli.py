@@ -193,30 +193,53 @@ class CommandLine(unittest.TestCase):
         done = lagless("map", "--ideal", "--speeds", "1013,300", "--json")
         self.expect(0, done)
         points = json.loads(done.stdout)
-        self.assertEqual(7 * 2 * 2 * 2, len(points))
+        self.assertEqual(7 * 2 * 2 * 2 * 2, len(points))
         for point in points:
-            self.assertEqual(["rpm", "load_nm", "deviation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point))
+            self.assertEqual(["rpm", "load_nm", "deviation", "adaptation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point))
             self.assertIs(True, point["locked"])
         self.assertEqual([-1013, -300, 300, 1013], [point["rpm"] for point in points[:4]])
-        # (5 + 1.32) N m / 1.098 N m/A = 5.756 A; -atan(2.5 mH 5.756 A / 0.183 Wb) = -78.5 mrad, against theory within 2
-        turned, = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
+        self.assertEqual([0, 0, 5, 5], [point["load_nm"] for point in points[:16:4]])
+        self.assertEqual(["off", "on", "off", "on"], [point["adaptation"] for point in points[:16:4]])
+        # (5 + 1.32) N m / 1.098 N m/A = 5.756 A; -atan(2.5 mH 5.756 A / 0.183 Wb) = -78.5 mrad, against theory within 2; learnt
+        # to 3 %, an eighth of it
+        turned, learnt = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
         self.assertAlmostEqual(-78.5, turned, delta=2.0)
+        self.assertAlmostEqual(0.0, learnt, delta=12.0)
 
     def test_map_prints_a_table_with_its_verdicts(self):
-        done = lagless("map", "--ideal", "--speeds", "500")
-        self.expect(0, done, "L +20 %", "theory", "met     L wrong", "met     psi_f, R wrong")
-        self.assertEqual(4, done.stdout.count("nominal   "))
+        done = lagless("map", "--ideal", "--speeds", "500", "--adaptation", "off")
+        self.expect(0, done, "L +20 %", "theory", "met     L wrong", "met     psi_f, R wrong", "no such point", "forward, off")
+        self.assertEqual(2, done.stdout.count("nominal   "))
+        self.assertNotIn("forward, on", done.stdout)
+
+    def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_tells_its_title(self):
+        path = os.path.join(self.folder, "my.toml")
+        with open(path, "w") as file:
+            file.write('schema = 1\ntitle = "My drive"\n[run]\nduration = "1 s"\n[requests]\nspeed_request = "700 r/min"\n'
+                       '[plant]\nload_torque = 3\n[rig]\nfidelity = "averaged"\n')
+        done = lagless("map", path, "--adaptation", "off")
+        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     L wrong")
+        self.assertEqual(1, done.stdout.count("nominal   "))
+        self.expect(2, lagless("map", path, "--speeds", "700,2500"), path + ": ", "speed_request", "2500 r/min")
+        self.expect(2, lagless("map", path, "--ideal"), "--ideal", "not with a scenario")
+        self.expect(2, lagless("map", path, path), "one scenario at a time")
+        with open(path, "a") as file:
+            file.write('[[at]]\ntime = 0.5\nrequests.speed_request = "5 r/min"\n')
+        self.expect(2, lagless("map", path), path + ":13:", "speed_request", "5 r/min; a map accepts 10 r/min or more")
+        with open(path, "a") as file:
+            file.write('plant.load_torqe = 3\n')
+        self.expect(2, lagless("map", path), path + ":14:", "load_torqe", "nearest: load_torque")
 
     def test_map_that_contradicts_theory_gives_1(self):
         # 10 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
-        self.expect(1, lagless("map", "--ideal", "--speeds", "10"), "FAILED")
-        done = lagless("map", "--ideal", "--speeds", "10", "--json")
+        self.expect(1, lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off"), "FAILED")
+        done = lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED")
         self.assertNotIn("FAILED", done.stdout)
         self.assertIn(False, [point["locked"] for point in json.loads(done.stdout)])
 
     def test_map_writes_its_points_also_if_the_picture_fails(self):
-        done = lagless("map", "--ideal", "--speeds", "500", "--out", self.folder,
+        done = lagless("map", "--ideal", "--speeds", "500", "--adaptation", "off", "--out", self.folder,
                        env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
         self.expect(3, done, "no picture was drawn", "map.json")
         with open(os.path.join(self.folder, "map.json")) as file:
@@ -224,7 +247,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual({"nominal"}, {point["deviation"] for point in points} - {"L +20 %", "L -20 %", "R +50 %", "R -50 %",
                                                                                 "psi_f +10 %", "psi_f -10 %"})
         for point in points:
-            self.assertEqual(point["deviation"].startswith("L "), point["theory_mrad"] is not None)
+            self.assertIsNotNone(point["theory_mrad"])
+            self.assertAlmostEqual({"L +20 %": 0.015, "L -20 %": 0.01}.get(point["deviation"], 0.0125), point["inductance_h"], 6)
 
     def test_paper_is_a_list_of_rows_with_these_keys(self):
         done = lagless("paper", "fig08", "fig12", "--json", cwd=self.folder)
@@ -269,7 +293,7 @@ class CommandLine(unittest.TestCase):
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
                 (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
-                (["map", "x"], "no argument"),
+                (["map", "no_such"], "neither a file nor a scenario"), (["map", "--adaptation", "x"], "accepted off, on, both"),
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
                 (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),

@@ -64,6 +64,15 @@ ENDS = [("pop      {r4, pc}", "return"), ("ldr      pc, [sp], #4", "return"), ("
         ("cbz      r3, #0x3746", "branch")]
 
 
+KINDS = [("vmul.f32 s10, s13, s11", "float arithmetic"), ("vdiv.f32 s10, s13, s11", "float arithmetic"),
+         ("vcmpe.f32 s10, s13", "compare of floats"), ("vmrs     apsr_nzcv, fpscr", "compare of floats"),
+         ("vldr     s10, [pc, #0x35c]", "constant"), ("vldr     s15, [r0]", "load"), ("ldrd     r0, r3, [r4, #8]", "load"),
+         ("str      r3, [r1, #0x10]", "store"), ("vmovmi.f32 s19, s10", "move between registers"),
+         ("ite      mi", "choice (IT)"), ("beq.w    #0x3746", "branch"), ("bl       #0x2300", "call, return"),
+         ("addw     r3, r4, #0x60c", "integer"), ("push.w   {r4, r5, r6, lr}", "registers saved, structs copied"),
+         ("ldm      r3, {r0, r1, r2, r3}", "registers saved, structs copied")]
+
+
 def weights(line, literals=()):
     names, _ = cost.classify(*line.split(maxsplit=1), literals)
     return [cost.WEIGHTS[name] for name in names]
@@ -117,6 +126,27 @@ class Model(unittest.TestCase):
         self.assertEqual(asked, [0x1010])
         self.assertEqual(block.classes, {cost.NEAR: 3, cost.FAR: 1, cost.LONG: 1, "return": 1})
         self.assertEqual((block.count, block.end, block.following), (3, "return", 0x100A))
+
+    def test_instructions_are_told_apart_by_what_they_do(self):
+        for line, expected in KINDS:
+            with self.subTest(line):
+                self.assertEqual(cost.kind_of(*line.split(maxsplit=1)), expected)
+
+    def test_all_that_a_copy_runs_counts_as_copying(self):
+        listing = [(0x1000, 4, "ldr", "r3, [r1], #4"), (0x1004, 2, "subs", "r2, #4")]
+        self.assertEqual(cost.Block(listing).kinds, {"load": 1, "integer": 1})
+        self.assertEqual(cost.Block(listing, copying=True).kinds, {"registers saved, structs copied": 2})
+
+    def test_kinds_are_the_mean_of_interrupts_and_those_of_the_laws_are_summed(self):
+        block = cost.Block([(0x1000, 4, "vadd.f32", "s0, s0, s1"), (0x1004, 4, "vldr", "s1, [r0]"), (0x1008, 2, "b.n", "#0x1000")])
+        once, thrice = cost.Interrupt(), cost.Interrupt()
+        once.enter(block)
+        for _ in range(3):
+            thrice.enter(block)
+        self.assertEqual(cost.kinds_of([once, thrice]), {"float arithmetic": 2, "load": 2, "branch": 2})
+        table = {line[:54].strip(): line[54:].split() for line in cost.kinds_table({"mean": [once, thrice]}).splitlines()}
+        self.assertEqual(table["together: calculated, from what, and into what"], ["4"])
+        self.assertEqual(table["all"], ["6"])
 
     def test_cycles_are_the_sum_over_the_classes(self):
         self.assertEqual(cost.cycles({cost.NEAR: 79, cost.FAR: 200, "division": 2}, cost.WEIGHTS),

@@ -337,9 +337,9 @@ class FaultTest(unittest.TestCase):
 
 
 class ManoeuvreTest(unittest.TestCase):
-    # Ready after 64 + 512 samples, two periods until the gates are on, 20 ms of catch, and two alignments, each of 8 over the
+    # Ready after 64 + 512 samples, two periods until the gates are on, 20 ms of catch, and an alignment of 16 over the
     # pendulum's frequency sqrt(p K_t I / J).
-    ALIGNED = 64 + 512 + 2 + 200 + 2 * round(1e4 * 8 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
+    ALIGNED = 64 + 512 + 2 + 200 + round(1e4 * 16 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
 
     def test_until_manoeuvre_stops_in_the_period_that_begins_it(self):
         text, where, drive, before, run, again = session(

@@ -195,6 +195,23 @@ class Loop(unittest.TestCase):
         for share in (0.7, 1.3):
             self.assertAlmostEqual(ramp(200.0, 50.0, 100.0, share=share)[1] / alone, 0.3, delta=0.01)
 
+    def test_inertia_of_a_way_with_a_load_that_grows_with_the_speed(self):
+        k, viscous, target = 69.0, 1e-3, 500.0
+        omega, time, way, tail = 0.0, 0.0, None, None
+        total, push = 0.0, 6.0
+        while tail is None:
+            if way is None and target - omega < 8.0:
+                way = (omega, total, time)
+            pushed = push if way is None else 20.0 * (target - omega) / k
+            total += (pushed + viscous * omega) * T
+            omega += k * pushed * T
+            time += T
+            if way is not None and time - way[2] >= 0.15:
+                tail = (omega - way[0], total - way[1], time - way[2])
+        r = way[2] / (2 * tail[2])
+        self.assertAlmostEqual((way[0] - r * tail[0]) / (way[1] - r * tail[1]) / k, 1.0, delta=0.005)
+        self.assertLess(way[0] / way[1] / k, 0.98)  # without the tail
+
     def test_peak_after_a_step_of_acceleration(self):
         wn = natural_frequency(200.0, 50.0)
         self.assertAlmostEqual(wn / 50.0, 1.04, delta=0.005)

@@ -139,6 +139,7 @@ static const expected_t expected[] = {
 
     {"beyond_map.inductance.real", HOLDS, 0.0, 2.0},
     {"beyond_map.no_effect.real", HOLDS, 0.0, 0.3},
+    {"beyond_map.learnt.real", HOLDS, 0.0, 2.0},
 };
 /* clang-format on */
 #define EXPECTED (sizeof expected / sizeof expected[0])

@@ -61,6 +61,8 @@ static inline void run_paper_drive(rig_t *rig)
     run_put(rig, "speed_setpoint_weight", 1.0);
     run_put(rig, "inductance_adaptation", 0.0);
     run_put(rig, "dead_time_adaptation", 0.0);
+    run_put(rig, "inertia_adaptation", 0.0);
+    run_put(rig, "torque_feedforward", 0.0);
     run_parameter(rig, "low_speed_current", 0.0);
 }
 

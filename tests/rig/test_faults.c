@@ -360,7 +360,7 @@ static void test_sensorless_start_from_rest_needs_one_try(void)
 }
 
 /* The shaft seizes: the EMF is gone at once, and within 20 ms the rotor counts as lost. It is not found,
- * three starts find it held, and the drive stops: each is a catch or a pause, two alignments of 8 over the
+ * three starts find it held, and the drive stops: each is a catch or a pause, an alignment of 16 over the
  * pendulum's frequency w_n = sqrt(p K_t I/J), and a ramp. The EMF of 46 V that is gone surges through L
  * before the current control sees it: 46 V/(e L 1000 rad/s) = 1.4 A on top of the limit, for which there must
  * be room below the trip. */
@@ -368,7 +368,7 @@ static void test_seized_shaft_is_started_three_times_and_then_stops_the_drive(vo
 {
     const double limit = rig_value(rig, "overcurrent_trip") / 1.5;
     const double natural = sqrt(4.0 * 1.5 * 4.0 * 0.183 * limit / rig_value(rig, "motor_inertia"));
-    const double aligning = 3.0 * 2.0 * 8.0 / natural;
+    const double aligning = 3.0 * 16.0 / natural;
     run_put(rig, "current_limit", limit);
     run_parameter(rig, "position_source", 1.0);
     run_seconds(rig, 0.5);

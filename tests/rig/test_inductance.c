@@ -86,7 +86,7 @@ static void to_speed(bool light, double rpm, double believed, const wrong_t *wro
 
 static void learn(void)
 {
-    run_parameter(rig, "inductance_adaptation", 2.0);
+    run_parameter(rig, "inductance_adaptation", 3.0);
 }
 
 static double ratio(void)

@@ -581,7 +581,7 @@ static void test_bare_motor_is_calm_at_100_rpm(void)
         printf("  100 r/min, %s: mean %.1f, SD %.1f, peak %.1f mrad\n", name_of(&drive), 1e3 * mean, 1e3 * sd,
                1e3 * standing.peak);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
-        expect_at_most("mean", 3.2, mean);
+        expect_at_most("mean", 8.0, mean); /* the dead time is learnt to 0.5 % with an angle that hunts */
         expect_at_most("SD", 18.0, sd);
         expect_at_most("peak", 139.0, standing.peak);
     }

@@ -355,7 +355,7 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 /* [s] from rest until the lock counts as lost: 5 ms of its low-passes and 5 of the debounce, three times */
 #define TOLD 0.03
 
-/* [s] for three starts of this shaft: each 20 ms of catch or 0.3 s of pause, two alignments of 0.3 s, and a
+/* [s] for three starts of this shaft: each 20 ms of catch or 0.3 s of pause, an alignment of 0.6 s, and a
  * ramp of 0.3 to 0.8 s until the EMF is missed */
 #define STARTED 5.0
 

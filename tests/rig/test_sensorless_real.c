@@ -122,27 +122,30 @@ static void test_switched_inverter(void)
     expect_required(SWITCHED);
 }
 
-/* The averaged inverter has the losses of the edges: the drive sees the same, seed and all. */
+/* The averaged inverter has the losses of the edges: the drive sees the same. At 100 r/min the scatter is
+ * that of the noise. Limits: the worst on both boards, times 1.5. */
 static void test_averaged_and_switched_agree(void)
 {
-    for (int32_t point = 2; point < 2 * SPEEDS; point++) { /* 100 r/min: twice the scatter of either */
+    for (int32_t point = 2; point < 2 * SPEEDS; point++) {
         const double rpm = compensated[point / 2].rpm;
         const double load = (point & 1) != 0 ? LOAD_WITH_ROOM : 0.0;
         const run_error_t averaged = measure("compensated", AVERAGED, NULL, 0, rpm, load, 2.0);
         const run_error_t switched = measure("compensated", SWITCHED, NULL, 0, rpm, load, 2.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.3, switched.mean, averaged.mean);
-        TEST_ASSERT_DOUBLE_WITHIN(0.1, switched.sd, averaged.sd);
+        TEST_ASSERT_DOUBLE_WITHIN(0.12, switched.mean, averaged.mean);
+        TEST_ASSERT_DOUBLE_WITHIN(0.075, switched.sd, averaged.sd);
     }
 }
 
-/* Gains by rule and the current that keeps out of the dead time's zone. Limits: the worst of 16 seeds in both
- * directions and fidelities, on both boards, times 1.5. */
+/* Gains by rule, the current that keeps out of the dead time's zone, inductance and dead time learnt. Limits:
+ * the worst of 16 seeds in both directions and fidelities, on both boards, times 1.5, of the drive that does
+ * not learn; but for what learning may add, means of 0.1 % of the dead time at low speed without load, and an
+ * SD of half a mrad by the dither. */
 static void test_default_speed_control_and_low_speed_current(void)
 {
     static const limits_t by_rule[] = {
-        {100.0, {0.65, 2.15}, {1.75, 3.5}, {12.0, 38.5}}, {313.0, {0.22, 1.3}, {0.86, 0.76}, {3.7, 4.6}},
-        {503.0, {1.07, 1.48}, {1.5, 0.61}, {6.3, 4.6}},   {1013.0, {2.57, 1.4}, {0.61, 0.48}, {4.9, 3.3}},
-        {1490.0, {3.4, 1.25}, {0.51, 0.5}, {5.2, 2.9}},
+        {100.0, {1.6, 2.15}, {1.75, 3.5}, {12.0, 38.5}}, {313.0, {0.6, 1.3}, {0.9, 0.8}, {3.7, 4.6}},
+        {503.0, {1.07, 1.48}, {1.5, 0.8}, {6.3, 4.6}},   {1013.0, {2.57, 1.4}, {0.8, 0.8}, {4.9, 3.3}},
+        {1490.0, {3.4, 1.25}, {0.8, 0.8}, {5.2, 2.9}},
     };
     for (int32_t point = 0; point < 8 * SPEEDS; point++) {
         const limits_t *limits = &by_rule[point / 8];

@@ -75,6 +75,7 @@
     X(psi_f_hat)                                                                                             \
     X(inductance_hat)                                                                                        \
     X(inductance_confidence)                                                                                 \
+    X(inertia_hat)                                                                                           \
     X(u_alpha)                                                                                               \
     X(u_beta)                                                                                                \
     X(dead_time_hat)                                                                                         \
@@ -133,8 +134,8 @@ static sample_t record[STRETCHES * LENGTH];
 #define DROP 1e-4 /* [V] */
 
 static stretch_t stretches[STRETCHES];
-static double settings_period, settings_resistance, settings_inductance, settings_gain, settings_slope,
-    settings_kp, settings_mean_share, settings_encoder, settings_zero[3], settings_dead;
+static double settings_period, settings_resistance, settings_inductance, settings_inertia, settings_gain,
+    settings_slope, settings_kp, settings_mean_share, settings_encoder, settings_zero[3], settings_dead;
 
 /* ---- the run ---- */
 
@@ -345,6 +346,7 @@ static void run_all(void)
     settings_period = RIG_PERIOD_SECONDS;
     settings_resistance = rig_value(rig, "motor_resistance");
     settings_inductance = rig_value(rig, "motor_inductance_q");
+    settings_inertia = rig_value(rig, "motor_inertia");
     settings_gain = rig_value(rig, "observer_gain");
     settings_slope = rig_value(rig, "observer_slope");
     settings_encoder = rig_value(rig, "encoder_bandwidth");
@@ -595,6 +597,7 @@ static bool estimate(const stretch_t *s, uint32_t k)
     EXPECT(e_beta, cimag(e), 0.06 * size + step)
     EXPECT(e_amplitude, size, 0.06 * size + step)
     EXPECT(inductance_hat, settings_inductance, 0.0)
+    EXPECT(inertia_hat, settings_inertia, 0.0)
     if (s->settled) {
         EXPECT(psi_f_hat, FLUX, 0.01 * FLUX)
         const double complex off = clarke(EXTRA, 0.0, -EXTRA);

@@ -243,7 +243,7 @@ static void cold_start(void)
     set("friction_coulomb", 0.05);
     set("pll_bandwidth", 400.0);
     set("feedforward_cutoff", 125.0);
-    set("start_align_time", 0.02);
+    set("start_align_time", 0.04);
     set("start_ramp", 300.0);
     apply();
     set("speed_request", 300.0 * RPM);

@@ -95,6 +95,11 @@ static inline void twin_set_flux(twin_t *est, float flux_linkage, float speed_pe
     twin_show(est);
 }
 
+static inline void twin_set_load(twin_t *est, float current)
+{
+    fixed_set_load(&est->fixed, current);
+}
+
 static inline void twin_reset(twin_t *est, position_t start, ab_t current)
 {
     fixed_reset(&est->fixed, start, current);
@@ -173,6 +178,7 @@ static inline bool twin_skips(const char *test)
 #define estimator_take         twin_take
 #define estimator_init         twin_init
 #define estimator_set_flux     twin_set_flux
+#define estimator_set_load     twin_set_load
 #define estimator_reset        twin_reset
 #define estimator_step         twin_step
 #define estimator_coast        twin_coast

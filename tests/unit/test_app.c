@@ -524,6 +524,35 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     TEST_ASSERT_EQUAL_UINT32(0u, app->drive.offered);
 }
 
+/* The speed control's gains go with J at once; the tracking loop is told of the torque when J is known. */
+static void test_learnt_inertia_goes_into_gains_and_torque(void)
+{
+    params_error_t why;
+    app->staged.inertia_adaptation = INERTIA_ON;
+    app->staged.torque_feedforward = 1.0f;
+    TEST_ASSERT_TRUE(app_apply(&why));
+    interrupt();
+    const float kp = app->drive.manoeuvres.run.speed.pi.tuning.kp;
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.doubt.tuning.acceleration_known);
+    inertia_t *inertia = &app->drive.inertia;
+    inertia->learnt.value = 1.5f * inertia->learnt.from;
+    inertia->ways = INERTIA_KNOWN - 1u;
+    from_here();
+    periods(1000u);
+    background();
+    interrupt();
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f * kp, 1.5f * kp, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_UINT32(0u, app->drive.doubt.tuning.acceleration_known);
+    inertia->ways = INERTIA_KNOWN;
+    from_here();
+    periods(1000u);
+    background();
+    interrupt();
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.doubt.tuning.acceleration_known);
+    TEST_ASSERT_EQUAL_FLOAT(1.5f * inertia->learnt.from, inertia->learnt.value);
+    TEST_ASSERT_FALSE(interrupts_wrong);
+}
+
 /* A set that waits to be taken is not lost to what is learnt meanwhile. */
 static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
 {
@@ -581,6 +610,7 @@ int main(void)
     RUN_TEST(test_what_is_learnt_is_offered_where_it_has_moved);
     RUN_TEST(test_what_the_drive_cannot_run_on_is_not_believed);
     RUN_TEST(test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves);
+    RUN_TEST(test_learnt_inertia_goes_into_gains_and_torque);
     RUN_TEST(test_what_is_learnt_goes_with_a_set_that_still_waits);
     RUN_TEST(test_requests_are_taken_with_interrupts_off);
     return UNITY_END();

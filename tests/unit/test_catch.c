@@ -12,14 +12,20 @@
 #define WHOLE     200u  /* [periods] */
 #define LINK      1e4f  /* [V] more than any EMF here */
 #define LENGTH    330.0 /* [rad/s] cutoff of the EMF's length */
+#define EMF       600.0 /* [rad/s] cutoff of the EMF in its own frame */
 #define SEEN      20u   /* [periods] 2 ms: its mean begins */
+#define SETTLED   40u   /* [periods] 4 ms: the speed is believed */
+#define SURE      100u  /* [periods] 10 ms */
 
 static catch_t catching;
 
 void setUp(void)
 {
-    const catch_params_t params = {
-        .flux_linkage = (float)PSI, .speed_min = (float)SPEED_MIN, .doubtful = 0.1f, .period = (float)T};
+    const catch_params_t params = {.flux_linkage = (float)PSI,
+                                   .speed_min = (float)SPEED_MIN,
+                                   .doubtful = 0.1f,
+                                   .current_d = 2.0f,
+                                   .period = (float)T};
     const catch_tuning_t tuning = catch_prepare(&params);
     memset(&catching, 0x55, sizeof catching);
     catch_init(&catching, &tuning);
@@ -72,6 +78,8 @@ static double kept(uint32_t periods)
     return exp(-LENGTH * T * periods);
 }
 
+/* The low-pass of the EMF begins with nothing, as if it had been -e exp(-(w_c + j omega) t) more until then:
+ * of that exp(-3) is left after 10 ms. Else its lag is taken off exactly. */
 static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
 {
     static const double speeds[] = {8.0, 12.0, 32.0, 100.0, 300.0, 1000.0, 3000.0, 5000.0};
@@ -82,7 +90,7 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
                 const caught_t caught = catch_of(omega, start, 0.0);
                 TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
                 TEST_ASSERT_TRUE(caught.periods <= WHOLE);
-                const position_t rotor = catch_position(&catching, as_ab(caught.emf));
+                const position_t rotor = catch_position(&catching);
                 TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
                 TEST_ASSERT_DOUBLE_WITHIN(1e-6 * speeds[n], omega, (double)rotor.omega_e);
             }
@@ -167,7 +175,10 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
     }
 }
 
-/* The error moves the EMF's angle by no more than asin of its share, its mean length by no more than it. */
+/* The error moves the EMF's mean length by no more than itself, and with it the speed; the EMF's angle by no
+ * more than asin of its share. That share grows as the lag is taken off by abs(1 + j omega/w_c), the speed
+ * that is wrong by SPEED_MIN leaves atan(SPEED_MIN/w_c) of the lag, and what the low-pass began with exp(-w_c
+ * t). */
 static void test_rotor_is_caught_beside_such_an_error(void)
 {
     const double length = PSI * SPEED_MIN;
@@ -176,7 +187,7 @@ static void test_rotor_is_caught_beside_such_an_error(void)
             const double omega = way * 10.0 * SPEED_MIN;
             const caught_t caught = catch_of(omega, 0.3, length * cexp((double complex)I * angle));
             TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
-            const position_t rotor = catch_position(&catching, as_ab(caught.emf));
+            const position_t rotor = catch_position(&catching);
             TEST_ASSERT_DOUBLE_WITHIN(asin(0.1) + 1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
             TEST_ASSERT_DOUBLE_WITHIN(SPEED_MIN, omega, (double)rotor.omega_e);
         }
@@ -242,6 +253,70 @@ static void test_current_takes_every_leg_out_of_doubt(void)
     TEST_ASSERT_TRUE(0.5f * catching.tuning.current > 0.1f);
 }
 
+static double complex as_complex(ab_t value)
+{
+    return (double)value.alpha + (double complex)I * (double)value.beta;
+}
+
+/* Nobody knows an axis before 4 ms are over; within 10 ms it is the rotor's d axis, in which a current makes
+ * no torque. */
+static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_axis_then(void)
+{
+    static const double speeds[] = {42.0, 100.0, 628.0};
+    for (int n = 0; n < 3; n++) {
+        for (int way = -1; way <= 1; way += 2) {
+            catch_enter(&catching, WHOLE, 0.0f);
+            for (uint32_t k = 1u; k < 150u; k++) {
+                const double theta = 0.4 + way * speeds[n] * T * k;
+                (void)step(emf_of(way * speeds[n], theta), LINK);
+                const double complex current = as_complex(catch_current(&catching));
+                if (k < SETTLED) {
+                    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, cabs(current - 0.3));
+                } else if (k >= SURE) {
+                    const double complex expected = 2.0 * cexp((double complex)I * theta);
+                    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(current - expected));
+                }
+            }
+        }
+    }
+}
+
+/* Of a rotor that stands there is no d axis, whatever the voltage error. */
+static void test_current_stays_along_phase_a_without_a_rotor(void)
+{
+    for (uint32_t k = 1u; k < WHOLE; k++) {
+        (void)step(5.0, LINK);
+        TEST_ASSERT_EQUAL_FLOAT(0.3f, catch_current(&catching).alpha);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_current(&catching).beta);
+    }
+}
+
+/* A board that asks for less along the d axis than what clears the zone gets that. */
+static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
+{
+    const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, (float)T};
+    const catch_tuning_t tuning = catch_prepare(&params);
+    TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
+}
+
+/* Of what changes its sign in every period across the EMF, 0.2 rad of its angle, a low-pass of share a leaves
+ * a/(2 - a); of where it began, exp(-t 600 rad/s). */
+static void test_angle_is_freed_of_noise(void)
+{
+    const double omega = 42.0;
+    const double decay = exp(-EMF * T);
+    const double leaves = (1.0 - decay) / (1.0 + decay);
+    for (uint32_t k = 1u; k < WHOLE; k++) {
+        const double theta = omega * T * k;
+        const double noise = k % 2u == 0u ? 0.2 : -0.2;
+        (void)step(emf_of(omega, theta) * (1.0 + (double complex)I * noise), LINK);
+        if (k >= SETTLED) {
+            const double left = noise * leaves + 0.2 * (1.0 - leaves) * pow(decay, k - SETTLED);
+            TEST_ASSERT_DOUBLE_WITHIN(0.004, left, circle((double)catch_position(&catching).theta_e - theta));
+        }
+    }
+}
+
 static void test_angle_is_a_quarter_turn_beside_the_emf(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -269,7 +344,7 @@ static void test_new_coefficients_act_and_what_was_seen_stays(void)
         (void)step(emf_of(100.0, 100.0 * T * n), LINK);
     }
     const catch_t before = catching;
-    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, (float)T};
+    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, (float)T};
     const catch_tuning_t tuning = catch_prepare(&params);
     catch_take(&catching, &tuning);
     TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
@@ -292,6 +367,10 @@ int main(void)
     RUN_TEST(test_speed_is_that_of_the_start_until_it_is_seen);
     RUN_TEST(test_voltage_is_the_emf_when_it_acts);
     RUN_TEST(test_current_takes_every_leg_out_of_doubt);
+    RUN_TEST(test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_axis_then);
+    RUN_TEST(test_current_stays_along_phase_a_without_a_rotor);
+    RUN_TEST(test_current_along_the_d_axis_is_never_the_smaller_one);
+    RUN_TEST(test_angle_is_freed_of_noise);
     RUN_TEST(test_angle_is_a_quarter_turn_beside_the_emf);
     RUN_TEST(test_catch_begins_anew);
     RUN_TEST(test_new_coefficients_act_and_what_was_seen_stays);

@@ -101,6 +101,31 @@ static void test_torque_feedforward_takes_the_error_away(void)
     }
 }
 
+/* What carries a load is left out: told that it is all of the current, the loop goes on as without K. */
+static void test_current_of_the_load_is_not_fed_forward(void)
+{
+    const estimator_oracle_case_t rig = rig_of(0, 300.0, 2.0);
+    double ends[3];
+    for (int n = 0; n < 3; n++) {
+        estimator_params_t params = params_of(0);
+        params.torque_feedforward = n == 2 ? 0.0f : 69.0f;
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        estimator_set_load(&est, n == 0 ? 2.0f : 0.0f);
+        estimator_oracle_sample_t now;
+        for (long k = 1; k <= 50; k++) {
+            estimator_oracle_sample(&rig, k, &now);
+            (void)estimator_step(&est, as_float(now.voltage), as_float(now.current));
+        }
+        ends[n] = (double)est.tracker.pll.feedforward;
+    }
+    /* 50 periods of K i a period into F, less what omega_c forgets of it: (1 - exp(-omega_c t))/omega_c. */
+    const double cutoff = 50.0, time = 50.0 * T;
+    const double gained = 69.0 * (1.0 - exp(-cutoff * time)) / cutoff;
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.0 * gained, 2.0 * gained, ends[1] - ends[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.0 * gained, ends[2], ends[0]);
+}
+
 static double errors[20000], angles[20000], speeds[20000], frequencies[20000];
 
 /* A speed that swings: the error is that of the loop alone on the true angle (linear oracle), since the lag
@@ -186,6 +211,7 @@ int main(void)
     RUN_TEST(test_feedforward_leaves_nothing_in_acceleration);
     RUN_TEST(test_wrong_flux_leaves_its_share_of_the_lag);
     RUN_TEST(test_torque_feedforward_takes_the_error_away);
+    RUN_TEST(test_current_of_the_load_is_not_fed_forward);
     RUN_TEST(test_error_of_a_swinging_speed_is_that_of_the_loop_alone);
     RUN_TEST(test_pull_in_from_one_radian);
     RUN_TEST(test_pull_in_from_three_radians);

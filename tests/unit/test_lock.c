@@ -18,9 +18,13 @@ static estimate_t estimate;
 /* On a rotor at this speed; the EMF's share of psi_f omega along the estimated axis, and across it. */
 static void make_estimate(float omega_e, float along, float across)
 {
+    const double theta = 0.7;
     memset(&estimate, 0, sizeof estimate);
     estimate.omega_smooth = omega_e;
-    estimate.emf_loop = (dq_t){across * PSI * omega_e, along * PSI * omega_e};
+    estimate.frame.theta_e = (float)theta;
+    estimate.frame.rotation = (rotation_t){(float)sin(theta), (float)cos(theta)};
+    estimate.emf =
+        frames_inverse_park((dq_t){across * PSI * omega_e, along * PSI * omega_e}, estimate.frame.rotation);
 }
 
 void setUp(void)

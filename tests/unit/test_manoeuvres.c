@@ -106,7 +106,6 @@ static void observe(void)
     estimate.amplitude = (float)cabs(emf);
     if (m.tracking != 0u) {
         estimate.frame = true_frame();
-        estimate.emf_loop = frames_park(estimate.emf, estimate.frame.rotation);
         estimate.omega_smooth = estimate.frame.omega_e;
         estimate.detector = (float)machine.detector;
     }
@@ -202,6 +201,15 @@ static void given_running(double omega_m)
 
 /* ---- catch ---- */
 
+/* The angle of a catch trails by what the speed that it was turned with is wrong, over the 600 rad/s of its
+ * low-pass. */
+static void expect_caught_angle(void)
+{
+    const double miss = (double)m.locked.omega_e - POLE_PAIRS * machine.omega_m;
+    TEST_ASSERT_DOUBLE_WITHIN(fabs(miss) / 600.0 + 1e-4, 0.0,
+                              circle((double)m.locked.theta_e - machine.theta));
+}
+
 static void test_turning_rotor_is_caught_and_run(void)
 {
     static const double speeds[] = {12.0, 30.0, 90.0, 150.0};
@@ -217,12 +225,14 @@ static void test_turning_rotor_is_caught_and_run(void)
         const uint32_t taken = steps_until(MANOEUVRE_RUN, 0.021);
         TEST_ASSERT_TRUE(taken >= 100u && taken <= 200u);
         TEST_ASSERT_EQUAL_UINT32(1u, m.locking);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
-        TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
+        TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == m.locked.theta_e);
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)demand.omega_m_ref / machine.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, (double)demand.current.q);
+        /* what flows goes on: on the d axis but for the angle's error, to the second order */
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3, 3.0 * (double)params.doubtful_current, (double)demand.current.d);
         TEST_ASSERT_TRUE(m.start_try == 0u && m.failed == 0u && manoeuvres_knows(&m));
         steps(0.05); /* the mask */
         TEST_ASSERT_FALSE(manoeuvres_judged(&m));
@@ -234,7 +244,8 @@ static void test_turning_rotor_is_caught_and_run(void)
     }
 }
 
-/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts. */
+/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts; along phase a for 4 ms,
+ * then with what makes no torque. */
 static void test_catch_holds_the_emf_and_hardly_a_current(void)
 {
     make_heavy();
@@ -247,7 +258,15 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         step();
         TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
-        TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        if (n <= 40) {
+            TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
+        } else {
+            const double complex current =
+                (double)demand.current.d + (double complex)I * (double)demand.current.q;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * (double)params.doubtful_current,
+                                      cabs(current)); /* no other */
+            TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, circle(carg(current) - machine.theta));
+        }
         const double complex voltage = (double)demand.emf.d + (double complex)I * (double)demand.emf.q;
         const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
         TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
@@ -287,39 +306,45 @@ static void test_rotor_beyond_the_link_is_too_fast(void)
 
 /* ---- start ---- */
 
-/* By the rule each alignment takes 8 over the pendulum's frequency, and 0.15 s at least. */
+/* By the rule the turn of an alignment takes 16 over the pendulum's frequency, and 0.3 s at least. */
 static uint32_t align_periods(double inertia)
 {
     const double natural = sqrt(POLE_PAIRS * KT * (double)params.current_limit / inertia);
-    return (uint32_t)(fmin(fmax(8.0 / natural, 0.15), 1.0) / T + 0.5);
+    return (uint32_t)(fmin(fmax(16.0 / natural, 0.3), 2.0) / T + 0.5);
 }
 
-/* A quarter turn beside, then in place: from every angle, also the one from which a single step would not
- * move it. The quarter turn fades by exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one,
- * where friction leaves asin(T_f/(K_t I)) = 0.12 rad too. */
-static void test_alignment_in_two_steps_brings_every_rotor_in_place(void)
+/* Once round from where the frame stands, in the direction that is wished for, from every angle, the unstable
+ * one too: at its end the rotor turns with the frame, behind it by asin(T_f/(K_t I)) and by what is left of
+ * its swing. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the turn at least to fade,
+ * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one, so that 0.01 and 0.07 rad are left.
+ */
+static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
-    for (int n = 0; n < 24; n++) {
+    for (int n = 0; n < 48; n++) {
         setUp();
         if (n % 2 != 0) {
             make_heavy();
         }
+        const double way = n < 24 ? 1.0 : -1.0;
         machine.theta = circle(n / 2 * PI / 6.0);
+        wish.omega_m_ref *= (float)way;
         begin();
         TEST_ASSERT_EQUAL_UINT32(200u, steps_until(MANOEUVRE_ALIGN, 0.021));
         TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
-        const uint32_t each = align_periods(machine.inertia);
-        for (uint32_t k = 1u; k <= 2u * each; k++) {
-            const double theta = k <= each ? -PI / 2.0 : 0.0;
+        const uint32_t periods = align_periods(machine.inertia);
+        const double speed = way * 2.0 * PI / (periods * T);
+        for (uint32_t k = 1u; k <= periods; k++) {
             TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, m.now);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, theta, (double)demand.frame.theta_e);
-            TEST_ASSERT_TRUE(demand.frame.omega_e == 0.0f && k > 1u ? demand.change != FRAME_ANEW : true);
-            TEST_ASSERT_EQUAL(k == each + 1u, demand.change == FRAME_TURNS);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(speed), speed, (double)demand.frame.omega_e);
+            TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, circle((double)demand.frame.theta_e - speed * (k - 1u) * T));
+            TEST_ASSERT_TRUE(k == 1u || demand.change == FRAME_GOES_ON);
             TEST_ASSERT_TRUE(cabs(current_in(0.0)) <= 10.0001);
             step();
         }
         TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RAMP, m.now);
-        TEST_ASSERT_DOUBLE_WITHIN(n % 2 == 0 ? 0.03 : 0.27 + 0.12, 0.0, machine.theta);
+        const double behind = way * circle((double)demand.frame.theta_e - machine.theta);
+        const double still = asin(machine.friction / (KT * (double)params.current_limit));
+        TEST_ASSERT_DOUBLE_WITHIN(n % 2 == 0 ? 0.04 : 0.1, still, behind);
     }
 }
 
@@ -355,7 +380,7 @@ typedef struct {
     float speed; /* [rad/s] */
 } start_t;
 
-/* The current vector stays at the hand-over: same i_d, same i_q, in the frame of the rotor. */
+/* At the hand-over the current goes on, in the frame of the rotor, as its mean over 1/70 s. */
 static void check_start(const start_t *start, double theta)
 {
     setUp();
@@ -368,11 +393,15 @@ static void check_start(const start_t *start, double theta)
     params.speed_ramp = 100.0f; /* more than that of the start */
     begin();
     (void)steps_until(MANOEUVRE_HANDOVER, 5.0);
-    const uint32_t taken = steps_until(MANOEUVRE_RUN, 1.1);
-    TEST_ASSERT_TRUE(taken >= 1500u);
+    double complex had = current_in(machine.theta);
+    uint32_t taken = 0u;
+    for (; m.now != (int32_t)MANOEUVRE_RUN && taken < 11000u; taken++) {
+        step();
+        had += 70.0 * T * (current_in(machine.theta) - had);
+    }
+    TEST_ASSERT_TRUE(taken >= 1500u && m.now == (int32_t)MANOEUVRE_RUN);
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)demand.frame.theta_e - machine.theta));
-    const double complex had = current_in(machine.theta);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, cimag(had), (double)demand.current.q);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, creal(had), (double)demand.current.d);
     /* there is something to keep: the load's current, some swing left */
@@ -631,7 +660,7 @@ static void test_lost_rotor_is_caught_again(void)
         TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
         TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.021) <= 200u);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)m.locked.theta_e - machine.theta));
+        expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
         steps(0.5);
         TEST_ASSERT_DOUBLE_WITHIN(0.6, way * 60.0, machine.omega_m);
@@ -783,7 +812,7 @@ int main(void)
     RUN_TEST(test_catch_holds_the_emf_and_hardly_a_current);
     RUN_TEST(test_catch_waits_for_the_observer);
     RUN_TEST(test_rotor_beyond_the_link_is_too_fast);
-    RUN_TEST(test_alignment_in_two_steps_brings_every_rotor_in_place);
+    RUN_TEST(test_alignment_of_one_slow_turn_takes_every_rotor_along);
     RUN_TEST(test_forced_frame_gets_its_share_of_the_emf);
     RUN_TEST(test_standing_rotor_is_aligned_forced_handed_over_and_run);
     RUN_TEST(test_estimate_that_does_not_settle_fails_the_start);

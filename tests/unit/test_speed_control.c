@@ -38,7 +38,7 @@ static void begin_weighed(speed_control_t *control, float weight)
 static void take(speed_control_t *control, const speed_control_params_t *params)
 {
     const speed_control_tuning_t tuning = speed_control_prepare(params);
-    speed_control_take(control, &tuning);
+    speed_control_take(control, &tuning, 0.0f);
 }
 
 /* With all of the limit. */
@@ -157,6 +157,23 @@ static void test_weight_is_the_references_share_of_the_proportional_part(void)
     }
 }
 
+/* Beside its reference the output stays, whatever the gain and the weight become; sums of 157 round by 2e-5.
+ */
+static void test_new_gains_are_bumpless_at_the_reference(void)
+{
+    for (unsigned k = 0; k < 8; k++) {
+        speed_control_t control;
+        begin_weighed(&control, k & 1u ? 1.0f : 0.0f);
+        speed_control_reset(&control, 4.55f, -157.0f);
+        speed_control_params_t params = PARAMS;
+        params.kp = k & 2u ? 1.0f : 0.25f;
+        params.weight = k & 4u ? 1.0f : 0.0f;
+        const speed_control_tuning_t tuning = speed_control_prepare(&params);
+        speed_control_take(&control, &tuning, -157.0f);
+        TEST_ASSERT_FLOAT_WITHIN(4e-5f, 4.55f, step(&control, -157.0f, -157.0f));
+    }
+}
+
 /* Whatever the weight; sums of 78 round by 8e-6. */
 static void test_reset_is_bumpless_with_every_weight(void)
 {
@@ -225,6 +242,7 @@ int main(void)
     RUN_TEST(test_integral_follows_the_limit_while_it_holds);
     RUN_TEST(test_new_coefficients_lower_the_limit_and_keep_the_integral);
     RUN_TEST(test_weight_is_the_references_share_of_the_proportional_part);
+    RUN_TEST(test_new_gains_are_bumpless_at_the_reference);
     RUN_TEST(test_reset_is_bumpless_with_every_weight);
     RUN_TEST(test_without_weight_the_limit_leaves_nothing_to_unwind);
     RUN_TEST(test_without_weight_a_step_hardly_passes_the_reference);

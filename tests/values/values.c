@@ -135,6 +135,7 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     est.smo.gain_mean = any(0, INT32_MAX);
     est.smo.conductance = any(0, CONDUCTANCE_LARGEST);
     est.smo.rejected = any_word(1u);
+    est.load = any(-SAMPLE_LARGEST, SAMPLE_LARGEST);
     est.pll.tuning = est.tuning.pll;
     est.pll.theta_e = any_word(UINT32_MAX);
     est.pll.rotation.sin = any(-ROTATION_MOST, ROTATION_MOST);

@@ -4,14 +4,16 @@
 usage: map.py JSON PNG [--title TEXT]     writes PNG, and beside it the same picture as SVG
 
 JSON: a list of points, objects with
-  needed    rpm load_nm deviation mean_mrad sd_mrad peak_mrad locked
-  drawn     theory_mrad (or null): what theory says the deviation adds to the mean
+  needed    rpm load_nm deviation adaptation mean_mrad sd_mrad peak_mrad locked
+  drawn     theory_mrad (or null): what theory says of the mean
   if there
-Rows are the deviations in the order of the list, columns the speeds, one block a load. A field is the darker the larger the
-mean's magnitude is, on a logarithmic scale; its numbers say the rest. A point that is not locked is hatched instead.
+Rows are the deviations in the order of the list, columns the speeds; blocks of the loads stand side by side, those of the
+adaptation below each other. A field is the darker the larger the mean's magnitude is, on a logarithmic scale; its numbers say
+the rest. A point that is not locked is hatched instead.
 Ends with 0 done, 2 wrong use or input, 3 matplotlib missing or picture cannot be written. Python 3.9 and matplotlib.
 """
 import argparse
+import itertools
 import json
 import math
 import pathlib
@@ -24,6 +26,7 @@ from table import InputError
 
 NUMBERS = ("rpm", "load_nm", "mean_mrad", "sd_mrad", "peak_mrad")
 FRAMED = {"axes.grid": False, "axes.spines.top": True, "axes.spines.right": True, "hatch.linewidth": 0.6}
+THEORY_SHOWN = 0.5  # [mrad] a smaller one is left out
 LEAST, MOST = 0.3, 100.0  # [mrad] ends of the scale: lighter and darker than these there is nothing
 
 
@@ -50,13 +53,14 @@ def read_points(path):
                 raise InputError(f"{where}: {key}: `{point.get(key)}` is no finite number")
         if not isinstance(point.get("locked"), bool):
             raise InputError(f"{where}: locked: `{point.get('locked')}` is neither true nor false")
-        if not isinstance(point.get("deviation"), str):
-            raise InputError(f"{where}: deviation: `{point.get('deviation')}` is no text")
+        for key in ("deviation", "adaptation"):
+            if not isinstance(point.get(key), str):
+                raise InputError(f"{where}: {key}: `{point.get(key)}` is no text")
         if point.get("theory_mrad") is not None and not is_number(point["theory_mrad"]):
             raise InputError(f"{where}: theory_mrad: `{point['theory_mrad']}` is no finite number")
-        place = (point["deviation"], point["load_nm"], point["rpm"])
+        place = (point["deviation"], point["load_nm"], point["rpm"], point["adaptation"])
         if place in seen:
-            raise InputError(f"{where}: {place[0]} at {place[2]:g} r/min, {place[1]:g} N m is there twice")
+            raise InputError(f"{where}: {place[0]} at {place[2]:g} r/min, {place[1]:g} N m, adaptation {place[3]} is there twice")
         seen.add(place)
     return points
 
@@ -95,32 +99,34 @@ def draw(points, title, png):
     rows = list(dict.fromkeys(point["deviation"] for point in points))
     loads = sorted({point["load_nm"] for point in points})
     speeds = sorted({point["rpm"] for point in points})
-    has_theory = {point["deviation"] for point in points if point.get("theory_mrad") is not None}
+    columns = list(dict.fromkeys(point["adaptation"] for point in points))
+    has_theory = {point["deviation"] for point in points if abs(point.get("theory_mrad") or 0.0) >= THEORY_SHOWN}
 
     # Fields of a fixed size in inches, so that their text always has the same room.
-    wide, names, bar, margin, block_gap = 0.62, 0.2 + 0.068 * max(map(len, rows)), 0.75, 0.12, 0.16
+    wide, names, bar, margin, block_gap, row_gap = 0.62, 0.2 + 0.068 * max(map(len, rows)), 0.75, 0.12, 0.16, 0.5
     heights = [0.55 if row in has_theory else 0.40 for row in rows]
     tops = [sum(heights[:n]) for n in range(len(rows) + 1)]
     block = wide * len(speeds)
     width = max(names + len(loads) * block + (len(loads) - 1) * block_gap + bar + margin, 7.0)  # room for the caption
     title = textwrap.fill(title, int(11 * width))
     above, below = 0.50 + 0.19 * (title.count("\n") + 1), 0.72
-    height = above + tops[-1] + below
+    height = above + len(columns) * tops[-1] + (len(columns) - 1) * row_gap + below
     figure = pyplot.figure(figsize=(width, height), dpi=200)
     colour = colors.LinearSegmentedColormap.from_list("map", ["#FFFFFF", "#9EC3E6", "#0B3C6F"])
 
-    axes = []
-    for n, load in enumerate(loads):
-        axis = figure.add_axes([(names + n * (block + block_gap)) / width, below / height, block / width, tops[-1] / height])
+    axes = {}
+    for (m, on), (n, load) in itertools.product(enumerate(reversed(columns)), enumerate(loads)):
+        lower = below + m * (tops[-1] + row_gap)
+        axis = figure.add_axes([(names + n * (block + block_gap)) / width, lower / height, block / width, tops[-1] / height])
         axis.set(xlim=(0, len(speeds)), ylim=(tops[-1], 0.0))
         axis.set_xticks([c + 0.5 for c in range(len(speeds))], [label(f"{speed:g}") for speed in speeds])
         axis.set_yticks([(upper + lower) / 2 for upper, lower in zip(tops, tops[1:])], [label(row) for row in rows])
         axis.tick_params(length=0, labeltop=True, labelbottom=False, labelleft=n == 0)
-        axis.set_title(f"{'no load' if load == 0 else f'{load:g} N m'}: speed [r/min]", fontsize=9, pad=8)
-        axes.append(axis)
+        axis.set_title(f"{'no load' if load == 0 else f'{load:g} N m'}, adaptation {on}: speed [r/min]", fontsize=9, pad=8)
+        axes[on, load] = axis
 
     for point in points:
-        axis = axes[loads.index(point["load_nm"])]
+        axis = axes[point["adaptation"], point["load_nm"]]
         column, row = speeds.index(point["rpm"]), rows.index(point["deviation"])
         field = colour(shade(point["mean_mrad"]) if point["locked"] else 0.0)
         axis.add_patch(pyplot.Rectangle((column, tops[row]), 1, heights[row], facecolor=field, edgecolor="#FFFFFF",
@@ -130,19 +136,20 @@ def draw(points, title, png):
                                             hatch="////", linewidth=0.0))
         behind = {} if point["locked"] else {"bbox": {"facecolor": field, "edgecolor": "none", "pad": 1.0}}
         lines = [(0.14, digits(point["mean_mrad"]), 8.5), (0.29, f"\N{PLUS-MINUS SIGN} {digits(point['sd_mrad'])}", 6.5)]
-        if point.get("theory_mrad") is not None:
+        if point["deviation"] in has_theory and point.get("theory_mrad") is not None:
             lines.append((0.43, f"theory {digits(point['theory_mrad'])}", 6))
         for down, text, size in lines:
             axis.text(column + 0.5, tops[row] + down, text, ha="center", va="center", fontsize=size, color=ink(*field[:3]),
                       **behind)
-    for axis in axes:
+    for axis in axes.values():
         if 0 < sum(speed < 0 for speed in speeds) < len(speeds):
             axis.axvline(sum(speed < 0 for speed in speeds), color="#000000", linewidth=1.0)
         for side in axis.spines.values():
             side.set_linewidth(0.6)
 
     scale = cm.ScalarMappable(colors.LogNorm(LEAST, MOST), colour)
-    place = figure.add_axes([1.0 - (bar - 0.12) / width, below / height, 0.14 / width, tops[-1] / height])
+    place = figure.add_axes([1.0 - (bar - 0.12) / width, below / height, 0.14 / width,
+                             (height - above - below) / height])
     legend = figure.colorbar(scale, cax=place, extend="both", extendfrac=0.02)
     legend.set_ticks([0.3, 1, 3, 10, 30, 100])
     legend.ax.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))

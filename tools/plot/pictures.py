@@ -456,18 +456,56 @@ def beyond_bandwidth(figure, _, data, manifest):
                    ("sd_100", "mrad", "SD at\n100 r/min [mrad]")], log=True)
 
 
+def map_block(axis, rows, speeds):
+    """The empty field of a map's block."""
+    axis.set(xlim=(0, len(speeds)), ylim=(len(rows), 0))
+    axis.grid(False)
+    axis.set_xticks([c + 0.5 for c in range(len(speeds))], [minus(f"{speed:g}") for speed in speeds], fontsize=7)
+    axis.set_yticks([r + 0.5 for r in range(len(rows))], [typeset(row.replace("-", "\N{MINUS SIGN}")) for row in rows],
+                    fontsize=7.5)
+    for side in axis.spines.values():
+        side.set_visible(False)
+    axis.axvline(sum(speed < 0 for speed in speeds), color=BLACK, linewidth=0.8)
+
+
+def map_fields(axis, fields, norm, colour):
+    """A colour and a number a field; hatched where there is none."""
+    axis.pcolormesh(numpy.ma.masked_invalid(fields), norm=norm, cmap=colour, edgecolors="#FFFFFF", linewidth=0.6)
+    inks = [[ink(*field[:3]) for field in line] for line in colour(norm(numpy.nan_to_num(fields)))]
+    for (row, place), value in numpy.ndenumerate(fields):
+        if numpy.isfinite(value):
+            axis.text(place + 0.5, row + 0.53, digits(value), ha="center", va="center", fontsize=6, color=inks[row][place])
+        else:
+            axis.add_patch(Rectangle((place, row), 1, 1, facecolor="#FFFFFF", edgecolor="#777777", hatch="/////",
+                                     linewidth=0.0))
+
+
+def map_scale(sheet, beside, norm, colour):
+    bar = sheet.figure.add_axes([beside.x1 + 0.12 / WIDTH, beside.y0, 0.11 / WIDTH, beside.height])
+    scale = sheet.figure.colorbar(cm.ScalarMappable(norm, colour), cax=bar)
+    scale.solids.set(rasterized=False, edgecolor="face")
+    bar.tick_params(labelsize=6.5)
+    bar.grid(False)
+    bar.yaxis.set_major_formatter(ticker.FuncFormatter(lambda v, _: minus(f"{v:g}")))
+    bar.yaxis.set_minor_locator(ticker.NullLocator())
+
+
 def beyond_map(figure, _, data, manifest):
-    """Mean, SD and peak over deviations and speeds, a block a load; a field that lost the rotor is hatched."""
+    """Mean, SD and peak over deviations and speeds, each without and with adaptation, a block a load; a field that lost the
+    rotor is hatched."""
     rows = list(dict.fromkeys(data["deviation"]))
     speeds, loads = sorted(set(data[data.need("speed", "r/min")])), sorted(set(data[data.need("load", "N m")]))
     lost = data[data.need("lost", "-")] > 0.5
+    columns = list(dict.fromkeys(data["adaptation"]))
+    adaptation = numpy.array(data["adaptation"])
     high = 0.19 * len(rows)
-    sheet = Sheet(figure, manifest, [high] * 3, columns=len(loads), gaps=[0.62, 0.62], left=1.25, right=0.7,
-                  between=0.1,
+    sheet = Sheet(figure, manifest, [high] * (3 * len(columns)), columns=len(loads), gaps=[0.45] * (3 * len(columns) - 1),
+                  left=1.25, right=0.7, between=0.1,
                   note="estimated minus true angle, electrical; negative speeds turn backwards; hatched: not locked")
-    for block, (column, title, diverging) in enumerate((("mean", "mean [mrad]", True),
-                                                        ("sd", "standard deviation [mrad]", False),
-                                                        ("peak", "peak [mrad]", False))):
+    blocks = [(column, title, diverging, on) for column, title, diverging in (
+        ("mean", "mean [mrad]", True), ("sd", "standard deviation [mrad]", False), ("peak", "peak [mrad]", False))
+        for on in columns]
+    for block, (column, title, diverging, on) in enumerate(blocks):
         values = data[data.need(column, "mrad")]
         largest = max(numpy.abs(values[~lost]).max(initial=0.0), 10.0)
         norm = (colors.SymLogNorm(1.0, vmin=-largest, vmax=largest, base=10) if diverging
@@ -475,41 +513,16 @@ def beyond_map(figure, _, data, manifest):
         colour = colormaps["PuOr_r" if diverging else "Blues"]
         for n, load in enumerate(loads):
             axis = sheet.panel(block, n)
-            axis.set(xlim=(0, len(speeds)), ylim=(len(rows), 0))
-            axis.grid(False)
-            axis.set_xticks([c + 0.5 for c in range(len(speeds))], [minus(f"{speed:g}") for speed in speeds],
-                            fontsize=7)
-            axis.set_yticks([r + 0.5 for r in range(len(rows))],
-                            [typeset(row.replace("-", "\N{MINUS SIGN}")) for row in rows],
-                            fontsize=7.5)
+            map_block(axis, rows, speeds)
             axis.tick_params(length=0, labelleft=n == 0)
-            for side in axis.spines.values():
-                side.set_visible(False)
             fields = numpy.full((len(rows), len(speeds)), numpy.nan)
-            for at in numpy.flatnonzero((data["load"] == load) & ~lost):
+            for at in numpy.flatnonzero((data["load"] == load) & (adaptation == on) & ~lost):
                 fields[rows.index(data["deviation"][at]), speeds.index(data["speed"][at])] = values[at]
-            axis.pcolormesh(numpy.ma.masked_invalid(fields), norm=norm, cmap=colour, edgecolors="#FFFFFF",
-                            linewidth=0.6)
-            inks = [[ink(*field[:3]) for field in line] for line in colour(norm(numpy.nan_to_num(fields)))]
-            for (row, place), value in numpy.ndenumerate(fields):
-                if numpy.isfinite(value):
-                    axis.text(place + 0.5, row + 0.53, digits(value), ha="center", va="center", fontsize=6,
-                              color=inks[row][place])
-                else:
-                    axis.add_patch(Rectangle((place, row), 1, 1, facecolor="#FFFFFF", edgecolor="#777777",
-                                                          hatch="/////", linewidth=0.0))
-            axis.axvline(sum(speed < 0 for speed in speeds), color=BLACK, linewidth=0.8)
-            axis.set_title(f"{title}, {'no load' if load == 0 else f'{load:g} N m'}", fontsize=8.5, pad=3)
-            if block == 2:
+            map_fields(axis, fields, norm, colour)
+            axis.set_title(f"{title}, {'no load' if load == 0 else f'{load:g} N m'}, adaptation {on}", fontsize=8.5, pad=3)
+            if block == len(blocks) - 1:
                 axis.set_xlabel("speed [r/min]")
-        beside = axis.get_position()
-        bar = sheet.figure.add_axes([beside.x1 + 0.12 / WIDTH, beside.y0, 0.11 / WIDTH, beside.height])
-        scale = sheet.figure.colorbar(cm.ScalarMappable(norm, colour), cax=bar)
-        scale.solids.set(rasterized=False, edgecolor="face")
-        bar.tick_params(labelsize=6.5)
-        bar.grid(False)
-        bar.yaxis.set_major_formatter(ticker.FuncFormatter(lambda v, _: minus(f"{v:g}")))
-        bar.yaxis.set_minor_locator(ticker.NullLocator())
+        map_scale(sheet, axis.get_position(), norm, colour)
     return sheet
 
 

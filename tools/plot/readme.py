@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""Brings the report's head into README.md: two pictures, and the rows that have an angle in print.
+"""Brings the report into README.md: its head, two pictures and the rows that have an angle in print; and the map.
 
-usage: readme.py FOLDER README.md            rewrites what stands between the two marks, copies the pictures to docs/
+usage: readme.py FOLDER README.md            rewrites what stands between each two marks, copies the pictures to docs/
        readme.py FOLDER README.md --check    only says whether that is up to date
 
 FOLDER is that of a report of `lagless paper`. Ends with 0 done or up to date, 1 not up to date, 2 wrong use or input.
 Python 3.9, standard library.
 """
 import argparse
+import csv
 import json
 import pathlib
 import shutil
 import sys
 
 BEGIN = "<!-- begin: written by tools/plot/readme.py -->\n"
+BEGIN_MAP = "<!-- begin: the map, written by tools/plot/readme.py -->\n"
 END = "<!-- end -->\n"
 PICTURES = ("fig12", "fig14")
 
@@ -42,6 +44,41 @@ def block(report):
     return "\n".join(lines) + "\n"
 
 
+def digits(value):
+    """Three digits that count."""
+    return f"{value:.{2 if value < 9.995 else 1 if value < 99.95 else 0}f}"
+
+
+def map_cell(rows, load, speed, adaptation):
+    """Mean and SD of the direction with the larger mean."""
+    points = [row for row in rows if (float(row["load"]), abs(float(row["speed"])), row["adaptation"]) == (load, speed, adaptation)]
+    if any(int(row["lost"]) for row in points):
+        return "lost"
+    worst = max(points, key=lambda row: abs(float(row["mean"])))
+    return f"{digits(abs(float(worst['mean'])))} / {digits(float(worst['sd']))}"
+
+
+def map_block(table):
+    """A line a deviation, a column a speed: adaptation off, and on, at the largest load."""
+    rows = [{name.partition("[")[0]: value for name, value in row.items()} for row in table]
+    load = max(float(row["load"]) for row in rows)
+    speeds = sorted({abs(float(row["speed"])) for row in rows})
+    lines = [f"| {load:g} N m, adaptation off \N{RIGHTWARDS ARROW} on | " + " | ".join(f"{speed:g} r/min" for speed in speeds) + " |",
+             "|---" * (1 + len(speeds)) + "|"]
+    for deviation in dict.fromkeys(row["deviation"] for row in rows):
+        own = [row for row in rows if row["deviation"] == deviation]
+        cells = [f"{map_cell(own, load, speed, 'off')} \N{RIGHTWARDS ARROW} {map_cell(own, load, speed, 'on')}" for speed in speeds]
+        lines.append(f"| {deviation} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def put(text, mark, fresh):
+    """The text with the fresh block between its marks; None without them."""
+    before, begin, rest = text.partition(mark)
+    _, end, after = rest.partition(END)
+    return before + begin + fresh + end + after if begin and end else None
+
+
 def main():
     parser = argparse.ArgumentParser(description="Brings the report's head into README.md.")
     parser.add_argument("folder", type=pathlib.Path)
@@ -51,21 +88,23 @@ def main():
     try:
         report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
         text = options.readme.read_text(encoding="utf-8")
-        fresh = block(report)
+        with open(options.folder / "data" / "beyond_map.csv", encoding="utf-8", newline="") as file:
+            blocks = {BEGIN: block(report), BEGIN_MAP: map_block(csv.DictReader(file))}
     except (OSError, ValueError, KeyError) as error:
-        print(f"readme.py: {options.folder / 'report.json'} or {options.readme}: {error!r}", file=sys.stderr)
+        print(f"readme.py: {options.folder} or {options.readme}: {error!r}", file=sys.stderr)
         return 2
-    before, begin, rest = text.partition(BEGIN)
-    present, end, after = rest.partition(END)
-    if not begin or not end:
-        print(f"readme.py: {options.readme}: no line `{BEGIN.strip()}` with a line `{END.strip()}` after it", file=sys.stderr)
-        return 2
+    fresh = text
+    for mark, lines in blocks.items():
+        fresh = put(fresh, mark, lines)
+        if fresh is None:
+            print(f"readme.py: {options.readme}: no line `{mark.strip()}` with a line `{END.strip()}` after it", file=sys.stderr)
+            return 2
     if options.check:
-        if present != fresh:
+        if fresh != text:
             print(f"readme.py: {options.readme} is not what this report says: run tools/demo, then "
                   "tools/plot/readme.py report README.md", file=sys.stderr)
-        return int(present != fresh)
-    options.readme.write_text(before + begin + fresh + end + after, encoding="utf-8")
+        return int(fresh != text)
+    options.readme.write_text(fresh, encoding="utf-8")
     for name in PICTURES:
         shutil.copyfile(options.folder / "pictures" / f"{name}.png", options.readme.parent / "docs" / f"{name}.png")
     return 0

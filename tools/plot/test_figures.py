@@ -98,10 +98,10 @@ def tables():
                                                               else (-300 / b, 9, 9, 2, 0)))
                                      for f in flavours for v in ("conventional", "feedforward", "torque_feedforward")
                                      for b in (50, 100, 400) for load in loads])
-    yield "beyond_map", table("deviation[text],load[N m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],theory[mrad],"
+    yield "beyond_map", table("deviation[text],adaptation[text],load[N m],speed[r/min],mean[mrad],sd[mrad],peak[mrad],theory[mrad],"
                               "lost[-]",
-                              [(d, load, n, n / 100, 1, 3, "", int(d == "R -50 %" and n < 0))
-                               for d in ("nominal", "R -50 %")
+                              [(d, on, load, n, n / 100, 1, 3, "", int(d == "R -50 %" and n < 0))
+                               for d in ("nominal", "R -50 %") for on in ("off", "on")
                                for load in loads for n in (-500, -100, 100, 500)])
 
 

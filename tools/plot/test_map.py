@@ -12,7 +12,7 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().with_name("map.py")
 DRAWS = importlib.util.find_spec("matplotlib") is not None
-FIRST = {"rpm": -100, "load_nm": 0, "deviation": "nominal", "mean_mrad": -0.5, "sd_mrad": 1.0, "peak_mrad": 3.0,
+FIRST = {"rpm": -100, "load_nm": 0, "deviation": "nominal", "adaptation": "off", "mean_mrad": -0.5, "sd_mrad": 1.0, "peak_mrad": 3.0,
          "locked": True}
 
 
@@ -60,11 +60,11 @@ class Map(unittest.TestCase):
 
     def test_value_of_the_wrong_kind_is_refused(self):
         for key, value in (("rpm", "100"), ("mean_mrad", True), ("sd_mrad", None), ("peak_mrad", float("inf")),
-                           ("load_nm", float("nan")), ("locked", 1), ("deviation", 3), ("theory_mrad", "x")):
+                           ("load_nm", float("nan")), ("locked", 1), ("deviation", 3), ("adaptation", None), ("theory_mrad", "x")):
             self.assert_refused([{**FIRST, key: value}], "point 1", key)
 
     def test_point_that_is_there_twice_is_refused(self):
-        self.assert_refused([FIRST, FIRST], "point 2", "nominal at -100 r/min, 0 N m", "twice")
+        self.assert_refused([FIRST, FIRST], "point 2", "nominal at -100 r/min, 0 N m, adaptation off", "twice")
 
     def test_name_without_png_is_refused(self):
         self.png = self.folder / "map.jpg"
@@ -90,6 +90,8 @@ class Map(unittest.TestCase):
     def test_more_speeds_are_wider_and_more_deviations_higher(self):
         width, height = self.draw(points((100, 200, 300, 400)))
         self.assertGreater(self.draw(points((100, 200, 300, 400, 500)))[0], width)
+        on = [{**point, "adaptation": "on"} for point in points((100, 200, 300, 400))]
+        self.assertGreater(self.draw(points((100, 200, 300, 400)) + on)[1], height)
         self.assertGreater(self.draw(points((100, 200, 300, 400), (0, 5), "abcd"), "--title", "any, $5 and 100 %, " * 20)[1],
                            height)
 

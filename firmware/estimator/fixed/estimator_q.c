@@ -53,6 +53,7 @@ static uint32_t reset_observer(estimator_q_t *est, int32_t omega_e, ab_q_t curre
 
 void estimator_lock_q(estimator_q_t *est, position_q_t start, int32_t amplitude)
 {
+    est->load = 0;
     pll_reset_q(&est->pll, start);
     pll_reset_emf_q(&est->pll, amplitude);
     (void)pll_coast_q(&est->pll, 0);
@@ -88,10 +89,10 @@ static uint32_t failing(const estimator_q_t *est)
            (speed < limits->speed_min || speed > limits->speed_max ? ESTIMATOR_SPEED : 0u);
 }
 
-/* The torque's share: K i_q, i_q of the rotor as the loop sees it; Q63. */
+/* The torque's share: K (i_q - i_L), i_q of the rotor as the loop sees it; Q63. */
 static int64_t acceleration_of(const estimator_q_t *est, ab_q_t current)
 {
-    return q_product(est->tuning.torque_feedforward, frames_park_q(current, est->pll.rotation).q);
+    return q_product(est->tuning.torque_feedforward, frames_park_q(current, est->pll.rotation).q - est->load);
 }
 
 /* As step() of estimator.c. */

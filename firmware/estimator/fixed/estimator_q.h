@@ -36,6 +36,7 @@ typedef struct {
     pll_q_t pll;
     /* state */
     int32_t speed_per_volt; /* 1/psi_f, Q30, below 1/2 */
+    int32_t load;           /* i_L, within +-SAMPLE_LARGEST */
     ab_q_t emf;             /* e at t_k, lag undone */
     debounce_t debounce;
     uint32_t coasted; /* [-] 1: the last period was not tracked */

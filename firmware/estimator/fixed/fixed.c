@@ -117,6 +117,11 @@ void fixed_set_flux(fixed_t *fixed, float flux_linkage, float speed_per_volt)
     fixed->q.speed_per_volt = per_unit_speed_per_volt(speed_per_volt, &fixed->scale.base);
 }
 
+void fixed_set_load(fixed_t *fixed, float current)
+{
+    fixed->q.load = q_clamp(per_unit_counts(current, fixed->scale.current_counts), SAMPLE_LARGEST);
+}
+
 /* ---- samples and results ---- */
 
 static ab_t pair_of(ab_q_t pair, float unit)

@@ -1,0 +1,21 @@
+/* How quickly something is learnt, as a rate g [1/s]: quickly at first, more slowly the more has been seen.
+ *
+ *     dg/dt = (g_least^2 - g^2)/6
+ *
+ * is the Riccati equation of a value that drifts a little and is measured with noise; with 1 in the place of
+ * 1/6 all that was seen would count alike, and a large error at the beginning would last. With it the error
+ * falls by (1 + g_0 t/6)^-6 at first, from there on by exp(-g_least t), and what noise leaves by the square
+ * root of g. Time counts only while something is seen. */
+#ifndef ADAPT_GAIN_H
+#define ADAPT_GAIN_H
+
+#define GAIN_LEAST 0.1f /* [-] of the rate at which it begins: ten times that time is averaged over */
+
+/* The rate [1/s] after `time` [s] of seeing, of one that began with `first` [1/s]; time * rate below 6. */
+static inline float gain_step(float rate, float first, float time)
+{
+    const float least = GAIN_LEAST * first;
+    return rate + (1.0f / 6.0f) * time * (least * least - rate * rate);
+}
+
+#endif

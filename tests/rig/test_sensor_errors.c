@@ -1,0 +1,220 @@
+/* What the current sensors' errors make of the angle at low speed without an encoder, on a real inverter: a
+ * start into a turning rotor, the bare motor at 100 r/min, a step of the speed, a reversal under load; and
+ * what was learnt of the offsets outlasts a stop. Seeds in both directions; fewer of them where long tests do
+ * not run. */
+#include "tests/rig/start.h"
+
+#include <complex.h>
+#include <stdlib.h>
+
+#define SEEDS       (16u / START_THINNED)
+#define RUNS_OF_ALL (2u * SEEDS)
+
+static rig_t *rig;
+static start_seen_t seen;
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+typedef struct {
+    double sd, peak; /* [mrad] while run lasts */
+} angle_error_t;
+
+static angle_error_t watch(double seconds)
+{
+    double sum = 0.0, square = 0.0, peak = 0.0;
+    uint32_t count = 0u;
+    for (uint32_t n = rig_periods(seconds); n > 0u; n--) {
+        rig_step(rig);
+        if (seen.manoeuvre == RUNS) {
+            const double error = 1e3 * seen.error;
+            sum += error;
+            square += error * error;
+            start_raise(&peak, fabs(error));
+            count++;
+        }
+    }
+    TEST_ASSERT_TRUE(count > rig_periods(0.9 * seconds));
+    const double mean = sum / count;
+    return (angle_error_t){sqrt(fmax(0.0, square / count - mean * mean)), peak};
+}
+
+/* Ready, the rotor turning at this speed; friction waits, so that it keeps it. */
+static void turning(start_shaft_t shaft, uint32_t seed, const start_row_t *rows, size_t count, double rpm)
+{
+    rig_free(rig);
+    rig = start_on_desk(shaft, seed);
+    for (size_t n = 0; n < count; n++) {
+        run_put(rig, rows[n].name, rows[n].value);
+    }
+    if (!rig_apply(rig)) {
+        TEST_FAIL_MESSAGE(rig_error(rig));
+    }
+    run_to_ready_at(rig, rpm);
+    run_real(rig);
+    start_watch(rig, &seen);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+static void test_start_into_a_rotor_at_100_rpm(void)
+{
+    for (start_shaft_t shaft = HEAVY; shaft <= LIGHT; shaft++) {
+        double worst = 0.0;
+        for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+            const double rpm = n % 2u == 0u ? 100.0 : -100.0;
+            turning(shaft, 1u + n / 2u, NULL, 0u, rpm);
+            run_on(rig, rpm);
+            run_seconds(rig, 0.025); /* the catch */
+            start_raise(&worst, watch(0.5).peak);
+            run_expect_no_fault(rig);
+        }
+        printf("start at 100 r/min, %c: peak %.1f mrad of %u\n", START_SHAFT_NAMES[shaft], worst,
+               RUNS_OF_ALL);
+        TEST_ASSERT_TRUE(worst <= 80.0);
+    }
+}
+
+static void expect_calm(double friction, double median_limit)
+{
+    double sd[RUNS_OF_ALL], peak = 0.0;
+    for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+        const double direction = n % 2u == 0u ? 1.0 : -1.0;
+        turning(BARE, 1u + n / 2u, NULL, 0u, direction * 500.0);
+        run_on(rig, direction * 500.0);
+        run_seconds(rig, 0.3);
+        run_put(rig, "friction_coulomb", friction);
+        for (int32_t step = 1; step <= 40; step++) {
+            run_on(rig, direction * (500.0 - 10.0 * step));
+            run_seconds(rig, 0.04);
+        }
+        run_seconds(rig, 2.0);
+        const angle_error_t error = watch(1.0);
+        run_expect_no_fault(rig);
+        sd[n] = error.sd;
+        start_raise(&peak, error.peak);
+    }
+    qsort(sd, RUNS_OF_ALL, sizeof sd[0], by_size);
+    printf("bare motor at 100 r/min, %.2f N m: SD median %.2f, worst %.2f, peak %.1f mrad of %u\n", friction,
+           sd[RUNS_OF_ALL / 2u], sd[RUNS_OF_ALL - 1u], peak, RUNS_OF_ALL);
+    TEST_ASSERT_TRUE(sd[RUNS_OF_ALL / 2u] <= median_limit);
+    TEST_ASSERT_TRUE(sd[RUNS_OF_ALL - 1u] <= 7.0);
+    TEST_ASSERT_TRUE(peak <= 50.0);
+}
+
+static void test_bare_motor_at_100_rpm(void)
+{
+    expect_calm(0.0, 3.0);
+    expect_calm(1.32, 4.5);
+}
+
+/* The loop is told of the motor's torque. */
+static void test_step_from_100_to_1500_rpm(void)
+{
+    static const start_row_t told[] = {{"torque_feedforward", 1.0}};
+    for (start_shaft_t shaft = HEAVY; shaft <= BARE; shaft++) {
+        double worst = 0.0;
+        for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+            const double direction = n % 2u == 0u ? 1.0 : -1.0;
+            turning(shaft, 1u + n / 2u, told, 1u, direction * 100.0);
+            run_on(rig, direction * 100.0);
+            run_seconds(rig, 2.0);
+            run_on(rig, direction * 1500.0);
+            start_raise(&worst, watch(2.0).peak);
+            run_expect_no_fault(rig);
+        }
+        printf("100 to 1500 r/min, %c: peak %.1f mrad of %u\n", START_SHAFT_NAMES[shaft], worst, RUNS_OF_ALL);
+        TEST_ASSERT_TRUE(worst <= 20.0);
+    }
+}
+
+/* Load and friction change their signs at zero, which nobody tells the loop: its bandwidth alone follows,
+ * twice the default's. */
+static void test_reversal_under_a_passive_load(void)
+{
+    static const start_row_t rows[] = {
+        {"torque_feedforward", 1.0}, {"pll_bandwidth", 400.0}, {"feedforward_cutoff", 100.0}};
+    double worst = 0.0;
+    for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+        const double rpm = n % 2u == 0u ? 500.0 : -500.0;
+        turning(HEAVY, 1u + n / 2u, rows, 3u, rpm);
+        run_on(rig, rpm);
+        run_seconds(rig, 0.5);
+        run_load(rig, RATED_TORQUE, 1.5);
+        run_seconds(rig, 0.5);
+        run_on(rig, -rpm);
+        for (uint32_t k = rig_periods(2.0); k > 0u; k--) {
+            rig_step(rig);
+            if (seen.manoeuvre == RUNS) {
+                start_raise(&worst, 1e3 * fabs(seen.error));
+            }
+        }
+        run_expect_no_fault(rig);
+        TEST_ASSERT_DOUBLE_WITHIN(10.0, -rpm, seen.speed);
+    }
+    printf("500 to -500 r/min, 5 N m: peak %.1f mrad of %u\n", worst, RUNS_OF_ALL);
+    TEST_ASSERT_TRUE(worst <= 90.0);
+}
+
+/* Of the angle's error over six turns, the part that goes with the rotor [mrad]. */
+static double first_order(void)
+{
+    double complex sum = 0.0;
+    const uint32_t periods = rig_periods(0.3);
+    for (uint32_t n = 0; n < periods; n++) {
+        rig_step(rig);
+        sum += 1e3 * seen.error * cexp(-(double complex)I * seen.theta_e);
+    }
+    return 2.0 * cabs(sum) / periods;
+}
+
+/* A start into a rotor at 300 r/min, 20 turns a second, that learns nothing on the way. */
+static double first_order_of_a_start(void)
+{
+    run_parameter(rig, "offset_trim", 0.0);
+    run_on(rig, 300.0);
+    run_seconds(rig, 0.5);
+    return first_order();
+}
+
+static void test_offset_that_was_learnt_outlasts_a_stop(void)
+{
+    turning(HEAVY, 1u, NULL, 0u, 300.0);
+    const double before = first_order_of_a_start();
+    run_parameter(rig, "offset_trim", 0.05);
+    run_seconds(rig, 4.0);
+    const double trim[] = {rig_value(rig, "trim_alpha"), rig_value(rig, "trim_beta")};
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.02);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    const double after = first_order_of_a_start();
+    printf("first order at a start: %.2f mrad, with what was learnt %.2f; trim %.1f, %.1f mA\n", before,
+           after, 1e3 * trim[0], 1e3 * trim[1]);
+    TEST_ASSERT_EQUAL_DOUBLE(trim[0], rig_value(rig, "trim_alpha"));
+    TEST_ASSERT_EQUAL_DOUBLE(trim[1], rig_value(rig, "trim_beta"));
+    TEST_ASSERT_DOUBLE_WITHIN(6e-3, 0.03, trim[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(6e-3, 0.03 / sqrt(3.0), trim[1]);
+    TEST_ASSERT_TRUE(after <= 0.2 * before);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_start_into_a_rotor_at_100_rpm);
+    RUN_TEST(test_bare_motor_at_100_rpm);
+    RUN_TEST(test_step_from_100_to_1500_rpm);
+    RUN_TEST(test_reversal_under_a_passive_load);
+    RUN_TEST(test_offset_that_was_learnt_outlasts_a_stop);
+    return UNITY_END();
+}

@@ -1,0 +1,394 @@
+/* The learnt inertia on a shaft made by algebra: domega/dt = K (i_q - i_L), the motor's current given, and
+ * what of it is held back for the load. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "adapt/inertia.h"
+
+#define PERIOD     1e-4
+#define PSI        0.183
+#define POLE_PAIRS 4.0
+#define J_FROM     0.02 /* [kg m^2] of the parameter */
+#define LIMIT      10.0 /* [A] */
+
+static inertia_t x;
+static double omega, reference; /* [rad/s] electrical */
+
+/* One way to another speed. */
+typedef struct {
+    double inertia;   /* true [kg m^2] */
+    double to;        /* [rad/s] */
+    double current;   /* i_q - i_L on the way [A], towards the reference */
+    double load;      /* i_L before [A] */
+    double viscous;   /* more of it, per speed gained [A s/rad] */
+    double step;      /* of the load, half way [A] */
+    double ramp;      /* of the reference [rad/s^2]; 0: at once */
+    double short_of;  /* what is left in the tail at first, dies out in 50 ms [rad/s] */
+    bool unsound_way; /* one period of it */
+    bool unsound_tail;
+} way_t;
+
+static way_t usual(double inertia, double to)
+{
+    return (way_t){.inertia = inertia, .to = to, .current = 5.0, .load = 1.2, .short_of = 4.0};
+}
+
+static void take(double from, double psi, bool on)
+{
+    const inertia_params_t params = {(float)from,  (float)psi,    (float)POLE_PAIRS,
+                                     (float)LIMIT, (float)PERIOD, on};
+    const inertia_tuning_t tuning = inertia_prepare(&params);
+    inertia_take(&x, &tuning);
+}
+
+void tearDown(void)
+{
+}
+
+static void step(double i_q, bool sound)
+{
+    const inertia_input_t input = {(float)reference, (float)omega, (float)i_q};
+    if (!sound) {
+        inertia_spoil(&x);
+    }
+    inertia_step(&x, &input);
+}
+
+static void stand(double i_q, double seconds)
+{
+    for (int n = 0; n < (int)(seconds / PERIOD + 0.5); n++) {
+        step(i_q, true);
+    }
+}
+
+void setUp(void)
+{
+    const inertia_params_t params = {(float)J_FROM, (float)PSI,    (float)POLE_PAIRS,
+                                     (float)LIMIT,  (float)PERIOD, true};
+    const inertia_tuning_t tuning = inertia_prepare(&params);
+    memset(&x, 0x55, sizeof x);
+    inertia_init(&x, &tuning);
+    omega = 100.0;
+    reference = 100.0;
+    stand(0.0, 0.2);
+}
+
+/* Pushed until `short_of` is left, then an exponential; 0.1 s before and 0.3 s after. */
+static void go(const way_t *way)
+{
+    const double k = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI / way->inertia;
+    const double from = omega, sign = way->to > omega ? 1.0 : -1.0;
+    const double half = 0.5 * (from + way->to);
+    double after = 0.0, load = way->load;
+    stand(load, 0.1);
+    bool begun = false; /* the current answers a period later */
+    while (after < 0.3) {
+        const double miss = way->to - omega;
+        const bool pushes = sign * miss > way->short_of + 1e-9;
+        const double pushed = !begun ? 0.0 : (pushes ? sign * way->current : 20.0 * miss / k);
+        begun = true;
+        reference = way->ramp == 0.0 || fabs(way->to - reference) < way->ramp * PERIOD
+                        ? way->to
+                        : reference + sign * way->ramp * PERIOD;
+        load = way->load + way->viscous * (omega - from) + (sign * (omega - half) > 0.0 ? way->step : 0.0);
+        const bool first = fabs(omega - half) < 5.0;
+        step(load + pushed, pushes ? !(way->unsound_way && first) : !way->unsound_tail);
+        omega += k * pushed * PERIOD;
+        after += pushes ? 0.0 : PERIOD;
+    }
+    stand(load, 0.1);
+}
+
+/* What the last way has said of J, over the truth. */
+static double said(double inertia)
+{
+    return (double)x.said[0] / inertia;
+}
+
+static double hat(void)
+{
+    return (double)x.learnt.value;
+}
+
+/* Heavier and lighter than the parameter, both directions, up and down. The sum is of held samples: a period
+ * of the way. */
+static void test_a_way_says_what_the_inertia_is(void)
+{
+    static const double inertias[] = {0.005, 0.0115, 0.02, 0.055, 0.09};
+    for (int n = 0; n < 20; n++) {
+        const double inertia = inertias[n / 4], sign = n % 2 ? -1.0 : 1.0;
+        setUp();
+        omega = sign * (n / 2 % 2 ? 600.0 : 100.0);
+        reference = omega;
+        stand(sign * 1.2, 0.3);
+        way_t way = usual(inertia, sign * (n / 2 % 2 ? 100.0 : 600.0));
+        way.load = sign * 1.2;
+        go(&way);
+        TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(inertia));
+    }
+}
+
+/* The load that has grown with the speed was there by half in the mean, and stays in the tail. */
+static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        way_t way = usual(0.04, 500.0);
+        way.viscous = (n ? -1.0 : 1.0) * 0.12 * way.current / 400.0;
+        go(&way);
+        TEST_ASSERT_DOUBLE_WITHIN(0.005, 1.0, said(0.04));
+    }
+}
+
+static void test_a_ramp_of_the_reference_is_a_way_too(void)
+{
+    way_t way = usual(0.04, 500.0);
+    way.ramp = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI / 0.04 * way.current;
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.04));
+}
+
+/* A wrong flux linkage is taken for inertia: K stays. */
+static void test_a_wrong_flux_goes_into_the_inertia_alone(void)
+{
+    take(J_FROM, 1.2 * PSI, true);
+    const way_t way = usual(0.04, 500.0);
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, 1.2, said(0.04));
+}
+
+static void test_two_ways_that_agree_are_believed_one_is_not(void)
+{
+    way_t way = usual(0.04, 500.0);
+    go(&way);
+    TEST_ASSERT_EQUAL_FLOAT((float)J_FROM, x.learnt.value);
+    TEST_ASSERT_FALSE(inertia_is_known(&x));
+    way.to = 100.0;
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
+    TEST_ASSERT_TRUE(inertia_is_known(&x));
+    way.to = 500.0;
+    way.inertia = 0.09; /* as a load that came and went again would seem */
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.09));
+    TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
+}
+
+/* The median of what the last three said, in every order. */
+static void test_what_is_learnt_is_the_median_of_three(void)
+{
+    static const double orders[][3] = {{1, 2, 3}, {1, 3, 2}, {2, 1, 3}, {2, 3, 1}, {3, 1, 2}, {3, 2, 1}};
+    for (int n = 0; n < 6; n++) {
+        setUp();
+        for (int k = 0; k < 3; k++) {
+            const way_t way = usual(0.02 * orders[n][k], k % 2 ? 100.0 : 500.0);
+            go(&way);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
+    }
+}
+
+static void test_it_stays_within_its_range(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        for (int k = 0; k < 2; k++) {
+            const way_t way = usual(J_FROM * (n ? 1.0 / 6.0 : 6.0), k % 2 ? 100.0 : 500.0);
+            go(&way);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * J_FROM, J_FROM * (n ? 1.0 / 5.0 : 5.0), hat());
+    }
+}
+
+/* ---- what says nothing ---- */
+
+static void expect_unheard(const way_t *way)
+{
+    const float before = x.said[0];
+    go(way);
+    TEST_ASSERT_EQUAL_FLOAT(before, x.said[0]);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.under_way);
+}
+
+static void test_a_load_that_moves_says_nothing(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        way_t way = usual(0.04, 500.0);
+        way.step = (n ? -1.0 : 1.0) * 0.18 * way.current;
+        expect_unheard(&way);
+    }
+}
+
+static void test_a_short_a_weak_and_a_long_way_say_nothing(void)
+{
+    way_t way = usual(0.04, 155.0);
+    expect_unheard(&way);
+    setUp();
+    way = usual(0.004, 500.0);
+    way.current = 0.019 * LIMIT;
+    expect_unheard(&way);
+    setUp();
+    way = usual(0.2, 500.0);
+    way.current = 4.05 * 400.0 * 0.2 / (1.5 * POLE_PAIRS * POLE_PAIRS * PSI) / 16.0;
+    expect_unheard(&way); /* 3.95 s, beside the tail */
+}
+
+static void test_one_unsound_period_spoils_the_way(void)
+{
+    way_t way = usual(0.04, 500.0);
+    way.unsound_way = true;
+    expect_unheard(&way);
+    setUp();
+    way = usual(0.04, 500.0);
+    way.unsound_tail = true;
+    expect_unheard(&way);
+    way = usual(0.04, 100.0); /* the next one is judged by itself */
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.04));
+}
+
+/* The motor pushes the one way, the rotor goes the other. */
+static void test_a_speed_that_goes_against_the_torque_says_nothing(void)
+{
+    const way_t way = usual(-0.04, 500.0);
+    way_t against = way;
+    against.current = -5.0;
+    expect_unheard(&against);
+}
+
+/* A number that is none, in the speed from which the way begins, or in a current on it. */
+static void test_what_is_no_number_teaches_nothing(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        stand(1.2, 0.1);
+        reference = 500.0;
+        omega = n == 0 ? (double)NAN : 100.0;
+        step(1.2, true);
+        omega = 100.0;
+        step(n == 1 ? (double)NAN : 6.0, true);
+        stand(6.0, 0.3);
+        omega = 500.0;
+        stand(1.2, 0.3);
+        TEST_ASSERT_EQUAL_UINT32(0u, x.under_way);
+        TEST_ASSERT_EQUAL_FLOAT((float)J_FROM, x.said[0]);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.2f, x.load);
+    }
+}
+
+/* ---- the load's share ---- */
+
+static void test_load_current_follows_while_the_reference_stands(void)
+{
+    stand(0.0, 0.1);
+    stand(4.0, 1.0 / (double)INERTIA_LOAD_CUTOFF);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4.0 * (1.0 - exp(-1.0)), (double)x.load);
+    stand(4.0, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0, (double)x.load);
+}
+
+/* From the period in which the reference moves, until the speed has been there for the tail. */
+static void test_load_current_is_held_on_the_way(void)
+{
+    stand(1.2, 0.1);
+    reference = 500.0;
+    step(1.2, true);
+    stand(9.0, 1.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
+    omega = 493.0;
+    stand(1.5, (double)INERTIA_TAIL);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
+    omega = 491.0; /* away again */
+    step(1.5, true);
+    omega = 499.0;
+    stand(1.5, (double)INERTIA_TAIL);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
+    stand(1.5, 0.02);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.5, (double)x.load);
+}
+
+static void test_a_reference_that_moves_again_makes_the_way_longer(void)
+{
+    stand(1.2, 0.1);
+    reference = 104.0;
+    stand(1.2, 0.1);
+    reference = 105.0;
+    stand(3.0, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
+    TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
+}
+
+/* After a rest nothing is known of the load: the first current is wholly its. */
+static void test_after_a_rest_the_load_is_what_the_current_is(void)
+{
+    stand(1.2, 0.1);
+    inertia_rest(&x);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, x.load);
+    reference = 300.0;
+    step(4.5, true);
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, x.load);
+    stand(9.0, 0.1);
+    TEST_ASSERT_EQUAL_FLOAT(4.5f, x.load);
+}
+
+/* ---- coefficients ---- */
+
+static void learn_twice(void)
+{
+    way_t way = usual(0.04, 500.0);
+    go(&way);
+    way.to = 100.0;
+    go(&way);
+    TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
+}
+
+static void test_new_coefficients_keep_what_was_learnt_of_the_same_parameter(void)
+{
+    learn_twice();
+    const float learnt = x.learnt.value;
+    take(J_FROM, 1.1 * PSI, true);
+    TEST_ASSERT_EQUAL_FLOAT(learnt, x.learnt.value);
+    TEST_ASSERT_TRUE(inertia_is_known(&x));
+}
+
+static void test_another_parameter_or_off_begins_anew(void)
+{
+    for (int n = 0; n < 2; n++) {
+        const double from = n ? J_FROM : 0.03;
+        setUp();
+        learn_twice();
+        take(from, PSI, n == 0);
+        TEST_ASSERT_EQUAL_FLOAT((float)from, x.learnt.value);
+        TEST_ASSERT_EQUAL_FLOAT((float)from, x.learnt.from);
+        TEST_ASSERT_FALSE(inertia_is_known(&x));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, x.load);
+        TEST_ASSERT_EQUAL_FLOAT((float)from, x.said[0]);
+        TEST_ASSERT_EQUAL_FLOAT((float)from, x.said[1]);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_way_says_what_the_inertia_is);
+    RUN_TEST(test_a_load_that_grows_with_the_speed_has_no_part_in_it);
+    RUN_TEST(test_a_ramp_of_the_reference_is_a_way_too);
+    RUN_TEST(test_a_wrong_flux_goes_into_the_inertia_alone);
+    RUN_TEST(test_two_ways_that_agree_are_believed_one_is_not);
+    RUN_TEST(test_what_is_learnt_is_the_median_of_three);
+    RUN_TEST(test_it_stays_within_its_range);
+    RUN_TEST(test_a_load_that_moves_says_nothing);
+    RUN_TEST(test_a_short_a_weak_and_a_long_way_say_nothing);
+    RUN_TEST(test_one_unsound_period_spoils_the_way);
+    RUN_TEST(test_a_speed_that_goes_against_the_torque_says_nothing);
+    RUN_TEST(test_what_is_no_number_teaches_nothing);
+    RUN_TEST(test_load_current_follows_while_the_reference_stands);
+    RUN_TEST(test_load_current_is_held_on_the_way);
+    RUN_TEST(test_a_reference_that_moves_again_makes_the_way_longer);
+    RUN_TEST(test_after_a_rest_the_load_is_what_the_current_is);
+    RUN_TEST(test_new_coefficients_keep_what_was_learnt_of_the_same_parameter);
+    RUN_TEST(test_another_parameter_or_off_begins_anew);
+    return UNITY_END();
+}

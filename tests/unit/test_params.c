@@ -481,6 +481,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
     params.torque_feedforward = 0.5f;
+    params.inertia_adaptation = INERTIA_OFF; /* J is what the row says */
     params.estimate_amplitude_max = 1.0f;
     params.motor_inductance_d = 10e-3f; /* the observer lives on L_q */
     params.lag_compensation = LAG_PRINTED;

@@ -260,7 +260,7 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
             table_set(row_of(broken[n].settings[m].row), &params, broken[n].settings[m].value);
         }
         believed_t believed = params_believed(&params);
-        believed.inertia_known = true; /* as it may become */
+        believed.inertia_known = 1u; /* as it may become */
         params_estimator(&params, &believed, &estimator);
         TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&estimator, &why), broken[n].field);
         TEST_ASSERT_EQUAL_STRING(broken[n].field, why.field);

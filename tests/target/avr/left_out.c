@@ -27,6 +27,7 @@ static const struct {
     {"test_offset_trim.c", "test_a_changing_speed_is_left_alone", PRECISION},
     {"test_offset_trim.c", "test_after_a_change_the_next_steady_window_counts", PRECISION},
     {"test_offset_trim.c", "test_a_small_current_is_left_alone", PRECISION},
+    {"test_offset_trim.c", "test_limit_below_at_and_above", PRECISION},
     {"test_offset_trim.c", "test_each_component_stops_at_the_limit", PRECISION},
     {"test_offset_trim.c", "test_reset_takes_the_offset_and_forgets_the_window", PRECISION},
     {"test_offset_trim.c", "test_new_coefficients_keep_the_state", PRECISION},

@@ -8,6 +8,7 @@ void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
     m->periods = 0u;
     m->stall_periods = 0u;
     m->slow_periods = 0u;
+    m->judged = 0u;
     m->unlocked = 0u;
 }
 
@@ -57,6 +58,9 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     lock_take(&m->lock, &tuning->lock);
     run_take(&m->run, &tuning->run);
     m->other_source = m->limits.sensorless != tuning->limits.sensorless;
+    if (m->other_source != 0u) {
+        m->judged = 0u;
+    }
     m->limits = tuning->limits;
 }
 

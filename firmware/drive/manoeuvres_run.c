@@ -65,8 +65,8 @@ static void lose(manoeuvres_t *m, float omega_e)
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, omega_e);
 }
 
-/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then neither loop nor
- * lock is judged, and the EMF may be gone for a while. */
+/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then, and shortly after
+ * a hand-over, neither loop nor lock is judged, and the EMF may be gone for a while. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
     const float slow = m->limits.fallback_speed;
@@ -77,6 +77,21 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
         m->periods = 0u; /* the mask of a hand-over */
     }
     m->omega_ref = omega_ref;
+    m->judged = m->reversing == 0u && m->periods > MANOEUVRE_MASKED_PERIODS;
+}
+
+/* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track? */
+static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const bool slow = input->estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
+    if (m->reversing == 0u || !slow) {
+        m->slow_periods = 0u;
+        return false;
+    }
+    m->slow_periods++;
+    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
+    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods);
 }
 
 void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
@@ -97,11 +112,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     if (m->sound_periods >= SOUND_PERIODS) {
         m->start_try = 0u;
     }
-
-    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
-    const bool slow = estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
-    m->slow_periods = slow && m->reversing != 0u ? m->slow_periods + 1u : 0u;
-    if (m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods)) {
+    if (is_too_slow(m, input)) {
         manoeuvres_fall_back(m, input, demand);
     }
 }

@@ -69,9 +69,7 @@ typedef struct {
 typedef struct {
     uint32_t steps; /* [-] of a cycle, of so many periods each */
     float step;     /* of the wave's t a step [-] */
-    float time;     /* of a cycle [s] */
-    float answer;   /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
-    float against;  /* part of the swing of i_q by which it is opposed in the next cycle, per sum [-] */
+    float per_sum;  /* amplitude of a current over its sum with s of a cycle, behind the low-pass [-] */
 } inductance_wave_t;
 
 typedef struct {
@@ -83,9 +81,9 @@ typedef struct {
     float ratio;        /* L_q/L_d [-] */
     float flux_linkage; /* psi_f [Wb] */
     float current;      /* amplitude of the dither [A] */
-    float torque;       /* least |i_q| [A] */
     float mean_share;   /* of the low-pass that is taken off [-] */
-    float per_sum;      /* T over the time from one sum to the next [-] */
+    float time;         /* from one sum to the next [s] */
+    float per_sum;      /* T over it [-] */
 } inductance_tuning_t;
 
 typedef struct {

@@ -58,10 +58,10 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     lock_take(&m->lock, &tuning->lock);
     run_take(&m->run, &tuning->run);
     m->other_source = m->limits.sensorless != tuning->limits.sensorless;
-    if (m->other_source != 0u) {
-        m->judged = 0u;
-    }
     m->limits = tuning->limits;
+    if (m->other_source != 0u) {
+        manoeuvres_judge(m);
+    }
 }
 
 void manoeuvres_begin(manoeuvres_t *m, float omega_m)

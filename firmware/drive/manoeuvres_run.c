@@ -65,8 +65,8 @@ static void lose(manoeuvres_t *m, float omega_e)
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, omega_e);
 }
 
-/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then, and shortly after
- * a hand-over, neither loop nor lock is judged, and the EMF may be gone for a while. */
+/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then neither loop nor
+ * lock is judged, and the EMF may be gone for a while. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
     const float slow = m->limits.fallback_speed;
@@ -77,7 +77,6 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
         m->periods = 0u; /* the mask of a hand-over */
     }
     m->omega_ref = omega_ref;
-    m->judged = m->reversing == 0u && m->periods > MANOEUVRE_MASKED_PERIODS;
 }
 
 /* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track? */
@@ -107,6 +106,7 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
+    manoeuvres_judge(m);
     m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
     m->sound_periods++;
     if (m->sound_periods >= SOUND_PERIODS) {

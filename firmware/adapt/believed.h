@@ -4,18 +4,19 @@
 #define ADAPT_BELIEVED_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "math/bounds.h"
 
 #define BELIEVED_STEP 1e-3f /* [-] a change that is worth a tuning */
 
 typedef struct {
-    float resistance;   /* R of a phase, device included [ohm] */
-    float inductance_d; /* L_d [H] */
-    float inductance_q; /* L_q [H] */
-    float flux_linkage; /* psi_f [Wb] */
-    float inertia;      /* everything that turns [kg m^2] */
-    bool inertia_known; /* well enough to tell the torque's acceleration by it */
+    float resistance;       /* R of a phase, device included [ohm] */
+    float inductance_d;     /* L_d [H] */
+    float inductance_q;     /* L_q [H] */
+    float flux_linkage;     /* psi_f [Wb] */
+    float inertia;          /* everything that turns [kg m^2] */
+    uint32_t inertia_known; /* [-] 1: well enough to tell the torque's acceleration by it */
 } believed_t;
 
 static inline bool believed_differs(float from, float to)

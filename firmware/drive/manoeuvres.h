@@ -170,7 +170,10 @@ static inline float manoeuvres_speed(const manoeuvres_t *m)
 }
 
 /* Of the stator, where nothing is known of the rotor. */
-static const frame_t manoeuvres_stationary = {0.0f, 0.0f, {0.0f, 1.0f}};
+static inline frame_t manoeuvres_stationary(void)
+{
+    return (frame_t){0.0f, 0.0f, {0.0f, 1.0f}};
+}
 
 /* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
  * the frame. */
@@ -181,13 +184,13 @@ static inline frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *enc
         return *encoder;
     }
     if (m->now == (int32_t)MANOEUVRE_OFF) {
-        return manoeuvres_stationary;
+        return manoeuvres_stationary();
     }
     if (m->tracking != 0u) {
         return estimate->frame;
     }
     return manoeuvres_forces(m) ? m->forced.frame
-                                : (frame_t){0.0f, m->catching.omega_e, manoeuvres_stationary.rotation};
+                                : (frame_t){0.0f, m->catching.omega_e, manoeuvres_stationary().rotation};
 }
 
 /* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional

@@ -28,7 +28,7 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
 {
     const estimate_t *estimate = input->estimate;
     const ab_t current = catch_current(&m->catching);
-    demand->frame = manoeuvres_stationary;
+    demand->frame = manoeuvres_stationary();
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
     demand->current = (dq_t){current.alpha, current.beta};
     demand->emf = (dq_t){0.0f, 0.0f};

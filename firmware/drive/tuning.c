@@ -10,7 +10,9 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
     }
     if (learnt->inertia.from == params->motor_inertia) {
         believed.inertia = learnt->inertia.value;
-        believed.inertia_known = believed.inertia_known || learnt->inertia_known;
+        if (learnt->inertia_known) {
+            believed.inertia_known = 1u;
+        }
     }
     return believed;
 }
@@ -105,7 +107,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
-        .acceleration_known = params->torque_feedforward > 0.0f && believed->inertia_known,
+        .acceleration_known = params->torque_feedforward > 0.0f && believed->inertia_known != 0u,
         .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
                         believed->inertia,
         .period = DRIVE_PERIOD,

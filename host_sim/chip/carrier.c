@@ -190,7 +190,8 @@ static void tell_average(chip_t *chip)
     chip->pins.hidden = 1u;
     if (chip == chip_bound) {
         chip_world->carrier(chip_world->context, chip->tick, period, high,
-                            rounded(chip, chip->registers.epwm[carrier->first].DBRED));
+                            rounded(chip, chip->registers.epwm[carrier->first].DBRED),
+                            carrier->up_level == 0u);
     }
 }
 

@@ -32,13 +32,15 @@ static void no_gates(void *context, uint64_t tick, uint32_t level, uint32_t driv
     (void)driven;
 }
 
-static void no_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+static void no_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                       bool ends)
 {
     (void)context;
     (void)tick;
     (void)period;
     (void)high;
     (void)dead;
+    (void)ends;
 }
 
 static int64_t no_encoder(void *context, uint64_t tick)

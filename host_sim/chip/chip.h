@@ -82,13 +82,15 @@ typedef struct {
     /* Averaged mode only: three legs, those on ePWM1..3 or, if only these have pins, on ePWM4..6, in this
      * order. Gate A of a leg is on for high[n] ticks, less one dead band if the leg switches at all, in the
      * carrier period that begins at this tick (counter zero) and lasts `period` ticks; gate B is the
-     * complement, both are off during `dead` ticks at each change. On is the pin high, or low if `active_low`
-     * is set. Holds until the next call of carrier or gates.
+     * complement, both are off during `dead` ticks at each change. `ends`: gate A is on at both ends of the
+     * period and off around its middle, otherwise on around its middle. On is the pin high, or low if
+     * `active_low` is set. Holds until the next call of carrier or gates.
      *
      * Where a SYSCLK cycle is no whole number of ticks: `period` is exactly the way to the next counter zero
      * (whole at 100 MHz), high and dead are rounded to the nearest tick, so they are off by half a tick at
      * most (only odd counts at 100 MHz). A leg that switches keeps 0 < high < period. */
-    void (*carrier)(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead);
+    void (*carrier)(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                    bool ends);
     /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
      * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);

@@ -29,7 +29,7 @@ static bool speaks_of(map_claim_t claim, const map_point_t *point)
         point->deviation == MAP_INDUCTANCE_LOW || point->deviation == MAP_INDUCTANCE_HIGH;
     switch (claim) {
     case MAP_CLAIM_INDUCTANCE:
-        return of_inductance;
+        return of_inductance && point->adaptation == MAP_ADAPTATION_OFF;
     case MAP_CLAIM_NO_EFFECT:
         return point->deviation >= MAP_FLUX_LOW && point->deviation <= MAP_RESISTANCE_HIGH &&
                point->adaptation == MAP_ADAPTATION_OFF;

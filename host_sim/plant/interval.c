@@ -17,8 +17,6 @@
 #define LARGEST_ANGLE 0.09
 /* Step in time constants of the zone [-]. Runge-Kutta leaves 3e-4 of the transient. */
 #define STIFFEST 0.5
-/* The same in averaged mode, which models a mean anyway: Runge-Kutta would not be nearer to the truth. */
-#define STIFFEST_AVERAGED 1.5
 /* Repetitions end when a further one would change less than this [A], or after so many. */
 #define SETTLED     2e-6
 #define MOST_PASSES 6
@@ -210,12 +208,38 @@ void interval_restart(plant_t *plant)
     shaft_restart(plant);
 }
 
+/* Derivative of the currents at (i_d, i_q) under a voltage, with the rotor at (cosine, sine). */
+static void current_slope(const plant_t *plant, double omega_e, double cosine, double sine, double i_d,
+                          double i_q, double u_d, double u_q, double *di_d, double *di_q)
+{
+    const plant_params_t *params = &plant->params;
+    double e_d, e_q;
+    emf_shape(plant, cosine, sine, &e_d, &e_q);
+    e_d *= omega_e;
+    e_q *= omega_e;
+    if (plant->open == 0u) {
+        *di_d = (u_d - params->resistance * i_d + omega_e * params->inductance_q * i_q - e_d) * plant->k_d;
+        *di_q = (u_q - params->resistance * i_q - omega_e * params->inductance_d * i_d - e_q) * plant->k_q;
+        return;
+    }
+    /* d(L_m y)/dt = (u - e) m - R y along the line m, L_m = L_d m_d^2 + L_q m_q^2; m turns back in the rotor
+     * frame. */
+    double m_d, m_q;
+    open_line(plant, cosine, sine, &m_d, &m_q);
+    double y = i_d * m_d + i_q * m_q;
+    double l_m = params->inductance_d * m_d * m_d + params->inductance_q * m_q * m_q;
+    double dl_m = 2.0 * omega_e * m_d * m_q * plant->saliency;
+    double dy = ((u_d - e_d) * m_d + (u_q - e_q) * m_q - (params->resistance + dl_m) * y) / l_m;
+    *di_d = dy * m_d + y * omega_e * m_q;
+    *di_q = dy * m_q - y * omega_e * m_d;
+}
+
 /* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). */
 static void slope_at(const plant_t *plant, double omega_e, double cosine, double sine, double i_d, double i_q,
                      slope_t *out)
 {
     const plant_params_t *params = &plant->params;
-    double i[3], v[3], e_d, e_q;
+    double i[3], v[3];
     to_phases(cosine, sine, i_d, i_q, i);
     out->link = 0.0;
     out->loss = 0.0;
@@ -227,31 +251,15 @@ static void slope_at(const plant_t *plant, double omega_e, double cosine, double
             out->loss += (share * plant->v_dc - v[leg]) * i[leg];
         }
     }
-    emf_shape(plant, cosine, sine, &e_d, &e_q);
-    e_d *= omega_e;
-    e_q *= omega_e;
     double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
     double u_beta = (v[1] - v[2]) * INV_SQRT_3;
     double u_d = u_alpha * cosine + u_beta * sine;
     double u_q = u_beta * cosine - u_alpha * sine;
-
-    if (plant->open == 0u) {
-        out->di_d =
-            (u_d - params->resistance * i_d + omega_e * params->inductance_q * i_q - e_d) * plant->k_d;
-        out->di_q =
-            (u_q - params->resistance * i_q - omega_e * params->inductance_d * i_d - e_q) * plant->k_q;
-    } else {
-        /* d(L_m y)/dt = (u - e) m - R y along the line m, L_m = L_d m_d^2 + L_q m_q^2; m turns back in the
-         * rotor frame. */
+    current_slope(plant, omega_e, cosine, sine, i_d, i_q, u_d, u_q, &out->di_d, &out->di_q);
+    if (plant->open != 0u) {
+        /* The broken phase's terminal follows its EMF; only the voltage along the line reaches the motor. */
         double m_d, m_q;
         open_line(plant, cosine, sine, &m_d, &m_q);
-        double y = i_d * m_d + i_q * m_q;
-        double l_m = params->inductance_d * m_d * m_d + params->inductance_q * m_q * m_q;
-        double dl_m = 2.0 * omega_e * m_d * m_q * plant->saliency;
-        double dy = ((u_d - e_d) * m_d + (u_q - e_q) * m_q - (params->resistance + dl_m) * y) / l_m;
-        out->di_d = dy * m_d + y * omega_e * m_q;
-        out->di_q = dy * m_q - y * omega_e * m_d;
-        /* The broken phase's terminal follows its EMF; only the voltage along the line reaches the motor. */
         double u = u_d * m_d + u_q * m_q;
         u_d = u * m_d;
         u_q = u * m_q;
@@ -261,6 +269,28 @@ static void slope_at(const plant_t *plant, double omega_e, double cosine, double
     out->u_alpha = u_alpha;
     out->u_beta = u_beta;
     out->copper = 1.5 * params->resistance * (i_d * i_d + i_q * i_q);
+}
+
+void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
+                           double by_beta[3])
+{
+    double omega_e = plant->p * (plant->omega_ahead + 0.5 * h * plant->acceleration);
+    double i_d = plant->i_d;
+    double i_q = plant->i_q;
+    double c = plant->cos_e;
+    double s = plant->sin_e;
+    double d[3], q[3];
+    current_slope(plant, omega_e, c, s, i_d, i_q, 0.0, 0.0, &d[0], &q[0]);
+    to_phases(c, s, d[0] - omega_e * i_q, q[0] + omega_e * i_d, begin);
+    phasor_turn(&c, &s, 0.5 * omega_e * h);
+    current_slope(plant, omega_e, c, s, i_d, i_q, 0.0, 0.0, &d[0], &q[0]);
+    current_slope(plant, omega_e, c, s, i_d, i_q, c, -s, &d[1], &q[1]);
+    current_slope(plant, omega_e, c, s, i_d, i_q, s, c, &d[2], &q[2]);
+    to_phases(c, s, d[1] - d[0], q[1] - q[0], by_alpha);
+    to_phases(c, s, d[2] - d[0], q[2] - q[0], by_beta);
+    phasor_turn(&c, &s, 0.5 * omega_e * h);
+    current_slope(plant, omega_e, c, s, i_d, i_q, 0.0, 0.0, &d[0], &q[0]);
+    to_phases(c, s, d[0] - omega_e * i_q, q[0] + omega_e * i_d, end);
 }
 
 void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta)
@@ -360,8 +390,7 @@ static double pole_integral(const plant_t *plant, const plant_law_t *law, double
     return (middle - fall * i) * i;
 }
 
-/* Mean pole voltage while the current goes in a straight line from x to y. */
-static double pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y)
+double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y)
 {
     double share;
     if (fabs(y - x) < 1e-7) {
@@ -464,7 +493,6 @@ static void add_up(const plant_t *plant, double h, const double j[3], const doub
 static bool bend(const plant_t *plant, const series_t *series, double v[3], double s[3], double j[3],
                  double *i_d, double *i_q)
 {
-    double stiffest = plant->averaged ? STIFFEST_AVERAGED : STIFFEST;
     double follow[3];
     bool touched[3];
     double contraction = 1e-6;
@@ -478,7 +506,7 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
             /* What a leg alone would do to its own mean current decides how far to follow the new mean
              * voltage. */
             double stiff = zone_resistance(plant, law) * series->h * plant->k_max;
-            if (stiff > stiffest) {
+            if (stiff > STIFFEST) {
                 return false;
             }
             follow[leg] = 1.0 / (1.0 + stiff * (1.0 / 3.0));
@@ -492,7 +520,7 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
             if (touched[leg]) {
                 const plant_law_t *law = &plant->law[plant->kind[leg]];
                 double middle = 0.5 * (plant->i[leg] + j[leg]);
-                double mean = pole_mean(plant, law, plant->i[leg], j[leg]) + plant->r_mean * middle;
+                double mean = interval_pole_mean(plant, law, plant->i[leg], j[leg]) + plant->r_mean * middle;
                 v[leg] += follow[leg] * (mean - v[leg]);
                 interval_pole(plant, law, middle, &s[leg]);
             }
@@ -530,10 +558,12 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     series_end(plant, &series, (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0), (v[1] - v[2]) * INV_SQRT_3, &i_d,
                &i_q);
     to_phases(cos_1, sin_1, i_d, i_q, j);
-    /* Both ends outside the zone and on the same side: the products tell the sides. */
-    bool away = least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
-                least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
-                least(least(i[0] * j[0], i[1] * j[1]), i[2] * j[2]) > 0.0;
+    /* Both ends outside the zone and on the same side: the products tell the sides. A mean over the period is
+     * one straight line, and has no zone. */
+    bool away =
+        plant->kind[0] >= PLANT_LAW_AVERAGED || (least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
+                                                 least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
+                                                 least(least(i[0] * j[0], i[1] * j[1]), i[2] * j[2]) > 0.0);
     if (!away || plant->extras) {
         s[0] = a->s[side_a];
         s[1] = b->s[side_b];

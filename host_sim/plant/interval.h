@@ -42,6 +42,14 @@ double interval_resistance(const plant_t *plant, double omega_m);
  * gives [-]. */
 double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share);
 
+/* Its mean [V] while the current goes in a straight line from x to y [A]. */
+double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y);
+
+/* How the phase currents move within the next h [s], by the present currents in the rotor frame: without
+ * voltage at its begin and end [A/s]; what a volt along alpha and along beta adds in the middle [A/(V s)]. */
+void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
+                           double by_beta[3]);
+
 /* Motor voltage [V] now, in the stationary frame; the EMF where no current can flow. With a broken phase, its
  * part along the line that the current can take. */
 void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "host_sim/plant/averaged.h"
 #include "host_sim/plant/interval.h"
 #include "host_sim/plant/noise.h"
 #include "host_sim/plant/phasor.h"
@@ -208,7 +209,14 @@ static void push_edge(plant_t *plant, uint64_t tick, uint32_t gate, uint32_t on)
 static void integrate(plant_t *plant, uint64_t tick)
 {
     while (plant->tick < tick) {
-        plant->tick += interval_step(plant, tick - plant->tick);
+        uint64_t until = tick;
+        if (plant->averaged) {
+            if (plant->tick >= plant->period_end) {
+                averaged_period(plant);
+            }
+            until = tick < plant->period_end ? tick : plant->period_end;
+        }
+        plant->tick += interval_step(plant, until - plant->tick);
         if (plant->i_d * plant->i_d + plant->i_q * plant->i_q > plant->trip_square) {
             protect(plant);
         }
@@ -243,7 +251,7 @@ void plant_gates(plant_t *plant, uint64_t tick, uint32_t on)
     on &= ALL_GATES;
     if (plant->averaged) {
         plant_advance(plant, tick);
-        plant->averaged = 0;
+        plant->averaged = PLANT_EDGES;
         plant->commanded = on;
         plant->on = on;
         legs_follow(plant);
@@ -265,32 +273,21 @@ void plant_gates(plant_t *plant, uint64_t tick, uint32_t on)
     }
 }
 
-void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                   bool upper)
 {
     assert(period > 0);
     plant_advance(plant, tick);
-    plant->averaged = 1;
+    plant->averaged = upper ? PLANT_AVERAGED_UPPER : PLANT_AVERAGED_LOWER;
     plant->period = period;
+    memcpy(plant->high, high, sizeof plant->high);
+    plant->dead = dead;
     plant->pending_count = 0;
     memset(plant->waiting, 0, sizeof plant->waiting);
     plant->commanded = 0;
     plant->on = 0;
     plant->shut = module_shut(plant) ? ALL_GATES : 0;
-    double scale = 1.0 / (double)period;
-    double error = (double)dead + (double)plant->turn_on_ticks - (double)plant->turn_off_ticks;
-    for (uint32_t leg = 0; leg < 3; leg++) {
-        double share_positive = (double)high[leg];
-        double share_negative = share_positive;
-        if (high[leg] > 0 && high[leg] < period) {
-            share_positive -= error;
-            share_negative += error;
-        }
-        share_positive *= scale;
-        share_negative *= scale;
-        share_positive = share_positive < 0.0 ? 0.0 : share_positive > 1.0 ? 1.0 : share_positive;
-        share_negative = share_negative < 0.0 ? 0.0 : share_negative > 1.0 ? 1.0 : share_negative;
-        plant->law[PLANT_LAW_AVERAGED + leg] = law_of(&plant->params, share_positive, share_negative);
-    }
+    averaged_period(plant);
     legs_follow(plant);
 }
 

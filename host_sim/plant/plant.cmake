@@ -1,4 +1,5 @@
 add_library(lagless_plant STATIC
+    plant/averaged.c
     plant/interval.c
     plant/noise.c
     plant/phasor.c

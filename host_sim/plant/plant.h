@@ -37,9 +37,8 @@
  * the pulse and a fresh off-on edge. force_fault shuts all and holds the line. In averaged mode any trip
  * shuts all arms, and the first carrier period after the pulse resumes.
  *
- * Averaged mode: one mean pole voltage per leg and carrier period, V_dc high/period minus the error of dead
- * time, delays and drops: time share shorter by T_e = dead + t_on - t_off for i > 0, longer for i < 0, linear
- * inside the zone.
+ * Averaged mode: one mean pole voltage per leg and carrier period, what its two edges, dead time, delays and
+ * drops make of V_dc high/period, each edge with the current that it meets, ripple included (averaged.h).
  *
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
@@ -145,8 +144,11 @@ void plant_gates(plant_t *plant, uint64_t tick, uint32_t on);
 
 /* Averaged mode from this tick on: high[n] ticks of each `period` ticks the upper command of leg n would be
  * on without dead band, `dead` ticks of dead band at each rising edge. high 0 or period: no edges, no error.
- * period > 0 (asserted). Advances to tick; pending edges are void. */
-void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead);
+ * upper: on at both ends of the period and off around its middle; otherwise on around its middle. Holds for
+ * all periods from here until the next call of this or plant_gates. period > 0 (asserted). Advances to tick;
+ * pending edges are void. */
+void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                   bool upper);
 
 /* Lets time pass until tick; a tick in the past does nothing. Some 40 ns per interval between edges that
  * change a voltage, or per 100 us. Within 1 mA of the exact solution while omega_e 100 us < 0.3. */

@@ -20,6 +20,9 @@ typedef struct {
 /* Index into the laws; the first four are the two gate bits of a leg. */
 enum { PLANT_LAW_OFF, PLANT_LAW_UPPER, PLANT_LAW_LOWER, PLANT_LAW_BOTH, PLANT_LAW_AVERAGED };
 
+/* Whose zero vector the ends of a carrier period lie in. */
+enum { PLANT_EDGES, PLANT_AVERAGED_LOWER, PLANT_AVERAGED_UPPER };
+
 /* A commanded edge that has not acted yet. */
 typedef struct {
     uint64_t tick; /* [tick] when it acts */
@@ -84,6 +87,7 @@ typedef struct {
     uint64_t calm_ticks;         /* [tick] since all legs are off and inside the zone */
     uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
     uint64_t random;             /* state of the noise */
+    uint64_t period_end;         /* [tick] of the carrier period that the averaged laws are of */
     int64_t count_whole;         /* [counts] of the whole mechanical turns in `turns` */
     double count_rest;           /* [counts] of the electrical turns beyond, and of the encoder's offset */
     int64_t turns;               /* [-] electrical revolutions, theta = theta_e + 2 pi turns */
@@ -96,15 +100,17 @@ typedef struct {
     uint32_t on;         /* gate bits after the delays */
     uint32_t shut;       /* gate bits shut by the module */
     uint32_t open;       /* bit n: phase n is broken */
-    uint32_t averaged;
-    uint32_t idle;      /* no current flows: nothing but the shaft moves */
-    uint32_t harmonics; /* the EMF has some */
+    uint32_t averaged;   /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
+    uint32_t idle;       /* no current flows: nothing but the shaft moves */
+    uint32_t harmonics;  /* the EMF has some */
     uint32_t metering;
     uint32_t extras; /* metering, soft link or sensor lag: sums are wanted */
     uint32_t steps;  /* since the phasor was last made from the angle */
     uint32_t shoot_throughs;
     uint32_t shoot_through_leg;
-    uint32_t period; /* [tick] of the carrier, averaged mode */
+    uint32_t period;  /* [tick] of the carrier, averaged mode */
+    uint32_t high[3]; /* [tick] of it that the upper switches are commanded on, likewise */
+    uint32_t dead;    /* [tick] dead band, likewise */
 } plant_t;
 
 #endif

@@ -84,12 +84,13 @@ static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driv
     rig_follow_fault_line(rig);
 }
 
-static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                       bool ends)
 {
     rig_t *rig = context;
     const uint32_t of_legs[3] = {high[legs[0] - BOARD_LEG_FIRST], high[legs[1] - BOARD_LEG_FIRST],
                                  high[legs[2] - BOARD_LEG_FIRST]};
-    plant_carrier(&rig->state.plant, tick, period, of_legs, dead);
+    plant_carrier(&rig->state.plant, tick, period, of_legs, dead, ends);
     rig_follow_fault_line(rig);
 }
 

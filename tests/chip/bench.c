@@ -44,12 +44,13 @@ static void on_gates(void *context, uint64_t tick, uint32_t level, uint32_t driv
     }
 }
 
-static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                       bool ends)
 {
     (void)context;
     seen(tick);
     if (bench.averages < BENCH_SAMPLES) {
-        bench.average[bench.averages++] = (average_t){tick, period, {high[0], high[1], high[2]}, dead};
+        bench.average[bench.averages++] = (average_t){tick, period, {high[0], high[1], high[2]}, dead, ends};
     }
 }
 

@@ -24,6 +24,7 @@ typedef struct {
 typedef struct {
     uint64_t tick;
     uint32_t period, high[3], dead;
+    bool ends;
 } average_t;
 
 typedef struct {

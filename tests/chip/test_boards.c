@@ -304,11 +304,13 @@ static void test_averages_in_ticks_at_100_megahertz(void)
     TEST_ASSERT_EQUAL_UINT32(3003u, average.high[1]);
     TEST_ASSERT_EQUAL_UINT32(3006u, average.high[2]);
     TEST_ASSERT_EQUAL_UINT32(50u, average.dead);
+    TEST_ASSERT_TRUE(average.ends);
     average_of(&(board_t){20000000u, 1u, false, PERIOD_WORD, AHC, 5000u, 30u, 30u}, 1000u, &average);
     TEST_ASSERT_EQUAL_UINT32(15000u, average.period);
     TEST_ASSERT_EQUAL_UINT32(12000u, average.high[0]);
     TEST_ASSERT_EQUAL_UINT32(11997u, average.high[1]);
     TEST_ASSERT_EQUAL_UINT32(45u, average.dead);
+    TEST_ASSERT_FALSE(average.ends);
 }
 
 static void test_averages_at_the_limits_centred_on_the_period_match(void)

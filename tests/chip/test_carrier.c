@@ -142,6 +142,7 @@ static void wide_compare(void)
 static void test_averaged_high_times_are_the_sum_over_edges(void)
 {
     static uint64_t high[200][6];
+    static uint64_t begins_high[200];
     begin(true, 0x000Bu, 450u, 450u);
     bench_in_interrupt = wide_compare;
     chip_run(start + 200u * CARRIER);
@@ -150,6 +151,7 @@ static void test_averaged_high_times_are_the_sum_over_edges(void)
             high[k][pin] =
                 bench_high_of(pin, start + k * (uint64_t)CARRIER, start + (k + 1u) * (uint64_t)CARRIER);
         }
+        begins_high[k] = bench_high_of(0u, start + k * (uint64_t)CARRIER, start + k * (uint64_t)CARRIER + 1u);
     }
     begin(true, 0x000Bu, 450u, 450u);
     bench_in_interrupt = wide_compare;
@@ -160,6 +162,7 @@ static void test_averaged_high_times_are_the_sum_over_edges(void)
         TEST_ASSERT_EQUAL_UINT64(start + k * (uint64_t)CARRIER, bench.average[k].tick);
         TEST_ASSERT_EQUAL_UINT32(CARRIER, bench.average[k].period);
         TEST_ASSERT_EQUAL_UINT32(450u, bench.average[k].dead);
+        TEST_ASSERT_TRUE(k < 2u || bench.average[k].ends == (begins_high[k] != 0u));
         for (uint32_t leg = 0u; leg < LEGS && k >= 2u; leg++) { /* the first periods start from all low */
             uint32_t a = bench.average[k].high[leg];
             TEST_ASSERT_EQUAL_UINT64(a - 450u, high[k][2u * leg]);

@@ -432,7 +432,7 @@ class CommandLine(unittest.TestCase):
         script = lagless("completion", "bash").stdout
         self.assertEqual(0, subprocess.run(["bash", "-n"], input=script, text=True).returncode)
         probe = script + "\nCOMP_WORDS=(lagless run --set iner); COMP_CWORD=3; _lagless 2>/dev/null; echo \"${COMPREPLY[@]}\""
-        self.assertEqual("inertia=", subprocess.run(["bash"], input=probe, capture_output=True, text=True).stdout.strip())
+        self.assertEqual("inertia_adaptation= inertia=", subprocess.run(["bash"], input=probe, capture_output=True, text=True).stdout.strip())
 
     def test_man_page_names_every_command(self):
         page = lagless("man").stdout

@@ -183,7 +183,7 @@ class ExactSensorsTest(unittest.TestCase):
         self.assertEqual(place(where)[0], 2000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
         _, _, text, where, why = session(
-            "period 3000", "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault",
+            "period 3000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
             "where-time", "why", arguments=("30000", "exact"),
         )
         self.assertEqual(place(where)[0], 3000)
@@ -220,7 +220,7 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault",
+            "period 10000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
             "where-time", "why"
         )
         self.assertEqual(place(where)[0], 10000)
@@ -251,7 +251,7 @@ class FaultTest(unittest.TestCase):
     def test_why_of_a_later_fault_names_it(self):
         # The DC link is made to look too high after the trip.
         _, _, _, why = session(
-            "until-fault", "set variable app->drive.guard.tuning.limit[FAULT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
+            "until-fault", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
             "why", arguments=("30000", "2000"),
         )
         self.assertIn("fault 20, module_fault", why)
@@ -273,7 +273,7 @@ class FaultTest(unittest.TestCase):
     def test_why_shows_the_last_periods_before_a_fault_of_the_step(self):
         _, before, _, _, why, again = session(
             "period 10000", "print app->drive.measure.measured.current_abc.b",
-            "set variable app->drive.guard.tuning.limit[FAULT_OVERCURRENT] = 0.01f", "until-fault", "why",
+            "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault", "why",
             "print app->drive.measure.measured.current_abc.b",
         )
         shown, kept, columns = self.history(why)
@@ -301,7 +301,7 @@ class FaultTest(unittest.TestCase):
 
     def test_why_shows_what_there_is_of_an_early_fault(self):
         _, _, _, why = session(
-            "period 2", "set variable app->drive.guard.tuning.limit[FAULT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
+            "period 2", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
         )
         shown, kept, columns = self.history(why)  # two in a row: the fourth period
         self.assertEqual((shown, kept), (4, 4))
@@ -310,7 +310,7 @@ class FaultTest(unittest.TestCase):
     def test_why_names_a_warning_that_holds(self):
         # From 0.1 s after the heat sink, at 40 degC, has come above it.
         _, _, _, before, _, why, drive = session(
-            "period 8000", "set variable app->drive.guard.tuning.limit[FAULT_SINK_WARM] = 30.0f", "period 8999", "why",
+            "period 8000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
             "period 9001", "why", "drive",
         )
         self.assertEqual(before, "nothing is wrong: the drive is in operation_enabled")

@@ -49,7 +49,7 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
     modulate(loop, now.theta_e + 1.5e-4 * now.omega_e, now.dc_voltage);
 
     if (loop->averaged) {
-        plant_carrier(plant, start, LOOP_PERIOD, high, loop->dead);
+        plant_carrier(plant, start, LOOP_PERIOD, high, loop->dead, loop->upper_ends != 0u);
         plant_advance(plant, start + LOOP_PERIOD);
         return;
     }
@@ -60,8 +60,9 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
     } list[12];
     int n = 0;
     for (uint32_t leg = 0; leg < 3; leg++) {
-        uint64_t rise = start + (LOOP_PERIOD - high[leg]) / 2u;
-        uint64_t fall = rise + high[leg];
+        uint32_t low = LOOP_PERIOD - high[leg];
+        uint64_t rise = start + (loop->upper_ends ? (LOOP_PERIOD + low) / 2u : low / 2u);
+        uint64_t fall = start + (loop->upper_ends ? high[leg] / 2u : low / 2u + high[leg]);
         uint32_t upper = PLANT_UPPER(leg);
         uint32_t lower = PLANT_LOWER(leg);
         if (high[leg] == 0) { /* before the first command: all off */

@@ -1,6 +1,6 @@
 /* A small field-oriented loop in double precision for the plant's tests: dq PI control with decoupling on the
- * true angle, min-max modulation, dead band, edges centred in the period. Its only purpose is to make the
- * plant work. */
+ * true angle, min-max modulation, dead band, pulses centred in the period or at its ends. Its only purpose is
+ * to make the plant work. */
 #ifndef TESTS_PLANT_LOOP_H
 #define TESTS_PLANT_LOOP_H
 
@@ -21,6 +21,7 @@ typedef struct {
     uint32_t dead;           /* [tick] */
     uint32_t gates;          /* command bits now */
     uint32_t averaged;       /* 1: plant_carrier instead of edges */
+    uint32_t upper_ends;     /* 1: pulses centred at the ends of the period, not in its middle */
 } loop_t;
 
 /* One carrier period from plant's present tick, which must be k LOOP_PERIOD; commanded edges are appended to

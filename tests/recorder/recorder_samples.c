@@ -153,13 +153,15 @@ static double on_analog(void *context, uint64_t tick, uint32_t channel)
     return 1.5;
 }
 
-static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead)
+static void on_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
+                       bool ends)
 {
     (void)context;
     (void)tick;
     (void)period;
     (void)high;
     (void)dead;
+    (void)ends;
 }
 
 static int64_t on_encoder(void *context, uint64_t tick)

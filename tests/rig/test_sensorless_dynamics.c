@@ -5,9 +5,9 @@
  *
  * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
  * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity where the
- * inverter is ideal; a real one switches every edge, for its dead time hangs on the currents at the edges. A
- * board of another current moves a shaft in proportion, friction, load and speed control with it: the
- * accelerations, and with them all expectations, are the same. */
+ * inverter is ideal; a real one switches every edge. A board of another current moves a shaft in proportion,
+ * friction, load and speed control with it: the accelerations, and with them all expectations, are the same.
+ */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>

@@ -37,4 +37,9 @@ static inline uint32_t recording_tables(void)
 #define RECORDING_SAMPLES  ((uint32_t)(sizeof(drive_samples_t) / sizeof(uint32_t)))
 #define RECORDING_COMMAND  ((uint32_t)(sizeof(drive_command_t) / sizeof(uint32_t)))
 
+_Static_assert(sizeof(believed_t) % sizeof(uint32_t) == 0u &&
+                   sizeof(drive_samples_t) % sizeof(uint32_t) == 0u &&
+                   sizeof(drive_command_t) % sizeof(uint32_t) == 0u,
+               "a slot is not of 32 bits");
+
 #endif

@@ -504,6 +504,7 @@ static void test_estimate_that_does_not_keep_up_is_lost(void)
         given_sensorless(way * 400.0); /* a loop that slow could not follow the catch */
         params.pll_bandwidth = 20.0f;
         params.feedforward_cutoff = 0.0f;
+        params.torque_feedforward = 0.0f;
         params.estimate_detector_max = 0.2f;
         offer_params();
         machine_steps(10000);

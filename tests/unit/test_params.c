@@ -208,6 +208,7 @@ static void test_a_sample_must_not_be_longer_than_half_the_windings_time_constan
 
 static void test_feedforward_must_be_slower_than_the_loop_that_it_is_part_of(void)
 {
+    params.torque_feedforward = 0.0f; /* asks for a cutoff of 0.1 rad/s at least */
     params.pll_bandwidth = 100.0f;
     params.feedforward_cutoff = 94.9f;
     TEST_ASSERT_TRUE(params_check(&params, &why));
@@ -224,6 +225,7 @@ static void test_every_tracking_loop_that_the_ranges_allow_is_stable(void)
     static const float damping[] = {0.5f, 0.7f, 1.0f, 2.0f, 5.0f};
     static const float share[] = {0.0f, 0.1f, 0.5f, 0.9f, 0.9499f};
     params.observer_emf_cutoff = 0.0f;
+    params.torque_feedforward = 0.0f; /* needs a feed-forward */
     for (int n = 0; n < 125; n++) {
         estimator_params_t estimator;
         params.pll_bandwidth = bandwidth[n % 5];
@@ -309,6 +311,7 @@ static void test_slowest_valid_speed_must_lie_below_the_fastest(void)
 static void test_torque_feedforward_needs_a_feedforward_that_forgets_its_error(void)
 {
     params.feedforward_cutoff = 0.0f;
+    params.torque_feedforward = 0.0f;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.torque_feedforward = 0.5f;
     expect_rule("torque_feedforward", 0.0f, 0.0f);
@@ -478,6 +481,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
     params.torque_feedforward = 0.5f;
+    params.inertia_adaptation = INERTIA_OFF; /* J is what the row says */
     params.estimate_amplitude_max = 1.0f;
     params.motor_inductance_d = 10e-3f; /* the observer lives on L_q */
     params.lag_compensation = LAG_PRINTED;

@@ -89,10 +89,12 @@ static uint32_t failing(const estimator_q_t *est)
            (speed < limits->speed_min || speed > limits->speed_max ? ESTIMATOR_SPEED : 0u);
 }
 
-/* The torque's share: K (i_q - i_L), i_q of the rotor as the loop sees it; Q63. */
+/* The torque's share: K (i_q - i_L), i_q of the rotor as the loop sees it; Q63. The difference stays within
+ * the range of a sample, so that it fits beside what else the loop's speed may gain in a period. */
 static int64_t acceleration_of(const estimator_q_t *est, ab_q_t current)
 {
-    return q_product(est->tuning.torque_feedforward, frames_park_q(current, est->pll.rotation).q - est->load);
+    const int32_t accelerating = frames_park_q(current, est->pll.rotation).q - est->load;
+    return q_product(est->tuning.torque_feedforward, q_clamp(accelerating, SAMPLE_LARGEST));
 }
 
 /* As step() of estimator.c. */

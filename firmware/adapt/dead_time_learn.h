@@ -26,7 +26,7 @@
  * the current is well outside of the zone and turns with the reference, and while speed and reference are
  * together; else the value stays.
  *
- * One step per T; what is more than a sum, on every so-manieth. Does not handle: differences between the
+ * One sum per T, and all else in every so-manieth. Does not handle: differences between the
  * legs; fifth and seventh harmonics of the EMF, h of its length together, which it takes for h |e|/0.33 V of
  * dead time. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
@@ -66,8 +66,7 @@ typedef struct {
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
     float period;         /* from one mean to the next [s] */
-    uint32_t every;       /* likewise [periods] */
-    float per_sum;        /* its reciprocal [-] */
+    float per_sum;        /* T over it [-] */
 } dead_time_learn_tuning_t;
 
 typedef struct {
@@ -76,7 +75,7 @@ typedef struct {
     float rate;       /* at which it learns now [1/s] */
     ab_t emf_sum;     /* since the last mean [V] */
     ab_t current_sum; /* likewise [A] */
-    uint32_t summed;  /* [periods] likewise */
+    uint32_t whole;   /* [-] 1: of all periods since then */
     uint32_t begun;   /* [-] 1: what follows is of the last periods */
     ab_t emf_mean;    /* m(e) [V] */
     ab_t along_mean;  /* m(u) [-] */
@@ -84,13 +83,11 @@ typedef struct {
     uint32_t moved;   /* [-] 1: it is not the one before */
 } dead_time_learn_t;
 
-/* What a period brings. */
+/* What stands beside the sums. */
 typedef struct {
     float omega_e;     /* of the rotor, estimated, smooth [rad/s], electrical */
     float omega_e_ref; /* its reference [rad/s], electrical, finite */
-    ab_t emf;          /* at t_k, lag undone [V] */
-    ab_t current;      /* mean of the last period [A] */
-    float link;        /* likewise [V] */
+    float link;        /* mean of the last period [V] */
 } dead_time_learn_input_t;
 
 /* Coefficients. Two divisions. */
@@ -104,38 +101,21 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
     learn->begun = 0u;
-    learn->summed = 0u;
+    learn->whole = 0u;
 }
 
-/* What the means over some periods teach, for dead_time_learn_step(). */
-void dead_time_learn_from(dead_time_learn_t *learn, const dead_time_learn_input_t *mean);
-
-/* One period; `due` on every so-manieth, as the tuning says, else the sums are not of that many periods and
- * are thrown away. The noise of an EMF is that of the current's change, of which a sum leaves only the ends.
- * A current that stands still, and what is no number or no EMF, teach nothing. No division. */
-static inline void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input,
-                                        bool due)
+/* Every period: its EMF at t_k, lag undone [V], and its mean current [A]. The noise of an EMF is that of the
+ * current's change, of which a sum leaves only the ends. */
+static inline void dead_time_learn_add(dead_time_learn_t *learn, ab_t emf, ab_t current)
 {
-    if (learn->summed == 0u) {
-        learn->emf_sum = (ab_t){0.0f, 0.0f};
-        learn->current_sum = (ab_t){0.0f, 0.0f};
-    }
-    learn->summed++;
-    learn->emf_sum.alpha += input->emf.alpha;
-    learn->emf_sum.beta += input->emf.beta;
-    learn->current_sum.alpha += input->current.alpha;
-    learn->current_sum.beta += input->current.beta;
-    if (!due) {
-        return;
-    }
-    if (learn->summed == learn->tuning.every) {
-        const float share = learn->tuning.per_sum;
-        dead_time_learn_input_t mean = *input;
-        mean.emf = (ab_t){share * learn->emf_sum.alpha, share * learn->emf_sum.beta};
-        mean.current = (ab_t){share * learn->current_sum.alpha, share * learn->current_sum.beta};
-        dead_time_learn_from(learn, &mean);
-    }
-    learn->summed = 0u;
+    learn->emf_sum.alpha += emf.alpha;
+    learn->emf_sum.beta += emf.beta;
+    learn->current_sum.alpha += current.alpha;
+    learn->current_sum.beta += current.beta;
 }
+
+/* After it in every so-manieth period, as the tuning says: what the means since the last one teach; after a
+ * pause nothing. A current that stands still, and what is no number or no EMF, teach nothing. No division. */
+void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input);
 
 #endif

@@ -6,12 +6,19 @@
 #define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
 #define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
 #define OPPOSED       0.5f /* [-] of what is left of the swing of i_q, a cycle */
-#define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
-#define SHARE_MAX     0.5f        /* [-] */
-#define ANSWER_MIN    0.5f        /* [-] of what i_d is told */
-#define ANSWER_MAX    1.5f        /* [-] likewise */
-#define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
+#define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
+#define SHARE_MAX     0.5f                                    /* [-] */
+#define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: i_q at least */
+#define ANSWER_MIN    0.5f                                    /* [-] of what i_d is told */
+#define ANSWER_MAX    1.5f                                    /* [-] likewise */
+#define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+
+/* Means over some periods. */
+typedef struct {
+    float emf_q;  /* [V] */
+    dq_t current; /* [A] */
+} inductance_means_t;
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
@@ -23,9 +30,7 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     return (inductance_wave_t){
         .steps = steps,
         .step = 2.0f / count,
-        .time = count * step,
-        .against = OPPOSED / (passed * WAVE_SQUARE * count),
-        .answer = passed * WAVE_SQUARE * count * INDUCTANCE_DITHER * params->current_max,
+        .per_sum = 1.0f / (passed * WAVE_SQUARE * count),
     };
 }
 
@@ -41,9 +46,8 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .ratio = params->inductance_q / params->inductance_d,
         .flux_linkage = params->flux_linkage,
         .current = INDUCTANCE_DITHER * params->current_max,
-        .torque = INDUCTANCE_TORQUE * params->current_max,
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
-        .every = params->every,
+        .time = step,
         .per_sum = 1.0f / (float)params->every,
     };
 }
@@ -81,16 +85,16 @@ static bool is_near(float frequency, float omega)
 }
 
 /* A cycle begins. false: there is nothing to see. */
-static bool begin(inductance_t *x, const inductance_input_t *input)
+static bool begin(inductance_t *x, const inductance_input_t *input, const inductance_means_t *means)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(input->current.q, x->tuning.torque)) {
+    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(means->current.q, TORQUE_MIN * x->tuning.current)) {
         inductance_rest(x);
         return false;
     }
     if (x->follows == 0u) {
-        x->emf_mean = input->emf_q;
-        x->mean = input->current;
+        x->emf_mean = means->emf_q;
+        x->mean = means->current;
     }
     x->follows = 0u;
     x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
@@ -142,26 +146,29 @@ static bool is_trusted(inductance_t *x, float said)
 static void oppose(inductance_t *x, const inductance_wave_t *wave)
 {
     const float most = x->tuning.current;
-    x->against_s = bounds_clamp(x->against_s - wave->against * x->swing_s, most);
-    x->against_c = bounds_clamp(x->against_c - wave->against * x->swing_c, most);
+    const float part = OPPOSED * wave->per_sum;
+    x->against_s = bounds_clamp(x->against_s - part * x->swing_s, most);
+    x->against_c = bounds_clamp(x->against_c - part * x->swing_c, most);
 }
 
 static void learn(inductance_t *x, const inductance_wave_t *wave, float said)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    const float share = x->rate * wave->time;
+    const float time = (float)wave->steps * tuning->time;
+    const float share = x->rate * time;
     const float next = lowpass_step(x->learnt.value, share < SHARE_MAX ? share : SHARE_MAX, said);
     const float least = INDUCTANCE_MIN * tuning->from;
     const float most = INDUCTANCE_MAX * tuning->from;
     x->learnt.value = next < most ? (next > least ? next : least) : most;
-    x->rate = gain_step(x->rate, tuning->rate, wave->time);
+    x->rate = gain_step(x->rate, tuning->rate, time);
 }
 
 static void end(inductance_t *x, float omega_smooth)
 {
     const inductance_wave_t *wave = &x->tuning.wave[x->second];
-    const float due = wave->answer;
-    x->follows = x->sound != 0u && x->answer_sum > ANSWER_MIN * due && x->answer_sum < ANSWER_MAX * due;
+    const float told = x->tuning.current;
+    const float answer = wave->per_sum * x->answer_sum;
+    x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
     const float said = said_by(x, wave, omega_smooth);
     if (said > 0.0f) {
         oppose(x, wave);
@@ -177,27 +184,43 @@ static float wave_at(float t)
     return 4.0f * t * (1.0f - bounds_magnitude(t));
 }
 
-void inductance_from(inductance_t *x, const inductance_input_t *mean)
+/* A step of the wave. */
+static void wave_on(inductance_t *x, const inductance_input_t *input, const inductance_means_t *means)
 {
     const float share = x->tuning.mean_share;
-    if (x->left == 0u && !begin(x, mean)) {
+    if (x->left == 0u && !begin(x, input, means)) {
         return;
     }
-    x->emf_mean = lowpass_step(x->emf_mean, share, mean->emf_q);
-    x->mean.d = lowpass_step(x->mean.d, share, mean->current.d);
-    x->mean.q = lowpass_step(x->mean.q, share, mean->current.q);
+    x->emf_mean = lowpass_step(x->emf_mean, share, means->emf_q);
+    x->mean.d = lowpass_step(x->mean.d, share, means->current.d);
+    x->mean.q = lowpass_step(x->mean.q, share, means->current.q);
     const float s = wave_at(x->t);
     const float c = wave_at(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
     x->dither = (dq_t){x->tuning.current * s, x->against_s * s + x->against_c * c};
-    const float i_q = mean->current.q - x->mean.q;
-    x->emf_sum += (mean->emf_q - x->emf_mean) * s;
-    x->answer_sum += (mean->current.d - x->mean.d) * s;
+    const float i_q = means->current.q - x->mean.q;
+    x->emf_sum += (means->emf_q - x->emf_mean) * s;
+    x->answer_sum += (means->current.d - x->mean.d) * s;
     x->swing_s += i_q * s;
     x->swing_c += i_q * c;
-    x->detector_sum += bounds_magnitude(mean->detector);
+    x->detector_sum += bounds_magnitude(input->detector);
     x->t += x->tuning.wave[x->second].step;
     x->left--;
     if (x->left == 0u) {
-        end(x, mean->omega_smooth);
+        end(x, input->omega_smooth);
     }
+}
+
+void inductance_step(inductance_t *x, const inductance_input_t *input)
+{
+    if (x->whole != 0u) {
+        const float share = x->tuning.per_sum;
+        const inductance_means_t means = {
+            .emf_q = share * x->emf_now,
+            .current = {share * x->current_now.d, share * x->current_now.q},
+        };
+        wave_on(x, input, &means);
+    }
+    x->emf_now = 0.0f;
+    x->current_now = (dq_t){0.0f, 0.0f};
+    x->whole = 1u;
 }

@@ -27,8 +27,8 @@
  * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
  * torque, there is no dither.
  *
- * One step per T, most of it on every so-manieth only: slow as all this is, sums over some periods are all
- * that is needed; two divisions at the end of a cycle. Does not handle: an L_q that falls
+ * One sum per T, and all else in every so-manieth: slow as all this is, sums over some periods are all that
+ * is needed; two divisions at the end of a cycle. Does not handle: an L_q that falls
  * with i_q otherwise than L_d. */
 #ifndef ADAPT_INDUCTANCE_H
 #define ADAPT_INDUCTANCE_H
@@ -69,9 +69,7 @@ typedef struct {
 typedef struct {
     uint32_t steps; /* [-] of a cycle, of so many periods each */
     float step;     /* of the wave's t a step [-] */
-    float time;     /* of a cycle [s] */
-    float answer;   /* sum(i_d s) of a cycle, if i_d does as it is told [A] */
-    float against;  /* part of the swing of i_q by which it is opposed in the next cycle, per sum [-] */
+    float per_sum;  /* amplitude of a current over its sum with s of a cycle, behind the low-pass [-] */
 } inductance_wave_t;
 
 typedef struct {
@@ -83,10 +81,9 @@ typedef struct {
     float ratio;        /* L_q/L_d [-] */
     float flux_linkage; /* psi_f [Wb] */
     float current;      /* amplitude of the dither [A] */
-    float torque;       /* least |i_q| [A] */
     float mean_share;   /* of the low-pass that is taken off [-] */
-    uint32_t every;     /* [periods] from one sum to the next */
-    float per_sum;      /* its reciprocal [-] */
+    float time;         /* from one sum to the next [s] */
+    float per_sum;      /* T over it [-] */
 } inductance_tuning_t;
 
 typedef struct {
@@ -98,7 +95,7 @@ typedef struct {
     /* of the step */
     float emf_now;    /* sum(e_q) [V] */
     dq_t current_now; /* sum(i) [A] */
-    uint32_t summed;  /* [periods] of these */
+    uint32_t whole;   /* [-] 1: these are of all periods since the last step */
     /* of the cycle */
     uint32_t left;      /* steps that are left of it [-]; 0: none */
     uint32_t sound;     /* [-] 1: nothing has spoilt it */
@@ -118,11 +115,10 @@ typedef struct {
     dq_t dither;        /* to be added to the references until the next step [A] */
 } inductance_t;
 
+/* What stands beside the sums. */
 typedef struct {
-    float emf_q;        /* e_q at t_k, lag undone [V] */
     float detector;     /* [-] */
     float omega_smooth; /* [rad/s] electrical */
-    dq_t current;       /* [A] at t_k, in the rotor's frame */
     bool sound;         /* the estimate may be believed */
 } inductance_input_t;
 
@@ -140,7 +136,7 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
 static inline void inductance_rest(inductance_t *x)
 {
     x->left = 0u;
-    x->summed = 0u;
+    x->whole = 0u;
     x->follows = 0u;
     x->confidence = 0.0f;
     x->said = 0.0f;
@@ -149,35 +145,20 @@ static inline void inductance_rest(inductance_t *x)
     x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* The mean of some periods, for inductance_step(). */
-void inductance_from(inductance_t *x, const inductance_input_t *mean);
-
-/* One period with a locked loop; `due` on every so-manieth, as the tuning says, else the sums are not of that
- * many periods and are thrown away. */
-static inline void inductance_step(inductance_t *x, const inductance_input_t *input, bool due)
+/* Every period with a locked loop: e_q at t_k, lag undone [V], the current at t_k in the rotor's frame [A],
+ * and may the estimate be believed? */
+static inline void inductance_add(inductance_t *x, float emf_q, dq_t current, bool sound)
 {
-    if (x->summed == 0u) {
-        x->emf_now = 0.0f;
-        x->current_now = (dq_t){0.0f, 0.0f};
-    }
-    x->summed++;
-    x->emf_now += input->emf_q;
-    x->current_now.d += input->current.d;
-    x->current_now.q += input->current.q;
-    if (!input->sound) {
+    x->emf_now += emf_q;
+    x->current_now.d += current.d;
+    x->current_now.q += current.q;
+    if (!sound) {
         x->sound = 0u;
     }
-    if (!due) {
-        return;
-    }
-    if (x->summed == x->tuning.every) {
-        const float share = x->tuning.per_sum;
-        inductance_input_t mean = *input;
-        mean.emf_q = share * x->emf_now;
-        mean.current = (dq_t){share * x->current_now.d, share * x->current_now.q};
-        inductance_from(x, &mean);
-    }
-    x->summed = 0u;
 }
+
+/* After it in every so-manieth period, as the tuning says: the step of the wave, from the means since the
+ * last one; after a rest nothing. */
+void inductance_step(inductance_t *x, const inductance_input_t *input);
 
 #endif

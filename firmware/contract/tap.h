@@ -41,12 +41,12 @@ typedef struct {
 /* Nothing is kept, or no longer. */
 void tap_history_clear(tap_history_t *history);
 
-/* One period more, of the slots at these offsets [chars of the target] of `base`; the oldest is forgotten. */
-static inline void tap_history_keep(tap_history_t *history, const size_t offsets[TAP_SLOTS], const void *base)
+/* The slots of one period more, to be written at once; the oldest are forgotten. */
+static inline uint32_t *tap_history_next(tap_history_t *history)
 {
     const uint32_t next = history->next;
-    tap_copy(offsets, TAP_SLOTS, base, history->slots[next % TAP_PERIODS]);
     history->next = next + 1u != 0u ? next + 1u : TAP_PERIODS; /* of a whole turn, if it wraps */
+    return history->slots[next % TAP_PERIODS];
 }
 
 /* How many periods are kept: TAP_PERIODS, or fewer after a start. */

@@ -113,14 +113,12 @@ static void shake(drive_t *drive)
         inductance_rest(inductance);
         return;
     }
-    const inductance_input_t input = {
-        .emf_q = drive->demand.emf.q,
-        .detector = estimate->detector,
-        .omega_smooth = estimate->omega_smooth,
-        .current = drive->current,
-        .sound = estimate->invalid == 0u,
-    };
-    inductance_step(inductance, &input, drive->period % DRIVE_LEARN_PERIODS == 0u);
+    const bool sound = estimate->invalid == 0u;
+    inductance_add(inductance, drive->demand.emf.q, drive->current, sound);
+    if (drive->period % DRIVE_LEARN_PERIODS == 0u) {
+        const inductance_input_t input = {estimate->detector, estimate->omega_smooth, sound};
+        inductance_step(inductance, &input);
+    }
     drive->demand.current.d += inductance->dither.d;
     drive->demand.current.q += inductance->dither.q;
 }
@@ -147,6 +145,7 @@ static void rest(drive_t *drive)
     drive->demand = (demand_t){drive->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     manoeuvres_end(&drive->manoeuvres);
     inductance_rest(&drive->inductance);
+    dead_time_learn_pause(&drive->dead_time_learn);
     current_control_reset(&drive->current_control, none);
     drive->current = frames_park(drive->measure.measured.current, drive->rotor.rotation);
     drive->voltage = none;
@@ -181,7 +180,7 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
                       drive->measure.measured.u_dc);
     /* up to the fault's own period, which is this one unless a trip came between two steps */
     if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
-        tap_history_keep(&drive->history, signals_history_places, drive);
+        signals_keep(drive);
     }
     *command = drive->command;
 }

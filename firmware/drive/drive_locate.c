@@ -63,18 +63,17 @@ static void learn_dead_time(drive_t *drive, const inverter_acted_t *acted)
         dead_time_learn_pause(&drive->dead_time_learn);
         return;
     }
-    const estimate_t *estimate = &drive->estimator.estimate;
-    const float pole_pairs = drive->manoeuvres.limits.pole_pairs;
-    const dead_time_learn_input_t input = {
-        .omega_e = pole_pairs * drive->omega_m,
-        .omega_e_ref = pole_pairs * drive->demand.omega_m_ref,
-        .emf = estimate->emf,
-        .current = acted->current,
-        .link = acted->link,
-    };
-    dead_time_learn_step(&drive->dead_time_learn, &input,
-                         drive->period % DRIVE_LEARN_PERIODS == DRIVE_LEARN_PERIODS / 2u);
-    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+    dead_time_learn_add(&drive->dead_time_learn, drive->estimator.estimate.emf, acted->current);
+    if (drive->period % DRIVE_LEARN_PERIODS == DRIVE_LEARN_PERIODS / 2u) {
+        const float pole_pairs = drive->manoeuvres.limits.pole_pairs;
+        const dead_time_learn_input_t input = {
+            .omega_e = pole_pairs * drive->omega_m,
+            .omega_e_ref = pole_pairs * drive->demand.omega_m_ref,
+            .link = acted->link,
+        };
+        dead_time_learn_step(&drive->dead_time_learn, &input);
+        inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+    }
 }
 
 static void estimate(drive_t *drive)

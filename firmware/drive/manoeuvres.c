@@ -8,6 +8,7 @@ void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
     m->periods = 0u;
     m->stall_periods = 0u;
     m->slow_periods = 0u;
+    m->judged = 0u;
     m->unlocked = 0u;
 }
 
@@ -58,6 +59,9 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     run_take(&m->run, &tuning->run);
     m->other_source = m->limits.sensorless != tuning->limits.sensorless;
     m->limits = tuning->limits;
+    if (m->other_source != 0u) {
+        manoeuvres_judge(m);
+    }
 }
 
 void manoeuvres_begin(manoeuvres_t *m, float omega_m)

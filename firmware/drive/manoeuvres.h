@@ -98,6 +98,7 @@ typedef struct {
     uint32_t loss_clock[2]; /* [periods] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
     uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged */
+    uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
     uint32_t slow_periods;  /* [periods] without an EMF */
     uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
     uint32_t sound_periods; /* [periods] since the start succeeded */
@@ -141,6 +142,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m);
 static inline void manoeuvres_end(manoeuvres_t *m)
 {
     m->now = (int32_t)MANOEUVRE_OFF;
+    m->judged = 0u;
     m->failed = 0u;
     m->unlocked = 0u;
 }
@@ -209,8 +211,7 @@ static inline bool manoeuvres_knows(const manoeuvres_t *m)
 /* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
 static inline bool manoeuvres_judged(const manoeuvres_t *m)
 {
-    return m->now == (int32_t)MANOEUVRE_RUN && m->reversing == 0u && m->periods > MANOEUVRE_MASKED_PERIODS &&
-           m->limits.sensorless != 0u;
+    return m->judged != 0u;
 }
 
 /* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */

@@ -30,6 +30,13 @@ static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *w
     return 0.0f;
 }
 
+/* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
+static inline void manoeuvres_judge(manoeuvres_t *m)
+{
+    m->judged = m->now == (int32_t)MANOEUVRE_RUN && m->reversing == 0u &&
+                m->periods > MANOEUVRE_MASKED_PERIODS && m->limits.sensorless != 0u;
+}
+
 /* The loop shall be locked there in this period. */
 void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
 

@@ -79,6 +79,20 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
     m->omega_ref = omega_ref;
 }
 
+/* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track? */
+static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const bool slow = input->estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
+    if (m->reversing == 0u || !slow) {
+        m->slow_periods = 0u;
+        return false;
+    }
+    m->slow_periods++;
+    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
+    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods);
+}
+
 void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -92,16 +106,13 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
+    manoeuvres_judge(m);
     m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
     m->sound_periods++;
     if (m->sound_periods >= SOUND_PERIODS) {
         m->start_try = 0u;
     }
-
-    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
-    const bool slow = estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
-    m->slow_periods = slow && m->reversing != 0u ? m->slow_periods + 1u : 0u;
-    if (m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods)) {
+    if (is_too_slow(m, input)) {
         manoeuvres_fall_back(m, input, demand);
     }
 }

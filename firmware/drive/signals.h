@@ -105,10 +105,22 @@ enum { DRIVE_SIGNALS(SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNA
     S(state)                                                                                                 \
     S(i_a) S(i_b) S(u_dc) S(i_d) S(i_q) S(i_q_ref) S(u_d) S(u_q) S(theta_e) S(omega_e) S(sample_flags)
 
-/* Their ids, and their places: known to the compiler, so that the interrupt looks none up. */
+/* Their ids. */
 extern const uint32_t signals_history[TAP_SLOTS];
-#define SIGNAL_PLACE(name) (size_t) SIGNAL_PLACE_##name,
-static const size_t signals_history_places[TAP_SLOTS] = {DRIVE_HISTORY(SIGNAL_PLACE)};
-#undef SIGNAL_PLACE
+
+/* The place of each among them. */
+#define SIGNAL_KEPT(name) SIGNAL_KEPT_##name,
+enum { DRIVE_HISTORY(SIGNAL_KEPT) };
+#undef SIGNAL_KEPT
+
+/* Their slots of this period, for the history. One by one: the compiler knows from where to where, so that
+ * the interrupt looks nothing up. */
+static inline void signals_keep(drive_t *drive)
+{
+    uint32_t *slots = tap_history_next(&drive->history);
+#define SIGNAL_KEPT(name) slots[SIGNAL_KEPT_##name] = tap_slot_at(drive, (size_t)SIGNAL_PLACE_##name);
+    DRIVE_HISTORY(SIGNAL_KEPT)
+#undef SIGNAL_KEPT
+}
 
 #endif

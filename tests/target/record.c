@@ -144,6 +144,16 @@ static void run_to(manoeuvre_t manoeuvre, uint32_t most)
     expect(operating() && value("manoeuvre") == (double)manoeuvre);
 }
 
+/* The same, while a new tuning is taken in every period: in the one in which a manoeuvre ends, too. */
+static void take_to(manoeuvre_t manoeuvre, uint32_t most)
+{
+    for (uint32_t n = 0; n < most && value("manoeuvre") != (double)manoeuvre; n++) {
+        apply();
+        run(1);
+    }
+    expect(operating() && value("manoeuvre") == (double)manoeuvre);
+}
+
 /* Parameters of a part that shall be short. */
 static void stage(double position_source)
 {
@@ -152,9 +162,9 @@ static void stage(double position_source)
     set("estimate_time", 10.0);
 }
 
-/* The drive runs, without an encoder, on a shaft that something else turns at this speed [r/min]: that takes
- * longer than a fault asks for to have been quiet, and a catch. */
-static void start_on_shaft(double speed)
+/* A shaft that something else turns at this speed [r/min], and a drive that is about to catch it, without an
+ * encoder: that takes longer than a fault asks for to have been quiet. */
+static void catch_on_shaft(double speed)
 {
     apply();
     set("shaft_locked_speed", speed * RPM);
@@ -163,6 +173,12 @@ static void start_on_shaft(double speed)
     set("speed_request", speed * RPM);
     set("enable", 1.0);
     run(230);
+}
+
+/* The drive runs on such a shaft. */
+static void start_on_shaft(double speed)
+{
+    catch_on_shaft(speed);
     run_to(MANOEUVRE_RUN, 200);
 }
 
@@ -230,7 +246,8 @@ static void ordinary(void)
 static void catch_it(void)
 {
     stage(1.0);
-    start_on_shaft(1900.0);
+    catch_on_shaft(1900.0);
+    take_to(MANOEUVRE_RUN, 200);
 }
 
 /* From standstill on a light shaft to where the estimate takes over; it is lost, and caught again; then down
@@ -250,20 +267,20 @@ static void cold_start(void)
     set("enable", 1.0);
     run(230);
     expect(operating() && value("manoeuvre") == (double)MANOEUVRE_CATCH);
-    run_to(MANOEUVRE_ALIGN, 200);
+    take_to(MANOEUVRE_ALIGN, 200);
     run_to(MANOEUVRE_RAMP, 410);
     run_to(MANOEUVRE_HANDOVER, 4000);
-    run_to(MANOEUVRE_RUN, 7000);
+    take_to(MANOEUVRE_RUN, 7000);
     set("estimate_time", 0.001);
     set("estimate_speed_min", 100.0);
     apply();
-    run_to(MANOEUVRE_RELOCK, 600);
+    take_to(MANOEUVRE_RELOCK, 600);
     set("estimate_time", 10.0);
     set("estimate_speed_min", 0.0);
     apply();
-    run_to(MANOEUVRE_RUN, 210);
+    take_to(MANOEUVRE_RUN, 210);
     set("speed_request", 0.0);
-    run_to(MANOEUVRE_FORCED, 1500);
+    take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);
     run_to(MANOEUVRE_REVERSE, 10);
     run(300);

@@ -42,6 +42,14 @@ typedef struct {
 
 static world_t world;
 
+/* What the drive tells of a period. */
+typedef struct {
+    float omega_e, omega_e_ref; /* [rad/s] electrical */
+    ab_t emf;                   /* [V] */
+    ab_t current;               /* [A] */
+    float link;                 /* [V] */
+} period_t;
+
 void setUp(void)
 {
     memset(&world, 0, sizeof world);
@@ -78,13 +86,13 @@ static double complex signs_of(double complex current)
 }
 
 /* The next period of the world, as the drive would tell it. */
-static dead_time_learn_input_t next(void)
+static period_t next(void)
 {
     world.theta += world.omega * PERIOD;
     const double complex current = world.current * cexp(J * (world.theta + world.ahead));
     const double missing = (TRUE - (double)world.learn.effective) * LINK;
     const double complex rotor = J * PSI * world.omega * cexp(J * world.theta);
-    return (dead_time_learn_input_t){
+    return (period_t){
         .omega_e = (float)world.omega,
         .omega_e_ref = (float)world.omega,
         .emf = ab(rotor + missing * signs_of(current)),
@@ -94,10 +102,14 @@ static dead_time_learn_input_t next(void)
 }
 
 /* A period of the drive. */
-static void step(const dead_time_learn_input_t *input)
+static void step(const period_t *input)
 {
     world.periods++;
-    dead_time_learn_step(&world.learn, input, world.periods % EVERY == 0u);
+    dead_time_learn_add(&world.learn, input->emf, input->current);
+    if (world.periods % EVERY == 0u) {
+        const dead_time_learn_input_t beside = {input->omega_e, input->omega_e_ref, input->link};
+        dead_time_learn_step(&world.learn, &beside);
+    }
 }
 
 static double off(void)
@@ -108,7 +120,7 @@ static double off(void)
 static void turn(double seconds)
 {
     for (int32_t n = 0; n < (int32_t)(seconds / PERIOD + 0.5); n++) {
-        const dead_time_learn_input_t input = next();
+        const period_t input = next();
         step(&input);
     }
 }
@@ -170,7 +182,7 @@ static void test_what_turns_with_the_rotor_teaches_nothing(void)
     world.learn.effective = (float)TRUE;
     for (int32_t n = 0; n < 4; n++) {
         for (int32_t k = 0; k < 20000; k++) {
-            dead_time_learn_input_t input = next();
+            period_t input = next();
             const ab_t more = ab(wrong[n] * cexp(J * world.theta));
             input.emf.alpha += more.alpha;
             input.emf.beta += more.beta;
@@ -180,12 +192,12 @@ static void test_what_turns_with_the_rotor_teaches_nothing(void)
     }
 }
 
-static void expect_untouched(dead_time_learn_input_t (*bad)(void), const char *what)
+static void expect_untouched(period_t (*bad)(void), const char *what)
 {
     turn(0.2);
     const float before = world.learn.effective;
     for (int32_t n = 0; n < 10000; n++) {
-        const dead_time_learn_input_t input = bad();
+        const period_t input = bad();
         step(&input);
     }
     TEST_ASSERT_EQUAL_FLOAT_MESSAGE(before, world.learn.effective, what);
@@ -193,73 +205,73 @@ static void expect_untouched(dead_time_learn_input_t (*bad)(void), const char *w
     TEST_ASSERT_TRUE_MESSAGE(fabs(off()) < 2e-3, what);
 }
 
-static dead_time_learn_input_t current_is_no_number(void)
+static period_t current_is_no_number(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.current.beta = NAN;
     return input;
 }
 
-static dead_time_learn_input_t emf_is_no_number(void)
+static period_t emf_is_no_number(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.emf.alpha = NAN;
     return input;
 }
 
-static dead_time_learn_input_t link_is_no_number(void)
+static period_t link_is_no_number(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.link = NAN;
     return input;
 }
 
-static dead_time_learn_input_t speed_is_no_number(void)
+static period_t speed_is_no_number(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.omega_e = NAN;
     return input;
 }
 
-static dead_time_learn_input_t no_emf(void)
+static period_t no_emf(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.emf = (ab_t){0.0f, 0.0f};
     return input;
 }
 
-static dead_time_learn_input_t endless_emf(void)
+static period_t endless_emf(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.emf.alpha = INFINITY;
     return input;
 }
 
-static dead_time_learn_input_t reference_apart(void)
+static period_t reference_apart(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.omega_e -= 20.0f;
     return input;
 }
 
-static dead_time_learn_input_t small_current(void)
+static period_t small_current(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.current.alpha *= 0.1f;
     input.current.beta *= 0.1f;
     return input;
 }
 
-static dead_time_learn_input_t slow(void)
+static period_t slow(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.omega_e_ref = 18.0f;
     return input;
 }
 
-static dead_time_learn_input_t fast(void)
+static period_t fast(void)
 {
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     input.omega_e_ref = 140.0f;
     return input;
 }
@@ -283,7 +295,7 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
 static void test_a_current_that_stands_still_teaches_nothing(void)
 {
     turn(0.2);
-    dead_time_learn_input_t input = next();
+    period_t input = next();
     const ab_t frozen = input.current;
     for (int32_t n = 0; n < 4; n++) {
         step(&input);
@@ -307,7 +319,7 @@ static void test_limits(void)
         for (int32_t k = 0; k < 60000; k++) {
             world.theta += world.omega * PERIOD;
             const double complex current = world.current * cexp(J * (world.theta + world.ahead));
-            const dead_time_learn_input_t input = {
+            const period_t input = {
                 (float)world.omega, (float)world.omega,
                 ab(J * PSI * world.omega * cexp(J * world.theta) + (n != 0 ? -3.0 : 3.0) * signs_of(current)),
                 ab(current), (float)LINK};

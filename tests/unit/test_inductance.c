@@ -82,6 +82,15 @@ static void begin(const motor_t *motor)
     time_now = 0.0;
 }
 
+/* A period of the drive. */
+static void period(int number, float emf_q, dq_t current, const inductance_input_t *input)
+{
+    inductance_add(&x, emf_q, current, input->sound);
+    if (number % (int)EVERY == 0) {
+        inductance_step(&x, input);
+    }
+}
+
 /* Steps, with a new belief each 10 ms; the largest and the least i_d that was asked for. */
 static double asked_most, asked_least;
 
@@ -96,14 +105,8 @@ static void run(const motor_t *motor, double seconds)
         const double l_q = (double)x.tuning.inductance_q;
         const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
                            motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
-        const inductance_input_t input = {
-            .emf_q = (float)emf,
-            .detector = (float)motor->detector,
-            .omega_smooth = (float)omega,
-            .current = {(float)i_d, (float)i_q},
-            .sound = motor->sound,
-        };
-        inductance_step(&x, &input, n % (int)EVERY == 0);
+        const inductance_input_t input = {(float)motor->detector, (float)omega, motor->sound};
+        period(n, (float)emf, (dq_t){(float)i_d, (float)i_q}, &input);
         const dq_t dither = x.dither;
         i_d += 0.1 * (motor->follows * (double)dither.d - i_d);
         i_d_slow += 0.02 * (i_d - i_d_slow);
@@ -295,9 +298,9 @@ static void test_no_number_and_no_emf_teach_nothing(void)
         begin(&motor);
         run(&motor, 0.9);
         const float before = x.learnt.value;
-        const inductance_input_t input = {emfs[n], 0.0f, 400.0f, {currents[n], 4.5f}, n == 2};
+        const inductance_input_t input = {0.0f, 400.0f, n == 2};
         for (int k = 0; k < 10000; k++) {
-            inductance_step(&x, &input, k % (int)EVERY == 0);
+            period(k, emfs[n], (dq_t){currents[n], 4.5f}, &input);
         }
         TEST_ASSERT_FLOAT_WITHIN(0.0f, before, x.learnt.value);
         run(&motor, 5.0);

@@ -40,7 +40,7 @@ static void keep(uint32_t period)
     for (uint32_t n = 0; n < SLOTS; n++) {
         source.slot[n] = value_of(period, n);
     }
-    tap_history_keep(&history, offsets, &source);
+    tap_copy(offsets, TAP_SLOTS, &source, tap_history_next(&history));
 }
 
 static void expect_period(uint32_t period, const uint32_t *slots)
@@ -78,7 +78,7 @@ static void test_slots_are_kept_bit_for_bit(void)
         for (uint32_t n = 0; n < SLOTS; n++) {
             source.slot[n] = patterns[p];
         }
-        tap_history_keep(&history, offsets, &source);
+        tap_copy(offsets, TAP_SLOTS, &source, tap_history_next(&history));
         for (uint32_t n = 0; n < TAP_SLOTS; n++) {
             TEST_ASSERT_EQUAL_HEX32(patterns[p], tap_history_at(&history, 0u)[n]);
         }

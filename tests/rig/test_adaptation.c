@@ -165,9 +165,8 @@ static void expect_learnt(const other_t *o, double share, double direction)
     rig_free(rig);
 }
 
-/* Down to where the loop, with all this wrong and nothing learnt, is not lost. Where the current changes by
- * half an ampere within the dead band, of which the model of the edges knows nothing, L is seen 2 % too
- * large. */
+/* Down to where the loop, with all this wrong and nothing learnt, is not lost. Of
+ * two of them L is seen 2 % too large, whatever it is believed to be at first. */
 static const other_t spindle = {
     "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1, 0.03};
 static const other_t hub = {

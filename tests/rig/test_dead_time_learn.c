@@ -135,7 +135,7 @@ static void test_too_large_is_learnt_beside_the_encoder_at_100_rpm(void)
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
  * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. The
  * current passes zero then and the speed is off, most of what is seen does not count, and what counts is of
- * little worth: of 40 tries half are through within a second, the worst after 9. */
+ * little worth: half of some 40 tries are through within a second, the worst after 7. */
 static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
 {
     static const lesson_t lesson = {150.0, SENSORLESS, {7.5, 1.5}, 2.0, 6.0};

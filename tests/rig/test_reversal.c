@@ -159,8 +159,8 @@ static void nothing(void)
 }
 
 /* At which phase zero is passed decides which leg dwells in the dead time's zone there. 60 and 80 mrad were
- * asked for. The light shaft misses that in one passage of 40 (7 of 288, up to 178 mrad), the rig's in one of
- * 150 (2 of 288, up to 94): the leg that dwells is followed by a wrong sign for 10 ms. */
+ * asked for. The light shaft misses that in one passage of 40 (7 of 288, up to 178 mrad), the rig's in
+ * one of 150 (2 of 288, up to 94): the leg that dwells is followed by a wrong sign for 10 ms. */
 static void test_step_without_load_keeps_the_angle_through_zero(void)
 {
     static const double limits[] = {60.0, 80.0};

@@ -706,8 +706,8 @@ static void test_reversal_through_zero_with_a_real_inverter(void)
 
 /* The signed EMF alone takes it through as well, with the peak of a step of the acceleration. With a real
  * inverter it mostly has that peak too; in one passage of eight a phase current in doubt adds to it, up to
- * 252 mrad in 215 passages of 9 seeds, and 489 in one: short of the quarter turn from which on the loop would
- * lock the other way round. The limit is 1.5 times that. */
+ * 252 mrad in 215 of 216 passages of 9 seeds, and 489 in one: short of the quarter turn from which on the
+ * loop would lock the other way round. The limit is 1.5 times that. */
 static void test_reversal_without_torque_feed_forward(void)
 {
     for (double direction = FORWARD; direction >= BACKWARD; direction -= 2.0) {

@@ -44,7 +44,7 @@ typedef struct {
 typedef struct {
     learnt_value_t inductance_q; /* [H] */
     learnt_value_t inertia;      /* [kg m^2] */
-    bool inertia_known;          /* [-] */
+    uint32_t inertia_known;      /* [-] 1 */
 } learnt_t;
 
 #endif

@@ -130,7 +130,7 @@ static void look(void)
         .state = app->drive.sequence.state,
         .fault_reason = app->drive.sequence.fault_reason,
         .learnt = drive_learnt(&app->drive),
-        .bridge_on = drive_bridge_on(&app->drive),
+        .bridge_on = drive_bridge_on(&app->drive) ? 1u : 0u,
     };
     hal_interrupts_on();
 }
@@ -167,7 +167,7 @@ static void learn(void)
 
 static void show(void)
 {
-    hal_leds(app->seen.bridge_on, app->seen.state == (int32_t)DRIVE_FAULT);
+    hal_leds(app->seen.bridge_on != 0u, app->seen.state == (int32_t)DRIVE_FAULT);
 }
 
 /* The last task: who comes here has done all others, and the interrupt has run since the last time. */

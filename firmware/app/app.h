@@ -17,7 +17,7 @@ typedef struct {
     int32_t state;        /* [-] drive_state_t */
     int32_t fault_reason; /* [-] reason_t */
     learnt_t learnt;
-    bool bridge_on;
+    uint32_t bridge_on; /* [-] 1 */
 } app_seen_t;
 
 typedef struct {

@@ -67,7 +67,7 @@ learnt_t drive_learnt(const drive_t *drive)
     return (learnt_t){
         .inductance_q = drive->inductance.learnt,
         .inertia = drive->inertia.learnt,
-        .inertia_known = inertia_is_known(&drive->inertia),
+        .inertia_known = inertia_is_known(&drive->inertia) ? 1u : 0u,
     };
 }
 

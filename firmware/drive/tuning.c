@@ -10,7 +10,7 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
     }
     if (learnt->inertia.from == params->motor_inertia) {
         believed.inertia = learnt->inertia.value;
-        if (learnt->inertia_known) {
+        if (learnt->inertia_known != 0u) {
             believed.inertia_known = 1u;
         }
     }

@@ -3,7 +3,7 @@
 #   C2000WARE_ROOT   C2000Ware, for the fast run-time library of the FPU
 foreach(root C2000_CGT_ROOT C2000WARE_ROOT)
     if(NOT DEFINED ENV{${root}})
-        message(FATAL_ERROR "${root} is not set: README, section 'On the chip', tells what to install")
+        message(FATAL_ERROR "${root} is not set: docs/chip.md tells what to install")
     endif()
 endforeach()
 set(C2000_CGT "$ENV{C2000_CGT_ROOT}")

@@ -27,12 +27,8 @@ flags ${CMAKE_C_FLAGS} ${CMAKE_C_FLAGS_${ccs_type}}
 link_options $<TARGET_PROPERTY:lagless,LINK_OPTIONS>
 libraries ${CMAKE_C_STANDARD_LIBRARIES}
 hex_options ${hex_options}
-memory ${LAGLESS_MEMORY}
+linker_file ${linker_file}
 ")
-foreach(memory flash ram)
-    string(REPLACE "f28335_${LAGLESS_MEMORY}.cmd" "f28335_${memory}.cmd" ccs_linker_file "${linker_file}")
-    string(APPEND ccs_facts "linker_file ${memory} ${ccs_linker_file}\n")
-endforeach()
 
 set(ccs_targets)
 lagless_ccs_targets(lagless ccs_targets)

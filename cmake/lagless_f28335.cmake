@@ -1,11 +1,7 @@
 # The image for the F28335: lagless.out, its map, Intel hex, and what it takes of each memory.
 enable_language(ASM)
 
-set(LAGLESS_MEMORY flash CACHE STRING "Where the image lives: flash, or ram for a debugger")
 set(LAGLESS_GATES "" CACHE STRING "Level of a gate pin that turns its switch on: active_high or active_low")
-if(NOT LAGLESS_MEMORY MATCHES "^(flash|ram)$")
-    message(FATAL_ERROR "LAGLESS_MEMORY=${LAGLESS_MEMORY}: accepted are flash and ram")
-endif()
 # A board file that leaves the level of the gates open asks for it here; one that names it allows no other.
 lagless_board_file("${LAGLESS_BOARD}" board_file)
 get_filename_component(board_path "${board_file}" ABSOLUTE BASE_DIR "${CMAKE_SOURCE_DIR}")
@@ -20,13 +16,15 @@ elseif(LAGLESS_GATES OR NOT board_gates)
 endif()
 
 find_package(Python3 3.9 COMPONENTS Interpreter REQUIRED)
-set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_${LAGLESS_MEMORY}.cmd")
+set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_flash.cmd")
 
 # What has no place on the desk, which brings its own reset, waiting and background loop.
 add_executable(lagless
     hal/f28335/codestart.asm
     hal/f28335/debug.asm
     hal/f28335/boot.c
+    hal/f28335/flash.c
+    hal/f28335/memory.c
     hal/f28335/wait.c
     firmware/app/main.c
 )

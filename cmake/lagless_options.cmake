@@ -37,6 +37,9 @@ target_compile_options(lagless_flags INTERFACE -Wall -Wextra -Wconversion -Wshad
 if(NOT LAGLESS_TARGET STREQUAL avr) # its GCC 5 lacks the one option, and has no wider double
     target_compile_options(lagless_flags INTERFACE $<$<COMPILE_LANGUAGE:C>:-Wdouble-promotion> "-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=")
 endif()
+if(LAGLESS_TARGET STREQUAL avr) # 256 K of flash hold the whole drive on the fixed-point estimator only so
+    target_compile_options(lagless_flags INTERFACE -Os)
+endif()
 if(CMAKE_C_COMPILER_ID STREQUAL GNU)
     # GCC 12's straight-line vectoriser fuses multiply and add where the machine can, whatever is said about contraction.
     target_compile_options(lagless_flags INTERFACE -fno-tree-slp-vectorize)
@@ -45,6 +48,16 @@ target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(LAGLESS_SANITIZE)
     target_compile_options(lagless_flags INTERFACE -O1 -fsanitize=address,undefined -fno-sanitize-recover=all)
     target_link_options(lagless_flags INTERFACE -fsanitize=address,undefined --coverage)
+endif()
+
+# The same objects go into programs and into the library that Python calls, and cost the same in both: nobody outside a library
+# sees its symbols, and what a thread has of its own is found without a call.
+if(NOT LAGLESS_TARGET)
+    set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+    set(CMAKE_C_VISIBILITY_PRESET hidden)
+    set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+    set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+    target_compile_options(lagless_flags INTERFACE -ftls-model=initial-exec)
 endif()
 
 # The optimised build links the command line tool across rooms (a sixth faster). Objects carry both forms, so that tests

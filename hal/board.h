@@ -22,6 +22,8 @@
 #define BOARD_EQEP1_GPIO20      0         /* encoder on eQEP1: A, B, strobe, index on GPIO20 to 23 */
 #define BOARD_EQEP1_GPIO50      1         /* on eQEP1: GPIO50 to 53 */
 #define BOARD_EQEP2_GPIO24      2         /* on eQEP2: A, B, index, strobe on GPIO24 to 27 */
+#define BOARD_SCIA_GPIO28       0         /* serial line on SCI-A: in on GPIO28, out on GPIO29 */
+#define BOARD_SCIA_GPIO35       1         /* out on GPIO35, in on GPIO36 */
 
 /* ---- The board file ---- */
 
@@ -91,6 +93,18 @@
     !defined(BOARD_UNDERVOLTAGE_MV) || !defined(BOARD_OVERVOLTAGE_MV) ||                                     \
     !defined(BOARD_OVERVOLTAGE_MAX_MV) || !defined(BOARD_DC_NOMINAL_MV)
 #error "docs/board.md, line 16: a limit of current or voltage is missing"
+#endif
+
+#if !defined(BOARD_MODULE_CONTINUOUS_MA) || !defined(BOARD_MODULE_TIME_MS) || !defined(BOARD_GATE_CHARGE_US)
+#error                                                                                                       \
+    "docs/board.md, line 17: BOARD_MODULE_CONTINUOUS_MA, BOARD_MODULE_TIME_MS or BOARD_GATE_CHARGE_US is missing"
+#endif
+
+#if !defined(BOARD_SERIAL_BAUD)
+#error "docs/board.md, line 18: BOARD_SERIAL_BAUD is missing (0: no serial line)"
+#endif
+#if BOARD_SERIAL_BAUD != 0 && !defined(BOARD_SERIAL_PINS)
+#error "docs/board.md, line 18: BOARD_SERIAL_PINS is missing"
 #endif
 
 /* ---- Line 2: clocks ---- */
@@ -196,6 +210,15 @@
 /* ---- Lines 15 and 16: power stage and limits ---- */
 
 #define BOARD_SECONDS(ns) ((float)(ns) / 1e9f)
+
+/* ---- Line 18: serial line ---- */
+
+/* SCI-A counts LSPCLK, a quarter of SYSCLK; a bit is 8 n of its cycles, n = BRR + 1 the nearest whole number
+ * of at least 2. */
+#define BOARD_LSPCLK_HZ (BOARD_SYSCLK_HZ / 4)
+#if BOARD_SERIAL_BAUD > 0
+#define BOARD_SERIAL_DIVIDER ((BOARD_LSPCLK_HZ + 4 * BOARD_SERIAL_BAUD) / (8 * BOARD_SERIAL_BAUD))
+#endif
 
 /* ---- Can it be right? ---- */
 

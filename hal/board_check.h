@@ -238,4 +238,40 @@
     "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
 #endif
 
+/* ---- Line 17: module's heat, gate supply ---- */
+
+#if BOARD_MODULE_CONTINUOUS_MA < 100 || BOARD_MODULE_CONTINUOUS_MA > 1000000
+#error                                                                                                       \
+    "docs/board.md, line 17: BOARD_MODULE_CONTINUOUS_MA is accepted from 100 to 1000000: what a leg stands as a direct current"
+#endif
+#if BOARD_MODULE_TIME_MS < 1 || BOARD_MODULE_TIME_MS > 100000
+#error "docs/board.md, line 17: BOARD_MODULE_TIME_MS is accepted from 1 to 100000"
+#endif
+#if BOARD_GATE_CHARGE_US < 0 || BOARD_GATE_CHARGE_US > 100000
+#error "docs/board.md, line 17: BOARD_GATE_CHARGE_US is accepted from 0 (isolated supplies) to 100000"
+#endif
+
+/* ---- Line 18: serial line ---- */
+
+#if BOARD_SERIAL_BAUD != 0
+#if BOARD_SERIAL_BAUD < 115200 || BOARD_SERIAL_BAUD > 2343750
+#error "docs/board.md, line 18: BOARD_SERIAL_BAUD is 0 (no line) or accepted from 115200 to 2343750"
+#endif
+/* The receiver stands a sender that is 2.5 % faster than itself, and one that is 6 % slower. */
+#if BOARD_SERIAL_DIVIDER < 2 ||                                                                              \
+    50 * BOARD_ABS(BOARD_LSPCLK_HZ - 8 * BOARD_SERIAL_DIVIDER * BOARD_SERIAL_BAUD) >                         \
+        8 * BOARD_SERIAL_DIVIDER * BOARD_SERIAL_BAUD
+#error                                                                                                       \
+    "docs/board.md, line 18: BOARD_SERIAL_BAUD is not within 2 % of BOARD_SYSCLK_HZ/(32 n), n whole and at least 2 (150 MHz: 2343750, 1562500, 1171875, 937500, 115200; 125 MHz: 976563; 100 MHz: 781250)"
+#endif
+#if BOARD_SERIAL_PINS != BOARD_SCIA_GPIO28 && BOARD_SERIAL_PINS != BOARD_SCIA_GPIO35
+#error "docs/board.md, line 18: BOARD_SERIAL_PINS is BOARD_SCIA_GPIO28 or BOARD_SCIA_GPIO35"
+#endif
+#define BOARD_SERIAL_LOWER       (BOARD_SERIAL_PINS == BOARD_SCIA_GPIO28 ? 28 : 35)
+#define BOARD_PIN_IS_SERIAL(pin) ((pin) == BOARD_SERIAL_LOWER || (pin) == BOARD_SERIAL_LOWER + 1)
+#if BOARD_PIN_IS_SERIAL(BOARD_LED_RUN) || BOARD_PIN_IS_SERIAL(BOARD_LED_FAULT)
+#error "docs/board.md, line 18: BOARD_SERIAL_PINS are those of BOARD_LED_RUN or BOARD_LED_FAULT"
+#endif
+#endif
+
 #endif

@@ -73,8 +73,8 @@ typedef struct {
     uint32_t encoder;           /* [counts] 0..encoder_count_max at t_k */
 } hal_samples_t;
 
-/* Silicon only, first statement of main: copies the code that runs from RAM to its place. Until then nothing
- * but this function may be called. */
+/* Silicon only, first statement of main: copies the code that runs from RAM to its place, and paints the end
+ * of the stack. Until then nothing but this function may be called. */
 void hal_boot(void);
 
 /* Bring the board up: watchdog off, clock as the board file says, flash wait states, gates tripped and then
@@ -107,6 +107,21 @@ void hal_end_of_trip(void);   /* last statement of on_trip; the gates stay off *
 
 /* ---- From the background ---- */
 
+/* Memory that nobody writes while the drive is up: whoever finds it changed has found an error. */
+typedef enum {
+    HAL_PROGRAM,        /* the program in flash */
+    HAL_INTERRUPT_CODE, /* its part that runs from RAM */
+    HAL_STACK_END,      /* the last words of the stack: changed if it came so near its end */
+    HAL_REGIONS
+} hal_region_t;
+
+typedef struct {
+    const uint16_t *words;
+    uint32_t count; /* [16-bit words] */
+} hal_memory_t;
+
+hal_memory_t hal_memory(hal_region_t region);
+
 /* False, and nothing done, out of HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX or unless all gates are tripped. */
 bool hal_set_dead_band(uint16_t count);
 
@@ -122,5 +137,48 @@ void hal_interrupts_on(void);
 uint32_t hal_time(
     void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
 void hal_leds(bool run, bool fault); /* the board's two lights, if it has them */
+
+/* ---- The serial line, from the background ----
+ *
+ * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Octets stand one per word. Nothing here waits; both
+ * directions have the chip's FIFO of 16 octets and nothing behind it. Without a line (BOARD_SERIAL_BAUD 0)
+ * nothing comes and nothing is taken. */
+
+/* Octets that came since the last call, oldest first, at most `room` of them: how many. One that follows a
+ * damaged frame is a whole one again; the damaged ones are left out and counted. */
+uint32_t hal_serial_read(uint16_t *octets, uint32_t room);
+
+/* The first of `count` octets, as many as the transmitter has room for: how many it took. */
+uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);
+
+/* Times that the receiver lost octets since hal_init: break, a frame without its stop bit, or an overrun.
+ * Each stands for one octet or more. */
+uint32_t hal_serial_errors(void);
+
+/* ---- Memory that stays, from the background ----
+ *
+ * Two pages of flash, each erased as a whole: then all its words are 0xFFFF, and programming turns ones into
+ * zeros. A cut of the power in the midst leaves the words of that call anything. On silicon erasing takes up
+ * to some seconds and programming 50 us a word; meanwhile no interrupt comes, so the gates must be tripped.
+ */
+#define HAL_STORE_PAGES 2u
+#define HAL_STORE_WORDS UINT32_C(0x8000) /* [16-bit words] of a page */
+
+/* Word `at` of page `page`; 0 beyond. */
+uint16_t hal_store_word(uint32_t page, uint32_t at);
+
+/* False, and nothing done, unless all gates are tripped and `page` is one; false as well if the flash did not
+ * come to its erased state. The watchdog is fed before; longer than its time it would reset the chip, so it
+ * is stopped meanwhile and runs again after, if it did. */
+bool hal_store_erase(uint32_t page);
+
+/* Words `at` to at + count - 1 of a page. False, and nothing done, unless all gates are tripped and all words
+ * lie in the page; false as well if a word does not read as asked for, as one that would need a 1 where a 0
+ * is programmed. */
+bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32_t count);
+
+/* Gates off, then a reset of the chip by its watchdog: all begins anew, with what the flash holds. Does not
+ * return on silicon. */
+void hal_restart(void);
 
 #endif

@@ -11,12 +11,11 @@
 #define BELIEVED_STEP 1e-3f /* [-] a change that is worth a tuning */
 
 typedef struct {
-    float resistance;       /* R of a phase, device included [ohm] */
-    float inductance_d;     /* L_d [H] */
-    float inductance_q;     /* L_q [H] */
-    float flux_linkage;     /* psi_f [Wb] */
-    float inertia;          /* everything that turns [kg m^2] */
-    uint32_t inertia_known; /* [-] 1: well enough to tell the torque's acceleration by it */
+    float resistance;   /* R of a phase, device included [ohm] */
+    float inductance_d; /* L_d [H] */
+    float inductance_q; /* L_q [H] */
+    float flux_linkage; /* psi_f [Wb] */
+    float inertia;      /* everything that turns [kg m^2] */
 } believed_t;
 
 static inline bool believed_differs(float from, float to)
@@ -31,7 +30,7 @@ static inline bool believed_moved(const believed_t *from, const believed_t *to)
            believed_differs(from->inductance_d, to->inductance_d) ||
            believed_differs(from->inductance_q, to->inductance_q) ||
            believed_differs(from->flux_linkage, to->flux_linkage) ||
-           believed_differs(from->inertia, to->inertia) || from->inertia_known != to->inertia_known;
+           believed_differs(from->inertia, to->inertia);
 }
 
 /* A value that is learnt, and that of the parameter from which it began: it is worth something only while the
@@ -42,9 +41,9 @@ typedef struct {
 
 /* All that the interrupt has learnt and the background turns into a belief. */
 typedef struct {
+    learnt_value_t resistance;   /* [ohm] */
     learnt_value_t inductance_q; /* [H] */
     learnt_value_t inertia;      /* [kg m^2] */
-    uint32_t inertia_known;      /* [-] 1 */
 } learnt_t;
 
 #endif

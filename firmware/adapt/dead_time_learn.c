@@ -10,15 +10,6 @@
 #define POWER   (0.5f * SIXTH - 0.25f * TWELFTH) /* [-] <q s> */
 #define ALONG   (4.0f / 3.14159265f)             /* [-] mean of the signs along the current */
 
-/* Means over some periods. */
-typedef struct {
-    float omega_e;     /* [rad/s] */
-    float omega_e_ref; /* [rad/s] */
-    ab_t emf;          /* [V] */
-    ab_t current;      /* [A] */
-    float link;        /* [V] */
-} dead_time_learn_means_t;
-
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
     const float effective = params->effective;
@@ -33,7 +24,6 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
         .period = (float)params->every * params->period,
-        .per_sum = 1.0f / (float)params->every,
     };
 }
 
@@ -68,7 +58,7 @@ static inline bool same(ab_t a, ab_t b)
 
 /* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V]? Not
  * of what is no number. */
-static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_means_t *input,
+static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
                     float square, float band)
 {
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
@@ -99,7 +89,7 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
 }
 
 /* The slow means; whether the current stands still. */
-static void go_on(dead_time_learn_t *learn, const dead_time_learn_means_t *input, ab_t along)
+static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
@@ -115,14 +105,14 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_means_t *input
 }
 
 /* Are speed and reference together, and does the current turn with them? */
-static bool settled(const dead_time_learn_t *learn, const dead_time_learn_means_t *input, float band)
+static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
     const float missing = input->omega_e_ref - input->omega_e;
     return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-static void learn_from(dead_time_learn_t *learn, const dead_time_learn_means_t *input)
+void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float band = tuning->band * input->link;
@@ -151,23 +141,4 @@ static void learn_from(dead_time_learn_t *learn, const dead_time_learn_means_t *
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->effective = wanted;
     }
-}
-
-void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
-{
-    const ab_t none = {0.0f, 0.0f};
-    if (learn->whole != 0u) {
-        const float share = learn->tuning.per_sum;
-        const dead_time_learn_means_t means = {
-            .omega_e = input->omega_e,
-            .omega_e_ref = input->omega_e_ref,
-            .emf = {share * learn->emf_sum.alpha, share * learn->emf_sum.beta},
-            .current = {share * learn->current_sum.alpha, share * learn->current_sum.beta},
-            .link = input->link,
-        };
-        learn_from(learn, &means);
-    }
-    learn->emf_sum = none;
-    learn->current_sum = none;
-    learn->whole = 1u;
 }

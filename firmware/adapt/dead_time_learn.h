@@ -26,7 +26,7 @@
  * the current is well outside of the zone and turns with the reference, and while speed and reference are
  * together; else the value stays.
  *
- * One sum per T, and all else in every so-manieth. Does not handle: differences between the
+ * One step in every so-manieth T, from the means of these. Does not handle: differences between the
  * legs; fifth and seventh harmonics of the EMF, h of its length together, which it takes for h |e|/0.33 V of
  * dead time. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
@@ -47,6 +47,9 @@
 #define DEAD_TIME_LEARN_RANGE     2.0f  /* [-] T_e over dead band or T_e of the parameters, at most */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f  /* [V], [A] what is longer is no measurement */
 
+/* [-] of the rate it began with: so slow, it has seen enough. */
+#define DEAD_TIME_LEARN_SETTLED 0.2f
+
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */
     float effective;    /* T_e/T of the parameters [-] */
@@ -54,7 +57,7 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb] */
     float zone;         /* half width of the zone around zero current [A] */
     float period;       /* T [s] */
-    uint32_t every;     /* [periods] from one mean to the next, at least 1 */
+    uint32_t every;     /* [periods] from one step to the next, at least 1 */
 } dead_time_learn_params_t;
 
 typedef struct {
@@ -65,26 +68,24 @@ typedef struct {
     float per_band;       /* psi_f over it [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
-    float period;         /* from one mean to the next [s] */
-    float per_sum;        /* T over it [-] */
+    float period;         /* from one step to the next [s] */
 } dead_time_learn_tuning_t;
 
 typedef struct {
     dead_time_learn_tuning_t tuning;
-    float effective;  /* T_e/T as learnt [-] */
-    float rate;       /* at which it learns now [1/s] */
-    ab_t emf_sum;     /* since the last mean [V] */
-    ab_t current_sum; /* likewise [A] */
-    uint32_t whole;   /* [-] 1: of all periods since then */
-    uint32_t begun;   /* [-] 1: what follows is of the last periods */
-    ab_t emf_mean;    /* m(e) [V] */
-    ab_t along_mean;  /* m(u) [-] */
-    ab_t current;     /* last mean [A] */
-    uint32_t moved;   /* [-] 1: it is not the one before */
+    float effective; /* T_e/T as learnt [-] */
+    float rate;      /* at which it learns now [1/s] */
+    uint32_t begun;  /* [-] 1: what follows is of the last periods */
+    ab_t emf_mean;   /* m(e) [V] */
+    ab_t along_mean; /* m(u) [-] */
+    ab_t current;    /* of the last step [A] */
+    uint32_t moved;  /* [-] 1: it is not the one before */
 } dead_time_learn_t;
 
-/* What stands beside the sums. */
+/* What the periods since the last step bring. */
 typedef struct {
+    ab_t emf;          /* mean, lag undone [V] */
+    ab_t current;      /* mean [A] */
     float omega_e;     /* of the rotor, estimated, smooth [rad/s], electrical */
     float omega_e_ref; /* its reference [rad/s], electrical, finite */
     float link;        /* mean of the last period [V] */
@@ -97,25 +98,20 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
  * from them again, with the first rate. */
 void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning_t *tuning);
 
-/* The next period does not go on from the last one. */
+/* The next step does not go on from the last one. */
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
     learn->begun = 0u;
-    learn->whole = 0u;
 }
 
-/* Every period: its EMF at t_k, lag undone [V], and its mean current [A]. The noise of an EMF is that of the
- * current's change, of which a sum leaves only the ends. */
-static inline void dead_time_learn_add(dead_time_learn_t *learn, ab_t emf, ab_t current)
+/* Is the dead time known, by what was learnt or because nothing is to be learnt of it? */
+static inline bool dead_time_learn_is_settled(const dead_time_learn_t *learn)
 {
-    learn->emf_sum.alpha += emf.alpha;
-    learn->emf_sum.beta += emf.beta;
-    learn->current_sum.alpha += current.alpha;
-    learn->current_sum.beta += current.beta;
+    return learn->rate <= DEAD_TIME_LEARN_SETTLED * learn->tuning.rate;
 }
 
-/* After it in every so-manieth period, as the tuning says: what the means since the last one teach; after a
- * pause nothing. A current that stands still, and what is no number or no EMF, teach nothing. No division. */
+/* In every so-manieth period, as the tuning says: what the means since the last one teach. A current that
+ * stands still, and what is no number or no EMF, teach nothing. No division. */
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input);
 
 #endif

@@ -1,6 +1,7 @@
 #include "adapt/inductance.h"
 
 #include "adapt/gain.h"
+#include "math/angle.h"
 
 #define TWO_PI        6.2831853f
 #define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
@@ -12,13 +13,8 @@
 #define ANSWER_MIN    0.5f                                    /* [-] of what i_d is told */
 #define ANSWER_MAX    1.5f                                    /* [-] likewise */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
+#define SETTLED       0.2f /* [-] of the first rate: R has been looked for long enough to do without torque */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
-
-/* Means over some periods. */
-typedef struct {
-    float emf_q;  /* [V] */
-    dq_t current; /* [A] */
-} inductance_means_t;
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
@@ -38,24 +34,28 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
     return (inductance_tuning_t){
-        .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2)},
+        .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
+                 wave_of(params, INDUCTANCE_FREQUENCY_3)},
         .rate = params->rate,
         .from = params->from,
         .inductance_q = params->inductance_q,
         .saliency = params->inductance_d - params->inductance_q,
         .ratio = params->inductance_q / params->inductance_d,
+        .resistance = params->resistance,
+        .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
         .current = INDUCTANCE_DITHER * params->current_max,
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
         .time = step,
-        .per_sum = 1.0f / (float)params->every,
     };
 }
 
 static void start(inductance_t *x)
 {
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
+    x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
+    x->resistance_rate = x->tuning.rate;
     inductance_rest(x);
 }
 
@@ -69,41 +69,66 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
 {
     const bool other_rate = tuning->rate != x->tuning.rate;
     x->tuning = *tuning;
-    if (tuning->from != x->learnt.from || tuning->rate == 0.0f) {
+    if (tuning->from != x->learnt.from || tuning->resistance_from != x->resistance.from ||
+        tuning->rate == 0.0f) {
         start(x);
     } else if (other_rate) {
         x->rate = tuning->rate;
+        x->resistance_rate = tuning->rate;
     }
 }
 
-/* Is a frequency near one, two or six times the electrical one? In [rad/s]. */
-static bool is_near(float frequency, float omega)
+/* Is there torque enough for L to matter? Of i_q [A]. */
+static bool loaded(const inductance_t *x, float i_q)
 {
-    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
-           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR) ||
-           bounds_within(frequency - 6.0f * omega, TWO_PI * INDUCTANCE_NEAR);
+    return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
+}
+
+/* Is a frequency near one, two or six times the electrical one, without torque five or seven times, too? In
+ * [rad/s]. */
+static bool is_near(float frequency, float omega, bool torque)
+{
+    const float apart = TWO_PI * INDUCTANCE_NEAR;
+    return bounds_within(frequency - omega, apart) || bounds_within(frequency - 2.0f * omega, apart) ||
+           bounds_within(frequency - 6.0f * omega, torque ? apart : apart + omega);
+}
+
+/* The frequency at this speed [rad/s]: the first that is not near. */
+static uint32_t frequency_at(float omega, bool torque)
+{
+    if (!is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, omega, torque)) {
+        return 0u;
+    }
+    return (torque || !is_near(TWO_PI * INDUCTANCE_FREQUENCY_2, omega, torque)) ? 1u : 2u;
 }
 
 /* A cycle begins. false: there is nothing to see. */
-static bool begin(inductance_t *x, const inductance_input_t *input, const inductance_means_t *means)
+static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    if (speed < INDUCTANCE_SPEED_MIN || bounds_within(means->current.q, TORQUE_MIN * x->tuning.current)) {
+    const bool asks = speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
+    const bool torque = loaded(x, input->current.q);
+    if (speed < INDUCTANCE_SPEED_MIN || !(asks || torque)) {
         inductance_rest(x);
         return false;
     }
     if (x->follows == 0u) {
-        x->emf_mean = means->emf_q;
-        x->mean = means->current;
+        x->emf_mean = input->emf.q;
+        x->emf_d_mean = input->emf.d;
+        x->turned = 0.0f;
+        x->theta = input->theta;
+        x->mean = input->current;
     }
     x->follows = 0u;
-    x->second = is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, speed) ? 1u : 0u;
-    x->left = x->tuning.wave[x->second].steps;
-    x->sound = input->sound ? 1u : 0u;
+    x->which = frequency_at(speed, torque);
+    x->left = x->tuning.wave[x->which].steps;
+    x->sound = 1u;
+    x->voltage_known = input->voltage_known ? 1u : 0u;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
     x->emf_sum = 0.0f;
     x->answer_sum = 0.0f;
+    x->drop_sum = 0.0f;
     x->swing_s = 0.0f;
     x->swing_c = 0.0f;
     x->detector_sum = 0.0f;
@@ -151,29 +176,41 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
     x->against_c = bounds_clamp(x->against_c - part * x->swing_c, most);
 }
 
-static void learn(inductance_t *x, const inductance_wave_t *wave, float said)
+/* A value follows what a cycle of this time [s] says of it, by its rate, which falls; it stays within half
+ * and twice the parameter that it began from. */
+static void learn(const inductance_tuning_t *tuning, float time, float said, learnt_value_t *learnt,
+                  float *rate)
 {
-    const inductance_tuning_t *tuning = &x->tuning;
-    const float time = (float)wave->steps * tuning->time;
-    const float share = x->rate * time;
-    const float next = lowpass_step(x->learnt.value, share < SHARE_MAX ? share : SHARE_MAX, said);
-    const float least = INDUCTANCE_MIN * tuning->from;
-    const float most = INDUCTANCE_MAX * tuning->from;
-    x->learnt.value = next < most ? (next > least ? next : least) : most;
-    x->rate = gain_step(x->rate, tuning->rate, time);
+    const float share = *rate * time;
+    const float next = lowpass_step(learnt->value, share < SHARE_MAX ? share : SHARE_MAX, said);
+    const float least = INDUCTANCE_MIN * learnt->from;
+    const float most = INDUCTANCE_MAX * learnt->from;
+    learnt->value = next < most ? (next > least ? next : least) : most;
+    *rate = gain_step(*rate, tuning->rate, time);
+}
+
+/* R as the cycle says, from what of e_d stands in step with i_d [ohm]. */
+static float resistance_said(const inductance_t *x)
+{
+    return x->tuning.resistance + bounds_clamp(x->drop_sum / x->answer_sum, x->resistance.from);
 }
 
 static void end(inductance_t *x, float omega_smooth)
 {
-    const inductance_wave_t *wave = &x->tuning.wave[x->second];
+    const inductance_wave_t *wave = &x->tuning.wave[x->which];
     const float told = x->tuning.current;
     const float answer = wave->per_sum * x->answer_sum;
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
     const float said = said_by(x, wave, omega_smooth);
     if (said > 0.0f) {
+        const inductance_tuning_t *tuning = &x->tuning;
+        const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (is_trusted(x, said)) {
-            learn(x, wave, said);
+        if (x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+            learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
+        }
+        if (is_trusted(x, said) && loaded(x, x->mean.q)) {
+            learn(tuning, time, said, &x->learnt, &x->rate);
         }
     }
 }
@@ -184,43 +221,35 @@ static float wave_at(float t)
     return 4.0f * t * (1.0f - bounds_magnitude(t));
 }
 
-/* A step of the wave. */
-static void wave_on(inductance_t *x, const inductance_input_t *input, const inductance_means_t *means)
+void inductance_step(inductance_t *x, const inductance_input_t *input)
 {
     const float share = x->tuning.mean_share;
-    if (x->left == 0u && !begin(x, input, means)) {
+    if (x->left == 0u && !begin(x, input)) {
         return;
     }
-    x->emf_mean = lowpass_step(x->emf_mean, share, means->emf_q);
-    x->mean.d = lowpass_step(x->mean.d, share, means->current.d);
-    x->mean.q = lowpass_step(x->mean.q, share, means->current.q);
+    x->emf_mean = lowpass_step(x->emf_mean, share, input->emf.q);
+    x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
+    x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
     const float s = wave_at(x->t);
     const float c = wave_at(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
     x->dither = (dq_t){x->tuning.current * s, x->against_s * s + x->against_c * c};
-    const float i_q = means->current.q - x->mean.q;
-    x->emf_sum += (means->emf_q - x->emf_mean) * s;
-    x->answer_sum += (means->current.d - x->mean.d) * s;
+    const float i_q = input->current.q - x->mean.q;
+    x->emf_sum += (input->emf.q - x->emf_mean) * s;
+    x->answer_sum += (input->current.d - x->mean.d) * s;
     x->swing_s += i_q * s;
     x->swing_c += i_q * c;
+    const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
+    x->theta = input->theta;
+    x->turned = (1.0f - share) * (x->turned + moved);
+    x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
+    x->drop_sum += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
     x->detector_sum += bounds_magnitude(input->detector);
-    x->t += x->tuning.wave[x->second].step;
+    if (!input->sound) {
+        x->sound = 0u;
+    }
+    x->t += x->tuning.wave[x->which].step;
     x->left--;
     if (x->left == 0u) {
         end(x, input->omega_smooth);
     }
-}
-
-void inductance_step(inductance_t *x, const inductance_input_t *input)
-{
-    if (x->whole != 0u) {
-        const float share = x->tuning.per_sum;
-        const inductance_means_t means = {
-            .emf_q = share * x->emf_now,
-            .current = {share * x->current_now.d, share * x->current_now.q},
-        };
-        wave_on(x, input, &means);
-    }
-    x->emf_now = 0.0f;
-    x->current_now = (dq_t){0.0f, 0.0f};
-    x->whole = 1u;
 }

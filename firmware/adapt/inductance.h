@@ -19,17 +19,17 @@
  *
  * What is not in step averages out, a constant exactly; a low-pass is taken off all, for slow changes. The
  * wave is made of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a third harmonic of 1/27. Its
- * frequency is one of two, never near one, two or six times the electrical one, at which errors of the
- * current sensors and the dead time let e_q and i_d swing by themselves (docs/theory.md, 24).
+ * frequency is one of three, never near one, two, five, six or seven times the electrical one, at which
+ * errors of the current sensors and the dead time, and both together, let e_q and i_d swing by themselves
+ * (docs/theory.md, 24).
  *
  * A cycle says something only if all through it the samples were sound, the loop was locked and the speed
  * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only if it
  * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
  * torque, there is no dither.
  *
- * One sum per T, and all else in every so-manieth: slow as all this is, sums over some periods are all that
- * is needed; two divisions at the end of a cycle. Does not handle: an L_q that falls
- * with i_q otherwise than L_d. */
+ * One step in every so-manieth T, from the means of these; two divisions at the end of a cycle. Does not
+ * handle: an L_q that falls with i_q otherwise than L_d. */
 #ifndef ADAPT_INDUCTANCE_H
 #define ADAPT_INDUCTANCE_H
 
@@ -41,28 +41,35 @@
 #include "math/filter.h"
 #include "math/frames.h"
 
-#define INDUCTANCE_DITHER       0.05f  /* [-] of the current limit: about a tenth of the rated current */
-#define INDUCTANCE_TORQUE       0.15f  /* [-] of the current limit: i_q at least */
-#define INDUCTANCE_FREQUENCY_1  33.0f  /* [Hz] */
-#define INDUCTANCE_FREQUENCY_2  43.0f  /* [Hz] where the first is too near */
-#define INDUCTANCE_NEAR         4.0f   /* [Hz] */
-#define INDUCTANCE_SPEED_MIN    30.0f  /* [rad/s] electrical */
+#define INDUCTANCE_DITHER      0.05f /* [-] of the current limit: about a tenth of the rated current */
+#define INDUCTANCE_TORQUE      0.15f /* [-] of the current limit: i_q at least */
+#define INDUCTANCE_FREQUENCY_1 33.0f /* [Hz] */
+#define INDUCTANCE_FREQUENCY_2 43.0f /* [Hz] where the first is too near */
+#define INDUCTANCE_FREQUENCY_3 57.0f /* [Hz] where the second is, too */
+#define INDUCTANCE_FREQUENCIES 3u
+#define INDUCTANCE_NEAR        4.0f  /* [Hz] */
+#define INDUCTANCE_SPEED_MIN   30.0f /* [rad/s] electrical */
+#define INDUCTANCE_R_SPEED_MAX                                                                               \
+    100.0f                             /* [rad/s] up to which R is looked for: the dead time is known there  \
+                                        */
 #define INDUCTANCE_SPEED_DRIFT  0.01f  /* [-] of the speed, over a cycle: more is not steady */
 #define INDUCTANCE_DETECTOR_MAX 0.1f   /* [-] */
 #define INDUCTANCE_CUTOFF       100.0f /* [rad/s] of the low-pass that is taken off */
-#define INDUCTANCE_MIN          0.5f   /* [-] of the parameter */
-#define INDUCTANCE_MAX          2.0f   /* [-] of the parameter */
+#define INDUCTANCE_MIN          0.5f   /* [-] of the parameter, R likewise */
+#define INDUCTANCE_MAX          2.0f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_AGREES       0.2f   /* [-] of L: two cycles that say the same */
 
 typedef struct {
-    float inductance_d; /* L_d, believed [H], above 0 */
-    float inductance_q; /* L_q, believed [H], above 0 */
-    float from;         /* L_q of the parameters [H], above 0 */
-    float flux_linkage; /* psi_f [Wb] */
-    float current_max;  /* limit of i_q [A] */
-    float rate;         /* at which it begins [1/s], 0..20; 0 = off */
-    float period;       /* T [s] */
-    uint32_t every;     /* [periods] from one sum to the next, at least 1 */
+    float inductance_d;    /* L_d, believed [H], above 0 */
+    float inductance_q;    /* L_q, believed [H], above 0 */
+    float from;            /* L_q of the parameters [H], above 0 */
+    float resistance;      /* R, believed [ohm], above 0 */
+    float resistance_from; /* R of the parameters [ohm], above 0 */
+    float flux_linkage;    /* psi_f [Wb] */
+    float current_max;     /* limit of i_q [A] */
+    float rate;            /* at which it begins [1/s], 0..20; 0 = off */
+    float period;          /* T [s] */
+    uint32_t every;        /* [periods] from one step to the next, at least 1 */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle of whole periods. */
@@ -73,53 +80,61 @@ typedef struct {
 } inductance_wave_t;
 
 typedef struct {
-    inductance_wave_t wave[2];
-    float rate;         /* at which it begins [1/s]; 0 = off */
-    float from;         /* L_q of the parameters [H] */
-    float inductance_q; /* L_q with which the observer works [H] */
-    float saliency;     /* L_d - L_q of this belief [H] */
-    float ratio;        /* L_q/L_d [-] */
-    float flux_linkage; /* psi_f [Wb] */
-    float current;      /* amplitude of the dither [A] */
-    float mean_share;   /* of the low-pass that is taken off [-] */
-    float time;         /* from one sum to the next [s] */
-    float per_sum;      /* T over it [-] */
+    inductance_wave_t wave[INDUCTANCE_FREQUENCIES];
+    float rate;            /* at which it begins [1/s]; 0 = off */
+    float from;            /* L_q of the parameters [H] */
+    float inductance_q;    /* L_q with which the observer works [H] */
+    float saliency;        /* L_d - L_q of this belief [H] */
+    float ratio;           /* L_q/L_d [-] */
+    float resistance;      /* R with which the observer works [ohm] */
+    float resistance_from; /* R of the parameters [ohm] */
+    float flux_linkage;    /* psi_f [Wb] */
+    float current;         /* amplitude of the dither [A] */
+    float mean_share;      /* of the low-pass that is taken off [-] */
+    float time;            /* from one step to the next [s] */
 } inductance_tuning_t;
 
 typedef struct {
     inductance_tuning_t tuning;
-    learnt_value_t learnt; /* L_q [H] */
-    float rate;            /* at which it learns now [1/s] */
-    float confidence;      /* share of the last cycles that agreed with the one before them [-] */
-    float said;            /* by the last one [H] */
-    /* of the step */
-    float emf_now;    /* sum(e_q) [V] */
-    dq_t current_now; /* sum(i) [A] */
-    uint32_t whole;   /* [-] 1: these are of all periods since the last step */
+    learnt_value_t learnt;     /* L_q [H] */
+    learnt_value_t resistance; /* R [ohm] */
+    float rate;                /* at which L learns now [1/s] */
+    float resistance_rate;     /* likewise R [1/s] */
+    float confidence;          /* share of the last cycles that agreed with the one before them [-] */
+    float said;                /* by the last one [H] */
     /* of the cycle */
-    uint32_t left;      /* steps that are left of it [-]; 0: none */
-    uint32_t sound;     /* [-] 1: nothing has spoilt it */
-    uint32_t follows;   /* [-] 1: it follows one whose samples were sound: the low-passes go on */
-    uint32_t second;    /* [-] 1: of the second frequency */
-    float t;            /* place in the wave [-], -1..1 */
-    float omega;        /* when it began [rad/s] */
-    float detector_sum; /* sum(|detector|) [-] */
-    float emf_mean;     /* low-pass of e_q [V] */
-    dq_t mean;          /* low-pass of the current [A] */
-    float emf_sum;      /* sum((e_q - mean) s) [V] */
-    float answer_sum;   /* sum((i_d - mean) s) [A] */
-    float swing_s;      /* sum((i_q - mean) s) [A] */
-    float swing_c;      /* sum((i_q - mean) c) [A] */
-    float against_s;    /* of i_q, against that swing, in step [A] */
-    float against_c;    /* likewise, a quarter of a cycle ahead [A] */
-    dq_t dither;        /* to be added to the references until the next step [A] */
+    uint32_t left;          /* steps that are left of it [-]; 0: none */
+    uint32_t sound;         /* [-] 1: nothing has spoilt it */
+    uint32_t voltage_known; /* [-] 1: the voltage was, when it began */
+    uint32_t follows;       /* [-] 1: it follows one whose samples were sound: the low-passes go on */
+    uint32_t which;         /* [-] of the frequencies it has */
+    float t;                /* place in the wave [-], -1..1 */
+    float omega;            /* when it began [rad/s] */
+    float detector_sum;     /* sum(|detector|) [-] */
+    float theta;            /* of the last step [rad] */
+    float turned;           /* of the loop, to and fro: its high-pass [rad] */
+    float drop_sum;         /* sum((e_d - mean - psi_f omega turned) s) [V] */
+    float emf_d_mean;       /* low-pass of e_d [V] */
+    float emf_mean;         /* low-pass of e_q [V] */
+    dq_t mean;              /* low-pass of the current [A] */
+    float emf_sum;          /* sum((e_q - mean) s) [V] */
+    float answer_sum;       /* sum((i_d - mean) s) [A] */
+    float swing_s;          /* sum((i_q - mean) s) [A] */
+    float swing_c;          /* sum((i_q - mean) c) [A] */
+    float against_s;        /* of i_q, against that swing, in step [A] */
+    float against_c;        /* likewise, a quarter of a cycle ahead [A] */
+    dq_t dither;            /* to be added to the references until the next step [A] */
 } inductance_t;
 
-/* What stands beside the sums. */
+/* What the periods since the last step bring. */
 typedef struct {
-    float detector;     /* [-] */
-    float omega_smooth; /* [rad/s] electrical */
-    bool sound;         /* the estimate may be believed */
+    dq_t emf;           /* mean in the rotor's frame, lag undone [V] */
+    dq_t current;       /* mean in the rotor's frame [A] */
+    float detector;     /* now [-] */
+    float omega_smooth; /* now [rad/s] electrical */
+    float theta;        /* of the rotor's frame now [rad] */
+    bool sound;         /* all of them may be believed */
+    bool voltage_known; /* the dead time is learnt: what is missing along d is R's */
 } inductance_input_t;
 
 /* Coefficients. Divisions and an exponential: for the background. */
@@ -132,11 +147,10 @@ void inductance_init(inductance_t *x, const inductance_tuning_t *tuning);
  * learning is on; else it starts from the parameter again. */
 void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
 
-/* A period without a loop that may be judged: the cycle is given up. */
+/* No loop that may be judged: the cycle is given up. */
 static inline void inductance_rest(inductance_t *x)
 {
     x->left = 0u;
-    x->whole = 0u;
     x->follows = 0u;
     x->confidence = 0.0f;
     x->said = 0.0f;
@@ -145,20 +159,7 @@ static inline void inductance_rest(inductance_t *x)
     x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* Every period with a locked loop: e_q at t_k, lag undone [V], the current at t_k in the rotor's frame [A],
- * and may the estimate be believed? */
-static inline void inductance_add(inductance_t *x, float emf_q, dq_t current, bool sound)
-{
-    x->emf_now += emf_q;
-    x->current_now.d += current.d;
-    x->current_now.q += current.q;
-    if (!sound) {
-        x->sound = 0u;
-    }
-}
-
-/* After it in every so-manieth period, as the tuning says: the step of the wave, from the means since the
- * last one; after a rest nothing. */
+/* In every so-manieth period with a locked loop, as the tuning says: the step of the wave. */
 void inductance_step(inductance_t *x, const inductance_input_t *input);
 
 #endif

@@ -5,14 +5,17 @@
 inertia_tuning_t inertia_prepare(const inertia_params_t *params)
 {
     const float tail = INERTIA_TAIL / params->period;
+    const float impulse =
+        1.5f * params->pole_pairs * params->pole_pairs * params->flux_linkage * params->period;
     return (inertia_tuning_t){
         .from = params->from,
-        .impulse = 1.5f * params->pole_pairs * params->pole_pairs * params->flux_linkage * params->period,
+        .impulse = impulse,
+        .gain = impulse / params->inertia,
         .load_share = lowpass_share(INERTIA_LOAD_CUTOFF, params->period),
         .torque = INERTIA_TORQUE_LEAST * params->current_max,
         .half_per_tail = 0.5f / tail,
-        .tail_periods = (uint32_t)tail,
-        .most_periods = (uint32_t)(INERTIA_LONGEST / params->period),
+        .tail_steps = (uint32_t)tail,
+        .most_steps = (uint32_t)(INERTIA_LONGEST / params->period),
         .on = params->on ? 1u : 0u,
     };
 }
@@ -22,7 +25,6 @@ static void start(inertia_t *x)
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
     x->said[0] = x->tuning.from;
     x->said[1] = x->tuning.from;
-    x->ways = 0u;
     inertia_rest(x);
 }
 
@@ -44,8 +46,9 @@ void inertia_take(inertia_t *x, const inertia_tuning_t *tuning)
 void inertia_begin(inertia_t *x, float omega)
 {
     x->under_way = 1u;
+    x->through = 0u;
     x->sound = 1u;
-    x->periods = 0u;
+    x->steps = 0u;
     x->left = 0u;
     x->omega = omega;
     x->sum = 0.0f;
@@ -68,13 +71,12 @@ static void hear(inertia_t *x, float said)
     x->learnt.value = median(next, x->said[0], x->said[1]);
     x->said[1] = x->said[0];
     x->said[0] = next;
-    x->ways += x->ways < INERTIA_KNOWN ? 1u : 0u;
 }
 
 void inertia_end(inertia_t *x, float omega)
 {
     const inertia_tuning_t *tuning = &x->tuning;
-    const float way = (float)(x->periods - tuning->tail_periods);
+    const float way = (float)(x->steps - tuning->tail_steps);
     const float gained = x->omega_arrived - x->omega;
     const float gained_tail = omega - x->omega_arrived;
     const float sum_tail = x->sum - x->sum_arrived;
@@ -82,7 +84,7 @@ void inertia_end(inertia_t *x, float omega)
     const float turned = gained - r * gained_tail;
     const float pushed = x->sum_arrived - r * sum_tail;
     x->under_way = 0u;
-    if (x->sound == 0u || x->periods > tuning->most_periods || bounds_within(gained, INERTIA_SPEED_LEAST) ||
+    if (x->sound == 0u || x->steps > tuning->most_steps || bounds_within(gained, INERTIA_SPEED_LEAST) ||
         !(bounds_magnitude(x->sum_arrived) > tuning->torque * way)) {
         return;
     }

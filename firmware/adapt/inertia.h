@@ -7,6 +7,9 @@
  * 1/INERTIA_LOAD_CUTOFF. From the period in which the reference moves until the speed has arrived, i_L is
  * held: what i_q has beyond it accelerates. So i_q - i_L is the torque's share that the tracking loop may be
  * told of, and not the speed control's answer to a load; and its sum over the way is what J is learnt from.
+ * Until the speed has once stood beside a reference that stands, after a start, nobody knows the load: i_L is
+ * all of i_q, and no way begins. Nobody knows whether a load turns round with the speed: through zero the
+ * loop is told of no torque beside a load that matters.
  *
  * The way ends when the speed has stood beside a reference that stands for INERTIA_TAIL. In this tail
  * i_q - i_L is the load that has been added on the way, c, beside what the speed still gains; on the way
@@ -21,8 +24,9 @@
  * little beside it. The learnt J is the median of what the last three said, which begin as the parameter: two
  * that agree are believed (docs/theory.md, 26).
  *
- * One step per T; one division at the end of a way. Does not handle: a load that comes and goes again on the
- * way; friction that turns round at zero speed, which is not sound. */
+ * One step in every so-manieth T, from the means of these; one division at the end of a way. Does not handle:
+ * a load that comes and goes again on the way; friction that turns round at zero speed, which is not sound.
+ */
 #ifndef ADAPT_INERTIA_H
 #define ADAPT_INERTIA_H
 
@@ -40,52 +44,53 @@
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
 #define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: the load that has been added */
 #define INERTIA_RANGE        5.0f    /* [-] of the parameter, either way */
-#define INERTIA_KNOWN        2u      /* [-] ways that make J known */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */
+    float inertia;      /* J, believed [kg m^2], above 0 */
     float flux_linkage; /* psi_f, believed [Wb], above 0 */
     float pole_pairs;   /* p [-] */
     float current_max;  /* limit of i_q [A] */
-    float period;       /* T [s] */
+    float period;       /* from one step to the next [s] */
     bool on;
 } inertia_params_t;
 
 typedef struct {
-    float from;            /* [kg m^2] */
-    float impulse;         /* 1.5 p^2 psi_f T [kg m^2 rad/s per A and period] */
-    float load_share;      /* of the low-pass to i_L [-] */
-    float torque;          /* least mean of i_q - i_L [A] */
-    float half_per_tail;   /* r per period of a way [-] */
-    uint32_t tail_periods; /* [periods] */
-    uint32_t most_periods; /* [periods] of a way with its tail */
-    uint32_t on;           /* [-] 1 */
+    float from;          /* [kg m^2] */
+    float impulse;       /* 1.5 p^2 psi_f T [kg m^2 rad/s per A and step], T being that of a step */
+    float gain;          /* K T, likewise [rad/s per A and step] */
+    float load_share;    /* of the low-pass to i_L [-] */
+    float torque;        /* least mean of i_q - i_L [A] */
+    float half_per_tail; /* r per step of a way [-] */
+    uint32_t tail_steps; /* [-] */
+    uint32_t most_steps; /* [-] of a way with its tail */
+    uint32_t on;         /* [-] 1 */
 } inertia_tuning_t;
 
 typedef struct {
     inertia_tuning_t tuning;
     learnt_value_t learnt; /* J [kg m^2] */
     float said[2];         /* by the last two ways [kg m^2] */
-    uint32_t ways;         /* [-] that said something, up to INERTIA_KNOWN */
     float load;            /* i_L [A] */
-    float share;           /* by which it follows next [-]: at first wholly */
-    float omega_ref;       /* of the last period [rad/s], electrical */
+    float share;           /* by which it follows next [-]: 1: it is not known yet */
+    float omega_ref;       /* of the last step [rad/s], electrical */
     /* of the way */
     uint32_t under_way;  /* [-] 1 */
+    uint32_t through;    /* [-] 1: it leads, or led, through zero speed */
     uint32_t sound;      /* [-] 1: nothing has spoilt it */
-    uint32_t periods;    /* [-] since it began */
-    uint32_t left;       /* [periods] of its tail; 0: not arrived */
+    uint32_t steps;      /* [-] since it began */
+    uint32_t left;       /* [-] steps of its tail; 0: not arrived */
     float omega;         /* when it began [rad/s] */
     float omega_arrived; /* when the tail began [rad/s] */
     float sum;           /* sum(i_q - i_L) since it began [A] */
     float sum_arrived;   /* likewise, when the tail began [A] */
 } inertia_t;
 
-/* What a period brings. */
+/* What the periods since the last step bring. */
 typedef struct {
-    float omega_ref; /* of the speed, electrical [rad/s] */
-    float omega;     /* of the rotor, estimated, smooth [rad/s], electrical */
-    float i_q;       /* in the rotor's frame, finite [A] */
+    float omega_ref; /* of the speed, now [rad/s], electrical */
+    float omega;     /* of the rotor now, estimated, smooth [rad/s], electrical */
+    float i_q;       /* mean in the rotor's frame, finite [A] */
 } inertia_input_t;
 
 /* Coefficients. Divisions and an exponential: for the background. */
@@ -98,13 +103,7 @@ void inertia_init(inertia_t *x, const inertia_tuning_t *tuning);
  * learning is on; else it starts from the parameter again. */
 void inertia_take(inertia_t *x, const inertia_tuning_t *tuning);
 
-/* Is J known by what was learnt? */
-static inline bool inertia_is_known(const inertia_t *x)
-{
-    return x->ways >= INERTIA_KNOWN;
-}
-
-/* A period without a rotor that is tracked: nothing is known of the load. */
+/* A step without a rotor that is tracked: nothing is known of the load. */
 static inline void inertia_rest(inertia_t *x)
 {
     x->under_way = 0u;
@@ -112,7 +111,7 @@ static inline void inertia_rest(inertia_t *x)
     x->share = 1.0f;
 }
 
-/* A period whose speed or current may not be believed, before its step: what is under way says nothing. */
+/* A step of which a speed or current may not be believed, before it: what is under way says nothing. */
 static inline void inertia_spoil(inertia_t *x)
 {
     x->sound = 0u;
@@ -122,26 +121,32 @@ static inline void inertia_spoil(inertia_t *x)
 void inertia_begin(inertia_t *x, float omega);
 void inertia_end(inertia_t *x, float omega);
 
-/* One period with a rotor that is tracked. */
+/* One step with a rotor that is tracked. What the current answers to a reference that has moved since the
+ * last one carries no load. */
 static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
 {
     const bool moves = input->omega_ref != x->omega_ref;
     const float beyond = input->i_q - x->load;
     x->omega_ref = input->omega_ref;
     if (x->under_way == 0u) {
-        x->load += x->share * beyond;
-        x->share = x->tuning.load_share;
-        if (moves) {
+        if (!moves || x->share >= 1.0f) {
+            x->load += x->share * beyond;
+        }
+        if (!moves && bounds_within(input->omega_ref - input->omega, INERTIA_ARRIVED)) {
+            x->share = x->tuning.load_share;
+        }
+        if (moves && x->share < 1.0f) {
             inertia_begin(x, input->omega);
         }
         return;
     }
+    x->through |= input->omega_ref * input->omega < 0.0f ? 1u : 0u;
     x->sum += beyond;
-    x->periods++;
+    x->steps++;
     if (moves || !bounds_within(input->omega_ref - input->omega, INERTIA_ARRIVED)) {
         x->left = 0u;
     } else if (x->left == 0u) {
-        x->left = x->tuning.tail_periods;
+        x->left = x->tuning.tail_steps;
         x->omega_arrived = input->omega;
         x->sum_arrived = x->sum;
     } else {
@@ -150,6 +155,24 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
             inertia_end(x, input->omega);
         }
     }
+}
+
+/* What of this i_q [A] the tracking loop is not told of: the load; all of it, where the way leads through
+ * zero with a load of `most` [A] or more. */
+static inline float inertia_untold(const inertia_t *x, float i_q, float most)
+{
+    return x->under_way != 0u && x->through != 0u && !bounds_within(x->load, most) ? i_q : x->load;
+}
+
+/* What the speed has gained on this way, and what K (i_q - i_L) says [rad/s], electrical: 0 on none. */
+static inline float inertia_gained(const inertia_t *x, float omega)
+{
+    return x->under_way != 0u ? omega - x->omega : 0.0f;
+}
+
+static inline float inertia_foreseen(const inertia_t *x)
+{
+    return x->under_way != 0u ? x->tuning.gain * x->sum : 0.0f;
 }
 
 #endif

@@ -8,6 +8,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/self_watch.h"
+#include "app/services.h"
+#include "app/talk.h"
 #include "drive/drive.h"
 #include "hal/hal.h"
 
@@ -30,13 +33,17 @@ typedef struct {
     app_seen_t seen;      /* of the last look */
     uint32_t task;        /* [-] of the background list: the next one's number */
     uint32_t fed_period;  /* [periods] of the drive when the watchdog was last fed */
+    uint32_t watched_at;  /* [periods] of the drive when memory was last looked at */
+    self_watch_t watch;
+    services_t services;
+    talk_t talk;
 } app_t;
 
 extern HAL_PER_CHIP app_t *app;
 
-/* After reset: default parameters, board up, watchdog started; from here on the interrupt runs every period
- * and app_background must be called again and again, each task of its list at least every 100 ms. If the
- * board does not come up, the drive is in fault. */
+/* After reset: stored parameters, or the defaults (app/parameters.h), board up, watchdog started; from here
+ * on the interrupt runs every period and app_background must be called again and again, each task of its list
+ * at least every 100 ms. If the board does not come up, the drive is in fault. */
 void app_start(void);
 
 /* The background: the next task of its list, each of bounded work. The watchdog is fed when the list has come

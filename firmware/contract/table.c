@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "math/float_bits.h"
+
 const table_row_t *table_by_id(const table_t *table, uint32_t id)
 {
     for (uint32_t n = 0; n < table->count; n++) {
@@ -65,6 +67,22 @@ uint32_t table_bits(const table_row_t *row, const void *base)
     return bits;
 }
 
+void table_set_bits(const table_row_t *row, void *base, uint32_t bits)
+{
+    memcpy((char *)base + row->offset, &bits, sizeof bits);
+}
+
+static int64_t whole_of_bits(const table_row_t *row, uint32_t bits)
+{
+    const int64_t value = (int64_t)bits;
+    return row->kind == SLOT_UINT || bits <= UINT32_C(0x7FFFFFFF) ? value : value - INT64_C(0x100000000);
+}
+
+float table_value_of_bits(const table_row_t *row, uint32_t bits)
+{
+    return row->kind == SLOT_FLOAT ? float_of_bits(bits) : (float)whole_of_bits(row, bits);
+}
+
 int32_t table_whole_max(const table_row_t *row)
 {
     if (row->kind != SLOT_ENUM) {
@@ -100,21 +118,31 @@ bool table_accepts(const table_row_t *row, float value)
     return row->kind == SLOT_FLOAT || value == (float)(int32_t)value;
 }
 
+bool table_accepts_bits(const table_row_t *row, uint32_t bits)
+{
+    return row->kind == SLOT_FLOAT ? table_accepts(row, float_of_bits(bits))
+                                   : table_accepts_whole(row, whole_of_bits(row, bits));
+}
+
 bool table_holds(const table_row_t *row, const void *base)
 {
     return row->kind == SLOT_FLOAT ? table_accepts(row, table_get(row, base))
                                    : table_accepts_whole(row, table_whole(row, base));
 }
 
+void table_default(const table_row_t *row, void *base)
+{
+    if (row->kind == SLOT_FLOAT) {
+        table_set(row, base, row->initial);
+    } else {
+        table_set_whole(row, base, row->whole.initial);
+    }
+}
+
 void table_defaults(const table_t *table, void *base)
 {
     for (uint32_t n = 0; n < table->count; n++) {
-        const table_row_t *row = &table->rows[n];
-        if (row->kind == SLOT_FLOAT) {
-            table_set(row, base, row->initial);
-        } else {
-            table_set_whole(row, base, row->whole.initial);
-        }
+        table_default(&table->rows[n], base);
     }
 }
 

@@ -62,6 +62,10 @@ void table_set(const table_row_t *row, void *base, float value);
 int64_t table_whole(const table_row_t *row, const void *base);
 void table_set_whole(const table_row_t *row, void *base, int64_t value);
 uint32_t table_bits(const table_row_t *row, const void *base);
+void table_set_bits(const table_row_t *row, void *base, uint32_t bits);
+
+/* The number that these bits are in the row's kind, as a float like that of table_get(). */
+float table_value_of_bits(const table_row_t *row, uint32_t bits);
 
 /* Ends of the accepted range, of any kind. As a float that of a whole row is exact up to +-2^24. */
 float table_min(const table_row_t *row);
@@ -72,11 +76,14 @@ int32_t table_whole_max(const table_row_t *row); /* of a SLOT_ENUM row the numbe
  * but SLOT_FLOAT, and exact. */
 bool table_accepts(const table_row_t *row, float value);
 bool table_accepts_whole(const table_row_t *row, int64_t value);
+bool table_accepts_bits(const table_row_t *row,
+                        uint32_t bits); /* the same of a value as it stands in a slot */
 
 /* Does the slot hold a value that its row accepts? */
 bool table_holds(const table_row_t *row, const void *base);
 
-/* Every slot of the struct gets its default. */
+/* The slot gets its default; every slot of the struct. */
+void table_default(const table_row_t *row, void *base);
 void table_defaults(const table_t *table, void *base);
 
 /* Number of a named value of a SLOT_ENUM row; -1 if the name is none of its choices. */

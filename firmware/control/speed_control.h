@@ -67,13 +67,13 @@ static inline void speed_control_reset(speed_control_t *control, float current, 
     pi_reset(&control->pi, current + control->kick * omega_m_ref);
 }
 
-/* i_q reference [A] within +-`limit` [A], at most that of the tuning, from the mechanical speeds [rad/s]. No
- * division. */
+/* i_q reference [A] from `lower` to `upper` [A], both within +-current_limit, lower <= upper, from the
+ * mechanical speeds [rad/s]. No division. */
 static inline float speed_control_step(speed_control_t *control, float omega_m_ref, float omega_m,
-                                       float limit)
+                                       float lower, float upper)
 {
     const float held_back = control->kick * omega_m_ref;
-    return pi_step(&control->pi, omega_m_ref - omega_m, held_back - limit, held_back + limit) - held_back;
+    return pi_step(&control->pi, omega_m_ref - omega_m, held_back + lower, held_back + upper) - held_back;
 }
 
 #endif

@@ -1,26 +1,7 @@
 #include "drive/drive.h"
 
-#include "drive/signals.h"
 #include "math/bounds.h"
 #include "math/trig.h"
-
-static void judge(drive_t *drive)
-{
-    const manoeuvres_t *manoeuvres = &drive->manoeuvres;
-    guard_input_t input = {
-        .measured = &drive->measure.measured,
-        .omega_m = drive->omega_m,
-        .estimate_invalid = drive->estimator.estimate.invalid,
-        .unlocked = manoeuvres->unlocked,
-        .failed = manoeuvres->failed,
-        .now = GUARD_ALWAYS,
-    };
-    if (drive_bridge_on(drive) && drive->sequence.state != (int32_t)DRIVE_SWITCHED_ON) {
-        input.now |= GUARD_RUNNING | (manoeuvres->limits.sensorless != 0u ? 0u : GUARD_ENCODER) |
-                     (manoeuvres_judged(manoeuvres) ? GUARD_TRACKING : 0u);
-    }
-    guard_step(&drive->guard, &input);
-}
 
 static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
@@ -30,22 +11,28 @@ static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
         offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
         calibration = measure_calibrate(&drive->measure, samples);
     }
-    const bool standing =
-        manoeuvres_knows(&drive->manoeuvres) && bounds_within(drive->omega_m, SEQUENCE_STANDSTILL);
-    const uint32_t order = sequence_step(&drive->sequence, &drive->requests, &drive->measure.measured,
-                                         drive->guard.faults, standing, calibration);
+    const sequence_input_t input = {
+        .requests = &drive->requests,
+        .measured = &drive->measure.measured,
+        .faults = drive->guard.faults,
+        .stops = drive->guard.stops,
+        .standing =
+            manoeuvres_knows(&drive->manoeuvres) && bounds_within(drive->omega_m, SEQUENCE_STANDSTILL),
+        .calibration = calibration,
+    };
+    const uint32_t order = sequence_step(&drive->sequence, &input);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
     if (is_fault && !was_fault) {
         drive_note_fault(drive);
     } else if (was_fault && !is_fault) {
-        tap_history_clear(&drive->history);
+        capture_reset(&drive->capture);
     }
     return order;
 }
 
 static void start(drive_t *drive, uint32_t order)
 {
-    const bool sensorless = drive->manoeuvres.limits.sensorless != 0u;
+    const bool sensorless = drive->manoeuvres.sensorless != 0u;
     const position_t unknown = {0.0f, 0.0f};
     if ((order & SEQUENCE_PRESET) != 0u) {
         current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
@@ -56,6 +43,7 @@ static void start(drive_t *drive, uint32_t order)
         chosen_reset(&drive->estimator, from, drive->measure.measured.current);
         flux_reset(&drive->flux, from.omega_e);
         offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
+        current_watch_begin(&drive->current_watch);
         drive->estimating = 1u;
     }
 }
@@ -85,7 +73,7 @@ static void manoeuvre(drive_t *drive)
         .omega_m = drive->omega_m,
         .wish = wish(drive),
         .estimating = drive->estimating,
-        .losses = drive->guard.losses,
+        .losses = drive->guard.losses.word[0] | drive->guard.losses.word[1],
     };
     const frame_t last = drive->demand.frame;
     manoeuvres_step(&drive->manoeuvres, &input, &drive->demand);
@@ -107,20 +95,10 @@ static void manoeuvre(drive_t *drive)
 /* A locked loop without encoder is shaken a little, to learn from its answer. */
 static void shake(drive_t *drive)
 {
-    const estimate_t *estimate = &drive->estimator.estimate;
-    inductance_t *inductance = &drive->inductance;
-    if (inductance->tuning.rate == 0.0f || !manoeuvres_judged(&drive->manoeuvres)) {
-        inductance_rest(inductance);
-        return;
+    if (manoeuvres_steady(&drive->manoeuvres)) {
+        drive->demand.current.d += drive->inductance.dither.d;
+        drive->demand.current.q += drive->inductance.dither.q;
     }
-    const bool sound = estimate->invalid == 0u;
-    inductance_add(inductance, drive->demand.emf.q, drive->current, sound);
-    if (drive->period % DRIVE_LEARN_PERIODS == 0u) {
-        const inductance_input_t input = {estimate->detector, estimate->omega_smooth, sound};
-        inductance_step(inductance, &input);
-    }
-    drive->demand.current.d += inductance->dither.d;
-    drive->demand.current.q += inductance->dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */
@@ -144,8 +122,7 @@ static void rest(drive_t *drive)
     const dq_t none = {0.0f, 0.0f};
     drive->demand = (demand_t){drive->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     manoeuvres_end(&drive->manoeuvres);
-    inductance_rest(&drive->inductance);
-    dead_time_learn_pause(&drive->dead_time_learn);
+    drive_learn_pause(drive);
     current_control_reset(&drive->current_control, none);
     drive->current = frames_park(drive->measure.measured.current, drive->rotor.rotation);
     drive->voltage = none;
@@ -165,22 +142,22 @@ void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 
     measure_step(&drive->measure, samples, drive->offset_trim.offset);
     drive_locate(drive);
-    judge(drive);
+    drive_protect(drive);
     const uint32_t order = sequence(drive, samples);
     start(drive, order);
     if (drive_bridge_on(drive)) {
         manoeuvre(drive);
         shake(drive);
         drive->command.duty = control(drive);
+        if ((order & SEQUENCE_CHARGE) != 0u) {
+            drive->command.duty = (abc_t){0.0f, 0.0f, 0.0f};
+        }
     } else {
         rest(drive);
     }
     drive->command.gates = (int32_t)(order & SEQUENCE_GATES);
     inverter_remember(&drive->inverter, drive->command.duty, drive->measure.measured.current,
                       drive->measure.measured.u_dc);
-    /* up to the fault's own period, which is this one unless a trip came between two steps */
-    if (drive->sequence.state != (int32_t)DRIVE_FAULT || drive->fault.period == drive->period) {
-        signals_keep(drive);
-    }
+    capture_step(&drive->capture, drive, drive->period);
     *command = drive->command;
 }

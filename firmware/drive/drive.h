@@ -22,7 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "contract/tap.h"
+#include "contract/capture.h"
 #include "drive/guard.h"
 #include "drive/manoeuvres.h"
 #include "drive/measure.h"
@@ -32,6 +32,8 @@
 #include "estimator/estimate.h"
 #include "manoeuvre/demand.h"
 #include "math/frames.h"
+#include "protect/encoder_watch.h"
+#include "protect/motion_watch.h"
 
 typedef struct {
     abc_t duty;    /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
@@ -40,12 +42,21 @@ typedef struct {
 
 /* What the drive saw when it stopped: the first fault freezes it. */
 typedef struct {
-    uint32_t period; /* [periods] when */
-    float i_a, i_b;  /* [A] */
-    float u_dc;      /* [V] */
-    float theta_e;   /* [rad] */
-    float omega_e;   /* [rad/s] */
+    int32_t reason;    /* [-] reason_t */
+    uint32_t period;   /* [periods] when */
+    int32_t manoeuvre; /* [-] manoeuvre_t: what it was about */
+    float i_a, i_b;    /* [A] */
+    float u_dc;        /* [V] */
+    float theta_e;     /* [rad] */
+    float omega_e;     /* [rad/s] */
 } drive_fault_t;
+
+/* The last of them, through resets. */
+#define DRIVE_FAULT_LOG 16u
+typedef struct {
+    uint32_t count;                        /* [-] since power-on */
+    drive_fault_t faults[DRIVE_FAULT_LOG]; /* number n from 0 in n mod DRIVE_FAULT_LOG */
+} drive_fault_log_t;
 
 typedef struct {
     /* what goes from room to room in a period; first, where an offset is short */
@@ -62,6 +73,7 @@ typedef struct {
     dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
+    uint32_t learns; /* [-] 1: something is learnt by drive_learn() */
 
     /* from outside */
     requests_t requests;
@@ -78,15 +90,32 @@ typedef struct {
     chosen_t estimator;
     manoeuvres_t manoeuvres;
     guard_t guard;
+    sums_t sums;
+    means_t means;
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
+    encoder_watch_t encoder_watch;
+    motion_watch_t motion_watch;
+    uint32_t encoder_wrong; /* [-] ENCODER_WATCH_... bits of the last look */
+    uint32_t moves_wrong;   /* [-] MOTION_... bits likewise */
+    current_watch_t current_watch;
+    uint32_t current_faults; /* [-] CURRENT_WATCH_... bits of the last window */
+    thermal_t thermal;
+    link_t link;
+    uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
 
     /* offered by the background: taken at the start of the next step */
     uint32_t offered; /* [-] 1: there is one */
     drive_tuning_t offer;
 
-    tap_history_t history; /* a fault holds it: its own period is the newest; a reset empties it */
+    uint32_t
+        unattended; /* [periods] since the background came round, from its first time on; 0: it never did */
+    uint32_t unattended_max; /* [periods] that it may stay away */
+    uint32_t reported;       /* [-] GUARD_CORRUPT_... and other bits, as the background has found */
+    drive_fault_log_t log;
+    capture_t capture; /* unless armed for something else: the rows of signals_history; a fault holds it, its
+                          own period is the newest; a reset empties it */
 } drive_t;
 
 /* All state zero, in not ready, requests off. The set must be good (checked). */
@@ -102,6 +131,35 @@ void drive_withdraw(drive_t *drive);
  * estimator rests. */
 void drive_locate(drive_t *drive);
 
+/* drive->rotor and drive->omega_m, after the source of the angle has changed. */
+void drive_believe(drive_t *drive);
+
+/* Which of GUARD_LOOK_PERIODS motion is looked at in: none in which something is learnt, shortly before the
+ * slow rows are judged. */
+#define DRIVE_MOTION_SLOT 1u
+
+/* What the motion of the rotor says of encoder and shaft: drive->encoder_wrong and moves_wrong. An encoder
+ * that is wrong is left here. In the slot, and wherever the encoder's angle has jumped. */
+void drive_watch_motion(drive_t *drive, bool in_slot, bool jumped);
+
+/* The same of what is learnt, where something is: sums in every period, means in every
+ * DRIVE_LEARN_PERIODS-th, of periods in which this acted. No division but at the end of a cycle of the
+ * dither or of a way. */
+void drive_learn(drive_t *drive, const inverter_acted_t *acted);
+
+/* Nothing is known of what acts. */
+void drive_learn_pause(drive_t *drive);
+
+/* The rows of the fault table that hold in this period. */
+void drive_protect(drive_t *drive);
+
+/* Likewise, where one may hold; `look`: of the slow ones, too. */
+void drive_judge(drive_t *drive, bool look);
+
+/* What heat and DC link leave of i_q; `look`: in a period in which the slow rows are judged, where in turn
+ * the squares of the currents and the supply are looked at. */
+void drive_limit(drive_t *drive, bool look);
+
 /* The start of a step with an offer, whose sample has this encoder count, and the end of one that has led
  * into fault. */
 void drive_take(drive_t *drive, uint32_t encoder_count);
@@ -109,6 +167,13 @@ void drive_note_fault(drive_t *drive);
 
 /* What it has learnt so far, between two periods. */
 learnt_t drive_learnt(const drive_t *drive);
+
+/* The background has come round, between two periods; `reported`: what it has found. */
+static inline void drive_attend(drive_t *drive, uint32_t reported)
+{
+    drive->unattended = 1u;
+    drive->reported = reported;
+}
 
 /* Take over a set of requests between two periods; it must be good (requests_check). */
 void drive_request(drive_t *drive, const requests_t *next);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "drive/signals.h"
 #include "math/check.h"
 
 void drive_take(drive_t *drive, uint32_t encoder_count)
@@ -10,6 +11,7 @@ void drive_take(drive_t *drive, uint32_t encoder_count)
     const drive_tuning_t *tuning = &drive->offer;
     measure_take(&drive->measure, &tuning->measure);
     guard_take(&drive->guard, &tuning->guard);
+    drive->unattended_max = tuning->unattended_max;
     encoder_take(&drive->encoder, &tuning->encoder, encoder_count);
     chosen_take(&drive->estimator, &tuning->estimator);
     flux_take(&drive->flux, &tuning->flux);
@@ -21,10 +23,18 @@ void drive_take(drive_t *drive, uint32_t encoder_count)
     inverter_take(&drive->inverter, &tuning->inverter);
     dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+    drive->learns =
+        tuning->inductance.rate > 0.0f || tuning->dead_time_learn.rate > 0.0f || tuning->inertia.on != 0u;
     drive->doubt.tuning = tuning->doubt;
     current_control_take(&drive->current_control, &tuning->current_control);
     manoeuvres_take(&drive->manoeuvres, &tuning->manoeuvres);
+    thermal_take(&drive->thermal, &tuning->thermal);
+    link_take(&drive->link, &tuning->link);
+    drive_limit(drive, false);
     sequence_take(&drive->sequence, &tuning->sequence);
+    encoder_watch_take(&drive->encoder_watch, &tuning->encoder_watch);
+    motion_watch_take(&drive->motion_watch, &tuning->motion_watch);
+    current_watch_take(&drive->current_watch, &tuning->current_watch);
     drive->offered = 0u;
 }
 
@@ -46,10 +56,16 @@ void drive_init(drive_t *drive, const params_t *params)
     offset_trim_init(&drive->offset_trim, &tuning->offset_trim);
     inductance_init(&drive->inductance, &tuning->inductance);
     inertia_init(&drive->inertia, &tuning->inertia);
+    encoder_watch_init(&drive->encoder_watch, &tuning->encoder_watch);
+    motion_watch_init(&drive->motion_watch, &tuning->motion_watch);
+    thermal_init(&drive->thermal, &tuning->thermal);
+    link_init(&drive->link, &tuning->link);
     drive_take(drive, 0u);
     chosen_reset(&drive->estimator, drive->encoder_position, drive->measure.measured.current);
     requests_defaults(&drive->requests);
-    tap_history_clear(&drive->history);
+    capture_tuning_t history;
+    CHECK(capture_prepare(&signals_history, &signals_table, &history) == (uint32_t)CAPTURE_GOOD);
+    capture_init(&drive->capture, &history);
 }
 
 void drive_offer(drive_t *drive)
@@ -65,9 +81,9 @@ void drive_withdraw(drive_t *drive)
 learnt_t drive_learnt(const drive_t *drive)
 {
     return (learnt_t){
+        .resistance = drive->inductance.resistance,
         .inductance_q = drive->inductance.learnt,
         .inertia = drive->inertia.learnt,
-        .inertia_known = inertia_is_known(&drive->inertia) ? 1u : 0u,
     };
 }
 
@@ -80,13 +96,18 @@ void drive_note_fault(drive_t *drive)
 {
     measure_begin_calibration(&drive->measure);
     drive->fault = (drive_fault_t){
+        .reason = drive->sequence.fault_reason,
         .period = drive->period,
+        .manoeuvre = drive->manoeuvres.now,
         .i_a = drive->measure.measured.current_abc.a,
         .i_b = drive->measure.measured.current_abc.b,
         .u_dc = drive->measure.measured.u_dc,
         .theta_e = drive->rotor.theta_e,
         .omega_e = drive->rotor.omega_e,
     };
+    drive->log.faults[drive->log.count % DRIVE_FAULT_LOG] = drive->fault;
+    drive->log.count++;
+    capture_trigger(&drive->capture, drive->period);
 }
 
 void drive_stop(drive_t *drive, int32_t reason)

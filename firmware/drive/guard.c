@@ -2,50 +2,40 @@
 
 #include <string.h>
 
-#include "drive/manoeuvres.h"
-#include "drive/measure.h"
+#include "drive/guard_quantities.h"
 #include "drive/reasons.h"
-#include "estimator/chosen.h"
-#include "math/bounds.h"
 
 const fault_row_t fault_rows[FAULTS] = {
-#define FAULT_ROW(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, text,   \
-                  remedy)                                                                                    \
-    {number, name, #quantity, #comparison, limit, margin, debounce, FAULT_##when, FAULT_##reaction},
+#define FAULT_ROW(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,         \
+                  reaction, text, remedy)                                                                    \
+    {number, name,         #quantity, #comparison,  limit_row,                                               \
+     margin, FAULT_##rate, debounce,  FAULT_##when, FAULT_##reaction},
     DRIVE_FAULTS(FAULT_ROW)
 #undef FAULT_ROW
 };
 
-/* Bits of the rows that count at a moment, and of those with a reaction. */
-#define FAULT_BIT_OF(NAME) (UINT32_C(1) << (uint32_t)FAULT_##NAME)
-#define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
-                      text, remedy)                                                                          \
-    | (FAULT_##when == moment ? FAULT_BIT_OF(NAME) : UINT32_C(0))
-#define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, \
-                          text, remedy)                                                                      \
-    | (FAULT_##reaction == asked ? FAULT_BIT_OF(NAME) : UINT32_C(0))
-
-static inline uint32_t rows_at(fault_when_t moment)
+/* The rows of one moment or reaction. */
+static inline fault_set_t rows_at(fault_when_t asked)
 {
-    return 0u DRIVE_FAULTS(FAULT_IF_WHEN);
+#define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
+                      reaction, text, remedy)                                                                \
+    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##when == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
+    fault_set_t set = fault_set_none();
+    DRIVE_FAULTS(FAULT_IF_WHEN)
+#undef FAULT_IF_WHEN
+    return set;
 }
 
-static inline uint32_t rows_with(fault_reaction_t asked)
+static inline fault_set_t rows_with(fault_reaction_t asked)
 {
-    return 0u DRIVE_FAULTS(FAULT_IF_REACTION);
+#define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when, \
+                          reaction, text, remedy)                                                            \
+    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##reaction == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
+    fault_set_t set = fault_set_none();
+    DRIVE_FAULTS(FAULT_IF_REACTION)
+#undef FAULT_IF_REACTION
+    return set;
 }
-
-/* The comparisons of the table: a row's bit goes into `all` if it holds. A condition's bit is moved there;
- * those of neighbours move together. */
-#define MARK_ABOVE(quantity, limit, row)                                                                     \
-    if ((quantity) > (limit)) {                                                                              \
-        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
-    }
-#define MARK_BELOW(quantity, limit, row)                                                                     \
-    if ((quantity) < (limit)) {                                                                              \
-        all |= UINT32_C(1) << (uint32_t)(row);                                                               \
-    }
-#define MARK_HOLDS(quantity, limit, row) all |= (uint32_t)(quantity) << (uint32_t)(row);
 
 float guard_limit(const fault_row_t *row, const params_t *params)
 {
@@ -59,8 +49,8 @@ float guard_limit(const fault_row_t *row, const params_t *params)
 
 guard_tuning_t guard_prepare(const params_t *params)
 {
-#define FAULT_PREPARED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,    \
-                       text, remedy)                                                                         \
+#define FAULT_PREPARED(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,    \
+                       reaction, text, remedy)                                                               \
     PREPARE_##comparison(NAME)
     guard_tuning_t tuning;
     DRIVE_FAULTS(FAULT_PREPARED)
@@ -74,133 +64,109 @@ void guard_init(guard_t *guard, const guard_tuning_t *tuning)
     guard_take(guard, tuning);
 }
 
-/* The quantities of the table. */
-typedef struct {
-    float phase_current;     /* [A] the largest amount of the three, offsets removed */
-    float u_dc;              /* [V] */
-    float sink_temperature;  /* [degC] */
-    float motor_temperature; /* [degC] */
-    float speed;             /* [rad/s] amount, mechanical */
-    bool tripped;            /* [-] true: the trip zone holds the gates off; conditions likewise: */
-    bool bad_sample;         /* [-] not a number, or a current sensor at its rail */
-    bool late;               /* [-] this interrupt came too late for its period */
-    bool encoder_error;      /* [-] quadrature phase error since the last sample */
-    bool estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
-    bool estimate_detector;  /* [-] likewise */
-    bool estimate_current;   /* [-] likewise */
-    bool estimate_speed;     /* [-] likewise */
-    bool unlocked;           /* [-] a sign of a lost lock stands */
-    bool lock_lost;          /* [-] the manoeuvre has failed by this, and the next three */
-    bool start_stalled;      /* [-] likewise */
-    bool start_unlocked;     /* [-] likewise */
-    bool rotor_too_fast;     /* [-] likewise */
-} quantities_t;
-
-static quantities_t quantities_of(const guard_input_t *input)
+/* The rows that count now. */
+static fault_set_t counting(uint32_t now)
 {
-    const measured_t *measured = input->measured;
-    const uint32_t invalid = input->estimate_invalid;
-    const abc_t i = measured->current_abc;
-    return (quantities_t){
-        .phase_current =
-            bounds_span(bounds_magnitude(i.a), bounds_magnitude(i.b), bounds_magnitude(i.c)).largest,
-        .u_dc = measured->u_dc,
-        .sink_temperature = measured->sink_temperature,
-        .motor_temperature = measured->motor_temperature,
-        .speed = bounds_magnitude(input->omega_m),
-        .tripped = (measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u,
-        .bad_sample = measured->good == 0u,
-        .late = (measured->flags & DRIVE_SAMPLE_LATE) != 0u,
-        .encoder_error = (measured->flags & DRIVE_SAMPLE_ENCODER) != 0u,
-        .estimate_amplitude = (invalid & ESTIMATOR_AMPLITUDE) != 0u,
-        .estimate_detector = (invalid & ESTIMATOR_DETECTOR) != 0u,
-        .estimate_current = (invalid & ESTIMATOR_CURRENT) != 0u,
-        .estimate_speed = (invalid & ESTIMATOR_SPEED) != 0u,
-        .unlocked = input->unlocked != 0u,
-        .lock_lost = (input->failed & MANOEUVRE_LOST) != 0u,
-        .start_stalled = (input->failed & MANOEUVRE_STALLED) != 0u,
-        .start_unlocked = (input->failed & MANOEUVRE_UNLOCKED) != 0u,
-        .rotor_too_fast = (input->failed & MANOEUVRE_TOO_FAST) != 0u,
-    };
+    const fault_set_t none = fault_set_none();
+    const fault_set_t turning = fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : none,
+                                               (now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : none);
+    const fault_set_t on = fault_set_both((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : none,
+                                          (now & GUARD_SUPPLIED) != 0u ? rows_at(FAULT_SUPPLIED) : none);
+    return fault_set_both(rows_at(FAULT_ALWAYS), fault_set_both(on, turning));
 }
 
-/* Bits of the rows that count now. */
-static inline uint32_t counting_rows(uint32_t now)
+/* The rows of a rate that hold in this period, whether they count or not. */
+static inline fault_set_t rows_that_hold(const guard_t *guard, const guard_input_t *input, fault_rate_t asked)
 {
-    return rows_at(FAULT_ALWAYS) | ((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : 0u) |
-           ((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : 0u) |
-           ((now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : 0u);
-}
-
-/* Bits of the rows that hold in this period, whether they count or not. */
-static uint32_t holding(const guard_t *guard, const quantities_t *now)
-{
-#define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, debounce, when, reaction,   \
-                    text, remedy)                                                                            \
-    MARK_##comparison(now->quantity, guard->tuning.limit[FAULT_LIMIT_##NAME], FAULT_##NAME)
-    uint32_t all = 0u;
+#define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,       \
+                    reaction, text, remedy)                                                                  \
+    if (FAULT_##rate == asked && GUARD_IF_##comparison(guard, now.quantity, NAME)) {                         \
+        all.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_BIT(FAULT_##NAME);                                       \
+    }
+    const guard_quantities_t now = guard_quantities_of(input);
+    fault_set_t all = fault_set_none();
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
     return all;
 }
 
-/* Counts a row; is it still too soon for its debounce? */
-static inline bool waits(uint32_t *held, uint32_t debounce, bool holds)
+/* Counts a row that is judged once in so many `periods`, for how long it has surely held; is that still too
+ * short for its debounce? */
+static inline bool waits(uint32_t *held, uint32_t debounce, uint32_t periods, bool holds)
 {
     if (!holds) {
         *held = 0u;
         return false;
     }
-    if (*held + 1u >= debounce) {
+    const uint32_t now = *held == 0u ? 1u : *held + periods;
+    if (now >= debounce) {
         return false;
     }
-    *held += 1u;
+    *held = now;
     return true;
 }
 
-/* Bits of the rows that have held for their debounce, of those that hold `now`; the others begin anew. */
-static uint32_t failing(guard_t *guard, uint32_t now)
+/* The rows of a rate that have held for their debounce, of those that hold `now`; the others begin anew. */
+static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_rate_t asked)
 {
-#define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,     \
-                      text, remedy)                                                                          \
-    if ((debounce) > 1u && waits(&guard->held[FAULT_##NAME], debounce, (now & FAULT_BIT_OF(NAME)) != 0u)) {  \
-        failed &= ~FAULT_BIT_OF(NAME);                                                                       \
+#define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
+                      reaction, text, remedy)                                                                \
+    if (FAULT_##rate == asked && (debounce) > 1u &&                                                          \
+        waits(&guard->held[FAULT_##NAME], debounce, periods, fault_set_has(now, FAULT_##NAME))) {            \
+        failed.word[FAULT_WORD(FAULT_##NAME)] &= ~FAULT_BIT(FAULT_##NAME);                                   \
     }
-    uint32_t failed = now;
+    const uint32_t periods = asked == FAULT_SLOW ? GUARD_LOOK_PERIODS : UINT32_C(1);
+    fault_set_t failed = now;
     DRIVE_FAULTS(FAULT_COUNTED)
 #undef FAULT_COUNTED
     return failed;
 }
 
-void guard_step(guard_t *guard, const guard_input_t *input)
+/* The rows of a rate: what is found takes the place of what was known of them. While nothing holds nor has
+ * held, there is nothing to count. */
+static inline void judge(guard_t *guard, const guard_input_t *input, fault_rate_t asked)
 {
-    const quantities_t quantities = quantities_of(input);
-    const uint32_t all = holding(guard, &quantities);
-    const uint32_t now = all != 0u ? all & counting_rows(input->now) : 0u;
-    /* while nothing holds nor has held, nothing is counted */
-    const uint32_t failed = (now | guard->holding) != 0u ? failing(guard, now) : 0u;
-    guard->holding = now;
-    guard->faults = failed & rows_with(FAULT_OPEN);
-    guard->losses = failed & rows_with(FAULT_CATCH);
-    guard->warnings = failed & rows_with(FAULT_WARN);
+    if (guard_is_calm(guard, input, asked)) {
+        return;
+    }
+    const fault_set_t judged = guard_rows_of(asked);
+    const fault_set_t now = fault_set_common(rows_that_hold(guard, input, asked), counting(input->now));
+    const fault_set_t failed = rows_that_fail(guard, now, asked);
+    guard->failed = fault_set_both(fault_set_without(guard->failed, judged), failed);
+    guard->holding = fault_set_both(fault_set_without(guard->holding, judged), now);
 }
 
-int32_t guard_reason(uint32_t faults)
+void guard_step(guard_t *guard, const guard_input_t *input)
+{
+    const bool had_failed = fault_set_any(guard->failed);
+    judge(guard, input, FAULT_EACH);
+    if (input->look != 0u) {
+        judge(guard, input, FAULT_SLOW);
+    }
+    if (had_failed || fault_set_any(guard->failed)) {
+        guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
+        guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
+        guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
+        guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
+    }
+}
+
+int32_t guard_reason(fault_set_t faults)
 {
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
-        if ((faults >> n & 1u) != 0u) {
+        if (fault_set_has(faults, (fault_bit_t)n)) {
             return fault_rows[n].reason;
         }
     }
     return REASON_NONE;
 }
 
-uint32_t guard_fault_of(int32_t reason)
+fault_set_t guard_fault_of(int32_t reason)
 {
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         if (fault_rows[n].reason == reason) {
-            return UINT32_C(1) << n;
+            return fault_set_of((fault_bit_t)n);
         }
     }
-    return 0u;
+    return fault_set_none();
 }

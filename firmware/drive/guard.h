@@ -1,5 +1,6 @@
 /* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
- * counting, straight line, no division; counted is only while something holds.
+ * counting, straight line, no division; counted is only while something holds. A period costs what is judged
+ * in each; the slow rows are looked at together, once in GUARD_LOOK_PERIODS.
  *
  * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
  * the protection against all that the power module cannot see. */
@@ -10,6 +11,7 @@
 #include <stdint.h>
 
 #include "contract/measured.h"
+#include "drive/fault_set.h"
 #include "drive/faults.h"
 
 /* The rows that have a limit. */
@@ -17,8 +19,8 @@
 #define FAULT_LIMIT_IF_BELOW(NAME) FAULT_LIMIT_##NAME,
 #define FAULT_LIMIT_IF_HOLDS(NAME)
 typedef enum {
-#define FAULT_LIMIT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction, text, \
-                    remedy)                                                                                  \
+#define FAULT_LIMIT(number, NAME, name, quantity, comparison, limit, margin, rate, debounce, when, reaction, \
+                    text, remedy)                                                                            \
     FAULT_LIMIT_IF_##comparison(NAME)
     DRIVE_FAULTS(FAULT_LIMIT)
 #undef FAULT_LIMIT
@@ -29,14 +31,32 @@ typedef struct {
     float limit[FAULT_LIMITS]; /* [unit of the quantity] by fault_limit_t, margin added */
 } guard_tuning_t;
 
+/* What the background has found: bits of the memories of app/self_watch.h that have changed, in their order,
+ * and beside them what it knows of the line. */
+#define GUARD_CORRUPT_PROGRAM        UINT32_C(1)
+#define GUARD_CORRUPT_INTERRUPT_CODE UINT32_C(2)
+#define GUARD_CORRUPT_STACK_END      UINT32_C(4)
+#define GUARD_CORRUPT_PARAMS         UINT32_C(8)
+#define GUARD_MASTER_SILENT          UINT32_C(0x10000)
+
 /* What is judged in a period. */
 typedef struct {
     const measured_t *measured;
     float omega_m;             /* [rad/s] mechanical */
     uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
     uint32_t unlocked;         /* [-] 1: a sign of a lost lock stands */
-    uint32_t failed;           /* [-] MANOEUVRE_... bits */
+    uint32_t failed;           /* [-] MANOEUVRE_... bits, but for that of a rotor ... */
+    uint32_t too_fast;         /* [-] 1: ... whose EMF is beyond the link */
+    uint32_t unattended;       /* [-] 1: the background has stayed away for too long */
+    uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, what the background has found */
+    uint32_t encoder_wrong;    /* [-] ENCODER_WATCH_... bits */
+    uint32_t moves_wrong;      /* [-] MOTION_... bits */
+    uint32_t encoder_lost;     /* [-] 1: it is left */
+    uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */
+    uint32_t heat;             /* [-] THERMAL_... bits */
+    uint32_t link;             /* [-] LINK_... bits */
     uint32_t now;              /* [-] GUARD_... bits: which rows count */
+    uint32_t look;             /* [-] 1: the slow rows are judged, too */
 } guard_input_t;
 
 /* Bits of the moments of fault_when_t. */
@@ -45,15 +65,18 @@ typedef struct {
 #define GUARD_RUNNING      GUARD_MOMENT(FAULT_RUNNING)
 #define GUARD_ENCODER      GUARD_MOMENT(FAULT_ENCODER)
 #define GUARD_TRACKING     GUARD_MOMENT(FAULT_TRACKING)
+#define GUARD_SUPPLIED     GUARD_MOMENT(FAULT_SUPPLIED)
 
 typedef struct {
     guard_tuning_t tuning;
     uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
                               fails; of those that do not fail at once */
-    uint32_t holding;      /* [-] bits of the rows that held in the last period */
-    uint32_t faults;       /* [-] bits of the rows with reaction OPEN that have held for their debounce */
-    uint32_t losses;       /* [-] bits of those with reaction CATCH */
-    uint32_t warnings;     /* [-] bits of those with reaction WARN */
+    fault_set_t holding;   /* rows that held when they were last judged */
+    fault_set_t failed;    /* those of them that have held for their debounce */
+    fault_set_t faults;    /* of these, with reaction OPEN */
+    fault_set_t stops;     /* with STOP */
+    fault_set_t losses;    /* with CATCH */
+    fault_set_t warnings;  /* with WARN */
 } guard_t;
 
 /* Limit of a row in this set, margin added [unit of the quantity]; 0 for a condition. */
@@ -71,13 +94,14 @@ static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
     guard->tuning = *tuning;
 }
 
-/* guard->faults, losses and warnings of this period. */
+/* guard->faults, stops, losses and warnings of this period. While guard_is_calm() (guard_quantities.h), it
+ * changes nothing. */
 void guard_step(guard_t *guard, const guard_input_t *input);
 
-/* Reason number of the gravest of these bits; REASON_NONE for 0. */
-int32_t guard_reason(uint32_t faults);
+/* Reason number of the first of these rows; REASON_NONE: there is none. */
+int32_t guard_reason(fault_set_t faults);
 
-/* Bit of the row with this reason number; 0: none of the table's. */
-uint32_t guard_fault_of(int32_t reason);
+/* The row with this reason number; empty: none of the table's. */
+fault_set_t guard_fault_of(int32_t reason);
 
 #endif

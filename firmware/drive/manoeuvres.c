@@ -38,6 +38,15 @@ void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
     lock_reset(&m->lock, position.omega_e);
 }
 
+/* Where control's angle comes from now; is it another source than before? */
+static uint32_t source(manoeuvres_t *m, uint32_t sensorless)
+{
+    const uint32_t other = m->sensorless != sensorless ? UINT32_C(1) : UINT32_C(0);
+    m->sensorless = sensorless;
+    run_keep_low(&m->run, sensorless != 0u);
+    return other;
+}
+
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
 {
     memset(m, 0, sizeof *m);
@@ -47,6 +56,7 @@ void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     lock_init(&m->lock, &tuning->lock);
     run_init(&m->run, &tuning->run);
     m->limits = tuning->limits;
+    (void)source(m, m->limits.sensorless);
     manoeuvres_enter(m, MANOEUVRE_OFF);
 }
 
@@ -57,10 +67,10 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     handover_take(&m->handover, &tuning->handover);
     lock_take(&m->lock, &tuning->lock);
     run_take(&m->run, &tuning->run);
-    m->other_source = m->limits.sensorless != tuning->limits.sensorless;
     m->limits = tuning->limits;
+    m->other_source = source(m, m->limits.sensorless | m->encoder_lost);
     if (m->other_source != 0u) {
-        manoeuvres_judge(m);
+        manoeuvres_judge(m, 0.0f, 0.0f); /* in a reversal not before run has seen the EMF */
     }
 }
 
@@ -69,7 +79,9 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m)
     m->start_try = 0u;
     m->lock_losses = 0u;
     m->failed = 0u;
-    if (m->limits.sensorless != 0u) {
+    m->encoder_lost = 0u;
+    (void)source(m, m->limits.sensorless);
+    if (m->sensorless != 0u) {
         manoeuvres_enter_catch(m, MANOEUVRE_CATCH, CATCH_PERIODS, 0.0f);
     } else {
         manoeuvres_enter_run(m, (dq_t){0.0f, 0.0f}, omega_m * m->limits.pole_pairs);
@@ -81,7 +93,7 @@ void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t 
     m->clock++;
     m->periods++;
     m->locking = 0u;
-    if (m->limits.sensorless == 0u) {
+    if (m->sensorless == 0u) {
         manoeuvres_run_on_encoder(m, input, demand);
         return;
     }

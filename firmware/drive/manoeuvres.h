@@ -9,8 +9,9 @@
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
  *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
  *
- * With the encoder there is nothing but run. Each manoeuvre is a room file of firmware/manoeuvre/; here
- * stands only when one ends. Rules by which the limits follow from motor and shaft: docs/theory.md, 23.
+ * With the encoder there is nothing but run; if it turns out wrong, what is above goes on from there. Each
+ * manoeuvre is a room file of firmware/manoeuvre/; here stands only when one ends. Rules by which the limits
+ * follow from motor and shaft: docs/theory.md, 23.
  *
  * One step per T; bounded, no division. */
 #ifndef DRIVE_MANOEUVRES_H
@@ -49,12 +50,16 @@ typedef enum {
 #define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is beyond what the DC link holds */
 #define MANOEUVRE_LOST     UINT32_C(8) /* lost and caught again too often */
 
-/* So long nothing is judged after a hand-over. */
-#define MANOEUVRE_MASKED_PERIODS DRIVE_PERIODS(50e-3f)
+/* So long nothing is judged after a hand-over: twice the time constant of the signs' low-passes, which begin
+ * as locked. */
+#define MANOEUVRE_MASKED_PERIODS DRIVE_PERIODS(10e-3f)
+
+/* And so long nothing is learnt: what a hand-over leaves of error would be taken for the motor's. */
+#define MANOEUVRE_STEADY_PERIODS DRIVE_PERIODS(50e-3f)
 
 /* When one ends. */
 typedef struct {
-    uint32_t sensorless;       /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+    uint32_t sensorless;       /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
     float pole_pairs;          /* p [-] */
     float pole_pairs_inverse;  /* 1/p [-] */
     float handover_speed;      /* [rad/s] electrical */
@@ -64,12 +69,14 @@ typedef struct {
     float ramp;                /* of the forced frame a period [rad/s] */
     float current_rise;        /* of the forced current a period [A] */
     float current_max;         /* longest current vector [A] */
+    float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
     float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
     uint32_t align_periods;    /* [periods] of it */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
     uint32_t judging;          /* [-] 1: the lock is judged */
+    int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: what to do with an encoder that is wrong */
 } manoeuvres_limits_t;
 
 typedef struct {
@@ -90,6 +97,8 @@ typedef struct {
     run_t run;
 
     int32_t now;            /* [-] manoeuvre_t */
+    uint32_t sensorless;    /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+    uint32_t encoder_lost;  /* [-] 1: it is so because the encoder was wrong; until the bridge goes off */
     uint32_t clock;         /* [periods] */
     uint32_t periods;       /* [periods] in this manoeuvre, or of run since it has passed zero speed */
     uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
@@ -97,7 +106,7 @@ typedef struct {
     uint32_t lock_losses;   /* [-] since the bridge came on */
     uint32_t loss_clock[2]; /* [periods] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
-    uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged */
+    uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
     uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
     uint32_t slow_periods;  /* [periods] without an EMF */
     uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
@@ -138,9 +147,15 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 /* The bridge comes on: catch, or with the encoder run, at this mechanical speed of the encoder [rad/s]. */
 void manoeuvres_begin(manoeuvres_t *m, float omega_m);
 
+/* Under way the encoder turns out wrong: without it until the bridge goes off, from where the estimate puts
+ * the rotor if its EMF says that it is locked, else caught first. `current` [A] at t_k. */
+void manoeuvres_leave_encoder(manoeuvres_t *m, const estimate_t *estimate, ab_t current);
+
 /* The bridge is off. */
 static inline void manoeuvres_end(manoeuvres_t *m)
 {
+    m->sensorless = m->limits.sensorless;
+    m->encoder_lost = 0u;
     m->now = (int32_t)MANOEUVRE_OFF;
     m->judged = 0u;
     m->failed = 0u;
@@ -180,7 +195,7 @@ static inline frame_t manoeuvres_stationary(void)
 static inline frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder,
                                        const estimate_t *estimate)
 {
-    if (m->limits.sensorless == 0u) {
+    if (m->sensorless == 0u) {
         return *encoder;
     }
     if (m->now == (int32_t)MANOEUVRE_OFF) {
@@ -197,7 +212,7 @@ static inline frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *enc
  * part, whose noise would come back through the speed control; or whole, where that is wished for. */
 static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *rotor, const estimate_t *estimate)
 {
-    const bool tracked = m->limits.sensorless != 0u && m->limits.smooth != 0u && m->tracking != 0u &&
+    const bool tracked = m->sensorless != 0u && m->limits.smooth != 0u && m->tracking != 0u &&
                          m->now != (int32_t)MANOEUVRE_OFF;
     return tracked ? estimate->omega_smooth : rotor->omega_e;
 }
@@ -208,10 +223,18 @@ static inline bool manoeuvres_knows(const manoeuvres_t *m)
     return m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
 }
 
-/* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
+/* Does control turn with an estimate that may be judged? Not in a reversal once the EMF is less than at
+ * handover_speed, nor shortly after a hand-over. */
 static inline bool manoeuvres_judged(const manoeuvres_t *m)
 {
     return m->judged != 0u;
+}
+
+/* May anything be learnt of the rotor? Only of one that is judged, not while it is being reversed,
+ * and not for a while after a hand-over. */
+static inline bool manoeuvres_steady(const manoeuvres_t *m)
+{
+    return m->judged != 0u && m->reversing == 0u && m->periods > MANOEUVRE_STEADY_PERIODS;
 }
 
 /* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */

@@ -45,7 +45,8 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, de
     m->length = 0.0f;
     m->tracking = 0u;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
-    const float speed = m->limits.align_speed;
+    /* who wanted to stop has found the rotor standing */
+    const float speed = input->wish.mode == RUN_STOP ? 0.0f : m->limits.align_speed;
     forced_enter(&m->forced, 0.0f, manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed, 0.0f);
     force_by(m, input, FRAME_ANEW, demand);
 }
@@ -65,12 +66,23 @@ void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
     force_by(m, input, FRAME_GOES_ON, demand);
 }
 
-/* Does the rotor follow? Asked from fallback_speed on. */
-static bool stalls(manoeuvres_t *m, const estimate_t *estimate)
+/* Is a leg's loss in doubt? One that dwells at zero current in a slow ramp pretends an EMF for some 20 ms. */
+static bool leg_dwells(const manoeuvres_t *m, ab_t current)
+{
+    const abc_t phases = frames_inverse_clarke(current);
+    const bounds_span_t span =
+        bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));
+    return span.smallest < m->limits.doubtful;
+}
+
+/* Does the rotor follow? Asked from fallback_speed on. What is in doubt says nothing of the EMF's length. */
+static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const float speed = bounds_magnitude(m->forced.frame.omega_e);
     const bool asked = speed >= m->limits.fallback_speed;
-    m->length = lowpass_step(m->length, LENGTH_SHARE, estimate->amplitude);
+    if (!leg_dwells(m, input->current)) {
+        m->length = lowpass_step(m->length, LENGTH_SHARE, input->estimate->amplitude);
+    }
     const bool follows = m->length >= STALL_SHARE * m->limits.flux_linkage * speed;
     m->stall_periods = asked && !follows ? m->stall_periods + 1u : 0u;
     return m->stall_periods >= STALL_PERIODS;
@@ -145,7 +157,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
     track_beside(m, input->estimate);
     see_need(m, seen.q);
     force_current(m);
-    if (stalls(m, input->estimate)) {
+    if (stalls(m, input)) {
         fail(m, MANOEUVRE_STALLED);
     } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
                bounds_within(target - m->forced.frame.omega_e, REACHED_SHARE * limits->handover_speed)) {
@@ -180,7 +192,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, dema
     }
     if (outcome == HANDOVER_FAILED) {
         fail(m, MANOEUVRE_UNLOCKED);
-    } else if (stalls(m, estimate)) {
+    } else if (stalls(m, input)) {
         fail(m, MANOEUVRE_STALLED);
     } else if (bounds_within(wanted, m->limits.handover_speed) || wanted * forced < 0.0f) {
         manoeuvres_enter(m, MANOEUVRE_FORCED);

@@ -3,6 +3,7 @@
 #define DRIVE_MANOEUVRES_PARTS_H
 
 #include "drive/manoeuvres.h"
+#include "math/bounds.h"
 
 /* A catch takes so long. */
 #define CATCH_PERIODS DRIVE_PERIODS(20e-3f)
@@ -30,11 +31,16 @@ static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *w
     return 0.0f;
 }
 
-/* Does control turn with an estimate that may be judged? Not in a reversal, nor shortly after a hand-over. */
-static inline void manoeuvres_judge(manoeuvres_t *m)
+/* Does control turn with an estimate that may be judged? Not shortly after a hand-over, nor in a reversal
+ * where there is no EMF, and should be none: its length [V] and the speed of the estimate [rad/s] are both
+ * less than at handover_speed. */
+static inline void manoeuvres_judge(manoeuvres_t *m, float amplitude, float omega_e)
 {
-    m->judged = m->now == (int32_t)MANOEUVRE_RUN && m->reversing == 0u &&
-                m->periods > MANOEUVRE_MASKED_PERIODS && m->limits.sensorless != 0u;
+    const float fast = m->limits.handover_speed;
+    const bool clear =
+        m->reversing == 0u || amplitude > m->limits.flux_linkage * fast || !bounds_within(omega_e, fast);
+    m->judged = m->now == (int32_t)MANOEUVRE_RUN && clear && m->periods > MANOEUVRE_MASKED_PERIODS &&
+                m->sensorless != 0u;
 }
 
 /* The loop shall be locked there in this period. */

@@ -1,12 +1,15 @@
 /* The manoeuvres in the frame of the rotor, and the catch that finds it: catch, relock, run. */
 #include "drive/manoeuvres_parts.h"
 
+#include "math/angle.h"
 #include "math/bounds.h"
 #include "math/trig.h"
 
 #define LOSS_PERIODS  DRIVE_PERIODS(2.0f)  /* in which three losses are one too many */
 #define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when that is asked for */
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
+#define LOCKED_ASIDE  0.3f                 /* [-] of the EMF along the q axis: 17 degrees */
+#define LOCKED_LENGTH 0.3f                 /* [-] of psi_f omega, that the EMF may be off */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
 
 /* The rotor turns: locked and run from here on, without torque; what flows along its d axis goes on. */
@@ -66,7 +69,7 @@ static void lose(manoeuvres_t *m, float omega_e)
 }
 
 /* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then neither loop nor
- * lock is judged, and the EMF may be gone for a while. */
+ * lock is judged where the EMF says little, and it may be gone for a while. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
     const float slow = m->limits.fallback_speed;
@@ -79,18 +82,51 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
     m->omega_ref = omega_ref;
 }
 
-/* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track? */
+/* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track, or while the
+ * loop has a speed at which there is one? It is the mean along the axis that tells: noise has a length, too.
+ * While the loop coasts it is old and says nothing. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
-    const bool slow = input->estimate->amplitude < limits->flux_linkage * limits->fallback_speed;
-    if (m->reversing == 0u || !slow) {
+    const float slow = limits->fallback_speed;
+    if (m->reversing == 0u || m->lock.projection >= limits->flux_linkage * slow) {
         m->slow_periods = 0u;
         return false;
     }
-    m->slow_periods++;
-    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), limits->fallback_speed);
-    return m->slow_periods >= (stays ? SLOW_PERIODS : limits->fallback_periods);
+    if (input->estimate->coasted == 0u) {
+        m->slow_periods++;
+    }
+    const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), slow);
+    const bool astray = !bounds_within(input->estimate->omega_smooth, slow) && lock_is_off(&m->lock);
+    return m->slow_periods >= (stays || astray ? SLOW_PERIODS : limits->fallback_periods);
+}
+
+/* Is the loop that tracks beside the encoder on the rotor? Its filtered EMF lies on its q axis, in the
+ * direction of rotation, and is as long as that of a rotor this fast. */
+static bool is_locked(const manoeuvres_t *m, const estimate_t *estimate)
+{
+    const dq_t emf = estimate->emf_loop;
+    const float along = estimate->omega_smooth < 0.0f ? -emf.q : emf.q;
+    const float expected = m->limits.flux_linkage * bounds_magnitude(estimate->omega_smooth);
+    return !bounds_within(estimate->omega_smooth, m->limits.handover_speed) &&
+           bounds_within(emf.d, LOCKED_ASIDE * along) &&
+           bounds_within(along - expected, LOCKED_LENGTH * expected);
+}
+
+/* position_source has changed under way, and nothing says that the loop, which tracked beside the encoder, is
+ * on the rotor: it is locked to where the encoder had it, a period ago. */
+static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
+    const float omega_e = input->encoder->omega_e;
+    const position_t rotor = {angle_turn_back(input->encoder->theta_e + DRIVE_PERIOD * omega_e), omega_e};
+    const frame_t frame = {rotor.theta_e, omega_e, trig_turn(rotor.theta_e)};
+    manoeuvres_lock_to(m, rotor);
+    m->periods = 0u;
+    m->slow_periods = 0u;
+    m->reversing = bounds_within(omega_e, m->limits.fallback_speed);
+    m->omega_ref = omega_e;
+    manoeuvres_run_by(m, input, &frame, run_emf(&m->run, omega_e), omega_e * m->limits.pole_pairs_inverse,
+                      demand);
 }
 
 void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
@@ -102,12 +138,17 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
         manoeuvres_catch(m, input, demand);
         return;
     }
+    if (m->other_source != 0u && m->encoder_lost == 0u && !is_locked(m, estimate)) {
+        lock_to_encoder(m, input, demand);
+        return;
+    }
     manoeuvres_run_observed(m, input, input->omega_m, demand);
     const float omega_ref = demand->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
-    manoeuvres_judge(m);
-    m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref);
+    manoeuvres_judge(m, estimate->amplitude, estimate->omega_smooth);
+    m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, estimate->omega_smooth, omega_ref,
+                                                        m->periods > MANOEUVRE_STEADY_PERIODS);
     m->sound_periods++;
     if (m->sound_periods >= SOUND_PERIODS) {
         m->start_try = 0u;
@@ -115,6 +156,20 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     if (is_too_slow(m, input)) {
         manoeuvres_fall_back(m, input, demand);
     }
+}
+
+void manoeuvres_leave_encoder(manoeuvres_t *m, const estimate_t *estimate, ab_t current)
+{
+    m->encoder_lost = 1u;
+    m->sensorless = 1u;
+    run_keep_low(&m->run, true);
+    if (!is_locked(m, estimate)) {
+        manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, estimate->omega_smooth);
+        return;
+    }
+    manoeuvres_enter_run(m, frames_park(current, estimate->frame.rotation), estimate->omega_smooth);
+    m->periods = MANOEUVRE_MASKED_PERIODS; /* judged from the next period on */
+    m->other_source = 1u;
 }
 
 /* With the encoder there is nothing else; out of another manoeuvre it takes the current along. */

@@ -1,6 +1,7 @@
 /* Coefficients of the manoeuvres from a set of parameters. */
 #include "drive/manoeuvres.h"
 
+#include "inverter/doubt.h"
 #include "math/angle.h"
 #include "math/exponential.h"
 #include "math/filter.h"
@@ -9,16 +10,16 @@
 #define SPEED_DAMPING   3.0f  /* [-] four times the square of its damping, by the rule */
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
-#define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
-#define RISE_TIME          5e-3f  /* [s] of the forced current from zero to that of a start */
-#define FADE_TIME          0.1f   /* [s] of what a hand-over leaves of i_d */
-#define ALIGN_NATURAL      16.0f  /* [rad] of the pendulum's phase in the turn of an alignment */
-#define ALIGN_TIME_MIN     0.3f   /* [s] by the rule */
-#define ALIGN_TIME_MAX     2.0f   /* [s] by the rule */
-#define FALLBACK_MARGIN    1.4f   /* [-] over the time that the limit of current needs to pass zero */
-#define FALLBACK_MIN       20e-3f /* [s] */
-#define FALLBACK_MAX       0.1f   /* [s] what the model of the loop bridges */
-#define SLOW_ASKED         1.67f  /* [-] of fallback_speed: what a reference is that wants more */
+#define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
+#define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
+#define FADE_TIME          0.1f    /* [s] of what a hand-over leaves of i_d */
+#define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
+#define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
+#define ALIGN_TIME_MAX     2.0f    /* [s] by the rule */
+#define FALLBACK_MARGIN    1.4f    /* [-] over the time that the limit of current needs to pass zero */
+#define FALLBACK_MIN       20e-3f  /* [s] */
+#define FALLBACK_MAX       0.1f    /* [s] what the model of the loop bridges */
+#define SLOW_ASKED         1.67f   /* [-] of fallback_speed: what a reference is that wants more */
 
 static float within(float value, float least, float most)
 {
@@ -44,8 +45,7 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .flux_linkage = believed->flux_linkage,
         .ramp = params->speed_ramp * DRIVE_PERIOD,
         .stop_ramp = params->quick_stop_ramp * DRIVE_PERIOD,
-        .low_current =
-            params->position_source == (int32_t)POSITION_SENSORLESS ? params->low_speed_current : 0.0f,
+        .low_current = params->low_speed_current,
         .low_inverse = LOW_CURRENT_LOSS / handover_speed,
         .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_PERIOD),
         .fade = exponential(-DRIVE_PERIOD / FADE_TIME),
@@ -107,12 +107,14 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
         .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
         .current_max = params->current_limit,
+        .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
         .judging = params->lock_judged == (int32_t)LOCK_JUDGED,
+        .encoder_fault = params->encoder_fault_reaction,
     };
     prepare_rooms(&tuning, params, believed, &start);
     return tuning;

@@ -46,7 +46,6 @@ believed_t params_believed(const params_t *params)
         .inductance_q = params->motor_inductance_q,
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
-        .inertia_known = params->inertia_adaptation == (int32_t)INERTIA_OFF ? 1u : 0u,
     };
 }
 
@@ -70,9 +69,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
         .flux_linkage = psi_f,
         .flux_adaptation = params->flux_adaptation,
-        .torque_feedforward = believed->inertia_known != 0u ? params->torque_feedforward * 1.5f * pole_pairs *
-                                                                  pole_pairs * psi_f / believed->inertia
-                                                            : 0.0f,
+        .torque_feedforward =
+            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
         .validity =
             {
                 .amplitude_min = params->estimate_amplitude_min,

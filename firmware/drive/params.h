@@ -31,13 +31,18 @@
 /* So many periods take this time [s]: at least one. */
 #define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
 
+/* The lower switches are on for so long, at least, before an upper one may be [periods]. */
+#define DRIVE_CHARGE_PERIODS ((uint32_t)((float)BOARD_GATE_CHARGE_US / (1e6f * DRIVE_PERIOD) + 0.999f))
+
 /* Dead band at the register's end [s]. */
 #define DRIVE_DEAD_TIME_MAX ((float)BOARD_DEAD_BAND_MAX / (float)BOARD_SYSCLK_HZ)
 
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
 typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
+typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
+typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
@@ -115,7 +120,7 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
     F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
       "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
     F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
-      "share of the torque's acceleration that the PLL is told, once J is known; 0: the paper")              \
+      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
     F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
       "everything that turns, for the torque feed-forward")                                                  \
     F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
@@ -166,14 +171,44 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
-      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then waits "  \
-      "until it is known, and leaves out what carries the load")                                             \
+      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then leaves " \
+      "out what carries the load")                                                                           \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")                                                                                        \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
       "whether a rotor that the estimate has lost is told at once (unlocked), whatever estimate_... judge; " \
-      "off: as in the paper, whose loop lags by more than that")
+      "off: as in the paper, whose loop lags by more than that")                                             \
+    F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
+      "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
+    F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
+      "that the speed may stay far from its reference at the current limit, without coming nearer; 0: not "  \
+      "judged")                                                                                              \
+    E(72, encoder_fault_reaction, "open|sensorless|ignored", ENCODER_FAULT_OPEN, TABLE_LIVE,                 \
+      "what a motor does when its encoder turns out wrong: bridge open, on without it if it turns, or "      \
+      "nothing (a desk without a motor)")                                                                    \
+    E(66, current_judged, "off|on", CURRENT_JUDGED, TABLE_LIVE,                                              \
+      "whether current sensors and phases are judged by what the winding must do; off: a desk without a "    \
+      "motor")                                                                                               \
+    F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
+      "for so long a lost supply is no fault: the rotor holds the DC link, or coasts and is caught; 0: off") \
+    F(81, motor_current_continuous, "A", 0.7f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f, 1000.0f,        \
+      TABLE_LIVE, "length of the current vector that the motor stands for ever; 0: not judged")              \
+    F(82, motor_time_constant, "s", 60.0f, 0.0f, 3600.0f, TABLE_LIVE,                                        \
+      "of the motor's winding, by which it warms; 0: not judged")                                            \
+    F(83, module_current_continuous, "A", BOARD_AMPERES(BOARD_MODULE_CONTINUOUS_MA), 0.0f, 1000.0f,          \
+      TABLE_LIVE, "direct current that a leg of the module stands for ever; 0: not judged")                  \
+    F(84, module_time_constant, "s", (float)BOARD_MODULE_TIME_MS / 1e3f, 0.0f, 100.0f, TABLE_LIVE,           \
+      "of the module's switches, by which they warm; 0: not judged")                                         \
+    F(90, fault_stop_time, "s", 5.0f, 0.0f, 600.0f, TABLE_LIVE,                                              \
+      "that a motor may take to stop for a fault until the bridge opens anyway; 0: opens at once")           \
+    F(92, background_time_max, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                           \
+      "for so long the background may stay away from a running motor; 0: not judged (a debugger that halts " \
+      "it alone)")                                                                                           \
+    F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
+      "that the master on the line may be silent before a motor that it has switched on stops; 0: for ever") \
+    I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
+      "how often a fault of the power module resets itself, a second after, while `enable` stays on")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

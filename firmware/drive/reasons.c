@@ -4,8 +4,8 @@
 
 const reason_row_t reasons[] = {
 #define ROW_OF_REFUSAL(number, NAME, name, text, remedy) {number, name, text, remedy},
-#define ROW_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,      \
-                     text, remedy)                                                                           \
+#define ROW_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, rate, debounce, when,          \
+                     reaction, text, remedy)                                                                 \
     {number, name, text, remedy},
     DRIVE_REFUSALS(ROW_OF_REFUSAL) DRIVE_FAULTS(ROW_OF_FAULT)
 #undef ROW_OF_REFUSAL

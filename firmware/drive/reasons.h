@@ -23,8 +23,7 @@
       "choose a value in the range")                                                                         \
     R(6, CROSS_RULE, "cross_rule", "the value does not go with the other parameters",                        \
       "change it, or the parameter that the rule names, in one set")                                         \
-    R(7, BRIDGE_ON, "bridge_on", "this parameter may change only while the bridge is off",                   \
-      "switch off first")                                                                                    \
+    R(7, BRIDGE_ON, "bridge_on", "possible only while the bridge is off", "switch off first")                \
     R(8, READ_ONLY, "read_only", "this value is shown, not set",                                             \
       "set the parameter or request that makes it")                                                          \
     R(9, BOARD_FAILED, "board_failed", "the board did not come up (clock or configuration)",                 \
@@ -33,12 +32,18 @@
       "a current sensor reads more than current_offset_max at zero current",                                 \
       "check sensor supply and wiring")                                                                      \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
-      "check the fault line of the power module")
+      "check the fault line of the power module")                                                            \
+    R(70, STORE_CORRUPT, "store_corrupt",                                                                    \
+      "the stored parameters cannot be trusted: the drive has its defaults",                                 \
+      "set the parameters of your motor, reset the fault, save")                                             \
+    R(74, STORE_FAILED, "store_failed",                                                                      \
+      "the flash did not take the parameters: those stored before are still there",                          \
+      "switch the bridge off and save again; if it comes again, replace the controller")
 
 typedef enum {
 #define REASON_OF_REFUSAL(number, NAME, name, text, remedy) REASON_##NAME = number,
-#define REASON_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, debounce, when, reaction,   \
-                        text, remedy)                                                                        \
+#define REASON_OF_FAULT(number, NAME, name, quantity, comparison, limit, margin, rate, debounce, when,       \
+                        reaction, text, remedy)                                                              \
     REASON_##NAME = number,
     DRIVE_REFUSALS(REASON_OF_REFUSAL) DRIVE_FAULTS(REASON_OF_FAULT)
 #undef REASON_OF_REFUSAL

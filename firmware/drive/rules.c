@@ -138,8 +138,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     estimator_params_t all;
     estimator_params_t alone = harmless();
     smo_params_t *observer = &alone.smo;
-    believed_t believed = params_believed(params);
-    believed.inertia_known = 1u; /* it may become so */
+    const believed_t believed = params_believed(params);
     params_estimator(params, &believed, &all);
     const smo_params_t *of_all = &all.smo;
     switch (rule) {

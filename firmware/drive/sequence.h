@@ -3,16 +3,17 @@
  *
  *   not ready           current offsets are being measured, gates off
  *   ready               gates off, waiting for `enable` = on
- *   switched on         two periods: control preset to the turning rotor, gates coming on
- *   operation enabled   the motor follows the references
- *   quick stop          speed reference zero until standstill, then ready
- *   fault               gates off until fault_reset, then not ready */
+ *   switched on         two periods: control preset to the turning rotor, gates coming on; then for as long
+ * as the board's gate supplies need it the lower switches stay on operation enabled   the motor follows the
+ * references quick stop          speed reference zero until standstill, then ready; or, where a fault asks
+ * for it, fault fault               gates off until fault_reset, then not ready */
 #ifndef DRIVE_SEQUENCE_H
 #define DRIVE_SEQUENCE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "drive/fault_set.h"
 #include "drive/measure.h"
 #include "drive/requests.h"
 
@@ -33,23 +34,32 @@ typedef enum {
 } drive_gates_t;
 
 /* What the rest of the drive shall do now: drive_gates_t, and these bits. */
-#define SEQUENCE_GATES  UINT32_C(3) /* drive_gates_t */
-#define SEQUENCE_PRESET UINT32_C(4) /* control and manoeuvre start anew */
-#define SEQUENCE_TRACK  UINT32_C(8) /* the estimator starts */
+#define SEQUENCE_GATES  UINT32_C(3)  /* drive_gates_t */
+#define SEQUENCE_PRESET UINT32_C(4)  /* control and manoeuvre start anew */
+#define SEQUENCE_TRACK  UINT32_C(8)  /* the estimator starts */
+#define SEQUENCE_CHARGE UINT32_C(16) /* the lower switches are on, and nothing else */
 
 /* Mechanical speed below which the rotor stands: a quick stop ends [rad/s]. */
 #define SEQUENCE_STANDSTILL 2.0f
 
 typedef struct {
-    float dc_undervoltage; /* [V] below it the bridge stays off */
+    float dc_undervoltage;   /* [V] below it the bridge stays off */
+    uint32_t charge_periods; /* [periods] of the lower switches before an upper one may be on */
+    uint32_t stop_periods;   /* [periods] that a stop for a fault may take until the bridge opens anyway */
+    uint32_t retries;        /* [-] how often a fault of the power module resets itself */
 } sequence_tuning_t;
 
 typedef struct {
     sequence_tuning_t tuning;
-    int32_t state;            /* [-] drive_state_t */
-    int32_t refusal;          /* [-] reason_t: why a wish is not obeyed now */
-    int32_t fault_reason;     /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
-    uint32_t faults_later;    /* [-] bits of the fault table, beside its own, that came after it */
+    int32_t state;         /* [-] drive_state_t */
+    int32_t refusal;       /* [-] reason_t: why a wish is not obeyed now */
+    int32_t fault_reason;  /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
+    int32_t stop_reason;   /* [-] reason_t of the fault for which the motor is being stopped; REASON_NONE */
+    int32_t fault_present; /* [-] reason_t: why the last reset was refused; REASON_NONE: none was */
+    fault_set_t faults_later; /* beside its own, what came after it */
+    uint32_t stopping;        /* [periods] of the stop for a fault so far */
+    uint32_t retried;         /* [-] resets by itself since `enable` was off, or since a quiet minute */
+    uint32_t retry_periods;   /* [periods] since the fault, or of operation */
     uint32_t coming_on;       /* [periods] in switched on */
     uint32_t quiet_periods;   /* [periods] without a fault or its line, up to what a reset asks for */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
@@ -68,11 +78,21 @@ static inline void sequence_take(sequence_t *sequence, const sequence_tuning_t *
     sequence->tuning = *tuning;
 }
 
-/* The state of this period, from what is asked for, what was measured, the bits of the fault table that open
- * the bridge, whether the rotor is known to stand and, while not ready, the calibration. Returns what follows
- * from it: SEQUENCE_... */
-uint32_t sequence_step(sequence_t *sequence, const requests_t *requests, const measured_t *measured,
-                       uint32_t faults, bool standing, calibration_t calibration);
+/* What the machine decides by, of one period. */
+typedef struct {
+    const requests_t *requests;
+    const measured_t *measured;
+    fault_set_t faults;        /* of the fault table, that open the bridge */
+    fault_set_t stops;         /* that ask for a stop */
+    bool standing;             /* the rotor is known to stand */
+    calibration_t calibration; /* while not ready */
+} sequence_input_t;
+
+/* The state of this period. Returns what follows from it: SEQUENCE_... */
+uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input);
+
+/* The bridge opens without a fault: ready, from where `enable` brings it on again when nothing refuses. */
+void sequence_coast(sequence_t *sequence);
 
 /* Into fault at once, with this reason. */
 void sequence_fault(sequence_t *sequence, int32_t reason);

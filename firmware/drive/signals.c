@@ -11,5 +11,10 @@ static const table_row_t rows[] = {DRIVE_SIGNALS(ROW_FLOAT, ROW_UINT, ROW_INT, R
 
 const table_t signals_table = {"signals", rows, sizeof rows / sizeof rows[0]};
 
-#define SIGNAL_ID(name) (uint32_t) SIGNAL_ID_##name,
-const uint32_t signals_history[TAP_SLOTS] = {DRIVE_HISTORY(SIGNAL_ID)};
+#define SIGNAL_ID(name)  (uint32_t) SIGNAL_ID_##name,
+#define SIGNAL_ONE(name) +1u
+const capture_wish_t signals_history = {
+    .on = (int32_t)CAPTURE_ON_FAULT,
+    .columns = DRIVE_HISTORY(SIGNAL_ONE),
+    .id = {DRIVE_HISTORY(SIGNAL_ID)},
+};

@@ -5,8 +5,8 @@
 
 #include <stddef.h>
 
+#include "contract/capture.h"
 #include "contract/table.h"
-#include "contract/tap.h"
 #include "drive/drive.h"
 
 /* F(id, name, slot of drive_t, unit, text): float
@@ -19,9 +19,14 @@
     I(2002, fault_reason, sequence.fault_reason, "-", "reason of the latched fault; 0: none")                \
     I(2003, refusal, sequence.refusal, "-", "reason why a wish is not obeyed now; 0: none")                  \
     U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
-    U(2005, faults_later, sequence.faults_later, "-",                                                        \
-      "fault bits that came after the latched one, without its own")                                         \
-    U(2006, warnings, guard.warnings, "-", "fault bits that warn now")                                       \
+    U(2005, faults_later, sequence.faults_later.word[0], "-",                                                \
+      "fault bits 0 to 31 that came after the latched one, without its own")                                 \
+    U(2076, faults_later_2, sequence.faults_later.word[1], "-", "fault bits 32 to 63, likewise")             \
+    U(2006, warnings, guard.warnings.word[0], "-", "fault bits 0 to 31 that warn now")                       \
+    U(2077, warnings_2, guard.warnings.word[1], "-", "fault bits 32 to 63 that warn now")                    \
+    I(2078, fault_present, sequence.fault_present, "-",                                                      \
+      "reason that is still there, of a fault whose reset was refused; 0: none")                             \
+    U(2079, faults_seen, log.count, "-", "faults since power-on; the drive keeps the last ones")             \
     E(2007, manoeuvre, manoeuvres.now, MANOEUVRE_NAMES, "what the drive is about")                           \
     U(2008, start_try, manoeuvres.start_try, "-", "number of this start, from 1; 0: none was needed")        \
     U(2009, lock_losses, manoeuvres.lock_losses, "-", "lost and caught again since the bridge came on")      \
@@ -89,38 +94,32 @@
       "share of the last looks at L that agreed with the one before within a fifth")                         \
     F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
     F(2075, inertia_hat, inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")             \
+    F(2110, resistance_hat, inductance.resistance.value, "ohm", "R of a phase and device, as learnt")        \
+    F(2090, motor_heat, thermal.motor_heat, "-",                                                             \
+      "heat of the motor by its current; 1: as motor_current_continuous makes it for ever")                  \
+    F(2091, module_heat, thermal.module_heat, "-",                                                           \
+      "likewise of the module's warmest leg, by module_current_continuous")                                  \
+    F(2092, i_q_lower, manoeuvres.run.lower, "A", "limit of i_q in force, by heat and DC link")              \
+    F(2093, i_q_upper, manoeuvres.run.upper, "A", "limit of i_q in force, by heat and DC link")              \
+    F(2094, dc_swing, link.ripple, "V", "DC link in the last 20 ms: largest less smallest")                  \
+    U(2095, coasting, coasting, "-", "1: bridge off until the lost supply is back")                          \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \
     F(2069, encoder_omega_e, encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
 
 extern const table_t signals_table;
 
-/* Id and place of each as constants, SIGNAL_ID_name and SIGNAL_PLACE_name [chars of the target]. */
-#define SIGNAL_CONSTANTS(id, name, slot, unit_or_choices, text)                                              \
-    SIGNAL_ID_##name = (id), SIGNAL_PLACE_##name = offsetof(drive_t, slot),
+/* Id of each as a constant, SIGNAL_ID_name. */
+#define SIGNAL_CONSTANTS(id, name, slot, unit_or_choices, text) SIGNAL_ID_##name = (id),
 enum { DRIVE_SIGNALS(SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS) };
 #undef SIGNAL_CONSTANTS
 
-/* The rows whose history the drive keeps: what explains a fault. */
+/* The rows whose history the drive keeps for a fault unless its capture is armed for others: what explains
+ * one. */
 #define DRIVE_HISTORY(S)                                                                                     \
     S(state)                                                                                                 \
     S(i_a) S(i_b) S(u_dc) S(i_d) S(i_q) S(i_q_ref) S(u_d) S(u_q) S(theta_e) S(omega_e) S(sample_flags)
 
-/* Their ids. */
-extern const uint32_t signals_history[TAP_SLOTS];
-
-/* The place of each among them. */
-#define SIGNAL_KEPT(name) SIGNAL_KEPT_##name,
-enum { DRIVE_HISTORY(SIGNAL_KEPT) };
-#undef SIGNAL_KEPT
-
-/* Their slots of this period, for the history. One by one: the compiler knows from where to where, so that
- * the interrupt looks nothing up. */
-static inline void signals_keep(drive_t *drive)
-{
-    uint32_t *slots = tap_history_next(&drive->history);
-#define SIGNAL_KEPT(name) slots[SIGNAL_KEPT_##name] = tap_slot_at(drive, (size_t)SIGNAL_PLACE_##name);
-    DRIVE_HISTORY(SIGNAL_KEPT)
-#undef SIGNAL_KEPT
-}
+/* With nothing after the fault's own period. */
+extern const capture_wish_t signals_history;
 
 #endif

@@ -1,8 +1,16 @@
 #include "drive/tuning.h"
 
+#include "math/angle.h"
+
+/* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
+#define ENCODER_JUDGED_FROM 1.0f
+
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
 {
     believed_t believed = params_believed(params);
+    if (learnt->resistance.from == believed.resistance) {
+        believed.resistance = learnt->resistance.value;
+    }
     if (learnt->inductance_q.from == params->motor_inductance_q) {
         const float ratio = learnt->inductance_q.value / params->motor_inductance_q;
         believed.inductance_d = ratio * params->motor_inductance_d;
@@ -10,9 +18,6 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
     }
     if (learnt->inertia.from == params->motor_inertia) {
         believed.inertia = learnt->inertia.value;
-        if (learnt->inertia_known != 0u) {
-            believed.inertia_known = 1u;
-        }
     }
     return believed;
 }
@@ -55,6 +60,8 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .inductance_d = believed->inductance_d,
         .inductance_q = believed->inductance_q,
         .from = params->motor_inductance_q,
+        .resistance = believed->resistance,
+        .resistance_from = params_believed(params).resistance,
         .flux_linkage = believed->flux_linkage,
         .current_max = params->current_limit,
         .rate = params->inductance_adaptation,
@@ -64,10 +71,11 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {
         .from = params->motor_inertia,
+        .inertia = believed->inertia,
         .flux_linkage = believed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
         .current_max = params->current_limit,
-        .period = DRIVE_PERIOD,
+        .period = (float)DRIVE_LEARN_PERIODS * DRIVE_PERIOD,
         .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
     };
     tuning->inertia = inertia_prepare(&inertia);
@@ -107,9 +115,10 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
-        .acceleration_known = params->torque_feedforward > 0.0f && believed->inertia_known != 0u,
+        .acceleration_known = params->torque_feedforward > 0.0f,
         .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
                         believed->inertia,
+        .current_max = params->current_limit,
         .period = DRIVE_PERIOD,
     };
     tuning->doubt = doubt_prepare(&doubt);
@@ -128,13 +137,92 @@ static void prepare_control(drive_tuning_t *tuning, const params_t *params, cons
     tuning->manoeuvres = manoeuvres_prepare(params, believed);
 }
 
+/* Speed noise of the encoder: 0.75 times its bandwidth times the half step, mechanical (docs/theory.md, 18).
+ */
+static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float step = 2.0f * ANGLE_PI / (4.0f * (float)params->encoder_lines);
+    const start_params_t start = params_start(params, believed);
+    const encoder_watch_params_t encoder = {
+        .resistance = believed->resistance,
+        .inductance = believed->inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
+        .step = pole_pairs * step,
+        .period = DRIVE_PERIOD,
+        .every = GUARD_LOOK_PERIODS,
+    };
+    tuning->encoder_watch = encoder_watch_prepare(&encoder);
+    const motion_watch_params_t motion = {
+        .per_ampere = 1.5f * pole_pairs * believed->flux_linkage / believed->inertia,
+        .current_limit = params->current_limit,
+        .noise = 0.75f * params->encoder_bandwidth * 0.5f * step,
+        .standing = SEQUENCE_STANDSTILL,
+        .stall_time = params->stall_time,
+        .speed_error_time = params->speed_error_time,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_MOTION_PERIODS,
+    };
+    tuning->motion_watch = motion_watch_prepare(&motion);
+}
+
+static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)
+{
+    const current_watch_params_t current = {
+        .resistance = params->motor_resistance + params->device_resistance,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
+                      params->motor_flux_linkage / params->motor_inertia,
+        .dead_time = params->dead_time,
+        .drop = params->device_drop,
+        .range = DRIVE_CURRENT_RANGE,
+        .three_sensors = DRIVE_CURRENT_SENSORS == 3,
+        .judged = params->current_judged == (int32_t)CURRENT_JUDGED,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->current_watch = current_watch_prepare(&current);
+}
+
+static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const thermal_params_t thermal = {
+        .current_max = params->current_limit,
+        .motor_continuous = params->motor_current_continuous,
+        .motor_time = params->motor_time_constant,
+        .module_continuous = params->module_current_continuous,
+        .module_time = params->module_time_constant,
+        .sink_hot = params->sink_temperature_max,
+        .motor_hot = params->motor_temperature_max,
+        .period = (float)DRIVE_LIMIT_PERIODS * DRIVE_PERIOD,
+    };
+    tuning->thermal = thermal_prepare(&thermal);
+    const link_params_t link = {
+        .overvoltage = params->dc_overvoltage,
+        .undervoltage = params->dc_undervoltage,
+        .ride_time = params->ride_through_time,
+        .current_max = params->current_limit,
+        .resistance = believed->resistance,
+        .torque = 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage,
+        .period = (float)DRIVE_LIMIT_PERIODS * DRIVE_PERIOD,
+    };
+    tuning->link = link_prepare(&link);
+}
+
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     tuning->measure = measure_prepare(params);
     tuning->guard = guard_prepare(params);
+    tuning->unattended_max =
+        params->background_time_max > 0.0f ? DRIVE_PERIODS(params->background_time_max) : UINT32_MAX;
     tuning->sequence = sequence_prepare(params);
     prepare_position(tuning, params, believed);
     prepare_adaptation(tuning, params, believed);
     prepare_inverter(tuning, params, believed);
     prepare_control(tuning, params, believed);
+    prepare_motion(tuning, params, believed);
+    prepare_current_watch(tuning, params);
+    prepare_limits(tuning, params, believed);
 }

@@ -27,6 +27,7 @@ void encoder_reset(encoder_t *encoder, uint32_t count)
 {
     encoder->next = encoder_phase(encoder, count);
     encoder->omega_e = 0.0f;
+    encoder->missed = 0.0f;
 }
 
 static bool same_angles(const encoder_tuning_t *a, const encoder_tuning_t *b)

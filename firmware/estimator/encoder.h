@@ -56,6 +56,7 @@ typedef struct {
     /* state */
     uint32_t next; /* the angle expected at the next sample [2^-32 turns], electrical */
     float omega_e; /* [rad/s], electrical */
+    float missed;  /* what the angle of the last sample was off the one expected [rad], electrical */
 } encoder_t;
 
 /* Coefficients. Divisions, one of 64 bits, and an exponential: for the background. */
@@ -88,6 +89,7 @@ static inline position_t encoder_step(encoder_t *encoder, uint32_t count)
 {
     uint32_t phase = encoder_phase(encoder, count);
     float error = (float)(int32_t)(phase - encoder->next);
+    encoder->missed = ENCODER_ANGLE_PER_STEP * error;
     encoder->omega_e += encoder->tuning.speed_gain * error;
     float moved = encoder->tuning.step_gain * encoder->omega_e + encoder->tuning.angle_gain * error;
     encoder->next += (uint32_t)(int32_t)(bounds_within(moved, ENCODER_MOVE_LIMIT) ? moved : 0.0f);

@@ -142,6 +142,12 @@ position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float accelerati
  * starts from zero and the feed-forward dips for some of its time constants. */
 void pll_reset_emf(pll_t *pll, float amplitude);
 
+/* After that: as if F too had settled, on what this EMF tells of the speed with psi_f as it is believed
+ * (`speed_per_volt` as in pll_step()), and I on what it lacks. Without it F, which starts at the whole speed,
+ * pulls the loop away until I has made up for psi_f: wrong by a quarter, further than the loop reaches. No
+ * effect on a conventional loop, nor below PLL_SIGNED_SPEED, where one sample of |e| says too little. */
+void pll_reset_feedforward(pll_t *pll, float speed_per_volt);
+
 /* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
  * [rad/s^2]. */
 position_t pll_coast(pll_t *pll, float acceleration);

@@ -1,5 +1,7 @@
 #include "estimator/validity.h"
 
+#include "math/periods.h"
+
 /* A limit that nothing reaches: not judged. */
 #define UNLIMITED 1e30f
 
@@ -30,17 +32,12 @@ static float limit_of(float value)
     return value > 0.0f ? value : UNLIMITED;
 }
 
-static uint32_t periods_of(float time, float period)
-{
-    return (uint32_t)(time / period) + 1u;
-}
-
 void validity_prepare_debounce(debounce_tuning_t *tuning, const validity_params_t *params, float period)
 {
-    tuning->limit[0] = periods_of(params->amplitude_time, period);
-    tuning->limit[1] = periods_of(params->detector_time, period);
-    tuning->limit[2] = periods_of(params->current_time, period);
-    tuning->limit[3] = periods_of(params->speed_time, period);
+    tuning->limit[0] = periods_beyond(params->amplitude_time, period);
+    tuning->limit[1] = periods_beyond(params->detector_time, period);
+    tuning->limit[2] = periods_beyond(params->current_time, period);
+    tuning->limit[3] = periods_beyond(params->speed_time, period);
 }
 
 void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params, float period)
@@ -52,9 +49,4 @@ void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params
     tuning->speed_min = params->speed_min;
     tuning->speed_max = limit_of(params->speed_max);
     validity_prepare_debounce(&tuning->debounce, params, period);
-}
-
-void validity_reset(validity_t *validity)
-{
-    debounce_reset(&validity->debounce);
 }

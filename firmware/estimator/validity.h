@@ -73,7 +73,10 @@ static inline void validity_take(validity_t *validity, const validity_tuning_t *
 }
 
 /* Everything holds. */
-void validity_reset(validity_t *validity);
+static inline void validity_reset(validity_t *validity)
+{
+    debounce_reset(&validity->debounce);
+}
 
 /* One tracked period: smooth speed [rad/s], the EMF's amplitude as a speed |e|/psi_f [rad/s], the detector
  * [-] and the square of the observer's current error [A^2]. */

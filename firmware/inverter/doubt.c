@@ -8,12 +8,15 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params)
 {
     const float filter =
         params->emf_cutoff > DOUBT_EMF_CUTOFF ? DOUBT_DECAY / (params->emf_cutoff * params->period) : 0.0f;
-    const bool heavy = 0.5f * params->acceleration * DOUBT_TIME * DOUBT_TIME < DOUBT_TURN;
+    const float turn = 0.5f * params->acceleration * DOUBT_TIME * DOUBT_TIME;
+    /* a load that turns round is missed twice */
+    const float load = 0.5f * params->current_max * DOUBT_TURN / turn;
     return (doubt_tuning_t){
         .current = params->current,
         .memory = (uint32_t)(DOUBT_LEAST + filter),
-        .acceleration_known = params->acceleration_known,
-        .speed_share = heavy ? DOUBT_SPEED_HEAVY : DOUBT_SPEED_LIGHT,
+        .load_most = params->acceleration_known ? load : 0.0f,
+        .speed_share = turn < DOUBT_TURN ? DOUBT_SPEED_HEAVY : DOUBT_SPEED_LIGHT,
+        .miss_share = DOUBT_TURN / turn,
     };
 }
 

@@ -9,8 +9,10 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
  * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of. Reasons: docs/theory.md, 13.
- * Does not handle: which leg it is. */
+ * currents whose torque the loop is told of, with a load that turns the rotor by little meanwhile, for nobody
+ * knows whether it turns round with the speed; and with an inertia by which the speed has changed until now
+ * as foreseen, but for a share that turns the rotor by little, too. Reasons: docs/theory.md, 13. Does not
+ * handle: which leg it is. */
 #ifndef INVERTER_DOUBT_H
 #define INVERTER_DOUBT_H
 
@@ -29,23 +31,25 @@
     0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */
 #define DOUBT_SPEED_LIGHT    0.1f  /* [-] likewise, of a rotor that leaves its speed during one crossing */
 #define DOUBT_TIME           5e-3f /* [s] that a crossing and its memory last at the speeds in question */
-#define DOUBT_TURN           0.02f /* [rad] that a heavy rotor is turned by at most meanwhile */
-#define DOUBT_SHARE_FORESEEN 0.02f /* [-] DOUBT_SHARE while the speed changes as the loop is told */
-#define DOUBT_SPEED_FORESEEN 10.0f /* [rad/s] DOUBT_SPEED_STEADY likewise */
+#define DOUBT_TURN           0.02f /* [rad] by which no more may turn the rotor meanwhile than was foreseen */
+#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop is told */
+#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY likewise */
 
 typedef struct {
     float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
     float emf_cutoff;        /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
     bool acceleration_known; /* is the loop told of the motor's torque? */
-    float acceleration;      /* of the rotor at the limit of current [rad/s^2], electrical */
+    float acceleration;      /* of the rotor at the limit of current [rad/s^2], electrical, > 0 */
+    float current_max;       /* that limit [A] */
     float period;            /* T [s] */
 } doubt_params_t;
 
 typedef struct {
-    float current;               /* [A] */
-    uint32_t memory;             /* [periods] for which a doubtful voltage is remembered */
-    uint32_t acceleration_known; /* [-] 0 or 1 */
-    float speed_share;           /* of the speed that may be missing [-] */
+    float current;     /* [A] */
+    uint32_t memory;   /* [periods] for which a doubtful voltage is remembered */
+    float load_most;   /* with which a change of speed is foreseen [A]; 0: none is */
+    float speed_share; /* of the speed that may be missing [-] */
+    float miss_share;  /* of the speed gained that may not have been foreseen [-] */
 } doubt_tuning_t;
 
 typedef struct {
@@ -62,9 +66,12 @@ typedef struct {
     float omega_e;      /* estimated [rad/s], electrical */
     float omega_m;      /* [rad/s], mechanical */
     float omega_m_miss; /* reference - omega_m [rad/s] */
+    float load;         /* part of i_q that carries the load, as far as it is known [A] */
+    float gained;       /* speed since its reference moved [rad/s], electrical; 0: it stands */
+    float foreseen;     /* the same from the current [rad/s]; 0: it stands */
 } doubt_input_t;
 
-/* Coefficients. One division. */
+/* Coefficients. Two divisions. */
 doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 
 /* These coefficients; no doubt. */
@@ -84,11 +91,13 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
     const float zone = doubt->tuning.current;
     const float speed = bounds_magnitude(input->omega_e);
 
-    const bool steady =
-        bounds_within(input->detector, DOUBT_DETECTOR) &&
-        bounds_within(input->omega_m_miss, doubt->tuning.speed_share * bounds_magnitude(input->omega_m)) &&
-        speed >= DOUBT_SPEED_STEADY;
-    const bool foreseen = doubt->tuning.acceleration_known != 0u &&
+    const bool near =
+        bounds_within(input->omega_m_miss, doubt->tuning.speed_share * bounds_magnitude(input->omega_m));
+    const bool steady = near && bounds_within(input->detector, DOUBT_DETECTOR) && speed >= DOUBT_SPEED_STEADY;
+    const bool far = !bounds_within(input->omega_m_miss, bounds_magnitude(input->omega_m));
+    const bool borne_out = bounds_magnitude(input->gained - input->foreseen) <=
+                           doubt->tuning.miss_share * bounds_magnitude(input->gained);
+    const bool foreseen = far && borne_out && bounds_within(input->load, doubt->tuning.load_most) &&
                           zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;
     if (!steady && !foreseen) {
         doubt->left = 0u;

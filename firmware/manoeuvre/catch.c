@@ -5,29 +5,30 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/filter.h"
+#include "math/periods.h"
 #include "math/root.h"
 #include "math/trig.h"
 
 #define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
 #define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
 #define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define STEADY_PART   0.7f  /* [-] of the slowest rotor's EMF that must be left of it in its frame */
 #define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
 #define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
 #define EMF_CUTOFF    600.0f /* [rad/s] a fifth of the noise is left, and 3 % of where it begins after 6 ms */
+#define SLIP_NATURAL  430.0f /* [rad/s] of the loop that finds the slip: damping 0.7 with EMF_CUTOFF */
+#define SLIP_SPEED    80.0f  /* [rad/s] slower rotors: their EMF is too unsteady, their error within reach */
+#define SLIP_MOST     0.5f   /* [-] of <|e|>/psi_f: psi_f wrong by a third */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
 #define BEYOND_TIME   1.0e-3f  /* [s] */
 
-static uint32_t periods_of(float time, float period)
-{
-    return (uint32_t)(time / period + 0.5f);
-}
-
 catch_tuning_t catch_prepare(const catch_params_t *params)
 {
     const float clear = CLEAR_OF_ZONE * params->doubtful;
+    const float slowest = params->flux_linkage * params->speed_min;
     return (catch_tuning_t){
         .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
         .trail_time = 1.0f / TRAIL_CUTOFF,
@@ -36,6 +37,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .period = params->period,
         .speed_per_volt = 1.0f / params->flux_linkage,
         .speed_min = params->speed_min,
+        .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
         .current_d = params->current_d > clear ? params->current_d : clear,
         .lead = 1.5f * params->period,
@@ -60,6 +62,7 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
     catching->cross = 0.0f;
     catching->cross_min = 0.0f;
     catching->length = 0.0f;
+    catching->slip = 0.0f;
     catching->omega_e = omega_e;
     catching->turned = 0.0f;
     catching->periods = 0u;
@@ -83,6 +86,26 @@ static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
     return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, time * catching->omega_e));
 }
 
+/* One period of the slip: `emf` turns on against `before`, the frame's, whose low-pass is the loop's
+ * proportional part. No quicker than the rotor turns: a voltage error that stands still goes round in the
+ * frame, and is taken for slip in no more than its share of the EMF. */
+static float slip_of(const catch_t *catching, ab_t before, ab_t emf, float speed)
+{
+    const float across = before.alpha * emf.beta - before.beta * emf.alpha;
+    const float sine = across * inverse_root(before.alpha * before.alpha + before.beta * before.beta) *
+                       inverse_root(emf.alpha * emf.alpha + emf.beta * emf.beta);
+    const float natural = bounds_clamp(speed > SLIP_SPEED ? speed - SLIP_SPEED : 0.0f, SLIP_NATURAL);
+    return bounds_clamp(catching->slip + natural * natural * catching->tuning.period * sine,
+                        SLIP_MOST * speed);
+}
+
+/* Is the EMF that turns as long as that of the slowest rotor? Noise has a length, but no mean. */
+static bool is_steady(const catch_t *catching)
+{
+    const ab_t emf = catching->emf;
+    return emf.alpha * emf.alpha + emf.beta * emf.beta >= catching->tuning.emf_min_square;
+}
+
 catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max)
 {
     const catch_tuning_t *tuning = &catching->tuning;
@@ -103,12 +126,15 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     if (catching->periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;
     }
+    if (catching->periods > tuning->settled) { /* `before` turns with the speed */
+        catching->slip = slip_of(catching, before, emf, speed);
+    }
     if (catching->periods >= tuning->settled) {
-        catching->omega_e = catching->cross < 0.0f ? -speed : speed;
+        catching->omega_e = (catching->cross < 0.0f ? -speed : speed) + catching->slip;
         catching->turned += speed;
     }
-    const bool turning =
-        bounds_magnitude(catching->cross) >= catching->cross_min && speed >= tuning->speed_min;
+    const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min &&
+                         speed >= tuning->speed_min && is_steady(catching);
     catching->turning = turning && catching->periods >= tuning->settled;
     if (catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure && turning) {
         return CATCH_TURNING;

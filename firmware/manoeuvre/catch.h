@@ -7,7 +7,10 @@
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that turns is ahead of its
  *                 own low-pass in the direction in which it turns
  *     speed       <|e|>/psi_f,  a low-pass that begins with what there is after 2 ms: the observer, which
- *                 starts from nothing, is on the EMF by then, and what it lacked before is left out
+ *                 starts from nothing, is on the EMF by then, and what it lacked before is left out; and
+ *                 the slip: by so much the EMF turns faster than a frame with this speed, whatever psi_f. It
+ *                 is found by a tracking loop that is no quicker than the rotor turns; that of a slow one,
+ *                 whose EMF is too unsteady, is left to the estimator's
  *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
  *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
  *
@@ -42,6 +45,7 @@ typedef struct {
     float period;         /* T [s] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float speed_min;      /* [rad/s] electrical */
+    float emf_min_square; /* of the EMF in its own frame [V^2] */
     float current;        /* along phase a [A] */
     float current_d;      /* along the d axis, once it is seen [A] */
     float lead;           /* 1.5 T [s] */
@@ -59,6 +63,7 @@ typedef struct {
     float cross;             /* sum of e x <e> [V^2] */
     float cross_min;         /* least that it must have [V^2] */
     float length;            /* <|e|> [V] */
+    float slip;              /* of the EMF against a frame that turns with <|e|>/psi_f [rad/s] */
     float omega_e;           /* [rad/s] electrical, of the start until it is believed */
     float turned;            /* sum of |omega_e| since [rad/s] */
     uint32_t periods;        /* [periods] so far */

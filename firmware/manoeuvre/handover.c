@@ -2,6 +2,8 @@
 
 #include <stdbool.h>
 
+#include "math/periods.h"
+
 #define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
 #define MEAN_CUTOFF    70.0f /* [rad/s] of the current: a leg that passes zero disturbs it for some 2 ms */
 #define MARGIN         0.1f  /* [-] of I over what the load needs */
@@ -22,8 +24,8 @@ handover_tuning_t handover_prepare(const handover_params_t *params)
         .mean_share = lowpass_share(MEAN_CUTOFF, params->period),
         .current_margin = MARGIN * params->current,
         .current_excess = EXCESS * params->current,
-        .wanted = (uint32_t)(WANTED_TIME / params->period + 0.5f),
-        .longest = (uint32_t)(LONGEST_TIME / params->period + 0.5f),
+        .wanted = periods_of(WANTED_TIME, params->period),
+        .longest = periods_of(LONGEST_TIME, params->period),
     };
 }
 

@@ -1,7 +1,7 @@
 /* Running: the motor follows its speed or current references in the frame of the rotor.
  *
  *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
- *     i_q               from the speed control
+ *     i_q               from the speed control, or what is wished for, within run_limit()
  *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading;
  *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
  *                       without current is a voltage that nobody knows (docs/theory.md, 23)
@@ -9,6 +9,8 @@
  * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
 #define MANOEUVRE_RUN_H
+
+#include <stdbool.h>
 
 #include "control/speed_control.h"
 #include "manoeuvre/demand.h"
@@ -24,7 +26,7 @@ typedef struct {
     float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
-    float low_current;  /* i_d + |i_q| at low speed, at least [A]; 0: no i_d for that */
+    float low_current;  /* i_d + |i_q| at low speed, at least, where that is kept [A]; 0: no i_d for that */
     float low_inverse; /* 1/the electrical speed [s/rad] from which on a fifth of it is left; up to a fifth of
                           that speed it is kept whole */
     float low_share;   /* low-pass of that i_d, for i_q is noisy [-] */
@@ -35,8 +37,11 @@ typedef struct {
     run_tuning_t tuning;
     speed_control_t speed;
     float omega_m_ref; /* reference in force [rad/s], mechanical */
+    float low_kept;    /* [-] 1: low_current is kept; 0: who has an encoder needs none */
     float i_d_left;    /* of a hand-over [A] */
     float i_d_low;     /* for the low-speed current [A] */
+    float lower;       /* of i_q [A]: what heat and DC link leave of the limit */
+    float upper;       /* likewise, not below `lower` */
 } run_t;
 
 typedef enum {
@@ -56,10 +61,26 @@ typedef struct {
 /* These coefficients; the speed control at rest. */
 void run_init(run_t *run, const run_tuning_t *tuning);
 
-/* New coefficients; the speed control goes on, without a jump while the speed is at its reference. */
+/* Whether the low-speed current is kept. */
+static inline void run_keep_low(run_t *run, bool keep)
+{
+    run->low_kept = keep ? 1.0f : 0.0f;
+}
+
+/* i_q stays from `lower` to `upper` [A] from the next step on, both within +-current_limit, lower <= upper;
+ * also what is wished for. */
+static inline void run_limit(run_t *run, float lower, float upper)
+{
+    run->lower = lower;
+    run->upper = upper;
+}
+
+/* New coefficients; the speed control goes on, without a jump while the speed is at its reference. i_q has
+ * the whole limit, until run_limit(). */
 static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
+    run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
     speed_control_take(&run->speed, &tuning->speed, run->omega_m_ref);
 }
 
@@ -79,14 +100,21 @@ static inline float run_i_d(run_t *run, float i_q, float omega_e)
     const run_tuning_t *tuning = &run->tuning;
     const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
     const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
-    const float short_of = kept * tuning->low_current - bounds_magnitude(i_q);
+    const float short_of = kept * run->low_kept * tuning->low_current - bounds_magnitude(i_q);
     run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, short_of > 0.0f ? short_of : 0.0f);
     const float left = tuning->fade * run->i_d_left;
     run->i_d_left = bounds_within(left, RUN_NOTHING) ? 0.0f : left;
     return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
 }
 
-/* What the longest vector leaves for i_q beside what fades of i_d [A]. */
+/* `i_q` [A] within its limits. */
+static inline float run_within(const run_t *run, float i_q)
+{
+    const float below = i_q < run->upper ? i_q : run->upper;
+    return below > run->lower ? below : run->lower;
+}
+
+/* What the longest vector leaves for i_q beside what fades of i_d [A], heat and DC link apart. */
 static inline float run_room(const run_t *run)
 {
     const float limit = run->speed.current_limit;
@@ -95,6 +123,16 @@ static inline float run_room(const run_t *run)
         return limit;
     }
     return square > 0.0f ? square * inverse_root(square) : 0.0f;
+}
+
+/* i_q of the speed control [A] at this mechanical speed [rad/s]: within its limits, and that room. */
+static inline float run_i_q(run_t *run, float omega_m)
+{
+    const bool fades = run->i_d_left != 0.0f;
+    const float room = run_room(run);
+    const float lower = fades ? bounds_clamp(run->lower, room) : run->lower;
+    const float upper = fades ? bounds_clamp(run->upper, room) : run->upper;
+    return speed_control_step(&run->speed, run->omega_m_ref, omega_m, lower, upper);
 }
 
 /* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
@@ -117,15 +155,15 @@ static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, f
         break;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;
-        speed_control_reset(&run->speed, wish->current.q, omega_m);
-        demand->current = wish->current;
+        demand->current = (dq_t){wish->current.d, run_within(run, wish->current.q)};
+        speed_control_reset(&run->speed, demand->current.q, omega_m);
         demand->omega_m_ref = omega_m;
         break;
     case RUN_SPEED:
     case RUN_STOP:
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
-        demand->current.q = speed_control_step(&run->speed, run->omega_m_ref, omega_m, run_room(run));
+        demand->current.q = run_i_q(run, omega_m);
         demand->current.d = wish->current.d + run_i_d(run, demand->current.q, omega_e);
         demand->omega_m_ref = run->omega_m_ref;
         break;

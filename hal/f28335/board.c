@@ -10,6 +10,7 @@
 #include "hal/f28335/interrupts.h"
 #include "hal/f28335/pwm.h"
 #include "hal/f28335/qep.h"
+#include "hal/f28335/serial.h"
 #include "hal/f28335/watchdog.h"
 #include "hal/hal.h"
 
@@ -79,6 +80,21 @@ static void connect_pins(void)
     bus_wait(2u);
 }
 
+#if BOARD_SERIAL_BAUD != 0
+/* Both pulled up, the input without qualification: a sampled one would blur the bits. */
+static void connect_serial(void)
+{
+    const volatile gpio_control_regs_t *port = GPIO_CONTROL(SERIAL_PIN_IN / 32u);
+
+    bus_allow();
+    bus_write32(&port->PUD, port->PUD & ~(GPIO_PIN(SERIAL_PIN_IN) | GPIO_PIN(SERIAL_PIN_OUT)));
+    bus_write32(&port->SERIAL_PIN_QSEL, port->SERIAL_PIN_QSEL | GPIO_FIELD(SERIAL_PIN_IN, GPIO_QSEL_ASYNC));
+    connect_pin(SERIAL_PIN_IN, SERIAL_PIN_MUX);
+    connect_pin(SERIAL_PIN_OUT, SERIAL_PIN_MUX);
+    bus_protect();
+}
+#endif
+
 #if LEDS
 static void set_led(uint16_t pin, bool on)
 {
@@ -113,6 +129,13 @@ void hal_leds(bool run, bool fault)
 #endif
 }
 
+hal_memory_t hal_memory(hal_region_t region)
+{
+    static const bus_region_t of[HAL_REGIONS] = {BUS_PROGRAM, BUS_INTERRUPT_CODE, BUS_STACK_END};
+    const bus_memory_t memory = bus_memory(of[region]);
+    return (hal_memory_t){memory.words, memory.count};
+}
+
 hal_status_t hal_init(const hal_config_t *config)
 {
     hal_status_t status;
@@ -127,6 +150,10 @@ hal_status_t hal_init(const hal_config_t *config)
     if (status != HAL_OK) {
         return status;
     }
+#if BOARD_SERIAL_BAUD != 0
+    connect_serial(); /* before anything else: the line tells why the rest did not come up */
+#endif
+    serial_init();
     if (!pwm_init(config->dead_band_count)) {
         return HAL_TRIP_FAILED;
     }

@@ -1,11 +1,15 @@
-/* Start-up between the run-time library and main(), on silicon only. Before it: codestart.asm stops the
- * watchdog, the library sets up the stack and the variables. The symbols are the linker command file's:
- * values that have no storage, only an address. */
+/* The copy of the code that runs from RAM, and paint on the end of the stack. Start-up between the run-time
+ * library and main(), on silicon only. Before it: codestart.asm stops the watchdog, the library sets up the
+ * stack and the variables. The symbols are the linker command file's: values that have no storage, only an
+ * address. */
+#include "hal/f28335/bus.h"
 #include "hal/hal.h"
 
-extern const uint16_t ramfunc_load_start[]; /* in flash; in the RAM image the place where it runs */
+extern const uint16_t ramfunc_load_start[]; /* in flash */
 extern const uint16_t ramfunc_load_size[];  /* [16-bit words] */
 extern uint16_t ramfunc_run_start[];
+extern uint16_t stack_start[];
+extern const uint16_t stack_size[]; /* [16-bit words] */
 
 /* By hand: the library's memcpy is not needed for it, and where that lives does not matter. */
 void hal_boot(void)
@@ -15,5 +19,8 @@ void hal_boot(void)
 
     for (n = 0u; n < words; n++) {
         ramfunc_run_start[n] = ramfunc_load_start[n];
+    }
+    for (n = 1u; n <= BUS_STACK_END_WORDS; n++) { /* main has only just begun: its end is far away */
+        stack_start[(uint32_t)stack_size - n] = BUS_STACK_PAINT;
     }
 }

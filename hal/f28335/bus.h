@@ -7,12 +7,34 @@
 #ifndef HAL_F28335_BUS_H
 #define HAL_F28335_BUS_H
 
+#include <stdbool.h>
+
 #include "hal/f28335/registers.h"
+
+/* Memory by what it holds. */
+typedef enum {
+    BUS_PROGRAM,        /* flash, but for what the drive writes itself */
+    BUS_INTERRUPT_CODE, /* its copy that runs from RAM */
+    BUS_STACK_END,      /* the last words of the stack, which nothing should ever reach */
+    BUS_REGIONS
+} bus_region_t;
+
+typedef struct {
+    const uint16_t *words;
+    uint32_t count; /* [16-bit words] */
+} bus_memory_t;
+
+#define BUS_STACK_END_WORDS 32u
+#define BUS_STACK_PAINT     0x5AA5u /* what hal_boot writes there */
+
+/* Where it lies; silicon: hal/f28335/memory.c. */
+bus_memory_t bus_memory(bus_region_t region);
 
 #if defined(__TMS320C2000__)
 
 #define F28335_BASE ((const volatile uint16_t *)0)
 
+#define bus_read16(reg)         (*(const volatile uint16_t *)(reg))
 #define bus_write16(reg, value) (*(volatile uint16_t *)(reg) = (value))
 #define bus_write32(reg, value) (*(volatile uint32_t *)(reg) = (value))
 #define bus_allow()             __asm(" EALLOW")
@@ -28,8 +50,11 @@ extern __cregister volatile unsigned int IFR;
 #define bus_interrupts_disable() __asm(" SETC INTM")
 #define bus_debug_allow()        __asm(" CLRC DBGM")
 #define bus_otp(address)         (*(const volatile uint16_t *)(address))
+#define bus_flash(address)       (*(const volatile uint16_t *)(address))
 void bus_debug_groups(uint16_t mask);
-void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/wait.c */
+void bus_wait(uint32_t cycles);         /* at least this many SYSCLK cycles; hal/f28335/wait.c */
+bool bus_flash_erase(uint16_t sectors); /* these two: hal/f28335/flash.c */
+bool bus_flash_program(uint32_t address, uint16_t word);
 
 #else
 
@@ -39,6 +64,9 @@ extern __thread const volatile uint16_t *f28335_base;
 
 typedef void (*bus_isr_t)(void);
 
+/* A register that reading changes, or that moves by itself between two waits: SCI. All others are plain
+ * loads. */
+uint16_t bus_read16(const volatile uint16_t *reg);
 void bus_write16(const volatile uint16_t *reg, uint16_t value);
 void bus_write32(const volatile uint32_t *reg, uint32_t value);
 void bus_allow(void);                  /* EALLOW: protected registers accept writes */
@@ -52,7 +80,13 @@ void bus_interrupts_disable(void);     /* set INTM */
 void bus_debug_allow(void);            /* clear DBGM: a debugger may look while the CPU runs */
 void bus_debug_groups(uint16_t mask);  /* DBGIER: bit n - 1 = INTn is served in a real-time halt */
 uint16_t bus_otp(uint32_t address);    /* a word of the one-time programmable memory */
+uint16_t bus_flash(uint32_t address);  /* a word of the flash sectors that the drive writes itself, C and B */
 void bus_wait(uint32_t cycles);        /* simulated time passes: at least this many SYSCLK cycles */
+/* Bit 0: sector A, to bit 7: H. False: not erased. Like the next one with interrupts and watchdog off: the
+ * flash cannot be read meanwhile. */
+bool bus_flash_erase(uint16_t sectors);
+bool bus_flash_program(uint32_t address,
+                       uint16_t word); /* ones to zeros; false: it does not read like that */
 
 #endif
 
@@ -67,6 +101,7 @@ void bus_wait(uint32_t cycles);        /* simulated time passes: at least this m
 #define GPIO_CONTROL(n) AT_(gpio_control_regs_t, 0x6F80u + 0x10u * (n)) /* n = 0 (A), 1 (B), 2 (C) */
 #define GPIO_DATA(n)    AT_(gpio_data_regs_t, 0x6FC0u + 8u * (n))
 #define SYSCTRL         AT_(sysctrl_regs_t, 0x7010u)
+#define SCIA            AT_(sci_regs_t, 0x7050u)
 #define ADC             AT_(adc_regs_t, 0x7100u)
 
 #endif

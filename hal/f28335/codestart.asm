@@ -1,6 +1,5 @@
-; Where the boot ROM jumps to: 0x33FFF6 in flash, 0x000000 in RAM, room for one long branch. The boot ROM leaves
-; the watchdog running, and the run-time library's set-up of variables may take longer than its 4.37 ms, so it is
-; stopped before anything else (SPRUFB0 ch. 3: WDCR = WDDIS, WDCHK 101).
+; Where the boot ROM jumps to: 0x33FFF6, room for one long branch. The boot ROM leaves the watchdog running, and the
+; run-time library's set-up of variables may take longer than its 4.37 ms, so it is stopped before anything else (SPRUFB0 ch. 3: WDCR = WDDIS, WDCHK 101).
 
 WDCR        .set    7029h
 WDCR_OFF    .set    0068h

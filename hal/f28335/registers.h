@@ -1,8 +1,9 @@
 /* Registers of the TMS320F28335 that this drive uses: layout, addresses, fields.
  *
- * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05). All
- * addresses count 16-bit words. Every struct is laid out by words, so that the same source describes silicon
- * and the copy in RAM that the virtual chip brings to life; each offset is checked at compile time below.
+ * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05,
+ * SPRUFZ5). All addresses count 16-bit words. Every struct is laid out by words, so that the same source
+ * describes silicon and the copy in RAM that the virtual chip brings to life; each offset is checked at
+ * compile time below.
  *
  * Registers are reached through F28335_BASE: fixed on silicon, one pointer on the host (bus.h). They are
  * `const volatile` on purpose: reading is a plain load, writing goes through bus.h. */
@@ -101,6 +102,7 @@ typedef struct {
 #define PLLSTS_DIVSEL_ALL (3u << 7)
 #define PCLKCR0_TBCLKSYNC (1u << 2)
 #define PCLKCR0_ADC       (1u << 3)
+#define PCLKCR0_SCIA      (1u << 10)
 #define PCLKCR1_EPWM1     (1u << 0)
 #define PCLKCR1_EPWM2     (1u << 1)
 #define PCLKCR1_EPWM3     (1u << 2)
@@ -327,6 +329,46 @@ typedef struct {
 #define ADCST_SEQ1_BSY       (1u << 2)
 #define ADCST_INT_SEQ1_CLR   (1u << 4)
 
+/* ---- SCI: SPRUFZ5 ---- */
+typedef struct {
+    uint16_t SCICCR;   /* 00 */
+    uint16_t SCICTL1;  /* 01 */
+    uint16_t SCIHBAUD; /* 02 upper and */
+    uint16_t SCILBAUD; /* 03 lower 8 bits of BRR: LSPCLK / (8 (BRR + 1)) */
+    uint16_t SCICTL2;  /* 04 */
+    uint16_t SCIRXST;  /* 05 read only */
+    uint16_t SCIRXEMU; /* 06 read only */
+    uint16_t SCIRXBUF; /* 07 read only: reading takes the octet out of the FIFO */
+    uint16_t reserved08;
+    uint16_t SCITXBUF; /* 09 */
+    uint16_t SCIFFTX;  /* 0A */
+    uint16_t SCIFFRX;  /* 0B */
+    uint16_t SCIFFCT;  /* 0C */
+    uint16_t reserved0D[2];
+    uint16_t SCIPRI; /* 0F */
+} sci_regs_t;
+
+#define SCI_FIFO            16u /* octets of each direction */
+#define SCICCR_8N1          7u  /* 8 data bits, no parity, 1 stop bit, idle-line mode */
+#define SCICTL1_RXENA       (1u << 0)
+#define SCICTL1_TXENA       (1u << 1)
+#define SCICTL1_SWRESET     (1u << 5) /* 0 = state machines and flags in reset */
+#define SCICTL2_TXEMPTY     (1u << 6)
+#define SCICTL2_TXRDY       (1u << 7)
+#define SCIRXST_FE          (1u << 4)
+#define SCIRXST_BRKDT       (1u << 5) /* nothing more is received until SWRESET */
+#define SCIRXST_RXRDY       (1u << 6)
+#define SCIRXST_RXERROR     (1u << 7)
+#define SCIRXBUF_SCIFFFE    (1u << 15)                     /* this octet came without its stop bit */
+#define SCIFF_ST(reg)       ((uint16_t)((reg) >> 8 & 31u)) /* SCIFFTX, SCIFFRX: octets in the FIFO */
+#define SCIFFTX_TXFIFORESET (1u << 13)                     /* 0 = FIFO empty, held in reset */
+#define SCIFFTX_SCIFFENA    (1u << 14)
+#define SCIFFTX_SCIRST      (1u << 15) /* 0 = both channels in reset */
+#define SCIFFRX_RXFIFORESET (1u << 13)
+#define SCIFFRX_RXFFOVRCLR  (1u << 14) /* write one: clears RXFFOVF */
+#define SCIFFRX_RXFFOVF     (1u << 15) /* more came than the FIFO holds */
+#define SCIPRI_FREE         (1u << 3)  /* debug halt: run on */
+
 /* ---- The whole map ---- */
 typedef struct {
     uint16_t reserved_0000[0x0A80];
@@ -349,7 +391,9 @@ typedef struct {
     gpio_data_regs_t gpio_data[3]; /* 6FC0 */
     uint16_t reserved_6FD8[0x7010 - 0x6FD8];
     sysctrl_regs_t sysctrl; /* 7010 */
-    uint16_t reserved_7030[0x7100 - 0x7030];
+    uint16_t reserved_7030[0x7050 - 0x7030];
+    sci_regs_t scia; /* 7050 */
+    uint16_t reserved_7060[0x7100 - 0x7060];
     adc_regs_t adc; /* 7100 */
     uint16_t reserved_7120[0x8000u - 0x7120u];
 } f28335_t;

@@ -1,6 +1,6 @@
 /* Compile-time proof that registers.h lies where the manuals say. Included by registers.h only: a wrong
  * offset stops every build that touches a register. Offsets and addresses count 16-bit words: SPRUFB0,
- * SPRUG04, SPRU812, SPRUG05. */
+ * SPRUG04, SPRU812, SPRUG05, SPRUFZ5. */
 #ifndef HAL_F28335_REGISTERS_CHECK_H
 #define HAL_F28335_REGISTERS_CHECK_H
 
@@ -165,6 +165,21 @@ CHECK_OFFSET(adc_regs_t, ADCOFFTRIM, 0x1Du);
 CHECK_OFFSET(adc_mirror_regs_t, ADCRESULT[0], 0x00u);
 CHECK_OFFSET(adc_mirror_regs_t, ADCRESULT[15], 0x0Fu);
 
+/* SCI */
+CHECK_OFFSET(sci_regs_t, SCICCR, 0x00u);
+CHECK_OFFSET(sci_regs_t, SCICTL1, 0x01u);
+CHECK_OFFSET(sci_regs_t, SCIHBAUD, 0x02u);
+CHECK_OFFSET(sci_regs_t, SCILBAUD, 0x03u);
+CHECK_OFFSET(sci_regs_t, SCICTL2, 0x04u);
+CHECK_OFFSET(sci_regs_t, SCIRXST, 0x05u);
+CHECK_OFFSET(sci_regs_t, SCIRXEMU, 0x06u);
+CHECK_OFFSET(sci_regs_t, SCIRXBUF, 0x07u);
+CHECK_OFFSET(sci_regs_t, SCITXBUF, 0x09u);
+CHECK_OFFSET(sci_regs_t, SCIFFTX, 0x0Au);
+CHECK_OFFSET(sci_regs_t, SCIFFRX, 0x0Bu);
+CHECK_OFFSET(sci_regs_t, SCIFFCT, 0x0Cu);
+CHECK_OFFSET(sci_regs_t, SCIPRI, 0x0Fu);
+
 /* Lengths: the stride of modules that come several times */
 CHECK_LENGTH(cpu_timer_regs_t, 0x8u);
 CHECK_LENGTH(flash_regs_t, 0x8u);
@@ -178,6 +193,7 @@ CHECK_LENGTH(epwm_regs_t, 0x40u);
 CHECK_LENGTH(eqep_regs_t, 0x40u);
 CHECK_LENGTH(adc_regs_t, 0x20u);
 CHECK_LENGTH(adc_mirror_regs_t, 0x10u);
+CHECK_LENGTH(sci_regs_t, 0x10u);
 CHECK_LENGTH(f28335_t, 0x8000u);
 
 /* The whole map */
@@ -203,6 +219,7 @@ CHECK_ADDRESS(gpio_data[0], 0x6FC0u);
 CHECK_ADDRESS(gpio_data[1], 0x6FC8u);
 CHECK_ADDRESS(gpio_data[2], 0x6FD0u);
 CHECK_ADDRESS(sysctrl, 0x7010u);
+CHECK_ADDRESS(scia, 0x7050u);
 CHECK_ADDRESS(adc, 0x7100u);
 
 #endif

@@ -105,6 +105,10 @@ void adc_trigger(chip_t *chip, uint64_t cycle, uint32_t mask)
     if (!clocked(chip) || stopped(chip) || (chip->registers.adc.ADCTRL2 & mask) == 0u) {
         return;
     }
+    if (chip->adc.missing != 0u) {
+        chip->adc.missing--;
+        return;
+    }
     if (!busy(chip)) {
         begin(chip, cycle);
         return;

@@ -25,6 +25,14 @@ static bool wide_block(uint32_t address)
            within(address, GPIO_DATA_AT, 0x18u);
 }
 
+uint16_t bus_read16(const volatile uint16_t *reg)
+{
+    chip_t *chip = chip_bound;
+    assert(chip != NULL);
+    uint32_t address = address_of(reg);
+    return within(address, SCIA_AT, 0x10u) && !chip->cpu.halted ? sci_read(chip, address) : *reg;
+}
+
 void bus_write16(const volatile uint16_t *reg, uint16_t value)
 {
     chip_t *chip = chip_bound;
@@ -43,6 +51,8 @@ void bus_write16(const volatile uint16_t *reg, uint16_t value)
         sysctrl_write(chip, address, value);
     } else if (within(address, EQEP_AT, EQEP_WORDS)) {
         eqep_write16(chip, address, value);
+    } else if (within(address, SCIA_AT, 0x10u)) {
+        sci_write(chip, address, value);
     } else if (within(address, TIMER_AT, 0x18u)) {
         timer_write16(chip, address, value);
     } else if (within(address, FLASH_AT, 8u)) {
@@ -77,7 +87,8 @@ void bus_write32(const volatile uint32_t *reg, uint32_t value)
     } else {
         bool narrow = within(address, EPWM_AT, 0x180u) || within(address, ADC_AT, 0x20u) ||
                       within(address, PIE_AT, 0x1Au) || within(address, SYSCTRL_AT, 0x20u) ||
-                      within(address, FLASH_AT, 8u) || within(address, MIRROR_AT, 16u);
+                      within(address, FLASH_AT, 8u) || within(address, MIRROR_AT, 16u) ||
+                      within(address, SCIA_AT, 0x10u);
         chip_report(chip, narrow ? CHIP_BAD_WIDTH : CHIP_UNKNOWN_REGISTER, address);
     }
 }

@@ -66,6 +66,8 @@ static void power_on(chip_t *chip, uint32_t crystal_hz, bool boot_rom)
     chip->gpio_input[2] = 0x00FFFFFFu;
     chip->carrier_tick = CHIP_NEVER;
     chip->sample_tick = CHIP_NEVER;
+    memory_power_on(chip);
+    flash_power_on(chip);
     chip_reset(chip, boot_rom);
     chip->cpu.halted = 0u;
 }
@@ -88,6 +90,7 @@ void chip_reset(chip_t *chip, bool boot_rom)
     for (uint32_t i = 0u; i < SOURCES; i++) {
         chip->next[i] = CHIP_NEVER;
     }
+    flash_reset(chip);
     sysctrl_reset(chip, boot_rom);
     watchdog_reset(chip);
     timer_reset(chip);
@@ -96,9 +99,22 @@ void chip_reset(chip_t *chip, bool boot_rom)
     eqep_reset(chip);
     adc_reset(chip, boot_rom);
     epwm_reset(chip);
+    sci_reset(chip);
     chip_schedule_rare(chip);
     chip_refresh(chip);
     gpio_refresh(chip);
+}
+
+void chip_power_cycle(chip_t *chip)
+{
+    sci_power_cycle(chip);
+    memory_power_on(chip);
+    chip->flash.cut = 0u;
+    chip->flash.operations = 0u;
+    chip->carrier_tick = CHIP_NEVER;
+    chip->sample_tick = CHIP_NEVER;
+    chip_reset(chip, true);
+    chip->cpu.halted = 0u;
 }
 
 void chip_boot(chip_t *chip)
@@ -250,6 +266,11 @@ void chip_stick_adc(chip_t *chip, uint32_t channel, int32_t code)
     chip->adc.stuck[channel] = code;
 }
 
+void chip_miss_samples(chip_t *chip, uint32_t count)
+{
+    chip->adc.missing = count;
+}
+
 void chip_report(chip_t *chip, chip_report_kind_t kind, uint32_t address)
 {
     chip_report_t *report = &chip->reports[chip->report_total % CHIP_REPORTS];
@@ -279,6 +300,11 @@ bool chip_tripped(const chip_t *chip, uint32_t leg)
 {
     assert(leg >= 1u && leg <= CHIP_EPWMS);
     return (chip->registers.epwm[leg - 1u].TZFLG & TZ_OST) != 0u || chip->epwm[leg - 1u].cbc != 0u;
+}
+
+bool chip_restart_asked(const chip_t *chip)
+{
+    return chip->cpu.halted != 0u && chip->cpu.asked != 0u;
 }
 
 bool chip_carrier_plain(const chip_t *chip)

@@ -6,10 +6,13 @@ add_library(lagless_chip STATIC
     ${CMAKE_CURRENT_LIST_DIR}/debug.c
     ${CMAKE_CURRENT_LIST_DIR}/eqep.c
     ${CMAKE_CURRENT_LIST_DIR}/epwm.c
+    ${CMAKE_CURRENT_LIST_DIR}/flash.c
     ${CMAKE_CURRENT_LIST_DIR}/gpio.c
+    ${CMAKE_CURRENT_LIST_DIR}/memory.c
     ${CMAKE_CURRENT_LIST_DIR}/names.c
     ${CMAKE_CURRENT_LIST_DIR}/outputs.c
     ${CMAKE_CURRENT_LIST_DIR}/pie.c
+    ${CMAKE_CURRENT_LIST_DIR}/sci.c
     ${CMAKE_CURRENT_LIST_DIR}/sysctrl.c
     ${CMAKE_CURRENT_LIST_DIR}/timebase.c
     ${CMAKE_CURRENT_LIST_DIR}/timer.c

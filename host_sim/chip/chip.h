@@ -17,11 +17,11 @@
  * A debugger may halt the CPU: no software runs, time goes on for the world, and every peripheral does what
  * its own emulation bits say.
  *
- * Not modelled: SCI, eCAN, DMA, eCAP, SEQ2 and continuous ADC conversion, PWM chopper, high-resolution
- * PWM, input qualification (every input acts as if asynchronous), index and strobe inputs of the eQEPs,
- * their capture unit and watchdog, SYNCI pin, low-power modes, missing-clock detector, the wrong first ADC
- * sample (SPRZ272), pipeline and wait-state effects. Writing anything but 0 to such a register is reported as
- * CHIP_UNKNOWN_REGISTER. */
+ * Not modelled: of the SCIs all but SCI-A with its FIFOs and frames of 8 bits (sci.c), eCAN, DMA, eCAP, SEQ2
+ * and continuous ADC conversion, PWM chopper, high-resolution PWM, input qualification (every input acts as
+ * if asynchronous), index and strobe inputs of the eQEPs, their capture unit and watchdog, SYNCI pin,
+ * low-power modes, missing-clock detector, the wrong first ADC sample (SPRZ272), pipeline and wait-state
+ * effects. Writing anything but 0 to such a register is reported as CHIP_UNKNOWN_REGISTER. */
 #ifndef HOST_SIM_CHIP_CHIP_H
 #define HOST_SIM_CHIP_CHIP_H
 
@@ -51,6 +51,9 @@ typedef enum {
     CHIP_WATCHDOG_RESET, /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
                             chip_boot) */
     CHIP_FLASH_TOO_FAST, /* SYSCLK above what the flash wait states allow */
+    CHIP_SERIAL_LOST,    /* octet written while the transmit FIFO was full, or the transmitter off: lost */
+    CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on: refused */
+    CHIP_FLASH_BEYOND,   /* word programmed behind those of a page that this model keeps: refused */
     CHIP_REPORT_KINDS
 } chip_report_kind_t;
 
@@ -122,6 +125,12 @@ void chip_power_on(chip_t *chip, uint32_t crystal_hz);
  * bare converter's offset and gain until software does. */
 void chip_power_on_by_debugger(chip_t *chip, uint32_t crystal_hz);
 
+/* The supply goes off and on again: reset, boot ROM, memory of the firmware's code anew, nothing in the FIFOs
+ * and nothing on the line, a cut of the power (chip_cut_power) undone. What the flash sectors of the drive
+ * hold stays, and time goes on; so do the board's pins, injected faults and the counts of reports and
+ * interrupts. For the bound chip. */
+void chip_power_cycle(chip_t *chip);
+
 /* The CPU starts again after a watchdog reset (or after it was lost): what main() would see. Registers stay.
  */
 void chip_boot(chip_t *chip);
@@ -178,10 +187,48 @@ void chip_set_interrupt_delay(chip_t *chip, uint32_t ticks);
  * injection. */
 void chip_stick_adc(chip_t *chip, uint32_t channel, int32_t code);
 
+/* The next `count` starts of conversion that a carrier asks for do not come, nor their interrupts; 0: all
+ * come again. Fault injection. */
+void chip_miss_samples(chip_t *chip, uint32_t count);
+
+/* An injected error: a bit of a word of memory changes; region: 0 flash, 1 code in RAM, 2 end of the stack,
+ * below CHIP_MEMORY_REGIONS; word below CHIP_MEMORY_WORDS. */
+void chip_flip_memory(chip_t *chip, uint32_t region, uint32_t word, uint32_t bit);
+
+/* The serial line of SCI-A, from outside. Octets towards the chip follow each other on the line without a gap
+ * from now on, or behind those that are on their way; how many there was room for, CHIP_LINE_FRAMES in all.
+ */
+uint32_t chip_serial_put(chip_t *chip, const uint8_t *octets, uint32_t count);
+
+/* The octets that the chip has sent, stop bit included, and that nobody has taken yet, oldest first: how
+ * many, at most `room`. The last CHIP_LINE_SENT are kept. */
+uint32_t chip_serial_get(chip_t *chip, uint8_t *octets, uint32_t room);
+
+/* [bit/s] of who sends towards the chip, to 18.75 Mbit/s; 0, as after power-on: whatever the chip has set. */
+void chip_serial_speed(chip_t *chip, uint32_t baud);
+
+/* So many bits (1..31) onto the same line as they are, lowest first: for frames that are none. Behind a low
+ * one the line goes high for a bit at least. false: no room. */
+bool chip_serial_levels(chip_t *chip, uint32_t levels, uint32_t bits);
+
+/* Flash sectors C (page 0) and B (page 1), CHIP_FLASH_WORDS words each. fill: a page as a programmer would
+ * leave it; false, and nothing done: words differ from each other behind the CHIP_FLASH_KEPT first, where
+ * this model keeps one value for all. */
+#define CHIP_FLASH_WORDS 0x8000u
+uint16_t chip_flash_word(const chip_t *chip, uint32_t page, uint32_t at);
+bool chip_flash_fill(chip_t *chip, uint32_t page, const uint16_t words[CHIP_FLASH_WORDS]);
+
+/* Injected: the power fails in the midst of the flash operation that comes after so many more. An operation
+ * is a word programmed; an erase is 2 x (CHIP_FLASH_KEPT + 1) of them. From then on the chip is dead (the CPU
+ * halted, flash operations do nothing) until chip_power_cycle. */
+void chip_cut_power(chip_t *chip, uint32_t operations);
+uint32_t chip_flash_operations(const chip_t *chip); /* since power-on */
+
 /* Pure questions. */
 uint64_t chip_now(const chip_t *chip);               /* [ticks] */
 uint32_t chip_sysclk_hz(const chip_t *chip);         /* [Hz] rounded down */
 bool chip_halted(const chip_t *chip);                /* the CPU is lost or reset: it runs no more software */
+bool chip_restart_asked(const chip_t *chip);         /* and its last reset was software's own wish */
 bool chip_debug_halted(const chip_t *chip);          /* a debugger holds it */
 bool chip_debug_can_look(const chip_t *chip);        /* a debugger reaches memory now: halted, or DBGM is 0 */
 bool chip_tripped(const chip_t *chip, uint32_t leg); /* trip zone holds ePWM `leg` (1..6) */

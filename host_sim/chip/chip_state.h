@@ -3,10 +3,16 @@
 #ifndef HOST_SIM_CHIP_CHIP_STATE_H
 #define HOST_SIM_CHIP_CHIP_STATE_H
 
-#define CHIP_EPWMS   6u
-#define CHIP_LEGS    3u /* of an inverter: on ePWM1..3 or on ePWM4..6 */
-#define CHIP_EQEPS   2u
-#define CHIP_REPORTS 16u
+#define CHIP_EPWMS          6u
+#define CHIP_LEGS           3u /* of an inverter: on ePWM1..3 or on ePWM4..6 */
+#define CHIP_EQEPS          2u
+#define CHIP_REPORTS        16u
+#define CHIP_MEMORY_REGIONS 3u
+#define CHIP_MEMORY_WORDS   128u
+#define CHIP_LINE_FRAMES    128u  /* on the serial line towards the chip */
+#define CHIP_LINE_SENT      512u  /* octets that nobody outside has taken yet */
+#define CHIP_FLASH_PAGES    2u    /* sectors that the drive writes itself: C and B */
+#define CHIP_FLASH_KEPT     2048u /* [words] of each that can be programmed */
 
 /* One ePWM module. */
 typedef struct {
@@ -82,7 +88,7 @@ typedef struct {
     uint32_t spacing;    /* [cycles] between sample windows, of the running sequence */
     uint32_t states;     /* [-] states of the sequencer, of the running sequence */
     uint32_t adjust;     /* [-] results are not the plain ones, of the running sequence */
-    uint32_t spare;      /* fills the struct to a multiple of 64 bits */
+    uint32_t missing;    /* [-] injected: so many coming starts of conversion are lost */
     uint32_t pending;    /* [-] one more start of conversion waits */
     uint32_t state;      /* [-] SEQ1_STATE: next conversion */
     uint32_t remaining;  /* [-] conversions to hold yet */
@@ -115,6 +121,46 @@ typedef struct {
     uint32_t off;   /* [-] WDDIS */
 } chip_watchdog_t;
 
+/* What is on the line towards the chip: so many bits one after the other, lowest first. */
+typedef struct {
+    uint64_t start;  /* [tick] */
+    uint32_t levels; /* [-] 1 high */
+    uint32_t bits;   /* [-] the last one is high */
+} chip_frame_t;
+
+typedef struct {
+    uint64_t looks_from;     /* [tick] the receiver has dealt with the line up to here */
+    uint64_t sent_at;        /* [tick] the octet in the shift register is out */
+    uint32_t line_baud;      /* [bit/s] of who sends to the chip; 0: as the chip itself */
+    uint32_t line_first;     /* [-] in `line` */
+    uint32_t line_count;     /* [-] */
+    uint32_t low;            /* [-] a stop bit was missing, and the line has not been seen high since */
+    uint32_t received;       /* [-] octets in `in` */
+    uint32_t received_first; /* [-] */
+    uint32_t waiting;        /* [-] octets in `out` */
+    uint32_t waiting_first;  /* [-] */
+    uint32_t sending;        /* [-] there is an octet in the shift register: */
+    uint32_t shifted;        /* [-] this one */
+    uint32_t sent_first;     /* [-] in `sent` */
+    uint32_t sent_count;     /* [-] */
+    uint16_t in[16];         /* [-] FIFO as SCIRXBUF shows it */
+    uint16_t out[16];        /* [-] FIFO */
+    chip_frame_t line[CHIP_LINE_FRAMES];
+    uint8_t sent[CHIP_LINE_SENT];
+} chip_sci_t;
+
+/* The sectors that the drive writes itself. A page is erased in two passes, first all words to 0, then all to
+ * 0xFFFF, a word at a time; what is behind the kept words goes in one piece. */
+typedef struct {
+    uint64_t busy_until; /* [tick] the last operation took until here */
+    uint32_t operations; /* [-] words touched since power-on */
+    uint32_t cut_after;  /* [-] operations until the power is cut, if it is to be */
+    uint32_t cut;        /* [-] it is to be */
+    uint32_t spare;      /* fills the struct to a multiple of 64 bits */
+    uint16_t word[CHIP_FLASH_PAGES]
+                 [CHIP_FLASH_KEPT + 4u]; /* the last four: what is behind, in the first of them */
+} chip_flash_t;
+
 typedef struct {
     uint64_t tick;           /* [tick] SYSCLK cycle `cycle` began here */
     uint64_t cycle;          /* [cycle] */
@@ -137,6 +183,8 @@ typedef struct {
     uint32_t resets;         /* [-] watchdog resets so far */
     uint32_t dbgm;           /* [-] DBGM: a debugger may not look while the CPU runs */
     uint32_t dbgier;         /* [-] interrupts that are served in a real-time halt */
+    uint32_t asked;          /* [-] the last reset was a wrong WDCHK: software's own wish */
+    uint32_t spare;          /* fills the struct to a multiple of 64 bits */
 } chip_cpu_t;
 
 /* A debugger's halt. */
@@ -172,6 +220,8 @@ typedef struct {
     chip_cpu_t cpu;
     chip_debug_t debug;
     chip_pins_t pins;
+    chip_sci_t sci;
+    chip_flash_t flash;
     uint32_t gpio_input[3];                   /* [-] what the board puts on the pins */
     uint32_t gpio_latch[3];                   /* [-] output latches */
     uint32_t averaged;                        /* [-] */
@@ -179,7 +229,9 @@ typedef struct {
     uint32_t report_count[CHIP_REPORT_KINDS]; /* [-] */
     uint32_t entries[128];                    /* [-] interrupts taken per vector */
     uint32_t tripped;                         /* [-] legs held off by their trip zone, as last told */
-    chip_report_t reports[CHIP_REPORTS];      /* ring, last one at (report_total - 1) mod 16 */
+    uint32_t spare;                           /* [-] fills the struct to a multiple of 64 bits */
+    uint16_t memory[CHIP_MEMORY_REGIONS][CHIP_MEMORY_WORDS]; /* flash, code in RAM, end of the stack */
+    chip_report_t reports[CHIP_REPORTS];                     /* ring, last one at (report_total - 1) mod 16 */
 } chip_t;
 
 #endif

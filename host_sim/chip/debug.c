@@ -29,6 +29,7 @@ void chip_debug_halt(chip_t *chip)
     }
     epwm_settle(chip);
     chip_refresh(chip);
+    sci_refresh(chip);
     chip->debug.halted = 1u;
     chip->debug.since = chip->tick;
     chip->debug.cycle = cycle_now(chip);
@@ -46,9 +47,11 @@ void chip_debug_run(chip_t *chip)
     }
     epwm_settle(chip);
     chip_refresh(chip);
+    sci_refresh(chip);
     chip->debug.halted = 0u;
     watchdog_go(chip);
     adc_go(chip);
+    sci_go(chip);
     tell_parts(chip);
     epwm_refresh(chip);
     outputs_show(chip); /* if an average was left */

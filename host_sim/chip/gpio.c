@@ -131,6 +131,7 @@ static void write_control(chip_t *chip, uint32_t address, uint32_t value)
         chip_report(chip, CHIP_PROTECTED_WRITE, address);
         return;
     }
+    sci_refresh(chip);
     *reg = value;
     eqep_connect(chip);
     trip_pins(chip);

@@ -70,6 +70,13 @@ static const name_t adc_names[] = {NAME(adc_regs_t, ADCTRL1),    NAME(adc_regs_t
                                    NAME(adc_regs_t, ADCREFSEL),  NAME(adc_regs_t, ADCOFFTRIM)};
 static const name_t mirror_names[] = {NAME(adc_mirror_regs_t, ADCRESULT)};
 
+static const name_t sci_names[] = {
+    NAME(sci_regs_t, SCICCR),   NAME(sci_regs_t, SCICTL1),  NAME(sci_regs_t, SCIHBAUD),
+    NAME(sci_regs_t, SCILBAUD), NAME(sci_regs_t, SCICTL2),  NAME(sci_regs_t, SCIRXST),
+    NAME(sci_regs_t, SCIRXEMU), NAME(sci_regs_t, SCIRXBUF), NAME(sci_regs_t, SCITXBUF),
+    NAME(sci_regs_t, SCIFFTX),  NAME(sci_regs_t, SCIFFRX),  NAME(sci_regs_t, SCIFFCT),
+    NAME(sci_regs_t, SCIPRI)};
+
 #define BLOCK(title, base, words, copies, stride, names)                                                     \
     {                                                                                                        \
         title, base, words, copies, stride, names, (uint32_t)(sizeof(names) / sizeof((names)[0]))            \
@@ -87,6 +94,7 @@ static const block_t blocks[] = {BLOCK("FLASH", FLASH_AT, 8u, 1u, 0u, flash_name
                                  BLOCK("GPIO", GPIO_CONTROL_AT, 16u, 3u, 16u, control_names),
                                  BLOCK("GPIO", GPIO_DATA_AT, 8u, 3u, 8u, data_names),
                                  BLOCK("SYSCTRL", SYSCTRL_AT, 0x20u, 1u, 0u, sysctrl_names),
+                                 BLOCK("SCIA", SCIA_AT, 0x10u, 1u, 0u, sci_names),
                                  BLOCK("ADC", ADC_AT, 0x20u, 1u, 0u, adc_names)};
 
 static bool is_array(const char *name)
@@ -163,6 +171,12 @@ const char *chip_report_text(chip_report_kind_t kind)
         return "the watchdog reset the chip";
     case CHIP_FLASH_TOO_FAST:
         return "SYSCLK faster than the flash wait states allow";
+    case CHIP_SERIAL_LOST:
+        return "octet written to a serial transmitter without room, or off: lost";
+    case CHIP_FLASH_MISUSE:
+        return "flash erased or programmed with interrupts or watchdog on: refused";
+    case CHIP_FLASH_BEYOND:
+        return "flash programmed behind what this model keeps of a page: refused";
     case CHIP_REPORT_KINDS:
         break;
     }

@@ -25,6 +25,7 @@ typedef enum { SOURCE_EPWM, SOURCE_EQEP, SOURCE_ADC, SOURCE_CPU, SOURCE_RARE, SO
 #define GPIO_CONTROL_AT 0x6F80u
 #define GPIO_DATA_AT    0x6FC0u
 #define SYSCTRL_AT      0x7010u
+#define SCIA_AT         0x7050u
 #define ADC_AT          0x7100u
 
 #define OFFSET(type, member) ((uint32_t)WORDS(type, member))
@@ -46,6 +47,21 @@ void chip_refresh(chip_t *chip); /* registers that move by themselves */
 void chip_engine(chip_t *chip, uint64_t until);
 void chip_reset(chip_t *chip, bool boot_rom);
 void chip_schedule_rare(chip_t *chip);
+
+/* memory.c */
+void memory_power_on(chip_t *chip);
+
+/* flash.c: what the drive erases and programs itself */
+void flash_power_on(chip_t *chip);
+void flash_reset(chip_t *chip);
+
+/* sci.c */
+void sci_reset(chip_t *chip);
+void sci_power_cycle(chip_t *chip);
+uint16_t sci_read(chip_t *chip, uint32_t address);
+void sci_write(chip_t *chip, uint32_t address, uint16_t value);
+void sci_refresh(chip_t *chip); /* before clock, pins or a debugger's halt change what the line does */
+void sci_go(chip_t *chip);      /* a debugger's halt ends: chip->debug still says since when */
 
 /* sysctrl.c: clocks, flash */
 void sysctrl_crystal(chip_t *chip, uint32_t hz);

@@ -62,6 +62,7 @@ static void set_clock(chip_t *chip, uint64_t cycle)
 /* Every part counts cycles, so only the ticks of what it has planned change. */
 static void clock_change(chip_t *chip, uint32_t blamed)
 {
+    sci_refresh(chip);
     set_clock(chip, cycle_now(chip));
     if (chip->carrier.active) {
         carrier_leave(chip);
@@ -161,9 +162,11 @@ void sysctrl_write(chip_t *chip, uint32_t address, uint16_t value)
         sysctrl->HISPCP = value & 7u;
         break;
     case OFFSET(sysctrl_regs_t, LOSPCP):
+        sci_refresh(chip);
         sysctrl->LOSPCP = value & 7u;
         break;
     case OFFSET(sysctrl_regs_t, PCLKCR0):
+        sci_refresh(chip);
         sysctrl->PCLKCR0 = value;
         epwm_clock(chip);
         break;

@@ -12,10 +12,12 @@ static uint64_t count_cycles(const chip_t *chip)
     return COUNT_CYCLES << (prescale == 0u ? 0u : prescale - 1u);
 }
 
-/* It stands while a debugger holds the CPU, also within interrupts of the real-time mode. */
+/* It stands while a debugger holds the CPU, also within interrupts of the real-time mode. What software does
+ * behind a flash operation comes when that is over. */
 static uint64_t own_time(const chip_t *chip)
 {
-    return chip->debug.halted ? chip->debug.since : chip->tick;
+    uint64_t now = chip->debug.halted ? chip->debug.since : chip->tick;
+    return now > chip->flash.busy_until ? now : chip->flash.busy_until;
 }
 
 static void plan(chip_t *chip)
@@ -63,6 +65,7 @@ static void bite(chip_t *chip, uint32_t address)
 {
     chip_report(chip, CHIP_WATCHDOG_RESET, address);
     chip->cpu.resets++;
+    chip->cpu.asked = 0u;
     chip->cpu.halted = 1u;
     chip_reset(chip, true);
     chip->registers.sysctrl.WDCR |= WDCR_WDFLAG;
@@ -85,6 +88,7 @@ bool watchdog_write(chip_t *chip, uint32_t address, uint16_t value)
     case OFFSET(sysctrl_regs_t, WDCR): {
         if ((value & WDCR_WDCHK_ALL) != WDCR_WDCHK) {
             bite(chip, address);
+            chip->cpu.asked = 1u;
             return true;
         }
         watchdog_refresh(chip);

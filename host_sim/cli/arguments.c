@@ -1,7 +1,31 @@
 #include "host_sim/cli/arguments.h"
 
 #include <argp.h>
-#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct {
+    arguments_show_t show; /* NULL: the command is run */
+    void *context;
+} asked;
+
+bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input)
+{
+    if (asked.show != NULL) {
+        asked.show(argp, asked.context);
+        return false;
+    }
+    return argp_parse(argp, argc, argv, 0, NULL, input) == 0;
+}
+
+void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, void *context)
+{
+    char *none[] = {NULL};
+    asked.show = show;
+    asked.context = context;
+    (void)run(0, none);
+    asked.show = NULL;
+}
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
@@ -21,5 +45,53 @@ bool arguments_json(int argc, char **argv, const char *doc, bool *json)
     static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
     const struct argp argp = {rows, parse, NULL, doc, NULL, NULL, NULL};
     *json = false;
-    return argp_parse(&argp, argc, argv, 0, NULL, json) == 0;
+    return arguments_parse(&argp, argc, argv, json);
+}
+
+int arguments_output(int key, const char *argument, arguments_output_t *output)
+{
+    switch (key) {
+    case 'j':
+        output->json = true;
+        return 0;
+    case 'o':
+        output->folder = argument;
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+int arguments_scenario(int key, char *argument, struct argp_state *state, arguments_scenario_t *of)
+{
+    switch (key) {
+    case 's':
+        if (of->set_count == ARGUMENTS_SETS) {
+            argp_error(state, "--set: at most %u of them", ARGUMENTS_SETS);
+        }
+        of->sets[of->set_count++] = argument;
+        return 0;
+    case 'S':
+        of->seed = argument;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (of->scenario != NULL) {
+            argp_error(state, "%s: one scenario at a time", argument);
+        }
+        of->scenario = argument;
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which scenario? a file, or a name of `lagless scenarios`");
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value)
+{
+    char *end = NULL;
+    const bool digits = text[0] >= '0' && text[0] <= '9';
+    *value = digits ? strtoull(text, &end, 10) : 0u;
+    return digits && *end == '\0' && *value >= min && *value <= max && strlen(text) < 20;
 }

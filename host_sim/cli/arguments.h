@@ -1,10 +1,67 @@
-/* Commands that take --json and nothing else. */
+/* What several commands take alike: --json, --out, a scenario with --set and --seed, whole numbers. */
 #ifndef HOST_SIM_CLI_ARGUMENTS_H
 #define HOST_SIM_CLI_ARGUMENTS_H
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-/* Reads the command line; `doc` is what --help says. false: wrong use, said on stderr. */
+struct argp;
+
+/* Reads the command line of a command, its very first act. false: wrong use, said on stderr, or nothing is to
+ * be run: somebody asks for its options. */
+bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input);
+
+/* Shows the options and texts of the command that is called with `run`, without running it. */
+typedef void (*arguments_show_t)(const struct argp *argp, void *context);
+void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, void *context);
+
+/* A command whose one option is --json; `doc` is what --help says. false as above. */
 bool arguments_json(int argc, char **argv, const char *doc, bool *json);
+
+/* --json and --out: rows for a table of options, and where they go. */
+#define ARGUMENTS_OUTPUT(json_text, out_text)                                                                \
+    {"json", 'j', NULL, 0, json_text, 0},                                                                    \
+    {                                                                                                        \
+        "out", 'o', "FOLDER", 0, out_text, 0                                                                 \
+    }
+
+typedef struct {
+    bool json;
+    const char *folder; /* NULL: none is given */
+} arguments_output_t;
+
+/* For argp's parser: takes these two keys; 0, or what argp wants for a key that is neither. */
+int arguments_output(int key, const char *argument, arguments_output_t *output);
+
+/* A scenario and what changes it: rows for a table of options. */
+#define ARGUMENTS_SCENARIO                                                                                   \
+    {"set",                                                                                                  \
+     's',                                                                                                    \
+     "NAME=VALUE",                                                                                           \
+     0,                                                                                                      \
+     "what the scenario says, replaced: a row before t = 0 (\"inertia=0.003\", \"speed_request=500 "         \
+     "r/min\"), "                                                                                            \
+     "run.duration, run.seed, run.every, start.speed, start.angle; repeatable",                              \
+     0},                                                                                                     \
+    {                                                                                                        \
+        "seed", 'S', "N", 0, "of all noise, instead of the scenario's", 0                                    \
+    }
+
+#define ARGUMENTS_SETS 64u
+
+typedef struct {
+    const char *scenario;
+    const char *sets[ARGUMENTS_SETS]; /* "NAME=VALUE" each */
+    size_t set_count;
+    const char *seed; /* NULL: none is given */
+} arguments_scenario_t;
+
+/* For argp's parser: takes these two keys and the scenario; 0, or what argp wants for another key. */
+struct argp_state;
+int arguments_scenario(int key, char *argument, struct argp_state *state, arguments_scenario_t *of);
+
+/* A whole number of decimal digits, min <= value <= max < 10^19. false: it is none. */
+bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value);
 
 #endif

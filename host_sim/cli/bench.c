@@ -12,10 +12,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/course.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/paper_drive.h"
+#include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
 
 #define RUNS          5
@@ -29,7 +33,8 @@
 typedef struct {
     bool json;
     double seconds;
-    const char *replay; /* "estimator" or "empty", in the process that valgrind watches; else NULL */
+    const char *replay;   /* "estimator" or "empty", in the process that valgrind watches; else NULL */
+    const char *scenario; /* NULL: the conditions above */
 } options_t;
 
 static error_t parse(int key, char *argument, struct argp_state *state)
@@ -50,7 +55,10 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->replay = argument;
         return 0;
     case ARGP_KEY_ARG:
-        argp_error(state, "%s: no argument is expected", argument);
+        if (options->scenario != NULL) {
+            argp_error(state, "%s: one scenario at a time", argument);
+        }
+        options->scenario = argument;
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -93,10 +101,43 @@ static rig_t *running_rig(bool averaged, source_t source, double rpm)
     return rig;
 }
 
-static double times_realtime(bool averaged, double seconds)
+/* At the end of the scenario, where its drive has to be on; NULL: said why. */
+static rig_t *rig_after(const scenario_t *scenario, bool averaged)
+{
+    course_t course = {0};
+    scenario_error_t error = {.message = "no memory"};
+    rig_t *rig = rig_create(scenario->seed);
+    bool good = rig != NULL && course_init(&course, scenario, rig) && course_start(&course, &error) &&
+                rig_put(rig, "fidelity", averaged ? 1.0 : 0.0);
+    good = good && course_run(&course, 0u, scenario->periods, &error) != COURSE_NEVER;
+    course_free(&course);
+    const table_row_t *state = rig_row_by_name("state");
+    if (good && (int32_t)rig_value(rig, "state") != table_choice(state, "operation_enabled")) {
+        char name[UNITS_TEXT_SIZE];
+        snprintf(error.message, sizeof error.message,
+                 "the drive is not on at the end of the scenario, its state is %s; bench measures a drive "
+                 "at work",
+                 units_row_text(name, rig_value(rig, "state"), state));
+        good = false;
+    }
+    if (!good) {
+        fprintf(stderr, "lagless bench: %s: %s\n", scenario->path, error.message);
+        rig_free(rig);
+        rig = NULL;
+    }
+    return rig;
+}
+
+/* Of the scenario, or in bench's own conditions. */
+static rig_t *rig_of(const scenario_t *scenario, bool averaged, source_t source)
+{
+    return scenario != NULL ? rig_after(scenario, averaged) : running_rig(averaged, source, SPEED_RPM);
+}
+
+static double times_realtime(const scenario_t *scenario, bool averaged, double seconds)
 {
     double values[RUNS];
-    rig_t *rig = running_rig(averaged, ENCODER, SPEED_RPM);
+    rig_t *rig = rig_of(scenario, averaged, ENCODER);
     if (rig == NULL) {
         return 0.0;
     }
@@ -109,10 +150,10 @@ static double times_realtime(bool averaged, double seconds)
     return median(values);
 }
 
-static double interrupt_ns(void)
+static double interrupt_ns(const scenario_t *scenario)
 {
     double values[RUNS];
-    rig_t *rig = running_rig(true, ENCODER, SPEED_RPM);
+    rig_t *rig = rig_of(scenario, true, ENCODER);
     if (rig == NULL) {
         return 0.0;
     }
@@ -127,7 +168,7 @@ static double interrupt_ns(void)
 
 /* A running sensorless drive's estimator and what it gets; NULL: said why. `worst`: everything that may be
  * switched on is, and a criterion of validity fails in every period, too short for the drive to give up. */
-static void *estimator_record(bool worst)
+static void *estimator_record(const scenario_t *scenario, bool worst)
 {
     static const struct {
         const char *name;
@@ -139,7 +180,7 @@ static void *estimator_record(bool worst)
         {"estimate_time", 10.0},        /* [s] */
         {"doubtful_current", 0.0},      /* [A] every period is a step of the estimator, none is coasted */
     };
-    rig_t *rig = running_rig(true, SENSORLESS, worst ? WORST_RPM : SPEED_RPM);
+    rig_t *rig = worst ? running_rig(true, SENSORLESS, WORST_RPM) : rig_of(scenario, true, SENSORLESS);
     void *record = malloc(rig_estimator_size());
     bool good = rig != NULL && record != NULL;
     for (size_t n = 0; good && worst && n < sizeof settings / sizeof settings[0]; n++) {
@@ -267,9 +308,9 @@ typedef struct {
     double instructions; /* [-] a step; NAN: not counted */
 } step_cost_t;
 
-static bool measure(bool worst, step_cost_t *cost, const char **why)
+static bool measure(const scenario_t *scenario, bool worst, step_cost_t *cost, const char **why)
 {
-    void *record = estimator_record(worst);
+    void *record = estimator_record(scenario, worst);
     if (record == NULL) {
         return false;
     }
@@ -290,6 +331,81 @@ static void print_cost(const char *name, const step_cost_t *cost, const char *co
     printf("   %s\n", conditions);
 }
 
+typedef struct {
+    double switched, averaged; /* [-] times real time */
+    double interrupt;          /* [ns] */
+    step_cost_t typical, worst;
+} costs_t;
+
+static void print_json(const options_t *options, const costs_t *costs)
+{
+    printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f, "
+           "\"estimator_ns\": %.1f",
+           costs->switched, costs->averaged, costs->interrupt, costs->typical.ns);
+    if (options->scenario == NULL) {
+        printf(", \"estimator_ns_worst\": %.1f", costs->worst.ns);
+    }
+    printf(", \"estimator_instructions\": ");
+    json_number(stdout, costs->typical.instructions);
+    if (options->scenario == NULL) {
+        printf(", \"estimator_instructions_worst\": ");
+        json_number(stdout, costs->worst.instructions);
+    } else {
+        printf(", \"scenario\": ");
+        json_text(stdout, options->scenario);
+    }
+    printf(", \"build\": \"" LAGLESS_BUILD "\"}\n");
+}
+
+static void print_table(const options_t *options, const costs_t *costs)
+{
+    if (options->scenario != NULL) {
+        printf("whole ring, one core, at the end of %s, median of %d runs of %g s\n", options->scenario, RUNS,
+               options->seconds);
+    } else {
+        printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM,
+               RUNS, options->seconds);
+    }
+    printf("  switched   %7.0f x real time   %6.0f ns a period\n", costs->switched,
+           1e9 * RIG_PERIOD_SECONDS / costs->switched);
+    printf("  averaged   %7.0f x real time   %6.0f ns a period\n", costs->averaged,
+           1e9 * RIG_PERIOD_SECONDS / costs->averaged);
+    printf("  interrupt  %7.0f ns\n", costs->interrupt);
+    printf("one estimator_step, " LAGLESS_BUILD "\n");
+    if (options->scenario != NULL) {
+        print_cost("here", &costs->typical, "as the scenario leaves the drive");
+        return;
+    }
+    print_cost("typical", &costs->typical, "1000 r/min, 5 N m");
+    print_cost("worst", &costs->worst,
+               "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a criterion failing");
+}
+
+/* scenario: NULL: bench's own conditions, the worst case among them. */
+static int bench(const options_t *options, const scenario_t *scenario)
+{
+    const char *why = NULL;
+    costs_t costs = {.switched = times_realtime(scenario, false, options->seconds)};
+    if (!(costs.switched > 0.0)) {
+        return scenario != NULL ? EXIT_USAGE : EXIT_INTERNAL;
+    }
+    costs.averaged = times_realtime(scenario, true, options->seconds);
+    costs.interrupt = interrupt_ns(scenario);
+    if (!(costs.averaged > 0.0) || !measure(scenario, false, &costs.typical, &why) ||
+        (scenario == NULL && !measure(NULL, true, &costs.worst, &why))) {
+        return EXIT_INTERNAL;
+    }
+    if (why != NULL) {
+        fprintf(stderr, "lagless bench: instructions were not counted: %s\n", why);
+    }
+    if (options->json) {
+        print_json(options, &costs);
+    } else {
+        print_table(options, &costs);
+    }
+    return EXIT_DONE;
+}
+
 int command_bench(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
@@ -298,55 +414,26 @@ int command_bench(int argc, char **argv)
         {"replay", 'r', "WHAT", OPTION_HIDDEN, NULL, 0},
         {0},
     };
-    static const struct argp argp = {rows,
-                                     parse,
-                                     NULL,
-                                     "Speed of the ring, cost of the interrupt and of a step of the "
-                                     "estimator, median of 5 runs; instructions are counted where valgrind "
-                                     "is installed.",
-                                     NULL,
-                                     NULL,
-                                     NULL};
+    static const char doc[] =
+        "Speed of the ring, cost of the interrupt and of a step of the estimator, median of 5 runs; "
+        "instructions are counted where valgrind is installed.\vWith a SCENARIO (a TOML file, or a name of "
+        "`lagless scenarios`) it is the ring with its motor, inverter, sensors and settings, from the end of "
+        "the scenario on, where its drive has to be at work. Without one it is the paper's drive at 1000 "
+        "r/min "
+        "and 5 N m, and the estimator's worst case besides.";
+    static const struct argp argp = {rows, parse, "[SCENARIO]", doc, NULL, NULL, NULL};
     options_t options = {.seconds = 2.0};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+    if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
     }
     if (options.replay != NULL) {
         return replay(options.replay);
     }
-
-    const double switched = times_realtime(false, options.seconds);
-    const double averaged = times_realtime(true, options.seconds);
-    const double isr_ns = interrupt_ns();
-    const char *why = NULL;
-    step_cost_t typical;
-    step_cost_t worst;
-    if (!(switched > 0.0 && averaged > 0.0) || !measure(false, &typical, &why) ||
-        !measure(true, &worst, &why)) {
-        return EXIT_INTERNAL;
+    if (options.scenario == NULL) {
+        return bench(&options, NULL);
     }
-    if (why != NULL) {
-        fprintf(stderr, "lagless bench: instructions were not counted: %s\n", why);
-    }
-    if (options.json) {
-        printf("{\"switched_x_realtime\": %.1f, \"averaged_x_realtime\": %.1f, \"isr_ns\": %.1f, "
-               "\"estimator_ns\": %.1f, \"estimator_ns_worst\": %.1f, \"estimator_instructions\": ",
-               switched, averaged, isr_ns, typical.ns, worst.ns);
-        json_number(stdout, typical.instructions);
-        printf(", \"estimator_instructions_worst\": ");
-        json_number(stdout, worst.instructions);
-        printf(", \"build\": \"" LAGLESS_BUILD "\"}\n");
-        return EXIT_DONE;
-    }
-    printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM, RUNS,
-           options.seconds);
-    printf("  switched   %7.0f x real time   %6.0f ns a period\n", switched,
-           1e9 * RIG_PERIOD_SECONDS / switched);
-    printf("  averaged   %7.0f x real time   %6.0f ns a period\n", averaged,
-           1e9 * RIG_PERIOD_SECONDS / averaged);
-    printf("  interrupt  %7.0f ns\n", isr_ns);
-    printf("one estimator_step, " LAGLESS_BUILD "\n");
-    print_cost("typical", &typical, "1000 r/min, 5 N m");
-    print_cost("worst", &worst, "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a criterion failing");
-    return EXIT_DONE;
+    scenario_t *scenario = library_read("bench", &(arguments_scenario_t){.scenario = options.scenario});
+    const int exit_code = scenario != NULL ? bench(&options, scenario) : EXIT_USAGE;
+    scenario_free(scenario);
+    return exit_code;
 }

@@ -8,21 +8,35 @@ endif()
 add_executable(lagless
     cli/arguments.c
     cli/bench.c
-    cli/demo.c
+    cli/campaign.c
+    cli/connect.c
+    cli/connect_edit.c
+    cli/connect_record.c
+    cli/connect_values.c
+    cli/connect_words.c
     cli/explain.c
     cli/fault_table.c
+    cli/flash_file.c
     cli/main.c
     cli/library.c
     cli/map.c
+    cli/matrix.c
+    cli/motors.c
     cli/output.c
     cli/paper.c
+    cli/plot.c
     cli/run.c
+    cli/scope.c
+    cli/serve.c
     cli/shell.c
+    cli/stop.c
+    cli/streams.c
     cli/tables.c
+    cli/traces.c
 )
 desk_room(lagless)
 target_compile_definitions(lagless PRIVATE _GNU_SOURCE)
-target_link_libraries(lagless PRIVATE lagless_lab)
+target_link_libraries(lagless PRIVATE lagless_scope lagless_lab lagless_line)
 target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
 # The scenarios known by name, and what a recording says it was made with.
 execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE LAGLESS_COMMIT
@@ -30,8 +44,15 @@ execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_
 if(NOT LAGLESS_COMMIT)
     set(LAGLESS_COMMIT "unknown")
 endif()
-set_source_files_properties(cli/library.c cli/run.c cli/paper.c PROPERTIES COMPILE_DEFINITIONS
+set_source_files_properties(cli/library.c cli/run.c cli/paper.c cli/connect_record.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
+# Line editing of `lagless connect`: libedit, which is under a BSD licence. Without it lines are read as they come.
+find_path(EDIT_INCLUDE_DIR editline/readline.h)
+find_library(EDIT_LIBRARY edit)
+if(EDIT_INCLUDE_DIR AND EDIT_LIBRARY)
+    set_source_files_properties(cli/connect_edit.c PROPERTIES COMPILE_DEFINITIONS LAGLESS_HAS_EDIT INCLUDE_DIRECTORIES ${EDIT_INCLUDE_DIR})
+    target_link_libraries(lagless PRIVATE ${EDIT_LIBRARY})
+endif()
 # What the instructions that bench counts are those of.
 set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_BUILD=\"${CMAKE_C_COMPILER_ID} ${CMAKE_C_COMPILER_VERSION}, ${CMAKE_SYSTEM_PROCESSOR}, $<CONFIG>\"")

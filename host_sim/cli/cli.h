@@ -16,9 +16,7 @@ enum {
 typedef struct {
     const char *name;
     int (*run)(int argc, char **argv);
-    const char *arguments; /* for the synopsis */
-    const char *options;   /* long options, blank-separated, for completion */
-    const char *text;      /* one line */
+    const char *text; /* one line; the options are those that it reads: arguments_show */
 } cli_command_t;
 
 /* All commands, in the order of the help. */
@@ -26,16 +24,24 @@ extern const cli_command_t cli_commands[];
 extern const size_t cli_command_count;
 
 int command_bench(int argc, char **argv);
+int command_campaign(int argc, char **argv);
+int command_compare(int argc, char **argv);
 int command_completion(int argc, char **argv);
-int command_demo(int argc, char **argv);
+int command_connect(int argc, char **argv);
 int command_explain(int argc, char **argv);
 int command_man(int argc, char **argv);
 int command_map(int argc, char **argv);
+int command_matrix(int argc, char **argv);
+int command_motors(int argc, char **argv);
 int command_paper(int argc, char **argv);
 int command_params(int argc, char **argv);
+int command_plot(int argc, char **argv);
 int command_reference(int argc, char **argv);
 int command_run(int argc, char **argv);
 int command_scenarios(int argc, char **argv);
+int command_scope(int argc, char **argv);
+int command_serve(int argc, char **argv);
 int command_signals(int argc, char **argv);
+int command_tune(int argc, char **argv);
 
 #endif

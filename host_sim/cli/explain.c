@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/fault_table.h"
 #include "host_sim/cli/output.h"
@@ -90,7 +91,7 @@ int command_explain(int argc, char **argv)
         NULL,       NULL,
         NULL};
     options_t options = {false, NULL};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+    if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
     }
     if (options.reason != NULL) {
@@ -106,13 +107,18 @@ int command_explain(int argc, char **argv)
         printf(options.json ? "\n" : "");
         return EXIT_DONE;
     }
+    int width = 0;
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        const int length = (int)strlen(reasons[n].name);
+        width = length > width ? length : width;
+    }
     printf(options.json ? "{\"reasons\": [" : "");
     for (uint32_t n = 0; n < reasons_count; n++) {
         if (options.json) {
             printf(n == 0 ? "\n" : ",\n");
             print(&reasons[n], true);
         } else {
-            printf("%3ld  %-16s %s\n", (long)reasons[n].number, reasons[n].name, reasons[n].text);
+            printf("%3ld  %-*s  %s\n", (long)reasons[n].number, width, reasons[n].name, reasons[n].text);
         }
     }
     printf(options.json ? "\n]}\n" : "");

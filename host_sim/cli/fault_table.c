@@ -64,6 +64,10 @@ const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row
 {
     snprintf(to, FAULT_TABLE_TEXT_SIZE, "%" PRIu32 " period%s, %.6g ms", row->debounce,
              row->debounce == 1u ? "" : "s", debounce_ms(row));
+    if (row->rate == FAULT_SLOW) {
+        const size_t used = strlen(to);
+        snprintf(to + used, FAULT_TABLE_TEXT_SIZE - used, ", judged every %u periods", GUARD_LOOK_PERIODS);
+    }
     return to;
 }
 
@@ -78,10 +82,12 @@ static const word_t moments[] = {
     [FAULT_ENCODER] = {"ENCODER", "while the gates shall be on and control turns with the encoder"},
     [FAULT_TRACKING] = {"TRACKING",
                         "while the gates shall be on and control turns with the estimate, reversals apart"},
+    [FAULT_SUPPLIED] = {"SUPPLIED", "while the gates shall be on and no lost supply is ridden through"},
 };
 static const word_t reactions[] = {
     [FAULT_WARN] = {"WARN", "shown in warnings while it holds"},
     [FAULT_CATCH] = {"CATCH", "the rotor is caught again; lost three times within 2 s, it is a fault"},
+    [FAULT_STOP] = {"STOP", "the motor is braked to standstill, then the bridge opens, the fault is latched"},
     [FAULT_OPEN] = {"OPEN", "the bridge opens, the fault is latched"},
 };
 
@@ -110,7 +116,8 @@ void fault_table_print_json(const fault_row_t *row)
     json_number(stdout, limit != NULL ? default_of(row) : (double)NAN);
     printf(", \"unit\": ");
     json_text(stdout, limit != NULL ? limit->unit : NULL);
-    printf(", \"debounce_periods\": %" PRIu32 ", \"debounce_ms\": ", row->debounce);
+    printf(", \"rate\": \"%s\", \"debounce_periods\": %" PRIu32 ", \"debounce_ms\": ",
+           row->rate == FAULT_SLOW ? "SLOW" : "EACH", row->debounce);
     json_number(stdout, debounce_ms(row));
     printf(", \"when\": \"%s\", \"reaction\": \"%s\"}", moments[row->when].name,
            reactions[row->reaction].name);

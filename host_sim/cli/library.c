@@ -10,8 +10,10 @@
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/cli/streams.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
+#include "host_sim/lab/toml_reader.h"
 
 static const char *library(void)
 {
@@ -54,17 +56,57 @@ static bool scenario_path(char path[PATH_SIZE], const char *name)
     return false;
 }
 
-scenario_t *library_read(const char *name)
+void library_say(const scenario_error_t *error)
+{
+    char text[1200];
+    streams_at(error->file, error->place.line, error->place.column, error->name);
+    fprintf(stderr, "%s\n", scenario_error_text(error, text, sizeof text));
+}
+
+static scenario_t *read_stdin(scenario_error_t *error)
+{
+    char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more tells that it is too long */
+    const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
+    scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);
+    free(text);
+    return scenario;
+}
+
+static bool override(scenario_t *scenario, const char *command, const arguments_scenario_t *of)
+{
+    scenario_error_t error;
+    for (size_t n = 0; n < of->set_count; n++) {
+        if (!scenario_override(scenario, of->sets[n], &error)) {
+            fprintf(stderr, "lagless %s: --set %s: %s\n", command, of->sets[n], error.message);
+            return false;
+        }
+    }
+    if (!scenario_check(scenario, &error)) {
+        if (of->set_count > 0u) {
+            fprintf(stderr, "lagless %s: with --set: ", command);
+        }
+        library_say(&error);
+        return false;
+    }
+    return true;
+}
+
+scenario_t *library_read(const char *command, const arguments_scenario_t *of)
 {
     char path[PATH_SIZE];
     scenario_error_t error;
-    if (!scenario_path(path, name)) {
+    const bool from_stdin = strcmp(of->scenario, "-") == 0;
+    if (!from_stdin && !scenario_path(path, of->scenario)) {
         return NULL;
     }
-    scenario_t *scenario = scenario_read(path, &error);
+    scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
     if (scenario == NULL) {
-        char text[1200];
-        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        library_say(&error);
+        return NULL;
+    }
+    if (!override(scenario, command, of)) {
+        scenario_free(scenario);
+        return NULL;
     }
     return scenario;
 }
@@ -99,7 +141,7 @@ int command_scenarios(int argc, char **argv)
             json_text(stdout, scenario->title);
             printf("}");
         } else {
-            printf("%-26s %6.2f s  %s\n", entries[n]->d_name, scenario->duration, scenario->title);
+            printf("%-36s %6.2f s  %s\n", entries[n]->d_name, scenario->duration, scenario->title);
         }
         scenario_free(scenario);
         free(entries[n]);

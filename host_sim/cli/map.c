@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
@@ -17,8 +18,7 @@
 #define THEORY_SHOWN    0.5 /* [mrad] a smaller one is left out */
 
 typedef struct {
-    bool json;
-    const char *folder;
+    arguments_output_t output;
     const char *scenario; /* NULL: none */
     bool has_speeds;
     map_setup_t setup;
@@ -113,12 +113,6 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'a':
         options->setup.averaged = true;
         return 0;
-    case 'j':
-        options->json = true;
-        return 0;
-    case 'o':
-        options->folder = argument;
-        return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
             argp_error(state, "%s: one scenario at a time", argument);
@@ -129,7 +123,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         check_line(state, options);
         return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return arguments_output(key, argument, &options->output);
     }
 }
 
@@ -308,8 +302,8 @@ static bool judge(const options_t *options, const map_point_t *points, size_t co
     for (map_claim_t claim = 0; claim < MAP_CLAIMS; claim++) {
         const map_verdict_t verdict = map_judge(points, count, claim);
         const bool failed = !verdict.met && !verdict.silent;
-        if (!options->json || failed) {
-            print_verdict(options->json ? stderr : stdout, claims[claim], &verdict);
+        if (!options->output.json || failed) {
+            print_verdict(options->output.json ? stderr : stdout, claims[claim], &verdict);
         }
         good = good && !failed;
     }
@@ -320,7 +314,7 @@ static bool judge(const options_t *options, const map_point_t *points, size_t co
 
 static int show(const options_t *options, const map_point_t *points, size_t count)
 {
-    if (options->json) {
+    if (options->output.json) {
         print_points(stdout, points, count, false);
     } else {
         print_table(options, points, count);
@@ -350,7 +344,13 @@ static int run(const options_t *options, FILE *data, const char *data_path)
     map_point_t *points = calloc(count, sizeof *points);
     map_error_t why;
     int exit_code = EXIT_INTERNAL;
-    if (points != NULL && !map_run(setup, points, cores > 0 ? (unsigned)cores : 1u, &why)) {
+    output_progress_t progress = output_progress_begin();
+    map_setup_t shown = *setup;
+    shown.progress = output_progress;
+    shown.progress_context = &progress;
+    const bool ran = points != NULL && map_run(&shown, points, cores > 0 ? (unsigned)cores : 1u, &why);
+    output_progress_end(&progress);
+    if (points != NULL && !ran) {
         fprintf(stderr, "lagless map: %s%s%s\n", setup->scenario != NULL ? setup->scenario->path : "",
                 setup->scenario != NULL ? ": " : "", why.text);
         exit_code = setup->scenario != NULL ? EXIT_USAGE : EXIT_INTERNAL;
@@ -363,23 +363,26 @@ static int run(const options_t *options, FILE *data, const char *data_path)
         fprintf(stderr, "%zu points in %.1f s\n", count, output_seconds() - started);
     }
     free(points);
-    const bool closed = data == NULL || output_close(data, data_path);
-    return closed ? exit_code : EXIT_INTERNAL;
+    if (exit_code > EXIT_FAILED) {
+        output_abandon(data, data_path);
+        return exit_code;
+    }
+    return data == NULL || output_close(data, data_path) ? exit_code : EXIT_INTERNAL;
 }
 
 static int run_into(const options_t *options)
 {
     char data_path[PATH_SIZE];
     char png_path[PATH_SIZE];
-    if (options->folder == NULL) {
+    if (options->output.folder == NULL) {
         return run(options, NULL, NULL);
     }
-    if (!output_folder(options->folder) || !output_path(png_path, options->folder, "map.png")) {
-        return EXIT_USAGE;
+    if (!output_claim(options->output.folder) || !output_path(png_path, options->output.folder, "map.png")) {
+        return EXIT_INTERNAL;
     }
-    FILE *data = output_open_in(data_path, options->folder, "map.json");
+    FILE *data = output_open_in(data_path, options->output.folder, "map.json");
     if (data == NULL) {
-        return EXIT_USAGE;
+        return EXIT_INTERNAL;
     }
     const int exit_code = run(options, data, data_path);
     const bool drawn = exit_code > EXIT_FAILED || draw(options, data_path, png_path);
@@ -390,10 +393,9 @@ static int run_into(const options_t *options)
 static bool take_scenario(options_t *options, const scenario_t *scenario)
 {
     scenario_error_t error;
-    char text[1200];
     options->setup.speed_count = options->has_speeds ? options->setup.speed_count : 0u;
     if (!map_of_scenario(&options->setup, scenario, &error)) {
-        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        library_say(&error);
         return false;
     }
     return true;
@@ -406,8 +408,7 @@ int command_map(int argc, char **argv)
         {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with what the drive learns", 0},
         {"ideal", 'i', NULL, 0, "ideal inverter and sensors; deviations of the machine only", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
-        {"json", 'j', NULL, 0, "one JSON list of points on stdout", 0},
-        {"out", 'o', "FOLDER", 0, "write map.json and the picture map.png there", 0},
+        ARGUMENTS_OUTPUT("one JSON list of points on stdout", "write map.json and the picture map.png there"),
         {0},
     };
     static const char doc[] =
@@ -420,13 +421,14 @@ int command_map(int argc, char **argv)
         "others. Without one it is of the paper's motor and drive.";
     static const struct argp argp = {rows, parse, "[SCENARIO]", doc, NULL, NULL, NULL};
     options_t options = {.setup = map_setup_default()};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+    if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
     }
     if (options.scenario == NULL) {
         return run_into(&options);
     }
-    scenario_t *scenario = library_read(options.scenario);
+    const arguments_scenario_t of = {.scenario = options.scenario};
+    scenario_t *scenario = library_read("map", &of);
     if (scenario == NULL) {
         return EXIT_USAGE;
     }

@@ -1,12 +1,17 @@
 #include "host_sim/cli/output.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
+
+#include "host_sim/cli/cli.h"
 
 double output_seconds(void)
 {
@@ -49,6 +54,42 @@ bool output_folder(const char *path)
     return true;
 }
 
+bool output_fresh_folder(char path[PATH_SIZE], const char *parent, const char *name)
+{
+    if (!output_folder(parent)) {
+        return false;
+    }
+    for (unsigned n = 1;; n++) {
+        char fresh[300];
+        snprintf(fresh, sizeof fresh, n == 1u ? "%.255s" : "%.255s_%u", name, n);
+        if (!output_path(path, parent, fresh)) {
+            return false;
+        }
+        if (mkdir(path, 0777) == 0) {
+            return true;
+        }
+        if (errno != EEXIST) {
+            fprintf(stderr, "lagless: cannot make folder %s: %s\n", path, strerror(errno));
+            return false;
+        }
+    }
+}
+
+bool output_claim(const char *path)
+{
+    if (!output_folder(path)) {
+        return false;
+    }
+    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC); /* held until the program ends */
+    if (folder >= 0 && flock(folder, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        fprintf(stderr, "lagless: %s: another lagless writes there; wait for it, or give another folder\n",
+                path);
+        close(folder);
+        return false;
+    }
+    return true;
+}
+
 bool output_path(char path[PATH_SIZE], const char *folder, const char *name)
 {
     const int length = snprintf(path, PATH_SIZE, "%s/%s", folder, name);
@@ -59,9 +100,19 @@ bool output_path(char path[PATH_SIZE], const char *folder, const char *name)
     return true;
 }
 
+/* What a path is called while it is written; itself if it is no plain file. */
+static const char *partial(char to[PATH_SIZE + 16], const char *path)
+{
+    struct stat found;
+    const bool plain = lstat(path, &found) != 0 || S_ISREG(found.st_mode);
+    snprintf(to, PATH_SIZE + 16, "%s%s", path, plain ? ".partial" : "");
+    return to;
+}
+
 FILE *output_open(const char *path)
 {
-    FILE *file = fopen(path, "w");
+    char name[PATH_SIZE + 16];
+    FILE *file = fopen(partial(name, path), "w");
     if (file == NULL) {
         fprintf(stderr, "lagless: cannot write %s: %s\n", path, strerror(errno));
     }
@@ -78,12 +129,82 @@ bool output_close(FILE *file, const char *path)
     if (file == NULL) {
         return false;
     }
+    char name[PATH_SIZE + 16];
     const bool written = ferror(file) == 0;
     if (fclose(file) != 0 || !written) {
-        fprintf(stderr, "lagless: %s is not complete: %s\n", path, strerror(errno));
+        fprintf(stderr, "lagless: %s is not complete: %s\n", partial(name, path), strerror(errno));
+        return false;
+    }
+    if (strcmp(partial(name, path), path) != 0 && rename(name, path) != 0) {
+        fprintf(stderr, "lagless: cannot write %s: %s: it keeps the name %s\n", path, strerror(errno), name);
         return false;
     }
     return true;
+}
+
+#define PATIENCE 2.0 /* [s] what takes longer shows its progress */
+#define REDRAW   0.1 /* [s] at least from one picture of the bar to the next */
+#define BAR      30  /* [columns] */
+
+output_progress_t output_progress_begin(void)
+{
+    return (output_progress_t){.started = output_seconds(), .wanted = isatty(STDERR_FILENO) != 0};
+}
+
+/* "12 s", "3 min 20 s" */
+static const char *duration_text(char to[40], double seconds)
+{
+    const unsigned whole = (unsigned)(seconds + 0.5);
+    if (whole < 100u) {
+        snprintf(to, 40, "%u s", whole);
+    } else {
+        snprintf(to, 40, "%u min %u s", whole / 60u, whole % 60u);
+    }
+    return to;
+}
+
+void output_progress(void *context, double fraction)
+{
+    output_progress_t *progress = context;
+    const double now = output_seconds();
+    const double elapsed = now - progress->started;
+    /* Shown when all of it will take longer than one cares to wait without a sign. */
+    const bool quick = !progress->shown && (elapsed < 0.2 || elapsed < PATIENCE * fraction);
+    if (!progress->wanted || quick || (progress->shown && now - progress->drawn < REDRAW)) {
+        return;
+    }
+    char bar[BAR + 1];
+    char left[40] = "";
+    memset(bar, '.', BAR);
+    memset(bar, '#', (size_t)(fraction * BAR));
+    bar[BAR] = '\0';
+    if (fraction > 0.0) {
+        duration_text(left, elapsed / fraction - elapsed);
+    }
+    /* not by the stream: it is no message, and with --json messages are kept */
+    dprintf(STDERR_FILENO, "\r[%s] %3.0f %%  %s%s  ", bar, 100.0 * fraction, left,
+            left[0] != '\0' ? " left" : "");
+    progress->shown = true;
+    progress->drawn = now;
+}
+
+void output_progress_end(output_progress_t *progress)
+{
+    if (progress->shown) {
+        dprintf(STDERR_FILENO, "\r%60s\r", "");
+    }
+    progress->shown = false;
+}
+
+void output_abandon(FILE *file, const char *path)
+{
+    char name[PATH_SIZE + 16];
+    if (file != NULL) {
+        fclose(file);
+        if (strcmp(partial(name, path), path) != 0) {
+            (void)remove(name);
+        }
+    }
 }
 
 static const char *setting(const char *variable, const char *standard)
@@ -92,30 +213,93 @@ static const char *setting(const char *variable, const char *standard)
     return value != NULL && value[0] != '\0' ? value : standard;
 }
 
-bool output_picture(const char *script, const char *data, const char *png, const char *title)
+/* What the script tells of its progress, until it ends. */
+static void follow(int descriptor)
+{
+    output_progress_t progress = output_progress_begin();
+    FILE *lines = fdopen(descriptor, "r");
+    double fraction = 0.0;
+    while (lines != NULL && fscanf(lines, "%lf", &fraction) == 1 && fraction >= 0.0 && fraction <= 1.0) {
+        output_progress(&progress, fraction);
+    }
+    output_progress_end(&progress);
+    if (lines != NULL) {
+        fclose(lines);
+    } else {
+        close(descriptor);
+    }
+}
+
+/* In the child: the descriptor that the script finds by its environment. */
+static void offer(int descriptor)
+{
+    char number[16];
+    snprintf(number, sizeof number, "%d", descriptor);
+    setenv("LAGLESS_PROGRESS", number, 1);
+    fcntl(descriptor, F_SETFD, 0);
+}
+
+#define ARGUMENTS_MAX 12u
+
+/* In the child: becomes the script, or says why not. */
+static void become(const char *python, const char *path, const char *const *arguments, FILE *input)
+{
+    const char *words[ARGUMENTS_MAX + 4u] = {python, "-B", path};
+    for (size_t n = 0; n < ARGUMENTS_MAX && arguments[n] != NULL; n++) {
+        words[3u + n] = arguments[n];
+    }
+    const int from = input != NULL ? fileno(input) : open("/dev/null", O_RDONLY);
+    if (input != NULL) {
+        (void)lseek(from, 0, SEEK_SET);
+    }
+    (void)dup2(from, STDIN_FILENO);
+    execvp(python, (char *const *)(uintptr_t)words); /* which takes no const for history's sake */
+    fprintf(
+        stderr,
+        "lagless: cannot run Python (%s): %s; install Python 3.9 or later, or name it in LAGLESS_PYTHON\n",
+        python, strerror(errno));
+    fflush(stderr);
+    _exit(EXIT_INTERNAL);
+}
+
+int output_script(const char *script, const char *const *arguments, FILE *input)
 {
     char path[PATH_SIZE];
     char *python = strdup(setting("LAGLESS_PYTHON", LAGLESS_PYTHON));
     if (python == NULL || !output_path(path, setting("LAGLESS_TOOLS", LAGLESS_TOOLS), script)) {
         free(python);
-        return false;
+        return EXIT_INTERNAL;
     }
-
     int status = -1;
+    int ends[2] = {-1, -1};
+    const bool followed = isatty(STDERR_FILENO) != 0 && pipe2(ends, O_CLOEXEC) == 0;
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        execlp(python, python, "-B", path, data, png, "--title", title,
-               (char *)NULL); /* png NULL: ends there */
-        fprintf(stderr, "lagless: cannot run Python (%s): %s\n", python, strerror(errno));
-        _exit(127);
+        if (followed) {
+            offer(ends[1]);
+        }
+        become(python, path, arguments, input);
     }
-    const bool drawn =
-        child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    if (followed) {
+        close(ends[1]);
+        follow(ends[0]);
+    }
+    const bool ended = child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status);
+    if (!ended) {
+        fprintf(stderr, "lagless: %s did not run to its end\n", path);
+    }
+    free(python);
+    return ended ? WEXITSTATUS(status) : EXIT_INTERNAL;
+}
+
+bool output_picture(const char *script, const char *data, const char *png, const char *title)
+{
+    const char *const arguments[] = {data, png, "--title", title, NULL}; /* png NULL: ends there */
+    const bool drawn = output_script(script, arguments, NULL) == EXIT_DONE;
     if (!drawn) {
         fprintf(stderr, "lagless: no picture was drawn; the data are in %s\n", data);
     }
-    free(python);
     return drawn;
 }
 

@@ -1,13 +1,16 @@
 /* `lagless paper`: every figure of the paper measured again, judged, and made a report. */
 #include <argp.h>
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/experiment.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/paper.h"
@@ -23,7 +26,9 @@ typedef struct {
     bool json;
     const char *folder; /* NULL: none asked for */
     bool wanted[PAPER_FIGURES];
-    bool named; /* at least one figure */
+    bool named;               /* at least one figure */
+    const char *file;         /* an experiment; NULL: the paper's */
+    char standard[PATH_SIZE]; /* folder if none is asked for */
 } options_t;
 
 /* ---- the command line ---- */
@@ -31,6 +36,16 @@ typedef struct {
 static void want(struct argp_state *state, const char *id, options_t *options)
 {
     const size_t figure = paper_figure(id);
+    if (figure == PAPER_FIGURES && (strchr(id, '/') != NULL || strchr(id, '.') != NULL)) {
+        if (options->named || options->file != NULL) {
+            argp_error(state, "%s: one file at a time, and no figures of the paper beside it", id);
+        }
+        options->file = id;
+        return;
+    }
+    if (options->file != NULL) {
+        argp_error(state, "%s: one file at a time, and no figures of the paper beside it", id);
+    }
     if (figure == PAPER_FIGURES) {
         char known[PAPER_FIGURES * sizeof "beyond_bandwidth "] = "";
         names_search_t search = names_search(id);
@@ -39,11 +54,14 @@ static void want(struct argp_state *state, const char *id, options_t *options)
             strcat(strcat(known, n == 0 ? "" : " "), paper_figures[n].id);
         }
         const char *near = names_found(&search);
-        argp_error(state, "%s: no such figure%s%s; known are %s", id, near != NULL ? "; did you mean " : "",
-                   near != NULL ? near : "", known);
+        argp_error(state, "%s: no such figure%s%s; known are %s, or a file of yours, my.toml", id,
+                   near != NULL ? "; did you mean " : "", near != NULL ? near : "", known);
     }
     options->wanted[figure] = true;
     options->named = true;
+    const size_t used = strlen(options->standard);
+    snprintf(options->standard + used, sizeof options->standard - used, "%s%s", used > 0u ? "_" : FOLDER "_",
+             paper_figures[figure].id);
 }
 
 static error_t parse(int key, char *argument, struct argp_state *state)
@@ -61,10 +79,10 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_END:
         for (size_t n = 0; n < PAPER_FIGURES; n++) {
-            options->wanted[n] = options->wanted[n] || !options->named;
+            options->wanted[n] = options->wanted[n] || (!options->named && options->file == NULL);
         }
-        if (options->folder == NULL && !options->json) {
-            options->folder = FOLDER;
+        if (options->folder == NULL && !options->json && options->file == NULL) {
+            options->folder = options->named ? options->standard : FOLDER;
         }
         return 0;
     default:
@@ -165,7 +183,7 @@ static const char *print_row(const paper_row_t *row, const paper_row_t *ideal, c
 
 static void print_table(const paper_t *paper)
 {
-    size_t figure = PAPER_FIGURES;
+    size_t figure = SIZE_MAX;
     size_t verdicts[PAPER_VERDICTS] = {0};
     const char *said = "";
     printf("  %-*s %-*s  %8s  %8s  %8s  %-6s verdict\n", TEXT_INDENT, "", (int)TEXT_WIDTH, "", "paper",
@@ -179,14 +197,19 @@ static void print_table(const paper_t *paper)
         }
         if (row->figure != figure) {
             figure = row->figure;
-            printf("\n%s  %s\n", paper_figures[figure].id, paper_figures[figure].title);
+            printf("\n%s  %s\n", paper_about(paper, figure)->id, paper_about(paper, figure)->title);
             said = "";
         }
         said = print_row(row, ideal ? NULL : sibling(paper, row, "ideal"), said);
     }
-    printf("\nours: inverter and sensors with their errors (2.5 us dead time, compensated, 12-bit ADC, noise "
-           "10 mA, "
-           "offset 30 mA, gain error 0.2 %%);\nideal: without. --json tells each row's conditions.\n");
+    if (figure == PAPER_OWN) {
+        printf("\n--json tells each row's conditions.\n");
+    } else {
+        printf("\nours: inverter and sensors with their errors (2.5 us dead time, compensated, 12-bit ADC, "
+               "noise "
+               "10 mA, "
+               "offset 30 mA, gain error 0.2 %%);\nideal: without. --json tells each row's conditions.\n");
+    }
     for (size_t n = 0; n < PAPER_VERDICTS; n++) {
         if (verdicts[n] > 0u) {
             printf("%3zu %s\n", verdicts[n], paper_verdict_name((paper_verdict_t)n));
@@ -196,22 +219,48 @@ static void print_table(const paper_t *paper)
 
 /* ---- files ---- */
 
-/* Before a minute of simulation, not after it: can files be written there? */
-static bool prepare(const char *folder, char data[PATH_SIZE])
+/* A report of other figures that stands in the folder would be lost. */
+static bool replaces_nothing(const options_t *options, const char *data)
 {
-    char path[PATH_SIZE];
-    return output_folder(folder) && output_path(data, folder, "data") && output_folder(data) &&
-           output_close(output_open_in(path, folder, "rows.json"), path);
+    for (size_t n = 0; n < PAPER_FIGURES; n++) {
+        char name[40];
+        char path[PATH_SIZE];
+        snprintf(name, sizeof name, "%s.csv", paper_figures[n].id);
+        if (!options->wanted[n] && options->file == NULL && output_path(path, data, name) &&
+            access(path, F_OK) == 0) {
+            fprintf(
+                stderr,
+                "lagless paper: %s holds a report with %s, which this one would replace and has not; give "
+                "another folder with --out\n",
+                options->folder, paper_figures[n].id);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Before minutes of simulation, not after them: can files be written there? */
+static int prepare(const options_t *options, char data[PATH_SIZE])
+{
+    if (!output_claim(options->folder) || !output_path(data, options->folder, "data") ||
+        !output_folder(data)) {
+        return EXIT_INTERNAL;
+    }
+    if (access(options->folder, W_OK) != 0 || access(data, W_OK) != 0) {
+        fprintf(stderr, "lagless paper: cannot write to %s: %s\n", options->folder, strerror(errno));
+        return EXIT_INTERNAL;
+    }
+    return replaces_nothing(options, data) ? EXIT_DONE : EXIT_USAGE;
 }
 
 static bool write_traces(const options_t *options, const char *data, const paper_t *paper)
 {
     bool done = true;
-    for (size_t n = 0; n < PAPER_FIGURES; n++) {
-        char name[40];
+    for (size_t n = 0; n <= PAPER_OWN; n++) {
+        char name[120];
         char path[PATH_SIZE];
-        snprintf(name, sizeof name, "%s.csv", paper_figures[n].id);
-        if (options->wanted[n]) {
+        if (n == PAPER_OWN ? options->file != NULL : options->wanted[n]) {
+            snprintf(name, sizeof name, "%.100s.csv", paper_about(paper, n)->id);
             FILE *file = output_open_in(path, data, name);
             if (file != NULL) {
                 paper_write_csv(paper, n, file);
@@ -266,6 +315,10 @@ static bool report(const options_t *options, const char *data, const paper_t *pa
     if (!written) {
         return false;
     }
+    if (options->file != NULL) {
+        fprintf(stderr, "data: %s\n", data);
+        return true;
+    }
     fprintf(stderr, "drawing\n");
     if (!output_picture("plot/report.py", options->folder, NULL, NULL)) {
         return false;
@@ -276,60 +329,108 @@ static bool report(const options_t *options, const char *data, const paper_t *pa
 
 /* ---- all of it ---- */
 
-static void progress(void *context, size_t done, size_t total)
+static void show(void *progress, size_t done, size_t total)
 {
-    (void)context;
-    fprintf(stderr, "\r%zu of %zu runs%s", done, total, done == total ? "\n" : "");
+    output_progress(progress, (double)done / (double)total);
 }
 
-int command_paper(int argc, char **argv)
+static unsigned threads(void)
 {
-    static const struct argp_option rows[] = {
-        {"json", 'j', NULL, 0, "one JSON list of rows on stdout; no report unless --out says where", 0},
-        {"out", 'o', "FOLDER", 0, "where the report goes; default: " FOLDER, 0},
-        {0},
-    };
-    static const struct argp argp = {rows,
-                                     parse,
-                                     "[FIG...]",
-                                     "The paper's figures (all of them, or fig04 fig05 fig08 fig10 to fig17, "
-                                     "and what goes beyond: beyond_speed "
-                                     "beyond_bandwidth beyond_map), measured again on the real interrupt "
-                                     "code and judged against the paper's "
-                                     "numbers; a report with pictures, page and data.",
-                                     NULL,
-                                     NULL,
-                                     NULL};
-    options_t options = {0};
-    char data[PATH_SIZE];
-    paper_error_t why;
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
-        return EXIT_USAGE;
-    }
-    if (!paper_is_for(RIG_PERIOD_TICKS, &why)) {
-        fprintf(stderr, "lagless paper: %s\n", why.text);
-        return EXIT_USAGE;
-    }
-    if (options.folder != NULL && !prepare(options.folder, data)) {
-        return EXIT_USAGE;
-    }
-    const double started = output_seconds();
     const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    paper_t *paper = paper_run(options.wanted, SEED, cores > 0 ? (unsigned)cores : 1u,
-                               isatty(fileno(stderr)) ? progress : NULL, NULL, &why);
+    return cores > 0 ? (unsigned)cores : 1u;
+}
+
+/* Rows and report; frees the paper. */
+static int tell(const options_t *options, const char *data, paper_t *paper, const paper_error_t *why,
+                output_progress_t *progress)
+{
+    output_progress_end(progress);
     if (paper == NULL) {
-        fprintf(stderr, "lagless paper: %s\n", why.text);
-        return EXIT_INTERNAL;
+        fprintf(stderr, "lagless paper: %s\n", why->text);
+        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file asked for what is refused */
     }
-    const double seconds = output_seconds() - started;
-    if (options.json) {
+    const double seconds = output_seconds() - progress->started;
+    if (options->json) {
         print_json(stdout, paper);
     } else {
         print_table(paper);
     }
     fflush(stdout);
     fprintf(stderr, "%zu rows in %.1f s\n", paper_row_count(paper), seconds);
-    const bool done = options.folder == NULL || report(&options, data, paper, seconds);
+    bool good = true;
+    for (size_t n = 0; n < paper_row_count(paper); n++) {
+        const paper_verdict_t verdict = paper_row(paper, n)->verdict;
+        good = good && verdict != PAPER_NOT_REPRODUCED && verdict != PAPER_DOES_NOT_HOLD;
+    }
+    const bool done = options->folder == NULL || report(options, data, paper, seconds);
     paper_free(paper);
-    return done ? EXIT_DONE : EXIT_INTERNAL;
+    return !done ? EXIT_INTERNAL : options->file != NULL && !good ? EXIT_FAILED : EXIT_DONE;
+}
+
+/* An experiment of the user's. */
+static int judge_file(const options_t *options)
+{
+    char data[PATH_SIZE] = "";
+    scenario_error_t error;
+    paper_error_t why;
+    experiment_t *experiment = experiment_read(options->file, &error);
+    if (experiment == NULL) {
+        char text[1200];
+        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        return EXIT_USAGE;
+    }
+    const int prepared = options->folder != NULL ? prepare(options, data) : EXIT_DONE;
+    if (prepared != EXIT_DONE) {
+        experiment_free(experiment);
+        return prepared;
+    }
+    output_progress_t progress = output_progress_begin();
+    paper_t *paper = paper_run_file(experiment, options->folder != NULL, threads(), show, &progress, &why);
+    return tell(options, data, paper, &why, &progress);
+}
+
+int command_paper(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        {"json", 'j', NULL, 0, "one JSON list of rows on stdout; no report unless --out says where", 0},
+        {"out", 'o', "FOLDER", 0,
+         "where the report goes; default: " FOLDER ", of some figures " FOLDER "_FIG", 0},
+        {0},
+    };
+    static const struct argp argp = {
+        rows,
+        parse,
+        "[FIG... | FILE]",
+        "The paper's figures (all of them, or fig04 fig05 fig08 fig10 to fig17, "
+        "and what goes beyond: beyond_speed "
+        "beyond_bandwidth beyond_map), measured again on the real interrupt "
+        "code and judged against the paper's "
+        "numbers; a report with pictures, page and data.\vWith a "
+        "FILE (its name has a . or a /) it is an experiment of yours instead: a "
+        "scenario with [[sweep]], [[measure]] and [[claim]] (docs/experiments.md). "
+        "Exit 0: every claim is reproduced, in kind at least, or holds, 1: one is "
+        "not or does not; --out FOLDER writes rows.json, report.json and the data.",
+        NULL,
+        NULL,
+        NULL};
+    options_t options = {0};
+    char data[PATH_SIZE];
+    paper_error_t why;
+    if (!arguments_parse(&argp, argc, argv, &options)) {
+        return EXIT_USAGE;
+    }
+    if (options.file != NULL) {
+        return judge_file(&options);
+    }
+    if (!paper_is_for(RIG_PERIOD_TICKS, &why)) {
+        fprintf(stderr, "lagless paper: %s\n", why.text);
+        return EXIT_USAGE;
+    }
+    const int prepared = options.folder != NULL ? prepare(&options, data) : EXIT_DONE;
+    if (prepared != EXIT_DONE) {
+        return prepared;
+    }
+    output_progress_t progress = output_progress_begin();
+    paper_t *paper = paper_run(options.wanted, SEED, threads(), show, &progress, &why);
+    return tell(&options, data, paper, &why, &progress);
 }

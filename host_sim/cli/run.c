@@ -2,7 +2,6 @@
 #include <argp.h>
 #include <inttypes.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +12,9 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/cli/plot.h"
+#include "host_sim/cli/stop.h"
+#include "host_sim/cli/traces.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/recorder.h"
@@ -21,47 +23,33 @@
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
 
-#define OVERRIDES_MAX 64
-#define ISR_TICKS     600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
-#define PATIENCE      2.0  /* [s] runs beyond this show their progress on a terminal */
-#define SETTINGS_MAX  256u
+#define ISR_TICKS    600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
+#define SETTINGS_MAX 256u
 
 /* Recorded when neither scenario nor command line says what. */
 static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
 
+/* What the panels of --plot show, recorded besides what the scenario asks for. */
+static const char *const plot_rows[] = {
+    "state",        "manoeuvre", "fault_reason", "warnings",    "warnings_2", "omega_m_ref",
+    "true_omega_m", "omega_m",   "true_torque",  "load_torque", "i_d_ref",    "i_d",
+    "i_q_ref",      "i_q",       "i_q_lower",    "i_q_upper",   "true_i_a",   "true_i_b",
+    "true_i_c",     "u_d",       "u_q",          "u_dc",        "theta_err",  "theta_hat_err"};
+
 typedef struct {
-    const char *scenario;
-    const char *overrides[OVERRIDES_MAX];
-    size_t override_count;
-    const char *seed;
+    arguments_scenario_t of;
     const char *record;
     const char *every;
     const char *folder;
     const char *formats;
-    bool json, quiet;
+    const char *plot; /* formats of the pictures; NULL: none */
+    bool json, traces, quiet;
 } options_t;
-
-static volatile sig_atomic_t stop;
-
-static void on_interrupt(int number)
-{
-    (void)number;
-    stop = 1;
-}
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
     switch (key) {
-    case 's':
-        if (options->override_count == OVERRIDES_MAX) {
-            argp_error(state, "--set: at most %d of them", OVERRIDES_MAX);
-        }
-        options->overrides[options->override_count++] = argument;
-        return 0;
-    case 'S':
-        options->seed = argument;
-        return 0;
     case 'r':
         options->record = argument;
         return 0;
@@ -74,23 +62,25 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'f':
         options->formats = argument;
         return 0;
+    case 'p':
+        options->plot = argument != NULL ? argument : "html";
+        return 0;
     case 'j':
         options->json = true;
+        return 0;
+    case 't':
+        options->traces = true;
         return 0;
     case 'q':
         options->quiet = true;
         return 0;
-    case ARGP_KEY_ARG:
-        if (options->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+    case ARGP_KEY_END:
+        if (options->traces && !options->json) {
+            argp_error(state, "--traces: they are a part of --json");
         }
-        options->scenario = argument;
-        return 0;
-    case ARGP_KEY_NO_ARGS:
-        argp_error(state, "which scenario? a file, or a name of `lagless scenarios`");
         return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return arguments_scenario(key, argument, state, &options->of);
     }
 }
 
@@ -105,10 +95,7 @@ static bool complain(const char *what, const char *value, const char *accepted)
 static bool read_whole(const char *what, const char *text, uint64_t min, uint64_t max, uint64_t *value)
 {
     char accepted[80];
-    char *end = NULL;
-    const bool digits = text[0] >= '0' && text[0] <= '9';
-    *value = digits ? strtoull(text, &end, 10) : 0u;
-    if (digits && *end == '\0' && *value >= min && *value <= max && strlen(text) < 20) {
+    if (arguments_whole(text, min, max, value)) {
         return true;
     }
     snprintf(accepted, sizeof accepted, "whole numbers %" PRIu64 " to %" PRIu64, min, max);
@@ -156,7 +143,19 @@ static bool add_row(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name
     return true;
 }
 
-/* Which rows: the command line's, else the scenario's, else the usual ones. */
+static void add_named(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name)
+{
+    const uint32_t id = rig_row_by_name(name)->id;
+    uint32_t n = 0;
+    while (n < *count && ids[n] != id) {
+        n++;
+    }
+    if (n == *count && *count < RIG_TAP_MAX) {
+        ids[(*count)++] = id;
+    }
+}
+
+/* Which rows: the command line's; else the scenario's, and what --plot shows; else the usual ones. */
 static bool choose_rows(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
                         uint32_t *count)
 {
@@ -173,15 +172,23 @@ static bool choose_rows(const options_t *options, const scenario_t *scenario, ui
     for (uint32_t n = 0; n < scenario->record_count; n++) {
         ids[(*count)++] = scenario->record[n];
     }
-    for (size_t n = 0;
-         *count == 0u && scenario->record_count == 0u && n < sizeof default_rows / sizeof default_rows[0];
-         n++) {
-        ids[n] = rig_row_by_name(default_rows[n])->id;
+    for (size_t n = 0; options->plot != NULL && n < sizeof plot_rows / sizeof plot_rows[0]; n++) {
+        add_named(ids, count, plot_rows[n]);
     }
-    if (*count == 0u) {
-        *count = sizeof default_rows / sizeof default_rows[0];
+    const bool none = *count == 0u;
+    for (size_t n = 0; none && n < sizeof default_rows / sizeof default_rows[0]; n++) {
+        add_named(ids, count, default_rows[n]);
     }
     return true;
+}
+
+/* What is recorded, or shown as traces, and how often. */
+static bool choose(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
+                   uint32_t *count, uint64_t *every)
+{
+    *every = scenario->every;
+    return (options->every == NULL || read_whole("--every", options->every, 1u, SCENARIO_EVERY_MAX, every)) &&
+           choose_rows(options, scenario, ids, count);
 }
 
 /* VCD shows gate edges, which the averaged fidelity does not have. */
@@ -224,6 +231,30 @@ static void list_settings(const scenario_t *scenario, settings_t *settings)
     }
 }
 
+/* What happens when, as the recording tells it. */
+static bool note_events(recorder_t *recorder, const scenario_t *scenario)
+{
+    bool good = true;
+    for (uint32_t e = 1; good && e < scenario->event_count; e++) {
+        const scenario_event_t *event = &scenario->events[e];
+        char when[32];
+        char text[512] = "";
+        size_t used = 0;
+        for (uint32_t n = 0; n < event->count && used < sizeof text; n++) {
+            char value[UNITS_TEXT_SIZE];
+            const scenario_setting_t *setting = &event->settings[n];
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s = %s", n > 0u ? ", " : "",
+                                     setting->row->name, units_row_text(value, setting->value, setting->row));
+        }
+        if (event->ramp_periods > 0u && used < sizeof text) {
+            snprintf(text + used, sizeof text - used, " within %.9g s", event->ramp);
+        }
+        snprintf(when, sizeof when, "%.9g s", event->time);
+        good = recorder_note(recorder, RECORDER_EVENT, when, text);
+    }
+    return good;
+}
+
 static const char *base_name(char name[256], const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -244,42 +275,56 @@ typedef struct {
     uint32_t count;
     uint64_t every;
     recorder_options_t how; /* points into this and into the scenario */
+    const char *pictures;   /* formats of those drawn; NULL: none */
+    traces_t traces;
     /* of a fault */
     runner_history_t history;
     char history_name[272];
 } recording_t;
 
-static bool open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
-                           recording_t *recording)
+/* --out's, or with --plot alone a fresh one. */
+static bool make_folder(const options_t *options, const scenario_t *scenario, recording_t *recording)
+{
+    static char fresh[PATH_SIZE];
+    if (options->folder != NULL) {
+        recording->folder = options->folder;
+        return output_folder(options->folder);
+    }
+    recording->folder = fresh;
+    return output_fresh_folder(fresh, "runs", base_name(recording->name, scenario->path));
+}
+
+static int open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
+                          recording_t *recording)
 {
     static settings_t settings;
     recorder_error_t error;
-    uint64_t every = scenario->decimation;
-    if (!read_formats(options->formats != NULL ? options->formats : "csv", &recording->formats) ||
-        (options->every != NULL &&
-         !read_whole("--every", options->every, 1u, SCENARIO_DECIMATION_MAX, &every)) ||
-        !choose_rows(options, scenario, recording->ids, &recording->count)) {
-        return false;
+    if (!read_formats(options->formats != NULL ? options->formats : "csv", &recording->formats)) {
+        return EXIT_USAGE;
     }
     if ((recording->formats & RECORDER_VCD) != 0u && !stays_switched(scenario)) {
         fprintf(
             stderr,
             "lagless run: --format vcd: the scenario uses the averaged fidelity, which has no gate edges; "
             "accepted with fidelity = \"switched\"\n");
-        return false;
+        return EXIT_USAGE;
     }
-    if (!output_folder(options->folder)) {
-        return false;
+    if (options->plot != NULL && (recording->formats & (RECORDER_CSV | RECORDER_MAT)) == 0u) {
+        fprintf(stderr,
+                "lagless run: --plot draws a CSV or MAT file: accepted with csv or mat in --format\n");
+        return EXIT_USAGE;
     }
-    recording->every = every;
+    if (!make_folder(options, scenario, recording)) {
+        return EXIT_INTERNAL;
+    }
     list_settings(scenario, &settings);
     recording->how = (recorder_options_t){
-        .folder = options->folder,
+        .folder = recording->folder,
         .name = base_name(recording->name, scenario->path),
         .formats = recording->formats,
         .ids = recording->ids,
         .count = recording->count,
-        .every = (uint32_t)every,
+        .every = (uint32_t)recording->every,
         .periods = scenario->periods,
         .isr_ticks = ISR_TICKS,
         .meta = {.program = CLI_VERSION,
@@ -295,7 +340,10 @@ static bool open_recording(const options_t *options, const scenario_t *scenario,
     if (recording->recorder == NULL) {
         fprintf(stderr, "lagless run: %s\n", error.text);
     }
-    return recording->recorder != NULL;
+    if (recording->recorder == NULL) {
+        return error.io ? EXIT_INTERNAL : EXIT_USAGE;
+    }
+    return note_events(recording->recorder, scenario) ? EXIT_DONE : EXIT_INTERNAL;
 }
 
 /* NAME_fault.csv: what the drive kept of its last periods up to the run's last fault, as a recording of its
@@ -314,13 +362,14 @@ static bool write_history(recording_t *recording, recorder_error_t *error)
         return true;
     }
 
-    uint32_t ids[1u + TAP_SLOTS] = {rig_row_by_name("period")->id};
-    memcpy(&ids[1], history->rows, sizeof history->rows);
+    const uint32_t columns = history->columns;
+    uint32_t ids[1u + CAPTURE_COLUMNS] = {rig_row_by_name("period")->id};
+    memcpy(&ids[1], history->rows, columns * sizeof ids[0]);
     recorder_options_t how = recording->how;
     how.name = recording->history_name;
     how.formats = RECORDER_CSV;
     how.ids = ids;
-    how.count = 1u + TAP_SLOTS;
+    how.count = 1u + columns;
     how.every = 1u;
     how.periods = history->periods;
     recorder_t *recorder = recorder_open(&how, error);
@@ -329,34 +378,11 @@ static bool write_history(recording_t *recording, recorder_error_t *error)
     }
     for (uint32_t n = 0; n < history->periods; n++) {
         /* the step that the drive counts as its first is that of period 0 */
-        uint32_t slots[1u + TAP_SLOTS] = {history->fault_period - (history->periods - 1u - n)};
-        memcpy(&slots[1], history->slots[n], sizeof history->slots[n]);
-        recorder_sink(recorder, slots[0] - 1u, slots, 1u + TAP_SLOTS);
+        uint32_t slots[1u + CAPTURE_COLUMNS] = {history->last_period - (history->periods - 1u - n)};
+        memcpy(&slots[1], &history->slots[columns * n], columns * sizeof slots[0]);
+        recorder_sink(recorder, slots[0] - 1u, slots, 1u + columns);
     }
     return recorder_close(recorder, "fault", error);
-}
-
-/* ---- progress ---- */
-
-typedef struct {
-    double started; /* [s] */
-    bool shown;
-} progress_t;
-
-static void show_progress(void *context, double fraction)
-{
-    progress_t *progress = context;
-    const double elapsed = output_seconds() - progress->started;
-    /* Shown when the whole run will take longer than one cares to wait without a sign. */
-    if (!progress->shown && (elapsed < 0.2 || elapsed < PATIENCE * fraction)) {
-        return;
-    }
-    char bar[41];
-    memset(bar, '.', sizeof bar - 1);
-    memset(bar, '#', (size_t)(fraction * (double)(sizeof bar - 1)));
-    bar[sizeof bar - 1] = '\0';
-    fprintf(stderr, "\r[%s] %3.0f %%  %.0f s", bar, 100.0 * fraction, elapsed);
-    progress->shown = true;
 }
 
 /* ---- results ---- */
@@ -407,7 +433,7 @@ static void print_end(const runner_result_t *result)
     }
     printf("\n");
     if (why != NULL) {
-        printf("not on: %s; %s\n", why->text, why->remedy);
+        printf("%s: %s; %s\n", result->never_on ? "never on" : "not on", why->text, why->remedy);
     }
 }
 
@@ -425,18 +451,22 @@ static void print_text(const scenario_t *scenario, const runner_result_t *result
     }
     for (uint32_t n = 0; n < result->verdict_count; n++) {
         const runner_verdict_t *verdict = &result->verdicts[n];
-        static const char *const words[] = {"met", "FAILED", "not judged"};
-        if (quiet && verdict->judgement == RUNNER_MET) {
+        static const char *const words[] = {"met", "FAILED", "not judged", "measured"};
+        const bool wrong = verdict->judgement == RUNNER_FAILED || verdict->judgement == RUNNER_NOT_JUDGED;
+        if (quiet && !wrong) {
             continue;
         }
         printf("%s%-10s%s  %s\n",
-               !colours                           ? ""
-               : verdict->judgement == RUNNER_MET ? "\033[32m"
-                                                  : "\033[31m",
+               !colours                                ? ""
+               : verdict->judgement == RUNNER_MEASURED ? "\033[36m"
+               : wrong                                 ? "\033[31m"
+                                                       : "\033[32m",
                words[verdict->judgement], colours ? "\033[0m" : "",
                runner_verdict_text(verdict, text, sizeof text));
     }
 }
+
+static const char *const judgements[] = {"met", "failed", "not_judged", "measured"};
 
 static void print_limit(const char *key, double limit)
 {
@@ -458,10 +488,41 @@ static void print_not_on(int32_t number)
     printf("}");
 }
 
+/* The list of what was expected, or of what was measured; the one has verdicts. */
+static void print_verdicts(const runner_result_t *result, bool measures)
+{
+    const char *separator = "";
+    for (uint32_t n = 0; n < result->verdict_count; n++) {
+        const runner_verdict_t *verdict = &result->verdicts[n];
+        const scenario_expect_t *expect = verdict->expect;
+        if (expect->measure != measures) {
+            continue;
+        }
+        printf("%s\n  {\"name\": ", separator);
+        separator = ",";
+        json_text(stdout, expect->name);
+        printf(", \"signal\": \"%s\", \"minus\": ", expect->row->name);
+        json_text(stdout, expect->minus != NULL ? expect->minus->name : NULL);
+        printf(", \"statistic\": \"%s\", \"unit\": ", statistic_text(expect->statistic));
+        json_text(stdout, expect->row->unit);
+        printf(", \"from_s\": %.9g, \"to_s\": %.9g, \"value\": ", expect->begin * RIG_PERIOD_SECONDS,
+               expect->end * RIG_PERIOD_SECONDS);
+        json_number(stdout, verdict->value);
+        if (!measures) {
+            print_limit("at_least", expect->at_least);
+            print_limit("at_most", expect->at_most);
+        }
+        printf(", \"verdict\": \"%s\"", judgements[verdict->judgement]);
+        if (!measures) {
+            printf(", \"because\": %s", verdict->never_on ? "\"the drive never came on\"" : "null");
+        }
+        printf("}");
+    }
+}
+
 static void print_json(const scenario_t *scenario, const runner_result_t *result,
                        const recording_t *recording)
 {
-    static const char *const words[] = {"met", "failed", "not_judged"};
     printf("{\"scenario\": ");
     json_text(stdout, scenario->path);
     printf(", \"title\": ");
@@ -477,22 +538,7 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
            reason_name(result->refusal));
     printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"expectations\": [", result->hash,
            result->failed);
-    for (uint32_t n = 0; n < result->verdict_count; n++) {
-        const runner_verdict_t *verdict = &result->verdicts[n];
-        const scenario_expect_t *expect = verdict->expect;
-        printf("%s\n  {\"name\": ", n == 0 ? "" : ",");
-        json_text(stdout, expect->name);
-        printf(", \"signal\": \"%s\", \"minus\": ", expect->row->name);
-        json_text(stdout, expect->minus != NULL ? expect->minus->name : NULL);
-        printf(", \"statistic\": \"%s\", \"unit\": ", statistic_text(expect->statistic));
-        json_text(stdout, expect->row->unit);
-        printf(", \"from_s\": %.9g, \"to_s\": %.9g, \"value\": ", expect->begin * RIG_PERIOD_SECONDS,
-               expect->end * RIG_PERIOD_SECONDS);
-        json_number(stdout, verdict->value);
-        print_limit("at_least", expect->at_least);
-        print_limit("at_most", expect->at_most);
-        printf(", \"verdict\": \"%s\"}", words[verdict->judgement]);
-    }
+    print_verdicts(result, false);
     printf("], \"files\": [");
     const char *separator = "";
     char path[PATH_SIZE];
@@ -509,38 +555,73 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
         snprintf(path, sizeof path, "%.3800s/%.260s.csv", recording->folder, recording->history_name);
         printf("%s", separator);
         json_text(stdout, path);
+        separator = ", ";
+    }
+    for (const char *word = recording->pictures; word != NULL && *word != '\0'; word += strspn(word, ",")) {
+        const int length = (int)strcspn(word, ",");
+        snprintf(path, sizeof path, "%.3800s/%.200s.%.*s", recording->folder, recording->name, length, word);
+        printf("%s", separator);
+        json_text(stdout, path);
+        separator = ", ";
+        word += length;
     }
     printf("], \"manoeuvre\": \"%s\", \"not_on\": ", choice_name("manoeuvre", result->manoeuvre).text);
     print_not_on(result->not_on);
+    printf(", \"measures\": [");
+    print_verdicts(result, true);
+    printf("]");
+    if (recording->traces.ids != NULL) {
+        printf(", \"traces\": ");
+        traces_print(&recording->traces);
+    }
     printf("}\n");
 }
 
 /* ---- the command ---- */
 
-static bool prepare(const options_t *options, scenario_t *scenario)
+static bool note_verdicts(recorder_t *recorder, const runner_result_t *result)
 {
-    scenario_error_t error;
-    for (size_t n = 0; n < options->override_count; n++) {
-        if (!scenario_override(scenario, options->overrides[n], &error)) {
-            fprintf(stderr, "lagless run: --set %s: %s\n", options->overrides[n], error.message);
-            return false;
-        }
+    bool good = true;
+    for (uint32_t n = 0; good && n < result->verdict_count; n++) {
+        char text[512];
+        const runner_verdict_t *verdict = &result->verdicts[n];
+        good = recorder_note(recorder, RECORDER_VERDICT, judgements[verdict->judgement],
+                             runner_verdict_text(verdict, text, sizeof text));
     }
-    if (options->override_count > 0u && !scenario_check(scenario, &error)) {
-        char text[1200];
-        fprintf(stderr, "lagless run: with --set: %s\n", scenario_error_text(&error, text, sizeof text));
-        return false;
-    }
-    return true;
+    return good;
 }
 
-/* Writes everything out and says where it is. */
+/* Pictures of what was recorded, which is CSV or else MAT. */
+static int draw(const options_t *options, recording_t *recording)
+{
+    char file[300];
+    char path[PATH_SIZE];
+    snprintf(file, sizeof file, "%s.%s", recording->name,
+             (recording->formats & RECORDER_CSV) != 0u ? "csv" : "mat");
+    if (!output_path(path, recording->folder, file)) {
+        return EXIT_INTERNAL;
+    }
+    const int drawn = plot_draw("run", path, NULL, options->plot, options->quiet);
+    recording->pictures = drawn == EXIT_DONE ? options->plot : NULL;
+    return drawn == EXIT_DONE ? EXIT_DONE : EXIT_INTERNAL;
+}
+
+/* Writes everything out and says where it is. The history first: as long as the recording is not closed, no
+ * other run takes these names. */
 static int close_recording(const options_t *options, const runner_result_t *result, recording_t *recording)
 {
     recorder_error_t error;
     char when[TIMES_TEXT_SIZE];
     int exit_code = EXIT_DONE;
+    const runner_history_t *history = &recording->history;
+    const bool kept = write_history(recording, &error);
+    if (!kept) {
+        fprintf(stderr, "lagless run: %s\n", error.text);
+        exit_code = EXIT_INTERNAL;
+    }
+
     const uint64_t samples = recorder_samples(recording->recorder);
+    (void)note_verdicts(recording->recorder, result);
     if (!recorder_close(recording->recorder, result->end == RUNNER_COMPLETE ? "complete" : "interrupted",
                         &error)) {
         fprintf(stderr, "lagless run: %s\n", error.text);
@@ -548,19 +629,73 @@ static int close_recording(const options_t *options, const runner_result_t *resu
     } else if (result->end == RUNNER_INTERRUPTED) {
         fprintf(stderr,
                 "lagless run: stopped at %s s; the %" PRIu64 " samples until then are kept in %s/%s.*\n",
-                times_text(when, result->periods), samples, options->folder, recording->name);
+                times_text(when, result->periods), samples, recording->folder, recording->name);
     } else if (!options->quiet) {
-        fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, options->folder, recording->name);
+        fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, recording->folder, recording->name);
     }
-
-    const runner_history_t *history = &recording->history;
-    if (!write_history(recording, &error)) {
-        fprintf(stderr, "lagless run: %s\n", error.text);
-        exit_code = EXIT_INTERNAL;
-    } else if (history->periods > 0u && !options->quiet) {
+    if (kept && history->periods > 0u && !options->quiet) {
         fprintf(stderr, "the last %" PRIu32 " periods up to fault %s at %s s in %s/%s.csv\n",
                 history->periods, reason_name(history->fault_reason), times_text(when, history->fault_period),
-                options->folder, recording->history_name);
+                recording->folder, recording->history_name);
+    }
+    return exit_code;
+}
+
+/* Where samples and edges go. */
+static void set_sinks(const options_t *options, recording_t *recording, runner_options_t *how)
+{
+    if (recording->recorder != NULL) {
+        how->sink = recorder_sink;
+        how->sink_context = recording->recorder;
+        how->edge_sink = (recording->formats & RECORDER_VCD) != 0u ? recorder_edge : NULL;
+        how->edge_context = recording->recorder;
+        how->history = &recording->history;
+    }
+    if (options->traces) {
+        recording->traces = (traces_t){.ids = recording->ids,
+                                       .count = recording->count,
+                                       .next = how->sink,
+                                       .next_context = how->sink_context};
+        how->sink = traces_sink;
+        how->sink_context = &recording->traces;
+    }
+    if (how->sink != NULL) {
+        how->record = recording->ids;
+        how->record_count = recording->count;
+        how->record_every = (uint32_t)recording->every;
+    }
+}
+
+/* What came of it, written and printed; the exit code. */
+static int tell(const options_t *options, const scenario_t *scenario, const runner_result_t *result,
+                recording_t *recording)
+{
+    const bool good = result->failed == 0u && result->end == RUNNER_COMPLETE;
+    int exit_code = good ? EXIT_DONE : EXIT_FAILED;
+    if (recording->recorder != NULL) {
+        const int written = close_recording(options, result, recording);
+        exit_code = written != EXIT_DONE ? written : exit_code;
+    } else if (result->end == RUNNER_INTERRUPTED) {
+        char when[TIMES_TEXT_SIZE];
+        fprintf(stderr, "lagless run: stopped at %s s\n", times_text(when, result->periods));
+    }
+    /* The pictures last, as they are what one looks at next; but JSON lists them. */
+    if (!options->json) {
+        print_text(scenario, result, options->quiet);
+    }
+    if (options->plot != NULL && exit_code != EXIT_INTERNAL) {
+        const int drawn = draw(options, recording);
+        exit_code = drawn != EXIT_DONE ? drawn : exit_code;
+    }
+    if (options->json) {
+        print_json(scenario, result, recording);
+    }
+    if (recording->traces.full) {
+        fprintf(stderr,
+                "lagless run: --traces: there is no room for more than %" PRIu64
+                " samples; a larger --every is\n",
+                recording->traces.samples);
+        exit_code = EXIT_INTERNAL;
     }
     return exit_code;
 }
@@ -568,78 +703,59 @@ static int close_recording(const options_t *options, const runner_result_t *resu
 static int run(const options_t *options, scenario_t *scenario)
 {
     static recording_t recording;
-    recording = (recording_t){.folder = options->folder != NULL ? options->folder : ""};
-    runner_options_t how = {.stop = &stop};
-    progress_t progress = {output_seconds(), false};
+    recording = (recording_t){.folder = ""};
+    runner_options_t how = {0};
+    output_progress_t progress = output_progress_begin();
     runner_result_t result;
-    char when[TIMES_TEXT_SIZE];
     uint64_t seed = scenario->seed;
     uint64_t stop_period = 0;
 
-    if (options->seed != NULL && !read_whole("--seed", options->seed, 0u, INT64_MAX, &seed)) {
+    if (options->of.seed != NULL && !read_whole("--seed", options->of.seed, 0u, INT64_MAX, &seed)) {
         return EXIT_USAGE;
     }
     const char *stop_text = getenv("LAGLESS_STOP");
     if (stop_text != NULL && !read_whole("LAGLESS_STOP", stop_text, 0u, UINT32_MAX, &stop_period)) {
         return EXIT_USAGE;
     }
-    if (options->folder == NULL &&
-        (options->record != NULL || options->formats != NULL || options->every != NULL)) {
+    if (options->plot != NULL && !plot_formats("run", options->plot)) {
+        return EXIT_USAGE;
+    }
+    const bool wanted = options->folder != NULL || options->plot != NULL;
+    if (!wanted && (options->formats != NULL ||
+                    (!options->traces && (options->record != NULL || options->every != NULL)))) {
         fprintf(stderr, "lagless run: a recording needs --out FOLDER\n");
         return EXIT_USAGE;
     }
-    if (options->folder != NULL && !open_recording(options, scenario, seed, &recording)) {
+    if (!choose(options, scenario, recording.ids, &recording.count, &recording.every)) {
         return EXIT_USAGE;
+    }
+    const int opened = wanted ? open_recording(options, scenario, seed, &recording) : EXIT_DONE;
+    if (opened != EXIT_DONE) {
+        return opened;
     }
 
     how.has_seed = true;
     how.seed = seed;
     how.has_stop_period = stop_text != NULL;
     how.stop_period = (uint32_t)stop_period;
-    if (recording.recorder != NULL) {
-        how.record = recording.ids;
-        how.record_count = recording.count;
-        how.record_every = (uint32_t)recording.every;
-        how.sink = recorder_sink;
-        how.sink_context = recording.recorder;
-        how.edge_sink = (recording.formats & RECORDER_VCD) != 0u ? recorder_edge : NULL;
-        how.edge_context = recording.recorder;
-        how.history = &recording.history;
-    }
-    if (!options->quiet && isatty(STDERR_FILENO)) {
-        how.progress = show_progress;
+    set_sinks(options, &recording, &how);
+    if (!options->quiet && progress.wanted) {
+        how.progress = output_progress;
         how.progress_context = &progress;
     }
-
-    const struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
-    sigaction(SIGINT, &action, NULL);
+    how.stop = stop_on_signal();
     const bool ran = runner_run(scenario, &how, &result);
-    if (progress.shown) {
-        fprintf(stderr, "\r%60s\r", "");
-    }
+    output_progress_end(&progress);
     if (!ran) {
-        char text[1200];
-        fprintf(stderr, "%s\n", scenario_error_text(&result.error, text, sizeof text));
+        library_say(&result.error);
         recorder_abandon(recording.recorder);
+        traces_free(&recording.traces);
         runner_result_free(&result);
         return EXIT_USAGE;
     }
 
-    int exit_code = result.failed == 0u ? EXIT_DONE : EXIT_FAILED;
-    if (recording.recorder != NULL) {
-        const int written = close_recording(options, &result, &recording);
-        exit_code = written != EXIT_DONE ? written : exit_code;
-    } else if (result.end == RUNNER_INTERRUPTED) {
-        fprintf(stderr, "lagless run: stopped at %s s\n", times_text(when, result.periods));
-    }
-    if (result.end == RUNNER_INTERRUPTED && exit_code == EXIT_DONE) {
-        exit_code = EXIT_FAILED;
-    }
-    if (options->json) {
-        print_json(scenario, &result, &recording);
-    } else {
-        print_text(scenario, &result, options->quiet);
-    }
+    const int exit_code = tell(options, scenario, &result, &recording);
+    traces_free(&recording.traces);
     runner_result_free(&result);
     return exit_code;
 }
@@ -647,31 +763,37 @@ static int run(const options_t *options, scenario_t *scenario)
 int command_run(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"set", 's', "NAME=VALUE", 0,
-         "a row before t = 0, \"inertia=0.003\", \"speed_request=500 r/min\"; repeatable", 0},
-        {"seed", 'S', "N", 0, "of all noise, instead of the scenario's", 0},
+        ARGUMENTS_SCENARIO,
         {"record", 'r', "NAMES", 0, "rows to record, separated by commas, instead of the scenario's", 0},
         {"every", 'e', "N", 0, "record every N-th period", 0},
         {"out", 'o', "FOLDER", 0, "write the recording there", 0},
         {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, separated by commas", 0},
+        {"plot", 'p', "FORMATS", OPTION_ARG_OPTIONAL,
+         "draw it: html (default, a page to zoom into), png, svg, separated by commas; without --out into a "
+         "folder of its own below runs",
+         0},
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
+        {"traces", 't', NULL, 0, "what would be recorded, in the object too", 0},
         {"quiet", 'q', NULL, 0, "print only what went wrong", 0},
         {0},
     };
     static const struct argp argp = {
-        rows,       parse,
-        "SCENARIO", "Runs a scenario (a TOML file, or a name of `lagless scenarios`) and judges it.",
-        NULL,       NULL,
+        rows,
+        parse,
+        "SCENARIO",
+        "Runs a scenario (a TOML file, `-` for stdin, or a name of `lagless scenarios`) and judges it.",
+        NULL,
+        NULL,
         NULL};
     options_t options = {0};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &options) != 0) {
+    if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
     }
-    scenario_t *scenario = library_read(options.scenario);
+    scenario_t *scenario = library_read("run", &options.of);
     if (scenario == NULL) {
         return EXIT_USAGE;
     }
-    const int exit_code = prepare(&options, scenario) ? run(&options, scenario) : EXIT_USAGE;
+    const int exit_code = run(&options, scenario);
     scenario_free(scenario);
     return exit_code;
 }

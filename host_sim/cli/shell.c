@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/scenario.h"
@@ -19,6 +20,17 @@ static void print_rows(bool settable, const char *after)
                 scenario_row_name(&table->rows[n], name, sizeof name);
                 printf("%s%s ", name, after);
             }
+        }
+    }
+}
+
+/* The options that are read, as completion has them. */
+static void print_options(const struct argp *argp, void *nothing)
+{
+    (void)nothing;
+    for (const struct argp_option *row = argp->options; row != NULL && row->name != NULL; row++) {
+        if ((row->flags & OPTION_HIDDEN) == 0) {
+            printf("--%s ", row->name);
         }
     }
 }
@@ -42,20 +54,24 @@ static void print_bash(void)
            "    --record) COMPREPLY=($(compgen -W \"");
     print_rows(false, "");
     printf("\" -- \"$word\")); return ;;\n"
-           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd\" -- \"$word\")); return ;;\n"
+           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd html png svg\" -- \"$word\")); return ;;\n"
            "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
            "    esac\n"
            "    case $command in\n");
     for (size_t n = 0; n < cli_command_count; n++) {
         const cli_command_t *command = &cli_commands[n];
-        printf("    %s)\n        COMPREPLY=($(compgen -W \"%s --help", command->name, command->options);
+        printf("    %s)\n        COMPREPLY=($(compgen -W \"", command->name);
+        arguments_show(command->run, print_options, NULL);
+        printf("--help");
         if (command->run == command_explain) {
             for (uint32_t r = 0; r < reasons_count; r++) {
                 printf(" %s", reasons[r].name);
             }
         }
         printf("\" -- \"$word\")%s)\n        ;;\n",
-               command->run == command_run
+               command->run == command_plot || command->run == command_compare
+                   ? " $(compgen -f -X '!*.csv' -- \"$word\") $(compgen -f -X '!*.mat' -- \"$word\")"
+               : command->run == command_run || command->run == command_serve
                    ? " $(lagless scenarios 2>/dev/null | awk '{print $1}' | grep \"^$word\")"
                      " $(compgen -f -X '!*.toml' -- \"$word\")"
                    : "");
@@ -83,25 +99,59 @@ int command_completion(int argc, char **argv)
     static const struct argp argp = {
         NULL, parse, "bash", "Shell completion: commands, options, rows, reasons, scenarios.",
         NULL, NULL,  NULL};
-    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+    if (!arguments_parse(&argp, argc, argv, NULL)) {
         return EXIT_USAGE;
     }
     print_bash();
     return EXIT_DONE;
 }
 
-/* roff takes a hyphen for one that may break a line. */
-static void print_roff(const char *text)
+/* Text of a command: a \v parts what stands before the options from what stands behind them, a \n ends a
+ * line.
+ */
+static void print_roff(const char *text, size_t length)
 {
-    for (; *text != '\0'; text++) {
-        printf(*text == '-' ? "\\%c" : "%c", *text);
+    for (size_t n = 0; n < length; n++) {
+        printf(text[n] == '\n' ? "\n.br\n" : text[n] == '-' || text[n] == '\\' ? "\\%c" : "%c", text[n]);
+    }
+}
+
+static void print_manual(const struct argp *argp, void *context)
+{
+    const cli_command_t *command = context;
+    const char *doc = argp->doc != NULL ? argp->doc : "";
+    const size_t before = strcspn(doc, "\v"); /* what follows stands behind the options */
+    printf(".SS \"lagless %s%s", command->name, argp->options != NULL ? " [OPTION...]" : "");
+    printf("%s%s\"\n", argp->args_doc != NULL ? " " : "", argp->args_doc != NULL ? argp->args_doc : "");
+    print_roff(doc, before);
+    printf("\n");
+    for (const struct argp_option *row = argp->options; row != NULL && row->name != NULL; row++) {
+        if ((row->flags & OPTION_HIDDEN) != 0) {
+            continue;
+        }
+        printf(".TP\n");
+        if (row->key > ' ' && row->key <= '~') {
+            printf("\\fB\\-%c\\fR, ", row->key);
+        }
+        printf("\\fB\\-\\-");
+        print_roff(row->name, strlen(row->name));
+        printf("\\fR%s", row->arg != NULL ? "=" : "");
+        printf("%s%s%s\n", row->arg != NULL ? "\\fI" : "", row->arg != NULL ? row->arg : "",
+               row->arg != NULL ? "\\fR" : "");
+        print_roff(row->doc, strlen(row->doc));
+        printf("\n");
+    }
+    if (doc[before] != '\0') {
+        printf(".PP\n");
+        print_roff(doc + before + 1u, strlen(doc + before + 1u));
+        printf("\n");
     }
 }
 
 int command_man(int argc, char **argv)
 {
     static const struct argp argp = {NULL, NULL, NULL, "The manual page, for `man -l -`.", NULL, NULL, NULL};
-    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+    if (!arguments_parse(&argp, argc, argv, NULL)) {
         return EXIT_USAGE;
     }
     printf(".TH LAGLESS 1 \"\" \"%s\" \"User Commands\"\n.SH NAME\nlagless \\- a motor drive's firmware on a "
@@ -109,13 +159,11 @@ int command_man(int argc, char **argv)
            "TMS320F28335\n.SH SYNOPSIS\n.B lagless\n.I COMMAND\n[\\fIOPTION\\fR...]\n.SH COMMANDS\n",
            CLI_VERSION);
     for (size_t n = 0; n < cli_command_count; n++) {
-        const cli_command_t *command = &cli_commands[n];
-        printf(".TP\n\\fB%s\\fR %s\n%s.\n", command->name, command->arguments, command->text);
-        if (command->options[0] != '\0') {
-            printf("Options: ");
-            print_roff(command->options);
-            printf("\n");
-        }
+        printf(".TP\n\\fB%s\\fR\n%s.\n", cli_commands[n].name, cli_commands[n].text);
+    }
+    printf(".SH OPTIONS\n");
+    for (size_t n = 0; n < cli_command_count; n++) {
+        arguments_show(cli_commands[n].run, print_manual, (void *)&cli_commands[n]);
     }
     printf(".SH EXIT STATUS\n.TP\n%d\ndone, all expectations met\n.TP\n%d\nran, but an expectation failed or "
            "could not be "

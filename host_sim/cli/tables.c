@@ -61,9 +61,40 @@ static void range_text(char text[2 * UNITS_TEXT_SIZE], const table_row_t *row)
 {
     if (row->kind == SLOT_ENUM) {
         snprintf(text, 2 * UNITS_TEXT_SIZE, "%s", row->choices);
+    } else if (row->access == TABLE_READ) {
+        snprintf(text, 2 * UNITS_TEXT_SIZE, "shown");
     } else {
         units_range_text(text, rig_min(row), rig_max(row), units_of_row(row));
     }
+}
+
+static int wider(int width, const char *text)
+{
+    const int length = (int)strlen(text);
+    return length > width ? length : width;
+}
+
+/* Columns of a table, as wide as their longest text. */
+typedef struct {
+    int name, value, range, unit;
+} widths_t;
+
+static widths_t widths_of(const table_t *table, bool with_settable)
+{
+    widths_t widths = {0};
+    for (uint32_t n = 0; n < table->count; n++) {
+        const table_row_t *row = &table->rows[n];
+        char value[UNITS_TEXT_SIZE];
+        char range[2 * UNITS_TEXT_SIZE];
+        widths.name = wider(widths.name, row->name);
+        widths.unit = wider(widths.unit, row->unit);
+        if (with_settable) {
+            range_text(range, row);
+            widths.value = wider(widths.value, units_row_text(value, rig_initial(row), row));
+            widths.range = wider(widths.range, range);
+        }
+    }
+    return widths;
 }
 
 static void print_text(bool with_settable)
@@ -74,6 +105,7 @@ static void print_text(bool with_settable)
             continue;
         }
         printf("%s\n", table->name);
+        const widths_t widths = widths_of(table, with_settable);
         for (uint32_t n = 0; n < table->count; n++) {
             const table_row_t *row = &table->rows[n];
             char value[UNITS_TEXT_SIZE];
@@ -81,11 +113,12 @@ static void print_text(bool with_settable)
             if (with_settable) {
                 units_row_text(value, rig_initial(row), row);
                 range_text(range, row);
-                printf("  %4lu  %-22s %-14s %-28s %s%s\n", (unsigned long)row->id, row->name, value, range,
-                       row->text, row->access == TABLE_OFF ? " (bridge off)" : "");
+                printf("  %4lu  %-*s  %-*s  %-*s  %s%s\n", (unsigned long)row->id, widths.name, row->name,
+                       widths.value, value, widths.range, range, row->text,
+                       row->access == TABLE_OFF ? " (bridge off)" : "");
             } else {
-                printf("  %4lu  %-18s %-8s %s%s%s\n", (unsigned long)row->id, row->name, row->unit, row->text,
-                       row->kind == SLOT_ENUM ? ": " : "", row->choices);
+                printf("  %4lu  %-*s  %-*s  %s%s%s\n", (unsigned long)row->id, widths.name, row->name,
+                       widths.unit, row->unit, row->text, row->kind == SLOT_ENUM ? ": " : "", row->choices);
             }
         }
         printf("\n");
@@ -178,7 +211,7 @@ int command_reference(int argc, char **argv)
 {
     static const struct argp argp = {NULL, NULL, NULL, "All tables as Markdown, for the docs.",
                                      NULL, NULL, NULL};
-    if (argp_parse(&argp, argc, argv, 0, NULL, NULL) != 0) {
+    if (!arguments_parse(&argp, argc, argv, NULL)) {
         return EXIT_USAGE;
     }
     print_markdown();

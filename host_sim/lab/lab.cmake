@@ -5,9 +5,11 @@ if(NOT TOMLPLUSPLUS_INCLUDE_DIR)
     message(FATAL_ERROR "toml++ 3 is missing: install libtomlplusplus-dev (Debian, Ubuntu), tomlplusplus-devel (Fedora) or "
         "tomlplusplus (Homebrew), or run tools/setup; or give TOMLPLUSPLUS_INCLUDE_DIR, the folder that holds toml++/toml.h")
 endif()
-find_path(MATIO_INCLUDE_DIR matio.h)
-find_library(MATIO_LIBRARY matio)
-if(NOT MATIO_INCLUDE_DIR OR NOT MATIO_LIBRARY)
+if(NOT SKBUILD) # the Python package writes no files
+    find_path(MATIO_INCLUDE_DIR matio.h)
+    find_library(MATIO_LIBRARY matio)
+endif()
+if(NOT SKBUILD AND (NOT MATIO_INCLUDE_DIR OR NOT MATIO_LIBRARY))
     message(FATAL_ERROR "matio 1.5 is missing: install libmatio-dev (Debian, Ubuntu), matio-devel (Fedora) or libmatio "
         "(Homebrew), or run tools/setup; or give MATIO_INCLUDE_DIR and MATIO_LIBRARY")
 endif()
@@ -15,11 +17,57 @@ endif()
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
+# What each board sees and stands, for `lagless tune`: a source per board file, made here.
+file(GLOB board_files CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}/hal/f28335/boards ${CMAKE_SOURCE_DIR}/hal/f28335/boards/*.h)
+set(board_sources "")
+set(board_names "")
+set(board_externs "")
+foreach(board_file IN LISTS board_files)
+    get_filename_component(board ${board_file} NAME_WE)
+    set(board_source ${CMAKE_CURRENT_BINARY_DIR}/lab/board_${board}.c)
+    file(CONFIGURE OUTPUT ${board_source} @ONLY CONTENT "\
+#undef LAGLESS_BOARD_FILE
+#define LAGLESS_BOARD_FILE \"hal/f28335/boards/@board_file@\"
+#include \"host_sim/lab/board_facts.h\"
+const board_facts_t board_facts_@board@ = BOARD_FACTS;
+")
+    list(APPEND board_sources ${board_source})
+    string(APPEND board_externs "extern const board_facts_t board_facts_${board};\n")
+    string(APPEND board_names "&board_facts_${board}, ")
+endforeach()
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c @ONLY CONTENT "\
+#include \"host_sim/lab/board_facts.h\"
+@board_externs@const board_facts_t *const board_facts[] = {@board_names@NULL};
+")
+
 add_library(lagless_lab STATIC
+    ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c
+    ${board_sources}
+    lab/campaign.c
+    lab/campaign_around.c
+    lab/campaign_judge.c
+    lab/campaign_run.c
+    lab/campaign_space.c
+    lab/campaign_text.c
+    lab/course.c
+    lab/dynamometer.c
+    lab/experiment.c
+    lab/experiment_curves.c
+    lab/experiment_functions.c
+    lab/experiment_read.c
+    lab/experiment_run.c
+    lab/experiment_value.c
+    lab/experiment_write.c
     lab/json.c
+    lab/loopback.c
     lab/map.c
     lab/map_judge.c
     lab/map_scenario.c
+    lab/matrix.c
+    lab/matrix_run.c
+    lab/matrix_table.c
+    lab/motor.c
+    lab/motor_trial.c
     lab/names.c
     lab/paper.c
     lab/paper_beyond.c
@@ -34,18 +82,30 @@ add_library(lagless_lab STATIC
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c
-    lab/recorder_mat.c
     lab/recorder_text.c
     lab/recorder_vcd.c
     lab/runner.c
     lab/scenario.c
     lab/scenario_read.c
+    lab/tally.c
     lab/times.c
     lab/toml_reader.cpp
+    lab/tune.c
+    lab/tune_scenario.c
     lab/units.c
+    lab/wire.c
 )
 desk_room(lagless_lab)
 set_target_properties(lagless_lab PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
 target_compile_definitions(lagless_lab PRIVATE _GNU_SOURCE)
-target_include_directories(lagless_lab SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR} ${MATIO_INCLUDE_DIR})
-target_link_libraries(lagless_lab PUBLIC lagless_rig m PRIVATE ${MATIO_LIBRARY} Threads::Threads)
+target_include_directories(lagless_lab SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR})
+target_link_libraries(lagless_lab PUBLIC lagless_rig m PRIVATE Threads::Threads)
+if(NOT SKBUILD)
+    target_sources(lagless_lab PRIVATE lab/recorder_mat.c)
+    target_include_directories(lagless_lab SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})
+    target_link_libraries(lagless_lab PRIVATE ${MATIO_LIBRARY})
+endif()
+# Motors known by name.
+set_source_files_properties(lab/motor.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_MOTORS=\"${CMAKE_SOURCE_DIR}/host_sim/motors\"")
+# The figures of the paper that are files.
+set_source_files_properties(lab/paper.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_EXPERIMENTS=\"${CMAKE_SOURCE_DIR}/host_sim/experiments\"")

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/dynamometer.h"
 #include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/pool.h"
 #include "host_sim/lab/scenario_parts.h"
@@ -14,14 +15,11 @@
 #define PI               3.14159265358979323846
 #define RPM              (2.0 * PI / 60.0) /* [rad/s] */
 #define MRAD             1e-3              /* [rad] */
-#define READY            1.0               /* [s] offsets are measured by then, or never */
 #define LOCK_MRAD        250.0             /* limit of mean and SD */
 #define LOCK_SPEED       0.05              /* [-] of the reference */
 #define LOCK_RPM         10.0              /* [r/min] */
 #define CHANGES_MAX      12u
 #define CHANGES_OF_POINT 2u
-#define HOLD             0.1 /* [s] current and estimator settle; five time constants of the PLL's bandwidth */
-#define FOLLOW           0.01                /* [s] 15 time constants of the encoder's speed */
 #define LEARN_HERTZ      20.0                /* [Hz] electrical */
 #define LEARN_LONGER     2.0                 /* [-] */
 #define EVENLY           0.38196601125010515 /* [-] (3 - sqrt 5)/2 */
@@ -146,43 +144,29 @@ static bool stand_on(rig_t *rig, const scenario_t *scenario)
     return true;
 }
 
-/* The torque's current [A] at the point, as far as the drive may have it. */
-static double i_q_needed(rig_t *rig, const map_point_t *point)
-{
-    const double torque_per_ampere =
-        1.5 * rig_value(rig, "plant.pole_pairs") * rig_value(rig, "plant.flux_linkage");
-    const double friction = rig_value(rig, "plant.friction_coulomb") +
-                            rig_value(rig, "plant.friction_viscous") * fabs(point->rpm) * RPM;
-    const double needed = (point->load + friction) / torque_per_ampere;
-    return copysign(fmin(needed, rig_value(rig, "params.current_limit")), point->rpm);
-}
-
-/* The drive is ready, the bridge off. A dynamometer turns the rotor until the encoder, which starts the
- * estimator, has followed and the drive gives the torque that the point asks for; then the estimate takes
- * over from the encoder and the speed control from this current. A load that fell on the rotor all at once
- * would stall it at 100 r/min. */
+/* The drive is ready, the bridge off. */
 static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point)
 {
     const deviation_t *deviation = &deviations[point->deviation];
-    const double omega_m = map_window(setup, point->rpm).rpm * RPM;
     const bool conditions =
         setup->scenario != NULL || (paper_drive_put(rig, paper_drive, paper_drive_count) &&
                                     change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX));
     if (!conditions || !change(rig, deviation->changes, CHANGES_OF_POINT) || !adapt(rig, point->adaptation) ||
-        !rig_apply(rig) || !rig_put(rig, "plant.shaft_locked_speed", omega_m) ||
-        !rig_put(rig, "plant.shaft_locked", 1.0) || !rig_put(rig, "plant.load_torque", point->load)) {
+        !rig_apply(rig)) {
         return false;
     }
-    rig_set_motion(rig, 0.0, omega_m);
-    rig_run(rig, rig_periods(FOLLOW));
-    if (!rig_put(rig, "mode", choice("mode", "current")) ||
-        !rig_put(rig, "i_q_request", i_q_needed(rig, point)) ||
-        !rig_put(rig, "enable", choice("enable", "on"))) {
-        return false;
-    }
-    rig_run(rig, rig_periods(HOLD));
-    return paper_drive_without_encoder(rig) && rig_put(rig, "speed_request", omega_m) &&
-           rig_put(rig, "mode", choice("mode", "speed")) && rig_put(rig, "plant.shaft_locked", 0.0);
+    const double torque_per_ampere =
+        1.5 * rig_value(rig, "plant.pole_pairs") * rig_value(rig, "plant.flux_linkage");
+    const double friction = rig_value(rig, "plant.friction_coulomb") +
+                            rig_value(rig, "plant.friction_viscous") * fabs(point->rpm) * RPM;
+    const dynamometer_t to = {
+        .speed = map_window(setup, point->rpm).rpm * RPM,
+        .load = point->load,
+        .current = dynamometer_current(point->load, friction, torque_per_ampere,
+                                       rig_value(rig, "params.current_limit"), point->rpm),
+        .estimate = true,
+    };
+    return dynamometer_begin(rig, &to);
 }
 
 /* ---- what a point measures ---- */
@@ -264,17 +248,11 @@ static bool measure_on(rig_t *rig, const map_setup_t *setup, map_point_t *point)
     for (uint32_t n = 0; n < TAPPED; n++) {
         ids[n] = rig_row_by_name(tapped[n])->id;
     }
-    const table_row_t *state = rig_row_by_name("state");
-    const int32_t ready = table_choice(state, "ready");
     const map_window_t window = map_window(setup, point->rpm);
     const bool stands = (setup->scenario == NULL || stand_on(rig, setup->scenario)) &&
                         paper_drive_put(rig, bench, sizeof bench / sizeof bench[0]) && rig_apply(rig) &&
                         (!setup->averaged || rig_put(rig, "fidelity", choice("fidelity", "averaged")));
-    if (!stands || !rig_stop_when(rig, state->id, RIG_EQUAL, ready)) {
-        return false;
-    }
-    rig_run(rig, rig_periods(READY));
-    if (!rig_stop_when(rig, state->id, RIG_NEVER, 0.0) || !begin(rig, setup, point)) {
+    if (!stands || !dynamometer_wait(rig) || !begin(rig, setup, point)) {
         return false;
     }
     rig_run(rig, rig_periods(settling(setup, point)));
@@ -398,6 +376,14 @@ static bool measure_point(void *context, size_t n, char why[POOL_WHY])
     return measure(work->setup, &work->points[n], why);
 }
 
+static void tell_progress(void *context, size_t done)
+{
+    const map_setup_t *setup = ((work_t *)context)->setup;
+    if (setup->progress != NULL) {
+        setup->progress(setup->progress_context, (double)done / (double)map_count(setup));
+    }
+}
+
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why)
 {
     assert(setup->speed_count >= 1u && setup->speed_count <= MAP_SPEEDS_MAX);
@@ -405,6 +391,7 @@ bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, ma
     assert(setup->scenario == NULL || !setup->ideal);
     assert(setup->load_count >= 1u && setup->load_count <= MAP_LOADS_MAX);
     work_t work = {.setup = setup, .points = points};
-    const pool_t pool = {.count = lay_out(setup, points), .piece = measure_point, .work = &work};
+    const pool_t pool = {
+        .count = lay_out(setup, points), .piece = measure_point, .progress = tell_progress, .work = &work};
     return pool_run(&pool, threads, why->text);
 }

@@ -85,7 +85,9 @@ typedef struct {
     double settle;                 /* [s] before the window, adaptation off */
     double learn;  /* [s] the same with it on, from 20 Hz electrical up; slower more, at most twice as much */
     double window; /* [s] rounded up to whole electrical turns */
-    double turns;  /* [-] of them at least, whole: what noise leaves of the mean falls with their number */
+    void (*progress)(void *context, double fraction); /* after each point; NULL: nobody */
+    void *progress_context;
+    double turns; /* [-] of them at least, whole: what noise leaves of the mean falls with their number */
 } map_setup_t;
 
 typedef struct {

@@ -7,8 +7,16 @@
 
 #include "host_sim/lab/paper_parts.h"
 
+/* Run n of those of files: which of which. */
+typedef struct {
+    experiment_t *experiment;
+    size_t n;
+} filed_t;
+
 typedef struct {
     paper_t *paper;
+    filed_t *filed;
+    size_t filed_count;
     paper_progress_t progress;
     void *context;
     size_t total;
@@ -17,7 +25,10 @@ typedef struct {
 static bool measure(void *context, size_t n, char why[POOL_WHY])
 {
     const work_t *work = context;
-    return paper_measure(&work->paper->results[n], work->paper->seed, why);
+    const size_t count = work->paper->result_count;
+    return n < count ? paper_measure(&work->paper->results[n], work->paper->seed, why)
+                     : experiment_measure(work->filed[n - count].experiment, work->filed[n - count].n,
+                                          work->paper->seed, work->paper->traced, why);
 }
 
 static void tell(void *context, size_t done)
@@ -28,11 +39,29 @@ static void tell(void *context, size_t done)
     }
 }
 
+/* Those of all files; false: no memory. */
+static bool list_filed(work_t *work)
+{
+    size_t count = 0;
+    for (size_t n = 0; n <= PAPER_FIGURES; n++) {
+        count += work->paper->files[n] != NULL ? experiment_run_count(work->paper->files[n]) : 0u;
+    }
+    work->filed = calloc(count + 1u, sizeof *work->filed);
+    for (size_t n = 0; n <= PAPER_FIGURES && work->filed != NULL; n++) {
+        experiment_t *file = work->paper->files[n];
+        for (size_t k = 0; file != NULL && k < experiment_run_count(file); k++) {
+            work->filed[work->filed_count++] = (filed_t){file, k};
+        }
+    }
+    return work->filed != NULL;
+}
+
 /* The map counts as one run. */
 static bool run_all(work_t *work, unsigned threads, char why[POOL_WHY])
 {
     paper_t *paper = work->paper;
-    const pool_t pool = {.count = paper->result_count, .piece = measure, .progress = tell, .work = work};
+    const pool_t pool = {
+        .count = paper->result_count + work->filed_count, .piece = measure, .progress = tell, .work = work};
     work->total = pool.count + (paper->wanted[BEYOND_MAP] ? 1u : 0u);
     if (!pool_run(&pool, threads, why)) {
         return false;
@@ -70,20 +99,68 @@ static bool lay_out(paper_t *paper)
     return done;
 }
 
+static void judge_file(paper_t *paper, size_t figure)
+{
+    const size_t count = experiment_row_count(paper->files[figure]);
+    for (size_t n = 0; n < count; n++) {
+        experiment_row_t row;
+        experiment_row(paper->files[figure], n, &row);
+        paper_row_of_file(paper, figure, &row);
+    }
+}
+
 static void judge(paper_t *paper)
 {
+    if (paper->files[PAPER_OWN] != NULL) {
+        judge_file(paper, PAPER_OWN);
+    }
     for (figure_t figure = FIG04; figure <= BEYOND_MAP; figure++) {
         if (!paper->wanted[figure]) {
             continue;
         }
-        if (figure == FIG04 || figure == FIG08) {
-            paper_judge_formulas(paper, figure);
+        if (paper->files[figure] != NULL) {
+            judge_file(paper, figure);
         } else if (paper_figures[figure].paper != NULL) {
             paper_judge_measured(paper, figure);
         } else {
             paper_judge_beyond(paper, figure);
         }
     }
+}
+
+const paper_figure_t *paper_about(const paper_t *paper, size_t figure)
+{
+    return &paper->about[figure];
+}
+
+static void tell_of(paper_figure_t *about, const experiment_t *file)
+{
+    *about = (paper_figure_t){experiment_id(file), experiment_title(file), experiment_claim(file),
+                              experiment_source(file)};
+}
+
+/* The figures of files, read. */
+static bool read_files(paper_t *paper, paper_error_t *why)
+{
+    const char *folder = getenv("LAGLESS_EXPERIMENTS");
+    folder = folder != NULL && folder[0] != '\0' ? folder : LAGLESS_EXPERIMENTS;
+    for (size_t n = 0; n < PAPER_FIGURES; n++) {
+        char path[4096];
+        scenario_error_t error;
+        paper->about[n] = paper_figures[n];
+        if (!paper->wanted[n] || paper_figures[n].title != NULL) {
+            continue;
+        }
+        snprintf(path, sizeof path, "%s/%s.toml", folder, paper_figures[n].id);
+        paper->files[n] = experiment_read(path, &error);
+        if (paper->files[n] == NULL) {
+            char text[1200];
+            snprintf(why->text, sizeof why->text, "%.300s", scenario_error_text(&error, text, sizeof text));
+            return false;
+        }
+        tell_of(&paper->about[n], paper->files[n]);
+    }
+    return true;
 }
 
 bool paper_is_for(uint64_t period_ticks, paper_error_t *why)
@@ -97,6 +174,22 @@ bool paper_is_for(uint64_t period_ticks, paper_error_t *why)
     return false;
 }
 
+static bool run_and_judge(paper_t *paper, unsigned threads, paper_progress_t progress, void *context,
+                          paper_error_t *why)
+{
+    work_t work = {.paper = paper, .progress = progress, .context = context};
+    bool done = lay_out(paper) && list_filed(&work);
+    if (!done) {
+        snprintf(why->text, sizeof why->text, "no memory");
+    }
+    done = done && run_all(&work, threads, why->text);
+    free(work.filed);
+    if (done) {
+        judge(paper);
+    }
+    return done;
+}
+
 paper_t *paper_run(const bool wanted[PAPER_FIGURES], uint64_t seed, unsigned threads,
                    paper_progress_t progress, void *context, paper_error_t *why)
 {
@@ -104,21 +197,38 @@ paper_t *paper_run(const bool wanted[PAPER_FIGURES], uint64_t seed, unsigned thr
         return NULL;
     }
     paper_t *paper = calloc(1, sizeof *paper);
-    if (paper != NULL) {
-        memcpy(paper->wanted, wanted, sizeof paper->wanted);
-        paper->seed = seed;
-    }
-    if (paper == NULL || !lay_out(paper)) {
-        paper_free(paper);
+    if (paper == NULL) {
         snprintf(why->text, sizeof why->text, "no memory");
         return NULL;
     }
-    work_t work = {.paper = paper, .progress = progress, .context = context};
-    if (!run_all(&work, threads, why->text)) {
+    memcpy(paper->wanted, wanted, PAPER_FIGURES * sizeof wanted[0]);
+    paper->seed = seed;
+    paper->traced = true;
+    if (!read_files(paper, why) || !run_and_judge(paper, threads, progress, context, why)) {
         paper_free(paper);
         return NULL;
     }
-    judge(paper);
+    return paper;
+}
+
+paper_t *paper_run_file(experiment_t *own, bool traced, unsigned threads, paper_progress_t progress,
+                        void *context, paper_error_t *why)
+{
+    paper_t *paper = calloc(1, sizeof *paper);
+    if (paper == NULL) {
+        experiment_free(own);
+        snprintf(why->text, sizeof why->text, "no memory");
+        return NULL;
+    }
+    paper->seed = experiment_seed(own);
+    paper->traced = traced;
+    paper->wanted[PAPER_OWN] = true;
+    paper->files[PAPER_OWN] = own;
+    tell_of(&paper->about[PAPER_OWN], own);
+    if (!run_and_judge(paper, threads, progress, context, why)) {
+        paper_free(paper);
+        return NULL;
+    }
     return paper;
 }
 
@@ -127,6 +237,9 @@ void paper_free(paper_t *paper)
     if (paper != NULL) {
         for (size_t n = 0; n < paper->result_count; n++) {
             free(paper->results[n].trace);
+        }
+        for (size_t n = 0; n <= PAPER_FIGURES; n++) {
+            experiment_free(paper->files[n]);
         }
         free(paper->results);
         free(paper->points);

@@ -1,10 +1,11 @@
 /* The paper's figures, each measured again and judged, and three experiments beyond it: fig04 and fig08 from
- * the formulas, in double and independent of the firmware; the others on the real interrupt code in the rig,
- * one run per curve.
+ * the formulas (experiment_curves.c), in double and independent of the firmware; the others on the real
+ * interrupt code in the rig, one run per curve.
  *
- * The conditions of every run are the tables of paper_runs.c: what is not in the print (inertia, friction,
- * bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers (docs/theory.md, 19; errata 5, 11,
- * 13). Two flavours of each, where both mean something:
+ * The conditions of every run are files (host_sim/experiments, their language: experiment.h) or, of fig15,
+ * fig16 and what is beyond the paper, the tables of paper_runs.c: what is not in the print (inertia,
+ * friction, bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers (docs/theory.md, 19;
+ * errata 5, 11, 13). Two flavours of each, where both mean something:
  *
  *     ideal  inverter and sensors without error, as the theory assumes
  *     real   inverter of the plant's defaults (2.5 us dead time, delays, drops), compensated, 12-bit ADC,
@@ -33,11 +34,12 @@
 #include "host_sim/lab/pool.h"
 
 #define PAPER_FIGURES  14u
-#define PAPER_ROWS_MAX 160u
+#define PAPER_ROWS_MAX 1000u         /* what an experiment of a file may have */
+#define PAPER_OWN      PAPER_FIGURES /* in the place of a figure: an experiment that is not the paper's */
 
 typedef struct {
     const char *id;    /* "fig04" */
-    const char *title; /* one line */
+    const char *title; /* one line; NULL in paper_figures: its file says (paper_about) */
     const char *claim; /* what the paper's figure says; beyond the paper, what ours does; one line */
     const char *paper; /* "Fig. 4"; NULL: beyond the paper */
 } paper_figure_t;
@@ -58,10 +60,11 @@ typedef enum {
 
 /* One claim, judged. */
 typedef struct {
-    size_t figure;           /* index in paper_figures */
-    char id[48];             /* "fig13.accelerating.real" */
+    size_t figure;           /* index in paper_figures, or PAPER_OWN */
+    bool beyond;             /* [-] nobody has printed it: the claim holds or does not */
+    char id[96];             /* "fig13.accelerating.real" */
     const char *flavour;     /* "ideal", "real", "formula" */
-    char claim[120];         /* one line */
+    char claim[200];         /* one line */
     double paper;            /* [unit] the paper's number; NAN: it has none */
     double expected;         /* [unit] what ours is judged against: the paper's, else what theory says */
     double ours;             /* [unit]; NAN: nothing could be measured */
@@ -74,7 +77,7 @@ typedef struct {
     char condition[640];     /* one line */
 } paper_row_t;
 
-/* From figure, paper, expected, ours, tolerance, kind and stopped alone. */
+/* From beyond, paper, expected, ours, tolerance, kind and stopped alone. */
 paper_verdict_t paper_judge(const paper_row_t *row);
 
 /* "reproduced", "reproduced in kind", "not reproduced", "holds", "does not hold". */
@@ -97,7 +100,18 @@ bool paper_is_for(uint64_t period_ticks, paper_error_t *why);
  * noise. progress may be NULL. NULL: `why` says what was refused, a rig with another PWM too. Some 50 MB. */
 paper_t *paper_run(const bool wanted[PAPER_FIGURES], uint64_t seed, unsigned threads,
                    paper_progress_t progress, void *context, paper_error_t *why);
+
+/* The same of an experiment's file (host_sim/lab/experiment.h), with the seed that it names; its traces are
+ * kept only if they are to be written. NULL: `why` says what the rig refused. */
+struct experiment;
+paper_t *paper_run_file(struct experiment *own, bool traced, unsigned threads, paper_progress_t progress,
+                        void *context, paper_error_t *why);
+
+/* Frees the experiment, too. */
 void paper_free(paper_t *paper);
+
+/* What the figure is about, or PAPER_OWN. It was wanted. */
+const paper_figure_t *paper_about(const paper_t *paper, size_t figure);
 
 /* The rows, figure by figure. */
 size_t paper_row_count(const paper_t *paper);

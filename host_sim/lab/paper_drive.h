@@ -19,6 +19,12 @@ typedef struct {
 extern const setting_t paper_drive[];
 extern const size_t paper_drive_count;
 
+/* What all runs of the paper's experiments put on the rig besides, and those of the ideal drive. */
+extern const setting_t paper_common[];
+extern const size_t paper_common_count;
+extern const setting_t paper_ideal[];
+extern const size_t paper_ideal_count;
+
 /* Puts these settings on the rig; false: rig_error(). To be applied. */
 bool paper_drive_put(rig_t *rig, const setting_t *settings, size_t count);
 

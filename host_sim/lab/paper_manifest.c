@@ -81,17 +81,7 @@ static void write_conditions(FILE *file)
 static void write_event(FILE *file, const char *before, const event_t *event)
 {
     char text[40];
-    switch (event->kind) {
-    case SPEED:
-        snprintf(text, sizeof text, "%g r/min", event->value);
-        break;
-    case COMPENSATION:
-        snprintf(text, sizeof text, "compensation %s", event->value > 0.0 ? "on" : "off");
-        break;
-    case LOAD_TORQUE:
-        snprintf(text, sizeof text, "%g N m", event->value);
-        break;
-    }
+    snprintf(text, sizeof text, "%g r/min", event->speed);
     fprintf(file, "%s{\"time\": %g", before, event->time);
     text_of(file, "text", text);
     fputc('}', file);
@@ -133,27 +123,15 @@ static void write_run(const result_t *result, FILE *file)
     number_of(file, "omega_s", run->omega_s);
     text_of(file, "switching", paper_switching_names[run->switching]);
     text_of(file, "lag", paper_lag_names[run->lag]);
-    flag_of(file, "encoder", run->encoder);
+    flag_of(file, "encoder", false);
     flag_of(file, "lost", result->lost);
     text_of(file, "condition", condition);
     fputc('}', file);
 }
 
-static void write_figure(const paper_t *paper, size_t figure, FILE *file)
+static void write_runs(const paper_t *paper, size_t figure, FILE *file)
 {
-    const paper_figure_t *about = &paper_figures[figure];
-    char csv[40];
     const char *before = "\n    ";
-    snprintf(csv, sizeof csv, "data/%s.csv", about->id);
-    fputs("{\"id\": ", file);
-    json_text(file, about->id);
-    text_of(file, "title", about->title);
-    text_of(file, "claim", about->claim);
-    text_of(file, "paper", about->paper);
-    text_of(file, "csv", csv);
-    key(file, ",\n   ", "events");
-    write_events(paper, figure, file);
-    key(file, ",\n   ", "runs");
     fputc('[', file);
     for (size_t n = 0; n < paper->result_count; n++) {
         if (paper_of_figure(&paper->results[n], figure)) {
@@ -162,16 +140,42 @@ static void write_figure(const paper_t *paper, size_t figure, FILE *file)
             before = ",\n    ";
         }
     }
-    fputs("]}", file);
+    fputc(']', file);
+}
+
+static void write_figure(const paper_t *paper, size_t figure, FILE *file)
+{
+    const paper_figure_t *about = &paper->about[figure];
+    char csv[40];
+    snprintf(csv, sizeof csv, "data/%s.csv", about->id);
+    fputs("{\"id\": ", file);
+    json_text(file, about->id);
+    text_of(file, "title", about->title);
+    text_of(file, "claim", about->claim);
+    text_of(file, "paper", about->paper);
+    text_of(file, "csv", csv);
+    key(file, ",\n   ", "events");
+    if (paper->files[figure] != NULL) {
+        experiment_write_events(paper->files[figure], file);
+    } else {
+        write_events(paper, figure, file);
+    }
+    key(file, ",\n   ", "runs");
+    if (paper->files[figure] != NULL) {
+        experiment_write_runs(paper->files[figure], file);
+    } else {
+        write_runs(paper, figure, file);
+    }
+    fputc('}', file);
 }
 
 /* ---- rows ---- */
 
-static void write_row(const paper_row_t *row, FILE *file)
+static void write_row(const paper_t *paper, const paper_row_t *row, FILE *file)
 {
     fputs("{\"id\": ", file);
     json_text(file, row->id);
-    text_of(file, "figure", paper_figures[row->figure].id);
+    text_of(file, "figure", paper->about[row->figure].id);
     text_of(file, "flavour", row->flavour);
     text_of(file, "claim", row->claim);
     number_of(file, "paper", row->paper);
@@ -204,7 +208,7 @@ void paper_write_manifest(const paper_t *paper, const char *commit, double secon
     fputs("},\n \"conditions\": ", file);
     write_conditions(file);
     fputs(",\n \"figures\": [", file);
-    for (size_t n = 0; n < PAPER_FIGURES; n++) {
+    for (size_t n = 0; n <= PAPER_OWN; n++) {
         if (paper->wanted[n]) {
             fputs(before, file);
             write_figure(paper, n, file);
@@ -215,7 +219,7 @@ void paper_write_manifest(const paper_t *paper, const char *commit, double secon
     before = "\n  ";
     for (size_t n = 0; n < paper->row_count; n++) {
         fputs(before, file);
-        write_row(&paper->rows[n], file);
+        write_row(paper, &paper->rows[n], file);
         before = ",\n  ";
     }
     fputs("]}\n", file);

@@ -2,6 +2,7 @@
 #ifndef HOST_SIM_LAB_PAPER_PARTS_H
 #define HOST_SIM_LAB_PAPER_PARTS_H
 
+#include "host_sim/lab/experiment.h"
 #include "host_sim/lab/map.h"
 #include "host_sim/lab/paper.h"
 #include "host_sim/lab/paper_drive.h"
@@ -35,28 +36,27 @@ typedef enum {
 
 typedef enum { SIGN, SIGMOID, SIGMOID_VECTOR } switching_t; /* as the choices of observer_switching */
 typedef enum { LAG_NONE, LAG_PRINTED, LAG_CORRECTED, LAG_EXACT } lag_t; /* of lag_compensation */
-typedef enum { HOLD, STAIRS, COMPENSATE, STEPS, QUICK_STEPS, LOAD_STEP, PROFILES } profile_t;
+typedef enum { HOLD, STEPS, QUICK_STEPS, PROFILES } profile_t;
 typedef enum { BOTH, REAL } flavours_t;
 
 typedef struct {
     figure_t figure;
     char name[32]; /* of its traces and for the judgement; unique in the figure */
     profile_t profile;
-    double rpm;    /* of HOLD and LOAD_STEP [r/min] */
+    double rpm;    /* of HOLD [r/min] */
     double length; /* of HOLD, rounded up to whole electrical periods [s] */
     flavours_t flavours;
-    bool encoder;          /* [-] the estimator runs beside; else it takes over once it has settled */
     double load;           /* from the start [N m] */
     switching_t switching; /* slope 1/A */
     double gain;           /* k_s [V] */
     double omega_s;        /* of the EMF filter [rad/s]; 0: none */
-    lag_t lag;             /* of COMPENSATE: while it is on */
-    double bandwidth;      /* -3 dB [rad/s], damping 1 */
-    double omega_c;        /* [rad/s]; 0: conventional */
-    bool torque;           /* [-] the torque is fed forward too */
-    double dead_time;      /* lost of each edge, and nothing compensated [us]; 0: the plant's, compensated */
-    uint64_t reseed;       /* added to the seed of the noise */
-    bool sweep;            /* [-] of fig15's dead times: no trace */
+    lag_t lag;
+    double bandwidth; /* -3 dB [rad/s], damping 1 */
+    double omega_c;   /* [rad/s]; 0: conventional */
+    bool torque;      /* [-] the torque is fed forward too */
+    double dead_time; /* lost of each edge, and nothing compensated [us]; 0: the plant's, compensated */
+    uint64_t reseed;  /* added to the seed of the noise */
+    bool sweep;       /* [-] of fig15's dead times: no trace */
 } run_t;
 
 /* Every run of these figures, the two flavours of one beside each other. Their number; `runs` may be NULL. */
@@ -95,12 +95,9 @@ extern const char *const paper_switching_names[], *const paper_lag_names[];
 
 /* ---- what happens during a run ---- */
 
-typedef enum { SPEED, COMPENSATION, LOAD_TORQUE } event_kind_t;
-
 typedef struct {
-    double time; /* [s] */
-    event_kind_t kind;
-    double value; /* [r/min], 1 on, [N m] */
+    double time;  /* [s] */
+    double speed; /* that is asked for from then on [r/min] */
 } event_t;
 
 /* A window's numbers are taken from begin to end. */
@@ -124,14 +121,11 @@ typedef struct {
 course_t paper_course(const run_t *run);
 
 /* Names of the windows. */
-enum { AT_100 = 0, AT_500 = 1, AT_1000 = 2, AT_1500 = 3 };     /* STAIRS */
-enum { BEFORE = 0, ON = 1, AFTER = 2 };                        /* COMPENSATE */
-enum { SLOW = 0, UP = 1, FAST = 2, DOWN = 3, MIDDLE = 4 };     /* STEPS, QUICK_STEPS */
-enum { UNLOADED = 0, LOADING = 1, LOADED = 2, UNLOADING = 3 }; /* LOAD_STEP */
+enum { SLOW = 0, UP = 1, FAST = 2, DOWN = 3, MIDDLE = 4 }; /* STEPS, QUICK_STEPS */
 
 /* ---- traces ---- */
 
-enum { C_SPEED, C_SPEED_HAT, C_THETA, C_THETA_HAT, C_ERROR, C_THEORY, C_I_Q, C_I_D, C_K_F, COLUMNS };
+enum { C_SPEED, C_SPEED_HAT, C_ERROR, COLUMNS };
 #define BIT(column) (1u << (column))
 
 /* What a figure shows of each run over time. */
@@ -151,8 +145,6 @@ typedef struct {
     double peak;                 /* its largest magnitude */
     double speed;                /* mean of the true one */
     double speed_sd, speed_peak; /* of the estimated speed less the true one */
-    double i_q, i_d;             /* means: as the drive sees it, and the true one [A] */
-    double k_mean, k_sd, k_max;  /* equivalent gain of the alpha axis, sample by sample [1/A] */
     double plateau;              /* mean error late in a speed change; NAN: none */
     double acceleration;         /* mean there [rad/s^2], electrical */
 } numbers_t;
@@ -170,13 +162,12 @@ typedef struct {
 /* Runs it on a rig of its own; false: why not, one line. */
 bool paper_measure(result_t *result, uint64_t seed, char why[POOL_WHY]);
 
-/* What all runs put on the rig first, beside the paper's drive. */
-extern const setting_t paper_common[];
-extern const size_t paper_common_count;
-
 struct paper {
-    bool wanted[PAPER_FIGURES];
+    bool wanted[PAPER_FIGURES + 1u];
+    paper_figure_t about[PAPER_FIGURES + 1u];
+    experiment_t *files[PAPER_FIGURES + 1u]; /* NULL: the figure is none of a file */
     uint64_t seed;
+    bool traced; /* the traces of files are kept */
     result_t *results;
     size_t result_count;
     map_point_t *points; /* of beyond_map; NULL: not wanted */
@@ -219,28 +210,20 @@ claim_t paper_claim(figure_t figure, const char *id, const char *claim, const ch
 claim_t paper_claim_of_theory(figure_t figure, const char *id, const char *claim, const char *unit,
                               double theory_number, double tolerance, const char *because);
 
-/* Rows. kind: the claim holds. Of one run; of a formula; of several runs, one of which stands for the
+/* Rows. kind: the claim holds. Of one run; of several runs, one of which stands for the
  * conditions, `stopped` if a run among them was lost that should not have been. */
 void paper_row_of(paper_t *paper, const claim_t *claim, const result_t *result, double ours, bool kind);
-void paper_row_of_formula(paper_t *paper, const claim_t *claim, double ours, bool kind,
-                          const char *condition);
 void paper_row_of_several(paper_t *paper, const claim_t *claim, const result_t *one, bool stopped,
                           double ours, bool kind, const char *condition);
 /* Of a run that may well be lost: that is what the row is about. */
 void paper_row_of_loss(paper_t *paper, const claim_t *claim, const result_t *result);
+/* As a file's experiment says. */
+void paper_row_of_file(paper_t *paper, size_t figure, const experiment_row_t *of);
 /* Of the map. */
 void paper_row_of_map(paper_t *paper, const claim_t *claim, bool stopped, double ours, const char *condition);
 
-/* Judges figures: the paper's by formula, the paper's as measured, and those beyond it. */
-void paper_judge_formulas(paper_t *paper, figure_t figure);
+/* Judges figures: the paper's as measured, and those beyond it. */
 void paper_judge_measured(paper_t *paper, figure_t figure);
 void paper_judge_beyond(paper_t *paper, figure_t figure);
-
-/* fig08's grid. */
-#define BODE_POINTS  251
-#define BODE_CUTOFFS 4
-extern const double bode_bandwidths[2];
-extern const double bode_cutoffs[2][BODE_CUTOFFS];
-double bode_frequency(int n); /* [rad/s] */
 
 #endif

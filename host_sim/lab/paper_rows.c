@@ -7,13 +7,12 @@
 
 paper_verdict_t paper_judge(const paper_row_t *row)
 {
-    const bool beyond = paper_figures[row->figure].paper == NULL;
-    const paper_verdict_t no = beyond ? PAPER_DOES_NOT_HOLD : PAPER_NOT_REPRODUCED;
+    const paper_verdict_t no = row->beyond ? PAPER_DOES_NOT_HOLD : PAPER_NOT_REPRODUCED;
     if (row->stopped || isnan(row->ours)) {
         return no;
     }
     const bool same = fabs(row->ours - row->expected) <= row->tolerance;
-    if (beyond) {
+    if (row->beyond) {
         return same || row->kind ? PAPER_HOLDS : no;
     }
     if (same && !isnan(row->paper)) {
@@ -50,6 +49,7 @@ static paper_row_t *add(paper_t *paper, const claim_t *claim, const char *flavou
     paper_row_t *row = &paper->rows[paper->row_count++];
     *row = (paper_row_t){
         .figure = claim->figure,
+        .beyond = paper->about[claim->figure].paper == NULL,
         .flavour = flavour,
         .paper = claim->paper,
         .expected = isnan(claim->paper) ? claim->theory : claim->paper,
@@ -58,7 +58,7 @@ static paper_row_t *add(paper_t *paper, const claim_t *claim, const char *flavou
         .tolerance = claim->tolerance,
         .kind = kind,
     };
-    snprintf(row->id, sizeof row->id, "%s.%s.%s", paper_figures[claim->figure].id, claim->id, flavour);
+    snprintf(row->id, sizeof row->id, "%s.%s.%s", paper->about[claim->figure].id, claim->id, flavour);
     snprintf(row->claim, sizeof row->claim, "%s", claim->claim);
     return row;
 }
@@ -89,13 +89,6 @@ void paper_row_of(paper_t *paper, const claim_t *claim, const result_t *result, 
     conclude_row(row, claim);
 }
 
-void paper_row_of_formula(paper_t *paper, const claim_t *claim, double ours, bool kind, const char *condition)
-{
-    paper_row_t *row = add(paper, claim, "formula", ours, kind);
-    snprintf(row->condition, sizeof row->condition, "%s", condition);
-    conclude_row(row, claim);
-}
-
 void paper_row_of_several(paper_t *paper, const claim_t *claim, const result_t *one, bool stopped,
                           double ours, bool kind, const char *condition)
 {
@@ -112,6 +105,16 @@ void paper_row_of_loss(paper_t *paper, const claim_t *claim, const result_t *res
     paper_row_t *row = add(paper, claim, result->real ? "real" : "ideal", result->lost ? 1.0 : 0.0, false);
     paper_describe(row->condition, sizeof row->condition, &result->run, result->real);
     conclude_row(row, claim);
+}
+
+void paper_row_of_file(paper_t *paper, size_t figure, const experiment_row_t *of)
+{
+    const claim_t claim = {(figure_t)figure, of->id,       of->text,      of->unit,
+                           of->printed,      of->expected, of->tolerance, of->why_not};
+    paper_row_t *row = add(paper, &claim, of->flavour, of->ours, of->kind);
+    row->stopped = of->stopped;
+    snprintf(row->condition, sizeof row->condition, "%s", of->condition);
+    conclude_row(row, &claim);
 }
 
 void paper_row_of_map(paper_t *paper, const claim_t *claim, bool stopped, double ours, const char *condition)

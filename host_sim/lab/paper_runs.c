@@ -4,42 +4,27 @@
 
 #include "host_sim/lab/paper_parts.h"
 
-#define FOUR_A    3.072  /* [N m] that make i_q 4 A: (4 A 1.5 p psi_f) less the friction */
-#define KS_FIG_11 162.0  /* [V] that 0.08 rad at 1500 r/min needs in this timing */
-#define OMEGA_S   2500.0 /* [rad/s] of the EMF filter (11); the print has none */
+#define OMEGA_S 2500.0 /* [rad/s] of the EMF filter (11); the print has none */
 
 /* Between the dead times that lose the conventional loop of 200 rad/s and the feed-forward one (see
  * dead_times_15). */
 #define DEAD_TIME_15 3.6 /* [us] */
 
 const paper_figure_t paper_figures[PAPER_FIGURES] = {
-    [FIG04] = {"fig04", "sign and sigmoid, and their equivalent gains, over the input",
-               "the sign's gain has no bound near zero, the sigmoid's stays near one half", "Fig. 4"},
-    [FIG05] = {"fig05", "equivalent gains on the sliding surface",
-               "with the sign the gain is huge and irregular, with the sigmoid nearly constant", "Fig. 5"},
-    [FIG08] =
-        {"fig08", "Bode plots of the loop filters at equal closed-loop bandwidth",
-         "at equal bandwidth the feed-forward PLL's filter has less gain everywhere, the less the larger "
-         "omega_c",
-         "Fig. 8"},
-    [FIG10] = {"fig10", "sign SMO over speed",
-               "the sign makes no mean deviation worth the name but a large harmonic error", "Fig. 10"},
-    [FIG11] = {"fig11", "sigmoid SMO over speed, not compensated",
-               "the sigmoid is smooth but lags with speed, 0.08 rad at 1500 r/min, as (14) says", "Fig. 11"},
-    [FIG12] = {"fig12", "phase self-compensation on at 1.25 s, off at 3.75 s",
-               "compensation takes the deviation away, and i_q falls by 0.32 A", "Fig. 12"},
-    [FIG13] = {"fig13", "conventional PLL through speed steps",
-               "no error at constant speed, but a/k_i while the speed changes: 0.355, 0.449, 0.623 rad",
-               "Fig. 13"},
-    [FIG14] = {"fig14", "feed-forward PLL through speed steps, no load",
-               "with feed-forward no steady error is left while accelerating", "Fig. 14"},
+    [FIG04] = {.id = "fig04"},
+    [FIG05] = {.id = "fig05"},
+    [FIG08] = {.id = "fig08"},
+    [FIG10] = {.id = "fig10"},
+    [FIG11] = {.id = "fig11"},
+    [FIG12] = {.id = "fig12"},
+    [FIG13] = {.id = "fig13"},
+    [FIG14] = {.id = "fig14"},
     [FIG15] = {"fig15", "feed-forward PLL through speed steps, rated load; loss of lock",
                "the same under load, where a conventional PLL of large k_i loses the rotor", "Fig. 15"},
     [FIG16] = {"fig16", "deviations and overshoots over bandwidth, omega_c and load",
                "deviations fall with omega_c and grow with bandwidth; the overshoot has a least omega_c",
                "Fig. 16"},
-    [FIG17] = {"fig17", "rated load step at 500 and 1500 r/min",
-               "a step of the load hardly moves the position error", "Fig. 17"},
+    [FIG17] = {.id = "fig17"},
     [BEYOND_SPEED] = {"beyond_speed", "what each lag compensation leaves over speed",
                       "lagless leaves less than a milliradian where the paper's formula leaves tens", NULL},
     [BEYOND_BANDWIDTH] = {"beyond_bandwidth", "tracking error through speed steps over bandwidth",
@@ -73,40 +58,8 @@ const char *const sweep_16[2][SWEEP_16] = {
         .figure = FIG15, .name = "b" #b "_wc" #wc "_uncompensated", .profile = STEPS, .flavours = REAL,      \
         .load = RATED, .dead_time = DEAD_TIME_15, LOOP(b, wc)                                                \
     }
-#define LOADED_AT(speed, b, wc)                                                                              \
-    {                                                                                                        \
-        .figure = FIG17, .name = "b" #b "_wc" #wc "_" #speed, .profile = LOAD_STEP, .rpm = speed,            \
-        LOOP(b, wc)                                                                                          \
-    }
-
 /* clang-format off */
 static const run_t runs[] = {
-    {.figure = FIG05, .name = "sign", .profile = HOLD, .rpm = 1013.0, .length = 0.5, .encoder = true,
-     .switching = SIGN, .gain = KS, .lag = LAG_EXACT, .bandwidth = 100.0},
-    {.figure = FIG05, .name = "sigmoid", .profile = HOLD, .rpm = 1013.0, .length = 0.5, .encoder = true,
-     SMOOTH(KS, 0.0), .lag = LAG_EXACT, .bandwidth = 100.0},
-
-    {.figure = FIG10, .name = "sign", .profile = STAIRS, .encoder = true,
-     .switching = SIGN, .gain = KS, .omega_s = OMEGA_S, .lag = LAG_EXACT, .bandwidth = 100.0},
-    {.figure = FIG10, .name = "sigmoid", .profile = STAIRS, .encoder = true, LOOP(100.0, 0.0)},
-
-    {.figure = FIG11, .name = "ks162", .profile = STAIRS,
-     SMOOTH(KS_FIG_11, 0.0), .lag = LAG_NONE, .bandwidth = 100.0},
-    {.figure = FIG11, .name = "ks200", .profile = STAIRS,
-     SMOOTH(KS, 0.0), .lag = LAG_NONE, .bandwidth = 100.0},
-
-    {.figure = FIG12, .name = "exact", .profile = COMPENSATE, .load = FOUR_A,
-     SMOOTH(KS_FIG_11, 0.0), .lag = LAG_EXACT, .bandwidth = 100.0},
-    {.figure = FIG12, .name = "printed", .profile = COMPENSATE, .load = FOUR_A,
-     SMOOTH(KS_FIG_11, 0.0), .lag = LAG_PRINTED, .bandwidth = 100.0},
-
-    STEPPED_BOTH(FIG13, 100, 0),
-
-    STEPPED(FIG14, 100,  0, "nl", 0.0), STEPPED(FIG14, 200,  0, "nl", 0.0),
-    STEPPED(FIG14, 100, 12, "nl", 0.0), STEPPED(FIG14, 200, 25, "nl", 0.0),
-    STEPPED(FIG14, 100, 25, "nl", 0.0), STEPPED(FIG14, 200, 50, "nl", 0.0),
-    STEPPED(FIG14, 100, 40, "nl", 0.0), STEPPED(FIG14, 200, 81, "nl", 0.0),
-
     STEPPED(FIG15, 100,  0, "rated", RATED), STEPPED(FIG15, 200,  0, "rated", RATED),
     STEPPED(FIG15, 100, 12, "rated", RATED), STEPPED(FIG15, 200, 25, "rated", RATED),
     STEPPED(FIG15, 100, 25, "rated", RATED), STEPPED(FIG15, 200, 50, "rated", RATED),
@@ -119,9 +72,6 @@ static const run_t runs[] = {
     STEPPED_BOTH(FIG16, 100, 25), STEPPED_BOTH(FIG16, 200,  50),
     STEPPED_BOTH(FIG16, 100, 40), STEPPED_BOTH(FIG16, 200,  81),
     STEPPED_BOTH(FIG16, 100, 60), STEPPED_BOTH(FIG16, 200, 121),
-
-    LOADED_AT(500,  100, 0), LOADED_AT(500,  100, 25), LOADED_AT(500,  200, 50),
-    LOADED_AT(1500, 100, 0), LOADED_AT(1500, 100, 25), LOADED_AT(1500, 200, 50),
 };
 /* clang-format on */
 
@@ -248,24 +198,9 @@ size_t paper_plan(const bool wanted[PAPER_FIGURES], flavoured_t *to)
  * time constant of 0.2 s. */
 static const course_t courses[PROFILES] = {
     [HOLD] = {.window_count = 1},
-    [STAIRS] = {100.0,
-                11.0,
-                {{2.0, SPEED, 500.0}, {5.0, SPEED, 1000.0}, {8.0, SPEED, 1500.0}},
-                3,
-                {{1.0, 2.0, 100.0, 100.0},
-                 {4.5, 5.0, 500.0, 500.0},
-                 {7.5, 8.0, 1000.0, 1000.0},
-                 {10.5, 11.0, 1500.0, 1500.0}},
-                4},
-    [COMPENSATE] = {1500.0,
-                    5.0,
-                    {{1.25, COMPENSATION, 1.0}, {3.75, COMPENSATION, 0.0}},
-                    2,
-                    {{0.5, 1.25, 1500.0, 1500.0}, {3.0, 3.75, 1500.0, 1500.0}, {4.5, 5.0, 1500.0, 1500.0}},
-                    3},
     [STEPS] = {100.0,
                11.0,
-               {{2.0, SPEED, 1500.0}, {8.0, SPEED, 1000.0}},
+               {{2.0, 1500.0}, {8.0, 1000.0}},
                2,
                {{0.0, 2.0, 100.0, 100.0},
                 {2.0, 6.0, 100.0, 1500.0},
@@ -275,7 +210,7 @@ static const course_t courses[PROFILES] = {
                5},
     [QUICK_STEPS] = {100.0,
                      6.0,
-                     {{1.0, SPEED, 1500.0}, {4.5, SPEED, 1000.0}},
+                     {{1.0, 1500.0}, {4.5, 1000.0}},
                      2,
                      {{0.0, 1.0, 100.0, 100.0},
                       {1.0, 4.0, 100.0, 1500.0},
@@ -283,12 +218,6 @@ static const course_t courses[PROFILES] = {
                       {4.5, 5.5, 1500.0, 1000.0},
                       {5.5, 6.0, 1000.0, 1000.0}},
                      5},
-    [LOAD_STEP] =
-        {.length = 6.0,
-         .events = {{1.0, LOAD_TORQUE, RATED}, {4.0, LOAD_TORQUE, 0.0}},
-         .event_count = 2,
-         .windows = {{0.0, 1.0, 0.0, 0.0}, {1.0, 3.0, 0.0, 0.0}, {3.0, 4.0, 0.0, 0.0}, {4.0, 6.0, 0.0, 0.0}},
-         .window_count = 4},
 };
 
 course_t paper_course(const run_t *run)
@@ -299,7 +228,7 @@ course_t paper_course(const run_t *run)
         course.length = ceil(run->length / turn) * turn;
         course.windows[0].end = course.length;
     }
-    if (run->profile == HOLD || run->profile == LOAD_STEP) {
+    if (run->profile == HOLD) {
         course.rpm = run->rpm;
         for (size_t n = 0; n < course.window_count; n++) {
             course.windows[n].from = run->rpm;
@@ -318,10 +247,8 @@ void paper_describe(char *to, size_t size, const run_t *run, bool real)
 {
     static const char *const switchings[] = {"sign", "sigmoid 1/A per axis", "sigmoid 1/A of the vector"};
     static const char *const lags[] = {"none", "(14) as printed", "(14) corrected", "exact"};
-    static const char *const profiles[PROFILES] = {[STAIRS] = "100-500-1000-1500 r/min",
-                                                   [COMPENSATE] = "1500 r/min",
-                                                   [STEPS] = "100-1500-1000 r/min",
-                                                   [QUICK_STEPS] = "100-1500-1000 r/min"};
+    static const char *const profiles[PROFILES] = {
+        [STEPS] = "100-1500-1000 r/min", [QUICK_STEPS] = "100-1500-1000 r/min"};
     char flavour[120] = "ideal inverter and sensors";
     char profile[40];
     if (real) {
@@ -336,15 +263,13 @@ void paper_describe(char *to, size_t size, const run_t *run, bool real)
     if (profiles[run->profile] != NULL) {
         snprintf(profile, sizeof profile, "%s", profiles[run->profile]);
     } else {
-        snprintf(profile, sizeof profile, "%g r/min%s", run->rpm,
-                 run->profile == LOAD_STEP ? ", 0-5-0 N m" : "");
+        snprintf(profile, sizeof profile, "%g r/min", run->rpm);
     }
     snprintf(to, size,
              "%s%s; %s, load %g N m, friction %g N m, J %g kg m^2; %s; %s, k_s %g V, omega_s %g rad/s, lag "
              "compensation %s; PLL %g rad/s, damping 1, omega_c %g rad/s%s; speed PI 0.5, 2.5, 10 A",
              flavour, real && run->figure == FIG16 ? ", EMF with 1 % 5th and 0.5 % 7th" : "", profile,
-             run->load, paper_machine.friction, paper_machine.inertia,
-             run->encoder ? "estimator beside the encoder" : "sensorless", switchings[run->switching],
-             run->gain, run->omega_s, lags[run->lag], run->bandwidth, run->omega_c,
-             run->torque ? ", told the torque" : "");
+             run->load, paper_machine.friction, paper_machine.inertia, "sensorless",
+             switchings[run->switching], run->gain, run->omega_s, lags[run->lag], run->bandwidth,
+             run->omega_c, run->torque ? ", told the torque" : "");
 }

@@ -6,63 +6,15 @@
 #include "host_sim/lab/paper_parts.h"
 #include "host_sim/lab/times.h"
 
-#define DEGREE (RPM / 6.0) /* [rad] */
-
 static const char *const column_names[COLUMNS] = {
     [C_SPEED] = "speed[r/min]",
     [C_SPEED_HAT] = "speed_hat[r/min]",
-    [C_THETA] = "theta[rad]",
-    [C_THETA_HAT] = "theta_hat[rad]",
     [C_ERROR] = "theta_err[mrad]",
-    [C_THEORY] = "theory_err[mrad]",
-    [C_I_Q] = "i_q[A]",
-    [C_I_D] = "true_i_d[A]",
-    [C_K_F] = "k_f_alpha[1/A]",
 };
 
 static const char *flavour(const result_t *result)
 {
     return result->real ? "real" : "ideal";
-}
-
-/* ---- formulas ---- */
-
-static void write_fig04(FILE *file)
-{
-    fprintf(file, "x[A],sign[-],sigmoid[-],k_f_sign[1/A],k_f_sigmoid[1/A]\n");
-    for (int n = -1000; n <= 1000; n++) {
-        const double x = 0.01 * n;
-        fprintf(file, "%.2f,%d,%.6g,", x, (n > 0) - (n < 0), paper_sigmoid(x));
-        if (n != 0) { /* where the sign's has no value */
-            fprintf(file, "%.6g", paper_sign_gain(x));
-        }
-        fprintf(file, ",%.6g\n", paper_sigmoid_gain(x));
-    }
-}
-
-static void write_fig08(FILE *file)
-{
-    fprintf(file, "omega[rad/s]");
-    for (int b = 0; b < 2; b++) {
-        for (int c = 0; c < BODE_CUTOFFS; c++) {
-            fprintf(file, ",b%g_wc%g_gain[dB],b%g_wc%g_phase[deg]", bode_bandwidths[b], bode_cutoffs[b][c],
-                    bode_bandwidths[b], bode_cutoffs[b][c]);
-        }
-    }
-    fprintf(file, "\n");
-    for (int n = 0; n < BODE_POINTS; n++) {
-        const double omega = bode_frequency(n);
-        fprintf(file, "%.6g", omega);
-        for (int b = 0; b < 2; b++) {
-            for (int c = 0; c < BODE_CUTOFFS; c++) {
-                double gain = 0.0;
-                double phase = 0.0;
-                paper_loop_filter(bode_bandwidths[b], bode_cutoffs[b][c], omega, &gain, &phase);
-                fprintf(file, ",%.6g,%.6g", 20.0 * log10(gain), phase / DEGREE);
-            }
-        }
-        fprintf(file, "\n");
-    }
 }
 
 /* ---- tables, a line a run ---- */
@@ -170,8 +122,8 @@ static double reference(const course_t *course, double time)
 {
     double rpm = course->rpm;
     for (size_t n = 0; n < course->event_count; n++) {
-        if (course->events[n].kind == SPEED && course->events[n].time <= time) {
-            rpm = course->events[n].value;
+        if (course->events[n].time <= time) {
+            rpm = course->events[n].speed;
         }
     }
     return rpm;
@@ -248,14 +200,12 @@ static void write_traces(const paper_t *paper, size_t figure, FILE *file)
 
 void paper_write_csv(const paper_t *paper, size_t figure, FILE *file)
 {
-    assert(figure < PAPER_FIGURES);
+    assert(figure <= PAPER_OWN);
     if (!paper->wanted[figure]) {
         return;
     }
-    if (figure == FIG04) {
-        write_fig04(file);
-    } else if (figure == FIG08) {
-        write_fig08(file);
+    if (paper->files[figure] != NULL) {
+        experiment_write_csv(paper->files[figure], file);
     } else if (figure == FIG16) {
         write_fig16(paper, file);
     } else if (figure == BEYOND_SPEED) {

@@ -2,8 +2,12 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "host_sim/lab/recorder_parts.h"
 #include "host_sim/lab/times.h"
@@ -174,6 +178,7 @@ uint64_t recorder_samples(const recorder_t *recorder)
 
 static bool refuse(recorder_error_t *error, const char *text)
 {
+    error->io = false;
     snprintf(error->text, sizeof error->text, "%s", text);
     return false;
 }
@@ -196,6 +201,9 @@ static void free_all(recorder_t *recorder)
         if (recorder->files[n].file != NULL) {
             fclose(recorder->files[n].file);
         }
+        if (recorder->files[n].claim >= 0) {
+            close(recorder->files[n].claim);
+        }
         free(recorder->files[n].path);
         free(recorder->files[n].partial_path);
     }
@@ -209,7 +217,24 @@ static void free_all(recorder_t *recorder)
         free(recorder->values[n].unit);
     }
     free(recorder->values);
+    for (uint32_t n = 0; n < recorder->note_count; n++) {
+        free(recorder->notes[n].name);
+        free(recorder->notes[n].text);
+    }
+    free(recorder->notes);
     free(recorder);
+}
+
+bool recorder_note(recorder_t *recorder, const char *key, const char *name, const char *text)
+{
+    recorder_line_t *notes = realloc(recorder->notes, (recorder->note_count + 1u) * sizeof *notes);
+    if (notes == NULL) {
+        return false;
+    }
+    recorder->notes = notes;
+    recorder_line_t *note = &notes[recorder->note_count++];
+    *note = (recorder_line_t){.key = key, .name = copied(name), .text = copied(text)};
+    return note->name != NULL && note->text != NULL;
 }
 
 static bool check(const recorder_options_t *options, recorder_error_t *error)
@@ -229,7 +254,7 @@ static bool check(const recorder_options_t *options, recorder_error_t *error)
         return refuse(error, text);
     }
     if (options->every == 0u) {
-        return refuse(error, "decimation 0: accepted 1 and more periods");
+        return refuse(error, "every 0: accepted 1 and more periods");
     }
     if (options->memory != 0u &&
         (options->memory < RECORDER_MEMORY_MIN || options->memory > RECORDER_MEMORY_MAX)) {
@@ -327,13 +352,46 @@ static bool check_plan(const recorder_t *recorder, const recorder_options_t *opt
                  (unsigned)options->periods, (unsigned)chunks);
     } else {
         const uint64_t fitting = (chunks - edge_chunks) * chunk_rows;
-        snprintf(
-            text, sizeof text,
-            "%u rows of %u periods do not fit into %u MiB: a decimation of %u or more, or fewer rows, would",
-            (unsigned)options->count, (unsigned)options->periods, (unsigned)chunks,
-            (unsigned)((options->periods + fitting - 1u) / fitting));
+        snprintf(text, sizeof text,
+                 "%u rows of %u periods do not fit into %u MiB: every %u or more, or fewer rows, would",
+                 (unsigned)options->count, (unsigned)options->periods, (unsigned)chunks,
+                 (unsigned)((options->periods + fitting - 1u) / fitting));
     }
     return refuse(error, text);
+}
+
+static bool no_file(recorder_error_t *error, const char *path, const char *why)
+{
+    snprintf(error->text, sizeof error->text, "%s: %s", path, why);
+    error->io = true;
+    return false;
+}
+
+/* Opens the partial file for this recording alone. Emptied only once it is locked: it may be another one's,
+ * or what a killed one left. false: said why. */
+static bool claim(recorder_file_t *file, recorder_error_t *error)
+{
+    struct stat mine;
+    struct stat there;
+    for (;;) {
+        file->claim = open(file->partial_path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+        if (file->claim < 0) {
+            return no_file(error, file->partial_path, strerror(errno));
+        }
+        if (flock(file->claim, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            return no_file(error, file->partial_path, "another run is writing it; give another folder");
+        }
+        /* the one before may have given it its final name between the two */
+        if (fstat(file->claim, &mine) == 0 && stat(file->partial_path, &there) == 0 &&
+            mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
+            break;
+        }
+        close(file->claim);
+    }
+    const bool empty = ftruncate(file->claim, 0) == 0 || !S_ISREG(mine.st_mode);
+    const int descriptor = empty ? fcntl(file->claim, F_DUPFD_CLOEXEC, 0) : -1;
+    file->file = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
+    return file->file != NULL || no_file(error, file->partial_path, strerror(errno));
 }
 
 static bool create_files(recorder_t *recorder, const recorder_options_t *options, recorder_error_t *error)
@@ -352,9 +410,7 @@ static bool create_files(recorder_t *recorder, const recorder_options_t *options
         }
         snprintf(file->path, size, "%s%s%s.%s", options->folder, slash, options->name, endings[n].ending);
         snprintf(file->partial_path, size, "%s.partial", file->path);
-        file->file = fopen(file->partial_path, "wb");
-        if (file->file == NULL) {
-            snprintf(error->text, sizeof error->text, "%s: %s", file->partial_path, strerror(errno));
+        if (!claim(file, error)) {
             return false;
         }
         file->format = endings[n].format;
@@ -364,7 +420,7 @@ static bool create_files(recorder_t *recorder, const recorder_options_t *options
 
 recorder_t *recorder_open(const recorder_options_t *options, recorder_error_t *error)
 {
-    error->text[0] = '\0';
+    *error = (recorder_error_t){.text = ""};
     if (!check(options, error)) {
         return NULL;
     }
@@ -378,6 +434,9 @@ recorder_t *recorder_open(const recorder_options_t *options, recorder_error_t *e
     recorder->memory_left = options->memory != 0u ? options->memory : RECORDER_MEMORY_MAX;
     store_init(&recorder->rows, (1u + options->count) * (uint32_t)sizeof(uint32_t));
     store_init(&recorder->edges, sizeof(recorder_edge_t));
+    for (uint32_t n = 0; n < ENDINGS; n++) {
+        recorder->files[n].claim = -1;
+    }
     if (!name_columns(recorder, options, error) || !copy_meta(recorder, &options->meta, error) ||
         !check_plan(recorder, options, error) || !create_files(recorder, options, error)) {
         recorder_abandon(recorder);
@@ -393,8 +452,6 @@ void recorder_abandon(recorder_t *recorder)
     }
     for (uint32_t n = 0; n < ENDINGS; n++) {
         if (recorder->files[n].format != 0u) {
-            fclose(recorder->files[n].file);
-            recorder->files[n].file = NULL;
             remove(recorder->files[n].partial_path);
         }
     }
@@ -447,7 +504,7 @@ static bool write_file(const recorder_t *recorder, recorder_file_t *file, record
 bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *error)
 {
     bool good = true;
-    error->text[0] = '\0';
+    *error = (recorder_error_t){.io = true};
     char text[sizeof error->text / 2u];
     if (recorder->lost_rows != 0u) {
         char when[TIMES_TEXT_SIZE];
@@ -470,7 +527,7 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
         if (file->format == 0u) {
             continue;
         }
-        recorder_error_t why = {""};
+        recorder_error_t why = {.text = ""};
         const bool written = write_file(recorder, file, &why);
         const bool lost =
             file->format == RECORDER_VCD ? recorder->lost_edges != 0u : recorder->lost_rows != 0u;

@@ -6,19 +6,21 @@
  *
  * Files are written as NAME.csv.partial and renamed to NAME.csv once the disk has taken all of it; what keeps
  * the ending .partial is incomplete. They are created by recorder_open, so that a folder that takes none
- * stops a run before it begins.
+ * stops a run before it begins, and locked until they have their names: a second recording of that name is
+ * refused meanwhile, by whichever program.
  *
  * CSV: `# key: value` lines, then `time[s],i_q[A],...`, then one line a sample. Floats have the fewest digits
  * that read back to the same float, also by way of double (nan, inf, -inf: any NaN comes back as a NaN);
  * integers and enumerations are integers. Time is that at which the period begins (host_sim/lab/times.h
- * tells its decimals); `period` is its length. The scenario's
- * lines are those with the key `text`. Characters that would break a comment line are written as \xNN, a
- * backslash as two; data needs neither.
+ * tells its decimals); `period` is its length. What a run's author noted (recorder_note) stands as `# key
+ * name: text`, what happened and what was judged. The scenario's lines are those with the key `text`.
+ * Characters that would break a comment line are written as \xNN, a backslash as two; data needs neither.
  *
  * MAT: `time` (double, [s]), a column for each row (single, int32, uint32) under its name, and the struct
  * `meta`: format, program, commit, tables, scenario, title, seed, every, period, ended, text, units.NAME,
- * choices.NAME, values.NAME, value_units.NAME. A dot in a name is an underscore here, a character beyond 16
- * bits is U+FFFD. Each variable is read back and compared before the file gets its name.
+ * choices.NAME, values.NAME, value_units.NAME, notes (a line each, `key name: text`). A dot in a name is an
+ * underscore here, a character beyond 16 bits is U+FFFD. Each variable is read back and compared before the
+ * file gets its name.
  *
  * VCD: timescale 1 ns. A tick of 20/3 ns is rounded by at most 1/3 ns, so tick = round(0.15 x time) is exact.
  * Wires upper_a lower_a upper_b lower_b upper_c lower_c (1 = the switch is told to be on; x until the first
@@ -80,6 +82,7 @@ typedef struct {
 
 typedef struct {
     char text[1024]; /* one line, no full stop */
+    bool io;         /* a file could not be written; else an option is wrong */
 } recorder_error_t;
 
 typedef struct recorder recorder_t;
@@ -93,6 +96,13 @@ recorder_t *recorder_open(const recorder_options_t *options, recorder_error_t *e
  * is an rig_edge_sink_t. When the memory is used up they count what is lost, and recorder_close says so. */
 void recorder_sink(void *recorder, uint32_t period, const uint32_t *slots, uint32_t count);
 void recorder_edge(void *recorder, uint64_t tick, uint32_t what, uint32_t value);
+
+/* One more line about the run, in the order of the calls: RECORDER_EVENT with its time for a name, what was
+ * set; RECORDER_VERDICT with how it was judged for a name, the sentence. The texts are copied, and are one
+ * line each. false: no memory. */
+#define RECORDER_EVENT   "event"
+#define RECORDER_VERDICT "verdict"
+bool recorder_note(recorder_t *recorder, const char *key, const char *name, const char *text);
 
 /* Samples recorded so far. */
 uint64_t recorder_samples(const recorder_t *recorder);

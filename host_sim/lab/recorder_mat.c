@@ -101,6 +101,29 @@ static bool add(matvar_t *to, const char *name, matvar_t *field)
     return true;
 }
 
+/* All notes as one text; NULL without memory. */
+static matvar_t *notes_variable(const recorder_t *recorder)
+{
+    size_t size = 1;
+    for (uint32_t n = 0; n < recorder->note_count; n++) {
+        const recorder_line_t *note = &recorder->notes[n];
+        size += strlen(note->key) + strlen(note->name) + strlen(note->text) + 4u;
+    }
+    char *lines = malloc(size);
+    if (lines == NULL) {
+        return NULL;
+    }
+    size_t used = 0;
+    lines[0] = '\0';
+    for (uint32_t n = 0; n < recorder->note_count; n++) {
+        const recorder_line_t *note = &recorder->notes[n];
+        used += (size_t)snprintf(lines + used, size - used, "%s %s: %s\n", note->key, note->name, note->text);
+    }
+    matvar_t *variable = text_variable(lines);
+    free(lines);
+    return variable;
+}
+
 static matvar_t *meta_variable(const recorder_t *recorder)
 {
     char tables[16];
@@ -137,6 +160,7 @@ static matvar_t *meta_variable(const recorder_t *recorder)
     good = add(meta, "choices", choices) && good;
     good = add(meta, "values", values) && good;
     good = add(meta, "value_units", value_units) && good;
+    good = add(meta, "notes", notes_variable(recorder)) && good;
     good = add(meta, "text", text_variable(recorder->scenario_text)) && good;
     if (!good) {
         Mat_VarFree(meta);

@@ -47,6 +47,7 @@ typedef struct {
     char *path;         /* final */
     char *partial_path; /* while it is written */
     FILE *file;         /* open from the start; for MAT only to hold the name */
+    int claim;          /* holds the partial file's lock until it has its final name; -1: none */
 } recorder_file_t;
 
 /* A recorder_value_t with texts of its own. */
@@ -55,6 +56,12 @@ typedef struct {
     char *unit;
     double value; /* [unit] */
 } recorder_setting_t;
+
+typedef struct {
+    const char *key; /* of the caller, for ever */
+    char *name;
+    char *text;
+} recorder_line_t;
 
 struct recorder {
     recorder_store_t rows;          /* period, then a slot for each column */
@@ -77,6 +84,8 @@ struct recorder {
     uint64_t seed; /* [-] */
     recorder_setting_t *values;
     uint32_t value_count; /* [-] */
+    recorder_line_t *notes;
+    uint32_t note_count; /* [-] */
 };
 
 /* ---- text: recorder_text.c ---- */

@@ -331,6 +331,10 @@ void recorder_out_meta(recorder_out_t *out, const recorder_t *recorder, const ch
         strncat(text, value->unit, sizeof text - strlen(text) - 1u);
         line(out, prefix, "value", value->name, text, also);
     }
+    for (uint32_t n = 0; n < recorder->note_count; n++) {
+        const recorder_line_t *note = &recorder->notes[n];
+        line(out, prefix, note->key, note->name, note->text, also);
+    }
     for (const char *from = recorder->scenario_text; *from != '\0';) {
         const char *end = strchr(from, '\n');
         size_t length = end != NULL ? (size_t)(end - from) : strlen(from);

@@ -6,23 +6,17 @@
 #include <string.h>
 #include <time.h>
 
+#include "host_sim/lab/course.h"
+#include "host_sim/lab/tally.h"
 #include "host_sim/lab/units.h"
 
-/* Statistics of one expectation. All kinds are kept: choosing costs as much as counting. */
+/* One expectation. */
 typedef struct {
     uint32_t begin, end;  /* [periods] */
     uint32_t slot, minus; /* [-] places in the tap; minus RIG_TAP_MAX: none */
     slot_kind_t kind, minus_kind;
-    uint32_t count;
-    double mean, squares_about, squares, min, max, last;
-} tally_t;
-
-/* A row on its way from one value to another. */
-typedef struct {
-    const scenario_event_t *event;
-    const scenario_setting_t *setting;
-    double start;
-} ramp_t;
+    tally_t of;
+} window_t;
 
 typedef struct {
     const scenario_t *scenario;
@@ -34,60 +28,32 @@ typedef struct {
     uint32_t row_count;
     uint32_t every;        /* [periods] of the recording */
     uint32_t until_sample; /* [periods] to its next sample */
-    tally_t *tallies;      /* those to come, then those that count; in no order of their own */
+    window_t *tallies;     /* those to come, then those that count; in no order of their own */
     uint32_t tally_count;
-    /* events and ramps */
-    uint32_t next_event;
-    ramp_t *ramps;
-    uint32_t ramp_count;
+    course_t course;
     bool was_held; /* the drive's history, by a fault */
+    /* until the bridge has been on */
+    bool was_on, was_asked;
+    uint32_t state, enable; /* [-] ids */
+    double on_state, on_request;
+    int32_t why_not; /* [-] reason, of the last period that it was to be on in */
 } run_t;
 
 /* ---- statistics ---- */
-
-static double number_in(uint32_t slot, slot_kind_t kind)
-{
-    float value;
-    switch (kind) {
-    case SLOT_UINT:
-        return (double)slot;
-    case SLOT_INT:
-    case SLOT_ENUM:
-        return (double)(int32_t)slot;
-    case SLOT_FLOAT:
-    case SLOT_KINDS:
-        break;
-    }
-    memcpy(&value, &slot, sizeof value);
-    return (double)value;
-}
-
-static void count_sample(tally_t *tally, double x)
-{
-    tally->count++;
-    const double from_mean = x - tally->mean;
-    tally->mean += from_mean / tally->count;
-    tally->squares_about += from_mean * (x - tally->mean);
-    tally->squares += x * x;
-    /* the negations let a NaN in, and never out again */
-    tally->min = !(x >= tally->min) && tally->min == tally->min ? x : tally->min;
-    tally->max = !(x <= tally->max) && tally->max == tally->max ? x : tally->max;
-    tally->last = x;
-}
 
 static void on_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     run_t *run = context;
     (void)count;
     for (uint32_t n = 0; n < run->tally_count; n++) {
-        tally_t *tally = &run->tallies[n];
+        window_t *tally = &run->tallies[n];
         if (period - tally->begin <
             tally->end - tally->begin) { /* begin <= period < end, in one comparison */
-            double x = number_in(slots[tally->slot], tally->kind);
+            double x = tally_number(slots[tally->slot], tally->kind);
             if (tally->minus != RIG_TAP_MAX) {
-                x -= number_in(slots[tally->minus], tally->minus_kind);
+                x -= tally_number(slots[tally->minus], tally->minus_kind);
             }
-            count_sample(tally, x);
+            tally_count(&tally->of, x);
         }
     }
     if (run->options->sink != NULL) {
@@ -97,33 +63,6 @@ static void on_sample(void *context, uint32_t period, const uint32_t *slots, uin
         }
         run->until_sample--;
     }
-}
-
-static double statistic_of(const tally_t *tally, statistic_t statistic)
-{
-    if (tally->count == 0u) {
-        return (double)NAN;
-    }
-    switch (statistic) {
-    case STATISTIC_MEAN:
-        return tally->mean;
-    case STATISTIC_MIN:
-        return tally->min;
-    case STATISTIC_MAX:
-        return tally->max;
-    case STATISTIC_PEAK:
-        return fabs(tally->min) > fabs(tally->max) || tally->min != tally->min ? fabs(tally->min)
-                                                                               : fabs(tally->max);
-    case STATISTIC_SD:
-        return sqrt(tally->squares_about / tally->count);
-    case STATISTIC_RMS:
-        return sqrt(tally->squares / tally->count);
-    case STATISTIC_LAST:
-        return tally->last;
-    case STATISTICS:
-        break;
-    }
-    return (double)NAN;
 }
 
 /* ---- set-up ---- */
@@ -158,7 +97,7 @@ static bool set_up_tap(run_t *run)
     const runner_options_t *options = run->options;
     const scenario_t *scenario = run->scenario;
     if (options->sink != NULL && (options->record_count == 0u || options->record_count > RIG_TAP_MAX)) {
-        return refuse(run, "record", "accepted: 1 to 64 rows");
+        return refuse(run, "record", "accepted: 1 to 128 rows");
     }
     /* The recorded rows first and as they are, so that the sink gets a piece of the tap. */
     for (uint32_t n = 0; n < options->record_count && options->sink != NULL; n++) {
@@ -170,17 +109,16 @@ static bool set_up_tap(run_t *run)
         const uint32_t minus = expect->minus != NULL ? tap_row(run, expect->minus->id) : RIG_TAP_MAX;
         if (slot == RIG_TAP_MAX || (expect->minus != NULL && minus == RIG_TAP_MAX)) {
             return refuse(run, "record",
-                          "too many rows recorded and expected together; accepted: up to 64 different ones");
+                          "too many rows recorded and expected together; accepted: up to 128 different ones");
         }
-        run->tallies[n] = (tally_t){
+        run->tallies[n] = (window_t){
             .begin = expect->begin,
             .end = expect->end,
             .slot = slot,
             .minus = minus,
             .kind = expect->row->kind,
             .minus_kind = expect->minus != NULL ? expect->minus->kind : SLOT_FLOAT,
-            .min = (double)INFINITY,
-            .max = -(double)INFINITY,
+            .of = tally_empty(),
         };
     }
     run->tally_count = scenario->expect_count;
@@ -196,16 +134,7 @@ static bool set_up_tap(run_t *run)
 
 static bool set_up(run_t *run)
 {
-    const scenario_t *scenario = run->scenario;
-    const scenario_event_t *initial = &scenario->events[0];
-    if (!scenario_set(run->rig, initial->settings, initial->count)) {
-        scenario_refused(scenario, run->rig, initial->settings, initial->count, &run->result->error);
-        return false;
-    }
-    if (scenario->has_start) {
-        rig_set_motion(run->rig, scenario->start_angle, scenario->start_speed);
-    }
-    if (!set_up_tap(run)) {
+    if (!course_start(&run->course, &run->result->error) || !set_up_tap(run)) {
         return false;
     }
     if (run->options->edge_sink != NULL) {
@@ -217,107 +146,20 @@ static bool set_up(run_t *run)
     return true;
 }
 
-/* ---- events and ramps ---- */
-
-static bool refused(run_t *run, const scenario_setting_t *settings, uint32_t count, uint32_t period)
-{
-    scenario_error_t *error = &run->result->error;
-    scenario_refused(run->scenario, run->rig, settings, count, error);
-    const size_t used = strlen(error->message);
-    snprintf(error->message + used, sizeof error->message - used, " (at %.9g s)",
-             period * RIG_PERIOD_SECONDS);
-    return false;
-}
-
-static void end_ramp_of(run_t *run, const table_row_t *row)
-{
-    for (uint32_t n = 0; n < run->ramp_count; n++) {
-        if (run->ramps[n].setting->row == row) {
-            run->ramp_count--;
-            memmove(&run->ramps[n], &run->ramps[n + 1u], (run->ramp_count - n) * sizeof run->ramps[0]);
-            return;
-        }
-    }
-}
-
-static bool is_ramped(const scenario_event_t *event, const scenario_setting_t *setting)
-{
-    return event->ramp_periods > 0u && setting->row->kind == SLOT_FLOAT;
-}
-
-/* Rows that switch, in their order; then those that ramp start from where they are. */
-static bool begin_event(run_t *run, const scenario_event_t *event, uint32_t period)
-{
-    uint32_t first = 0;
-    for (uint32_t n = 0; n <= event->count; n++) {
-        if (n < event->count && !is_ramped(event, &event->settings[n])) {
-            end_ramp_of(run, event->settings[n].row);
-            continue;
-        }
-        if (n > first && !scenario_set(run->rig, &event->settings[first], n - first)) {
-            return refused(run, &event->settings[first], n - first, period);
-        }
-        first = n + 1u;
-    }
-    for (uint32_t n = 0; n < event->count; n++) {
-        const scenario_setting_t *setting = &event->settings[n];
-        double start = 0.0;
-        if (is_ramped(event, setting) && rig_get(run->rig, setting->row->id, &start)) {
-            end_ramp_of(run, setting->row);
-            run->ramps[run->ramp_count++] = (ramp_t){event, setting, start};
-        }
-    }
-    return true;
-}
-
-static bool move_ramps(run_t *run, uint32_t period)
-{
-    const scenario_event_t *event = NULL; /* that parameters changed for */
-    uint32_t kept = 0;
-    for (uint32_t n = 0; n < run->ramp_count; n++) {
-        const ramp_t ramp = run->ramps[n];
-        const uint32_t done = period - ramp.event->period;
-        const uint32_t all = ramp.event->ramp_periods;
-        const double end = ramp.setting->value;
-        const double value =
-            done >= all ? end : ramp.start + (end - ramp.start) * ((double)done / (double)all);
-        if (done > 0u && !rig_set(run->rig, ramp.setting->row->id, value)) {
-            return refused(run, ramp.setting, 1u, period);
-        }
-        event = done > 0u && scenario_is_param(ramp.setting->row) ? ramp.event : event;
-        if (done < all) {
-            run->ramps[kept++] = ramp;
-        }
-    }
-    run->ramp_count = kept;
-    return event == NULL || rig_apply(run->rig) || refused(run, event->settings, event->count, period);
-}
-
-/* Everything that is due before this period. */
-static bool change(run_t *run, uint32_t period)
-{
-    const scenario_t *scenario = run->scenario;
-    while (run->next_event < scenario->event_count && scenario->events[run->next_event].period == period) {
-        if (!begin_event(run, &scenario->events[run->next_event], period)) {
-            return false;
-        }
-        run->next_event++;
-    }
-    return run->ramp_count == 0u || move_ramps(run, period);
-}
-
 /* ---- history of a fault ---- */
 
 static void keep_history(rig_t *rig, runner_history_t *history)
 {
-    uint32_t period = 0;
+    const uint32_t columns = rig_history_columns(rig);
+    history->columns = columns;
     history->periods = rig_history_count(rig);
     history->fault_reason = (int32_t)rig_value(rig, "fault_reason");
     history->fault_period = (uint32_t)rig_value(rig, "fault_period");
-    memcpy(history->rows, rig_history_rows(), sizeof history->rows);
+    memcpy(history->rows, rig_history_rows(rig), columns * sizeof history->rows[0]);
     for (uint32_t n = 0; n < history->periods; n++) {
-        memcpy(history->slots[n], rig_history(rig, history->periods - 1u - n, &period),
-               sizeof history->slots[n]);
+        memcpy(&history->slots[columns * n],
+               rig_history(rig, history->periods - 1u - n, &history->last_period),
+               columns * sizeof history->slots[0]);
     }
 }
 
@@ -328,6 +170,26 @@ static void look_for_fault(run_t *run)
         keep_history(run->rig, run->options->history);
     }
     run->was_held = held;
+}
+
+/* ---- was it ever on? ---- */
+
+/* The fault that stopped it, else what refuses it now. */
+static int32_t why_off(rig_t *rig)
+{
+    const int32_t fault = (int32_t)rig_value(rig, "fault_reason");
+    return fault != 0 ? fault : (int32_t)rig_value(rig, "refusal");
+}
+
+static void look_whether_on(run_t *run)
+{
+    double state = 0.0;
+    double request = 0.0;
+    run->was_on = rig_get(run->rig, run->state, &state) && state == run->on_state;
+    if (!run->was_on && rig_get(run->rig, run->enable, &request) && request == run->on_request) {
+        run->was_asked = true;
+        run->why_not = why_off(run->rig);
+    }
 }
 
 /* ---- the loop ---- */
@@ -345,18 +207,19 @@ static runner_end_t turn(run_t *run)
     uint32_t pause = 0; /* next period with something to do besides the step */
     for (uint32_t period = 0; period < scenario->periods; period++) {
         if (period == pause) {
-            if (!change(run, period)) {
+            if (!course_change(&run->course, period, &run->result->error)) {
                 return RUNNER_REFUSED;
             }
             if (period == progress_at) {
                 options->progress(options->progress_context, (double)period / (double)scenario->periods);
                 progress_at += RUNNER_PROGRESS_PERIODS;
             }
-            const bool more = run->next_event < scenario->event_count;
-            const uint32_t event_at = more ? scenario->events[run->next_event].period : scenario->periods;
-            pause = sooner(run->ramp_count > 0u ? period + 1u : event_at, progress_at);
+            pause = sooner(course_next(&run->course, period), progress_at);
         }
         rig_step(run->rig);
+        if (!run->was_on) {
+            look_whether_on(run);
+        }
         if (options->history != NULL) {
             look_for_fault(run);
         }
@@ -375,15 +238,18 @@ static void judge(run_t *run)
     for (uint32_t n = 0; n < result->verdict_count; n++) {
         runner_verdict_t *verdict = &result->verdicts[n];
         const scenario_expect_t *expect = verdict->expect;
-        verdict->samples = run->tallies[n].count;
-        verdict->value = statistic_of(&run->tallies[n], expect->statistic);
+        verdict->samples = run->tallies[n].of.count;
+        verdict->value = tally_value(&run->tallies[n].of, expect->statistic);
         if (result->periods < expect->end) {
             verdict->judgement = RUNNER_NOT_JUDGED;
+        } else if (expect->measure) {
+            verdict->judgement = RUNNER_MEASURED;
         } else {
             const bool met = verdict->value >= expect->at_least && verdict->value <= expect->at_most;
-            verdict->judgement = met ? RUNNER_MET : RUNNER_FAILED;
+            verdict->never_on = result->never_on && expect->needs_drive;
+            verdict->judgement = met && !verdict->never_on ? RUNNER_MET : RUNNER_FAILED;
         }
-        result->failed += verdict->judgement != RUNNER_MET;
+        result->failed += verdict->judgement == RUNNER_FAILED || verdict->judgement == RUNNER_NOT_JUDGED;
     }
 }
 
@@ -394,12 +260,12 @@ static double wall_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* The fault that stopped it, else what refuses it in the last period. */
-static int32_t why_not_on(rig_t *rig, const runner_result_t *result)
+/* At the end, or at any time. */
+static int32_t why_not_on(const run_t *run)
 {
-    const bool wanted = (int32_t)rig_value(rig, "enable") == table_choice(rig_row_by_name("enable"), "on") &&
-                        result->state != table_choice(rig_row_by_name("state"), "operation_enabled");
-    return !wanted ? 0 : result->fault_reason != 0 ? result->fault_reason : result->refusal;
+    const bool now =
+        rig_value(run->rig, "enable") == run->on_request && rig_value(run->rig, "state") != run->on_state;
+    return now ? why_off(run->rig) : run->result->never_on ? run->why_not : 0;
 }
 
 static void run_and_judge(run_t *run)
@@ -420,7 +286,8 @@ static void run_and_judge(run_t *run)
     result->fault_period = (uint32_t)rig_value(run->rig, "fault_period");
     result->refusal = (int32_t)rig_value(run->rig, "refusal");
     result->manoeuvre = (int32_t)rig_value(run->rig, "manoeuvre");
-    result->not_on = why_not_on(run->rig, result);
+    result->never_on = run->was_asked && !run->was_on;
+    result->not_on = why_not_on(run);
     result->hash = rig_hash(run->rig);
     judge(run);
 }
@@ -441,29 +308,28 @@ bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_re
         .options = options,
         .result = result,
         .every = options->record_every > 0u ? options->record_every : 1u,
-        .next_event = 1u,
+        .state = rig_row_by_name("state")->id,
+        .enable = rig_row_by_name("enable")->id,
+        .on_state = table_choice(rig_row_by_name("state"), "operation_enabled"),
+        .on_request = table_choice(rig_row_by_name("enable"), "on"),
     };
-    uint32_t settings = 0;
-    for (uint32_t n = 0; n < scenario->event_count; n++) {
-        settings += scenario->events[n].count;
-    }
     run.rig = rig_create(result->seed);
     run.tallies = calloc(scenario->expect_count + 1u, sizeof *run.tallies);
-    run.ramps = calloc(settings + 1u, sizeof *run.ramps);
     result->verdicts = calloc(scenario->expect_count + 1u, sizeof *result->verdicts);
-    if (run.rig == NULL || run.tallies == NULL || run.ramps == NULL || result->verdicts == NULL) {
+    if (run.rig == NULL || run.tallies == NULL || result->verdicts == NULL ||
+        !course_init(&run.course, scenario, run.rig)) {
         (void)refuse(&run, "run", "not enough memory");
     } else {
         result->verdict_count = scenario->expect_count;
         for (uint32_t n = 0; n < scenario->expect_count; n++) {
-            result->verdicts[n] =
-                (runner_verdict_t){&scenario->expects[n], (double)NAN, 0u, RUNNER_NOT_JUDGED};
+            result->verdicts[n] = (runner_verdict_t){
+                .expect = &scenario->expects[n], .value = (double)NAN, .judgement = RUNNER_NOT_JUDGED};
         }
         run_and_judge(&run);
     }
     rig_free(run.rig);
     free(run.tallies);
-    free(run.ramps);
+    course_free(&run.course);
     return result->end != RUNNER_REFUSED;
 }
 
@@ -521,5 +387,6 @@ const char *runner_verdict_text(const runner_verdict_t *verdict, char *to, size_
     if (isfinite(expect->at_most) && !exact) {
         append(to, size, ", at most ", value_text(text, expect->at_most, expect));
     }
+    append(to, size, verdict->never_on ? "; the drive never came on" : "", "");
     return to;
 }

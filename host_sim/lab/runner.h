@@ -31,9 +31,11 @@ typedef void (*runner_progress_t)(void *context, double fraction);
 typedef struct {
     uint32_t periods;      /* [periods] rows of `slots`; 0: there was no fault, or none while the drive ran */
     int32_t fault_reason;  /* [-] 0: there was no fault */
-    uint32_t fault_period; /* [periods] of the last row */
-    uint32_t rows[TAP_SLOTS];               /* [-] ids of the columns */
-    uint32_t slots[TAP_PERIODS][TAP_SLOTS]; /* oldest first */
+    uint32_t fault_period; /* [periods] when it came */
+    uint32_t last_period;  /* [periods] of the last row */
+    uint32_t columns;      /* [-] of a row */
+    uint32_t rows[CAPTURE_COLUMNS]; /* [-] their ids */
+    uint32_t slots[CAPTURE_SLOTS];  /* row after row, oldest first */
 } runner_history_t;
 
 /* All zero: the scenario as it is, nothing recorded, nobody watching. */
@@ -65,7 +67,8 @@ typedef enum {
 typedef enum {
     RUNNER_MET,
     RUNNER_FAILED,
-    RUNNER_NOT_JUDGED /* the run ended before the window did */
+    RUNNER_NOT_JUDGED, /* the run ended before the window did */
+    RUNNER_MEASURED    /* it has no limit */
 } runner_judgement_t;
 
 typedef struct {
@@ -73,6 +76,7 @@ typedef struct {
     double value;                    /* [unit of the row] of the samples so far; NAN: none */
     uint32_t samples;
     runner_judgement_t judgement;
+    bool never_on; /* failed for that, whatever its value */
 } runner_verdict_t;
 
 typedef struct {
@@ -80,14 +84,16 @@ typedef struct {
     scenario_error_t error;     /* if refused */
     runner_verdict_t *verdicts; /* one for each expectation, in their order */
     uint32_t verdict_count;
-    uint32_t failed; /* [-] verdicts that are not RUNNER_MET */
+    uint32_t failed; /* [-] verdicts that are RUNNER_FAILED or RUNNER_NOT_JUDGED */
     uint64_t seed;
     uint32_t periods;      /* [periods] run */
     int32_t state;         /* [-] of the drive at the end */
     int32_t fault_reason;  /* [-] 0: none latched at the end */
     uint32_t fault_period; /* [periods] when it came */
     int32_t refusal;       /* [-] 0: none at the end */
-    int32_t not_on; /* [-] reason: the bridge is to be on at the end and is not; 0: it is, or shall not be */
+    bool never_on;         /* the bridge was to be on, and was not in any period */
+    int32_t
+        not_on; /* [-] reason, if never_on, or if the bridge is to be on at the end and is not; 0: neither */
     int32_t manoeuvre; /* [-] of the drive at the end */
     uint64_t hash;     /* of the rig's whole state at the end */
     double seconds;    /* [s] on the wall, set-up left out */

@@ -251,6 +251,11 @@ static const table_row_t *find_row(const char *name, bool settable, scenario_err
     return row;
 }
 
+const table_row_t *scenario_settable_row(const char *name, scenario_error_t *error)
+{
+    return find_row(name, true, error);
+}
+
 const table_row_t *scenario_row(const char *name, scenario_error_t *error)
 {
     error->file[0] = '\0';
@@ -608,6 +613,11 @@ static bool check_values(scenario_t *scenario, scenario_error_t *error)
 
 bool scenario_check(scenario_t *scenario, scenario_error_t *error)
 {
+    if (scenario->memory->refused != NULL) {
+        *error = scenario->memory->refused->error;
+        name_file(error, scenario->path);
+        return false;
+    }
     const bool good = scenario_in_range(scenario->duration, SCENARIO_SECONDS_MIN, SCENARIO_SECONDS_MAX, "s",
                                         scenario->duration_place, "duration", error) &&
                       check_times(scenario, error) && check_values(scenario, error);
@@ -678,11 +688,26 @@ static bool override_whole(const char *name, const char *text, uint64_t min, uin
     return true;
 }
 
+/* The file's value counts no more. */
+static void mend(scenario_t *scenario, const table_row_t *row, const char *key)
+{
+    scenario_refusal_t **at = &scenario->memory->refused;
+    while (*at != NULL) {
+        const bool same =
+            key != NULL ? (*at)->row == NULL && strcmp((*at)->key, key) == 0 : (*at)->row == row;
+        if (same) {
+            *at = (*at)->next;
+        } else {
+            at = &(*at)->next;
+        }
+    }
+}
+
 /* Keys of [run] and [start]. *known: the name was one of them. */
 static bool override_run(scenario_t *scenario, const char *name, const char *text, bool *known,
                          scenario_error_t *error)
 {
-    static const char *const names[] = {"run.duration", "run.seed", "run.decimation", "start.speed",
+    static const char *const names[] = {"run.duration", "run.seed", "run.every", "start.speed",
                                         "start.angle"};
     *known = true;
     if (strcmp(name, "run.duration") == 0) {
@@ -692,10 +717,10 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
     if (strcmp(name, "run.seed") == 0) {
         return override_whole(name, text, 0u, UINT64_MAX, &scenario->seed, error);
     }
-    if (strcmp(name, "run.decimation") == 0) {
-        uint64_t decimation = scenario->decimation;
-        const bool good = override_whole(name, text, 1u, SCENARIO_DECIMATION_MAX, &decimation, error);
-        scenario->decimation = (uint32_t)decimation;
+    if (strcmp(name, "run.every") == 0) {
+        uint64_t every = scenario->every;
+        const bool good = override_whole(name, text, 1u, SCENARIO_EVERY_MAX, &every, error);
+        scenario->every = (uint32_t)every;
         return good;
     }
     if (strcmp(name, "start.speed") == 0 &&
@@ -714,6 +739,9 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
     if (strcmp(name, "start.speed") == 0 || strcmp(name, "start.angle") == 0) {
         return false;
     }
+    if (strcmp(name, "run.decimation") == 0) {
+        return scenario_fail(error, nowhere, name, "it is called run.every");
+    }
     *known = strncmp(name, "run.", 4) == 0 || strncmp(name, "start.", 6) == 0;
     if (*known) {
         names_search_t search = names_search(name);
@@ -723,7 +751,7 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
         const char *near = names_found(&search);
         return scenario_fail(
             error, nowhere, name,
-            "no such key%s%s; accepted: run.duration, run.seed, run.decimation, start.speed, start.angle",
+            "no such key%s%s; accepted: run.duration, run.seed, run.every, start.speed, start.angle",
             near != NULL ? "; nearest: " : "", near != NULL ? near : "");
     }
     return true;
@@ -750,6 +778,7 @@ static bool override_row(scenario_t *scenario, const char *name, const char *tex
     }
     initial->count += at == initial->count; /* there is room for every settable row */
     initial->settings[at] = (scenario_setting_t){row, value, nowhere};
+    mend(scenario, row, NULL);
     return true;
 }
 
@@ -776,5 +805,8 @@ bool scenario_override(scenario_t *scenario, const char *assignment, scenario_er
 
     bool known;
     const bool good = override_run(scenario, name, value, &known, error);
+    if (known && good) {
+        mend(scenario, NULL, name);
+    }
     return known ? good : override_row(scenario, name, value, error);
 }

@@ -8,15 +8,22 @@
  *   duration = "2 s"                       # required, one period to 1 h
  *   seed = 1                               # of all noise
  *   record = ["i_q", "plant.inertia"]      # rows of any table
- *   decimation = 1                         # every so many periods a sample
+ *   every = 1                              # so many periods from sample to sample of the recording
  *   [start]                                # the rotor's true mechanical motion at t = 0, both 0 if not given;
  *   speed = "500 r/min"                    # on a locked shaft only the angle
  *   angle = "30 deg"
- *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0
+ *   [motor]                                # fills params and plant from a data sheet (host_sim/lab/motor.h):
+ *   name = "teknic-m2310p-ln-04k"          # one of `lagless motors` (motor = "NAME" for short), or
+ *   file = "my_motor.toml"                 # one's own, beside this file; keys that stand here count over both
+ *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0; they count over [motor]
  *   [[at]]                                 # any number of events
  *   time = "0.5 s"
  *   ramp = "0.2 s"                         # optional: float rows go linearly there from the value they have
  *   plant.load_torque = "5 N m"            # any rows of params, requests, plant, rig
+ *   [[profile]]                            # any number of courses of one row each
+ *   row = "plant.load_torque"              # of params, requests, plant, rig
+ *   shape = "linear"                       # optional: straight from point to point, or "steps"
+ *   points = [["0 s", "1 N m"], ["2 s", "5 N m"]]   # times do not fall; the same time twice is a step
  *   [[expect]]                             # any number of verdicts
  *   signal = "true_omega_m"                # a row of any table
  *   minus = "omega_m_ref"                  # optional: the difference counts
@@ -25,7 +32,11 @@
  *   to = "2 s"
  *   at_least = "-1 r/min"                  # one of them or both
  *   at_most = "1 r/min"
+ *   needs_drive = "no"                     # optional: it may be met though the drive never came on
  *   name = "speed holds"                   # optional
+ *   [[measure]]                            # any number of them: the same without limits, a number that is told
+ *   signal = "true_i_a"                    # keys of [[expect]] but at_least, at_most, needs_drive
+ *   statistic = "rms"
  *
  * Time is simulated time since power-on; period k begins at k x RIG_PERIOD_SECONDS, and times are rounded to the
  * nearest period. An event acts before the first period at or after its time; events of one time act in the order of
@@ -33,9 +44,16 @@
  * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once. A row
  * that acts once and reads 0 again (estimate_jump) has no ramp.
  *
+ * A profile is so many events: one at each point, with a ramp to the next one where it is linear. Before its
+ * first point the row is as it was, behind the last one it stays.
+ *
  * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
  * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
  * table.row.
+ *
+ * An expectation of a float row needs a drive that was on for a period at least, if `enable` asked for it: one
+ * that is met because nothing happened says nothing, and fails. Whole numbers and choices tell how the drive
+ * stands, and need nothing.
  *
  * scenario_read judges everything that can be judged without running: names, types, units, ranges, the rules
  * between rows (on a rig that stands still, event by event; a ramp at its ends and at one point between),
@@ -53,12 +71,12 @@
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
-#define SCENARIO_SECONDS_MIN    times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is told */
-#define SCENARIO_SECONDS_MAX    3600.0                              /* [s] */
-#define SCENARIO_DECIMATION_MAX 100000                              /* [periods] */
-#define SCENARIO_TITLE_MAX      200u                                /* [octets] */
-#define SCENARIO_SPEED_MAX      1e4                                 /* [rad/s] of the start, mechanical */
-#define SCENARIO_ANGLE_MAX      1e3                                 /* [rad] of the start, mechanical */
+#define SCENARIO_SECONDS_MIN times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is told */
+#define SCENARIO_SECONDS_MAX 3600.0                              /* [s] */
+#define SCENARIO_EVERY_MAX   100000                              /* [periods] */
+#define SCENARIO_TITLE_MAX   200u                                /* [octets] */
+#define SCENARIO_SPEED_MAX   1e4                                 /* [rad/s] of the start, mechanical */
+#define SCENARIO_ANGLE_MAX   1e3                                 /* [rad] of the start, mechanical */
 
 typedef struct {
     uint32_t line, column; /* [1..]; 0: the file as a whole, or not from a file */
@@ -107,6 +125,8 @@ typedef struct {
     statistic_t statistic;
     double from, to;        /* [s] as written */
     bool to_the_end;        /* `to` was not given */
+    bool measure;           /* of [[measure]]: no limits, nothing can fail */
+    bool needs_drive;       /* it fails if the drive never came on though it was asked to */
     uint32_t begin, end;    /* [periods] begin <= k < end */
     double at_least;        /* [unit of the row]; -INFINITY: no limit */
     double at_most;         /* [unit of the row]; INFINITY: no limit */
@@ -123,16 +143,16 @@ typedef struct {
     double duration;  /* [s] as written */
     uint32_t periods; /* [periods] >= 1 */
     uint64_t seed;
-    uint32_t decimation;          /* [periods] >= 1 */
+    uint32_t every;               /* [periods] of the recording, >= 1 */
     uint32_t record[RIG_TAP_MAX]; /* ids */
     uint32_t record_count;
-    bool has_start;           /* the rotor's motion is given */
-    bool has_start_speed;     /* its speed is */
-    double start_angle;       /* [rad] mechanical */
-    double start_speed;       /* [rad/s] mechanical */
-    scenario_event_t *events; /* [0]: what is set before t = 0; the others in the order of time */
-    uint32_t event_count;     /* [-] >= 1 */
-    scenario_expect_t *expects;
+    bool has_start;             /* the rotor's motion is given */
+    bool has_start_speed;       /* its speed is */
+    double start_angle;         /* [rad] mechanical */
+    double start_speed;         /* [rad/s] mechanical */
+    scenario_event_t *events;   /* [0]: what is set before t = 0; the others in the order of time */
+    uint32_t event_count;       /* [-] >= 1 */
+    scenario_expect_t *expects; /* [[expect]] in the order of the file, then [[measure]] likewise */
     uint32_t expect_count;
     scenario_place_t duration_place, start_place;
     struct scenario_memory *memory; /* of everything above */
@@ -144,10 +164,17 @@ scenario_t *scenario_read(const char *path, scenario_error_t *error);
 /* The same from memory; `path` is for messages. */
 scenario_t *scenario_read_text(const char *path, const char *text, size_t octets, scenario_error_t *error);
 
+/* The same, for scenario_override: what it can replace (values before t = 0, of [run] but record, of [start])
+ * is kept as refused where it is wrong, and nothing is judged as a whole. scenario_check is due: it tells
+ * what is still refused. */
+scenario_t *scenario_read_to_mend(const char *path, scenario_error_t *error);
+scenario_t *scenario_read_text_to_mend(const char *path, const char *text, size_t octets,
+                                       scenario_error_t *error);
+
 void scenario_free(scenario_t *scenario);
 
 /* "NAME=VALUE", for the command line: a row of params, requests, plant or rig before t = 0, or run.duration,
- * run.seed, run.decimation, start.speed, start.angle. A row name that two of the tables have is given as
+ * run.seed, run.every, start.speed, start.angle. A row name that two of the tables have is given as
  * table.row. false: `error`; the scenario is as it was. Name, unit and range are judged at once, the rules
  * between rows by scenario_check: call it after the last override. */
 bool scenario_override(scenario_t *scenario, const char *assignment, scenario_error_t *error);

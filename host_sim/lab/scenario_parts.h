@@ -11,7 +11,16 @@ typedef struct scenario_block {
     struct scenario_block *next;
 } scenario_block_t;
 
+/* A value of the file that is wrong, until an override replaces it. */
+typedef struct scenario_refusal {
+    struct scenario_refusal *next; /* in the order of the file */
+    const table_row_t *row;        /* NULL: `key` */
+    const char *key;               /* "run.duration" */
+    scenario_error_t error;
+} scenario_refusal_t;
+
 struct scenario_memory {
+    scenario_refusal_t *refused;
     toml_file_t *file; /* the texts that the scenario points to */
     scenario_block_t *blocks;
 };
@@ -42,6 +51,9 @@ typedef struct {
 } scenario_accepted_t;
 scenario_accepted_t scenario_accepted(const table_row_t *row);
 
+/* A row that a scenario may set, by "row" or "table.row". NULL: `error` says so (place and file are left). */
+const table_row_t *scenario_settable_row(const char *name, scenario_error_t *error);
+
 /* What a text means for a row; false: not this row's kind of value (name and place are given for the
  * message). */
 bool scenario_row_text_value(const table_row_t *row, const char *text, double *value, scenario_place_t place,
@@ -50,6 +62,65 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
 /* May the row have this value, as far as the row alone can say? */
 bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t place,
                           scenario_error_t *error);
+
+/* ---- reading ---- */
+
+/* Rows that go over those of the file at t = 0, or under them: what the file sets stays. */
+typedef struct {
+    bool under;
+    uint32_t entry; /* a table of the file with sections and [[at]]; 0: these settings */
+    const scenario_setting_t *settings;
+    uint32_t count;
+} scenario_layer_t;
+
+/* A scenario that is a part of a file which says more: what else may stand at the top, and what goes over. */
+typedef struct {
+    const char *keys, *accepted; /* all of them; NULL: those of a scenario */
+    const scenario_layer_t *layers;
+    uint32_t layer_count;
+    bool unchecked; /* only read; scenario_check is due */
+} scenario_more_t;
+
+scenario_t *scenario_read_more(const char *path, const char *text, size_t octets, const scenario_more_t *more,
+                               scenario_error_t *error);
+
+typedef struct {
+    const toml_file_t *file;
+    scenario_t *scenario;
+    scenario_error_t *error;
+    bool to_mend; /* what an override can replace is refused later */
+    const scenario_more_t *more;
+} reading_t;
+
+/* Entries: NULL: there is none. */
+scenario_place_t reading_place(const toml_entry_t *entry);
+const toml_entry_t *reading_first(const reading_t *reading, const toml_entry_t *parent);
+const toml_entry_t *reading_next(const reading_t *reading, const toml_entry_t *parent,
+                                 const toml_entry_t *entry);
+uint32_t reading_count(const reading_t *reading, const toml_entry_t *parent);
+const toml_entry_t *reading_find(const reading_t *reading, const toml_entry_t *table, const char *key);
+const char *reading_key(const toml_entry_t *entry);
+
+/* Each: false: `error` says what is wrong and what is accepted. */
+bool reading_is_type(const reading_t *reading, const toml_entry_t *entry, toml_type_t type);
+bool reading_is_text(const reading_t *reading, const toml_entry_t *entry, bool lines);
+bool reading_is_whole(const reading_t *reading, const toml_entry_t *entry, int64_t min, int64_t max);
+bool reading_quantity(const reading_t *reading, const toml_entry_t *entry, const char *unit, double *value);
+bool reading_in_range(const reading_t *reading, const toml_entry_t *entry, const char *unit, double min,
+                      double max, double *value);
+bool reading_row_value(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
+                       double *value);
+bool reading_only_keys(const reading_t *reading, const toml_entry_t *table, const char *keys,
+                       const char *accepted);
+bool reading_missing(const reading_t *reading, const toml_entry_t *table, const char *key,
+                     const char *example);
+bool reading_sections(const reading_t *reading, const toml_entry_t *table, scenario_event_t *event,
+                      uint32_t room);
+bool reading_time(const reading_t *reading, const toml_entry_t *entry, double *seconds);
+const toml_entry_t *reading_tables(const reading_t *reading, const toml_entry_t *top, const char *key,
+                                   uint32_t *count, bool *good);
+bool reading_signal(const reading_t *reading, const toml_entry_t *entry, const table_row_t **row);
+bool reading_statistic(const reading_t *reading, const toml_entry_t *entry, statistic_t *statistic);
 
 /* A number [unit] in its range. */
 bool scenario_in_range(double value, double min, double max, const char *unit, scenario_place_t place,

@@ -40,7 +40,7 @@ static const spelling_t spellings[] = {
     {UNITS_SPEED, "rad/s", 0, 1.0, NAMED},
     {UNITS_SPEED, "r/min", 0, PI_30, WRITTEN},
     {UNITS_SPEED, "deg/s", 0, PI_180, NAMED},
-    {UNITS_SPEED, "rpm", 0, PI_30, SILENT},
+    {UNITS_SPEED, "rpm", 0, PI_30, NAMED},
     {UNITS_SPEED, "1/min", 0, PI_30, SILENT},
     {UNITS_SPEED, "mrad/s", -3, 1.0, SILENT},
 
@@ -49,7 +49,7 @@ static const spelling_t spellings[] = {
     {UNITS_ACCELERATION, "deg/s^2", 0, PI_180, SILENT},
     {UNITS_ACCELERATION, "rad/s2", 0, 1.0, SILENT},
     {UNITS_ACCELERATION, "rad/s\xC2\xB2", 0, 1.0, SILENT},
-    {UNITS_ACCELERATION, "rpm/s", 0, PI_30, SILENT},
+    {UNITS_ACCELERATION, "rpm/s", 0, PI_30, NAMED},
 
     {"rad/s", "rad/s", 0, 1.0, WRITTEN},
     {"rad/s", "krad/s", 3, 1.0, NAMED},
@@ -126,6 +126,20 @@ static const spelling_t spellings[] = {
 
     {"A/rad", "A/rad", 0, 1.0, WRITTEN},
     {"A/rad", "mA/rad", -3, 1.0, WRITTEN},
+
+    {"N m/A", "N m/A", 0, 1.0, WRITTEN},
+    {"N m/A", "mN m/A", -3, 1.0, WRITTEN},
+
+    {"V/krpm", "V/krpm", 0, 1.0, WRITTEN},
+    {"V/krpm", "mV/rpm", 0, 1.0, NAMED},
+    {"V/krpm", "V/(1000 r/min)", 0, 1.0, SILENT},
+    {"V/krpm", "mV min", 0, 1.0, SILENT},
+
+    {"V/Hz", "V/Hz", 0, 1.0, WRITTEN},
+    {"V/Hz", "mV/Hz", -3, 1.0, NAMED},
+
+    {"rpm/V", "rpm/V", 0, 1.0, WRITTEN},
+    {"rpm/V", "r/min/V", 0, 1.0, NAMED},
 
     {"degC", "degC", 0, 1.0, WRITTEN},
     {"degC",

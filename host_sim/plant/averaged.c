@@ -84,12 +84,12 @@ static void set_sign(const period_t *period, handover_t *edge, double sign)
 }
 
 /* Drop of a leg [V] that is at the upper rail for this share of the time, at one current. */
-static double drop_at(const plant_t *plant, double share, double i)
+static double drop_at(const plant_t *plant, int leg, double share, double i)
 {
     double at_lower;
     double at_upper;
-    double lower = interval_pole(plant, &plant->law[PLANT_LAW_LOWER], i, &at_lower);
-    double upper = interval_pole(plant, &plant->law[PLANT_LAW_UPPER], i, &at_upper);
+    double lower = interval_pole(plant, &plant->law[leg][PLANT_LAW_LOWER], i, &at_lower);
+    double upper = interval_pole(plant, &plant->law[leg][PLANT_LAW_UPPER], i, &at_upper);
     return lower + share * (upper - plant->v_dc - lower);
 }
 
@@ -97,9 +97,6 @@ static void describe(const plant_t *plant, period_t *period)
 {
     bool upper = plant->averaged == PLANT_AVERAGED_UPPER;
     double ticks = (double)plant->period;
-    double delays = (double)plant->dead + (double)plant->turn_on_ticks;
-    double both_off = delays - (double)plant->turn_off_ticks;
-    double late = 0.5 * (delays + (double)plant->turn_off_ticks) * TICK;
     period->way = upper ? 1.0 : -1.0;
     period->length = ticks * TICK;
     period->rate = 1.0 / period->length;
@@ -111,6 +108,9 @@ static void describe(const plant_t *plant, period_t *period)
         period->by_leg[leg][0] = by_alpha[leg] * (2.0 / 3.0);
         period->by_leg[leg][1] = by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
         period->by_leg[leg][2] = -by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
+        double delays = (double)plant->dead + (double)plant->turn_on_ticks[leg];
+        double both_off = delays - (double)plant->turn_off_ticks;
+        double late = 0.5 * (delays + (double)plant->turn_off_ticks) * TICK;
         bool switches = plant->high[leg] > 0u && plant->high[leg] < plant->period;
         double on = (double)(upper ? plant->high[leg] : plant->period - plant->high[leg]);
         double width = switches && both_off > 0.0 ? both_off : 0.0;
@@ -121,7 +121,7 @@ static void describe(const plant_t *plant, period_t *period)
         period->turn[leg] = 0.5 * (end[leg] - begin[leg]) * period->rate;
         double i = plant->i[leg] + late * period->free[leg];
         period->begin[leg] = i;
-        period->drop[leg] = drop_at(plant, (double)plant->high[leg] / ticks, i);
+        period->drop[leg] = drop_at(plant, leg, (double)plant->high[leg] / ticks, i);
         set_sign(period, edge, sign_mean(plant, i, i));
         period->second[leg] = *edge;
         /* What a sign does to the mean current of its own hand-over decides how far to follow the new one. */
@@ -148,9 +148,8 @@ static double meet(const plant_t *plant, period_t *period, handover_t half[3], c
 }
 
 /* interval_pole_mean, quick where the current stays outside the zone. */
-static inline double along(const plant_t *plant, uint32_t kind, double x, double y)
+static inline double along(const plant_t *plant, const plant_law_t *law, double x, double y)
 {
-    const plant_law_t *law = &plant->law[kind];
     double zone = plant->zone;
     bool positive = x >= zone && y >= zone;
     if (positive || (x <= -zone && y <= -zone)) {
@@ -165,13 +164,15 @@ static double pole_voltage(const plant_t *plant, const period_t *period, int leg
 {
     const handover_t *first = &period->first[leg];
     const handover_t *second = &period->second[leg];
-    uint32_t ends = period->way > 0.0 ? PLANT_LAW_UPPER : PLANT_LAW_LOWER;
-    uint32_t middle = period->way > 0.0 ? PLANT_LAW_LOWER : PLANT_LAW_UPPER;
+    const plant_law_t *law = plant->law[leg];
+    const plant_law_t *off = &law[PLANT_LAW_OFF];
+    const plant_law_t *ends = &law[period->way > 0.0 ? PLANT_LAW_UPPER : PLANT_LAW_LOWER];
+    const plant_law_t *middle = &law[period->way > 0.0 ? PLANT_LAW_LOWER : PLANT_LAW_UPPER];
     double flux =
         first->near * along(plant, ends, period->begin[leg], first->i_near) +
-        (first->far - first->near) * along(plant, PLANT_LAW_OFF, first->i_near, first->i_far) +
+        (first->far - first->near) * along(plant, off, first->i_near, first->i_far) +
         (period->length - first->far - second->far) * along(plant, middle, first->i_far, second->i_far) +
-        (second->far - second->near) * along(plant, PLANT_LAW_OFF, second->i_far, second->i_near) +
+        (second->far - second->near) * along(plant, off, second->i_far, second->i_near) +
         second->near * along(plant, ends, second->i_near, period->end[leg]);
     return flux * period->rate;
 }
@@ -219,7 +220,7 @@ void averaged_period(plant_t *plant)
         /* The slope of the drops goes with the current, about its mean. */
         double mean = plant->i[leg] + 0.5 * (period.end[leg] - period.begin[leg]);
         double drop = period.drop[leg] + plant->r_mean * mean;
-        plant->law[PLANT_LAW_AVERAGED + leg] =
+        plant->law[leg][PLANT_LAW_AVERAGED] =
             (plant_law_t){{share, share}, {drop, drop}, {plant->r_mean, plant->r_mean}};
     }
     plant->period_end = plant->tick + plant->period;

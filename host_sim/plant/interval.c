@@ -12,11 +12,19 @@
 #define RESYNC_STEPS  64u
 #define HALF_SQRT_3   0.86602540378443864676
 #define INV_SQRT_3    0.57735026918962576451
+#define ROOT_3        1.73205080756887729353
 
 /* Rate of change times step [-]. The rest of the series is then 5e-8 of the current. */
 #define LARGEST_ANGLE 0.09
 /* Step in time constants of the zone [-]. Runge-Kutta leaves 3e-4 of the transient. */
 #define STIFFEST 0.5
+/* The same while a rotor whose EMF is near the link's voltage or beyond feeds it through the diodes: a leg
+ * that takes no part floats inside the zone, often for long. Its transient is over where its current moves by
+ * less than this of the zone in a time constant; of that a third is left after a step, where e^-2 would be.
+ */
+#define RECTIFYING       0.9
+#define STIFFEST_SETTLED 2.0
+#define SETTLED_ZONE     0.05
 /* Repetitions end when a further one would change less than this [A], or after so many. */
 #define SETTLED     2e-6
 #define MOST_PASSES 6
@@ -77,12 +85,71 @@ bool interval_held(const plant_t *plant)
     return plant->hold_torque > 0.0 && plant->slip == 0.0;
 }
 
-double interval_resistance(const plant_t *plant, double omega_m)
+double interval_angle(const plant_t *plant)
+{
+    return (plant->theta_e + PHASOR_TWO_PI * (double)plant->turns) / plant->p;
+}
+
+/* What goes with an end's angle [N m], `ahead` [rad] of where the shaft stands now. */
+static double angle_load(const plant_t *plant, double ahead)
+{
+    const plant_params_t *q = &plant->params;
+    double theta = interval_angle(plant) - plant->twist + ahead;
+    double phase = q->load_sine_cycles * theta;
+    double cosine, sine;
+    phase -= PHASOR_TWO_PI * floor(phase * (1.0 / PHASOR_TWO_PI) + 0.5);
+    phasor_at(phase, &cosine, &sine);
+    return q->load_sine * sine + q->load_spring * theta;
+}
+
+/* The table at an end's speed [N m], against its motion. */
+static double table_load(const plant_t *plant, double omega)
+{
+    double x = fabs(omega) * plant->table_inverse;
+    x = x < 7.0 ? x : 7.0;
+    size_t n = x < 6.0 ? (size_t)x : 6u;
+    double against = plant->table[n] + (x - (double)n) * (plant->table[n + 1u] - plant->table[n]);
+    return omega < 0.0 ? -against : against;
+}
+
+/* What goes with the square of an end's speed or by the table, and with its angle likewise [N m]. */
+static __attribute__((noinline)) double work_load(const plant_t *plant, double omega, double ahead)
+{
+    return plant->params.load_quadratic * omega * fabs(omega) + table_load(plant, omega) +
+           angle_load(plant, ahead);
+}
+
+/* interval_resistance() with the shaft turned by `ahead` [rad]. */
+static inline double resistance_at(const plant_t *plant, double omega_m, double ahead)
 {
     double x = omega_m * plant->width_inverse;
     double smooth = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x * (1.5 - 0.5 * x * x);
     double sign = plant->hold_torque > 0.0 ? plant->slip : smooth;
-    return plant->dry_torque * sign + plant->params.friction_viscous * omega_m + plant->active_torque;
+    double against =
+        plant->dry_torque * sign + plant->params.friction_viscous * omega_m + plant->active_torque;
+    return plant->works && plant->load_inverse == 0.0 ? against + work_load(plant, omega_m, ahead) : against;
+}
+
+double interval_resistance(const plant_t *plant, double omega_m)
+{
+    return resistance_at(plant, omega_m, 0.0);
+}
+
+/* Load at the far end of an elastic shaft [N m], positive against positive rotation; that end turned by
+ * `ahead` [rad]. */
+static double far_resistance(const plant_t *plant, double omega_load, double ahead)
+{
+    double x = omega_load * plant->load_width_inverse;
+    double smooth = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x * (1.5 - 0.5 * x * x);
+    double against = plant->load_torque * smooth + plant->load_active;
+    return plant->works ? against + work_load(plant, omega_load, ahead) : against;
+}
+
+double interval_load(const plant_t *plant)
+{
+    bool fixed = plant->params.shaft_locked != 0.0 || interval_held(plant);
+    double near = fixed ? plant->torque - plant->shaft_torque : interval_resistance(plant, plant->omega_m);
+    return plant->load_inverse > 0.0 ? near + far_resistance(plant, plant->omega_load, 0.0) : near;
 }
 
 /* cos and sin of six times the angle. */
@@ -183,22 +250,34 @@ void interval_refresh(plant_t *plant)
     plant->torque = torque_of(plant);
 }
 
+/* What an elastic shaft takes from the motor [N m]; 0 where it is rigid. */
+static double twisted(const plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    return plant->load_inverse > 0.0
+               ? q->shaft_stiffness * plant->twist + q->shaft_damping * (plant->omega_m - plant->omega_load)
+               : 0.0;
+}
+
 /* What drives the shaft whether or not it moves [N m]. */
 static double driving(const plant_t *plant)
 {
-    return plant->torque - plant->active_torque;
+    double drive = plant->torque - plant->active_torque - plant->shaft_torque;
+    return plant->works && plant->load_inverse == 0.0 ? drive - angle_load(plant, 0.0) : drive;
 }
 
 /* The shaft from its speed and torque as they are: which way dry friction acts, whether it holds, and the
  * extrapolation of the speed. */
 static void shaft_restart(plant_t *plant)
 {
+    plant->shaft_torque = twisted(plant);
     double drive = driving(plant);
     double way = plant->omega_m != 0.0 ? plant->omega_m : fabs(drive) > plant->hold_torque ? drive : 0.0;
     plant->slip = plant->hold_torque == 0.0 || way == 0.0 ? 0.0 : way > 0.0 ? 1.0 : -1.0;
     bool fixed = plant->params.shaft_locked != 0.0 || interval_held(plant);
     double against = interval_resistance(plant, plant->omega_m);
-    plant->acceleration = fixed ? 0.0 : plant->inertia_inverse * (plant->torque - against);
+    plant->acceleration =
+        fixed ? 0.0 : plant->inertia_inverse * (plant->torque - against - plant->shaft_torque);
     plant->omega_ahead = plant->omega_m;
 }
 
@@ -234,41 +313,90 @@ static void current_slope(const plant_t *plant, double omega_e, double cosine, d
     *di_q = dy * m_q - y * omega_e * m_d;
 }
 
-/* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). */
-static void slope_at(const plant_t *plant, double omega_e, double cosine, double sine, double i_d, double i_q,
-                     slope_t *out)
+/* A leg's law as straight lines at the present link: what interval_pole says, with all that no current
+ * changes worked out once for the many currents of a sub-divided interval. */
+typedef struct {
+    double at[2], r[2];  /* [V], [ohm] outside the zone: v = at - r i */
+    double middle, fall; /* [V] at no current; across the zone */
+    double s[2];         /* [-] shares outside the zone */
+} line_t;
+
+static void make_lines(const plant_t *plant, line_t lines[3])
 {
-    const plant_params_t *params = &plant->params;
-    double i[3], v[3];
-    to_phases(cosine, sine, i_d, i_q, i);
+    for (int leg = 0; leg < 3; leg++) {
+        const plant_law_t *law = &plant->law[leg][plant->kind[leg]];
+        line_t *line = &lines[leg];
+        for (int side = 0; side < 2; side++) {
+            line->at[side] = law->s[side] * plant->v_dc + law->d[side];
+            line->r[side] = law->r[side];
+            line->s[side] = law->s[side];
+        }
+        const double above = line->at[0] - law->r[0] * plant->zone;
+        const double below = line->at[1] + law->r[1] * plant->zone;
+        line->middle = 0.5 * (below + above);
+        line->fall = below - above;
+    }
+}
+
+/* Charge and losses of the legs with pole voltages v at currents i. */
+static void leg_powers(const plant_t *plant, const line_t lines[3], const double i[3], const double v[3],
+                       slope_t *out)
+{
     out->link = 0.0;
     out->loss = 0.0;
     for (int leg = 0; leg < 3; leg++) {
-        double share;
-        v[leg] = interval_pole(plant, &plant->law[plant->kind[leg]], i[leg], &share);
+        const double *s = lines[leg].s;
+        double x = i[leg] * plant->zone_inverse;
+        double share =
+            fabs(i[leg]) >= plant->zone ? s[i[leg] < 0.0] : 0.5 * (s[1] + s[0]) - 0.5 * x * (s[1] - s[0]);
         if (!(plant->open >> leg & 1u)) {
             out->link += share * i[leg];
             out->loss += (share * plant->v_dc - v[leg]) * i[leg];
         }
     }
-    double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
-    double u_beta = (v[1] - v[2]) * INV_SQRT_3;
-    double u_d = u_alpha * cosine + u_beta * sine;
-    double u_q = u_beta * cosine - u_alpha * sine;
+}
+
+/* The broken phase's terminal follows its EMF; only the voltage along the line reaches the motor. */
+static __attribute__((noinline)) void open_voltage(const plant_t *plant, double cosine, double sine,
+                                                   slope_t *out)
+{
+    double m_d, m_q;
+    open_line(plant, cosine, sine, &m_d, &m_q);
+    double u_d = out->u_alpha * cosine + out->u_beta * sine;
+    double u_q = out->u_beta * cosine - out->u_alpha * sine;
+    double u = u_d * m_d + u_q * m_q;
+    u_d = u * m_d;
+    u_q = u * m_q;
+    out->u_alpha = u_d * cosine - u_q * sine;
+    out->u_beta = u_d * sine + u_q * cosine;
+}
+
+/* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). Powers only where they are
+ * wanted. */
+static inline void slope_at(const plant_t *plant, const line_t lines[3], double omega_e, double cosine,
+                            double sine, double i_d, double i_q, slope_t *out)
+{
+    double i[3], v[3];
+    to_phases(cosine, sine, i_d, i_q, i);
+    for (int leg = 0; leg < 3; leg++) {
+        const line_t *line = &lines[leg];
+        int side = i[leg] < 0.0;
+        double outside = line->at[side] - line->r[side] * i[leg];
+        double inside = line->middle - 0.5 * (i[leg] * plant->zone_inverse) * line->fall;
+        v[leg] = fabs(i[leg]) >= plant->zone ? outside : inside;
+    }
+    out->u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
+    out->u_beta = (v[1] - v[2]) * INV_SQRT_3;
+    double u_d = out->u_alpha * cosine + out->u_beta * sine;
+    double u_q = out->u_beta * cosine - out->u_alpha * sine;
     current_slope(plant, omega_e, cosine, sine, i_d, i_q, u_d, u_q, &out->di_d, &out->di_q);
     if (plant->open != 0u) {
-        /* The broken phase's terminal follows its EMF; only the voltage along the line reaches the motor. */
-        double m_d, m_q;
-        open_line(plant, cosine, sine, &m_d, &m_q);
-        double u = u_d * m_d + u_q * m_q;
-        u_d = u * m_d;
-        u_q = u * m_q;
-        u_alpha = u_d * cosine - u_q * sine;
-        u_beta = u_d * sine + u_q * cosine;
+        open_voltage(plant, cosine, sine, out);
     }
-    out->u_alpha = u_alpha;
-    out->u_beta = u_beta;
-    out->copper = 1.5 * params->resistance * (i_d * i_d + i_q * i_q);
+    if (plant->extras) {
+        leg_powers(plant, lines, i, v, out);
+    }
+    out->copper = 1.5 * plant->params.resistance * (i_d * i_d + i_q * i_q);
 }
 
 void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
@@ -301,7 +429,9 @@ void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta)
         return;
     }
     slope_t slope;
-    slope_at(plant, omega_e, plant->cos_e, plant->sin_e, plant->i_d, plant->i_q, &slope);
+    line_t lines[3];
+    make_lines(plant, lines);
+    slope_at(plant, lines, omega_e, plant->cos_e, plant->sin_e, plant->i_d, plant->i_q, &slope);
     *u_alpha = slope.u_alpha;
     *u_beta = slope.u_beta;
 }
@@ -309,12 +439,13 @@ void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta)
 /* Longest sub-step from here: stiffness of the legs inside the zone, and the next border that a current
  * meets. */
 static double soft_step(const plant_t *plant, const slope_t *slope, double omega_e, double cosine,
-                        double sine, double i_d, double i_q, double h)
+                        double sine, double i_d, double i_q, double h, bool rectifies)
 {
     double i[3], di[3];
     to_phases(cosine, sine, i_d, i_q, i);
     to_phases(cosine, sine, slope->di_d - omega_e * i_q, slope->di_q + omega_e * i_d, di);
     double stiffest = 0.0;
+    double fastest = 0.0; /* [A/s] inside the zone */
     double zone = plant->zone;
     for (int leg = 0; leg < 3; leg++) {
         if (plant->open >> leg & 1u) {
@@ -322,9 +453,10 @@ static double soft_step(const plant_t *plant, const slope_t *slope, double omega
         }
         double border;
         if (fabs(i[leg]) < zone) {
-            const plant_law_t *law = &plant->law[plant->kind[leg]];
+            const plant_law_t *law = &plant->law[leg][plant->kind[leg]];
             double fall = zone_resistance(plant, law);
             stiffest = fall > stiffest ? fall : stiffest;
+            fastest = fmax(fastest, fabs(di[leg]));
             border = di[leg] > 0.0 ? zone - i[leg] : i[leg] + zone;
         } else if (i[leg] * di[leg] < 0.0) {
             border = fabs(i[leg]) - zone;
@@ -337,7 +469,8 @@ static double soft_step(const plant_t *plant, const slope_t *slope, double omega
         }
     }
     double rate = stiffest * plant->k_max;
-    return rate * h > STIFFEST ? STIFFEST / rate : h;
+    double longest = rectifies && fastest < SETTLED_ZONE * zone * rate ? STIFFEST_SETTLED : STIFFEST;
+    return rate * h > longest ? longest / rate : h;
 }
 
 /* The whole interval in sub-steps. cosine and sine are those of its start. */
@@ -348,23 +481,29 @@ static void soft_interval(plant_t *plant, double h, double omega_e, sums_t *sums
     double i_d = plant->i_d;
     double i_q = plant->i_q;
     slope_t k1, k2, k3, k4;
+    line_t lines[3];
+    make_lines(plant, lines);
+    const bool rectifies = (plant->kind[0] | plant->kind[1] | plant->kind[2]) == PLANT_LAW_OFF &&
+                           fabs(omega_e) * plant->emf_bound * ROOT_3 > RECTIFYING * plant->v_dc;
     while (h > 0.0) {
-        slope_at(plant, omega_e, cosine, sine, i_d, i_q, &k1);
-        double step = soft_step(plant, &k1, omega_e, cosine, sine, i_d, i_q, h);
+        slope_at(plant, lines, omega_e, cosine, sine, i_d, i_q, &k1);
+        double step = soft_step(plant, &k1, omega_e, cosine, sine, i_d, i_q, h, rectifies);
         double half = 0.5 * step;
         phasor_turn(&cosine, &sine, omega_e * half);
-        slope_at(plant, omega_e, cosine, sine, i_d + half * k1.di_d, i_q + half * k1.di_q, &k2);
-        slope_at(plant, omega_e, cosine, sine, i_d + half * k2.di_d, i_q + half * k2.di_q, &k3);
+        slope_at(plant, lines, omega_e, cosine, sine, i_d + half * k1.di_d, i_q + half * k1.di_q, &k2);
+        slope_at(plant, lines, omega_e, cosine, sine, i_d + half * k2.di_d, i_q + half * k2.di_q, &k3);
         phasor_turn(&cosine, &sine, omega_e * half);
-        slope_at(plant, omega_e, cosine, sine, i_d + step * k3.di_d, i_q + step * k3.di_q, &k4);
+        slope_at(plant, lines, omega_e, cosine, sine, i_d + step * k3.di_d, i_q + step * k3.di_q, &k4);
         double sixth = step * (1.0 / 6.0);
         i_d += sixth * (k1.di_d + 2.0 * (k2.di_d + k3.di_d) + k4.di_d);
         i_q += sixth * (k1.di_q + 2.0 * (k2.di_q + k3.di_q) + k4.di_q);
         sums->flux_alpha += sixth * (k1.u_alpha + 2.0 * (k2.u_alpha + k3.u_alpha) + k4.u_alpha);
         sums->flux_beta += sixth * (k1.u_beta + 2.0 * (k2.u_beta + k3.u_beta) + k4.u_beta);
-        sums->charge += sixth * (k1.link + 2.0 * (k2.link + k3.link) + k4.link);
-        sums->copper += sixth * (k1.copper + 2.0 * (k2.copper + k3.copper) + k4.copper);
-        sums->loss += sixth * (k1.loss + 2.0 * (k2.loss + k3.loss) + k4.loss);
+        if (plant->extras) {
+            sums->charge += sixth * (k1.link + 2.0 * (k2.link + k3.link) + k4.link);
+            sums->copper += sixth * (k1.copper + 2.0 * (k2.copper + k3.copper) + k4.copper);
+            sums->loss += sixth * (k1.loss + 2.0 * (k2.loss + k3.loss) + k4.loss);
+        }
         h -= step;
     }
     plant->i_d = i_d;
@@ -488,24 +627,27 @@ static void add_up(const plant_t *plant, double h, const double j[3], const doub
     }
 }
 
-/* A leg's current touches the zone: its voltage is the mean over the way of the current, found by repetition
- * from the first guess in v and j. false if a leg is too stiff for that. */
+/* A leg's current touches the zone, or resistance hangs on it that is not that of all: its voltage is the
+ * mean over the way of the current, found by repetition from the first guess in v and j. false if a leg is
+ * too stiff for that. */
 static bool bend(const plant_t *plant, const series_t *series, double v[3], double s[3], double j[3],
                  double *i_d, double *i_q)
 {
     double follow[3];
-    bool touched[3];
+    bool touched[3], in_zone[3];
     double contraction = 1e-6;
     for (int leg = 0; leg < 3; leg++) {
         double x = plant->i[leg];
         double y = j[leg];
-        const plant_law_t *law = &plant->law[plant->kind[leg]];
-        touched[leg] = fabs(x) < plant->zone || fabs(y) < plant->zone || x * y < 0.0;
+        const plant_law_t *law = &plant->law[leg][plant->kind[leg]];
+        in_zone[leg] = fabs(x) < plant->zone || fabs(y) < plant->zone || x * y < 0.0;
+        touched[leg] = in_zone[leg] || plant->uneven;
         follow[leg] = 0.0;
         if (touched[leg]) {
             /* What a leg alone would do to its own mean current decides how far to follow the new mean
              * voltage. */
-            double stiff = zone_resistance(plant, law) * series->h * plant->k_max;
+            double fall = in_zone[leg] ? zone_resistance(plant, law) : law->r[0];
+            double stiff = fall * series->h * plant->k_max;
             if (stiff > STIFFEST) {
                 return false;
             }
@@ -518,11 +660,14 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
         double before[3] = {j[0], j[1], j[2]};
         for (int leg = 0; leg < 3; leg++) {
             if (touched[leg]) {
-                const plant_law_t *law = &plant->law[plant->kind[leg]];
+                const plant_law_t *law = &plant->law[leg][plant->kind[leg]];
                 double middle = 0.5 * (plant->i[leg] + j[leg]);
-                double mean = interval_pole_mean(plant, law, plant->i[leg], j[leg]) + plant->r_mean * middle;
+                double mean = interval_pole(plant, law, middle, &s[leg]);
+                if (in_zone[leg]) { /* else one straight line: its mean is its middle */
+                    mean = interval_pole_mean(plant, law, plant->i[leg], j[leg]);
+                }
+                mean += plant->r_mean * middle;
                 v[leg] += follow[leg] * (mean - v[leg]);
-                interval_pole(plant, law, middle, &s[leg]);
             }
         }
         double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
@@ -544,9 +689,9 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     double zone = plant->zone;
     series_t series;
     series_begin(plant, h, omega_e, cos_1, sin_1, &series);
-    const plant_law_t *a = &plant->law[plant->kind[0]];
-    const plant_law_t *b = &plant->law[plant->kind[1]];
-    const plant_law_t *c = &plant->law[plant->kind[2]];
+    const plant_law_t *a = &plant->law[0][plant->kind[0]];
+    const plant_law_t *b = &plant->law[1][plant->kind[1]];
+    const plant_law_t *c = &plant->law[2][plant->kind[2]];
     size_t side_a = i[0] < 0.0;
     size_t side_b = i[1] < 0.0;
     size_t side_c = i[2] < 0.0;
@@ -560,10 +705,10 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     to_phases(cos_1, sin_1, i_d, i_q, j);
     /* Both ends outside the zone and on the same side: the products tell the sides. A mean over the period is
      * one straight line, and has no zone. */
-    bool away =
-        plant->kind[0] >= PLANT_LAW_AVERAGED || (least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
-                                                 least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
-                                                 least(least(i[0] * j[0], i[1] * j[1]), i[2] * j[2]) > 0.0);
+    bool away = plant->kind[0] >= PLANT_LAW_AVERAGED ||
+                (!plant->uneven && least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
+                 least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
+                 least(least(i[0] * j[0], i[1] * j[1]), i[2] * j[2]) > 0.0);
     if (!away || plant->extras) {
         s[0] = a->s[side_a];
         s[1] = b->s[side_b];
@@ -571,7 +716,9 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
         if (!away && !bend(plant, &series, v, s, j, &i_d, &i_q)) {
             return false;
         }
-        add_up(plant, h, j, v, s, sums);
+        if (plant->extras) {
+            add_up(plant, h, j, v, s, sums);
+        }
     }
     double u_alpha = (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0);
     double u_beta = (v[1] - v[2]) * INV_SQRT_3;
@@ -592,17 +739,33 @@ static double lagged(double y, double i_0, double i_1, double x)
     return i_1 - behind + (y - i_0 + behind) * phasor_decay(x);
 }
 
-/* Voltage of a soft link after `charge` has left it; the source only gives. Implicit, so that any time
- * constant is safe. */
+double interval_source(const plant_t *plant, double ahead)
+{
+    const plant_params_t *q = &plant->params;
+    if (q->dc_ripple == 0.0) {
+        return q->dc_voltage;
+    }
+    double t = (double)(int64_t)(plant->tick - plant->ripple_since) * TICK + ahead;
+    double turns = t * q->dc_ripple_frequency * (1.0 / PHASOR_TWO_PI);
+    double cosine, sine;
+    phasor_at((turns - floor(turns)) * PHASOR_TWO_PI, &cosine, &sine);
+    return q->dc_voltage + q->dc_ripple * sine;
+}
+
+/* Voltage of a soft link after `charge` has left it; the source only gives, the chopper only takes. Implicit,
+ * so that any time constant is safe. The diodes keep it from turning round. */
 static void link_step(plant_t *plant, double h, double charge)
 {
+    const plant_params_t *q = &plant->params;
     double v = plant->v_dc - charge * plant->link_rate;
-    double source = plant->params.dc_voltage;
-    if (v < source) {
-        double x = h * plant->source_rate;
-        v = (v + x * source) / (1.0 + x);
+    double source = interval_source(plant, h);
+    double given = v < source ? h * plant->source_rate : 0.0;
+    bool chops = plant->chopper_rate > 0.0 && v > q->chopper_voltage;
+    if (given > 0.0 || chops) {
+        v = (v + given * source) / (1.0 + given + (chops ? h * plant->chopper_rate : 0.0));
+        v = chops && v < q->chopper_voltage ? q->chopper_voltage : v;
     }
-    plant->v_dc = v;
+    plant->v_dc = v > 0.0 ? v : 0.0;
 }
 
 /* No current for so long that the nodes float: until a gate or a high EMF ends it. */
@@ -633,17 +796,73 @@ void interval_count_turns(plant_t *plant)
 {
     /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
     int64_t pairs = (int64_t)plant->p;
-    double counts = 4.0 * plant->params.encoder_lines;
-    plant->count_whole = plant->turns / pairs * (int64_t)counts;
+    double counts = 4.0 * plant->params.encoder_lines * (1.0 - plant->params.encoder_slip);
+    double whole = (double)(plant->turns / pairs) * counts;
+    plant->count_whole = (int64_t)floor(whole);
     plant->count_rest =
         ((double)(plant->turns % pairs) / plant->p + plant->params.encoder_offset * (1.0 / PHASOR_TWO_PI)) *
-        counts;
+            counts +
+        (whole - floor(whole));
+}
+
+/* Both ends of an elastic shaft under constant torques, `net` on the motor: the series of the exponential of
+ * d twist/dt = nu, d nu/dt = a - sum (k twist + c nu), nu the difference of the speeds and sum that of 1/J at
+ * the ends that are free to turn, to the sixth order (its
+ * angle is below LARGEST_ANGLE: the rest is 1e-11). Kept out of the step of a rigid
+ * shaft, which it would make slower. */
+static __attribute__((noinline)) void twist_step(plant_t *plant, double h, double net, bool fixed)
+{
+    const plant_params_t *q = &plant->params;
+    double near = fixed ? 0.0 : plant->inertia_inverse;
+    double far = plant->load_inverse;
+    double sum = near + far;
+    /* The motor's end has turned already, and the twist is that of the begin: so is the far end's angle, but
+     * for what the motor has turned. */
+    double back = -h * plant->omega_m;
+    double against = far_resistance(plant, plant->omega_load, back);
+    double omega_felt = plant->omega_load + 0.5 * h * far * (plant->shaft_torque - against);
+    against = far_resistance(plant, omega_felt, back + 0.5 * h * plant->omega_load);
+    double a = near * net + far * against;
+    double twist = plant->twist;
+    double nu = plant->omega_m - plant->omega_load;
+    double dx = h * nu;
+    double dv = h * (a - sum * (q->shaft_stiffness * twist + q->shaft_damping * nu));
+    double more_x = 0.0;
+    double more_v = 0.0;
+    static const double inverse[] = {1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0};
+    double stiffness = h * sum * q->shaft_stiffness;
+    double damping = h * sum * q->shaft_damping;
+    for (size_t n = 0; n < sizeof inverse / sizeof inverse[0]; n++) {
+        more_x += dx;
+        more_v += dv;
+        double next = h * dv * inverse[n];
+        dv = -(stiffness * dx + damping * dv) * inverse[n];
+        dx = next;
+    }
+    double impulse = (h * a - more_v) / sum; /* [N m s] that went through the shaft */
+    plant->omega_m += near * (h * net - impulse);
+    plant->omega_load += far * (impulse - h * against);
+    plant->twist += more_x;
+    plant->shaft_torque = twisted(plant);
+    plant->omega_ahead = plant->omega_m;
+    plant->acceleration = near * (net - plant->shaft_torque);
+    if (plant->metering) {
+        /* Of what drives the difference, the damping has what is not stored. */
+        double stored = 0.5 / sum * more_v * (2.0 * nu + more_v) +
+                        0.5 * q->shaft_stiffness * more_x * (2.0 * twist + more_x);
+        double dynamometer = fixed ? (h * net - impulse) * plant->omega_m : 0.0;
+        plant->energy_mechanical += h * omega_felt * against + a / sum * more_x - stored + dynamometer;
+    }
 }
 
 /* An interval in which the shaft goes on as it does: held, or with friction against one direction. */
 static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 {
     double rate = fabs(plant->p * plant->omega_m) + plant->rate;
+    if (plant->works) {
+        double inverse = plant->load_inverse > 0.0 ? plant->load_inverse : plant->inertia_inverse;
+        rate += 2.0 * plant->params.load_quadratic * fabs(plant->omega_m) * inverse;
+    }
     uint64_t limit = LONGEST_TICKS;
     if (rate * LONGEST > LARGEST_ANGLE) {
         limit = 1u + (uint64_t)(LARGEST_ANGLE / (rate * TICK));
@@ -654,6 +873,10 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
         ticks = parts < 8u ? (ticks + parts - 1u) / parts : limit;
     }
     double h = (double)ticks * TICK;
+
+    if (plant->ripples) {
+        plant->v_dc = interval_source(plant, 0.5 * h); /* as its mean */
+    }
 
     /* From what was known before the last torque: the chain of currents need not wait for the shaft. */
     double omega_mid = plant->omega_ahead + 0.5 * h * plant->acceleration;
@@ -710,11 +933,15 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 
     double torque = 0.5 * (torque_0 + plant->torque);
     bool locked = plant->params.shaft_locked != 0.0;
+    bool elastic = plant->load_inverse > 0.0;
     double omega = plant->omega_m;
     double omega_felt = omega + 0.5 * h * plant->acceleration;
-    double against = interval_resistance(plant, omega_felt);
+    double against = resistance_at(plant, omega_felt, -0.5 * h * omega_mid);
     plant->omega_ahead = omega + h * plant->acceleration;
-    if (!locked && !interval_held(plant)) {
+    if (elastic) {
+        bool fixed = locked || interval_held(plant);
+        twist_step(plant, h, fixed ? torque : torque - against, fixed);
+    } else if (!locked && !interval_held(plant)) {
         plant->acceleration = plant->inertia_inverse * (torque - against);
         plant->omega_m = omega + h * plant->acceleration;
     }
@@ -725,10 +952,15 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
             plant->energy_dc += plant->v_dc * sums.charge;
             plant->energy_copper += sums.copper;
             plant->energy_inverter += sums.loss;
-            plant->energy_mechanical += h * omega_felt * (locked ? torque : against);
+            plant->energy_mechanical += h * omega_felt *
+                                        (!locked   ? against
+                                         : elastic ? 0.0
+                                                   : torque); /* twist_step has the rest */
         }
         if (plant->link_rate > 0.0) {
             link_step(plant, h, sums.charge);
+        } else if (plant->ripples) {
+            plant->v_dc = interval_source(plant, h);
         }
         if (plant->params.current_bandwidth > 0.0) {
             double x = plant->params.current_bandwidth * h;
@@ -745,15 +977,21 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
     return ticks;
 }
 
+/* The shaft at the begin of an interval. */
+typedef struct {
+    bool held;
+    double drive, omega_m, slip;
+} shaft_t;
+
 /* Where in an interval the shaft came to rest or broke loose, as a share of it, 0..1: torque and speed taken
  * as straight lines; beyond 1: it did not. */
-static double event_share(const plant_t *before, const plant_t *after)
+static double event_share(const shaft_t *before, const plant_t *after)
 {
-    if (interval_held(before)) {
-        double from = driving(before);
+    if (before->held) {
+        double from = before->drive;
         double to = driving(after);
-        double edge = to > 0.0 ? before->hold_torque : -before->hold_torque;
-        return fabs(to) > before->hold_torque ? (edge - from) / (to - from) : 2.0;
+        double edge = to > 0.0 ? after->hold_torque : -after->hold_torque;
+        return fabs(to) > after->hold_torque ? (edge - from) / (to - from) : 2.0;
     }
     if (after->omega_m * before->slip > 0.0) {
         return 2.0;
@@ -762,13 +1000,19 @@ static double event_share(const plant_t *before, const plant_t *after)
     return change != 0.0 ? before->omega_m / change : 1.0;
 }
 
+/* All that a step may change stands behind the coefficients. */
+#define STATE_AT   offsetof(plant_t, i)
+#define STATE_SIZE (sizeof(plant_t) - STATE_AT)
+
 uint64_t interval_step(plant_t *plant, uint64_t ticks)
 {
     if (plant->hold_torque == 0.0 || plant->params.shaft_locked != 0.0) {
         return smooth_step(plant, ticks);
     }
     /* Taken again, shorter, until what happens in it happens in its last tick. */
-    const plant_t before = *plant;
+    unsigned char state[STATE_SIZE];
+    memcpy(state, (const unsigned char *)plant + STATE_AT, STATE_SIZE);
+    const shaft_t before = {interval_held(plant), driving(plant), plant->omega_m, plant->slip};
     uint64_t taken = smooth_step(plant, ticks);
     for (double share = event_share(&before, plant); share <= 1.0; share = event_share(&before, plant)) {
         uint64_t until = (uint64_t)ceil(share * (double)taken);
@@ -777,7 +1021,7 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
             shaft_restart(plant);
             return taken;
         }
-        *plant = before;
+        memcpy((unsigned char *)plant + STATE_AT, state, STATE_SIZE);
         taken = smooth_step(plant, until > 0u ? until : 1u);
     }
     return taken;

@@ -5,9 +5,11 @@
  * to the fourth order. Where a current touches the zone around zero, the voltage of its leg is the mean over
  * the current's way, found by repetition; where that leg is too stiff (both gates off), or a phase is broken,
  * classical Runge-Kutta in sub-steps that end at the borders of the zone and are at most half its time
- * constant long.
+ * constant long; two of them where a fast rotor feeds the link by the diodes and the transient is over.
+ * The ripple of a stiff link: as its value in the middle of the interval.
  * Shaft: constant mean torque of both ends, friction at the extrapolated middle speed (second order); the
- * currents and the angle see the speed extrapolated from one interval earlier. An interval in which a shaft
+ * currents and the angle see the speed extrapolated from one interval earlier. An elastic shaft: exact for
+ * torques that are constant at both ends. An interval in which a shaft
  * with break-away or brake would come to rest or break loose ends at the tick of it. */
 #ifndef HOST_SIM_PLANT_INTERVAL_H
 #define HOST_SIM_PLANT_INTERVAL_H
@@ -34,9 +36,18 @@ void interval_refresh(plant_t *plant);
 /* true: dry friction holds the shaft, at speed 0. */
 bool interval_held(const plant_t *plant);
 
+/* Mechanical angle now [rad], unwrapped. */
+double interval_angle(const plant_t *plant);
+
 /* Friction, load and brake at this speed [N m], positive against positive rotation; on a held shaft that part
  * which does not depend on what drives it. */
 double interval_resistance(const plant_t *plant, double omega_m);
+
+/* The same with what holds a fixed shaft, and with the load at the far end of an elastic one [N m]. */
+double interval_load(const plant_t *plant);
+
+/* Open-circuit voltage of the link's source [V], `ahead` [s] from now. */
+double interval_source(const plant_t *plant, double ahead);
 
 /* Pole voltage [V] of a leg under one law at this current [A]; *share is the part of the current the link
  * gives [-]. */

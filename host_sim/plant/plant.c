@@ -23,38 +23,107 @@ static uint64_t ticks_of(double seconds)
 
 /* ---- parameters ---- */
 
-static plant_law_t law_of(const plant_params_t *q, double share_positive, double share_negative)
+/* With a drop [V] and a resistance [ohm] that this leg alone has. */
+static plant_law_t law_of(const plant_params_t *q, double share_positive, double share_negative, double drop,
+                          double resistance)
 {
     double sp = share_positive;
     double sn = share_negative;
     plant_law_t law = {
         {sp, sn},
-        {-sp * q->igbt_voltage - (1.0 - sp) * q->diode_voltage,
-         sn * q->diode_voltage + (1.0 - sn) * q->igbt_voltage},
-        {sp * q->igbt_resistance + (1.0 - sp) * q->diode_resistance,
-         sn * q->diode_resistance + (1.0 - sn) * q->igbt_resistance},
+        {-sp * q->igbt_voltage - (1.0 - sp) * q->diode_voltage - drop,
+         sn * q->diode_voltage + (1.0 - sn) * q->igbt_voltage + drop},
+        {sp * q->igbt_resistance + (1.0 - sp) * q->diode_resistance + resistance,
+         sn * q->diode_resistance + (1.0 - sn) * q->igbt_resistance + resistance},
     };
     return law;
 }
 
-static void make_laws(plant_t *plant)
+/* Laws and delays of the legs; the larger of their own resistances [ohm]. */
+static double make_legs(plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
-    /* Off: lower diode for i > 0, upper diode for i < 0: the averaged law at these shares has just those. */
-    plant->law[PLANT_LAW_OFF] = law_of(q, 0.0, 1.0);
-    plant->law[PLANT_LAW_UPPER] = law_of(q, 1.0, 1.0);
-    plant->law[PLANT_LAW_LOWER] = law_of(q, 0.0, 0.0);
-    plant->law[PLANT_LAW_BOTH] = (plant_law_t){{0.5, 0.5}, {0.0, 0.0}, {0.0, 0.0}};
+    const double drop[3] = {q->leg_a_drop, q->leg_b_drop, q->leg_c_drop};
+    const double resistance[3] = {q->leg_a_resistance, q->leg_b_resistance, q->leg_c_resistance};
+    const double delay[3] = {q->leg_a_delay, q->leg_b_delay, q->leg_c_delay};
+    double most = 0.0;
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        double d = drop[leg];
+        double r = resistance[leg];
+        plant_law_t *law = plant->law[plant->wire[leg]];
+        /* Off: lower diode for i > 0, upper diode for i < 0: the averaged law at these shares has just those.
+         */
+        law[PLANT_LAW_OFF] = law_of(q, 0.0, 1.0, d, r);
+        law[PLANT_LAW_UPPER] = law_of(q, 1.0, 1.0, d, r);
+        law[PLANT_LAW_LOWER] = law_of(q, 0.0, 0.0, d, r);
+        law[PLANT_LAW_BOTH] = (plant_law_t){{0.5, 0.5}, {0.0, 0.0}, {r, r}};
+        plant->turn_on_ticks[plant->wire[leg]] = ticks_of(q->turn_on_delay + delay[leg]);
+        most = r > most ? r : most;
+    }
+    return most;
 }
 
 static void want_extras(plant_t *plant)
 {
-    plant->extras = plant->metering || plant->link_rate > 0.0 || plant->params.current_bandwidth > 0.0;
+    plant->extras =
+        plant->metering || plant->link_rate > 0.0 || plant->ripples || plant->params.current_bandwidth > 0.0;
 }
 
 static bool module_shut(const plant_t *plant)
 {
     return plant->tick < plant->fault_until || plant->params.force_fault != 0.0;
+}
+
+/* ---- wires ---- */
+
+/* Who is in the place of n, 0..2, where a pair is changed: 1 b with c, 2 c with a, 3 a with b; 0 none. */
+static uint32_t changed(double pair, uint32_t n)
+{
+    uint32_t swap = (uint32_t)pair;
+    return swap == 0u || n == swap - 1u ? n : 4u - swap - n;
+}
+
+/* Gate bits by legs as bits by the phases on their wires, and the other way round: a pair changes places. */
+static uint32_t rewired(const plant_t *plant, uint32_t gates)
+{
+    if (!plant->rewired) {
+        return gates;
+    }
+    uint32_t bits = 0;
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        bits |= (gates >> (2u * leg) & 3u) << (2u * plant->wire[leg]);
+    }
+    return bits;
+}
+
+/* Two motor wires change places: what belongs to legs moves to the other phases. */
+static void rewire(plant_t *plant, double pair)
+{
+    plant->rewired = pair != 0.0;
+    uint32_t moved[3]; /* phase by phase, on which one its leg hangs from now on */
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        moved[plant->wire[leg]] = changed(pair, leg);
+        plant->wire[leg] = changed(pair, leg);
+    }
+    const plant_t before = *plant;
+    plant->on = 0;
+    plant->commanded = 0;
+    plant->shut = 0;
+    for (uint32_t from = 0; from < 3; from++) {
+        uint32_t to = moved[from];
+        plant->on |= (before.on >> (2u * from) & 3u) << (2u * to);
+        plant->commanded |= (before.commanded >> (2u * from) & 3u) << (2u * to);
+        plant->shut |= (before.shut >> (2u * from) & 3u) << (2u * to);
+        plant->waiting[2u * to] = before.waiting[2u * from];
+        plant->waiting[2u * to + 1u] = before.waiting[2u * from + 1u];
+        plant->high[to] = before.high[from];
+        plant->sensed[to] = before.sensed[from];
+        plant->law[to][PLANT_LAW_AVERAGED] = before.law[from][PLANT_LAW_AVERAGED];
+    }
+    for (uint32_t n = 0; n < PLANT_PENDING; n++) {
+        uint32_t gate = before.pending[n].gate;
+        plant->pending[n].gate = 2u * moved[gate >> 1] + (gate & 1u);
+    }
 }
 
 /* ---- gates ---- */
@@ -70,7 +139,11 @@ static void trip(plant_t *plant, uint32_t gates)
 
 static void leg_follows(plant_t *plant, uint32_t leg)
 {
-    plant->kind[leg] = (plant->on & ~plant->shut) >> (2u * leg) & 3u;
+    uint32_t on = plant->on & ~plant->shut;
+    if (plant->stuck_gates) {
+        on = (on & ~plant->never_on) | plant->always_on;
+    }
+    plant->kind[leg] = on >> (2u * leg) & 3u;
     if (plant->kind[leg] != PLANT_LAW_OFF) {
         plant->idle = 0;
         plant->calm_ticks = 0;
@@ -83,7 +156,7 @@ static void legs_follow(plant_t *plant)
     for (uint32_t leg = 0; leg < 3; leg++) {
         leg_follows(plant, leg);
         if (plant->averaged && !plant->shut) {
-            plant->kind[leg] = PLANT_LAW_AVERAGED + leg;
+            plant->kind[leg] = PLANT_LAW_AVERAGED;
             plant->idle = 0;
             plant->calm_ticks = 0;
         }
@@ -94,7 +167,7 @@ static void shoot_through(plant_t *plant, uint32_t leg)
 {
     plant->shoot_throughs++;
     plant->shoot_through_tick = plant->tick;
-    plant->shoot_through_leg = leg;
+    plant->shoot_through_leg = changed(plant->params.swap_phases, leg);
     if (plant->trip_square < NO_TRIP) {
         trip(plant, PLANT_UPPER(leg) | LOWER_GATES);
         legs_follow(plant);
@@ -171,7 +244,7 @@ static bool edge_is_silent(const plant_t *plant, const plant_edge_t *edge)
     uint32_t after = before ^ (UINT32_C(1) << (edge->gate & 1u));
     double i = plant->i[leg];
     uint32_t diode_twin = i > 0.0 ? PLANT_LAW_LOWER : PLANT_LAW_UPPER;
-    if ((before | after) != diode_twin || plant->shut | plant->idle) {
+    if ((before | after) != diode_twin || (plant->shut | plant->idle | plant->stuck_gates)) {
         return false;
     }
     /* |di/dt| of a phase: two thirds of the link plus drops and resistive part (a fifth is ample) plus EMF.
@@ -248,7 +321,7 @@ void plant_advance(plant_t *plant, uint64_t tick)
 
 void plant_gates(plant_t *plant, uint64_t tick, uint32_t on)
 {
-    on &= ALL_GATES;
+    on = rewired(plant, on & ALL_GATES);
     if (plant->averaged) {
         plant_advance(plant, tick);
         plant->averaged = PLANT_EDGES;
@@ -268,7 +341,8 @@ void plant_gates(plant_t *plant, uint64_t tick, uint32_t on)
     for (uint32_t gate = 0; changed; gate++, changed >>= 1) {
         if (changed & 1u) {
             uint32_t rises = on >> gate & 1u;
-            push_edge(plant, tick + (rises ? plant->turn_on_ticks : plant->turn_off_ticks), gate, rises);
+            push_edge(plant, tick + (rises ? plant->turn_on_ticks[gate >> 1] : plant->turn_off_ticks), gate,
+                      rises);
         }
     }
 }
@@ -280,7 +354,9 @@ void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_
     plant_advance(plant, tick);
     plant->averaged = upper ? PLANT_AVERAGED_UPPER : PLANT_AVERAGED_LOWER;
     plant->period = period;
-    memcpy(plant->high, high, sizeof plant->high);
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        plant->high[plant->wire[leg]] = high[leg];
+    }
     plant->dead = dead;
     plant->pending_count = 0;
     memset(plant->waiting, 0, sizeof plant->waiting);
@@ -293,32 +369,164 @@ void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_
 
 /* ---- start and parameters ---- */
 
-/* Torques on the shaft that do not come from the air gap. */
+/* Half width of the smooth sign of this dry torque on this inertia, inverse [s/rad]. */
+static double width_inverse(double dry_torque, double inertia_inverse)
+{
+    double width = PLANT_SHAFT_FOLLOW * dry_torque * inertia_inverse;
+    return 1.0 / (width > PLANT_SHAFT_WIDTH ? width : PLANT_SHAFT_WIDTH);
+}
+
+/* Torques on the shaft that do not come from the air gap; the load is at the far end of an elastic one. */
 static void make_shaft(plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
+    bool elastic = plant->load_inverse > 0.0;
     bool passive = q->load_kind == PLANT_LOAD_PASSIVE;
-    double opposing = passive ? q->load_torque : 0.0;
-    plant->active_torque = passive ? 0.0 : q->load_torque;
+    double load = passive ? q->load_torque : 0.0;
+    double active = passive ? 0.0 : q->load_torque;
+    double opposing = elastic ? 0.0 : load;
+    plant->load_torque = elastic ? load : 0.0;
+    plant->load_active = elastic ? active : 0.0;
+    plant->load_width_inverse = width_inverse(plant->load_torque, plant->load_inverse);
+    plant->active_torque = elastic ? 0.0 : active;
     plant->dry_torque = q->friction_coulomb + opposing + plant->brake_torque;
     bool sticks = q->friction_breakaway > 0.0 || plant->brake_torque > 0.0;
     double friction =
         q->friction_breakaway > q->friction_coulomb ? q->friction_breakaway : q->friction_coulomb;
     plant->hold_torque = sticks ? friction + opposing + plant->brake_torque : 0.0;
-    double width = PLANT_SHAFT_FOLLOW * plant->dry_torque * plant->inertia_inverse;
-    plant->width_inverse = 1.0 / (width > PLANT_SHAFT_WIDTH ? width : PLANT_SHAFT_WIDTH);
+    plant->width_inverse = width_inverse(plant->dry_torque, plant->inertia_inverse);
+}
+
+/* Loads that go with the square of speed or with the angle, and how fast the inertia that they act on swings.
+ */
+static void make_works(plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    double inverse = plant->load_inverse > 0.0 ? plant->load_inverse : plant->inertia_inverse;
+    double stiffness = q->load_spring + q->load_sine_cycles * fabs(q->load_sine);
+    const double table[8] = {0.0,
+                             q->load_table_1,
+                             q->load_table_2,
+                             q->load_table_3,
+                             q->load_table_4,
+                             q->load_table_5,
+                             q->load_table_6,
+                             q->load_table_6};
+    double steepest = 0.0;
+    for (uint32_t n = 0; n < 8u; n++) {
+        double rise = n > 0u ? fabs(table[n] - table[n - 1u]) : 0.0;
+        steepest = rise > steepest ? rise : steepest;
+        plant->table[n] = table[n];
+    }
+    plant->table_inverse = q->load_table_speed > 0.0 ? 1.0 / q->load_table_speed : 0.0;
+    plant->works = q->load_quadratic != 0.0 || stiffness != 0.0 || plant->table_inverse != 0.0;
+    plant->work_rate = sqrt(stiffness * inverse) + steepest * plant->table_inverse * inverse;
+}
+
+/* What turns: one mass, or two with the shaft between them. A far end that becomes elastic goes on as the
+ * motor turns, one that becomes rigid keeps the momentum of both. */
+static void make_masses(plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    bool was = plant->load_inverse > 0.0;
+    bool elastic = q->load_inertia > 0.0 && q->shaft_stiffness > 0.0;
+    plant->inertia_inverse = 1.0 / (q->inertia + (elastic ? 0.0 : q->load_inertia));
+    plant->load_inverse = elastic ? 1.0 / q->load_inertia : 0.0;
+    if (q->shaft_locked != 0.0) {
+        plant->omega_m = q->shaft_locked_speed;
+    } else if (was && !elastic) {
+        plant->omega_m =
+            (q->inertia * plant->omega_m + q->load_inertia * plant->omega_load) * plant->inertia_inverse;
+    }
+    if (was != elastic) {
+        plant->twist = 0.0;
+        plant->omega_load = elastic ? plant->omega_m : 0.0;
+    }
+    make_shaft(plant);
+    make_works(plant);
+}
+
+/* Of the oscillation and the decay of the twist [1/s]. */
+static double shaft_rate(const plant_t *plant)
+{
+    if (plant->load_inverse == 0.0) {
+        return 0.0;
+    }
+    double sum = plant->inertia_inverse + plant->load_inverse;
+    return sqrt(plant->params.shaft_stiffness * sum) + plant->params.shaft_damping * sum;
+}
+
+static void make_link(plant_t *plant, const plant_params_t *before)
+{
+    const plant_params_t *q = &plant->params;
+    if (q->dc_ripple != before->dc_ripple || q->dc_ripple_frequency != before->dc_ripple_frequency) {
+        plant->ripple_since = plant->tick;
+    }
+    bool lost = q->supply_lost != 0.0;
+    bool stiff = q->dc_capacitance == 0.0 || (q->dc_resistance == 0.0 && !lost);
+    plant->ripples = q->dc_ripple != 0.0 && stiff;
+    plant->link_rate = stiff ? 0.0 : 1.0 / q->dc_capacitance;
+    plant->source_rate = stiff || lost ? 0.0 : plant->link_rate / q->dc_resistance;
+    plant->chopper_rate = q->chopper_resistance > 0.0 ? plant->link_rate / q->chopper_resistance : 0.0;
+    if (stiff) {
+        plant->v_dc = interval_source(plant, 0.0);
+    }
+}
+
+/* Tracks A (1) and B (2) of the encoder where its disc says `count`: 00, A, AB, B and round again. */
+static uint32_t tracks_at(const plant_params_t *q, int64_t count)
+{
+    static const uint32_t way[4] = {0u, 1u, 3u, 2u};
+    uint32_t tracks = way[(uint64_t)count & 3u];
+    tracks = q->encoder_stuck_a < 0.0 ? tracks : (tracks & 2u) | (uint32_t)q->encoder_stuck_a;
+    return q->encoder_stuck_b < 0.0 ? tracks : (tracks & 1u) | (uint32_t)q->encoder_stuck_b << 1;
+}
+
+/* Edges [counts] that the decoder makes of a step from these tracks to those; two at once are none. */
+static int64_t quadrature(uint32_t from, uint32_t to)
+{
+    static const int64_t place[4] = {0, 1, 3, 2};
+    static const int64_t edges[4] = {0, 1, 0, -1};
+    return edges[(uint32_t)(place[to] - place[from]) & 3u];
+}
+
+static int64_t disc_count(const plant_t *plant, double theta_e);
+static int64_t shown_count(const plant_t *plant, int64_t count);
+
+/* What is broken in the encoder from now on changes no count that it has given. */
+static void make_encoder(plant_t *plant, const plant_params_t *before, int64_t shown, uint32_t tracks)
+{
+    const plant_params_t *q = &plant->params;
+    plant->count_per_rad = 4.0 * q->encoder_lines * (1.0 - q->encoder_slip) / (PHASOR_TWO_PI * q->pole_pairs);
+    interval_count_turns(plant);
+    plant->tracks = q->encoder_reversed != 0.0 || q->encoder_stuck_a >= 0.0 || q->encoder_stuck_b >= 0.0;
+    bool stuck =
+        q->encoder_stuck_a != before->encoder_stuck_a || q->encoder_stuck_b != before->encoder_stuck_b;
+    if (stuck || q->encoder_slip != before->encoder_slip || q->encoder_reversed != before->encoder_reversed) {
+        int64_t count = disc_count(plant, plant->theta_e);
+        int64_t step = stuck ? quadrature(tracks, tracks_at(q, count)) : 0;
+        plant->count_shift += shown + (q->encoder_reversed != 0.0 ? -step : step) - shown_count(plant, count);
+    }
 }
 
 void plant_set_params(plant_t *plant, const plant_params_t *params)
 {
     assert(plant_params_check(params, NULL));
     const plant_params_t *q = &plant->params;
-    bool was_forced = q->force_fault != 0.0;
+    const plant_params_t before = *q;
+    const int64_t count = disc_count(plant, plant->theta_e);
+    const int64_t shown = shown_count(plant, count);
+    const uint32_t tracks = tracks_at(q, count);
     plant->params = *params;
 
     plant->p = q->pole_pairs;
-    plant->count_per_rad = 4.0 * q->encoder_lines / (PHASOR_TWO_PI * q->pole_pairs);
-    interval_count_turns(plant);
+    make_encoder(plant, &before, shown, tracks);
+    if (q->swap_phases != before.swap_phases) {
+        rewire(plant, q->swap_phases);
+    }
+    plant->never_on = rewired(plant, (uint32_t)q->open_switches);
+    plant->always_on = rewired(plant, (uint32_t)q->shorted_switches);
+    plant->stuck_gates = plant->never_on | plant->always_on;
     plant->r_mean = 0.5 * (q->igbt_resistance + q->diode_resistance);
     plant->k_d = 1.0 / q->inductance_d;
     plant->k_q = 1.0 / q->inductance_q;
@@ -334,21 +542,14 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     plant->emf_bound = q->flux_linkage * (1.0 + fabs(q->emf_5th) + fabs(q->emf_7th));
     plant->harmonics = q->emf_5th != 0.0 || q->emf_7th != 0.0;
 
-    plant->inertia_inverse = 1.0 / q->inertia;
-    make_shaft(plant);
-    if (q->shaft_locked != 0.0) {
-        plant->omega_m = q->shaft_locked_speed;
-    }
+    make_masses(plant);
+    make_link(plant, &before);
+    double own = make_legs(plant);
+    plant->uneven = own > 0.0;
 
-    plant->rate = (q->resistance + plant->r_mean) * plant->k_max +
-                  q->pole_pairs * q->flux_linkage * sqrt(1.5 * plant->k_max * plant->inertia_inverse);
-
-    bool stiff = q->dc_capacitance == 0.0 || q->dc_resistance == 0.0;
-    plant->link_rate = stiff ? 0.0 : 1.0 / q->dc_capacitance;
-    plant->source_rate = stiff ? 0.0 : plant->link_rate / q->dc_resistance;
-    if (stiff) {
-        plant->v_dc = q->dc_voltage;
-    }
+    plant->rate = (q->resistance + plant->r_mean + own) * plant->k_max +
+                  q->pole_pairs * q->flux_linkage * sqrt(1.5 * plant->k_max * plant->inertia_inverse) +
+                  (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;
 
     double narrowest = (0.5 * q->dc_voltage + q->diode_voltage) * ZONE_TIME * plant->k_max;
     plant->zone = q->current_zone > narrowest ? q->current_zone : narrowest;
@@ -358,10 +559,8 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
         q->short_circuit_current > 0.0 ? q->short_circuit_current * q->short_circuit_current : NO_TRIP;
     plant->volts_per_ampere = 1.5 / q->current_range;
     plant->volts_per_volt = 3.0 / q->dc_range;
-    plant->turn_on_ticks = ticks_of(q->turn_on_delay);
     plant->turn_off_ticks = ticks_of(q->turn_off_delay);
     plant->pulse_ticks = ticks_of(q->fault_pulse);
-    make_laws(plant);
 
     plant->open = (q->open_phase_a != 0.0 ? 1u : 0u) | (q->open_phase_b != 0.0 ? 2u : 0u) |
                   (q->open_phase_c != 0.0 ? 4u : 0u);
@@ -372,13 +571,19 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     }
     if (q->force_fault != 0.0) {
         plant->shut = ALL_GATES;
-        if (!was_forced) {
+        if (before.force_fault == 0.0) {
             plant->fault_until = plant->tick + plant->pulse_ticks;
         }
     }
     want_extras(plant);
+    const uint32_t was[3] = {plant->kind[0], plant->kind[1], plant->kind[2]};
     legs_follow(plant);
     interval_restart(plant);
+    for (uint32_t leg = 0; leg < 3 && plant->always_on != 0u; leg++) {
+        if (plant->kind[leg] == PLANT_LAW_BOTH && was[leg] != PLANT_LAW_BOTH) {
+            shoot_through(plant, leg);
+        }
+    }
 }
 
 void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed)
@@ -389,6 +594,14 @@ void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed)
     plant->cos_e = 1.0;
     plant->idle = 1;
     plant->v_dc = params->dc_voltage;
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        plant->wire[leg] = leg;
+    }
+    /* An encoder that is broken from the start has no count to keep. */
+    plant->params.encoder_slip = params->encoder_slip;
+    plant->params.encoder_reversed = params->encoder_reversed;
+    plant->params.encoder_stuck_a = params->encoder_stuck_a;
+    plant->params.encoder_stuck_b = params->encoder_stuck_b;
     plant_set_params(plant, params);
 }
 
@@ -411,6 +624,8 @@ void plant_set_motion(plant_t *plant, double theta_m, double omega_m)
     if (plant->params.shaft_locked == 0.0) {
         plant->omega_m = omega_m;
     }
+    plant->omega_load = plant->load_inverse > 0.0 ? plant->omega_m : 0.0;
+    plant->twist = 0.0;
     interval_restart(plant);
 }
 
@@ -441,10 +656,15 @@ static double at_pin(double volts)
     return volts < 0.0 ? 0.0 : volts > 3.0 ? 3.0 : volts;
 }
 
-static double current_pin(plant_t *plant, double i, double gain_error, double offset)
+/* Pin that should show leg n's current. */
+static double current_pin(plant_t *plant, uint32_t n)
 {
     const plant_params_t *q = &plant->params;
-    double seen = (1.0 + gain_error) * i + offset;
+    const double gain_error[3] = {q->current_gain_error_a, q->current_gain_error_b, q->current_gain_error_c};
+    const double offset[3] = {q->current_offset_a, q->current_offset_b, q->current_offset_c};
+    const double *i = q->current_bandwidth > 0.0 ? plant->sensed : plant->i;
+    uint32_t sensor = changed(q->swap_currents, n);
+    double seen = (1.0 + gain_error[sensor]) * i[plant->wire[sensor]] + offset[sensor];
     if (q->current_noise > 0.0) {
         seen += q->current_noise * noise_gauss(&plant->random);
     }
@@ -459,14 +679,11 @@ static double temperature_pin(double temperature, double at_0v, double at_3v)
 double plant_analog(plant_t *plant, plant_channel_t channel)
 {
     const plant_params_t *q = &plant->params;
-    const double *i = q->current_bandwidth > 0.0 ? plant->sensed : plant->i;
     switch (channel) {
     case PLANT_CURRENT_A:
-        return current_pin(plant, i[0], q->current_gain_error_a, q->current_offset_a);
     case PLANT_CURRENT_B:
-        return current_pin(plant, i[1], q->current_gain_error_b, q->current_offset_b);
     case PLANT_CURRENT_C:
-        return current_pin(plant, i[2], q->current_gain_error_c, q->current_offset_c);
+        return current_pin(plant, (uint32_t)(channel - PLANT_CURRENT_A));
     case PLANT_DC_LINK: {
         double seen = (1.0 + q->dc_gain_error) * plant->v_dc;
         if (q->dc_noise > 0.0) {
@@ -492,9 +709,32 @@ static int64_t floor_of(double x)
     return n - ((double)n > x);
 }
 
-static int64_t encoder_counts(const plant_t *plant, double theta_e)
+/* Edges that have passed on the disc. */
+static int64_t disc_count(const plant_t *plant, double theta_e)
 {
     return plant->count_whole + floor_of(theta_e * plant->count_per_rad + plant->count_rest);
+}
+
+/* What the tracks make of them: with one stuck, the other's edges go forth and back. */
+static int64_t shown_count(const plant_t *plant, int64_t count)
+{
+    if (!plant->tracks) {
+        return plant->count_shift + count;
+    }
+    const plant_params_t *q = &plant->params;
+    bool stuck_a = q->encoder_stuck_a >= 0.0;
+    bool stuck_b = q->encoder_stuck_b >= 0.0;
+    if (stuck_a || stuck_b) {
+        uint32_t moved = tracks_at(q, count);
+        uint32_t still = (stuck_a ? moved & 1u : 0u) | (stuck_b ? moved & 2u : 0u);
+        count = quadrature(still, moved);
+    }
+    return plant->count_shift + (q->encoder_reversed != 0.0 ? -count : count);
+}
+
+static int64_t encoder_counts(const plant_t *plant, double theta_e)
+{
+    return shown_count(plant, disc_count(plant, theta_e));
 }
 
 int64_t plant_encoder(const plant_t *plant)
@@ -515,8 +755,9 @@ bool plant_fault_line(const plant_t *plant)
 
 /* ---- truth ---- */
 
-static plant_leg_t leg_state(const plant_t *plant, uint32_t leg)
+static plant_leg_t leg_state(const plant_t *plant, uint32_t leg_of_module)
 {
+    uint32_t leg = plant->wire[leg_of_module];
     double i = plant->i[leg];
     uint32_t kind = plant->kind[leg];
     if ((plant->open >> leg & 1u) || plant->idle) {
@@ -543,11 +784,10 @@ void plant_truth(const plant_t *plant, plant_truth_t *truth)
     memset(truth, 0, sizeof *truth);
     truth->theta_e = plant->theta_e;
     truth->omega_e = plant->p * plant->omega_m;
-    truth->theta_m = (plant->theta_e + PHASOR_TWO_PI * (double)plant->turns) / plant->p;
+    truth->theta_m = interval_angle(plant);
     truth->omega_m = plant->omega_m;
     truth->torque = plant->torque;
-    bool fixed = q->shaft_locked != 0.0 || interval_held(plant);
-    truth->load_torque = fixed ? plant->torque : interval_resistance(plant, plant->omega_m);
+    truth->load_torque = interval_load(plant);
     truth->i_a = plant->i[0];
     truth->i_b = plant->i[1];
     truth->i_c = plant->i[2];
@@ -565,14 +805,23 @@ void plant_truth(const plant_t *plant, plant_truth_t *truth)
         plant->shoot_through_tick == PLANT_NEVER ? -1.0 : (double)plant->shoot_through_tick * TICK;
     truth->shoot_through_leg = plant->shoot_through_tick == PLANT_NEVER ? -1.0 : plant->shoot_through_leg;
     truth->fault_line = module_shut(plant) ? 1.0 : 0.0;
-    truth->shut_gates = plant->shut;
+    truth->shut_gates = rewired(plant, plant->shut);
     truth->energy_dc = plant->energy_dc;
     truth->energy_copper = plant->energy_copper;
     truth->energy_inverter = plant->energy_inverter;
     truth->energy_mechanical = plant->energy_mechanical;
     truth->energy_magnetic =
         0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
-    truth->energy_kinetic = 0.5 * q->inertia * plant->omega_m * plant->omega_m;
+    truth->omega_load = plant->load_inverse > 0.0 ? plant->omega_load : plant->omega_m;
+    truth->twist = plant->twist;
+    truth->shaft_torque = plant->shaft_torque;
+    bool elastic = plant->load_inverse > 0.0;
+    truth->energy_kinetic =
+        0.5 * (q->inertia + (elastic ? 0.0 : q->load_inertia)) * plant->omega_m * plant->omega_m;
+    if (elastic) {
+        truth->energy_kinetic += 0.5 * q->load_inertia * plant->omega_load * plant->omega_load +
+                                 0.5 * q->shaft_stiffness * plant->twist * plant->twist;
+    }
 }
 
 const char *plant_leg_text(plant_leg_t leg)

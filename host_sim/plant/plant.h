@@ -13,9 +13,18 @@
  * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
  * PLANT_SHAFT_FOLLOW (T_c + T_passive)/J where that is more (a lighter rotor than a step can follow). A
  * torque below T_c therefore makes the rotor creep, slower than w, where a real one would stick.
- * With a break-away torque T_b or a brake, T_c + T_passive + T_brake acts at once with the sign of the
- * motion, and a rotor that stands is held, exactly, until |T - T_active| exceeds max(T_b, T_c) + T_passive +
- * T_brake. It comes to rest and breaks loose at a tick.
+ * Of what drives the load, T_work = k omega |omega| + T_table(omega) + T_sine sin(n theta) + c theta comes on
+ * top, theta being the angle of the end that the load is at; a rotor that stands is held while T - T_active -
+ * T_work is not more than dry friction holds. With a break-away torque T_b or a brake, T_c + T_passive +
+ * T_brake acts at once with the sign of the motion, and a rotor that stands is held, exactly, until |T -
+ * T_active| exceeds max(T_b, T_c) + T_passive + T_brake. It comes to rest and breaks loose at a tick.
+ *
+ * With load_inertia and shaft_stiffness there are two masses, twist' = omega - omega_load:
+ *
+ *   J domega/dt = T - T_friction - T_brake - T_s,   T_s = k twist + c (omega - omega_load)
+ *   J_load domega_load/dt = T_s - T_passive s(omega_load) - T_active
+ *
+ * Friction and brake act at the motor, the load at the far end. Without stiffness J + J_load turn as one.
  *
  * Inverter (docs/theory.md, 12): a leg's pole voltage follows from its two gates and
  * the sign of its current. Upper on: V_dc - V_ce(i) or V_dc + V_f(|i|). Lower on: -V_f(i) or +V_ce(|i|).
@@ -28,7 +37,10 @@
  * All three legs off, all currents inside the zone for PLANT_IDLE_TICKS and the EMF between lines below
  * V_dc + 2 V_f: no current flows at all until a gate turns on or the EMF rises.
  * Both on: shoot-through, counted; the pole voltage is V_dc/2 as long as the protection leaves it so.
- * DC link: stiff, or a capacitor behind a resistance and a rectifier (nothing flows back to the source).
+ * An open switch is one whose gate is never on, a shorted one is always on and nothing shuts it: its
+ * partner's turning on is a shoot-through. Both act on edges, in averaged mode not. DC link: stiff, or a
+ * capacitor behind a resistance and a rectifier (nothing flows back to the source), with a chopper across it.
+ * The source: a constant and a sine.
  *
  * Protection of the module (as Mitsubishi's L series has it, PM50B5LA060's data sheet for one; when a shut
  * gate obeys again is assumed): an arm whose IGBT carries more than short_circuit_current, or that takes part
@@ -43,9 +55,9 @@
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: saturation, iron loss, switching energy, warming (temperatures are parameters), a brake
- * chopper, the current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off,
- * over-temperature, a floating node when only one or two legs are off (the zone leaks up to its width). */
+ * Not handled: saturation, iron loss, switching energy, warming (temperatures are parameters), the current of
+ * a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a floating
+ * node when only one or two legs are off (the zone leaks up to its width). */
 #ifndef HOST_SIM_PLANT_PLANT_H
 #define HOST_SIM_PLANT_PLANT_H
 
@@ -110,7 +122,10 @@ typedef struct {
     double energy_inverter;      /* [J] conduction losses, likewise */
     double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, likewise */
     double energy_magnetic;      /* [J] stored now, 0.75 (L_d i_d^2 + L_q i_q^2) */
-    double energy_kinetic;       /* [J] stored now, J omega_m^2/2 */
+    double energy_kinetic;       /* [J] stored now, J omega_m^2/2; of both masses and in the twist */
+    double omega_load;           /* [rad/s] mechanical, of the far end of the shaft; omega_m if it is rigid */
+    double twist;                /* [rad] of an elastic shaft, the motor ahead */
+    double shaft_torque;         /* [N m] from the motor into an elastic shaft */
 } plant_truth_t;
 
 /* The whole plant: copyable with memcpy, no pointers, no padding. Fields are for the debugger. */
@@ -121,7 +136,10 @@ typedef struct {
 void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed);
 
 /* New parameters from now on, state kept. A locked shaft jumps to its speed; a phase that breaks loses its
- * current; a stiff link jumps to its voltage. Delays count for edges commanded from now on. */
+ * current; a stiff link jumps to its voltage. Delays count for edges commanded from now on. In averaged mode
+ * what a leg has of its own counts from the next carrier period on. Encoder: a change of slip, stuck tracks
+ * or direction makes no step but the one edge that a track's level makes when it sticks; another offset is a
+ * step, as of a disc that slips. */
 void plant_set_params(plant_t *plant, const plant_params_t *params);
 
 /* Turns the rotor: angle [rad] and speed [rad/s], mechanical; currents in the phases stay. A locked shaft
@@ -158,7 +176,8 @@ void plant_advance(plant_t *plant, uint64_t tick);
  * channels that are sampled within a microsecond may share one plant_advance. */
 double plant_analog(plant_t *plant, plant_channel_t channel);
 
-/* Quadrature counts, free-running, at the present tick: floor(4 lines (theta_m + offset)/(2 pi)). */
+/* Quadrature counts, free-running, at the present tick: floor(4 lines (theta_m + offset)/(2 pi)), less what
+ * the encoder misses, as its tracks tell it. */
 int64_t plant_encoder(const plant_t *plant);
 
 /* The same at a tick near the present one, the angle carried on at the present speed: to look without letting

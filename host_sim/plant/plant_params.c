@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 
 typedef struct {
     const char *name;
@@ -28,9 +29,20 @@ plant_params_t plant_params_default(void)
 
 static bool counts_something(const plant_params_t *params, const double *value)
 {
-    return value == &params->pole_pairs || value == &params->load_kind || value == &params->shaft_locked ||
-           value == &params->encoder_lines || value == &params->open_phase_a ||
-           value == &params->open_phase_b || value == &params->open_phase_c || value == &params->force_fault;
+    const double *const whole[] = {
+        &params->pole_pairs,       &params->load_kind,        &params->shaft_locked,
+        &params->encoder_lines,    &params->open_phase_a,     &params->open_phase_b,
+        &params->open_phase_c,     &params->force_fault,      &params->open_switches,
+        &params->shorted_switches, &params->swap_phases,      &params->swap_currents,
+        &params->encoder_reversed, &params->encoder_stuck_a,  &params->encoder_stuck_b,
+        &params->supply_lost,      &params->load_sine_cycles,
+    };
+    for (size_t n = 0; n < sizeof whole / sizeof whole[0]; n++) {
+        if (value == whole[n]) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static bool refuse(plant_params_error_t *why, const row_t *row, double value, double minimum,
@@ -42,6 +54,30 @@ static bool refuse(plant_params_error_t *why, const row_t *row, double value, do
         why->value = value;
         why->minimum = minimum;
         why->maximum = row->maximum;
+    }
+    return false;
+}
+
+/* A shaft between two masses that swings or settles faster than the steps can follow. */
+static bool shaft_resolved(const plant_params_t *params, plant_params_error_t *why)
+{
+    if (params->load_inertia == 0.0 || params->shaft_stiffness == 0.0) {
+        return true;
+    }
+    const double reduced = 1.0 / (1.0 / params->inertia + 1.0 / params->load_inertia);
+    const double stiffest = PLANT_SHAFT_FASTEST * PLANT_SHAFT_FASTEST * reduced;
+    const double most_damped = PLANT_SHAFT_FASTEST * reduced;
+    const bool stiff = params->shaft_stiffness > stiffest;
+    if (!stiff && params->shaft_damping <= most_damped) {
+        return true;
+    }
+    if (why != NULL) {
+        *why = (plant_params_error_t){
+            .field = stiff ? "shaft_stiffness" : "shaft_damping",
+            .rule = "between inertia and load_inertia it moves faster than 1e5 rad/s; 0 stiffness: rigid",
+            .value = stiff ? params->shaft_stiffness : params->shaft_damping,
+            .maximum = stiff ? stiffest : most_damped,
+        };
     }
     return false;
 }
@@ -67,6 +103,14 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
             return refuse(why, row, *value, params->friction_coulomb,
                           "or 0: friction_breakaway is no less than friction_coulomb");
         }
+        if (value == &params->shorted_switches &&
+            ((uint32_t)*value & (uint32_t)params->open_switches) != 0u) {
+            return refuse(why, row, *value, 0.0, "a switch of open_switches can not be shorted as well");
+        }
+        if (value == &params->supply_lost && *value != 0.0 && params->dc_capacitance == 0.0) {
+            return refuse(why, row, *value, 0.0,
+                          "a link that lives without a supply needs dc_capacitance above 0");
+        }
     }
-    return true;
+    return shaft_resolved(params, why);
 }

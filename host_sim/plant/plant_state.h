@@ -17,7 +17,7 @@ typedef struct {
     double r[2]; /* [ohm] slope of the drop */
 } plant_law_t;
 
-/* Index into the laws; the first four are the two gate bits of a leg. */
+/* Index into the laws of a leg; the first four are the two gate bits of a leg. */
 enum { PLANT_LAW_OFF, PLANT_LAW_UPPER, PLANT_LAW_LOWER, PLANT_LAW_BOTH, PLANT_LAW_AVERAGED };
 
 /* Whose zero vector the ends of a carrier period lie in. */
@@ -32,34 +32,42 @@ typedef struct {
 
 typedef struct {
     plant_params_t params;
-    double p;                /* pole pairs [-] */
-    double count_per_rad;    /* [counts/rad] of the encoder, per electrical radian */
-    double r_mean;           /* [ohm] mean slope of the drops, treated as part of R between edges */
-    double decay_d;          /* (R + r_mean)/L_d [1/s] */
-    double decay_q;          /* (R + r_mean)/L_q [1/s] */
-    double k_d, k_q;         /* 1/L_d, 1/L_q [1/H] */
-    double k_max;            /* the larger of the two [1/H] */
-    double cross_d;          /* L_q/L_d [-] */
-    double cross_q;          /* L_d/L_q [-] */
-    double saliency;         /* L_d - L_q [H] */
-    double emf_q;            /* psi_f/L_q [A] */
-    double emf_d6;           /* psi_f (k_5 + k_7) [Wb] */
-    double emf_q6;           /* psi_f (k_7 - k_5) [Wb] */
-    double rate;             /* [1/s] of the electrical decay and of the swing between currents and shaft */
-    double emf_bound;        /* psi_f (1 + |k_5| + |k_7|) [Wb] */
-    double inertia_inverse;  /* 1/J [1/(kg m^2)] */
-    double dry_torque;       /* T_c + T_passive + T_brake [N m] */
-    double hold_torque;      /* T_h [N m] what dry friction holds at standstill; 0: it is smooth */
-    double active_torque;    /* [N m] */
-    double width_inverse;    /* 1/w [s/rad] */
-    double zone;             /* [A] half width of the zone */
-    double zone_inverse;     /* [1/A] */
-    double trip_square;      /* [A^2]; 1e300: no protection */
-    double volts_per_ampere; /* [V/A] of the current sensors */
-    double volts_per_volt;   /* [-] of the DC-link sensor */
-    double source_rate;      /* 1/(R_dc C) [1/s]; 0: stiff link */
-    double link_rate;        /* 1/C [1/F]; 0: stiff link */
-    plant_law_t law[PLANT_LAW_AVERAGED + 3];
+    double p;                  /* pole pairs [-] */
+    double count_per_rad;      /* [counts/rad] of the encoder, per electrical radian */
+    double r_mean;             /* [ohm] mean slope of the drops, treated as part of R between edges */
+    double decay_d;            /* (R + r_mean)/L_d [1/s] */
+    double decay_q;            /* (R + r_mean)/L_q [1/s] */
+    double k_d, k_q;           /* 1/L_d, 1/L_q [1/H] */
+    double k_max;              /* the larger of the two [1/H] */
+    double cross_d;            /* L_q/L_d [-] */
+    double cross_q;            /* L_d/L_q [-] */
+    double saliency;           /* L_d - L_q [H] */
+    double emf_q;              /* psi_f/L_q [A] */
+    double emf_d6;             /* psi_f (k_5 + k_7) [Wb] */
+    double emf_q6;             /* psi_f (k_7 - k_5) [Wb] */
+    double rate;               /* [1/s] of the electrical decay and of the swing between currents and shaft */
+    double emf_bound;          /* psi_f (1 + |k_5| + |k_7|) [Wb] */
+    double inertia_inverse;    /* 1/J [1/(kg m^2)] */
+    double dry_torque;         /* T_c + T_passive + T_brake [N m] */
+    double hold_torque;        /* T_h [N m] what dry friction holds at standstill; 0: it is smooth */
+    double active_torque;      /* [N m] */
+    double width_inverse;      /* 1/w [s/rad] */
+    double zone;               /* [A] half width of the zone */
+    double zone_inverse;       /* [1/A] */
+    double trip_square;        /* [A^2]; 1e300: no protection */
+    double volts_per_ampere;   /* [V/A] of the current sensors */
+    double volts_per_volt;     /* [-] of the DC-link sensor */
+    double source_rate;        /* 1/(R_dc C) [1/s]; 0: stiff link */
+    double link_rate;          /* 1/C [1/F]; 0: stiff link */
+    double chopper_rate;       /* 1/(R_chopper C) [1/s]; 0: none */
+    double load_torque;        /* T_passive at the far end of an elastic shaft [N m], else 0 */
+    double load_active;        /* T_active there, likewise [N m] */
+    double load_inverse;       /* 1/J_load [1/(kg m^2)]; 0: the shaft is rigid */
+    double load_width_inverse; /* 1/w of the far end [s/rad] */
+    double work_rate;     /* [1/s] of the swing of the inertia on spring and sine, where there are such */
+    double table[8];      /* [N m] load at 0 .. 7 times load_table_speed, the last as the one before */
+    double table_inverse; /* [s/rad] of load_table_speed; 0: no table */
+    plant_law_t law[3][PLANT_LAW_AVERAGED + 1];
 
     double i[3];                  /* [A] phase currents */
     double i_d, i_q;              /* [A] the same in the rotor frame */
@@ -68,6 +76,9 @@ typedef struct {
     double omega_m;               /* [rad/s] */
     double omega_ahead;           /* [rad/s] extrapolated to the present tick */
     double acceleration;          /* [rad/s^2] mean over the last interval */
+    double twist;                 /* [rad] of an elastic shaft, the motor ahead */
+    double omega_load;            /* [rad/s] of its far end */
+    double shaft_torque;          /* [N m] that the motor gives it */
     double slip;                  /* [-] sign of the motion, +-1, where T_h > 0; 0: the shaft is held */
     double brake_torque;          /* [N m] of the brake on the shaft */
     double torque;                /* [N m] */
@@ -80,7 +91,7 @@ typedef struct {
     double energy_mechanical;     /* [J] */
 
     uint64_t tick;
-    uint64_t turn_on_ticks;
+    uint64_t turn_on_ticks[3]; /* of a leg's upper and lower command */
     uint64_t turn_off_ticks;
     uint64_t pulse_ticks;
     uint64_t fault_until;        /* [tick] the fault output is active before */
@@ -88,23 +99,34 @@ typedef struct {
     uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
     uint64_t random;             /* state of the noise */
     uint64_t period_end;         /* [tick] of the carrier period that the averaged laws are of */
+    uint64_t ripple_since;       /* [tick] the source's ripple is in phase 0 here */
+    uint64_t works;              /* a load goes with the square of speed, by the table or with the angle */
+    int64_t count_shift;         /* [counts] what the encoder shows beyond what its tracks now say */
     int64_t count_whole;         /* [counts] of the whole mechanical turns in `turns` */
     double count_rest;           /* [counts] of the electrical turns beyond, and of the encoder's offset */
     int64_t turns;               /* [-] electrical revolutions, theta = theta_e + 2 pi turns */
     plant_edge_t pending[PLANT_PENDING];
     uint32_t pending_first; /* [-] ring index of the edge that acts next */
     uint32_t pending_count;
-    uint32_t waiting[6]; /* [-] edges of each gate among them */
-    uint32_t kind[3];    /* index into law */
-    uint32_t commanded;  /* gate bits at the module's inputs */
-    uint32_t on;         /* gate bits after the delays */
-    uint32_t shut;       /* gate bits shut by the module */
-    uint32_t open;       /* bit n: phase n is broken */
-    uint32_t averaged;   /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
-    uint32_t idle;       /* no current flows: nothing but the shaft moves */
-    uint32_t harmonics;  /* the EMF has some */
+    uint32_t waiting[6];  /* [-] edges of each gate among them */
+    uint32_t kind[3];     /* index into law */
+    uint32_t commanded;   /* gate bits at the module's inputs */
+    uint32_t on;          /* gate bits after the delays */
+    uint32_t shut;        /* gate bits shut by the module */
+    uint32_t open;        /* bit n: phase n is broken */
+    uint32_t never_on;    /* gate bits of IGBTs that never conduct */
+    uint32_t always_on;   /* gate bits of IGBTs that always do */
+    uint32_t stuck_gates; /* those of both */
+    uint32_t wire[3];     /* which phase hangs on leg n; all else in here is by phases, gates and laws too */
+    uint32_t rewired;     /* two of these wires are changed */
+    uint32_t tracks;      /* the encoder's tracks do not simply follow its disc */
+    uint32_t ripples;     /* a stiff link that is not constant */
+    uint32_t uneven;      /* some leg has a resistance of its own */
+    uint32_t averaged;    /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
+    uint32_t idle;        /* no current flows: nothing but the shaft moves */
+    uint32_t harmonics;   /* the EMF has some */
     uint32_t metering;
-    uint32_t extras; /* metering, soft link or sensor lag: sums are wanted */
+    uint32_t extras; /* metering, a link that moves or sensor lag: sums are wanted */
     uint32_t steps;  /* since the phasor was last made from the angle */
     uint32_t shoot_throughs;
     uint32_t shoot_through_leg;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "contract/tap.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
 #include "host_sim/rig/rig_parts.h"
@@ -26,21 +27,37 @@ void rig_bind(rig_t *rig)
     chip_bind(&rig->state.chip, &rig->world);
 }
 
-void rig_start(rig_t *rig)
+/* Variables zero, main() up to its loop; the present period begins when this returns. The first carrier
+ * period has no sample at its beginning; that is the next one's. A board that did not come up has no carrier,
+ * or that of an earlier program, and time goes on all the same. */
+static void start_software(rig_t *rig)
 {
     rig_state_t *state = &rig->state;
     const uint64_t begin = chip_now(&state->chip);
     rig_bind(rig);
     memset(app, 0, sizeof *app);
     app_start();
-    /* The first carrier period has no sample at its beginning; period 0 is the next. A board that did not
-     * come up has no carrier, or that of an earlier program, and time goes on all the same. */
     const uint64_t zero = chip_carrier_tick(&state->chip);
-    state->start = (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
-    state->period = 0u;
-    state->begun = 0u;
-    state->background_next = state->start;
-    chip_run(state->start);
+    const uint64_t first =
+        (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
+    state->start =
+        first - RIG_PERIOD_TICKS * state->period; /* of period 0, had it been like that all along */
+    state->begun = state->period;
+    state->background_next = first;
+    chip_run(first);
+}
+
+void rig_start(rig_t *rig)
+{
+    rig->state.period = 0u;
+    start_software(rig);
+}
+
+void rig_power_cycle(rig_t *rig)
+{
+    rig_bind(rig);
+    chip_power_cycle(&rig->state.chip);
+    start_software(rig);
 }
 
 rig_t *rig_create(uint64_t seed)
@@ -56,6 +73,7 @@ rig_t *rig_create(uint64_t seed)
     const plant_params_t plant = rig_plant_params(&state->plant_values);
     plant_init(&state->plant, &plant, seed);
     chip_power_on(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
+    chip_serial_speed(&state->chip, (uint32_t)BOARD_SERIAL_BAUD);
     rig_start(rig);
     return rig;
 }
@@ -127,6 +145,10 @@ static uint32_t run_period(rig_t *rig, uint64_t ticks)
     rig_state_t *state = &rig->state;
     uint32_t turns = 0;
     rig_bind(rig);
+    if (chip_restart_asked(&state->chip)) {
+        chip_boot(&state->chip);
+        start_software(rig);
+    }
     if (state->begun <= state->period) {
         state->begun = state->period;
         begin_period(rig);
@@ -223,7 +245,7 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 {
     if (count > RIG_TAP_MAX || every == 0u) {
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE,
-                          "a tap takes 1 to 64 rows and every 1st period or fewer");
+                          "a tap takes 1 to 128 rows and every 1st period or fewer");
     }
     for (uint32_t n = 0; n < count; n++) {
         place_t place;
@@ -241,24 +263,31 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 
 bool rig_history_held(const rig_t *rig)
 {
-    return rig->state.app.drive.sequence.state == (int32_t)DRIVE_FAULT;
+    const drive_t *drive = &rig->state.app.drive;
+    return drive->sequence.state == (int32_t)DRIVE_FAULT && drive->capture.state == (uint32_t)CAPTURE_HELD &&
+           drive->capture.at == drive->fault.period;
 }
 
 uint32_t rig_history_count(const rig_t *rig)
 {
-    return tap_history_count(&rig->state.app.drive.history);
+    return capture_count(&rig->state.app.drive.capture);
 }
 
-const uint32_t *rig_history_rows(void)
+uint32_t rig_history_columns(const rig_t *rig)
 {
-    return signals_history;
+    return rig->state.app.drive.capture.tuning.columns;
+}
+
+const uint32_t *rig_history_rows(const rig_t *rig)
+{
+    return rig->state.app.drive.capture.tuning.id;
 }
 
 const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period)
 {
-    const drive_t *drive = &rig->state.app.drive;
-    *period = (rig_history_held(rig) ? drive->fault.period : drive->period) - ago;
-    return tap_history_at(&drive->history, ago);
+    const capture_t *capture = &rig->state.app.drive.capture;
+    *period = capture->newest - ago;
+    return capture_row(capture, capture_count(capture) - 1u - ago);
 }
 
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
@@ -268,6 +297,55 @@ bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
     }
     rig->stop_compare = compare;
     rig->stop_value = value;
+    return true;
+}
+
+/* ---- the line, and what stays ---- */
+
+uint32_t rig_serial_put(rig_t *rig, const uint8_t *octets, uint32_t count)
+{
+    return chip_serial_put(&rig->state.chip, octets, count);
+}
+
+uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room)
+{
+    return chip_serial_get(&rig->state.chip, octets, room);
+}
+
+_Static_assert(RIG_FLASH_SIZE == 2u * CHIP_FLASH_PAGES * CHIP_FLASH_WORDS, "size of the flash");
+
+void rig_flash_save(const rig_t *rig, uint8_t *octets)
+{
+    for (uint32_t n = 0; n < CHIP_FLASH_PAGES * CHIP_FLASH_WORDS; n++) {
+        const uint16_t word = chip_flash_word(&rig->state.chip, n / CHIP_FLASH_WORDS, n % CHIP_FLASH_WORDS);
+        octets[2u * n] = (uint8_t)(word & 0xFFu);
+        octets[2u * n + 1u] = (uint8_t)(word >> 8);
+    }
+}
+
+bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
+{
+    char text[sizeof rig->error];
+    uint16_t words[CHIP_FLASH_WORDS];
+    const chip_t before = rig->state.chip;
+    if (size != RIG_FLASH_SIZE) {
+        snprintf(text, sizeof text, "flash of %zu octets: accepted are %u", size, RIG_FLASH_SIZE);
+        return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
+    }
+    for (uint32_t page = 0; page < CHIP_FLASH_PAGES; page++) {
+        const uint8_t *from = octets + page * (RIG_FLASH_SIZE / CHIP_FLASH_PAGES);
+        for (uint32_t at = 0; at < CHIP_FLASH_WORDS; at++) {
+            words[at] = (uint16_t)(from[2u * at] | from[2u * at + 1u] << 8);
+        }
+        if (!chip_flash_fill(&rig->state.chip, page, words)) {
+            rig->state.chip = before;
+            snprintf(text, sizeof text,
+                     "flash page %u has words behind word %u that are not all alike: accepted are erased "
+                     "ones there",
+                     page, CHIP_FLASH_KEPT - 1u);
+            return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
+        }
+    }
     return true;
 }
 

@@ -2,8 +2,8 @@
  * whose currents its ADC samples. One call steps one PWM period.
  *
  * This is the only door for CLI, tests, debugger and everything later. Values are reached by the permanent
- * ids of the tables: parameters (staged until rig_apply), requests, signals, and on the desk truth (3000..),
- * plant (4000..) and rig (5000..). All numbers in the SI unit of their row.
+ * ids of the tables: parameters (staged until rig_apply), requests, signals, services, and on the desk truth
+ * (3000..), plant (4000..) and rig (5000..). All numbers in the SI unit of their row.
  *
  * Deterministic: the same calls with the same seed give the same bits on every machine. Rigs do not disturb
  * each other; one rig belongs to one thread at a time. */
@@ -14,8 +14,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "contract/capture.h"
 #include "contract/table.h"
-#include "contract/tap.h"
 #include "hal/board.h"
 
 typedef struct rig rig_t;
@@ -76,7 +76,7 @@ uint32_t rig_run(rig_t *rig, uint32_t periods);
 /* Periods since creation; simulated time is this times RIG_PERIOD_SECONDS. */
 uint32_t rig_period(const rig_t *rig);
 
-/* All tables, in the order params, requests, signals, truth, plant, rig. */
+/* All tables, in the order params, requests, signals, services, truth, plant, rig. */
 uint32_t rig_table_count(void);
 const table_t *rig_table(uint32_t index);
 const table_row_t *rig_row(uint32_t id);              /* NULL: no such id */
@@ -128,17 +128,30 @@ bool rig_error_range(const rig_t *rig, double *value, double *min, double *max);
 /* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th
  * period). */
 typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
-#define RIG_TAP_MAX 64u
+#define RIG_TAP_MAX 128u
 bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
 
-/* The drive's own history: of the last periods the slots of TAP_SLOTS rows, as the step of the period left
- * them. A fault holds it, with its own period as the newest, until it is reset; then it begins anew.
- * rig_history_rows: ids of the rows. rig_history: the slots of the period that is so many periods older than
- * the newest, `ago` below the count; *period is that by the drive's own count, as `period` shows it. */
+/* What the drive's capture keeps (contract/capture.h): of the last periods the slots of some rows, as the
+ * step of the period left them. Unless it is armed for something else a fault holds it, with its own period
+ * as the newest, until it is reset; then it begins anew.
+ * rig_history_held: is it held, and by the fault that is latched? rig_history_columns, rig_history_rows: how
+ * many rows, and their ids. rig_history: the slots of the period that is so many periods older than the
+ * newest, `ago` below the count; *period is that by the drive's own count, as `period` shows it. */
 bool rig_history_held(const rig_t *rig);
 uint32_t rig_history_count(const rig_t *rig);
-const uint32_t *rig_history_rows(void);
+uint32_t rig_history_columns(const rig_t *rig);
+const uint32_t *rig_history_rows(const rig_t *rig);
 const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period);
+
+/* The drive's serial line, led past the chip's transmitter and receiver: octets as they come, no line time.
+ * Both functions return how many they took or gave, at once; they are called from within rig_step. NULL: the
+ * chip's own line. What comes and goes there is outside the rig's state, as a master at the wire is. */
+typedef struct {
+    uint32_t (*read)(void *context, uint8_t *octets, uint32_t room);
+    uint32_t (*write)(void *context, const uint8_t *octets, uint32_t count);
+    void *context;
+} rig_line_t;
+void rig_line(rig_t *rig, const rig_line_t *line);
 
 /* What happens between the samples, in order of time; tick [1/150 MHz] from the beginning of period 0. On
  * watching, the present levels of gates and trip are told first. */
@@ -152,6 +165,24 @@ typedef enum {
 } rig_edge_t;
 typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, uint32_t what, uint32_t value);
 void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context); /* sink NULL: nobody */
+
+/* The serial line of the chip, in simulated time: octets towards the drive, as many as there was room for on
+ * the line (128); and those that the drive has sent by now, at most `room`: how many. Both ends run at
+ * BOARD_SERIAL_BAUD. */
+uint32_t rig_serial_put(rig_t *rig, const uint8_t *octets, uint32_t count);
+uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room);
+
+/* The supply of the control board goes off and on again: the drive begins anew, with what its flash holds.
+ * The rotor coasts meanwhile, about 10 ms; parameters of the plant and the rig's rows, time and periods go
+ * on. A drive that asks for a restart of the chip (hal_restart) gets one before the next step. */
+void rig_power_cycle(rig_t *rig);
+
+/* What the drive stores in flash, as octets of a file: two pages, words with the lower octet first. A load is
+ * what a programmer would do, seen by the drive when it looks, at the latest after rig_power_cycle. false:
+ * another size, or a page in which something stands where the desk keeps nothing (see rig_error). */
+#define RIG_FLASH_SIZE 131072u
+void rig_flash_save(const rig_t *rig, uint8_t *octets);
+bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size);
 
 /* Stop condition of rig_run, judged after each period on a row's value. */
 typedef enum { RIG_NEVER, RIG_EQUAL, RIG_NOT_EQUAL, RIG_ABOVE, RIG_BELOW } rig_compare_t;

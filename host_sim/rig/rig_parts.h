@@ -5,7 +5,7 @@
 #include "host_sim/rig/rig_state.h"
 
 /* Tables by their order, which is also that of rig_table(). */
-typedef enum { PARAMS, REQUESTS, SIGNALS, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
+typedef enum { PARAMS, REQUESTS, SIGNALS, SERVICES, TRUTH, PLANT, CONDITIONS, TABLES } table_number_t;
 
 typedef struct {
     table_number_t table;
@@ -22,6 +22,7 @@ struct rig {
     uint32_t tap_every;
     rig_sink_t tap_sink;
     void *tap_context;
+    rig_line_t line; /* read NULL: the chip's */
     rig_edge_sink_t edge_sink;
     void *edge_context;
     place_t stop_place;

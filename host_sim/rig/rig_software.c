@@ -3,14 +3,49 @@
  *
  * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
  * drive's step stands, between the two. */
+#include "app/talk.h"
 #include "host_sim/rig/rig_parts.h"
+
+#define LINE_OCTETS 256u /* at most, a call */
 
 /* The rig whose chip and application run on this thread: for the interrupts, which get no argument. */
 static __thread rig_t *bound;
 
+/* ---- the line that leads past the chip; octets one a word, as the HAL has them ---- */
+
+static uint32_t line_read(uint16_t *octets, uint32_t room)
+{
+    uint8_t taken[LINE_OCTETS];
+    const uint32_t count =
+        bound->line.read(bound->line.context, taken, room < LINE_OCTETS ? room : LINE_OCTETS);
+    for (uint32_t n = 0; n < count; n++) {
+        octets[n] = taken[n];
+    }
+    return count;
+}
+
+static uint32_t line_write(const uint16_t *octets, uint32_t count)
+{
+    uint8_t given[LINE_OCTETS];
+    const uint32_t most = count < LINE_OCTETS ? count : LINE_OCTETS;
+    for (uint32_t n = 0; n < most; n++) {
+        given[n] = (uint8_t)(octets[n] & 0xffu);
+    }
+    return bound->line.write(bound->line.context, given, most);
+}
+
+static const talk_line_t desk_line = {line_read, line_write};
+
+void rig_line(rig_t *rig, const rig_line_t *line)
+{
+    const rig_line_t none = {0};
+    rig->line = line != NULL ? *line : none;
+}
+
 void rig_software_bind(rig_t *rig)
 {
     bound = rig;
+    talk_line = rig->line.read != NULL ? &desk_line : NULL;
 }
 
 /* [ticks] of so many cycles times the factor of a row. */
@@ -29,12 +64,16 @@ static void take_time(rig_t *rig, uint64_t ticks)
 
 /* Ideal sensors: the truth of t_k. The drive takes off the zero that it has measured of the real sensors; it
  * is put on, so that sensors may change at any time after that. */
-static void take_exact(const rig_truth_t *truth, const drive_t *drive, drive_samples_t *samples)
+static void take_exact(const rig_state_t *state, drive_samples_t *samples)
 {
+    const rig_truth_t *truth = &state->truth;
+    const drive_t *drive = &state->app.drive;
+    const float i[3] = {truth->true_i_a, truth->true_i_b, truth->true_i_c};
+    const uint32_t *wire = state->plant.wire; /* the sensors are on the inverter's side of it */
     const bool measuring = drive->sequence.state == (int32_t)DRIVE_NOT_READY;
-    samples->i_a = truth->true_i_a + (measuring ? 0.0f : drive->measure.offset.a);
-    samples->i_b = truth->true_i_b + (measuring ? 0.0f : drive->measure.offset.b);
-    samples->i_c = truth->true_i_c + (measuring ? 0.0f : drive->measure.offset.c);
+    samples->i_a = i[wire[0]] + (measuring ? 0.0f : drive->measure.offset.a);
+    samples->i_b = i[wire[1]] + (measuring ? 0.0f : drive->measure.offset.b);
+    samples->i_c = i[wire[2]] + (measuring ? 0.0f : drive->measure.offset.c);
     samples->u_dc = truth->true_u_dc;
 }
 
@@ -42,7 +81,7 @@ void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_comma
 {
     drive_samples_t taken = *samples;
     if (bound->state.conditions.sensors != 0) {
-        take_exact(&bound->state.truth, drive, &taken);
+        take_exact(&bound->state, &taken);
     }
     drive_step(drive, &taken, command);
     rig_timing_pause(bound);

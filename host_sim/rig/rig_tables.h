@@ -38,9 +38,9 @@ typedef struct {
 } rig_plant_t;
 
 /* [SYSCLK cycles] What the software takes on the chip. The sample interrupt: isr_cycles_c28x_estimate of
- * tools/target/cost.json to a tenth, so that not every change of the firmware moves the instants of its
+ * tools/target/cost.json to an eighth, so that not every change of the firmware moves the instants of its
  * writes. A section with interrupts off: a few instructions that hand over what was prepared. */
-#define RIG_INTERRUPT_CYCLES 4940u
+#define RIG_INTERRUPT_CYCLES 7090u
 #define RIG_SECTION_CYCLES   50u
 
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */
@@ -67,7 +67,16 @@ typedef struct {
       "brake on the shaft: slows it like dry friction, then holds it; 0: released")                          \
     F(5012, estimate_jump, "rad", 0.0f, -3.1415927f, 3.1415927f,                                             \
       "added once to the angle of the estimator's loop, electrical; reads 0 again; a start of the bridge "   \
-      "forgets it")
+      "forgets it")                                                                                          \
+    F(5013, missing_samples, "-", 0.0f, 0.0f, 10000.0f,                                                      \
+      "so many conversions that begin from now on, and their interrupts, do not come; reads 0 again")        \
+    F(5014, flip_bit, "-", 0.0f, 0.0f, 31.0f, "bit that flip_word flips")                                    \
+    F(5015, flip_word, "-", -1.0f, -1.0f, 65535.0f,                                                          \
+      "flips once bit flip_bit of this 32-bit word of the application's variables: the drive's state, then " \
+      "the staged and the active parameters, and again from the first; reads -1 again")                      \
+    E(5016, flip_memory, "none|flash|code_in_ram|stack_end|params",                                          \
+      "flips once bit flip_bit mod 16 of a word of this memory of the chip, or of the active parameters; "   \
+      "reads none again")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

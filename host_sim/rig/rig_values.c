@@ -1,5 +1,6 @@
 /* Values by the ids of their rows: tables, get and set, and what a refusal has to say. */
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -8,8 +9,9 @@
 #include "host_sim/rig/rig_parts.h"
 
 static const table_t *const tables[TABLES] = {
-    [PARAMS] = &params_table, [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,
-    [TRUTH] = &truth_table,   [PLANT] = &plant_table,       [CONDITIONS] = &conditions_table,
+    [PARAMS] = &params_table,         [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,
+    [SERVICES] = &services_table,     [TRUTH] = &truth_table,       [PLANT] = &plant_table,
+    [CONDITIONS] = &conditions_table,
 };
 
 /* ---- tables ---- */
@@ -142,9 +144,10 @@ bool rig_find(const rig_t *rig, uint32_t id, place_t *place)
 {
     const rig_state_t *state = &rig->state;
     const void *const bases[TABLES] = {
-        [PARAMS] = &state->app.active,  [REQUESTS] = &state->app.drive.requests,
-        [SIGNALS] = &state->app.drive,  [TRUTH] = &state->truth,
-        [PLANT] = &state->plant_values, [CONDITIONS] = &state->conditions,
+        [PARAMS] = &state->app.active,     [REQUESTS] = &state->app.drive.requests,
+        [SIGNALS] = &state->app.drive,     [SERVICES] = &state->app.services,
+        [TRUTH] = &state->truth,           [PLANT] = &state->plant_values,
+        [CONDITIONS] = &state->conditions,
     };
     for (table_number_t n = PARAMS; n < TABLES; n++) {
         place->row = table_by_id(tables[n], id);
@@ -182,6 +185,19 @@ static bool set_request(rig_t *rig, const table_row_t *row, double value)
     return app_request(&next, &why) || refuse_value(rig, &why);
 }
 
+/* A refused order may speak of a row of another table, or of no value at all. */
+static bool set_service(rig_t *rig, const table_row_t *row, double value)
+{
+    services_t next = rig->state.app.services;
+    params_error_t why;
+    rig_row_put(row, &next, value);
+    if (services_write(row->id, table_bits(row, &next), &why)) {
+        return true;
+    }
+    return rig_row(why.id) != NULL && why.id != SERVICE_ORDER ? refuse_value(rig, &why)
+                                                              : rig_refuse(rig, why.id, why.reason, why.rule);
+}
+
 static bool set_plant(rig_t *rig, const table_row_t *row, double value)
 {
     rig_state_t *state = &rig->state;
@@ -196,6 +212,12 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
         snprintf(behind, sizeof behind, " (%s)", why.rule);
         return refuse_in_favour(rig, named, REASON_CROSS_RULE, why.value, why.minimum, why.maximum, behind);
     }
+    const bool switches = row->offset == offsetof(rig_plant_t, open_switches) ||
+                          row->offset == offsetof(rig_plant_t, shorted_switches);
+    if (switches && value != 0.0 && state->conditions.fidelity != 0) {
+        return refuse_in_favour(rig, row, REASON_CROSS_RULE, value, 0.0, 0.0,
+                                " (fidelity = averaged knows no single switch; switched does)");
+    }
     plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
     state->plant_values = next;
     plant_set_params(&state->plant, &params);
@@ -203,10 +225,72 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
     return true;
 }
 
-static void set_condition(rig_t *rig, const table_row_t *row, double value)
+/* A bit of the application's memory turns over, as by radiation or a bad line of its supply. */
+static void flip(app_t *at, uint32_t word, uint32_t bit)
+{
+    char *place = (char *)at + word * sizeof(uint32_t) % sizeof *at;
+    uint32_t bits;
+    memcpy(&bits, place, sizeof bits);
+    bits ^= UINT32_C(1) << bit;
+    memcpy(place, &bits, sizeof bits);
+}
+
+/* What happens once, at the moment a row is set; the row then reads as before. */
+static void happen_once(rig_t *rig, const table_row_t *row)
 {
     rig_state_t *state = &rig->state;
     rig_conditions_t *now = &state->conditions;
+    if (row->offset == offsetof(rig_conditions_t, estimate_jump)) {
+        rig_turn_estimate(&state->app.drive.estimator, now->estimate_jump);
+        now->estimate_jump = 0.0f;
+    }
+    if (row->offset == offsetof(rig_conditions_t, missing_samples)) {
+        chip_miss_samples(&state->chip, (uint32_t)now->missing_samples);
+        now->missing_samples = 0.0f;
+    }
+    if (row->offset == offsetof(rig_conditions_t, flip_word) && now->flip_word >= 0.0f) {
+        flip(&state->app, (uint32_t)now->flip_word, (uint32_t)now->flip_bit);
+        now->flip_word = -1.0f;
+    }
+    if (row->offset == offsetof(rig_conditions_t, flip_memory) && now->flip_memory != 0) {
+        const uint32_t memory = (uint32_t)now->flip_memory - 1u;
+        const uint32_t bit = (uint32_t)now->flip_bit % 16u;
+        if (memory < CHIP_MEMORY_REGIONS) {
+            chip_flip_memory(&state->chip, memory, CHIP_MEMORY_WORDS / 2u, bit);
+        } else {
+            flip(&state->app, (uint32_t)(offsetof(app_t, active) / sizeof(uint32_t)), bit);
+        }
+        now->flip_memory = 0;
+    }
+}
+
+/* What a row of the rig can not be in the present state, beyond its range. */
+static bool refuse_condition(rig_t *rig, const table_row_t *row, double value)
+{
+    const rig_plant_t *plant = &rig->state.plant_values;
+    const bool whole = row->offset == offsetof(rig_conditions_t, missing_samples) ||
+                       row->offset == offsetof(rig_conditions_t, flip_bit) ||
+                       row->offset == offsetof(rig_conditions_t, flip_word);
+    if (whole && value != floor(value)) {
+        return refuse_in_favour(rig, row, REASON_OUT_OF_RANGE, value, rig_min(row), rig_max(row),
+                                " (must be a whole number)");
+    }
+    if (row->offset == offsetof(rig_conditions_t, fidelity) && value != 0.0 &&
+        (plant->open_switches != 0.0f || plant->shorted_switches != 0.0f)) {
+        return rig_refuse(rig, row->id, REASON_CROSS_RULE,
+                          "fidelity = averaged: a mean voltage knows no single switch; open_switches and "
+                          "shorted_switches must be 0");
+    }
+    return true;
+}
+
+static bool set_condition(rig_t *rig, const table_row_t *row, double value)
+{
+    rig_state_t *state = &rig->state;
+    rig_conditions_t *now = &state->conditions;
+    if (!refuse_condition(rig, row, value)) {
+        return false;
+    }
     rig_row_put(row, now, value);
     chip_set_averaged(&state->chip, now->fidelity != 0);
     chip_set_interrupt_delay(&state->chip, (uint32_t)((double)now->interrupt_delay * 150e6 + 0.5));
@@ -223,10 +307,8 @@ static void set_condition(rig_t *rig, const table_row_t *row, double value)
         plant_advance(&state->plant, chip_now(&state->chip)); /* until now it was another one */
         plant_set_brake(&state->plant, (double)now->brake_torque);
     }
-    if (row->offset == offsetof(rig_conditions_t, estimate_jump)) {
-        rig_turn_estimate(&state->app.drive.estimator, now->estimate_jump);
-        now->estimate_jump = 0.0f;
-    }
+    happen_once(rig, row);
+    return true;
 }
 
 bool rig_set(rig_t *rig, uint32_t id, double value)
@@ -252,11 +334,12 @@ bool rig_set(rig_t *rig, uint32_t id, double value)
         return true;
     case REQUESTS:
         return set_request(rig, row, value);
+    case SERVICES:
+        return set_service(rig, row, value);
     case PLANT:
         return set_plant(rig, row, value);
     case CONDITIONS:
-        set_condition(rig, row, value);
-        return true;
+        return set_condition(rig, row, value);
     case SIGNALS:
     case TRUTH:
     case TABLES:

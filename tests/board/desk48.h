@@ -6,7 +6,7 @@
 #define BOARD_CRYSTAL_HZ 20000000 /* 2: 20 MHz x 10/2 */
 #define BOARD_SYSCLK_HZ  100000000
 
-#define BOARD_CARRIER_HZ 16000 /* 3: 100 MHz/6252 = 15.995 kHz */
+#define BOARD_CARRIER_HZ 12500 /* 3: 100 MHz/8000; the longest interrupt takes nearly all of it */
 
 #define BOARD_LEG_A 5 /* 4: GPIO8, 9 */
 #define BOARD_LEG_B 6 /* GPIO10, 11 */
@@ -62,3 +62,10 @@
 #define BOARD_UNDERVOLTAGE_MV     24000
 #define BOARD_OVERVOLTAGE_MV      60000
 #define BOARD_OVERVOLTAGE_MAX_MV  66000
+
+#define BOARD_MODULE_CONTINUOUS_MA 40000 /* 17 */
+#define BOARD_MODULE_TIME_MS       50
+#define BOARD_GATE_CHARGE_US       200
+
+#define BOARD_SERIAL_BAUD 781250 /* 18 */
+#define BOARD_SERIAL_PINS BOARD_SCIA_GPIO35

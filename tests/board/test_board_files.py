@@ -94,7 +94,8 @@ class GoodFiles(BoardFileTest):
         for name, value in [("BOARD_CARRIER_HZ", 5000), ("BOARD_CARRIER_HZ", 20000), ("BOARD_TRIP_ZONE", 1),
                             ("BOARD_CURRENT_C_INPUT", "BOARD_NONE"), ("BOARD_SINK_AT_3V", "93"), ("BOARD_LED_RUN", 87),
                             ("BOARD_SHORT_CIRCUIT_TRIP_MA", 0), ("BOARD_OVERCURRENT_TRIP_MA", 48579),
-                            ("BOARD_OVERVOLTAGE_MAX_MV", 70560)]:
+                            ("BOARD_OVERVOLTAGE_MAX_MV", 70560), ("BOARD_SERIAL_BAUD", 0),
+                            ("BOARD_SERIAL_BAUD", 115200), ("BOARD_SERIAL_BAUD", 797193)]:  # by 2 % of it above 781250
             with self.subTest(name=name, value=value):
                 self.assertEqual(self.output(with_value(good, name, value)), "")
         # a divider of 24:1 as a ratio
@@ -163,7 +164,7 @@ class Mistakes(BoardFileTest):
         (9, "no scale", {"BOARD_CURRENT_STEP_MV": -1320}),
         (10, "BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR", {"BOARD_SAMPLES_AT": 2}),
         (10, "an eighth of a carrier period",
-         {"BOARD_SAMPLES_AT": "BOARD_LOWER_ZERO_VECTOR", "BOARD_SHUNT_SETTLED_NS": 125000000 // 16000 - 400 + 1}),
+         {"BOARD_SAMPLES_AT": "BOARD_LOWER_ZERO_VECTOR", "BOARD_SHUNT_SETTLED_NS": 125000000 // 12500 - 400 + 1}),
         (10, "0 at the upper zero vector", {"BOARD_SHUNT_SETTLED_NS": 1}),
         (11, "BOARD_DC_INPUT is BOARD_ADC_A", {"BOARD_DC_INPUT": "BOARD_NONE"}),
         (11, "no scale", {"BOARD_DC_PIN_MV": 0}),
@@ -197,7 +198,17 @@ class Mistakes(BoardFileTest):
         (16, "BOARD_UNDERVOLTAGE_MV < BOARD_DC_NOMINAL_MV", {"BOARD_DC_NOMINAL_MV": 60000}),
         (16, "10 V between", {"BOARD_OVERVOLTAGE_MV": 50000, "BOARD_UNDERVOLTAGE_MV": 40001}),
         (16, "<= BOARD_OVERVOLTAGE_MAX_MV", {"BOARD_OVERVOLTAGE_MAX_MV": 59999}),
+        (17, "BOARD_MODULE_CONTINUOUS_MA is accepted", {"BOARD_MODULE_CONTINUOUS_MA": 99}),
+        (17, "BOARD_MODULE_TIME_MS is accepted", {"BOARD_MODULE_TIME_MS": 0}),
+        (17, "BOARD_GATE_CHARGE_US is accepted", {"BOARD_GATE_CHARGE_US": -1}),
+        (17, "BOARD_GATE_CHARGE_US is accepted", {"BOARD_GATE_CHARGE_US": 100001}),
         (16, "98 % of what the ADC sees", {"BOARD_OVERVOLTAGE_MAX_MV": 70561}),
+        (18, "0 (no line) or accepted from 115200 to 2343750", {"BOARD_SERIAL_BAUD": 115199}),
+        (18, "0 (no line) or accepted from 115200 to 2343750", {"BOARD_SERIAL_BAUD": 2343751}),
+        (18, "not within 2 %", {"BOARD_SERIAL_BAUD": 797194}),
+        (18, "not within 2 %", {"BOARD_SERIAL_BAUD": 2343750}),
+        (18, "BOARD_SERIAL_PINS is BOARD_SCIA_GPIO28 or BOARD_SCIA_GPIO35", {"BOARD_SERIAL_PINS": 2}),
+        (18, "those of BOARD_LED_RUN or BOARD_LED_FAULT", {"BOARD_LED_RUN": 36}),
     ]
 
     def test_each_mistake_names_the_line(self):
@@ -268,7 +279,7 @@ def guide_facts():
 
 class Guide(unittest.TestCase):
     def test_table_is_numbered_through(self):
-        self.assertEqual(sorted(guide_rows()), list(range(1, 17)))
+        self.assertEqual(sorted(guide_rows()), list(range(1, 19)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
         """Of the header: what it asks for, and the number of the message behind the question."""

@@ -290,7 +290,7 @@ static void test_widths_and_unknown_registers(void)
     bus_write16((const volatile uint16_t *)&PIE_VECTORS->vector[32], 0u);
     bus_write16((const volatile uint16_t *)&CPU_TIMER(0u)->PRD, 0u);
     TEST_ASSERT_EQUAL_UINT32(4u, reports(CHIP_BAD_WIDTH));
-    bus_write16(F28335_BASE + 0x7050u, 0u);                                                     /* SCI */
+    bus_write16(F28335_BASE + 0x7750u, 0u);                                                     /* SCI-B */
     bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u), 0u); /* eCAN */
     bus_write16(&SYSCTRL->LPMCR0, 1u);
     bus_write16(&SYSCTRL->LPMCR0, 0u);

@@ -7,8 +7,8 @@
 #include "hal/board.h"
 
 /* By fault_when_t and by fault_reaction_t. */
-static const char *const moments[] = {"ALWAYS", "RUNNING", "ENCODER", "TRACKING"};
-static const char *const reactions[] = {"WARN", "CATCH", "OPEN"};
+static const char *const moments[] = {"ALWAYS", "RUNNING", "ENCODER", "TRACKING", "SUPPLIED"};
+static const char *const reactions[] = {"WARN", "CATCH", "STOP", "OPEN"};
 
 int main(void)
 {
@@ -17,11 +17,11 @@ int main(void)
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
         const fault_row_t *row = &fault_rows[n];
         const table_row_t *limit = table_by_name(&params_table, row->limit);
-        printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%s\t%s\n", row->reason,
+        printf("%" PRId32 "\t%s\t%s\t%s\t%s\t%.9g\t%.9g\t%s\t%" PRIu32 "\t%.9g\t%s\t%s\t%s\n", row->reason,
                row->name, row->quantity, row->comparison, row->limit, (double)row->margin,
                (double)guard_limit(row, &params), limit != NULL ? limit->unit : "", row->debounce,
                row->debounce * 1e3 * BOARD_PERIOD_CYCLES / (double)BOARD_SYSCLK_HZ, moments[row->when],
-               reactions[row->reaction]);
+               reactions[row->reaction], row->rate == FAULT_SLOW ? "SLOW" : "EACH");
     }
     return 0;
 }

@@ -1,16 +1,20 @@
 """The command line: exit codes, messages, JSON, interruption. usage: test_cli.py LAGLESS FOLDER FAULT_ROWS"""
 
+import glob
 import json
 import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
 import unittest
 
 LAGLESS, FOLDER, FAULT_ROWS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
+
+KEPT = 341  # periods of the twelve rows that explain a fault: CAPTURE_SLOTS / 12
 
 STEP = """schema = 1
 title = "a test"
@@ -71,8 +75,8 @@ class CommandLine(unittest.TestCase):
 
     def test_a_drive_that_is_refused_to_the_end_says_why_and_what_to_do(self):
         done = lagless("run", self.scenario(), "--set", "plant.dc_voltage=150 V")
-        self.expect(0, done, "end state ready, refused: dc_undervoltage\n",
-                    "\nnot on: the DC link is below dc_undervoltage; check supply and precharge\n")
+        self.expect(1, done, "end state ready, refused: dc_undervoltage\n",
+                    "\nnever on: the DC link is below dc_undervoltage; check supply and precharge\n")
 
     def test_a_drive_that_a_fault_keeps_off_says_what_to_do(self):
         done = lagless("run", "estimate_lost")
@@ -94,7 +98,7 @@ class CommandLine(unittest.TestCase):
         for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
                                              ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
             result = json.loads(lagless("run", *arguments, "--json").stdout)
-            self.assertEqual(["files", "manoeuvre", "not_on"], list(result)[-3:])
+            self.assertEqual(["files", "manoeuvre", "not_on", "measures"], list(result)[-4:])
             self.assertEqual(manoeuvre, result["manoeuvre"])
             self.assertEqual(reason, result["not_on"] and result["not_on"]["reason"])
             if reason:
@@ -113,25 +117,27 @@ class CommandLine(unittest.TestCase):
         self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
         moments = {"ALWAYS": "always", "RUNNING": "while the gates shall be on",
                    "ENCODER": "while the gates shall be on and control turns with the encoder",
-                   "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart"}
+                   "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart",
+                   "SUPPLIED": "while the gates shall be on and no lost supply is ridden through"}
         reactions = {"WARN": "shown in warnings while it holds",
                      "CATCH": "the rotor is caught again; lost three times within 2 s, it is a fault",
+                     "STOP": "the motor is braked to standstill, then the bridge opens, the fault is latched",
                      "OPEN": "the bridge opens, the fault is latched"}
         self.assertEqual(set(moments), {row[10] for row in rows})
-        self.assertEqual(set(reactions), {row[11] for row in rows})
-        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, when, reaction in rows:
+        self.assertLessEqual({row[11] for row in rows}, set(reactions))
+        for number, name, quantity, comparison, limit, margin, value, unit, debounce, debounce_ms, when, reaction, rate in rows:
             by_name = json.loads(lagless("explain", name, "--json").stdout)
             self.assertEqual(by_name, json.loads(lagless("explain", number, "--json").stdout))
             self.assertEqual(by_name, reasons[name])
             self.assertEqual(int(number), by_name["number"])
             self.assertEqual({
                 "quantity": quantity, "comparison": comparison, "limit": limit or None, "margin": float(margin),
-                "default": float(value) if limit else None, "unit": unit or None, "debounce_periods": int(debounce),
+                "default": float(value) if limit else None, "unit": unit or None, "rate": rate, "debounce_periods": int(debounce),
                 "debounce_ms": float(debounce_ms), "when": when, "reaction": reaction}, by_name["fault"])
             text = lagless("explain", name).stdout
             told = {line.split(":", 1)[0].strip(): line.split(":", 1)[1].strip() for line in text.splitlines()[1:]}
             self.assertTrue(told["must hold for"].startswith(debounce + " period"), text)
-            self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms)), text)
+            self.assertTrue(told["must hold for"].endswith(" %g ms" % float(debounce_ms) + (", judged every 8 periods" if rate == "SLOW" else "")), text)
             self.assertEqual(reactions[reaction], told["reaction"])
             self.assertEqual(moments[when], told["judged"])
             for part in (quantity, limit, {"ABOVE": " > ", "BELOW": " < ", "HOLDS": ""}[comparison]):
@@ -230,6 +236,77 @@ class CommandLine(unittest.TestCase):
             file.write('plant.load_torqe = 3\n')
         self.expect(2, lagless("map", path), path + ":14:", "load_torqe", "nearest: load_torque")
 
+    def campaign(self, *arguments, **settings):
+        return lagless("campaign", "--runs", "12", "--seed", "3", "--seconds", "0.1", *arguments, **settings)
+
+    def test_campaign_tells_what_was_run_and_its_exit_code_whether_anything_was_violated(self):
+        done = self.campaign("--json")
+        told = json.loads(done.stdout)
+        self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
+                          "excused", "refused", "violated", "invariants", "reasons", "refusals", "violations"}, set(told))
+        self.assertEqual((3, 12, 12, 0.1), (told["seed"], told["runs"], told["done"], told["seconds"]))
+        self.assertEqual(12, told["held"] + told["refused"] + told["violated"])
+        self.assertEqual(told["violated"], sum(told["invariants"].values()))
+        self.assertEqual(told["violated"], len(told["violations"]))
+        self.assertEqual([True] * told["violated"], [violation["reproduced"] for violation in told["violations"]])
+        self.assertEqual(1 if told["violated"] else 0, done.returncode)
+        self.expect(done.returncode, self.campaign(), "12 of 12, seed 3, 0.1 s each", "x real time")
+
+    def test_campaign_in_shards_merges_to_the_bytes_of_one_run_and_is_resumed_behind_a_torn_line(self):
+        whole, first, second = (os.path.join(self.folder, name) for name in ("whole", "first", "second"))
+        one = self.campaign("--out", whole)
+        self.campaign("--out", first, "--shard", "1/2")
+        self.campaign("--out", second, "--shard", "2/2")
+        for extra in ([], ["--json"]):
+            merged = lagless("campaign", "merge", first, second, *extra)
+            self.assertEqual((self.campaign(*extra).returncode), merged.returncode)
+            self.assertEqual(lagless("campaign", "merge", whole, *extra).stdout, merged.stdout)
+        self.assertEqual(one.stdout, lagless("campaign", "merge", second, first).stdout)
+        self.expect(1, lagless("campaign", "merge", first), "6 of 12 runs are not done")
+
+        path = os.path.join(whole, "campaign.csv")
+        with open(path, "rb") as file:
+            lines = file.read().splitlines(keepends=True)
+        with open(path, "wb") as file:
+            file.write(b"".join(lines[:-2]) + lines[-2][:5])
+        self.expect(2, self.campaign("--out", whole), path, "--resume goes on with it")
+        again = self.campaign("--out", whole, "--resume")
+        self.assertEqual(one.stdout, again.stdout)
+        self.expect(again.returncode, again, "2 runs in ")
+        with open(path, "rb") as file:
+            self.assertEqual(sorted(lines), sorted(file.read().splitlines(keepends=True)))
+        self.expect(2, lagless("campaign", "--runs", "13", "--seed", "3", "--seconds", "0.1", "--out", whole, "--resume"),
+                    path + ":1:", "another campaign")
+        with open(path, "wb") as file:
+            file.write(lines[0] + b"1,2,\n" + lines[1])
+        self.expect(2, self.campaign("--out", whole, "--resume"), path + ":2:", "no result of a run")
+        with open(path, "wb") as file:
+            file.write(b"something\n")
+        self.expect(2, lagless("campaign", "merge", whole), path + ":1:", "no campaign of this program")
+
+    def test_campaign_that_is_stopped_keeps_what_is_done(self):
+        folder = os.path.join(self.folder, "stopped")
+        path = os.path.join(folder, "campaign.csv")
+        run = subprocess.Popen([LAGLESS, "campaign", "--runs", "100000", "--out", folder], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+        deadline = time.time() + 60
+        while time.time() < deadline and not (os.path.exists(path) and os.path.getsize(path) > 200):
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+        self.assertEqual(1, run.returncode, err)
+        self.assertIn("runs are not done", err)
+        with open(path) as file:
+            lines = file.read().splitlines()
+        self.assertIn("runs      %d of 100000" % (len(lines) - 1), out)
+
+    def test_campaign_that_cannot_write_gives_3(self):
+        folder = os.path.join(self.folder, "full")
+        os.makedirs(folder)
+        os.symlink("/dev/full", os.path.join(folder, "campaign.csv"))
+        self.expect(3, self.campaign("--out", folder))
+        self.expect(3, self.campaign("--out", "/dev/null/x"), "/dev/null")
+
     def test_map_that_contradicts_theory_gives_1(self):
         # 10 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
         self.expect(1, lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off"), "FAILED")
@@ -250,6 +327,51 @@ class CommandLine(unittest.TestCase):
             self.assertIsNotNone(point["theory_mrad"])
             self.assertAlmostEqual({"L +20 %": 0.015, "L -20 %": 0.01}.get(point["deviation"], 0.0125), point["inductance_h"], 6)
 
+    def test_matrix_is_an_object_with_these_keys_and_units(self):
+        done = lagless("matrix", "--cell", "stuck_a_rail/off", "--json")
+        self.expect(0, done)
+        matrix = json.loads(done.stdout)
+        self.assertEqual({"green", "red", "never", "faults", "manoeuvres", "cells"}, set(matrix))
+        self.assertEqual((4, 0, 0), (matrix["green"], matrix["red"], matrix["never"]))
+        cell = matrix["cells"][0]
+        self.assertEqual({"cell", "fault", "manoeuvre", "source", "shaft", "verdict", "red_by", "promised", "seen", "not_yet"}, set(cell))
+        self.assertEqual("stuck_a_rail/off/encoder/h", cell["cell"])
+        self.assertEqual({"text", "reaction", "reasons", "within_ms", "current_a", "rotor", "because"}, set(cell["promised"]))
+        self.assertEqual({"text", "reaction", "reason", "warnings", "noticed_ms", "gates_off_ms", "current_a", "rotor",
+                          "speed_rpm", "reference_rpm", "fastest_rpm"}, set(cell["seen"]))
+        self.assertEqual(("opens", "bad_sample", "stands", 300), tuple(cell["seen"][key] for key in (
+            "reaction", "reason", "rotor", "reference_rpm")))
+
+    def test_matrix_says_why_a_cell_cannot_occur(self):
+        done = lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json")
+        self.expect(0, done)
+        self.assertEqual({"never"}, {cell["verdict"] for cell in json.loads(done.stdout)["cells"]})
+        self.assertIn("nothing but run", json.loads(done.stdout)["cells"][0]["because"])
+
+    def test_matrix_prints_a_letter_a_cell(self):
+        done = lagless("matrix", "--cell", "stuck_a_rail/off")
+        self.expect(0, done, "4 cells as promised, 0 not")
+        self.assertIn(["stuck_a_rail", "oooo"], [line.split() for line in done.stdout.splitlines()])
+
+    def test_matrix_tells_share_and_seed(self):
+        done = lagless("matrix", "--share", "0.5", "--seed", "7", "--json")
+        self.assertIn(done.returncode, (0, 1))
+        self.assertIn("0.5 % of the cells, seed 7", done.stderr)
+        matrix = json.loads(done.stdout)
+        self.assertEqual((7, 0.5, 0), (matrix["seed"], matrix["share_percent"], matrix["never"]))
+        self.assertEqual(1 if matrix["red"] else 0, done.returncode)
+
+    def test_matrix_writes_its_page_and_keeps_its_data_without_one(self):
+        done = lagless("matrix", "--cell", "stuck_a_rail/off", "--out", self.folder)
+        self.expect(0, done, "matrix.html", "matrix.json")
+        with open(os.path.join(self.folder, "matrix.html"), encoding="utf-8") as file:
+            self.assertIn("stuck_a_rail/off/encoder/h", file.read())
+        os.remove(os.path.join(self.folder, "matrix.json"))
+        done = lagless("matrix", "--cell", "stuck_a_rail/off", "--out", self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
+        self.expect(3, done, "matrix.json")
+        with open(os.path.join(self.folder, "matrix.json")) as file:
+            self.assertEqual(4, json.load(file)["green"])
+
     def test_paper_is_a_list_of_rows_with_these_keys(self):
         done = lagless("paper", "fig08", "fig12", "--json", cwd=self.folder)
         self.expect(0, done)
@@ -264,7 +386,7 @@ class CommandLine(unittest.TestCase):
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/true"})
-        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts", "report/index.html")
+        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts", "report_fig12/index.html")
         line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))
         numbers = [float(number) for number in re.findall(r" (0\.\d+)", line)]
         self.assertEqual(3, len(numbers), line)  # paper, ours, ideal
@@ -293,12 +415,24 @@ class CommandLine(unittest.TestCase):
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
                 (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
+                (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted whole numbers"),
+                (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
+                (["campaign", "--seconds", "2x"], "0.1 to 3600"), (["campaign", "--shard", "0/2"], "accepted I/N"),
+                (["campaign", "--shard", "3/2"], "accepted I/N"), (["campaign", "--shard", "1"], "accepted I/N"),
+                (["campaign", "--runs", "3", "--shard", "1/4"], "at most as many as runs, 3"),
+                (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted merge FOLDER..."),
+                (["campaign", "merge"], "of which folders?"), (["campaign", "merge", "x", "--runs", "3"], "it takes folders"),
+                (["campaign", "merge", "no_such"], "no_such/campaign.csv"),
                 (["map", "no_such"], "neither a file nor a scenario"), (["map", "--adaptation", "x"], "accepted off, on, both"),
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
                 (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
                 (["map", "--speeds", "200,100,200"], "200 is there twice"),
                 (["map", "--speeds", ",".join(str(n) for n in range(100, 117))], "at most 16"),
+                (["matrix", "x"], "no argument"), (["matrix", "--only", "stuck_a_zro"], "did you mean stuck_a_zero?"),
+                (["matrix", "--cell", "stuck_a"], "no cell is chosen"), (["matrix", "--share", "0"], "above 0 to 100"),
+                (["matrix", "--share", "101"], "above 0 to 100"), (["matrix", "--share", "5", "--seed", "-1"], "whole numbers"),
+                (["matrix", "--seed", "3"], "--share"),
                 (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
                 (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
@@ -330,21 +464,21 @@ class CommandLine(unittest.TestCase):
         self.assertEqual("dc_overvoltage", result["fault_reason"])
         first = next(n for n, line in enumerate(recording) if line.split(",")[2] == "5")  # the first in state fault
         self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
-        self.assertEqual(256, len(history))
-        self.assertEqual(recording[first - 255:first + 1], history)
+        self.assertEqual(KEPT, len(history))
+        self.assertEqual(recording[first - (KEPT - 1):first + 1], history)
         self.assertEqual([self.folder + "/a.csv", self.folder + "/a_fault.csv"], result["files"])
-        self.assertIn("the last 256 periods up to fault dc_overvoltage at 0.15", told)
+        self.assertIn("the last 341 periods up to fault dc_overvoltage at 0.15", told)
         self.assertIn("s in %s/a_fault.csv\n" % self.folder, told)
 
     def test_history_of_a_trip_ends_with_the_step_before_it(self):
         result, history, recording, _ = self.faulty("0.2 s", ("0.15", "plant.force_fault = 1"))
         self.assertEqual("module_fault", result["fault_reason"])
         # the line falls when period 1500 begins and opens the gates before its step: the last one is of period 1499
-        self.assertEqual(recording[1500 - 256:1500], history)
+        self.assertEqual(recording[1500 - KEPT:1500], history)
         self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
 
     def test_history_of_an_early_fault_is_as_short_as_the_run_was(self):
-        _, history, recording, told = self.faulty("0.2 s", ("0", "rig.stuck_current_a = 4095"))
+        _, history, recording, told = self.faulty("0.2 s", ("0", "rig.stuck_current_a = 4095"), code=1)  # and never on
         self.assertEqual(recording[:3], history)  # bad_sample takes three in a row
         self.assertIn("the last 3 periods up to fault bad_sample", told)
 
@@ -364,7 +498,7 @@ class CommandLine(unittest.TestCase):
             "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
             ("0.2", "requests.fault_reset = \"yes\""))
         self.assertEqual("none", result["fault_reason"])
-        self.assertEqual(recording[1501 - 255:1502], history)  # dc_overvoltage takes two in a row
+        self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage takes two in a row
         done = lagless("run", self.scenario(), "--json", "--out", self.folder)
         self.assertEqual([self.folder + "/a.csv"], json.loads(done.stdout)["files"])
         self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))
@@ -382,10 +516,10 @@ class CommandLine(unittest.TestCase):
         self.assertIn("a.csv", os.listdir(self.folder))
 
     def test_unwritable_output_is_said_before_the_run(self):
-        self.expect(2, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")
-        self.expect(2, lagless("run", self.scenario(), "--out", "/dev/null/x"), "/dev/null")
-        self.expect(2, lagless("map", "--out", "/dev/null/x"), "/dev/null")
-        self.expect(2, lagless("paper", "--out", "/dev/null/x"), "/dev/null")
+        self.expect(3, lagless("run", self.scenario(), "--out", "/proc/nothing"), "/proc/nothing")
+        self.expect(3, lagless("run", self.scenario(), "--out", "/dev/null/x"), "/dev/null")
+        self.expect(3, lagless("map", "--out", "/dev/null/x"), "/dev/null")
+        self.expect(3, lagless("paper", "--out", "/dev/null/x"), "/dev/null")
 
     def test_a_full_disk_gives_3(self):
         def limit():
@@ -410,20 +544,69 @@ class CommandLine(unittest.TestCase):
         self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
         self.assertIn("FAILED", lagless("run", self.scenario(at_least="5000 r/min"), "--quiet").stdout)
 
-    def test_ctrl_c_keeps_what_was_recorded_and_says_so(self):
+    def test_a_signal_keeps_what_was_recorded_and_says_so(self):
         path = self.scenario(duration="3600 s")
-        running = subprocess.Popen([LAGLESS, "run", path, "--out", self.folder, "--every", "100", "--json"],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(1.0)
-        running.send_signal(signal.SIGINT)
-        out, err = running.communicate(timeout=60)
-        self.assertEqual(1, running.returncode, err)
-        self.assertIn("are kept in", err)
-        self.assertEqual("interrupted", json.loads(out)["end"])
-        with open(os.path.join(self.folder, "a.csv")) as file:
-            lines = file.read().splitlines()
-        self.assertIn("# ended: interrupted", lines)
-        self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            running = subprocess.Popen([LAGLESS, "run", path, "--out", self.folder, "--every", "100", "--json"],
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            time.sleep(1.0)
+            running.send_signal(number)
+            out, err = running.communicate(timeout=60)
+            self.assertEqual(1, running.returncode, err)
+            self.assertIn("are kept in", err)
+            self.assertEqual("interrupted", json.loads(out)["end"])
+            with open(os.path.join(self.folder, "a.csv")) as file:
+                lines = file.read().splitlines()
+            self.assertIn("# ended: interrupted", lines)
+            self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
+
+    def serve(self, *arguments):
+        """A server under way, and its port."""
+        server = subprocess.Popen([LAGLESS, "serve", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(lambda: (server.poll() is None and server.kill(), server.communicate()))
+        match = re.fullmatch(r"listening on 127\.0\.0\.1:(\d+)\n", server.stdout.readline())
+        self.assertTrue(match)
+        return server, int(match[1])
+
+    def test_serve_listens_ends_by_a_signal_and_says_so_when_the_port_is_taken(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            server, port = self.serve(self.scenario(), "--port", "0")
+            with socket.create_connection(("127.0.0.1", port), 5) as client:
+                time.sleep(0.1)
+                begun = time.monotonic()
+                with socket.create_connection(("127.0.0.1", port), 5) as second:
+                    self.assertEqual(b"", second.recv(1))
+                self.assertLess(time.monotonic() - begun, 0.1)
+                self.expect(3, lagless("serve", self.scenario(), "--port", str(port)), "port %d" % port, "in use")
+                client.setblocking(False)
+                self.assertRaises(BlockingIOError, client.recv, 1)  # still there, and nobody has said anything
+                server.send_signal(number)
+                self.assertEqual(0, server.wait(10), server.stderr.read())
+
+    def test_serve_keeps_time_or_runs_free_and_ends_where_it_is_told(self):
+        begun = time.monotonic()
+        self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")
+        self.assertGreater(time.monotonic() - begun, 0.98)
+        self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "0.5 s", "--free", "--quiet"))
+
+    def test_serve_gives_a_pseudo_terminal(self):
+        server = subprocess.Popen([LAGLESS, "serve", self.scenario(), "--serial"], stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True)
+        self.addCleanup(lambda: (server.poll() is None and server.kill(), server.communicate()))
+        match = re.fullmatch(r"listening on (/dev/\S+)\n", server.stdout.readline())
+        with open(match[1], "r+b", buffering=0) as line:
+            self.assertTrue(line.isatty())
+        server.terminate()
+        self.assertEqual(0, server.wait(10))
+
+    def test_serve_refuses_what_it_cannot_do(self):
+        for arguments, fragment in (
+                (["nosuch"], "neither a file nor"), ([], "which scenario?"), (["a", "b"], "one scenario"),
+                (["bare_motor", "--port", "65536"], "0 to 65535"), (["bare_motor", "--port", "x"], "0 to 65535"),
+                (["bare_motor", "--until", "soon"], "accepted"), (["bare_motor", "--until", "-1"], "accepted"),
+                (["bare_motor", "--free", "--realtime"], "one of them"), (["bare_motor", "--serial", "--port", "1"], "one of them"),
+                (["bare_motor", "--set", "nosuch=1"], "no table has"), (["bare_motor", "--seed", "x"], "whole numbers")):
+            self.expect(2, lagless("serve", *arguments), fragment)
 
     def test_no_colours_where_nobody_sees_them(self):
         self.assertNotIn("\033", lagless("run", self.scenario()).stdout)
@@ -436,22 +619,25 @@ class CommandLine(unittest.TestCase):
 
     def test_man_page_names_every_command(self):
         page = lagless("man").stdout
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "paper", "bench"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "map", "campaign", "paper", "bench",
+                        "serve", "scope"):
             self.assertIn("\\fB%s\\fR" % command, page)
 
     def test_every_command_has_help(self):
-        for command in ("run", "scenarios", "params", "signals", "explain", "demo", "map", "paper", "bench", "reference",
-                        "completion", "man"):
+        for command in ("run", "scenarios", "params", "signals", "explain", "map", "campaign", "paper", "bench", "reference",
+                        "completion", "man", "serve", "scope"):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 
 class Readme(unittest.TestCase):
-    """What README shows of a command is what the command prints; `...` stands for lines that are left out."""
+    """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):
         root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-        with open(os.path.join(root, "README.md"), encoding="utf-8") as readme:
-            blocks = re.findall(r"^    \$ build/host/lagless run (\w+)\n((?:    .*\n)+)", readme.read(), re.M)
+        blocks = []
+        for path in [os.path.join(root, "README.md"), *glob.glob(os.path.join(root, "docs", "*.md"))]:
+            with open(path, encoding="utf-8") as document:
+                blocks += re.findall(r"^    \$ build/host/lagless run (\w+)\n((?:    .*\n)+)", document.read(), re.M)
         self.assertIn("cold_start", [name for name, _ in blocks])
         for name, shown in blocks:
             printed = subprocess.run([LAGLESS, "run", name], stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout

@@ -129,7 +129,7 @@ class TravelTest(unittest.TestCase):
 
     def test_program_that_is_too_short_says_so(self):
         text, after, again = session("period 500", "why", "period 20", arguments=("100",))
-        self.assertIn("the program ended before period 500", text)
+        self.assertIn("the program ended before period 500: it has 100, 0 to 99", text)
         self.assertIn("no program is running", after)
         self.assertTrue(again.splitlines()[0].startswith("period 20, "), again)
 
@@ -277,7 +277,7 @@ class FaultTest(unittest.TestCase):
             "print app->drive.measure.measured.current_abc.b",
         )
         shown, kept, columns = self.history(why)
-        self.assertEqual((shown, kept), (8, 256))
+        self.assertEqual((shown, kept), (8, 341))
         self.assertEqual(
             list(columns),
             "period state i_a i_b u_dc i_d i_q i_q_ref u_d u_q theta_e omega_e sample_flags".split(),
@@ -311,7 +311,7 @@ class FaultTest(unittest.TestCase):
         # From 0.1 s after the heat sink, at 40 degC, has come above it.
         _, _, _, before, _, why, drive = session(
             "period 8000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
-            "period 9001", "why", "drive",
+            "period 9017", "why", "drive",
         )
         self.assertEqual(before, "nothing is wrong: the drive is in operation_enabled")
         self.assertEqual(
@@ -424,14 +424,14 @@ class LookTest(unittest.TestCase):
         self.assertRegex(frame, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(point, r"= theta_e \S+ deg \(\S+ rad\), omega_e \S+ rad/s \(\S+ Hz\)$")
         self.assertRegex(command, r"= duty \(a 0\.\d+, b 0\.\d+, c 0\.\d+\), gates keep$")
-        self.assertIn("state = fault, refusal = none, fault_reason = module_fault, faults_later = none,", sequence)
+        self.assertIn("state = fault, refusal = none, fault_reason = module_fault, stop_reason = none, fault_present = none, faults_later = none,", sequence)
         self.assertIn("{enable = on, fault_reset = no, mode = speed,", requests)
-        self.assertRegex(drive, r"dc_undervoltage = \S+\}, state = fault, refusal = none,")
-        self.assertIn("now = ramp, clock = ", drive)
-        self.assertIn("fault = {period = 8000,", drive)
+        self.assertRegex(drive, r"dc_undervoltage = [^}]+\}, state = fault, refusal = none,")
+        self.assertIn("now = ramp, sensorless = 1, ", drive)
+        self.assertIn("fault = {reason = module_fault, period = 8000,", drive)
         self.assertIn("current = (alpha ", drive)
         self.assertIn("warnings = none", drive)
-        self.assertIn("history = 256 periods of 12 rows", drive)
+        self.assertIn("capture = held, 341 periods of 12 rows, up to period 8000", drive)
 
     def test_arguments_of_the_step_are_printed_as_what_they_are(self):
         _, _, _, samples, rotation = session(
@@ -665,7 +665,17 @@ class ToolTest(unittest.TestCase):
             shutil.copy2(PROGRAM, program)
             done = self.tool("no_such.toml", "--program", program)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("no scenario no_such.toml", done.stdout)
+        self.assertIn("no scenario no_such.toml; shipped are ", done.stdout)
+        self.assertIn(" load_step, ", done.stdout)
+
+    def test_scenario_is_taken_by_its_name(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "lagless"
+            shutil.copy2(PROGRAM, program)
+            for words in (("quick_stop",), ()):
+                done = self.tool(*words, "--program", program, "--batch", "-ex", "show args")
+                name = words[0] if words else "load_step"
+                self.assertRegex(done.stdout, f'run --quiet \\S*host_sim/scenarios/{name}.toml"')
 
     def test_build_that_fails_is_shown_with_exit_code_3(self):
         with tempfile.TemporaryDirectory() as folder:

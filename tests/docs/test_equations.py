@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Each of the paper's equations that the firmware computes stands in one float function: README's table points at it, its comment
+"""Each of the paper's equations that the firmware computes stands in one float function: the table of docs/paper.md points at it, its comment
 says `eq. (n)`, and no other float function's comment says so. A plain (n) only mentions.
 
 usage: test_equations.py [unittest options]        Python 3.9, standard library only
@@ -58,9 +58,9 @@ def float_sources():
             yield name, path.read_text(encoding="utf-8")
 
 
-def table_of(readme):
+def table_of(text):
     """{equation: [(file, function)]} of the table below its head."""
-    rows = readme.partition("| equation | where |\n")[2].partition("\n\n")[0]
+    rows = text.partition("| equation | where |\n")[2].partition("\n\n")[0]
     places = {}
     for equations, where in ROW.findall(rows):
         for number in numbers_of(equations.partition(" with")[0].partition(", with")[0]):
@@ -71,7 +71,7 @@ def table_of(readme):
 class Equations(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.table = table_of((ROOT / "README.md").read_text(encoding="utf-8"))
+        cls.table = table_of((ROOT / "docs/paper.md").read_text(encoding="utf-8"))
         cls.defined, cls.claimed = set(), {}
         for path, text in float_sources():
             for name, is_defined, claims in functions_of(text):

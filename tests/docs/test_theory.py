@@ -301,6 +301,26 @@ class Rest(unittest.TestCase):
 # ---- What stands in the sources -----------------------------------------------------------------------------------------
 
 
+class HeatAndLink(unittest.TestCase):
+    def test_numbers_of_the_paper_s_motor(self):
+        torque = 1.5 * POLE_PAIRS * PSI
+        omega, current, bandwidth, over, c = 1500 * math.pi / 30, LIMIT, 1000.0, 400.0, 1e-3
+        resistance = R + (18e-3 + 25e-3) / 2
+        share = 0.7 ** 2
+        full, band = 0.98 * over, 0.03 * over
+        power = torque * omega * current
+        rate = power / (c * full * band)
+        free = 0.15 * resistance * current / torque
+        values = [-60 * math.log(1 - 0.9 * share), -60 * math.log(1 - 1.1 * share), INERTIA * omega ** 2 / 2,
+                  c * (full ** 2 - 311 ** 2) / 2, rate, math.sqrt(bandwidth / rate) / 2, 1e3 * power / (full * band * bandwidth / 2),
+                  free, (torque * free) ** 2 / (6 * resistance)]
+        rows = rows_below("| of heat and link | value |")
+        self.assertEqual(len(values), len(rows))
+        for (what, cell), value in zip(rows, values):
+            printed = cell.split()[0]
+            self.assertLessEqual(abs(float(printed) - value), half_digit(printed), what)
+
+
 def sources():
     for path in sorted((ROOT / "firmware").rglob("*.[ch]")):
         yield path.read_text(encoding="utf-8")

@@ -87,10 +87,50 @@ static void trip_registers(uint32_t address, uint32_t value)
     }
 }
 
+/* SCI-A as far as its receive FIFO goes. */
+uint16_t bus_read16(const volatile uint16_t *reg)
+{
+    sci_regs_t *sci = &rec.regs.scia;
+    const uint16_t value = *reg;
+    if (reg == &sci->SCIRXBUF && rec.octets_taken < rec.octets_came) {
+        const uint16_t octet = rec.octet[rec.octets_taken++];
+        sci->SCIFFRX = (uint16_t)((sci->SCIFFRX & ~0x1F00u) | (rec.octets_came - rec.octets_taken) << 8);
+        return octet;
+    }
+    return value;
+}
+
+static void serial_registers(uint32_t address, uint32_t value)
+{
+    sci_regs_t *sci = &rec.regs.scia;
+    if (is(address, &sci->SCIFFRX)) { /* level and overflow are read only */
+        const uint32_t overflow = (value & SCIFFRX_RXFFOVRCLR) != 0u ? 0u : rec.overrun;
+        rec.overrun = overflow;
+        sci->SCIFFRX = (uint16_t)((value & 0x2000u) | overflow | (rec.octets_came - rec.octets_taken) << 8);
+    }
+    if (is(address, &sci->SCICTL1) && (value & SCICTL1_SWRESET) == 0u) {
+        sci->SCIRXST = 0u;
+    }
+}
+
+void recording_receive(uint16_t word)
+{
+    sci_regs_t *sci = &rec.regs.scia;
+    rec.octet[rec.octets_came++] = word;
+    sci->SCIFFRX = (uint16_t)((sci->SCIFFRX & ~0x1F00u) | (rec.octets_came - rec.octets_taken) << 8);
+}
+
+void recording_overrun(void)
+{
+    rec.overrun = SCIFFRX_RXFFOVF;
+    rec.regs.scia.SCIFFRX |= SCIFFRX_RXFFOVF;
+}
+
 static void come_alive(uint32_t address, uint32_t value)
 {
     f28335_t *regs = &rec.regs;
     trip_registers(address, value);
+    serial_registers(address, value);
     if (is(address, &regs->sysctrl.PLLCR)) {
         rec.pllcr_written = rec.waited;
         regs->sysctrl.PLLSTS = (uint16_t)(regs->sysctrl.PLLSTS & ~PLLSTS_PLLLOCKS);
@@ -187,6 +227,41 @@ void bus_debug_allow(void)
 {
     note(DID_DEBUG_ALLOW, 0u, 0u);
     rec.debug_allowed = true;
+}
+
+bus_memory_t bus_memory(bus_region_t region)
+{
+    return (bus_memory_t){&rec.memory[region], 1u + (uint32_t)region};
+}
+
+static uint16_t *flash_word(uint32_t address)
+{
+    return address - RECORDING_FLASH_AT < 2u * RECORDING_FLASH_WORDS
+               ? &rec.flash[address - RECORDING_FLASH_AT]
+               : &rec.flash_beside;
+}
+
+uint16_t bus_flash(uint32_t address)
+{
+    return *flash_word(address);
+}
+
+bool bus_flash_erase(uint16_t sectors)
+{
+    note(DID_ERASE, 0u, sectors);
+    if (!rec.flash_broken) {
+        for (uint32_t n = 0; n < RECORDING_FLASH_WORDS; n++) {
+            *flash_word(RECORDING_FLASH_AT + n + (sectors == 4u ? 0u : RECORDING_FLASH_WORDS)) = 0xFFFFu;
+        }
+    }
+    return !rec.flash_broken;
+}
+
+bool bus_flash_program(uint32_t address, uint16_t word)
+{
+    note(DID_PROGRAM, address, word);
+    *flash_word(address) &= word;
+    return !rec.flash_broken;
 }
 
 uint16_t bus_otp(uint32_t address)

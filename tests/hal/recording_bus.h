@@ -10,7 +10,9 @@
 
 #include "hal/f28335/bus.h"
 
-#define RECORDING_MAX 512u
+#define RECORDING_MAX         512u
+#define RECORDING_FLASH_AT    0x328000u /* sector C, and behind it B */
+#define RECORDING_FLASH_WORDS 0x8000u
 
 typedef enum {
     DID_WRITE16,
@@ -22,7 +24,9 @@ typedef enum {
     DID_DISABLE_GROUPS,
     DID_CLEAR_PENDING,
     DID_DEBUG_GROUPS,
-    DID_DEBUG_ALLOW
+    DID_DEBUG_ALLOW,
+    DID_ERASE,
+    DID_PROGRAM
 } did_t;
 
 typedef struct {
@@ -40,17 +44,25 @@ typedef struct {
     f28335_t regs;
     bool allowed;
     bool interrupts_on;
-    uint16_t groups;          /* bit n - 1: INTn enabled in IER */
-    uint16_t debug_groups;    /* bit n - 1: INTn enabled in DBGIER */
-    bool debug_allowed;       /* DBGM is clear */
-    uint16_t otp[2];          /* words 0x380083 and 0x380085; all others are erased */
-    uint64_t waited;          /* [cycles] */
-    uint64_t lock_cycles;     /* [cycles] from the write of PLLCR to the lock */
-    uint64_t pllcr_written;   /* [cycles] `waited` at that time */
-    bool loses_clock_at_lock; /* MCLKSTS comes while the PLL locks */
-    uint16_t trip_deaf;       /* bit n - 1: ePWMn takes no forced trip */
-    uint16_t trip_again;      /* bit n - 1: ePWMn trips again right after it was cleared */
-    bus_isr_t function[4];    /* what bus_vector has seen; vector = 0x300000 + its place */
+    uint16_t groups;              /* bit n - 1: INTn enabled in IER */
+    uint16_t debug_groups;        /* bit n - 1: INTn enabled in DBGIER */
+    bool debug_allowed;           /* DBGM is clear */
+    uint16_t memory[BUS_REGIONS]; /* where each region of memory begins */
+    uint16_t otp[2];              /* words 0x380083 and 0x380085; all others are erased */
+    uint64_t waited;              /* [cycles] */
+    uint64_t lock_cycles;         /* [cycles] from the write of PLLCR to the lock */
+    uint64_t pllcr_written;       /* [cycles] `waited` at that time */
+    bool loses_clock_at_lock;     /* MCLKSTS comes while the PLL locks */
+    uint16_t trip_deaf;           /* bit n - 1: ePWMn takes no forced trip */
+    uint16_t trip_again;          /* bit n - 1: ePWMn trips again right after it was cleared */
+    uint16_t octet[64];           /* of SCI-A, as SCIRXBUF shows them */
+    uint32_t octets_came;
+    uint32_t octets_taken;
+    uint32_t overrun;                           /* bit of SCIFFRX */
+    uint16_t flash[2u * RECORDING_FLASH_WORDS]; /* sectors C and B */
+    uint16_t flash_beside;                      /* any other word: nobody should come here */
+    bool flash_broken;                          /* says so and does not erase */
+    bus_isr_t function[4];                      /* what bus_vector has seen; vector = 0x300000 + its place */
     uint32_t functions;
 } recording_t;
 
@@ -75,6 +87,10 @@ uint32_t recording_address(const volatile void *reg);
 /* Every control register of ePWM1-3, eQEP1, timer 0 and ADC holds something, as if somebody had used it
  * before. */
 void recording_soil(void);
+
+/* A word arrives in the receive FIFO; more arrived than it holds. */
+void recording_receive(uint16_t word);
+void recording_overrun(void);
 
 /* SYSCLK cycles pass: CPU timer 0 counts down, if it runs. */
 void recording_pass(uint32_t cycles);

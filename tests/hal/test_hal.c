@@ -85,6 +85,8 @@ static void test_registers_are_reached_at_the_manual_s_addresses(void)
     ASSERT_AT(0x6FC0u, &GPIO_DATA(0u)->DAT);
     ASSERT_AT(0x6FD6u, &GPIO_DATA(2u)->TOGGLE);
     ASSERT_AT(0x7029u, &SYSCTRL->WDCR);
+    ASSERT_AT(0x7057u, &SCIA->SCIRXBUF);
+    ASSERT_AT(0x705Au, &SCIA->SCIFFTX);
     ASSERT_AT(0x7101u, &ADC->ADCTRL2);
 }
 
@@ -119,7 +121,7 @@ static void test_start_up_leaves_clock_and_flash_at_150_MHz(void)
     const expected_t expected[] = {
         {&SYSCTRL->WDCR, false, 0x0068u},        {&SYSCTRL->PLLCR, false, 10u},
         {&SYSCTRL->PLLSTS, false, 0x0101u},      {&SYSCTRL->HISPCP, false, 3u},
-        {&SYSCTRL->LOSPCP, false, 2u},           {&SYSCTRL->PCLKCR0, false, 0x000Cu},
+        {&SYSCTRL->LOSPCP, false, 2u},           {&SYSCTRL->PCLKCR0, false, 0x040Cu},
         {&SYSCTRL->PCLKCR1, false, 0x4007u},     {&SYSCTRL->PCLKCR3, false, 0x2700u},
         {&FLASH_REGS->FBANKWAIT, false, 0x505u}, {&FLASH_REGS->FOTPWAIT, false, 8u},
         {&FLASH_REGS->FOPT, false, 1u},          {&FLASH_REGS->FPWR, false, 3u},
@@ -180,17 +182,15 @@ static void test_currents_are_held_at_counter_zero(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, held, (double)ADC_LEAD / (double)HAL_CLOCK_HZ);
 }
 
-static void test_start_up_connects_gates_fault_line_and_encoder(void)
+static void test_start_up_connects_gates_fault_line_encoder_and_serial_line(void)
 {
-    rec.regs.gpio_control[0].PUD = 0x0000FFFFu;
-    rec.regs.gpio_control[0].MUX2 = 0x05000000u; /* a serial port that somebody else set up */
+    rec.regs.gpio_control[0].PUD = 0x3000FFFFu;
+    rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that somebody else set up */
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&GPIO_CONTROL(0u)->MUX1, true, 0x01000555u},
-        {&GPIO_CONTROL(0u)->MUX2, true, 0x05005500u},
-        {&GPIO_CONTROL(0u)->QSEL1, true, 0x03000000u},
-        {&GPIO_CONTROL(0u)->PUD, true, 0x0000EFFFu},
-        {&GPIO_CONTROL(0u)->DIR, true, 0u},
+        {&GPIO_CONTROL(0u)->MUX1, true, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, true, 0x55005500u},
+        {&GPIO_CONTROL(0u)->QSEL1, true, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, true, 0x03000000u},
+        {&GPIO_CONTROL(0u)->PUD, true, 0x0000EFFFu},   {&GPIO_CONTROL(0u)->DIR, true, 0u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -366,8 +366,9 @@ static void test_modules_are_written_only_two_cycles_after_their_clock_came(void
     ASSERT(rec.entry[clocks + 1u].value >= 2u, "no wait after PCLKCR");
     for (uint32_t i = 0; i < clocks; i++) {
         const uint32_t address = rec.entry[i].address;
-        const bool module =
-            (address >= 0x6800u && address < 0x6B80u) || (address >= 0x7100u && address < 0x7120u);
+        const bool module = (address >= 0x6800u && address < 0x6B80u) ||
+                            (address >= 0x7050u && address < 0x7060u) ||
+                            (address >= 0x7100u && address < 0x7120u);
         ASSERT(!module, "module written without clock");
     }
 }
@@ -378,9 +379,9 @@ static void test_carrier_starts_last_and_stands_until_then(void)
     TEST_ASSERT_EQUAL(DID_INTERRUPTS_ON, rec.entry[rec.entries - 1u].did);
     const entry_t *last = &rec.entry[rec.entries - 2u];
     TEST_ASSERT_EQUAL_HEX32(0x701Cu, last->address);
-    TEST_ASSERT_EQUAL_HEX32(0x000Cu, last->value);
+    TEST_ASSERT_EQUAL_HEX32(0x040Cu, last->value);
     const uint32_t first = recording_find(0u, &SYSCTRL->PCLKCR0);
-    TEST_ASSERT_EQUAL_HEX32(0x0008u, rec.entry[first].value);
+    TEST_ASSERT_EQUAL_HEX32(0x0408u, rec.entry[first].value);
     TEST_ASSERT_EQUAL_UINT32(2u, recording_count(&SYSCTRL->PCLKCR0));
     /* The unit timer of the encoder starts within its tolerance of the carrier: no wait in between. */
     const uint32_t unit = recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x900Eu);
@@ -405,7 +406,7 @@ static void test_every_leg_is_tripped_before_its_pins_are_connected(void)
     TEST_ASSERT_TRUE(line < mux);
     TEST_ASSERT_TRUE(recording_find(0u, &GPIO_CONTROL(0u)->QSEL1) < line);
     /* A pin follows its multiplexer two cycles later. */
-    const uint32_t encoder = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX2, 0x00005500u);
+    const uint32_t encoder = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX2, 0x05005500u);
     TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[encoder + 1u].did);
     TEST_ASSERT_TRUE(rec.entry[encoder + 1u].value >= 2u);
 }
@@ -1112,7 +1113,7 @@ int main(void)
     RUN_TEST(test_start_up_sets_each_leg_to_the_manual_s_words);
     RUN_TEST(test_start_up_sets_the_converter_to_four_pairs);
     RUN_TEST(test_currents_are_held_at_counter_zero);
-    RUN_TEST(test_start_up_connects_gates_fault_line_and_encoder);
+    RUN_TEST(test_start_up_connects_gates_fault_line_encoder_and_serial_line);
     RUN_TEST(test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_the_carrier);
     RUN_TEST(test_vectors_lead_to_the_application_and_all_others_shut_the_gates);
     RUN_TEST(test_only_the_two_interrupts_are_enabled);

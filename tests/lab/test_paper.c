@@ -112,6 +112,7 @@ static paper_verdict_t judged_of(const char *figure, double number, double expec
                                  bool stopped)
 {
     const paper_row_t made = {.figure = paper_figure(figure),
+                              .beyond = strncmp(figure, "beyond", 6) == 0,
                               .paper = number,
                               .expected = expected,
                               .ours = ours,
@@ -153,7 +154,9 @@ static void test_figures_are_found_by_name(void)
 {
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
         TEST_ASSERT_EQUAL_UINT(n, paper_figure(paper_figures[n].id));
-        TEST_ASSERT_TRUE(paper_figures[n].title[0] != '\0' && paper_figures[n].claim[0] != '\0');
+        /* Else its file says. */
+        TEST_ASSERT_TRUE(paper_figures[n].title == NULL ||
+                         (paper_figures[n].title[0] != '\0' && paper_figures[n].claim[0] != '\0'));
         /* Each has a test of its rows. */
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(LAGLESS_PAPER_TESTED, paper_figures[n].id), paper_figures[n].id);
     }

@@ -145,6 +145,7 @@ static const expected_t expected[] = {
 #define EXPECTED (sizeof expected / sizeof expected[0])
 
 static size_t figure;
+static paper_t *measured;                /* whose texts the rows point at; NULL: a report's */
 static paper_row_t rows[PAPER_ROWS_MAX]; /* of the figure */
 static size_t row_count;
 static char *tables[2];             /* CSV: of the figure; what fig15 has besides, else NULL */
@@ -289,7 +290,7 @@ static bool measure(bool dead_time)
     }
     tables[0] = written(paper, false);
     tables[1] = dead_time ? written(paper, true) : NULL;
-    paper_free(paper);
+    measured = paper;
     return tables[0] != NULL && (tables[1] != NULL || !dead_time);
 }
 
@@ -390,6 +391,7 @@ static bool read_row(const char *object, paper_row_t *into)
         text_of(object, "because", into->because, sizeof into->because) &&
         text_of(object, "condition", into->condition, sizeof into->condition);
     into->figure = known ? paper_figure(of) : PAPER_FIGURES;
+    into->beyond = strncmp(of, "beyond_", 7) == 0;
     into->flavour = flavours[row_count];
     into->unit = units[row_count];
     into->verdict = PAPER_VERDICTS;
@@ -453,5 +455,6 @@ int main(int argc, char **argv)
     RUN_TEST(csv_names_units_and_has_as_many_fields_in_every_line);
     free(tables[0]);
     free(tables[1]);
+    paper_free(measured);
     return UNITY_END();
 }

@@ -362,7 +362,7 @@ static void test_more_rows_than_the_tap_holds_are_refused(void)
     given(SHORT_RUN "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 100\n");
     record(ids, RIG_TAP_MAX, 1u);
     TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result.error.message, "up to 64"), result.error.message);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result.error.message, "up to 128"), result.error.message);
     runner_result_free(&result);
     record(ids, 0u, 1u);
     TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));

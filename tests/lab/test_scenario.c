@@ -67,7 +67,7 @@ static void test_the_least_file_has_every_default(void)
     TEST_ASSERT_EQUAL_STRING("", scenario->text);
     TEST_ASSERT_EQUAL_UINT32(10000u, scenario->periods);
     TEST_ASSERT_TRUE(scenario->seed == 1u);
-    TEST_ASSERT_EQUAL_UINT32(1u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(1u, scenario->every);
     TEST_ASSERT_EQUAL_UINT32(0u, scenario->record_count);
     TEST_ASSERT_EQUAL_UINT32(1u, scenario->event_count);
     TEST_ASSERT_EQUAL_UINT32(0u, scenario->events[0].count);
@@ -77,20 +77,19 @@ static void test_the_least_file_has_every_default(void)
 
 static void test_every_key_arrives(void)
 {
-    given(
-        "schema = 1\ntitle = \"t\"\ntext = \"\"\"two\nlines\"\"\"\n"
-        "[run]\nduration = \"2.5 s\"\nseed = 9\nrecord = [\"i_q\", \"plant.encoder_lines\"]\ndecimation = 3\n"
-        "[start]\nspeed = \"500 r/min\"\nangle = \"30 deg\"\n"
-        "[params]\nspeed_kp = 0.4\n[requests]\nenable = \"on\"\n[plant]\ninertia = \"30 kg "
-        "cm^2\"\n[rig]\nfidelity = \"averaged\"\n"
-        "[[at]]\ntime = 1\nramp = \"0.2 s\"\nplant.load_torque = \"5 N m\"\n"
-        "[[expect]]\nname = \"n\"\nsignal = \"true_omega_m\"\nminus = \"omega_m_ref\"\nstatistic = "
-        "\"rms\"\nfrom = \"1 s\"\n"
-        "to = 2\nat_least = \"-1 r/min\"\nat_most = 3\n");
+    given("schema = 1\ntitle = \"t\"\ntext = \"\"\"two\nlines\"\"\"\n"
+          "[run]\nduration = \"2.5 s\"\nseed = 9\nrecord = [\"i_q\", \"plant.encoder_lines\"]\nevery = 3\n"
+          "[start]\nspeed = \"500 r/min\"\nangle = \"30 deg\"\n"
+          "[params]\nspeed_kp = 0.4\n[requests]\nenable = \"on\"\n[plant]\ninertia = \"30 kg "
+          "cm^2\"\n[rig]\nfidelity = \"averaged\"\n"
+          "[[at]]\ntime = 1\nramp = \"0.2 s\"\nplant.load_torque = \"5 N m\"\n"
+          "[[expect]]\nname = \"n\"\nsignal = \"true_omega_m\"\nminus = \"omega_m_ref\"\nstatistic = "
+          "\"rms\"\nfrom = \"1 s\"\n"
+          "to = 2\nat_least = \"-1 r/min\"\nat_most = 3\n");
     TEST_ASSERT_EQUAL_STRING("two\nlines", scenario->text);
     TEST_ASSERT_EQUAL_UINT32(25000u, scenario->periods);
     TEST_ASSERT_TRUE(scenario->seed == 9u);
-    TEST_ASSERT_EQUAL_UINT32(3u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(3u, scenario->every);
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->record_count);
     TEST_ASSERT_EQUAL_UINT32(rig_row_by_name("i_q")->id, scenario->record[0]);
     TEST_ASSERT_EQUAL_UINT32(rig_row_by_name("plant.encoder_lines")->id, scenario->record[1]);
@@ -229,7 +228,7 @@ static void test_recorded_and_expected_rows_share_the_tap(void)
     TEST_ASSERT_EQUAL_UINT32(RIG_TAP_MAX, scenario->record_count);
     strcat(text, "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 1\n");
     expect_error(text,
-                 "i_q: too many rows in record and [[expect]] together; accepted: up to 64 different ones");
+                 "i_q: too many rows in record and [[expect]] together; accepted: up to 128 different ones");
 }
 
 static void test_the_first_mistake_of_a_file_is_told_first(void)
@@ -352,22 +351,22 @@ static void test_run_and_start_can_be_overridden(void)
     given(RUN);
     set("run.duration=0.5 s");
     set("run.seed=18446744073709551615");
-    set("run.decimation=7");
+    set("run.every=7");
     set("start.speed=300 r/min");
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
     TEST_ASSERT_EQUAL_UINT32(5000u, scenario->periods);
     TEST_ASSERT_TRUE(scenario->seed == UINT64_MAX);
-    TEST_ASSERT_EQUAL_UINT32(7u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(7u, scenario->every);
     TEST_ASSERT_TRUE(scenario->has_start);
     TEST_ASSERT_TRUE(scenario->start_speed == 300.0 * (PI / 30.0));
     expect_no_override("run.seed=18446744073709551616", "whole numbers 0 to 18446744073709551615");
     expect_no_override("run.seed=-1", "whole numbers 0 to");
-    expect_no_override("run.decimation=0", "whole numbers 1 to 100000");
+    expect_no_override("run.every=0", "whole numbers 1 to 100000");
     expect_no_override("run.duration=2 h", "no quantity in s");
     expect_no_override("run.duration=0", "0 s is outside its range; accepted: 0.0001 to 3600 s");
     expect_no_override("run.durration=1", "nearest: run.duration");
     expect_no_override("start.sped=1", "nearest: start.speed");
-    TEST_ASSERT_EQUAL_UINT32(7u, scenario->decimation);
+    TEST_ASSERT_EQUAL_UINT32(7u, scenario->every);
 }
 
 static void test_a_locked_shaft_has_a_start_angle_and_no_start_speed(void)

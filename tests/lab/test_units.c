@@ -124,7 +124,8 @@ static void test_units_without_a_list_are_read_as_they_are_spelled(void)
 static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
 {
     expect_refused("5 kg", "N m", "\"5 kg\" is no quantity in N m; accepted: a number with N m, mN m, kN m");
-    expect_refused("1500", UNITS_SPEED, "\"1500\" has no unit; accepted: a number with rad/s, r/min, deg/s");
+    expect_refused("1500", UNITS_SPEED,
+                   "\"1500\" has no unit; accepted: a number with rad/s, r/min, deg/s, rpm");
     expect_refused("200 r/min", UNITS_ACCELERATION,
                    "\"200 r/min\" is no quantity in rad/s^2; accepted: a number with rad/s^2, r/min/s");
     expect_refused("5 ma", "A", "is no quantity in A"); /* units tell upper from lower case */
@@ -166,16 +167,16 @@ static void test_r_min_is_for_mechanical_speeds_only(void)
 {
     expect_refused("1500 r/min", "rad/s", "accepted: a number with rad/s, krad/s, Hz, kHz");
     expect_refused("200 r/min/s", "rad/s^2", "accepted: a number with rad/s^2");
-    expect_refused("25 Hz", UNITS_SPEED, "accepted: a number with rad/s, r/min, deg/s");
+    expect_refused("25 Hz", UNITS_SPEED, "accepted: a number with rad/s, r/min, deg/s, rpm");
 }
 
 /* The rows that say "mechanical" in their text; a new one of that kind belongs into this list. */
 static void test_mechanical_speeds_are_known_by_their_text(void)
 {
-    static const char *const mechanical[] = {"omega_m",       "omega_m_ref",        "true_omega_m",
-                                             "speed_request", "overspeed_trip",     "shaft_locked_speed",
-                                             "start_speed",   "estimate_speed_min", "handover_speed",
-                                             "fallback_speed"};
+    static const char *const mechanical[] = {"omega_m",        "omega_m_ref",        "true_omega_m",
+                                             "speed_request",  "overspeed_trip",     "shaft_locked_speed",
+                                             "start_speed",    "estimate_speed_min", "handover_speed",
+                                             "fallback_speed", "load_table_speed"};
     unsigned found = 0;
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);

@@ -24,6 +24,8 @@ ROOMS = (
     "firmware/inverter",
     "firmware/control",
     "firmware/adapt",
+    "firmware/protect",
+    "firmware/talk",
     "firmware/manoeuvre",
     "firmware/drive",
     "firmware/app",
@@ -32,7 +34,10 @@ ROOMS = (
     "host_sim/chip",
     "host_sim/plant",
     "host_sim/rig",
+    "host_sim/line",
     "host_sim/lab",
+    "host_sim/scope",
+    "host_sim/python",
     "host_sim/cli",
     "host_sim",
     "tests",
@@ -41,7 +46,8 @@ ROOMS = (
 # The floors of the firmware, lowest first; rooms of one floor do not call each other.
 FLOOR_1 = ("firmware/math",)
 FLOOR_2 = FLOOR_1 + ("firmware/contract",)
-FLOOR_3 = FLOOR_2 + ("firmware/estimator", "firmware/inverter", "firmware/control", "firmware/adapt")
+FLOOR_3 = FLOOR_2 + ("firmware/estimator", "firmware/inverter", "firmware/control", "firmware/adapt", "firmware/protect")
+TALK = ("firmware/talk",)
 FLOOR_4 = FLOOR_3 + ("firmware/manoeuvre",)
 FIRMWARE_CORE = FLOOR_4 + ("firmware/drive",)
 # The door and the shapes of the tables.
@@ -55,18 +61,24 @@ MAY_INCLUDE = {
     "firmware/inverter": FLOOR_2,
     "firmware/control": FLOOR_2,
     "firmware/adapt": FLOOR_2,
+    "firmware/protect": FLOOR_2,
+    "firmware/talk": FLOOR_2,
     "firmware/manoeuvre": FLOOR_3,
     # hal/board.h: rates, ranges and defaults of the board, constants all.
     "firmware/drive": FLOOR_4 + ("hal/board.h",),
-    "firmware/app": FIRMWARE_CORE + ("hal",),
+    "firmware/app": FIRMWARE_CORE + TALK + ("hal",),
     "firmware": (),
     "hal": (),
     "host_sim/chip": ("hal/f28335/registers.h", "hal/f28335/bus.h"),
     "host_sim/plant": ("hal/board.h",),
-    "host_sim/rig": FIRMWARE_CORE + ("firmware/app", "hal", "host_sim/chip", "host_sim/plant"),
+    "host_sim/rig": FIRMWARE_CORE + TALK + ("firmware/app", "hal", "host_sim/chip", "host_sim/plant"),
     # The rig's interface is the only door for everything above it.
+    "host_sim/line": RIG_DOOR,
     "host_sim/lab": RIG_DOOR,
-    "host_sim/cli": RIG_DOOR + ("host_sim/lab",),
+    "host_sim/scope": RIG_DOOR + ("host_sim/line", "host_sim/lab"),
+    # The plant by itself has no other door.
+    "host_sim/python": RIG_DOOR + ("host_sim/lab", "host_sim/plant"),
+    "host_sim/cli": RIG_DOOR + ("host_sim/line", "host_sim/lab", "host_sim/scope"),
     "host_sim": ("firmware/math/check.h",),
 }
 
@@ -83,7 +95,7 @@ COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr"}
 LIBRARIES = {
     "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
     # desk_drive_step: the desk's build puts it in the place of drive_step (host_sim/rig/rig.cmake).
-    "app": {"extern": r"desk_drive_step", "uses": ("firmware", "hal"), "data": r"app"},
+    "app": {"extern": r"desk_drive_step", "uses": ("firmware", "hal"), "data": r"app|talk_line"},
     "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
     "chip": {},
     "plant": {},

@@ -339,6 +339,18 @@ bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta
     const bool soft = params->dc_resistance > 0.0 && params->dc_capacitance > 0.0;
     const bool broken =
         params->open_phase_a != 0.0 || params->open_phase_b != 0.0 || params->open_phase_c != 0.0;
+    /* Legs of their own, single switches, wires, ripple, a second mass: each test of these has its algebra.
+     */
+    const double unknown[] = {params->leg_a_drop,       params->leg_b_drop,       params->leg_c_drop,
+                              params->leg_a_resistance, params->leg_b_resistance, params->leg_c_resistance,
+                              params->leg_a_delay,      params->leg_b_delay,      params->leg_c_delay,
+                              params->open_switches,    params->swap_phases,      params->shorted_switches,
+                              params->dc_ripple,        params->supply_lost,      params->load_inertia};
+    for (const double row : unknown) {
+        if (row != 0.0) {
+            return false;
+        }
+    }
     const bool salient = std::fabs(params->inductance_d - params->inductance_q) > 0.0;
     if (soft || broken || params->force_fault != 0.0 || (frame == ORACLE_STATIONARY && salient)) {
         return false;

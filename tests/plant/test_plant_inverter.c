@@ -177,13 +177,13 @@ typedef struct {
 /* Leg voltage, period's mean [V], if both edges met this current: of the plant's laws by the share on. */
 static double by_one_current(uint32_t high, uint32_t dead, double i)
 {
-    double error = (double)dead + (double)plant.turn_on_ticks - (double)plant.turn_off_ticks;
+    double error = (double)dead + (double)plant.turn_on_ticks[0] - (double)plant.turn_off_ticks;
     double sign = i * plant.zone_inverse;
     sign = sign > 1.0 ? 1.0 : sign < -1.0 ? -1.0 : sign;
     double share = ((double)high - error * sign) / LOOP_PERIOD;
     double unused;
-    return share * interval_pole(&plant, &plant.law[PLANT_LAW_UPPER], i, &unused) +
-           (1.0 - share) * interval_pole(&plant, &plant.law[PLANT_LAW_LOWER], i, &unused);
+    return share * interval_pole(&plant, &plant.law[0][PLANT_LAW_UPPER], i, &unused) +
+           (1.0 - share) * interval_pole(&plant, &plant.law[0][PLANT_LAW_LOWER], i, &unused);
 }
 
 static missed_t compare(const plant_params_t *q, double i_d, double i_q, uint32_t upper_ends)
@@ -456,7 +456,7 @@ static void test_pole_voltage_goes_straight_through_the_zone(void)
     for (int law = PLANT_LAW_OFF; law <= PLANT_LAW_LOWER; law++) {
         double v[5], share[5];
         for (int n = 0; n < 5; n++) {
-            v[n] = interval_pole(&plant, &plant.law[law], 0.05 * (0.5 * n - 1.0), &share[n]);
+            v[n] = interval_pole(&plant, &plant.law[0][law], 0.05 * (0.5 * n - 1.0), &share[n]);
         }
         /* One formula, drop = s V_dc - v at the borders, 0.8 V + 18 mohm or 0.95 V + 25 mohm times 50 mA. */
         double diode = 0.95 + 0.025 * 0.05;

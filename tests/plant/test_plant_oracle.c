@@ -176,6 +176,12 @@ static void test_the_oracle_refuses_what_it_does_not_know(void)
     q.dc_capacitance = 1e-3;
     q.dc_resistance = 1.0;
     TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
+    q = plant_params_default();
+    q.leg_c_delay = 1e-6;
+    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
+    q = plant_params_default();
+    q.load_inertia = 0.01;
+    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
 }
 
 int main(void)

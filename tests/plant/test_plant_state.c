@@ -34,6 +34,7 @@ static void test_every_range_is_enforced_below_at_and_above(void)
     plant_params_t q = plant_params_default();
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
     q.load_kind = PLANT_LOAD_ACTIVE; /* or a negative load breaks the cross-rule */
+    q.dc_capacitance = 1e-3;         /* or a lost supply does */
 #define TRY(name, unit, standard, minimum, maximum, text)                                                    \
     {                                                                                                        \
         double keep = q.name;                                                                                \
@@ -65,6 +66,45 @@ static void test_counting_parameters_must_be_whole(void)
     q = plant_params_default();
     q.force_fault = 0.5;
     refused(&q, "force_fault", 0.0, 1.0);
+}
+
+static void test_a_lost_supply_needs_a_capacitor(void)
+{
+    plant_params_t q = plant_params_default();
+    q.supply_lost = 1.0;
+    refused(&q, "supply_lost", 0.0, 1.0);
+    q.dc_capacitance = 1e-4;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
+}
+
+static void test_a_switch_is_open_or_shorted_not_both(void)
+{
+    plant_params_t q = plant_params_default();
+    q.open_switches = 6.0;
+    q.shorted_switches = 9.0;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
+    q.shorted_switches = 4.0;
+    refused(&q, "shorted_switches", 0.0, 63.0);
+    q.open_switches = 1.5;
+    refused(&q, "open_switches", 0.0, 63.0);
+}
+
+/* omega_n^2 = k (1/J + 1/J_load) and c (1/J + 1/J_load), each to 1e5 rad/s. */
+static void test_an_elastic_shaft_has_an_end_of_its_speed(void)
+{
+    plant_params_t q = plant_params_default();
+    q.inertia = 0.002;
+    q.load_inertia = 0.002;
+    q.shaft_stiffness = 1e7;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
+    q.shaft_stiffness = 9e6;
+    q.shaft_damping = 101.0;
+    refused(&q, "shaft_damping", 0.0, 100.0);
+    q.inertia = 0.001;
+    q.load_inertia = 0.001;
+    refused(&q, "shaft_stiffness", 0.0, 5e6);
+    q.shaft_stiffness = 0.0;
+    TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
 }
 
 static void test_passive_load_can_not_be_negative(void)
@@ -215,6 +255,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_range_is_enforced_below_at_and_above);
     RUN_TEST(test_counting_parameters_must_be_whole);
+    RUN_TEST(test_a_lost_supply_needs_a_capacitor);
+    RUN_TEST(test_a_switch_is_open_or_shorted_not_both);
+    RUN_TEST(test_an_elastic_shaft_has_an_end_of_its_speed);
     RUN_TEST(test_passive_load_can_not_be_negative);
     RUN_TEST(test_break_away_is_none_or_no_less_than_dry_friction);
     RUN_TEST(test_copied_state_runs_on_identically);

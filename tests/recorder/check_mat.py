@@ -97,6 +97,7 @@ def read_scipy(paths):
             "tables": text(meta["tables"]),
             "commit": text(meta["commit"]),
             "scenario_text": text(meta["text"]),
+            "notes": text(meta["notes"]),
             "choices": {n: text(meta["choices"][0, 0][n]) for n in (meta["choices"].dtype.names or ())},
             "units": {n: text(meta["units"][0, 0][n]) for n in meta["units"].dtype.names},
             "resistance": f"{float(meta['values'][0, 0]['motor_resistance'][0, 0]):.9g} "
@@ -173,6 +174,8 @@ def main():
         if reader == "scipy":
             expect(meta["commit"] == keys["commit"].replace("\U0001d714", "\ufffd"), f"{path.name}: {meta['commit']}")
             expect(meta["scenario_text"].splitlines() == [t.replace("\\\\", "\\") for t in text], f"{path.name}: text")
+            notes = "".join(f"{key}: {keys[key]}\n" for key in keys if key.startswith(("event ", "verdict ")))
+            expect(meta["notes"] == notes and notes.count("\n") == 2, f"{path.name}: notes {meta['notes']}")
             expect(meta["choices"] == {k.split()[1]: v for k, v in keys.items() if k.startswith("choices ")},
                    f"{path.name}: choices {meta['choices']}")
     print(json.dumps({"reader": reader, "files": len(tables), "values": values, "different_bits": 0}))

@@ -58,6 +58,10 @@ static recorder_t *open_recorder(const char *name, uint32_t formats, const uint3
     if (recorder == NULL) {
         fail(error.text);
     }
+    if (!recorder_note(recorder, RECORDER_EVENT, "0.5 s", "load_torque = 5 N m") ||
+        !recorder_note(recorder, RECORDER_VERDICT, "failed", "dip: -60 r/min, at least -56 r/min")) {
+        fail("notes");
+    }
     return recorder;
 }
 

@@ -166,6 +166,10 @@ static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
     options.meta.scenario_text = "schema = 1\n\t\ntitle = \"a\\tb\"\r\nlast";
     recorder_t *recorder = opened();
     TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "no final name before the end");
+    char what[] = "load_torque = 5 N m\nand more";
+    TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_EVENT, "0.5 s", what));
+    TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_VERDICT, "met", "dip: -52 r/min"));
+    what[0] = 'L'; /* it was copied */
     TEST_ASSERT_TRUE(recorder_close(recorder, "interrupted", &error));
     char *text = content("run.csv");
     char expected[1024];
@@ -183,6 +187,8 @@ static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
              "# choices state: %s\n"
              "# value motor_resistance: 0.95 ohm\n"
              "# value plant.inertia: 0.003 kg m^2\n"
+             "# event 0.5 s: load_torque = 5 N m\\x0aand more\n"
+             "# verdict met: dip: -52 r/min\n"
              "# text: schema = 1\n"
              "# text: \t\n"
              "# text: title = \"a\\\\tb\"\n"
@@ -540,9 +546,9 @@ static void test_options_out_of_range_are_refused(void)
     expect_refused("no name");
     options = good;
     options.count = 0;
-    expect_refused("0 rows to record: accepted 1 to 64");
+    expect_refused("0 rows to record: accepted 1 to 128");
     options.count = RIG_TAP_MAX + 1u;
-    expect_refused("65 rows to record: accepted 1 to 64");
+    expect_refused("129 rows to record: accepted 1 to 128");
     options = good;
     options.every = 0;
     expect_refused("accepted 1 and more");
@@ -620,11 +626,11 @@ static void test_plan_that_does_not_fit_is_refused_with_what_would(void)
     options.periods = 262144;
     recorder_abandon(opened());
     options.periods = 262145;
-    expect_refused("3 rows of 262145 periods do not fit into 4 MiB: a decimation of 2");
+    expect_refused("3 rows of 262145 periods do not fit into 4 MiB: every 2 or more");
     options.every = 2;
     recorder_abandon(opened());
     options.periods = 524289;
-    expect_refused("a decimation of 3");
+    expect_refused("every 3 or more");
     options.periods = UINT32_MAX;
     options.every = UINT32_MAX;
     recorder_abandon(opened());

@@ -77,7 +77,7 @@ class Fault(Exception):
 class Browser:
     """A session of chromedriver."""
 
-    def __init__(self, driver, chromium, folder):
+    def __init__(self, driver, chromium, folder, names="MAP * ~NOTFOUND"):
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -91,7 +91,7 @@ class Browser:
         arguments = [
             "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
             "--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update",
-            "--disable-sync", "--disable-default-apps", "--host-resolver-rules=MAP * ~NOTFOUND",
+            "--disable-sync", "--disable-default-apps", f"--host-resolver-rules={names}",
             "--proxy-server=127.0.0.1:9", f"--user-data-dir={folder / 'profile'}",
             "--window-size=1400,1000", "--force-device-scale-factor=1",
         ]

@@ -47,14 +47,14 @@ static double learnt_inductance(rig_t *rig)
 
 /* ---- all was known ---- */
 
-/* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Without load
- * and from 1000 r/min on it is the ripple within a period that is left, as without learning. */
+/* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Limits: the
+ * worst of four seeds in both directions, and of both boards here, times 1.3. */
 static void test_nothing_is_lost_where_all_was_known(void)
 {
     static const struct {
         double rpm, mean[2], sd; /* [r/min], [mrad] without load and with, [mrad] */
-    } points[] = {{100.0, {1.6, 1.9}, 2.1}, {300.0, {0.6, 0.9}, 1.0},  {307.0, {0.6, 0.9}, 1.0},
-                  {600.0, {1.4, 0.6}, 1.1}, {1000.0, {2.5, 0.6}, 0.9}, {1490.0, {3.2, 0.6}, 0.9}};
+    } points[] = {{100.0, {1.3, 1.9}, 2.1},    {300.0, {0.3, 0.85}, 0.75},   {307.0, {0.3, 0.85}, 0.75},
+                  {600.0, {0.55, 0.56}, 0.64}, {1000.0, {0.23, 0.49}, 0.42}, {1490.0, {0.28, 0.48}, 0.43}};
     for (size_t n = 0; n < 4u * sizeof points / sizeof points[0]; n++) {
         const double rpm = (n % 2u != 0u ? -1.0 : 1.0) * points[n / 4u].rpm;
         const bool loaded = n / 2u % 2u != 0u;
@@ -111,7 +111,7 @@ static void believe(rig_t *rig, double share)
     }
 }
 
-/* With the gains of README's rules. */
+/* With the gains of the rules in docs/scenarios.md. */
 static rig_t *other(const other_t *o, uint32_t seed)
 {
     const run_motor_t *m = &o->motor;
@@ -160,7 +160,7 @@ static void expect_learnt(const other_t *o, double share, double direction)
              0.8 * full / RPM, err.mean, err.sd, learnt_dead_time(rig), learnt_inductance(rig));
     printf("%s\n", message);
     run_expect_no_fault(rig);
-    TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 8.0, message);
+    TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 5.2, message); /* asked: 8 */
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(o->inductance, 1.0, learnt_inductance(rig), message);
     rig_free(rig);
 }
@@ -168,15 +168,15 @@ static void expect_learnt(const other_t *o, double share, double direction)
 /* Down to where the loop, with all this wrong and nothing learnt, is not lost. Of
  * two of them L is seen 2 % too large, whatever it is believed to be at first. */
 static const other_t spindle = {
-    "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1, 0.03};
+    "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1, 0.024};
 static const other_t hub = {
     "hub", {15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 200.0, 20.0}, 2.5, 12.0, 100.0, 0.1, 0.03};
 static const other_t direct = {
-    "direct", {20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 13.0, 20.0}, 30.0, 3.0, 400.0, 0.2, 0.015};
+    "direct", {20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 13.0, 20.0}, 30.0, 3.0, 400.0, 0.2, 0.012};
 
 /* R T_s/L = 0.4, and 0.08 A of dither beside 10 mA of noise. */
 static const other_t miniature = {
-    "miniature", {2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 1000.0, 40.0}, 0.06, 1.5, 100.0, 0.3, 0.06};
+    "miniature", {2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 1000.0, 40.0}, 0.06, 1.5, 100.0, 0.3, 0.024};
 
 static void test_other_motors_with_everything_a_fifth_wrong(void)
 {
@@ -201,7 +201,9 @@ typedef struct {
 } change_t;
 
 /* All that is learnt, after a second of this, from 100 r/min under load. A current that jumps and stands
- * still from then on is seen to stand after two sums of it, which count. */
+ * still from then on is seen to stand after two sums of it, which count: within a thousandth of the dead
+ * time.
+ */
 static void expect_kept(const char *what, const change_t *changes)
 {
     rig_t *rig = new_rig(5u);
@@ -217,7 +219,7 @@ static void expect_kept(const char *what, const change_t *changes)
     run_seconds(rig, 1.0);
     printf("%s: dead time %.5f before, %.5f after; L %.5f, %.5f\n", what, dead_time, learnt_dead_time(rig),
            inductance, learnt_inductance(rig));
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4e-3, dead_time, learnt_dead_time(rig), what);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3, dead_time, learnt_dead_time(rig), what);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, inductance, learnt_inductance(rig), what);
     rig_free(rig);
 }

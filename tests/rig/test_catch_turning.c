@@ -27,6 +27,8 @@ typedef struct {
     double locked, inrush;        /* largest [s], [A] */
 } catch_grid_t;
 
+static double believed = 1.0; /* [-] psi_f of the drive over that of the motor */
+
 /* Turning at `rpm` when `wanted` is asked for. */
 static void catch_at(catch_grid_t *grid, start_shaft_t shaft, double rpm, double wanted, double seconds,
                      uint32_t n)
@@ -34,6 +36,10 @@ static void catch_at(catch_grid_t *grid, start_shaft_t shaft, double rpm, double
     const double angle = 2.0 * PI * n / ANGLES / POLE_PAIRS;
     rig_free(rig);
     rig = start_on_desk(shaft, 1u + n);
+    if (believed != 1.0) {
+        run_put(rig, "overspeed_trip", 175.0); /* so that k_s reaches for more flux too */
+        run_times(rig, "motor_flux_linkage", believed);
+    }
     start_ready(rig, 0.0);
     rig_set_motion(rig, angle, rpm * RPM);
     run_seconds(rig, 0.002);
@@ -94,8 +100,29 @@ static void test_turning_rotor_is_caught_at_every_angle(void)
     for (size_t n = 0; n < 20u; n++) {
         const catch_grid_t *grid = &grids[n / 10u][n / 2u % 5u][n % 2u];
         TEST_ASSERT_EQUAL_UINT32(grid->tried, grid->caught);
-        TEST_ASSERT_TRUE(grid->locked <= 60e-3);
+        TEST_ASSERT_TRUE(grid->locked <= 26e-3); /* asked: 60 ms */
         TEST_ASSERT_TRUE(grid->inrush <= 3.0);
+    }
+}
+
+/* <|e|>/psi_f is a third too fast then, or a fifth too slow; beyond 1200 r/min the former is an overspeed
+ * before the phase of the EMF has told the speed. */
+static void test_rotor_is_caught_with_psi_f_wrong_by_a_quarter(void)
+{
+    static const double speeds[] = {300.0, 700.0, 1000.0, 1200.0};
+    static const double shares[] = {0.75, 1.25};
+    catch_grid_t grids[16];
+    for (size_t n = 0; n < 16u; n++) {
+        const double rpm = n % 2u == 0u ? speeds[n / 4u] : -speeds[n / 4u];
+        believed = shares[n / 2u % 2u];
+        printf("psi_f believed %.2f, ", believed);
+        grids[n] = catch_and_print(LIGHT, rpm, rpm, 1.0);
+    }
+    believed = 1.0;
+    for (size_t n = 0; n < 16u; n++) {
+        TEST_ASSERT_EQUAL_UINT32(grids[n].tried, grids[n].caught);
+        TEST_ASSERT_TRUE(grids[n].locked <= 60e-3);
+        TEST_ASSERT_TRUE(grids[n].inrush <= 3.0);
     }
 }
 
@@ -190,6 +217,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_turning_rotor_is_caught_at_every_angle);
+    RUN_TEST(test_rotor_is_caught_with_psi_f_wrong_by_a_quarter);
     RUN_TEST(test_slow_rotor_ends_running_as_asked);
     RUN_TEST(test_rotor_beyond_the_link_is_refused);
     return UNITY_END();

@@ -12,7 +12,8 @@ void tearDown(void)
 {
 }
 
-/* Where the board's limit is lower, so is the load. */
+/* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.
+ * Where the board's limit is lower, so is the load. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0
@@ -121,13 +122,13 @@ static void expect_learnt(const lesson_t *lesson, double share)
 
 static void test_too_small_is_learnt_by_the_estimate_at_100_rpm(void)
 {
-    static const lesson_t lesson = {100.0, SENSORLESS, {1.5, 1.5}, 2.0, 6.0};
+    static const lesson_t lesson = {100.0, SENSORLESS, {1.0, 0.65}, 1.6, 1.8};
     expect_learnt(&lesson, 0.6);
 }
 
 static void test_too_large_is_learnt_beside_the_encoder_at_100_rpm(void)
 {
-    static const lesson_t lesson = {100.0, ENCODER, {1.5, 1.5}, 2.0, 6.0};
+    static const lesson_t lesson = {100.0, ENCODER, {0.5, 0.65}, 1.4, 1.8};
     expect_learnt(&lesson, 1.4);
 }
 
@@ -135,10 +136,10 @@ static void test_too_large_is_learnt_beside_the_encoder_at_100_rpm(void)
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
  * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. The
  * current passes zero then and the speed is off, most of what is seen does not count, and what counts is of
- * little worth: half of some 40 tries are through within a second, the worst after 7. */
+ * little worth: half of 40 tries are through within 0.9 s, the worst after 1.4. */
 static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
 {
-    static const lesson_t lesson = {150.0, SENSORLESS, {7.5, 1.5}, 2.0, 6.0};
+    static const lesson_t lesson = {150.0, SENSORLESS, {1.8, 0.65}, 1.6, 1.2};
     expect_learnt(&lesson, 1.4);
 }
 
@@ -147,7 +148,7 @@ static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
  * offsets of the sensors are not trimmed. */
 static void test_at_50_rpm_beside_the_encoder(void)
 {
-    static const lesson_t lesson = {50.0, ENCODER, {2.5, 2.5}, 10.0, 27.0};
+    static const lesson_t lesson = {50.0, ENCODER, {2.2, 1.9}, 6.6, 25.5};
     expect_learnt(&lesson, 0.6);
     expect_learnt(&lesson, 1.4);
 }
@@ -170,8 +171,8 @@ static void test_staircase_to_20_rpm(void)
             snprintf(message, sizeof message, "from %.1f, %.0f r/min: mean %.2f, SD %.2f mrad, V %.3f",
                      factors[n], stairs[k], err.mean, err.sd, learnt_share(rig));
             printf("%s\n", message);
-            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 20.0, message);
-            TEST_ASSERT_TRUE_MESSAGE(err.sd <= 35.0, message);
+            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 4.2, message); /* asked: 20 */
+            TEST_ASSERT_TRUE_MESSAGE(err.sd <= 18.5, message);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * stairs[k], stairs[k], err.speed_mean);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
         }
@@ -218,8 +219,8 @@ static void test_start_with_a_wrong_dead_time(void)
         printf("%s\n", message);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.speed_mean - 200.0) <= 5.0, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.05, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 10.0, message);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.006, message);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 3.5, message);
         rig_free(rig);
     }
 }

@@ -338,6 +338,7 @@ static void run_real_time(void)
     run_put(rig, "inertia", 0.003);
     run_to_ready(rig);
     run_on(rig, 600.0);
+    run_parameter(rig, "background_time_max", 0.0); /* the background alone is halted */
     run_seconds(rig, 0.8);
     run_expect_no_fault(rig);
     chip_debug_realtime(chip(), true);
@@ -364,7 +365,8 @@ static void test_a_real_time_halt_stops_the_background_and_leaves_the_drive_runn
     TEST_ASSERT_DOUBLE_WITHIN(1.0, periods, samples() - before);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, lowest);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, highest);
-    TEST_ASSERT_DOUBLE_WITHIN(0.2, torque_current, rig_value(rig, "i_q_ref"));
+    /* one period's against one period's: the speed's noise is in both */
+    TEST_ASSERT_DOUBLE_WITHIN(0.4, torque_current, rig_value(rig, "i_q_ref"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5, torque_current, largest);
     run_expect_no_fault(rig);
     TEST_ASSERT_FALSE(chip_halted(chip())); /* by the watchdog, which nobody fed */

@@ -172,6 +172,7 @@ static double speed_left(start_shaft_t shaft, double rpm, double load, double no
     return rpm - (2.0 * noticed + 20e-3) * braking / RPM;
 }
 
+/* Asked: noticed within 30 ms, locked within 100. */
 static void test_angle_that_jumps_by_pi_is_noticed_and_caught(void)
 {
     static const double speeds[] = {155.0, 500.0, 1500.0};
@@ -201,8 +202,8 @@ static void test_angle_that_jumps_by_pi_is_noticed_and_caught(void)
                "r/min, %.1f A, losses %d, fault %d\n",
                START_SHAFT_NAMES[shaft], rpm, load, 1e3 * noticed, 1e3 * locked, stops ? " (stops)" : "",
                slowest, current, seen.losses, seen.fault);
-        good = good && seen.fault == 0 && seen.manoeuvre == RUNS && noticed <= 30e-3 &&
-               locked <= (stops ? 2.0 : 100e-3) && fabs(seen.error) < 0.1;
+        good = good && seen.fault == 0 && seen.manoeuvre == RUNS && noticed <= 9e-3 &&
+               locked <= (stops ? 1.1 : 55e-3) && fabs(seen.error) < 0.1;
     }
     TEST_ASSERT_TRUE(good);
 }
@@ -228,7 +229,7 @@ static void test_rotor_that_a_load_step_stops_starts_again_by_itself(void)
     printf("lock L, 5 N m step at 300 r/min: slowest %.0f r/min, back at 300 r/min after %.2f s\n", slowest,
            back);
     TEST_ASSERT_TRUE(slowest < 0.0);
-    TEST_ASSERT_TRUE(back <= 2.0);
+    TEST_ASSERT_TRUE(back <= 1.5);
 }
 
 static void test_shaft_that_is_blocked_while_running_is_noticed_and_given_up(void)
@@ -265,7 +266,8 @@ static void test_shaft_that_is_blocked_while_running_is_noticed_and_given_up(voi
     printf("lock, blocked in run: noticed <= %.1f ms after standstill, given up <= %.2f s\n", 1e3 * longest,
            given_up);
     TEST_ASSERT_TRUE(stopped);
-    TEST_ASSERT_TRUE(longest <= 50e-3);
+    TEST_ASSERT_TRUE(longest <= 11.5e-3); /* asked: 50 ms */
+    TEST_ASSERT_TRUE(given_up <= 4.6);
 }
 
 /* A loss each 0.5 s: the third within 2 s stops the drive; one each 1.2 s may go on. */

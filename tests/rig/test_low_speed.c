@@ -46,7 +46,8 @@ static void test_staircase_through_standstill_is_held(void)
         }
         printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s],
                furthest, ripple, current);
-        TEST_ASSERT_TRUE(furthest <= 2.0);
+        TEST_ASSERT_TRUE(furthest <= 0.3);
+        TEST_ASSERT_TRUE(ripple <= (s == 0u ? 19.0 : 72.0)); /* the light one swings in the forced frame */
     }
 }
 
@@ -80,7 +81,7 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
                    "mrad, %.2f A\n",
                    START_SHAFT_NAMES[s], loads[l], lost, tried, under, peak, current);
             TEST_ASSERT_EQUAL_UINT32(0u, lost);
-            TEST_ASSERT_TRUE(under <= 30.0);
+            TEST_ASSERT_TRUE(under <= 10.0); /* asked: 30 */
         }
     }
 }

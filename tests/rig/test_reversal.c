@@ -4,7 +4,8 @@
 #include "tests/rig/start.h"
 
 #define SPEED      500.0 /* [r/min] */
-#define LOCKED     100.0 /* [mrad] of the mean */
+#define LOCKED     100.0 /* [mrad] of the mean, as asked */
+#define SETTLED    4.0   /* [mrad] likewise, once it has settled: what it comes to */
 #define MEAN_TIME  0.3   /* [s] at the end, over which it is taken */
 #define AFTERWARDS 4.0   /* [s] that a reversal may last beyond its ramp, with stop and start */
 #define PHASES     12u   /* of the electrical turn, at which the reference changes */
@@ -40,10 +41,13 @@ typedef struct {
     bool runs; /* at the end of both ways */
 } reversed_t;
 
+static double believed = 1.0; /* inertia, over what it is [-] */
+
 static void prepare(const reversal_t *what, uint32_t seed)
 {
     rig_free(rig);
     rig = start_on_desk(what->shaft, seed);
+    run_put(rig, "motor_inertia", believed * start_shaft_data[what->shaft].inertia);
     run_put(rig, "inertia_adaptation", (double)what->inertia);
     run_put(rig, "speed_ramp", what->ramp * RPM);
     run_put(rig, "load_kind", what->kind);
@@ -108,7 +112,7 @@ static void test_reversal_ends_locked_both_ways(void)
         const reversed_t *result = &results[n / 9u][n / 3u % 3u][n % 3u];
         TEST_ASSERT_EQUAL_INT(0, result->fault);
         TEST_ASSERT_TRUE(result->runs);
-        TEST_ASSERT_TRUE(result->mean < LOCKED);
+        TEST_ASSERT_TRUE(result->mean < SETTLED);
         TEST_ASSERT_TRUE(result->current <= 10.5);
     }
 }
@@ -149,8 +153,9 @@ static passages_t pass_zero(const reversal_t *what, void (*before)(void), double
             passages.of++;
         }
     }
-    printf("reversal %c, no load, step, %u passages: peak <= %.0f mrad, beyond %.0f mrad: %u\n",
-           START_SHAFT_NAMES[what->shaft], passages.of, passages.peak, limit, passages.beyond);
+    printf("reversal %c, %.0f N m, J x %.1f, step, %u passages: peak <= %.0f mrad, beyond %.0f mrad: %u\n",
+           START_SHAFT_NAMES[what->shaft], what->load, believed, passages.of, passages.peak, limit,
+           passages.beyond);
     return passages;
 }
 
@@ -158,31 +163,51 @@ static void nothing(void)
 {
 }
 
-/* At which phase zero is passed decides which leg dwells in the dead time's zone there. 60 and 80 mrad were
- * asked for. The light shaft misses that in one passage of 40 (7 of 288, up to 178 mrad), the rig's in
- * one of 150 (2 of 288, up to 94): the leg that dwells is followed by a wrong sign for 10 ms. */
+/* At which phase zero is passed decides which leg dwells in the dead time's zone there; the loop coasts
+ * meanwhile. The inertia is that of the parameter, right as it is, without learning, and at first with it; or
+ * what has been learnt. */
 static void test_step_without_load_keeps_the_angle_through_zero(void)
 {
-    static const double limits[] = {60.0, 80.0};
+    static const double limits[] = {47.0, 32.0}; /* asked: 60, 80 */
     for (size_t s = 0; s < 2u; s++) {
         const reversal_t set = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_OFF};
         const reversal_t learnt = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
         const passages_t passages[] = {pass_zero(&set, nothing, limits[s]),
+                                       pass_zero(&learnt, nothing, limits[s]),
                                        pass_zero(&learnt, learn_inertia, limits[s])};
-        for (size_t n = 0; n < 2u; n++) {
-            TEST_ASSERT_TRUE(passages[n].beyond <= (s == 0u ? 0u : 2u));
-            TEST_ASSERT_TRUE(passages[n].peak <= 2.0 * limits[s]);
+        for (size_t n = 0; n < 3u; n++) {
+            TEST_ASSERT_EQUAL_UINT32(0u, passages[n].beyond);
         }
     }
 }
 
-/* The first change of speed after power-on is not told of any torque: the loop follows by its bandwidth, and
- * what it is off by in the gap is known. It is not lost. */
-static void test_step_before_the_inertia_is_known_ends_locked(void)
+/* The first change of speed with a parameter that is wrong. Told of half or twice the torque the loop is off
+ * by no more than told of none, and where that matters it does not coast: without any torque
+ * (torque_feedforward 0) the medians are 82 mrad on the rig; on the bare motor 88 with twice the inertia and
+ * 38 with half of it, as the speed control's gains go with it. Now and then a leg dwells at zero current and
+ * a passage has two or three times as much, told of a torque or not: hence the limits. */
+static void test_step_with_a_wrong_inertia_keeps_the_angle_through_zero(void)
 {
-    static const double limits[] = {480.0, 300.0};
+    static const double factors[] = {0.5, 2.0};
+    static const double limits[][2] = {{90.0, 77.0}, {57.0, 74.0}};
+    for (size_t n = 0; n < 2u; n++) {
+        believed = factors[n];
+        for (size_t s = 0; s < 2u; s++) {
+            const reversal_t first = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
+            TEST_ASSERT_TRUE(pass_zero(&first, nothing, limits[n][s]).beyond == 0u);
+        }
+    }
+    believed = 1.0;
+}
+
+/* A passive load of the rated torque turns round with the speed, on the bare motor from 15 A that accelerate
+ * to
+ * 6. Told of none, the loop is off by what the acceleration makes; it is not lost. */
+static void test_step_with_a_passive_load_is_not_lost(void)
+{
+    static const double limits[] = {200.0, 300.0};
     for (size_t s = 0; s < 2u; s++) {
-        const reversal_t first = {(start_shaft_t)s, 0.0, 0.0, 0.0, INERTIA_ON};
+        const reversal_t first = {(start_shaft_t)s, RATED_TORQUE, 0.0, 0.0, INERTIA_ON};
         TEST_ASSERT_TRUE(pass_zero(&first, nothing, limits[s]).beyond == 0u);
     }
 }
@@ -204,7 +229,7 @@ static void test_reference_that_toggles_every_third_of_a_second_ends_locked(void
                result.losses, result.fault);
         TEST_ASSERT_EQUAL_INT(0, result.fault);
         TEST_ASSERT_TRUE(result.runs);
-        TEST_ASSERT_TRUE(result.mean < LOCKED);
+        TEST_ASSERT_TRUE(result.mean < SETTLED);
         TEST_ASSERT_DOUBLE_WITHIN(2.0, SPEED, seen.speed);
     }
 }
@@ -214,7 +239,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_reversal_ends_locked_both_ways);
     RUN_TEST(test_step_without_load_keeps_the_angle_through_zero);
-    RUN_TEST(test_step_before_the_inertia_is_known_ends_locked);
+    RUN_TEST(test_step_with_a_wrong_inertia_keeps_the_angle_through_zero);
+    RUN_TEST(test_step_with_a_passive_load_is_not_lost);
     RUN_TEST(test_reference_that_toggles_every_third_of_a_second_ends_locked);
     return UNITY_END();
 }

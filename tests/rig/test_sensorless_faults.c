@@ -423,6 +423,7 @@ static watch_t with_flux(bool real, double rpm, double factor, const char *off, 
     if (off != NULL) {
         run_put(rig, off, value);
     }
+    run_put(rig, "current_judged", 0.0); /* the winding is judged by psi_f, too: here the estimate is */
     run_put(rig, "position_source", 0.0);
     run_parameter(rig, "motor_flux_linkage", factor * FLUX_LINKAGE);
     start(real, rpm);

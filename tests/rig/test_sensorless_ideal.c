@@ -113,6 +113,11 @@ static motor_t of_board(const motor_t *written)
     return m;
 }
 
+static double trip_of(const motor_t *m)
+{
+    return fmin(1.5 * m->current, 0.95 * (double)DRIVE_CURRENT_RANGE);
+}
+
 /* Plant and firmware get the motor, and limits around it. What is judged is the estimate: nothing of this
  * inverter is in doubt, so no current is needed against it, and the estimate turns the control down to a
  * fifteenth of the speed and less. */
@@ -123,7 +128,7 @@ static void put_motor(rig_t *rig, const motor_t *m)
     run_put_motor(rig, &motor);
     run_put(rig, "dc_voltage", m->dc_voltage);
     run_put(rig, "current_limit", m->current);
-    run_put(rig, "overcurrent_trip", fmin(1.5 * m->current, 0.95 * (double)DRIVE_CURRENT_RANGE));
+    run_put(rig, "overcurrent_trip", trip_of(m));
     run_put(rig, "dc_overvoltage", 1.1 * m->dc_voltage);
     run_put(rig, "dc_undervoltage", 0.6 * m->dc_voltage);
     run_put(rig, "overspeed_trip", 1.15 * m->speed);
@@ -207,6 +212,15 @@ static void expect_within(double limit, double wanted, double value, const char 
     TEST_ASSERT_TRUE_MESSAGE(fabs(value - wanted) <= limit, message);
 }
 
+/* Where the upper gates are charged through the lower switches, these short the rotor until a sample shows
+ * its current, which grows by e T_s/L a period, and for the period in which that acts. A board that charges
+ * does not come on at a speed at which that trips it: such points are left to boards that do not. */
+static bool comes_on_at(const motor_t *m, double rpm)
+{
+    const double emf = m->pole_pairs * m->flux_linkage * fabs(rpm) * RPM;
+    return DRIVE_CHARGE_PERIODS == 0u || 2.0 * emf * RIG_PERIOD_SECONDS / m->inductance < trip_of(m);
+}
+
 /* ---- the default: vector sigmoid, exact lag ---- */
 
 /* Both directions, with load and without. What algebra and floats leave of the worst motor on the worst
@@ -220,6 +234,9 @@ static void expect_no_error(const motor_t *written)
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         const double load = (point & 2) != 0 ? m->load : 0.0;
         const double rpm = direction * shares[point / 4] * m->speed / RPM;
+        if (!comes_on_at(m, rpm)) {
+            continue;
+        }
         const run_error_t err = measure("default", m, AVERAGED, NULL, 0, rpm, load);
         expect_within(0.0015, 0.0, err.mean, "mean");
         expect_within(0.036, 0.0, err.sd, "SD");
@@ -295,6 +312,9 @@ static void test_late_edges_turn_the_estimate_by_what_theory_says(void)
         const motor_t *m = &motor;
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         const double load = (point & 2) != 0 ? m->load : 0.0;
+        if (!comes_on_at(m, 0.8 * m->speed / RPM)) {
+            continue;
+        }
         const double i_q = direction * (m->friction + load) / (1.5 * m->pole_pairs * m->flux_linkage);
         const double tau = BOARD_DEAD_TIME_NS * 1e-9;
         const double decay = m->resistance * RIG_PERIOD_SECONDS / m->inductance;
@@ -474,9 +494,11 @@ static void test_a_filter_that_comes_back_has_forgotten_another_speed(void)
  * lock looks like. */
 static run_error_t measure_switching(const char *what, double switching, double rpm, double load)
 {
-    const change_t changes[] = {{"observer_switching", switching}};
+    /* an EMF that chatters says nothing of the encoder */
+    const change_t changes[] = {{"observer_switching", switching},
+                                {"encoder_fault_reaction", (double)ENCODER_FAULT_IGNORED}};
     const motor_t m = paper_of_board();
-    return measure_with(ENCODER, what, &m, AVERAGED, changes, 1, rpm, load);
+    return measure_with(ENCODER, what, &m, AVERAGED, changes, 2, rpm, load);
 }
 
 /* The mean is less than half a sample, omega_e T_s/2, which is what a switch that acts once per sample can be

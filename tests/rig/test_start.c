@@ -13,14 +13,17 @@ void tearDown(void)
     rig_free(rig);
 }
 
+#define BLOCKED 72u /* angles of a shaft that is held */
+
+/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. Of error and step the grid has 43 mrad and 0.5 N m. */
 static void expect_nominal(const start_grid_t *grid)
 {
     TEST_ASSERT_EQUAL_UINT32(grid->tried, grid->good);
     TEST_ASSERT_TRUE(grid->time <= 2.0);
     TEST_ASSERT_TRUE(grid->current <= 11.0);
     TEST_ASSERT_TRUE(grid->dip <= 15.0);
-    TEST_ASSERT_TRUE(grid->error <= 120.0);
-    TEST_ASSERT_TRUE(grid->step <= 1.0);
+    TEST_ASSERT_TRUE(grid->error <= 56.0);
+    TEST_ASSERT_TRUE(grid->step <= 0.65);
 }
 
 static start_grid_t start_and_print(start_shaft_t shaft, double load, double kind)
@@ -88,12 +91,16 @@ typedef struct {
     uint32_t tried;   /* [-] */
 } blocked_t;
 
-static void start_blocked(blocked_t *blocked, start_shaft_t shaft, const start_row_t *held, double theta_e,
+/* The share of an electrical turn at which the rotor stands makes the ramp, too. */
+static void start_blocked(blocked_t *blocked, start_shaft_t shaft, const start_row_t *held, double turn,
                           uint32_t seed)
 {
     rig_free(rig);
     rig = start_on_desk(shaft, seed);
-    start_ready(rig, theta_e);
+    const params_t *params = &rig_state(rig)->app.staged;
+    const believed_t believed = params_believed(params);
+    run_put(rig, "start_ramp", (0.6 + 0.8 * turn) * (double)params_start(params, &believed).ramp);
+    start_ready(rig, 2.0 * PI * turn);
     run_put(rig, held->name, held->value);
     start_watch(rig, &seen);
     run_on(rig, 500.0);
@@ -123,24 +130,25 @@ static void start_blocked(blocked_t *blocked, start_shaft_t shaft, const start_r
     TEST_ASSERT_TRUE(seen.current < 0.1);
 }
 
-/* 50 ms without an EMF; 60 were asked for. One try in 144 takes 68: a leg that dwells at
- * zero current just then pretends an EMF for 18 ms more. */
+/* 50 ms without an EMF. Where in its turn the frame is by then hangs on the ramp alone, not on where the
+ * rotor stands: so each angle has a ramp of its own, from 0.6 to 1.4 of the rule's, for some of which a leg
+ * dwells at zero current just then. */
 static void test_blocked_shaft_is_noticed_in_every_try_and_given_up(void)
 {
     static const start_row_t held[] = {{"brake_torque", 100.0}, {"shaft_locked", 1.0}};
     for (size_t s = 0; s < 2u; s++) {
         for (size_t h = 0; h < 2u; h++) {
             blocked_t blocked = {0};
-            for (uint32_t n = 0; n < 12u; n += START_THINNED) {
-                start_blocked(&blocked, (start_shaft_t)s, &held[h], 2.0 * PI * n / 12.0, 1u + n);
+            for (uint32_t n = 0; n < BLOCKED; n += START_THINNED) {
+                start_blocked(&blocked, (start_shaft_t)s, &held[h], (double)n / BLOCKED, 1u + n);
             }
             printf(
                 "start %c, %s: %u/%u given up, each try <= %.1f ms after 60 r/min, current for <= %.2f s\n",
                 START_SHAFT_NAMES[s], held[h].name, blocked.stopped, blocked.tried, 1e3 * blocked.noticed,
                 blocked.energised);
             TEST_ASSERT_EQUAL_UINT32(blocked.tried, blocked.stopped);
-            TEST_ASSERT_TRUE(blocked.noticed <= 75e-3);
-            TEST_ASSERT_TRUE(blocked.energised <= 15.0);
+            TEST_ASSERT_TRUE(blocked.noticed <= 60e-3);
+            TEST_ASSERT_TRUE(blocked.energised <= 4.3); /* asked: 15 s */
         }
     }
 }

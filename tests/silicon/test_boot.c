@@ -1,9 +1,9 @@
 /* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
- * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. BOOT_IN_PLACE, as in
- * the RAM image: both addresses are the first array. */
+ * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. */
 #include <string.h>
 #include <unity.h>
 
+#include "hal/f28335/bus.h"
 #include "hal/hal.h"
 
 #define AROUND 8
@@ -12,12 +12,16 @@
 
 uint16_t stand_in_flash[ROOM]; /* the code begins at its first word, as what follows it shows */
 uint16_t stand_in_ram[ROOM];
+uint16_t stand_in_stack[STACK_WORDS + AROUND];
 
 void setUp(void)
 {
     for (int32_t n = 0; n < ROOM; n++) {
         stand_in_flash[n] = (uint16_t)(0x1234 + 0x9E37 * n);
         stand_in_ram[n] = LEFT;
+    }
+    for (int32_t n = 0; n < STACK_WORDS + AROUND; n++) {
+        stand_in_stack[n] = LEFT;
     }
 }
 
@@ -32,14 +36,23 @@ static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void
     hal_boot();
     TEST_ASSERT_EQUAL_HEX16_ARRAY(flash, stand_in_flash, ROOM);
     for (int32_t n = 0; n < ROOM; n++) {
-        const uint16_t expected = !BOOT_IN_PLACE && n < BOOT_WORDS ? flash[n] : LEFT;
-        TEST_ASSERT_EQUAL_HEX16(expected, stand_in_ram[n]);
+        TEST_ASSERT_EQUAL_HEX16(n < BOOT_WORDS ? flash[n] : LEFT, stand_in_ram[n]);
+    }
+}
+
+static void test_the_end_of_the_stack_is_painted_and_nothing_else_of_it(void)
+{
+    hal_boot();
+    for (int32_t n = 0; n < STACK_WORDS + AROUND; n++) {
+        const bool end = n < STACK_WORDS && n >= STACK_WORDS - (int32_t)BUS_STACK_END_WORDS;
+        TEST_ASSERT_EQUAL_HEX16(end ? BUS_STACK_PAINT : LEFT, stand_in_stack[n]);
     }
 }
 
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_the_end_of_the_stack_is_painted_and_nothing_else_of_it);
     RUN_TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed);
     return UNITY_END();
 }

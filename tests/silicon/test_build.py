@@ -24,14 +24,14 @@ def run(*command, **more):
 
 
 class Build:
-    """One preset, configured and built by the stand-ins."""
+    """The preset, configured for one polarity of the gates and built by the stand-ins."""
 
-    def __init__(self, folder, memory, gates):
-        self.folder = folder / memory
-        self.environment = stand_in.install(folder / f"{memory}-tools")
+    def __init__(self, folder, gates):
+        self.folder = folder / gates
+        self.environment = stand_in.install(folder / f"{gates}-tools")
         self.tools = pathlib.Path(self.environment["C2000_CGT_ROOT"])
         self.ware = pathlib.Path(self.environment["C2000WARE_ROOT"], stand_in.FAST_RTS).parent
-        self.configured = run("cmake", "--preset", f"f28335-{memory}", "-B", self.folder, f"-DLAGLESS_GATES={gates}",
+        self.configured = run("cmake", "--preset", "f28335-flash", "-B", self.folder, f"-DLAGLESS_GATES={gates}",
                               cwd=ROOT, env=self.environment)
         log = pathlib.Path(self.environment["STAND_IN_LOG"])
         log.write_text("", encoding="utf-8")  # what CMake tried out is no part of the build
@@ -55,14 +55,14 @@ class Build:
 
 
 class Preset:
-    """What holds for both presets."""
+    """What holds for both polarities."""
 
     maxDiff = None
 
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
-        cls.build = Build(pathlib.Path(cls.temporary.name), cls.memory, cls.gates)
+        cls.build = Build(pathlib.Path(cls.temporary.name), cls.gates)
 
     @classmethod
     def tearDownClass(cls):
@@ -85,7 +85,7 @@ class Preset:
                 continue
             own = [word for word in words if word.startswith("-D")]
             where = [word for word in words if word == f"--include_path={ROOT}/firmware"]
-            gates = "-DHAL_GATE_ACTIVE_HIGH=1" if self.memory == "flash" else "-DHAL_GATE_ACTIVE_HIGH=0"
+            gates = f"-DHAL_GATE_ACTIVE_HIGH={self.value}"
             output = stand_in.value(words, "--output_file")
             self.assertEqual(own, [gates, '-DLAGLESS_BOARD_FILE="hal/f28335/boards/pm50rl1a060.h"'], name)
             self.assertEqual(words, [
@@ -101,7 +101,7 @@ class Preset:
 
     def test_the_interrupt_runs_from_ram_and_the_parameters_do_not(self):
         in_ram = {name for name, (words,) in self.build.compiled.items() if "--ramfunc=on" in words}
-        self.assertLessEqual({"firmware/app/app.c", "firmware/estimator/smo.c", "firmware/math/trig.c",
+        self.assertLessEqual({"firmware/app/app.c", "firmware/drive/drive.c", "firmware/math/trig.c",
                               "hal/f28335/clock.c", "hal/f28335/wait.c"}, in_ram)
         self.assertTrue(in_ram.isdisjoint({"firmware/drive/params.c", "firmware/app/main.c", "hal/f28335/boot.c"}))
 
@@ -114,7 +114,7 @@ class Preset:
             "--entry_point=code_start", "--stack_size=0x700", "--heap_size=0", "--warn_sections", "--reread_libs",
             "--priority",
             f"--search_path={self.build.tools}/lib", f"--search_path={self.build.ware}",
-            f"{ROOT}/linker/f28335_{self.memory}.cmd",
+            f"{ROOT}/linker/f28335_flash.cmd",
             *sorted(objects, key=words.index),
             "firmware/liblagless_app.a", "firmware/liblagless_firmware.a", "hal/liblagless_hal.a",
             "--library=rts2800_fpu32_fast_supplement_eabi.lib", "--library=rts2800_fpu32_eabi.lib"])
@@ -136,15 +136,15 @@ class Preset:
 
     def test_a_changed_linker_file_links_again(self):
         query = run("ninja", "-C", self.build.folder, "-t", "query", "lagless.out")
-        self.assertIn(f"| {ROOT}/linker/f28335_{self.memory}.cmd", query.stdout)
+        self.assertIn(f"| {ROOT}/linker/f28335_flash.cmd", query.stdout)
 
 
-class Flash(Preset, unittest.TestCase):
-    memory, gates = "flash", "active_high"
+class ActiveHigh(Preset, unittest.TestCase):
+    gates, value = "active_high", 1
 
 
-class Ram(Preset, unittest.TestCase):
-    memory, gates = "ram", "active_low"
+class ActiveLow(Preset, unittest.TestCase):
+    gates, value = "active_low", 0
 
 
 class Refusals(unittest.TestCase):
@@ -159,10 +159,6 @@ class Refusals(unittest.TestCase):
     def test_the_polarity_of_the_gates_has_no_default(self):
         self.assertIn("LAGLESS_GATES='': accepted are active_high", self.refused())
         self.assertIn("LAGLESS_GATES='high': accepted are active_high", self.refused("-DLAGLESS_GATES=high"))
-
-    def test_an_unknown_memory_is_refused(self):
-        self.assertIn("LAGLESS_MEMORY=rom: accepted are flash and ram",
-                      self.refused("-DLAGLESS_GATES=active_high", "-DLAGLESS_MEMORY=rom"))
 
     def test_a_missing_compiler_is_named(self):
         self.assertIn("/nowhere/bin/cl2000 is missing: C2000_CGT_ROOT", self.refused(C2000_CGT_ROOT="/nowhere"))
@@ -226,13 +222,13 @@ class SizeReport(unittest.TestCase):
                            "----------------------  --------  ---------  --------  --------  ----  --------\n"
                            "PAGE 0:\n"
                            "  L0_L3                 00008000   00004000  00001000  00003000  RWIX\n"
-                           "  FLASH_H_C             00300000   00030000  0000ff00  00020100  RWIX\n\n"
+                           "  FLASH_H_D             00300000   00028000  0000ff00  00020100  RWIX\n\n"
                            "SECTION ALLOCATION MAP\n\n"
                            "  other                 00000000   00000001  00000001  00000000\n")
         self.assertEqual(told.returncode, 0)
         self.assertEqual([line.split() for line in told.stdout.splitlines()[1:]],
                          [["L0_L3", "0x008000", "16384", "4096", "25", "%"],
-                          ["FLASH_H_C", "0x300000", "196608", "65280", "33", "%"]])
+                          ["FLASH_H_D", "0x300000", "163840", "65280", "40", "%"]])
 
     def test_another_file_is_refused(self):
         told = self.report("int main(void);\n")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The project for Code Composer Studio says what CMake does: held against the command lines that the presets give to
+"""The project for Code Composer Studio says what CMake does: held against the command lines that the preset gives to
 the stand-ins for TI's tools. What Code Composer Studio makes of it, only Code Composer Studio can tell.
 
 usage: test_ccs.py [unittest options]
@@ -24,26 +24,23 @@ from test_build import ROOT, run
 TOOL = ROOT / "tools/projectspec"
 COMMITTED = ROOT / "ti"
 CC = os.environ.get("CC", "cc")
-MEMORIES = {"flash": "active_high", "ram": "active_low"}
 GATES = {"active_high": "--define=HAL_GATE_ACTIVE_HIGH=1", "active_low": "--define=HAL_GATE_ACTIVE_HIGH=0"}
 CHECK = "ti/project_check.c"  # the one source that only this project has
 
 
 class Project:
-    """One configuration, as Code Composer Studio would read it."""
+    """As Code Composer Studio would read it."""
 
-    def __init__(self, folder, memory):
+    def __init__(self, folder):
         self.folder = folder
         self.project = xml.etree.ElementTree.parse(folder / "lagless.projectspec").getroot().find("project")
-        (self.configuration,) = [one for one in self.project.findall("configuration") if one.get("name") == memory]
-        self.compiler = shlex.split(self.configuration.get("compilerBuildOptions"))
-        self.linker = shlex.split(self.configuration.get("linkerBuildOptions"))
-        self.after = shlex.split(self.configuration.get("postBuildStep"))
+        (configuration,) = self.project.findall("configuration")
+        self.compiler = shlex.split(configuration.get("compilerBuildOptions"))
+        self.linker = shlex.split(configuration.get("linkerBuildOptions"))
+        self.after = shlex.split(configuration.get("postBuildStep"))
         self.sources, self.linker_files, self.others = [], [], []
         for file in self.project.findall("file"):
             name = (pathlib.PurePosixPath(file.get("targetDirectory")) / pathlib.Path(file.get("path")).name).as_posix()
-            if memory not in (file.get("applicableConfigurations") or memory).split(","):
-                continue
             kind = {".c": self.sources, ".asm": self.sources, ".cmd": self.linker_files}
             kind.get(pathlib.Path(name).suffix, self.others).append((name, self.path(file), file.get("action")))
         self.own = {}
@@ -122,23 +119,23 @@ class Projects(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         folder = pathlib.Path(cls.temporary.name).resolve()
-        cls.builds = {memory: test_build.Build(folder, memory, gates) for memory, gates in MEMORIES.items()}
+        cls.builds = {gates: test_build.Build(folder, gates) for gates in GATES}
 
     @classmethod
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
     def all(self):
-        """The committed project and those of the builds, both configurations: project, build to compare with, gates."""
-        for memory, build in self.builds.items():
-            yield Project(COMMITTED, memory), build, GATES[MEMORIES[memory]]
-            yield Project(build.folder / "ccs", memory), build, None
+        """The committed project and those of the builds: project, build to compare with, gates."""
+        for gates, build in self.builds.items():
+            yield Project(COMMITTED), build, GATES[gates]
+            yield Project(build.folder / "ccs"), build, None
 
     def test_the_committed_files_are_those_that_cmake_tells(self):
         asked = run(TOOL, "--check")
         self.assertEqual((asked.returncode, asked.stdout), (0, ""))
 
-    def test_both_presets_write_a_project_too(self):
+    def test_a_build_writes_a_project_too(self):
         for build in self.builds.values():
             self.assertEqual(build.built.returncode, 0, build.built.stdout)
             self.assertLessEqual({"lagless.projectspec", "makefile.defs", "project_check.c"},
@@ -146,16 +143,8 @@ class Projects(unittest.TestCase):
 
     def test_sources_options_linker_files_and_libraries_are_those_of_the_build(self):
         for project, build, gates in self.all():
-            with self.subTest(folder=project.folder, memory=project.configuration.get("name")):
+            with self.subTest(folder=project.folder, gates=gates):
                 self.assertEqual(differences(project, build, gates), [])
-
-    def test_both_configurations_differ_in_nothing_but_the_linker_file(self):
-        for build in self.builds.values():
-            flash, ram = (Project(build.folder / "ccs", memory) for memory in ("flash", "ram"))
-            self.assertEqual((flash.compiler, flash.linker, flash.after, flash.sources),
-                             (ram.compiler, ram.linker, ram.after, ram.sources))
-            self.assertEqual([[path.name for _, path, _ in project.linker_files] for project in (flash, ram)],
-                             [["f28335_flash.cmd"], ["f28335_ram.cmd"]])
 
     def test_the_project_is_for_the_chip_its_abi_and_its_compiler(self):
         for project, _, _ in self.all():
@@ -163,7 +152,6 @@ class Projects(unittest.TestCase):
                                 ("outputFormat", "ELF"), ("products", "C2000WARE"), ("linkerCommandFile", "")):
                 self.assertEqual(project.project.get(name), value)
             self.assertRegex(project.project.get("cgtVersion"), r"^22\.6\.\d+\.LTS$")
-            self.assertEqual(len(project.project.findall("configuration")), 2)
 
     def test_sources_and_linker_files_stay_in_the_tree_what_a_user_may_change_is_copied(self):
         for project, _, _ in self.all():
@@ -186,8 +174,8 @@ class Projects(unittest.TestCase):
     def test_gnu_make_gives_each_object_its_options(self):
         if not shutil.which("make"):
             self.skipTest("make is not installed")
-        build = self.builds["flash"]
-        project = Project(build.folder / "ccs", "flash")
+        build = self.builds["active_high"]
+        project = Project(build.folder / "ccs")
         objects = [str(pathlib.PurePosixPath(name).with_suffix(".obj")) for name, _, _ in project.sources]
         folder = build.folder / "ccs/flash"
         folder.mkdir()
@@ -202,15 +190,15 @@ class Projects(unittest.TestCase):
                          {name: ["--given", *project.own.get(name, [])] for name in objects})
 
     def seeded(self, file, pattern, text):
-        """What is told of the committed project for flash, after one change to one of its files."""
-        with tempfile.TemporaryDirectory(dir=self.builds["flash"].folder) as name:
+        """What is told of the committed project, after one change to one of its files."""
+        with tempfile.TemporaryDirectory(dir=self.builds["active_high"].folder) as name:
             folder = pathlib.Path(name)
             for path in COMMITTED.iterdir():
                 old = path.read_text(encoding="utf-8").replace("../", os.path.relpath(ROOT, folder) + "/")
                 new = re.sub(pattern, text, old, count=1) if path.name == file else old
                 self.assertEqual(new != old, path.name == file)
                 (folder / path.name).write_text(new, encoding="utf-8")
-            return " ".join(differences(Project(folder, "flash"), self.builds["flash"], GATES["active_high"]))
+            return " ".join(differences(Project(folder), self.builds["active_high"], GATES["active_high"]))
 
     def test_each_seeded_difference_is_found(self):
         spec = "lagless.projectspec"
@@ -225,18 +213,18 @@ class Projects(unittest.TestCase):
                 ("--define", spec, " -v28", " -v28 --define=NDEBUG=1"),
                 ("--include_path", spec, r"--include_path=\S*/firmware ", ""),
                 ("include path", spec, r"(--include_path=\S*/firmware) (--include_path=\S*)", r"\2 \1"),
-                ("pll.c: options", "makefile.defs", r"firmware/estimator/pll\.obj \\\n", ""),
-                ("params.c: options", "makefile.defs", r"(firmware/estimator/pll)",
+                ("trig.c: options", "makefile.defs", r"firmware/math/trig\.obj \\\n", ""),
+                ("params.c: options", "makefile.defs", r"(firmware/math/trig)",
                  r"firmware/drive/params.obj \\\n\1"),
-                ("options of their own", "makefile.defs", r"(firmware/estimator/pll)", r"firmware/pll.obj \\\n\1"),
+                ("options of their own", "makefile.defs", r"(firmware/math/trig)", r"firmware/trig.obj \\\n\1"),
                 ("linker options", spec, "0x700", "0x400"),
                 ("linker options", spec, "code_start", "_c_int00"),
                 ("linker options", spec, " --priority", ""),
                 ("linker options", spec, r"(--library=\S*fast\S*) (--library=\w+\.lib)", r"\2 \1"),
                 ("linker options", spec, r" --library=\S*fast\S*", ""),
                 ("map file", spec, " --map_file=lagless.map", ""),
-                ("linker file", spec, r"linker/f28335_flash\.cmd", "linker/f28335_ram.cmd"),
-                ("linker file", spec, r'" applicableConfigurations="ram"', '"'),
+                ("linker file", spec, r"linker/f28335_flash\.cmd", "linker/f28335_otp.cmd"),
+                ("linker file", spec, r'( *<file path="\S*)f28335_flash(\.cmd".*\n)', r"\1f28335_flash\2\1f28335_otp\2"),
                 ("hex", spec, "--romwidth=16", "--romwidth=8")):
             with self.subTest(pattern=pattern):
                 self.assertIn(what, self.seeded(file, pattern, text))
@@ -270,13 +258,13 @@ class Check(unittest.TestCase):
             self.assertEqual(self.told("-DLAGLESS_PER_FILE_OPTIONS", f"-DHAL_GATE_ACTIVE_HIGH={value}"), (0, ""))
 
     def test_makefile_defs_marks_the_file_that_looks_for_it(self):
-        self.assertEqual(Project(COMMITTED, "flash").own["ti/project_check.obj"], ["--define=LAGLESS_PER_FILE_OPTIONS"])
-        self.assertIn((CHECK, COMMITTED / "project_check.c", "link"), Project(COMMITTED, "flash").sources)
+        self.assertEqual(Project(COMMITTED).own["ti/project_check.obj"], ["--define=LAGLESS_PER_FILE_OPTIONS"])
+        self.assertIn((CHECK, COMMITTED / "project_check.c", "link"), Project(COMMITTED).sources)
 
 
 class Tool(unittest.TestCase):
     FACTS = ("root /tree\ntools /cgt\nware /ware\nprocessor CHIP\nflags -v28\nlink_options --priority;/tree/flash.cmd\n"
-             "libraries \nhex_options --intel\nmemory flash\nlinker_file flash /tree/flash.cmd\ntarget one\n"
+             "libraries \nhex_options --intel\nlinker_file /tree/flash.cmd\ntarget one\n"
              "definitions A=1\nincludes /tree\noptions --c99\nsource /tree/a.c\n")
 
     def setUp(self):
@@ -297,12 +285,12 @@ class Tool(unittest.TestCase):
     def test_a_definition_with_quotes_blanks_and_backslashes_stays_one_word(self):
         for value in ('"boards/x.h"', '"a b"', r'"a\b"', "a&b<c>"):
             self.assertEqual(self.asked(self.FACTS.replace("A=1", f"A={value}")).returncode, 0)
-            self.assertIn(f"--define=A={value}", Project(self.folder / "out", "flash").compiler)
+            self.assertIn(f"--define=A={value}", Project(self.folder / "out").compiler)
 
     def test_sources_with_options_of_their_own_are_told_apart(self):
         facts = self.FACTS + "source_options --ramfunc=on;--x=1\nsource /tree/b/b.c\nsource_options --x=1\n"
         self.assertEqual(self.asked(facts).returncode, 0)
-        project = Project(self.folder / "out", "flash")
+        project = Project(self.folder / "out")
         self.assertEqual(project.own, {"a.obj": ["--ramfunc=on"],
                                        "ti/project_check.obj": ["--define=LAGLESS_PER_FILE_OPTIONS"]})
         self.assertEqual([word for word in project.compiler if word in ("--c99", "--x=1")], ["--c99", "--x=1"])
@@ -328,7 +316,7 @@ class Tool(unittest.TestCase):
         asked = self.asked(self.FACTS.replace("--c99", "--c11"), "--check")
         self.assertEqual(asked.returncode, 1)
         self.assertRegex(asked.stdout, r"^\S*lagless\.projectspec: is not what CMake tells")
-        self.assertIn("--c99", Project(self.folder / "out", "flash").compiler)
+        self.assertIn("--c99", Project(self.folder / "out").compiler)
 
     def test_it_needs_no_compiler_of_ti(self):
         with_none = {name: value for name, value in os.environ.items() if not name.startswith("C2000")}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""tools/check-image on images made here, word by word: a good one in flash and one in RAM, which must pass, and images
-with one fault, which must be named. No linker of TI's is needed; the files are as its files are.
+"""tools/check-image on images made here, word by word: a good one, which must pass, and images with one fault, which must
+be named. No linker of TI's is needed; the files are as its files are.
 
 usage: test_check_image.py [unittest options]
 
@@ -152,13 +152,9 @@ def function(*words):
     return list(words) + [NOP] * (FUNCTION_WORDS - 1 - len(words)) + [LRETR]
 
 
-def good(memory):
+def good():
     elf = Elf()
-    boot, text = (0x33FFF6, 0x300000) if memory == "flash" else (0x000000, 0x009000)
-    stored = text + 0x100
-    ramfunc = stored + 0x300 if memory == "flash" else RAM_CODE
-    if memory == "ram":
-        stored = 0xC400
+    boot, text, stored, ramfunc = 0x33FFF6, 0x300000, 0x300100, 0x300400
     elf.entry = boot
     elf.add("codestart", CODE, boot, lb(text))
     elf.add(".text", CODE, text, function(*lcr(APP_INTERRUPT)) + function() * 3)
@@ -194,7 +190,7 @@ class CheckImage(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name).resolve()
-        self.flash, self.ram = good("flash"), good("ram")
+        self.image = good()
         self.names = ["app_interrupt", "app_trip", "drive_step"]
 
     def check(self, elf, *options, names=True):
@@ -224,35 +220,32 @@ class CheckImage(unittest.TestCase):
 
     # Images that are right
 
-    def test_an_image_in_flash(self):
-        self.assertEqual(self.assert_passes(self.flash), "lagless.out: image for flash: 17 of 17 checks passed; 3 of the "
+    def test_a_good_image(self):
+        self.assertEqual(self.assert_passes(self.image), "lagless.out: 17 of 17 checks passed; 3 of the "
                          "interrupt's 3 functions have a symbol, the others were made in line\n")
 
-    def test_an_image_in_ram(self):
-        self.assertIn("image for ram: 17 of 17 checks passed", self.assert_passes(self.ram, "--memory", "ram"))
-
     def test_the_program_itself(self):
-        self.flash.write(self.folder / "lagless.out")
+        self.image.write(self.folder / "lagless.out")
         told = subprocess.run([sys.executable, "-B", TOOL, self.folder / "lagless.out"], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, check=False)
         self.assertEqual(told.returncode, 0, told.stdout)
-        self.assertEqual(told.stdout, "lagless.out: image for flash: 16 of 17 checks passed; not made: interrupt "
+        self.assertEqual(told.stdout, "lagless.out: 16 of 17 checks passed; not made: interrupt "
                                       "(no --call-graph)\n")
 
     def test_code_that_the_linker_split(self):
-        self.ram.section(".text").name = ".text.1"
-        self.ram.add(".text.2", CODE, 0xD000, [NOP] * 16)
-        self.assert_passes(self.ram)
+        self.image.section(".text").name = ".text.1"
+        self.image.add(".text.2", CODE, 0x310000, [NOP] * 16)
+        self.assert_passes(self.image)
 
     def join_constants(self, gap):
         """.const in the segment of .cinit, as many words of filling between them."""
-        one, other = self.flash.section(".cinit"), self.flash.section(".const")
+        one, other = self.image.section(".cinit"), self.image.section(".const")
         one.contents, other.align, other.gap = [1, 2, 3], 2, [0xDEAD] * gap
         other.run = other.load = other.header_address = one.run + 3 + gap
 
     def test_a_gap_for_alignment_in_a_segment(self):
         self.join_constants(1)
-        self.assert_passes(self.flash)
+        self.assert_passes(self.image)
 
     # The file
 
@@ -264,7 +257,7 @@ class CheckImage(unittest.TestCase):
                                    r"the 17 checks was made\n$")
 
     def test_a_file_that_breaks_off(self):
-        self.flash.write(self.folder / "whole")
+        self.image.write(self.folder / "whole")
         whole = (self.folder / "whole").read_bytes()
         for length in (52, 300, len(whole) // 2, len(whole) - 1):
             status, told = self.check(whole[:length])
@@ -272,9 +265,9 @@ class CheckImage(unittest.TestCase):
             self.assertIn(": a whole ELF file\n", told)
 
     def test_another_processor(self):
-        self.flash.machine = 40
-        self.assertEqual(self.check(self.flash)[0], 1)
-        self.assertIn("file: machine EM_ARM: EM_TI_C2000 (0x8d), a C28x\n", self.check(self.flash)[1])
+        self.image.machine = 40
+        self.assertEqual(self.check(self.image)[0], 1)
+        self.assertIn("file: machine EM_ARM: EM_TI_C2000 (0x8d), a C28x\n", self.check(self.image)[1])
 
     def test_a_program_of_64_bits(self):
         header = struct.pack("<4s5B7x2HI3QI6H", b"\x7fELF", 2, 1, 1, 0, 0, 2, 141, 1, 0, 0, 0, 0, 64, 0, 0, 0, 0, 0)
@@ -283,151 +276,147 @@ class CheckImage(unittest.TestCase):
         self.assertIn("file: class of 64 bits: 32 bits\n", told)
 
     def test_an_object_that_is_not_linked(self):
-        self.flash.type = 1
-        self.assertEqual(self.check(self.flash)[0], 1)
-        self.assertIn("file: type ET_REL: ET_EXEC, a linked program\n", self.check(self.flash)[1])
+        self.image.type = 1
+        self.assertEqual(self.check(self.image)[0], 1)
+        self.assertIn("file: type ET_REL: ET_EXEC, a linked program\n", self.check(self.image)[1])
 
     def test_the_wrong_order_of_octets(self):
-        self.flash.order = ">"
-        self.assertEqual(self.check(self.flash)[0], 1)
-        self.assertIn("file: big-endian: little-endian\n", self.check(self.flash)[1])
+        self.image.order = ">"
+        self.assertEqual(self.check(self.image)[0], 1)
+        self.assertIn("file: big-endian: little-endian\n", self.check(self.image)[1])
 
     def test_an_image_without_symbols(self):
-        self.flash.symbols = []
-        status, told = self.check(self.flash)
+        self.image.symbols = []
+        status, told = self.check(self.image)
         self.assertEqual(status, 1)
         self.assertIn("symbols: no symbol table: an image that was not stripped", told)
         self.assertIn("not made: interrupt (no symbol table), calls (no symbol table)", told)
 
     def test_an_image_without_the_interrupt(self):
-        self.flash.forget("app_trip")
-        self.assert_breach(self.flash, "symbols: app_trip is not there: the interrupts of the drive\n")
+        self.image.forget("app_trip")
+        self.assert_breach(self.image, "symbols: app_trip is not there: the interrupts of the drive\n")
 
     # The entry
 
     def test_an_entry_point_that_is_not_the_boot_roms(self):
-        self.flash.entry = 0x300000
-        self.assert_breach(self.flash, "entry: entry point 0x300000: code_start at 0x33fff6, where the boot ROM jumps to "
-                                       "(flash)\n")
+        self.image.entry = 0x300000
+        self.assert_breach(self.image, "entry: entry point 0x300000: code_start at 0x33fff6, where the boot ROM jumps to\n")
 
     def test_code_start_elsewhere(self):
-        self.flash.define("code_start", 0x300000, place=1)
-        self.assert_breach(self.flash, "entry: code_start at 0x300000: code_start at 0x33fff6, where")
+        self.image.define("code_start", 0x300000, place=1)
+        self.assert_breach(self.image, "entry: code_start at 0x300000: code_start at 0x33fff6, where")
 
     def test_no_code_start(self):
-        self.flash.forget("code_start")
-        self.assert_breach(self.flash, "entry: code_start is not there: code_start at 0x33fff6, where")
+        self.image.forget("code_start")
+        self.assert_breach(self.image, "entry: code_start is not there: code_start at 0x33fff6, where")
 
-    def test_an_entry_of_the_other_image(self):
-        self.assert_breach(self.flash, "entry: entry point 0x33fff6: code_start at 0x000000, where the boot ROM jumps to (ram)",
-                           "memory: section codestart runs at 0x33fff6..0x33fff7: ENTRY, 0x000000..0x000001\n",
-                           "code: code of .text runs at 0x300000..0x30001f: L0-L3,",
-                           "stored: .text is loaded at 0x300000..0x30001f: M0 and M1,",
-                           "ramfunc: .TI.ramfunc is loaded at 0x300400..0x30042f: where it runs, 0x008000..0x00802f\n",
-                           options=("--memory", "ram"))
+    def test_an_image_for_a_debugger(self):
+        """All of it in RAM, where a reset loses it."""
+        self.image.entry = 0
+        for name, run in (("codestart", 0), (".text", 0x9000), (".cinit", 0xC400), (".const", 0xC500)):
+            self.image.move(name, run)
+        self.image.section("codestart").contents = lb(0x9000)
+        self.assert_breach(self.image, "entry: entry point 0x000000: code_start at 0x33fff6, where the boot ROM jumps to\n",
+                           "memory: section codestart runs at 0x000000..0x000001: ENTRY, 0x33fff6..0x33fff7\n",
+                           "stored: .text is loaded at 0x009000..0x00901f: flash, 0x300000..0x33ffff\n")
 
     def test_an_entry_that_is_longer_than_its_place(self):
-        self.ram.section("codestart").contents += [NOP]
-        self.assert_breach(self.ram, "entry: section codestart, 0x000000..0x000002: 2 words at 0x000000\n",
-                           "memory: section codestart runs at 0x000000..0x000002: ENTRY, 0x000000..0x000001\n",
-                           "reserved: codestart, 0x000000..0x000002, reaches into the boot ROM's own data and stack, "
-                           "0x000002..0x00004f: nothing there\n")
+        self.image.section("codestart").contents += [NOP]
+        self.assert_breach(self.image, "entry: section codestart, 0x33fff6..0x33fff8: 2 words at 0x33fff6\n",
+                           "memory: section codestart runs at 0x33fff6..0x33fff8: ENTRY, 0x33fff6..0x33fff7\n",
+                           "reserved: codestart, 0x33fff6..0x33fff8, reaches into the CSM password words, "
+                           "0x33fff8..0x33ffff: nothing there\n")
 
     def test_an_entry_without_a_branch(self):
-        self.flash.section("codestart").contents = [NOP, NOP]
-        self.assert_breach(self.flash, "entry: section codestart begins with 0x7700: a long branch (LB)\n")
+        self.image.section("codestart").contents = [NOP, NOP]
+        self.assert_breach(self.image, "entry: section codestart begins with 0x7700: a long branch (LB)\n")
 
     def test_an_entry_that_leads_nowhere(self):
-        self.flash.section("codestart").contents = lb(0x310000)
-        self.assert_breach(self.flash, "entry: its branch leads to 0x310000: code of this image\n")
+        self.image.section("codestart").contents = lb(0x310000)
+        self.assert_breach(self.image, "entry: its branch leads to 0x310000: code of this image\n")
 
     def test_no_section_of_the_entry(self):
-        self.flash.remove("codestart")
-        self.assert_breach(self.flash, "entry: no section codestart: 2 words at 0x33fff6\n")
+        self.image.remove("codestart")
+        self.assert_breach(self.image, "entry: no section codestart: 2 words at 0x33fff6\n")
 
     # Segments
 
     def test_a_gap_that_is_too_long_for_alignment(self):
         self.join_constants(5)
-        self.assert_breach(self.flash, "segments: segment 2 loads 0x300100..0x300117, from 0x300103 on what no section holds: "
+        self.assert_breach(self.image, "segments: segment 2 loads 0x300100..0x300117, from 0x300103 on what no section holds: "
                                        "segments made of sections")
 
     def test_contents_without_a_section(self):
-        self.flash.more_segments.append((0x310000, [1, 2, 3]))
-        self.assert_breach(self.flash, "segments: segment 8 loads 0x310000..0x310002, from 0x310000 on what no section holds:")
+        self.image.more_segments.append((0x310000, [1, 2, 3]))
+        self.assert_breach(self.image, "segments: segment 8 loads 0x310000..0x310002, from 0x310000 on what no section holds:")
 
     def test_contents_without_a_segment(self):
-        self.flash.section(".const").in_segment = False
-        self.assert_breach(self.flash, "segments: .const is in no segment: nobody would load it: contents that a segment loads")
+        self.image.section(".const").in_segment = False
+        self.assert_breach(self.image, "segments: .const is in no segment: nobody would load it: contents that a segment loads")
 
     def test_addresses_in_octets(self):
-        self.flash.section(".const").header_address = 2 * 0x300200
-        self.assert_breach(self.flash, "segments: .const: its segment runs it at 0x300200, its header at 0x600400: the same, "
+        self.image.section(".const").header_address = 2 * 0x300200
+        self.assert_breach(self.image, "segments: .const: its segment runs it at 0x300200, its header at 0x600400: the same, "
                            "addresses in words, sizes in octets\n", "memory: section .const runs at 0x600400..0x60040f:",
                            "stored: .const is loaded at 0x300200 and runs at 0x600400:")
 
     # Memories
 
     def test_a_section_beyond_its_memory(self):
-        self.flash.section(".bss").contents = 0x4001
-        self.flash.remove(".data")
-        self.assert_breach(self.flash, "memory: section .bss runs at 0x00c000..0x010000: L4_L7, 0x00c000..0x00",
+        self.image.section(".bss").contents = 0x4001
+        self.image.remove(".data")
+        self.assert_breach(self.image, "memory: section .bss runs at 0x00c000..0x010000: L4_L7, 0x00c000..0x00",
                            "variables: .bss, 0x00c000..0x010000: L4-L7, 0x00c000..0x00ffff\n")
 
     def test_a_section_across_two_memories(self):
-        self.ram.move(".text", 0xBFF0)
-        self.ram.section("codestart").contents = lb(0xBFF0)
-        self.ram.remove(".bss")
-        self.assert_breach(self.ram, "memory: section .text runs at 0x00bff0..0x00c00f: L0_L3, 0x008000..0x00bfff or L4_L7,",
-                           "code: code of .text runs at 0x00bff0..0x00c00f: L0-L3, 0x008000..0x00bfff or L4-L7, "
-                           "0x00c000..0x00ffff\n", "stored: .text is loaded at 0x00bff0..0x00c00f:")
+        self.image.move(".data", 0xBFF0)
+        self.image.remove(".bss")
+        self.assert_breach(self.image, "memory: section .data runs at 0x00bff0..0x00c02f: L4_L7, 0x00c000..0x00ffff\n",
+                           "variables: .data, 0x00bff0..0x00c02f: L4-L7, 0x00c000..0x00ffff\n")
 
     def test_a_section_that_the_command_file_does_not_place(self):
-        self.flash.add("ramfuncs", CONST, 0x310000, [1, 2])
-        self.assert_breach(self.flash, "memory: section ramfuncs, 0x310000..0x310001: sections that the linker command file "
+        self.image.add("ramfuncs", CONST, 0x310000, [1, 2])
+        self.assert_breach(self.image, "memory: section ramfuncs, 0x310000..0x310001: sections that the linker command file "
                                        "gives a place: codestart, ")
 
     def test_code_in_memory_for_data(self):
-        self.flash.add(".text.2", CODE, 0xD000, [NOP] * 4, load=0x310000)
-        self.assert_breach(self.flash, "memory: section .text.2 runs at 0x00d000..0x00d003: FLASH_H_",
-                           "code: code of .text.2 runs at 0x00d000..0x00d003: flash sectors H-B, 0x300000..0x337fff or L0-L3,",
+        self.image.add(".text.2", CODE, 0xD000, [NOP] * 4, load=0x310000)
+        self.assert_breach(self.image, "memory: section .text.2 runs at 0x00d000..0x00d003: FLASH_H_",
+                           "code: code of .text.2 runs at 0x00d000..0x00d003: flash sectors H-D, 0x300000..0x327fff or L0-L3,",
                            "stored: .text.2 is loaded at 0x310000 and runs at 0x00d000: such a copy of .TI.ramfunc only")
 
     def test_constants_that_a_reset_loses(self):
-        self.flash.move(".const", 0xD000)
-        self.assert_breach(self.flash, "memory: section .const runs at 0x00d000..0x00d00f: FLASH_H_",
-                           "stored: .const is loaded at 0x00d000..0x00d00f: flash, 0x300000..0x33ffff for an image in flash\n")
-
-    def test_an_image_for_a_debugger_that_needs_flash(self):
-        self.ram.move(".const", 0x300000)
-        self.assert_breach(self.ram, "memory: section .const runs at 0x300000..0x30000f: L4_L7,",
-                           "stored: .const is loaded at 0x300000..0x30000f: M0 and M1, 0x000000..0x0007ff or L0-L3, "
-                           "0x008000..0x00bfff or L4-L7, 0x00c000..0x00ffff for an image in ram\n")
+        self.image.move(".const", 0xD000)
+        self.assert_breach(self.image, "memory: section .const runs at 0x00d000..0x00d00f: FLASH_H_",
+                           "stored: .const is loaded at 0x00d000..0x00d00f: flash, 0x300000..0x33ffff\n")
 
     def test_variables_in_the_program_ram(self):
-        self.flash.move(".data", 0x9000)
-        self.assert_breach(self.flash, "memory: section .data runs at 0x009000..0x00903f: L4_L7,",
+        self.image.move(".data", 0x9000)
+        self.assert_breach(self.image, "memory: section .data runs at 0x009000..0x00903f: L4_L7,",
                            "variables: .data, 0x009000..0x00903f: L4-L7, 0x00c000..0x00ffff\n")
 
     def test_variables_with_contents(self):
-        self.ram.section(".data").contents = [7] * 0x40
-        self.assert_breach(self.ram, "variables: .data has contents to load: none: .cinit sets variables at start-up")
+        self.image.section(".data").contents = [7] * 0x40
+        self.image.section(".data").load = 0x310000
+        self.assert_breach(self.image, "memory: section .data is loaded at 0x310000..0x31003f: L4_L7,",
+                           "stored: .data is loaded at 0x310000 and runs at 0x00c200: such a copy of .TI.ramfunc only",
+                           "variables: .data has contents to load: none: .cinit sets variables at start-up")
 
     def test_sections_that_overlap(self):
-        self.flash.section(".bss").contents = 0x201
-        self.assert_breach(self.flash, "overlap: .bss, 0x00c000..0x00c200, and .data, 0x00c200..0x00c23f: each word for one of "
+        self.image.section(".bss").contents = 0x201
+        self.assert_breach(self.image, "overlap: .bss, 0x00c000..0x00c200, and .data, 0x00c200..0x00c23f: each word for one of "
                                        "them\n")
 
     def test_a_load_image_that_overlaps(self):
-        self.flash.section(".TI.ramfunc").load = 0x300010
-        self.flash.define("ramfunc_load_start", 0x300010, NOTYPE)
-        self.assert_breach(self.flash, "overlap: .text, 0x300000..0x30001f, and .TI.ramfunc (loaded), 0x300010..0x30003f:")
+        self.image.section(".TI.ramfunc").load = 0x300010
+        self.image.define("ramfunc_load_start", 0x300010, NOTYPE)
+        self.assert_breach(self.image, "overlap: .text, 0x300000..0x30001f, and .TI.ramfunc (loaded), 0x300010..0x30003f:")
 
     # What must stay free
 
     def test_contents_in_the_password(self):
-        self.flash.add(".text.2", CODE, 0x33FFF8, [0] * 8)
-        self.assert_breach(self.flash, "memory: section .text.2 runs at 0x33fff8..0x33ffff:",
+        self.image.add(".text.2", CODE, 0x33FFF8, [0] * 8)
+        self.assert_breach(self.image, "memory: section .text.2 runs at 0x33fff8..0x33ffff:",
                            "code: code of .text.2 runs at 0x33fff8..0x33ffff:",
                            "reserved: .text.2, 0x33fff8..0x33ffff, reaches into the CSM password words, 0x33fff8..0x33ffff: "
                            "nothing there\n",
@@ -435,63 +424,62 @@ class CheckImage(unittest.TestCase):
                            "only\n")
 
     def test_contents_in_the_words_of_the_security_module(self):
-        self.flash.move(".const", 0x33FF80)
-        self.assert_breach(self.flash, "memory: section .const runs at", "reserved: .const, 0x33ff80..0x33ff8f, reaches into "
+        self.image.move(".const", 0x33FF80)
+        self.assert_breach(self.image, "memory: section .const runs at", "reserved: .const, 0x33ff80..0x33ff8f, reaches into "
                            "the words of the code security module that must stay free, 0x33ff80..0x33fff5:",
                            "sectors: .const, 0x33ff80..0x33ff8f, reaches into flash sector A,")
 
     def test_a_load_image_in_sector_a(self):
-        self.flash.section(".TI.ramfunc").load = 0x338000
-        self.flash.define("ramfunc_load_start", 0x338000, NOTYPE)
-        self.assert_breach(self.flash, "memory: section .TI.ramfunc is loaded at 0x338000..0x33802f:", "sectors: .TI.ramfunc "
+        self.image.section(".TI.ramfunc").load = 0x338000
+        self.image.define("ramfunc_load_start", 0x338000, NOTYPE)
+        self.assert_breach(self.image, "memory: section .TI.ramfunc is loaded at 0x338000..0x33802f:", "sectors: .TI.ramfunc "
                            "(loaded), 0x338000..0x33802f, reaches into flash sector A, 0x338000..0x33ffff: codestart only\n")
 
     def test_code_in_the_sector_of_the_parameters(self):
-        self.flash.move(".const", 0x330000)
-        status, told = self.check(self.flash)
+        self.image.move(".const", 0x330000)
+        status, told = self.check(self.image)
         self.assertEqual(status, 1)
-        self.assertIn("lagless.out: sectors: .const, 0x330000..0x33000f, reaches into flash sector B, 0x330000..0x337fff: "
-                      "nothing: it is kept for parameters\n", told)
+        self.assertIn("lagless.out: sectors: .const, 0x330000..0x33000f, reaches into flash sectors C and B, 0x328000..0x337fff: "
+                      "nothing: they are kept for parameters\n", told)
 
     def test_variables_in_the_registers(self):
-        self.flash.move(".data", 0x6800)
-        self.assert_breach(self.flash, "memory: section .data runs at", "variables: .data, 0x006800", "reserved: .data, "
+        self.image.move(".data", 0x6800)
+        self.assert_breach(self.image, "memory: section .data runs at", "variables: .data, 0x006800", "reserved: .data, "
                            "0x006800..0x00683f, reaches into the peripheral frame 1, 0x006000..0x006fff: nothing there\n")
 
     def test_tables_that_would_be_written_into_the_boot_rom(self):
-        tables = self.flash.section("FPUmathTables")
+        tables = self.image.section("FPUmathTables")
         tables.contents, tables.in_segment = [0] * 0x6A0, True
-        self.assert_breach(self.flash, "reserved: FPUmathTables is loaded at 0x3febdc..0x3ff27b: TYPE = NOLOAD: the boot ROM "
+        self.assert_breach(self.image, "reserved: FPUmathTables is loaded at 0x3febdc..0x3ff27b: TYPE = NOLOAD: the boot ROM "
                                        "has it\n")
 
     def test_tables_at_another_place(self):
-        tables = self.flash.section("FPUmathTables")
+        tables = self.image.section("FPUmathTables")
         tables.run, tables.header_address, tables.contents = 0x3FEBDE, 0x3FEBDE, 0x69E
-        self.assert_breach(self.flash, "reserved: FPUmathTables at 0x3febde: 0x3febdc, where the boot ROM has it\n")
+        self.assert_breach(self.image, "reserved: FPUmathTables at 0x3febde: 0x3febdc, where the boot ROM has it\n")
 
     # What is copied to RAM
 
     def test_no_code_for_ram(self):
-        self.flash.remove(".TI.ramfunc")
-        self.assert_breach(self.flash, "ramfunc: 0 sections .TI.ramfunc: one, with the code of the interrupt\n")
-        self.assertIn("not made: interrupt (0 sections .TI.ramfunc), calls (0 sections .TI.ramfunc)", self.check(self.flash)[1])
+        self.image.remove(".TI.ramfunc")
+        self.assert_breach(self.image, "ramfunc: 0 sections .TI.ramfunc: one, with the code of the interrupt\n")
+        self.assertIn("not made: interrupt (0 sections .TI.ramfunc), calls (0 sections .TI.ramfunc)", self.check(self.image)[1])
 
     def test_code_for_ram_without_contents(self):
-        self.flash.section(".TI.ramfunc").contents = 6 * FUNCTION_WORDS
-        self.assert_breach(self.flash, "ramfunc: .TI.ramfunc without code to load: one, with the code of the interrupt\n")
+        self.image.section(".TI.ramfunc").contents = 6 * FUNCTION_WORDS
+        self.assert_breach(self.image, "ramfunc: .TI.ramfunc without code to load: one, with the code of the interrupt\n")
 
     def test_the_interrupt_in_ram_with_wait_states(self):
-        self.flash.section(".TI.ramfunc").run = self.flash.section(".TI.ramfunc").header_address = 0xD000
-        status, told = self.check(self.flash)
+        self.image.section(".TI.ramfunc").run = self.image.section(".TI.ramfunc").header_address = 0xD000
+        status, told = self.check(self.image)
         self.assertEqual(status, 1)
         self.assertIn("ramfunc: .TI.ramfunc runs at 0x00d000..0x00d02f: L0-L3, 0x008000..0x00bfff: no wait states\n", told)
 
     def test_code_for_ram_that_a_reset_loses(self):
-        self.flash.section(".TI.ramfunc").load = RAM_CODE
-        self.flash.define("ramfunc_load_start", RAM_CODE, NOTYPE)
-        self.assert_breach(self.flash, "memory: section .TI.ramfunc is loaded at 0x008000..0x00802f: FLASH_H_",
-                           "stored: .TI.ramfunc is loaded at 0x008000..0x00802f: flash,",
-                           "ramfunc: .TI.ramfunc is loaded at 0x008000..0x00802f: flash, 0x300000..0x33ffff\n")
+        self.image.section(".TI.ramfunc").load = RAM_CODE
+        self.image.define("ramfunc_load_start", RAM_CODE, NOTYPE)
+        self.assert_breach(self.image, "memory: section .TI.ramfunc is loaded at 0x008000..0x00802f: FLASH_H_",
+                           "stored: .TI.ramfunc is loaded at 0x008000..0x00802f: flash, 0x300000..0x33ffff\n")
 
     def test_symbols_of_the_copy_that_are_wrong(self):
         for name, wrong, wanted in (
@@ -500,7 +488,7 @@ class CheckImage(unittest.TestCase):
             ("ramfunc_run_start", 0x8002, "0x8000, the RUN_START of .TI.ramfunc"),
         ):
             with self.subTest(name):
-                elf = good("flash")
+                elf = good()
                 elf.define(name, wrong, NOTYPE)
                 self.assert_breach(elf, f"ramfunc: {name} = {wrong:#x}: {wanted}\n")
                 elf.forget(name)
@@ -511,120 +499,127 @@ class CheckImage(unittest.TestCase):
         (self.folder / "linker").mkdir()
         (self.folder / "linker/f28335_flash.cmd").write_text(text.replace("LOAD_SIZE(ramfunc_load_size), ", ""),
                                                              encoding="utf-8")
-        self.assert_breach(self.flash, "ramfunc: the linker command file names no LOAD_SIZE symbol: three, which the start-up "
+        self.assert_breach(self.image, "ramfunc: the linker command file names no LOAD_SIZE symbol: three, which the start-up "
                                        "copies by\n", options=("--root", str(self.folder)))
 
     # The stack
 
     def test_no_stack(self):
-        self.flash.remove(".stack")
-        self.assert_breach(self.flash, "stack: 0 sections .stack: one\n")
+        self.image.remove(".stack")
+        self.assert_breach(self.image, "stack: 0 sections .stack: one\n")
 
     def test_a_stack_that_is_too_small(self):
-        self.flash.section(".stack").contents = 0x6FF
-        self.flash.define("__TI_STACK_SIZE", 0x6FF, NOTYPE)
-        self.assert_breach(self.flash, "stack: .stack has 0x6ff words: at least 0x700\n")
+        self.image.section(".stack").contents = 0x6FF
+        self.image.define("__TI_STACK_SIZE", 0x6FF, NOTYPE)
+        self.assert_breach(self.image, "stack: .stack has 0x6ff words: at least 0x700\n")
 
     def test_a_stack_where_sp_does_not_reach(self):
-        self.flash.move(".stack", 0x010000)
-        self.assert_breach(self.flash, "memory: section .stack runs at 0x010000..0x0106ff: M0_M1,",
+        self.image.move(".stack", 0x010000)
+        self.assert_breach(self.image, "memory: section .stack runs at 0x010000..0x0106ff: M0_M1,",
                            "stack: .stack, 0x010000..0x0106ff: up to 0x00ffff: the stack pointer has 16 bits\n")
 
     def test_a_stack_of_another_size_than_the_linker_says(self):
-        self.flash.define("__TI_STACK_SIZE", 0xE00, NOTYPE)
-        self.assert_breach(self.flash, "stack: __TI_STACK_SIZE = 0xe00: 0x700, the words of .stack\n")
+        self.image.define("__TI_STACK_SIZE", 0xE00, NOTYPE)
+        self.assert_breach(self.image, "stack: __TI_STACK_SIZE = 0xe00: 0x700, the words of .stack\n")
 
     # What is linked
 
     def test_a_symbol_that_nobody_defines(self):
-        self.flash.define("board_on", 0, NOTYPE, GLOBAL, UNDEFINED)
-        self.assert_breach(self.flash, "undefined: board_on is undefined: all defined\n")
+        self.image.define("board_on", 0, NOTYPE, GLOBAL, UNDEFINED)
+        self.assert_breach(self.image, "undefined: board_on is undefined: all defined\n")
 
     def test_a_weak_symbol_of_ours_that_nobody_defines(self):
-        self.flash.define("board_on", 0, NOTYPE, WEAK, UNDEFINED)
-        self.assert_breach(self.flash, "undefined: board_on is undefined: all defined\n")
+        self.image.define("board_on", 0, NOTYPE, WEAK, UNDEFINED)
+        self.assert_breach(self.image, "undefined: board_on is undefined: all defined\n")
 
     def test_a_heap(self):
-        self.flash.add(".sysmem", VARIABLE, 0xC300, 0x40)
-        self.assert_breach(self.flash, "heap: .sysmem, 0x00c300..0x00c33f: no heap\n")
+        self.image.add(".sysmem", VARIABLE, 0xC300, 0x40)
+        self.assert_breach(self.image, "heap: .sysmem, 0x00c300..0x00c33f: no heap\n")
 
     def test_a_heap_by_its_functions(self):
         for name in ("malloc", "calloc", "realloc", "free", "memalign"):
             with self.subTest(name):
-                elf = good("flash")
+                elf = good()
                 elf.define(name, 0x300008, place=1)
                 self.assert_breach(elf, f"heap: {name} is linked: no heap\n")
 
     def test_the_size_of_a_heap(self):
-        self.flash.define("__TI_SYSMEM_SIZE", 0, NOTYPE)
-        self.assert_passes(self.flash)
-        self.flash.define("__TI_SYSMEM_SIZE", 0x400, NOTYPE)
-        self.assert_breach(self.flash, "heap: __TI_SYSMEM_SIZE is linked: no heap\n")
+        self.image.define("__TI_SYSMEM_SIZE", 0, NOTYPE)
+        self.assert_passes(self.image)
+        self.image.define("__TI_SYSMEM_SIZE", 0x400, NOTYPE)
+        self.assert_breach(self.image, "heap: __TI_SYSMEM_SIZE is linked: no heap\n")
 
     def test_a_console(self):
         for name in ("printf", "sprintf", "vsnprintf", "__TI_printfi", "__TI_printfi_nofloat", "puts", "fputs", "putchar", "fopen",
                      "fflush", "HOSTwrite", "C$$IO$$", "_IO_putc", "__TI_writemsg", "_abort_msg", "_ftable"):
             with self.subTest(name):
-                elf = good("flash")
+                elf = good()
                 elf.define(name, 0x300008, place=1)
                 self.assert_breach(elf, f"console: {name} is linked: no console of the library\n")
 
     def test_the_memory_of_a_console(self):
-        self.flash.add(".cio", VARIABLE, 0xC300, 0x120)
-        self.assert_breach(self.flash, "memory: section .cio,", "console: .cio, 0x00c300..0x00c41f: no console of the library\n")
+        self.image.add(".cio", VARIABLE, 0xC300, 0x120)
+        self.assert_breach(self.image, "memory: section .cio,", "console: .cio, 0x00c300..0x00c41f: no console of the library\n")
 
     def test_names_that_are_no_console(self):
         for name in ("app_read", "hal_output", "params_print", "sprint", "_lock", "abort", "exit", "memcpy"):
-            self.flash.define(name, 0x300008, place=1)
-        self.assert_passes(self.flash)
+            self.image.define(name, 0x300008, place=1)
+        self.assert_passes(self.image)
 
     # What the interrupt runs
 
     def test_a_function_of_the_interrupt_in_flash(self):
         self.names.append("params_check")
-        self.assert_breach(self.flash, "interrupt: params_check at 0x300018: .TI.ramfunc, 0x008000..0x00802f\n")
+        self.assert_breach(self.image, "interrupt: params_check at 0x300018: .TI.ramfunc, 0x008000..0x00802f\n")
 
     def test_a_function_of_the_interrupt_in_ram_with_wait_states(self):
         self.names.append("params_check")
-        self.ram.define("params_check", 0xD000, place=1)
-        self.assert_breach(self.ram, "interrupt: params_check at 0x00d000: .TI.ramfunc, 0x008000..0x00802f\n")
+        self.image.define("params_check", 0xD000, place=1)
+        self.assert_breach(self.image, "interrupt: params_check at 0x00d000: .TI.ramfunc, 0x008000..0x00802f\n")
 
     def test_a_function_that_was_made_in_line(self):
         self.names.append("limit")
-        self.assertIn("3 of the interrupt's 4 functions have a symbol", self.assert_passes(self.flash))
+        self.assertIn("3 of the interrupt's 4 functions have a symbol", self.assert_passes(self.image))
+
+    def test_a_function_of_the_interrupt_that_may_stay_in_flash(self):
+        code = self.image.section(".TI.ramfunc").contents
+        at = DRIVE_STEP - RAM_CODE
+        code[at + 4:at + 6] = lcr(0x300018)
+        self.names.append("params_check flash")
+        self.assertIn("4 of the interrupt's 4 functions have a symbol", self.assert_passes(self.image))
 
     def test_an_interrupt_in_flash(self):
-        self.flash.define("app_trip", 0x300008, place=1)
-        status, told = self.check(self.flash, names=False)
+        self.image.define("app_trip", 0x300008, place=1)
+        status, told = self.check(self.image, names=False)
         self.assertEqual(status, 1)
         self.assertIn("calls: app_trip, which is at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", told)
 
     def test_a_call_into_flash(self):
-        code = self.flash.section(".TI.ramfunc").contents
+        code = self.image.section(".TI.ramfunc").contents
         at = DRIVE_STEP - RAM_CODE
         code[at + 4:at + 6] = lcr(0x300018)
-        self.assert_breach(self.flash, "calls: app_interrupt -> drive_step -> params_check, which is at 0x300018: calls of "
+        self.assert_breach(self.image, "calls: app_interrupt -> drive_step -> params_check, which is at 0x300018: calls of "
                            ".TI.ramfunc, 0x008000..0x00802f\n", names=False)
 
     def test_a_branch_into_flash_at_the_end_of_a_function(self):
-        code = self.flash.section(".TI.ramfunc").contents
+        code = self.image.section(".TI.ramfunc").contents
         at = LOCAL_STEP - RAM_CODE
         code[at + 6:at + 8] = lb(0x300018)
-        self.assert_breach(self.flash, "calls: app_interrupt -> drive_step -> step -> params_check, which is at 0x300018:",
+        self.assert_breach(self.image, "calls: app_interrupt -> drive_step -> step -> params_check, which is at 0x300018:",
                            names=False)
 
     def test_a_call_into_flash_by_what_only_the_background_calls(self):
-        self.flash.section(".TI.ramfunc").contents += function(*lcr(0x300018))
-        self.flash.define("app_start", RAM_CODE + 6 * FUNCTION_WORDS, place=1, size=8)
-        self.flash.define("ramfunc_load_size", 7 * FUNCTION_WORDS, NOTYPE)
-        self.assert_passes(self.flash)
+        self.image.section(".TI.ramfunc").contents += function(*lcr(0x300018))
+        self.image.define("app_start", RAM_CODE + 6 * FUNCTION_WORDS, place=1, size=8)
+        self.image.define("ramfunc_load_size", 7 * FUNCTION_WORDS, NOTYPE)
+        self.assert_passes(self.image)
         self.names.append("app_start")
-        self.assert_breach(self.flash, "calls: app_start -> params_check, which is at 0x300018:")
+        self.assert_breach(self.image, "calls: app_start -> params_check, which is at 0x300018:")
 
     def test_words_that_look_like_a_call(self):
-        code = self.flash.section(".TI.ramfunc").contents
+        code = self.image.section(".TI.ramfunc").contents
         code[2:4] = lcr(0x300019)  # not where a function begins
-        self.assert_passes(self.flash)
+        self.assert_passes(self.image)
 
 
 class CallGraph(unittest.TestCase):
@@ -649,12 +644,12 @@ class CallGraph(unittest.TestCase):
         return status, told.getvalue()
 
     def test_the_functions_of_this_tree(self):
-        status, told = self.check(good("flash"), self.folder / "build")
+        status, told = self.check(good(), self.folder / "build")
         self.assertEqual(status, 0, told)
         self.assertRegex(told, r"17 of 17 checks passed; 4 of the interrupt's \d{3} functions have a symbol")
 
     def test_a_function_of_this_tree_in_flash(self):
-        elf = good("flash")
+        elf = good()
         elf.define("drive_step", 0x300008, place=1)
         status, told = self.check(elf, self.folder / "build/compile_commands.json")
         self.assertEqual(status, 1, told)
@@ -662,7 +657,7 @@ class CallGraph(unittest.TestCase):
 
     def test_a_static_function_is_that_of_its_source(self):
         """interrupts.c has a static handler, unexpected; another source may have one of that name in flash."""
-        elf = good("flash")
+        elf = good()
         elf.define("drive.asm", 0, FILE, LOCAL)
         elf.define("unexpected", 0x300008, FUNC, LOCAL, 1, 8)
         elf.define("interrupts.asm", 0, FILE, LOCAL)
@@ -675,7 +670,7 @@ class CallGraph(unittest.TestCase):
 
     def test_command_lines_of_something_else(self):
         (self.folder / "other.json").write_text('[{"directory": "/"}]', encoding="utf-8")
-        status, told = self.check(good("flash"), self.folder / "other.json")
+        status, told = self.check(good(), self.folder / "other.json")
         self.assertEqual(status, 2)
         self.assertIn("accepted is the compile_commands.json of a build for the chip", told)
 
@@ -683,19 +678,19 @@ class CallGraph(unittest.TestCase):
         for text, why in (("app_interrupt\nint main(void)\n", "names:2: 'int main(void)' is no name of a function"),
                           ("# none\n", "names no function; accepted is one a line")):
             (self.folder / "names").write_text(text, encoding="utf-8")
-            status, told = self.check(good("flash"), self.folder / "names")
+            status, told = self.check(good(), self.folder / "names")
             self.assertEqual(status, 2)
             self.assertIn(why, told)
 
     def test_files_that_are_not_there(self):
-        status, told = self.check(good("flash"), self.folder / "nothing")
+        status, told = self.check(good(), self.folder / "nothing")
         self.assertEqual((status, "nothing" in told), (3, True), told)
         with contextlib.redirect_stderr(io.StringIO()) as stderr:
             self.assertEqual(checker.main([str(self.folder / "no.out")]), 3)
         self.assertIn("no.out", stderr.getvalue())
 
     def test_wrong_use(self):
-        for words in ([], ["a.out", "--memory", "otp"], ["a.out", "b.out"]):
+        for words in ([], ["a.out", "--memory", "ram"], ["a.out", "b.out"]):
             with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as left:
                 checker.main(words)
             self.assertEqual(left.exception.code, 2)

@@ -12,6 +12,11 @@ const volatile uint16_t *f28335_base = (const volatile uint16_t *)registers;
 
 static app_t application;
 
+uint16_t bus_read16(const volatile uint16_t *reg)
+{
+    return *reg;
+}
+
 void bus_write16(const volatile uint16_t *reg, uint16_t value)
 {
     *(volatile uint16_t *)reg = value;
@@ -56,6 +61,26 @@ void bus_interrupts_disable(void)
 {
 }
 
+/* Blank, and left so. */
+uint16_t bus_flash(uint32_t address)
+{
+    (void)address;
+    return 0xFFFFu;
+}
+
+bool bus_flash_erase(uint16_t sectors)
+{
+    (void)sectors;
+    return false;
+}
+
+bool bus_flash_program(uint32_t address, uint16_t word)
+{
+    (void)address;
+    (void)word;
+    return false;
+}
+
 void bus_debug_allow(void)
 {
 }
@@ -63,6 +88,13 @@ void bus_debug_allow(void)
 void bus_debug_groups(uint16_t mask)
 {
     (void)mask;
+}
+
+bus_memory_t bus_memory(bus_region_t region)
+{
+    static const uint16_t words[64];
+    (void)region;
+    return (bus_memory_t){words, 64u};
 }
 
 uint16_t bus_otp(uint32_t address)

@@ -270,7 +270,7 @@ static void cold_start(void)
     take_to(MANOEUVRE_ALIGN, 200);
     run_to(MANOEUVRE_RAMP, 410);
     run_to(MANOEUVRE_HANDOVER, 4000);
-    take_to(MANOEUVRE_RUN, 7000);
+    take_to(MANOEUVRE_RUN, 9000);
     set("estimate_time", 0.001);
     set("estimate_speed_min", 100.0);
     apply();
@@ -449,7 +449,7 @@ static const struct {
 } parts[] = {
     {"ordinary second", 0, true, ordinary},
     {"catch", 440, true, catch_it},
-    {"cold start and reversal", 12000, true, cold_start},
+    {"cold start and reversal", 13000, true, cold_start},
     {"zero crossing and quick stop", 740, true, zero_crossing},
     {"invalid samples", 480, true, invalid_sample},
     {"voltage limit", 640, true, voltage_limit},

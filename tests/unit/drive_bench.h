@@ -18,6 +18,8 @@ static inline void bench_begin(void)
 {
     params_defaults(&params);
     params.position_source = POSITION_ENCODER;
+    params.encoder_fault_reaction = ENCODER_FAULT_IGNORED; /* no rotor, no EMF, */
+    params.current_judged = CURRENT_NOT_JUDGED;            /* no winding */
     params.speed_kp = 0.5f;
     params.speed_ki = 2.5f;
     params.speed_setpoint_weight = 1.0f;

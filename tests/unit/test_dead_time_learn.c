@@ -37,6 +37,8 @@ typedef struct {
     double current;   /* [A] */
     double ahead;     /* of the current before the d axis [rad] */
     uint32_t periods; /* [periods] since it began */
+    ab_t emf;         /* share of the means so far [V] */
+    ab_t mean;        /* likewise of the current [A] */
     dead_time_learn_t learn;
 } world_t;
 
@@ -101,14 +103,20 @@ static period_t next(void)
     };
 }
 
-/* A period of the drive. */
+/* A period of the drive: its share of the means, and with the last of them their step. */
 static void step(const period_t *input)
 {
+    const float share = 1.0f / (float)EVERY;
     world.periods++;
-    dead_time_learn_add(&world.learn, input->emf, input->current);
+    world.emf = (ab_t){world.emf.alpha + share * input->emf.alpha, world.emf.beta + share * input->emf.beta};
+    world.mean = (ab_t){world.mean.alpha + share * input->current.alpha,
+                        world.mean.beta + share * input->current.beta};
     if (world.periods % EVERY == 0u) {
-        const dead_time_learn_input_t beside = {input->omega_e, input->omega_e_ref, input->link};
-        dead_time_learn_step(&world.learn, &beside);
+        const dead_time_learn_input_t means = {world.emf, world.mean, input->omega_e, input->omega_e_ref,
+                                               input->link};
+        dead_time_learn_step(&world.learn, &means);
+        world.emf = (ab_t){0.0f, 0.0f};
+        world.mean = world.emf;
     }
 }
 

@@ -1,7 +1,8 @@
 /* The inequalities of the header, each just inside, at and just outside its limit. Limits: a current of 0.2
  * of the largest, an EMF of four leg losses, 5 mrad, a detector of 0.1, a miss of 0.2 of the
- * speed, 0.1 with a light rotor, 30 rad/s; where the acceleration is known 0.02 of the largest and 10 rad/s.
- */
+ * speed, 0.1 with a light rotor, 30 rad/s; where the acceleration is known 0.1 of the largest, 3 rad/s,
+ * and a load that turns the rotor by 20 mrad in 5 ms when it turns round, or an acceleration that is not as
+ * foreseen by as much. */
 #include "inverter/doubt.h"
 
 #include <math.h>
@@ -15,6 +16,7 @@ static const doubt_params_t PARAMS = {.current = ZONE,
                                       .emf_cutoff = 0.0f,
                                       .acceleration_known = false,
                                       .acceleration = 690.0f,
+                                      .current_max = 10.0f,
                                       .period = 1e-4f};
 
 static doubt_t doubt;
@@ -224,23 +226,63 @@ static void test_a_known_acceleration_needs_no_steady_drive(void)
 {
     given_known_acceleration();
     TEST_ASSERT_TRUE(doubted());
-    doubt.tuning.acceleration_known = 0u;
+    begin(&PARAMS);
     TEST_ASSERT_FALSE(doubted());
 }
 
 static void test_known_acceleration_needs_a_large_current_below_at_above(void)
 {
     given_known_acceleration();
-    doubt.tuning.current = 0.02f * 4.0f;
+    doubt.tuning.current = 0.1f * 4.0f;
     input.current = largest_of(4.0f);
     expect_around(&input.current.alpha, 4.0f, false, false, true);
+}
+
+/* Twice 11.594 A at 69 rad/s^2 per ampere, 0.02 rad in 5 ms. */
+static void test_known_acceleration_needs_a_small_load_below_at_above(void)
+{
+    given_known_acceleration();
+    for (int sign = -1; sign <= 1; sign += 2) {
+        input.load = (float)sign * 11.59f;
+        TEST_ASSERT_TRUE(doubted());
+        input.load = (float)sign * 11.60f;
+        TEST_ASSERT_FALSE(doubted());
+    }
+}
+
+/* Of a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more than
+ * all. */
+static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above(void)
+{
+    given_known_acceleration();
+    input.gained = -200.0f;
+    input.foreseen = 200.0f;
+    TEST_ASSERT_TRUE(doubted());
+    doubt_params_t light = PARAMS;
+    light.acceleration_known = true;
+    light.acceleration = 14640.0f;
+    begin(&light);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        input.gained = (float)sign * 200.0f;
+        for (int more = -1; more <= 1; more += 2) {
+            input.foreseen = (float)sign * (200.0f + (float)more * 21.8f);
+            TEST_ASSERT_TRUE(doubted());
+            input.foreseen = (float)sign * (200.0f + (float)more * 21.9f);
+            TEST_ASSERT_FALSE(doubted());
+        }
+    }
+    input.gained = 0.0f;
+    input.foreseen = 0.0f;
+    TEST_ASSERT_TRUE(doubted());
+    input.gained = NAN;
+    TEST_ASSERT_FALSE(doubted());
 }
 
 static void test_known_acceleration_needs_a_speed_below_at_above(void)
 {
     given_known_acceleration();
     for (int sign = -1; sign <= 1; sign += 2) {
-        expect_around(&input.omega_e, (float)sign * 10.0f, false, true, true);
+        expect_around(&input.omega_e, (float)sign * 3.0f, false, true, true);
     }
 }
 
@@ -248,7 +290,7 @@ static void test_known_acceleration_needs_a_speed_below_at_above(void)
 static void test_known_acceleration_takes_nothing_from_a_steady_drive(void)
 {
     given_known_acceleration();
-    input.current = largest_of(4.0f);
+    input.current = largest_of(0.9f);
     TEST_ASSERT_FALSE(doubted());
     input.detector = 0.0f;
     input.omega_m_miss = 0.0f;
@@ -335,6 +377,8 @@ int main(void)
     RUN_TEST(test_speed_below_at_above_the_least_of_a_steady_drive);
     RUN_TEST(test_a_known_acceleration_needs_no_steady_drive);
     RUN_TEST(test_known_acceleration_needs_a_large_current_below_at_above);
+    RUN_TEST(test_known_acceleration_needs_a_small_load_below_at_above);
+    RUN_TEST(test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above);
     RUN_TEST(test_known_acceleration_needs_a_speed_below_at_above);
     RUN_TEST(test_known_acceleration_takes_nothing_from_a_steady_drive);
     RUN_TEST(test_is_remembered_as_long_as_the_filter_does);

@@ -242,7 +242,7 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     samples.u_dc = 410.0f;
     steps(5);
     expect_fault(REASON_OVERCURRENT);
-    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_DC_OVERVOLTAGE, drive.sequence.faults_later);
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_DC_OVERVOLTAGE, drive.sequence.faults_later.word[0]);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 15.5f, drive.fault.i_a);
 }
 
@@ -260,6 +260,13 @@ static void test_bad_samples_are_replaced_and_stop_the_drive_after_three(void)
     expect_fault(REASON_BAD_SAMPLE);
 }
 
+#define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] of the twelve rows */
+
+static const uint32_t *kept(uint32_t ago)
+{
+    return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago);
+}
+
 /* The link rises by 0.125 V a period, so that each period can be told. */
 static void test_history_ends_with_the_period_of_the_fault(void)
 {
@@ -271,9 +278,9 @@ static void test_history_ends_with_the_period_of_the_fault(void)
     }
     expect_fault(REASON_MODULE_FAULT);
     steps(50);
-    TEST_ASSERT_EQUAL_UINT32(TAP_PERIODS, tap_history_count(&drive.history));
-    for (uint32_t ago = 0; ago < TAP_PERIODS; ago++) {
-        const uint32_t *slots = tap_history_at(&drive.history, ago);
+    TEST_ASSERT_EQUAL_UINT32(KEPT, capture_count(&drive.capture));
+    for (uint32_t ago = 0; ago < KEPT; ago++) {
+        const uint32_t *slots = kept(ago);
         float u_dc;
         memcpy(&u_dc, &slots[3], sizeof u_dc); /* the fourth of signals_history */
         TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (399.0f - (float)ago), u_dc);
@@ -284,7 +291,7 @@ static void test_history_ends_with_the_period_of_the_fault(void)
 static float newest_u_dc(void)
 {
     float u_dc;
-    memcpy(&u_dc, &tap_history_at(&drive.history, 0u)[3], sizeof u_dc);
+    memcpy(&u_dc, &kept(0u)[3], sizeof u_dc);
     return u_dc;
 }
 
@@ -299,8 +306,8 @@ static void test_history_ends_with_the_step_before_a_trip(void)
     samples.u_dc = 302.0f;
     steps(300);
     TEST_ASSERT_EQUAL_FLOAT(301.0f, newest_u_dc());
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_OPERATION_ENABLED, tap_history_at(&drive.history, 0u)[0]);
-    TEST_ASSERT_EQUAL_UINT32(TAP_PERIODS, tap_history_count(&drive.history));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_OPERATION_ENABLED, kept(0u)[0]);
+    TEST_ASSERT_EQUAL_UINT32(KEPT, capture_count(&drive.capture));
 }
 
 /* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
@@ -316,12 +323,12 @@ static void test_history_begins_anew_with_the_reset(void)
     samples.u_dc = 303.0f;
     steps(1);
     expect_state(DRIVE_NOT_READY);
-    TEST_ASSERT_EQUAL_UINT32(1u, tap_history_count(&drive.history));
+    TEST_ASSERT_EQUAL_UINT32(1u, capture_count(&drive.capture));
     TEST_ASSERT_EQUAL_FLOAT(303.0f, newest_u_dc());
     steps(4);
     drive_stop(&drive, REASON_BOARD_FAILED);
     steps(4);
-    TEST_ASSERT_EQUAL_UINT32(5u, tap_history_count(&drive.history));
+    TEST_ASSERT_EQUAL_UINT32(5u, capture_count(&drive.capture));
 }
 
 /* ---- parameters ---- */

@@ -22,6 +22,8 @@ static double complex integrals(void)
            (double complex)I * (double)drive.current_control.q.integral;
 }
 
+#define OMEGA_E 400.0f /* [rad/s] that the loop claims: well above the hand-over's */
+
 /* In the stationary frame. */
 static double complex voltage(void)
 {
@@ -49,14 +51,16 @@ static void given_operation(uint32_t count)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* The estimate's angle is set beside the encoder's: the same voltage in both frames. */
+/* The estimate's angle is set beside the encoder's, with the EMF of its speed, so that it is believed: the
+ * same voltage in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {
     for (int n = 0; n < 8; n++) {
         setUp();
         given_operation(700u);
         const float angle = drive.demand.frame.theta_e + 0.4f + 0.7f * (float)n;
-        chosen_lock(&drive.estimator, (position_t){angle_wrap(angle), 0.0f});
+        chosen_lock(&drive.estimator, (position_t){angle_wrap(angle), OMEGA_E});
+        drive.estimator.tracker.pll.emf = (dq_t){0.0f, params.motor_flux_linkage * OMEGA_E};
         preset(3.0f, -4.0f);
         const double complex before = voltage();
         const double from = (double)drive.demand.frame.theta_e;

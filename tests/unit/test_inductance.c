@@ -10,7 +10,10 @@
 #define EVERY  4u
 #define PSI    0.183
 #define L_TRUE 12.5e-3
+#define R_TRUE 0.97
 #define I_Q    4.5
+
+static const double PI = 3.14159265358979323846;
 
 /* What the rotor does and what is known of it. */
 typedef struct {
@@ -22,7 +25,9 @@ typedef struct {
     double ripple;             /* of e_q [V] ... */
     double ripple_omega;       /* ... at this frequency [rad/s] */
     double acceleration;       /* [rad/s^2] */
-    double resistance;         /* error of R [ohm] */
+    double resistance;         /* error of R, seen by e_q alone [ohm] */
+    double r, r_from;          /* true R, and that of the parameters [ohm] */
+    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle stands */
     double swing;              /* of i_q per i_d, late by 5 ms [-] */
     double detector;           /* [-] */
     double follows;            /* i_d per reference [-] */
@@ -42,6 +47,8 @@ static motor_t usual(void)
                      .l_d_from = L_TRUE,
                      .l_q_from = L_TRUE,
                      .i_q = I_Q,
+                     .r = R_TRUE,
+                     .r_from = R_TRUE,
                      .follows = 1.0,
                      .rate = 2.0,
                      .sound = true};
@@ -61,6 +68,8 @@ static void believe(const motor_t *motor)
         .inductance_d = (float)(ratio * motor->l_d_from),
         .inductance_q = x.learnt.value,
         .from = (float)motor->l_q_from,
+        .resistance = x.resistance.value,
+        .resistance_from = (float)motor->r_from,
         .flux_linkage = (float)PSI,
         .current_max = 10.0f,
         .rate = (float)motor->rate,
@@ -75,6 +84,7 @@ static void begin(const motor_t *motor)
 {
     memset(&x, 0, sizeof x);
     x.learnt = (learnt_value_t){(float)motor->l_q_from, (float)motor->l_q_from};
+    x.resistance = (learnt_value_t){(float)motor->r_from, (float)motor->r_from};
     believe(motor);
     const inductance_tuning_t tuning = x.tuning;
     inductance_init(&x, &tuning);
@@ -82,12 +92,23 @@ static void begin(const motor_t *motor)
     time_now = 0.0;
 }
 
-/* A period of the drive. */
-static void period(int number, float emf_q, dq_t current, const inductance_input_t *input)
+/* A period of the drive: its share of the means, and with the last of them their step. */
+static void period(int number, dq_t emf, dq_t current, const inductance_input_t *beside)
 {
-    inductance_add(&x, emf_q, current, input->sound);
+    static inductance_input_t means;
+    if (number % (int)EVERY == 1) {
+        means = (inductance_input_t){.sound = true, .voltage_known = true};
+    }
+    means.emf.q += emf.q / (float)EVERY;
+    means.emf.d += emf.d / (float)EVERY;
+    means.current.d += current.d / (float)EVERY;
+    means.current.q += current.q / (float)EVERY;
+    means.sound = means.sound && beside->sound;
+    means.detector = beside->detector;
+    means.omega_smooth = beside->omega_smooth;
+    means.theta = beside->theta;
     if (number % (int)EVERY == 0) {
-        inductance_step(&x, input);
+        inductance_step(&x, &means);
     }
 }
 
@@ -96,17 +117,26 @@ static double asked_most, asked_least;
 
 static void run(const motor_t *motor, double seconds)
 {
-    static double i_d, i_d_slow, i_q_asked;
+    static double i_d, i_d_slow, i_q_asked, ahead, rotor;
     asked_most = 0.0;
     asked_least = 0.0;
-    for (int n = 0; n < (int)(seconds / PERIOD + 0.5); n++) {
+    for (int n = 1; n <= (int)(seconds / PERIOD + 0.5); n++) {
         const double omega = motor->omega + motor->acceleration * time_now;
         const double i_q = motor->i_q + motor->swing * i_d_slow + i_q_asked;
         const double l_q = (double)x.tuning.inductance_q;
         const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
                            motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
-        const inductance_input_t input = {(float)motor->detector, (float)omega, motor->sound};
-        period(n, (float)emf, (dq_t){(float)i_d, (float)i_q}, &input);
+        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle before the rotor's) + dR i_d
+         */
+        const double drop = PSI * omega * ahead + (motor->r - (double)x.tuning.resistance) * i_d +
+                            motor->noise * random_pm1();
+        ahead -= PERIOD * motor->loop * drop / (PSI * omega);
+        rotor = remainder(rotor + PERIOD * omega, 2.0 * PI);
+        const inductance_input_t input = {.detector = (float)motor->detector,
+                                          .omega_smooth = (float)omega,
+                                          .theta = (float)remainder(rotor + ahead, 2.0 * PI),
+                                          .sound = motor->sound};
+        period(n, (dq_t){(float)drop, (float)emf}, (dq_t){(float)i_d, (float)i_q}, &input);
         const dq_t dither = x.dither;
         i_d += 0.1 * (motor->follows * (double)dither.d - i_d);
         i_d_slow += 0.02 * (i_d - i_d_slow);
@@ -114,7 +144,7 @@ static void run(const motor_t *motor, double seconds)
         asked_most = fmax(asked_most, (double)dither.d);
         asked_least = fmin(asked_least, (double)dither.d);
         time_now += PERIOD;
-        if (n % 100 == 99) {
+        if (n % 100 == 0) {
             believe(motor);
         }
     }
@@ -162,6 +192,68 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
         run(&motor, 9.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, ratio());
         TEST_ASSERT_TRUE(x.confidence > 0.99f);
+    }
+}
+
+/* R half and twice as large as believed, with a loop whose angle stands, that follows a part of the dither
+ * and that follows most of it: the same, in both directions, with torque and without. */
+static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
+{
+    static const double loops[] = {0.0, 100.0, 400.0};
+    for (int n = 0; n < 24; n++) {
+        motor_t motor = usual();
+        const double wrong = n % 2 ? 1.6 : 0.6;
+        motor.omega = n / 2 % 2 ? -60.0 : 60.0;
+        motor.i_q = n / 4 % 2 ? 0.1 : 4.5;
+        motor.loop = loops[n / 8];
+        motor.r_from = wrong * R_TRUE;
+        motor.rate = 3.0;
+        begin(&motor);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, (double)x.resistance.value / R_TRUE);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, ratio());
+    }
+}
+
+/* Fast, R hardly counts and hardly shows. */
+static void test_r_is_not_sought_while_fast(void)
+{
+    motor_t motor = usual();
+    motor.omega = 1.01 * (double)INDUCTANCE_R_SPEED_MAX;
+    motor.r_from = 1.5 * R_TRUE;
+    begin(&motor);
+    run(&motor, 3.0);
+    TEST_ASSERT_EQUAL_FLOAT((float)motor.r_from, x.resistance.value);
+}
+
+/* Without torque the dither serves R alone: it ends when the rate has fallen to a fifth, by its law after 7.5
+ * s at 3/s; L stays as it is. */
+static void test_without_torque_it_asks_for_r_for_a_while(void)
+{
+    motor_t motor = usual();
+    motor.omega = 60.0;
+    motor.i_q = 0.1;
+    motor.rate = 3.0;
+    motor.l_d_from = motor.l_q_from = 1.2 * L_TRUE;
+    begin(&motor);
+    run(&motor, 6.0);
+    TEST_ASSERT_TRUE(asked_most > 0.4);
+    run(&motor, 6.0);
+    run(&motor, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, asked_most);
+    TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
+}
+
+static void test_r_stays_within_half_and_twice_the_parameter(void)
+{
+    for (int n = 0; n < 2; n++) {
+        motor_t motor = usual();
+        motor.omega = 60.0;
+        motor.rate = 10.0;
+        motor.r_from = (n ? 2.5 : 0.4) * R_TRUE;
+        begin(&motor);
+        run(&motor, 8.0);
+        TEST_ASSERT_EQUAL_FLOAT((n ? 0.5f : 2.0f) * (float)motor.r_from, x.resistance.value);
     }
 }
 
@@ -219,6 +311,25 @@ static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
             begin(&motor);
             run(&motor, 5.0);
             TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, ratio());
+        }
+    }
+}
+
+/* The sixth is the dead time's, its neighbours what an offset of the current sensors makes of it: a dither
+ * beside the small current of a motor without torque would beat with them. Where R is looked for, up to 15.9
+ * Hz. */
+static void test_without_torque_it_keeps_away_from_the_sixth_harmonic_and_its_neighbours(void)
+{
+    for (double hertz = 5.0; hertz <= 15.5; hertz += 0.1) {
+        motor_t motor = usual();
+        motor.omega = 2.0 * PI * hertz;
+        motor.i_q = 0.0;
+        begin(&motor);
+        run(&motor, 0.1);
+        TEST_ASSERT_TRUE(asked_most > 0.0);
+        const double dither = 1.0 / (x.tuning.wave[x.which].steps * EVERY * PERIOD);
+        for (int times = 5; times <= 7; times++) {
+            TEST_ASSERT_TRUE(fabs(dither - times * hertz) > (double)INDUCTANCE_NEAR - 0.5);
         }
     }
 }
@@ -298,9 +409,9 @@ static void test_no_number_and_no_emf_teach_nothing(void)
         begin(&motor);
         run(&motor, 0.9);
         const float before = x.learnt.value;
-        const inductance_input_t input = {0.0f, 400.0f, n == 2};
-        for (int k = 0; k < 10000; k++) {
-            period(k, emfs[n], (dq_t){currents[n], 4.5f}, &input);
+        const inductance_input_t input = {.omega_smooth = 400.0f, .sound = n == 2};
+        for (int k = 1; k <= 10000; k++) {
+            period(k, (dq_t){0.0f, emfs[n]}, (dq_t){currents[n], 4.5f}, &input);
         }
         TEST_ASSERT_FLOAT_WITHIN(0.0f, before, x.learnt.value);
         run(&motor, 5.0);
@@ -344,10 +455,15 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_l_goes_to_the_truth_by_its_rate);
+    RUN_TEST(test_r_goes_to_the_truth_whatever_the_loop_follows);
+    RUN_TEST(test_r_is_not_sought_while_fast);
+    RUN_TEST(test_without_torque_it_asks_for_r_for_a_while);
+    RUN_TEST(test_r_stays_within_half_and_twice_the_parameter);
     RUN_TEST(test_the_dither_is_a_twentieth_of_the_limit);
     RUN_TEST(test_a_salient_motor_keeps_its_ratio);
     RUN_TEST(test_noise_averages_out);
     RUN_TEST(test_a_ripple_at_the_electrical_frequency_is_kept_away_from);
+    RUN_TEST(test_without_torque_it_keeps_away_from_the_sixth_harmonic_and_its_neighbours);
     RUN_TEST(test_a_swing_of_i_q_is_opposed);
     RUN_TEST(test_it_rests_where_there_is_nothing_to_see);
     RUN_TEST(test_it_does_not_learn_from_a_cycle_that_was_spoilt);

@@ -45,7 +45,7 @@ static uint32_t lost_after(float omega_e)
     lock_reset(&lock, omega_e);
     for (uint32_t n = 1u; n <= 1000u; n++) {
         lock_step(&lock, &estimate);
-        if (lock_is_lost(&lock, estimate.omega_smooth, omega_e)) {
+        if (lock_is_lost(&lock, estimate.omega_smooth, omega_e, true)) {
             return n;
         }
     }
@@ -113,7 +113,7 @@ static void test_estimate_that_stands_while_speed_is_asked_for_shows(void)
                  {0.0f, 0.0f, false},   {0.0f, -41.9f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         lock_reset(&lock, cases[n].omega);
-        TEST_ASSERT_EQUAL(cases[n].lost, lock_is_lost(&lock, cases[n].omega, cases[n].omega_ref));
+        TEST_ASSERT_EQUAL(cases[n].lost, lock_is_lost(&lock, cases[n].omega, cases[n].omega_ref, true));
     }
 }
 
@@ -136,7 +136,7 @@ static void test_reset_is_a_lock_that_has_lasted(void)
     estimate.detector = 1.0f;
     TEST_ASSERT_TRUE(lost_after(OMEGA) > 0u);
     lock_reset(&lock, -2.0f * OMEGA);
-    TEST_ASSERT_FALSE(lock_is_lost(&lock, -2.0f * OMEGA, -2.0f * OMEGA));
+    TEST_ASSERT_FALSE(lock_is_lost(&lock, -2.0f * OMEGA, -2.0f * OMEGA, true));
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 2.0f * OMEGA * PSI, lock.expected);
     TEST_ASSERT_EQUAL_FLOAT(lock.expected, lock.projection);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
@@ -151,8 +151,23 @@ static void test_new_coefficients_act_and_the_means_go_on(void)
     const lock_tuning_t tuning = lock_prepare(&params);
     lock_take(&lock, &tuning);
     TEST_ASSERT_TRUE(lock.projection == before.projection && lock.expected == before.expected);
-    TEST_ASSERT_TRUE(lock_is_lost(&lock, 1.9f * SLOW, 2.1f * ASKED));
-    TEST_ASSERT_FALSE(lock_is_lost(&lock, 1.9f * SLOW, 1.9f * ASKED));
+    TEST_ASSERT_TRUE(lock_is_lost(&lock, 1.9f * SLOW, 2.1f * ASKED, true));
+    TEST_ASSERT_FALSE(lock_is_lost(&lock, 1.9f * SLOW, 1.9f * ASKED, true));
+}
+
+/* Half a radian off: the EMF is still along the axis, the detector alone tells. */
+static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
+{
+    make_estimate(200.0f, cosf(0.5f), -sinf(0.5f));
+    estimate.detector = sinf(0.5f);
+    (void)lost_after(200.0f);
+    TEST_ASSERT_TRUE(lock_is_lost(&lock, 200.0f, 200.0f, true));
+    TEST_ASSERT_FALSE(lock_is_lost(&lock, 200.0f, 200.0f, false));
+    make_estimate(200.0f, 0.0f, 0.0f);
+    for (int n = 0; n < 200; n++) {
+        lock_step(&lock, &estimate);
+    }
+    TEST_ASSERT_TRUE(lock_is_lost(&lock, 200.0f, 200.0f, false));
 }
 
 int main(void)
@@ -167,5 +182,6 @@ int main(void)
     RUN_TEST(test_expectation_has_a_floor);
     RUN_TEST(test_reset_is_a_lock_that_has_lasted);
     RUN_TEST(test_new_coefficients_act_and_the_means_go_on);
+    RUN_TEST(test_scatter_is_no_sign_before_the_loop_has_settled);
     return UNITY_END();
 }

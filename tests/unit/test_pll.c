@@ -585,6 +585,57 @@ static void test_filter_starts_empty_or_settled(void)
     }
 }
 
+/* F at what the EMF tells with a psi_f that is wrong, I at the rest: the loop stays on the rotor, which it
+ * leaves when F starts at the whole speed. */
+static void test_lock_with_a_wrong_psi_f_stays_locked(void)
+{
+    static const double gammas[] = {1.0 / 0.75, 1.0 / 1.25};
+    pll_params_t params = design(200.0f, 50.0f);
+    params.emf_cutoff = 1000.0f;
+    for (int n = 0; n < 4; n++) {
+        const double direction = n % 2 ? -1.0 : 1.0;
+        const double gamma = gammas[n / 2];
+        const float speed_per_volt = (float)(gamma / PSI);
+        for (int whole = 0; whole < 2; whole++) {
+            pll_t pll;
+            start(&pll, &params, 0.0, direction * SPEED);
+            pll_reset_emf(&pll, (float)(PSI * SPEED));
+            if (whole == 0) {
+                pll_reset_feedforward(&pll, speed_per_volt);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5 * SPEED, gamma * direction * SPEED, (double)pll.feedforward);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5 * SPEED, (1.0 - gamma) * direction * SPEED,
+                                          (double)pll.integral);
+            }
+            double largest = 0.0;
+            for (int k = 0; k < 1000; k++) {
+                const double theta = direction * SPEED * k * T;
+                const position_t p = pll_step(&pll, emf_at(theta, direction * SPEED), speed_per_volt, 0.0f);
+                largest = fmax(largest, fabs(circle(theta - (double)p.theta_e)));
+            }
+            TEST_ASSERT_EQUAL(whole == 0, largest < 1e-4);
+            TEST_ASSERT_EQUAL(whole == 1, largest > 0.2);
+        }
+    }
+}
+
+/* A loop without a feed-forward has no F to split; a speed beyond the limit is cut as in a reset. */
+static void test_split_of_the_speed_keeps_to_the_loop(void)
+{
+    const pll_params_t conventional = design(200.0f, 0.0f);
+    const pll_params_t both = design(200.0f, 50.0f);
+    pll_t pll;
+    start(&pll, &conventional, 0.0, SPEED);
+    pll_reset_emf(&pll, 10.0f);
+    pll_reset_feedforward(&pll, 5.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.feedforward);
+    TEST_ASSERT_EQUAL_FLOAT((float)SPEED, pll.integral);
+    start(&pll, &both, 0.0, SPEED);
+    pll_reset_emf(&pll, 1e9f);
+    pll_reset_feedforward(&pll, 5.0f);
+    TEST_ASSERT_EQUAL_FLOAT(PLL_TURN_LIMIT / (float)T, pll.feedforward);
+    TEST_ASSERT_EQUAL_FLOAT((float)SPEED, pll.integral + pll.feedforward);
+}
+
 /* Nothing that is added while it coasts takes F beyond its limit, or makes it no number. */
 static void test_coasting_keeps_its_limits(void)
 {
@@ -975,6 +1026,8 @@ int main(void)
     RUN_TEST(test_check_names_the_broken_rule);
     RUN_TEST(test_detector_is_the_sine_of_the_error_at_any_amplitude);
     RUN_TEST(test_without_an_emf_it_coasts);
+    RUN_TEST(test_lock_with_a_wrong_psi_f_stays_locked);
+    RUN_TEST(test_split_of_the_speed_keeps_to_the_loop);
     RUN_TEST(test_coasting_keeps_its_limits);
     RUN_TEST(test_emf_filter_makes_no_lag);
     RUN_TEST(test_emf_filter_is_in_front_of_the_loop);

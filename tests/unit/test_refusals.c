@@ -259,8 +259,7 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
         for (size_t m = 0; m < 3 && broken[n].settings[m].row != NULL; m++) {
             table_set(row_of(broken[n].settings[m].row), &params, broken[n].settings[m].value);
         }
-        believed_t believed = params_believed(&params);
-        believed.inertia_known = 1u; /* as it may become */
+        const believed_t believed = params_believed(&params);
         params_estimator(&params, &believed, &estimator);
         TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&estimator, &why), broken[n].field);
         TEST_ASSERT_EQUAL_STRING(broken[n].field, why.field);

@@ -91,6 +91,38 @@ static void test_torque_current_stays_within_the_limit(void)
     expect(step(RUN_SPEED, -100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -10.0f, -100.0f);
 }
 
+/* What heat and DC link leave holds for what is wished for too, has two sides, and may ask for a current. */
+static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
+{
+    run_limit(&run, -2.0f, 4.0f);
+    expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, 4.0f, 100.0f);
+    expect(step(RUN_SPEED, -100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -2.0f, -100.0f);
+    expect(step(RUN_CURRENT, 0.0f, 1.0f, 9.0f, 8.0f), 1.0f, 4.0f, 8.0f);
+    expect(step(RUN_CURRENT, 0.0f, 1.0f, -9.0f, 8.0f), 1.0f, -2.0f, 8.0f);
+    run_limit(&run, -10.0f, -3.0f);
+    expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -3.0f, 100.0f);
+    expect(step(RUN_STOP, 0.0f, 0.0f, 0.0f, -100.0f), 0.0f, -3.0f, 0.0f);
+    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* beside what a hand-over has left */
+    run_limit(&run, -9.0f, 9.0f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
+}
+
+/* A limit that comes and goes: what it cuts off leaves the integral with k_i/k_p, as at current_limit; after
+ * half a second exp(-2.5) of 4 A is left. */
+static void test_what_a_limit_cuts_off_leaves_the_integral(void)
+{
+    for (int n = 0; n < 1000; n++) {
+        (void)step(RUN_CURRENT, 0.0f, 0.0f, 5.0f, 8.0f);
+    }
+    run_limit(&run, -10.0f, 1.0f);
+    for (int n = 0; n < 5000; n++) {
+        TEST_ASSERT_TRUE(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q == 1.0f);
+    }
+    run_limit(&run, -10.0f, 10.0f);
+    const float first = step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q;
+    TEST_ASSERT_FLOAT_WITHIN(2e-3f, 1.0f + 4.0f * 0.082085f, first);
+}
+
 /* At the reference the first torque current is the one that flowed. */
 static void test_from_current_to_speed_without_a_jump(void)
 {
@@ -211,6 +243,8 @@ int main(void)
     RUN_TEST(test_currents_are_taken_as_they_are_wished_for);
     RUN_TEST(test_speed_makes_the_torque_current_and_the_wish_the_other);
     RUN_TEST(test_torque_current_stays_within_the_limit);
+    RUN_TEST(test_torque_current_stays_within_what_is_left_of_the_limit);
+    RUN_TEST(test_what_a_limit_cuts_off_leaves_the_integral);
     RUN_TEST(test_from_current_to_speed_without_a_jump);
     RUN_TEST(test_it_is_entered_with_the_current_that_flows);
     RUN_TEST(test_the_torque_current_fits_beside_what_a_hand_over_has_left);

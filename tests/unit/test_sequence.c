@@ -9,18 +9,25 @@
 
 #define REARM ((uint32_t)(20e-3f / DRIVE_PERIOD + 0.5f)) /* [periods] without a fault or its line */
 
-#define OVERCURRENT (UINT32_C(1) << FAULT_OVERCURRENT)
-#define LATE        (UINT32_C(1) << FAULT_LATE)
+#define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
+#define LATE        fault_set_of(FAULT_LATE)
+#define WARM        fault_set_of(FAULT_SINK_WARM) /* the machine does not ask what a row is about */
+#define BOTH        fault_set_both(OVERCURRENT, LATE)
+#define NOTHING     fault_set_none()
+
+#define STOP_PERIODS 50u
+#define RETRIES      2u
+#define RETRY_PAUSE  ((uint32_t)(1.0f / DRIVE_PERIOD + 0.5f)) /* [periods] */
 
 static sequence_t sequence;
 static requests_t requests;
 static struct {
-    uint32_t faults;
+    fault_set_t faults, stops;
     calibration_t calibration;
 } input;
 static struct {
     uint32_t gates;
-    bool preset, track;
+    bool preset, track, charge;
 } order;
 
 /* What the machine is to find, whichever quantity tells it. */
@@ -36,7 +43,8 @@ static measured_t measured;
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
-    const sequence_tuning_t tuning = {.dc_undervoltage = UNDERVOLTAGE};
+    const sequence_tuning_t tuning = {
+        .dc_undervoltage = UNDERVOLTAGE, .stop_periods = STOP_PERIODS, .retries = RETRIES};
     sequence_init(&sequence, &tuning);
     requests_defaults(&requests);
     memset(&is, 0, sizeof is);
@@ -57,11 +65,19 @@ static void steps(uint32_t count)
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t bits =
-            sequence_step(&sequence, &requests, &measured, input.faults, is.standing, input.calibration);
+            sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
+                                                         is.standing, input.calibration});
         order.gates = bits & SEQUENCE_GATES;
         order.preset = (bits & SEQUENCE_PRESET) != 0u;
         order.track = (bits & SEQUENCE_TRACK) != 0u;
+        order.charge = (bits & SEQUENCE_CHARGE) != 0u;
     }
+}
+
+static void expect_later(fault_set_t expected)
+{
+    TEST_ASSERT_EQUAL_HEX32(expected.word[0], sequence.faults_later.word[0]);
+    TEST_ASSERT_EQUAL_HEX32(expected.word[1], sequence.faults_later.word[1]);
 }
 
 static void expect_state(drive_state_t state)
@@ -116,7 +132,7 @@ static void bring_to_fault(void)
     input.faults = LATE;
     steps(1);
     expect_state(DRIVE_FAULT);
-    input.faults = 0u;
+    input.faults = NOTHING;
     is.tripped = true;
 }
 
@@ -254,7 +270,8 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
         for (int over = 1; over >= 0; over--) {
             const float length = (over != 0 ? 1.001f : 0.999f) * FEEDING;
             measured.current = (ab_t){length * direction.alpha, length * direction.beta};
-            (void)sequence_step(&sequence, &requests, &measured, 0u, false, CALIBRATION_GOES_ON);
+            (void)sequence_step(&sequence, &(sequence_input_t){&requests, &measured, NOTHING, NOTHING, false,
+                                                               CALIBRATION_GOES_ON});
             expect_state(over != 0 ? DRIVE_READY : DRIVE_SWITCHED_ON);
             TEST_ASSERT_EQUAL_INT32(over != 0 ? REASON_ROTOR_TOO_FAST : REASON_NONE, sequence.refusal);
         }
@@ -406,12 +423,12 @@ static void test_a_fault_in_any_state_opens_the_bridge_in_the_same_step(void)
         if (state == (int32_t)DRIVE_FAULT) {
             continue;
         }
-        input.faults = OVERCURRENT | LATE;
+        input.faults = BOTH;
         steps(1);
         expect_state(DRIVE_FAULT);
         expect_order(GATES_OFF, false, false);
         TEST_ASSERT_EQUAL_INT32(REASON_OVERCURRENT, sequence.fault_reason); /* the graver */
-        TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later);
+        expect_later(NOTHING);
         TEST_ASSERT_FALSE(sequence_bridge_on(&sequence));
     }
 }
@@ -435,17 +452,17 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     bring_to_fault();
     input.faults = OVERCURRENT;
     steps(1);
-    input.faults = 0u;
+    input.faults = NOTHING;
     steps(5);
     TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
-    TEST_ASSERT_EQUAL_HEX32(OVERCURRENT, sequence.faults_later);
+    expect_later(OVERCURRENT);
     steps(REARM);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
     input.faults = LATE;
     steps(1);
     expect_state(DRIVE_FAULT);
-    TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later); /* nothing of the one before */
+    expect_later(NOTHING); /* nothing of the one before */
 }
 
 /* What stopped the drive goes on, or comes again: that is known already. */
@@ -455,15 +472,15 @@ static void test_the_latched_fault_is_no_later_one(void)
     input.faults = LATE;
     steps(3);
     TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
-    TEST_ASSERT_EQUAL_HEX32(0u, sequence.faults_later);
-    input.faults = 0u;
+    expect_later(NOTHING);
+    input.faults = NOTHING;
     steps(3);
-    input.faults = LATE | OVERCURRENT;
+    input.faults = BOTH;
     steps(1);
-    TEST_ASSERT_EQUAL_HEX32(OVERCURRENT, sequence.faults_later);
+    expect_later(OVERCURRENT);
     sequence_fault(&sequence, REASON_BOARD_FAILED); /* is no row of the table: all that comes is later */
     steps(1);
-    TEST_ASSERT_EQUAL_HEX32(LATE | OVERCURRENT, sequence.faults_later);
+    expect_later(BOTH);
 }
 
 /* Exactly so long must it be quiet: of faults or of the line, whichever was last. */
@@ -474,10 +491,10 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
             setUp();
             bring_to_fault();
             steps(3u * REARM);
-            input.faults = line == 0 ? LATE : 0u;
+            input.faults = line == 0 ? LATE : NOTHING;
             is.fault_line = line != 0;
             steps(1);
-            input.faults = 0u;
+            input.faults = NOTHING;
             is.fault_line = false;
             steps(quiet - 1u);
             requests.fault_reset = 1;
@@ -555,6 +572,241 @@ static void test_after_a_reset_it_calibrates_and_starts_as_at_first(void)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
+/* ---- a fault that lets the motor stop first ---- */
+
+static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
+{
+    bring_to_operation();
+    input.stops = WARM;
+    steps(1);
+    expect_state(DRIVE_QUICK_STOP);
+    expect_order(GATES_KEEP, false, false);
+    input.stops = NOTHING; /* what has begun is brought to its end */
+    steps(10);
+    expect_state(DRIVE_QUICK_STOP);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
+    is.standing = true;
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    expect_order(GATES_OFF, false, false);
+    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+    expect_later(NOTHING);
+}
+
+static void test_a_stop_that_takes_too_long_opens_the_bridge(void)
+{
+    bring_to_operation();
+    input.stops = WARM;
+    steps(STOP_PERIODS);
+    expect_state(DRIVE_QUICK_STOP);
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+}
+
+static void test_off_ends_a_stop_in_its_fault(void)
+{
+    bring_to_operation();
+    input.stops = WARM;
+    steps(2);
+    requests.enable = REQUEST_OFF;
+    steps(1);
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+}
+
+/* The first cause is kept, not the second. */
+static void test_a_fault_during_a_stop_opens_at_once_and_comes_later(void)
+{
+    for (int outside = 0; outside < 2; outside++) {
+        setUp();
+        bring_to_operation();
+        input.stops = WARM;
+        steps(2);
+        if (outside != 0) {
+            sequence_fault(&sequence, REASON_OVERCURRENT);
+        } else {
+            input.faults = OVERCURRENT;
+            steps(1);
+        }
+        expect_state(DRIVE_FAULT);
+        TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+        expect_later(OVERCURRENT);
+    }
+}
+
+static void test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once(void)
+{
+    for (int32_t state = 0; state < STATES; state++) {
+        setUp();
+        bring_to[state]();
+        if (state == (int32_t)DRIVE_FAULT) {
+            continue;
+        }
+        input.stops = WARM;
+        steps(1);
+        const bool brakes = state == (int32_t)DRIVE_OPERATION_ENABLED || state == (int32_t)DRIVE_QUICK_STOP;
+        expect_state(brakes ? DRIVE_QUICK_STOP : DRIVE_FAULT);
+        is.standing = true;
+        steps(1);
+        expect_state(DRIVE_FAULT);
+        TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+    }
+}
+
+/* ---- what a reset that is refused says, and one that comes by itself ---- */
+
+static void test_a_refused_reset_tells_what_is_still_there(void)
+{
+    static const struct {
+        bool fault, stop, line;
+        int32_t present;
+    } cases[] = {
+        {true, false, false, REASON_OVERCURRENT},
+        {false, true, false, REASON_SINK_WARM},
+        {false, false, true, REASON_MODULE_FAULT},
+        {false, false, false, REASON_LATE}, /* has gone, but not for long enough */
+    };
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        bring_to_fault();
+        input.faults = cases[n].fault ? OVERCURRENT : NOTHING;
+        input.stops = cases[n].stop ? WARM : NOTHING;
+        is.fault_line = cases[n].line;
+        sequence.quiet_periods = 0u;
+        steps(1);
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* nobody has asked */
+        requests.fault_reset = 1;
+        steps(1);
+        expect_state(DRIVE_FAULT);
+        TEST_ASSERT_EQUAL_INT32(cases[n].present, sequence.fault_present);
+        input.faults = NOTHING;
+        input.stops = NOTHING;
+        is.fault_line = false;
+        steps(REARM);
+        requests.fault_reset = 0;
+        steps(1);
+        reset_edge();
+        expect_state(DRIVE_NOT_READY);
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present);
+    }
+}
+
+static void fail_the_module(void)
+{
+    sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    requests.enable = REQUEST_ON;
+    sequence_fault(&sequence, REASON_MODULE_FAULT);
+}
+
+static void test_a_fault_of_the_module_resets_itself_so_often_and_no_more(void)
+{
+    bring_to_operation();
+    for (uint32_t n = 0; n < RETRIES; n++) {
+        fail_the_module();
+        steps(RETRY_PAUSE - 1u);
+        expect_state(DRIVE_FAULT);
+        steps(1);
+        expect_state(DRIVE_NOT_READY);
+    }
+    fail_the_module();
+    steps(3u * RETRY_PAUSE);
+    expect_state(DRIVE_FAULT);
+    requests.enable = REQUEST_OFF; /* whoever looks after it may have as many again */
+    steps(1);
+    requests.enable = REQUEST_ON;
+    steps(2u * RETRY_PAUSE);
+    expect_state(DRIVE_NOT_READY);
+}
+
+static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
+{
+    bring_to_operation();
+    input.faults = LATE;
+    steps(1);
+    input.faults = NOTHING;
+    steps(3u * RETRY_PAUSE);
+    expect_state(DRIVE_FAULT);
+    setUp();
+    bring_to_operation();
+    fail_the_module();
+    is.fault_line = true;
+    steps(3u * RETRY_PAUSE);
+    expect_state(DRIVE_FAULT);
+    is.fault_line = false;
+    steps(REARM);
+    expect_state(DRIVE_NOT_READY);
+}
+
+/* A minute without a fault and all retries are there again. */
+static void test_retries_are_forgotten_after_a_quiet_minute(void)
+{
+    bring_to_operation();
+    fail_the_module();
+    steps(RETRY_PAUSE);
+    expect_state(DRIVE_NOT_READY);
+    TEST_ASSERT_EQUAL_UINT32(1u, sequence.retried);
+    sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    sequence.retry_periods = 0u;
+    steps(60u * RETRY_PAUSE - 1u);
+    TEST_ASSERT_EQUAL_UINT32(1u, sequence.retried);
+    steps(1);
+    TEST_ASSERT_EQUAL_UINT32(0u, sequence.retried);
+}
+
+/* ---- gate supplies, a lost supply ---- */
+
+/* From the duties that the gates come on with to the last one before the operation the lower switches alone
+ * are on; without anything to charge never. */
+static void test_gates_are_charged_before_anything_is_controlled(void)
+{
+    for (uint32_t periods = 0; periods < 8u; periods++) {
+        setUp();
+        sequence.tuning.charge_periods = periods;
+        bring_to_switched_on();
+        TEST_ASSERT_EQUAL(periods > 0u, order.charge);
+        if (periods > 0u) {
+            steps(1);
+            expect_order(GATES_OFF, false, false);
+            TEST_ASSERT_TRUE(order.charge);
+        }
+        steps(1);
+        expect_order(GATES_ON, false, false);
+        TEST_ASSERT_EQUAL(periods > 0u, order.charge);
+        is.tripped = false;
+        for (uint32_t n = 0; n < periods; n++) {
+            steps(1);
+            expect_state(DRIVE_SWITCHED_ON);
+            expect_order(GATES_KEEP, false, false);
+            TEST_ASSERT_TRUE(order.charge);
+        }
+        steps(1);
+        expect_state(DRIVE_OPERATION_ENABLED);
+        expect_order(GATES_KEEP, true, true);
+        TEST_ASSERT_FALSE(order.charge);
+    }
+}
+
+/* Gates off at once, no fault, and on again as soon as the link is there and `enable` still on. */
+static void test_a_coasting_drive_comes_on_again_by_itself(void)
+{
+    bring_to_operation();
+    steps(REARM);
+    sequence_coast(&sequence);
+    is.undervoltage = true;
+    is.tripped = true;
+    steps(1);
+    expect_state(DRIVE_READY);
+    expect_order(GATES_OFF, false, false);
+    TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, sequence.refusal);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
+    steps(1000);
+    expect_state(DRIVE_READY);
+    is.undervoltage = false;
+    steps(1);
+    expect_state(DRIVE_SWITCHED_ON);
+}
+
 /* ---- all of it ---- */
 
 static void test_bridge_is_on_in_three_states(void)
@@ -581,7 +833,7 @@ static void test_no_input_leads_where_it_must_not(void)
         {true, false, false, false, false, true} /* fault */
     };
     static bool seen[6][6];
-    for (uint32_t bits = 0; bits < UINT32_C(1) << 13; bits++) {
+    for (uint32_t bits = 0; bits < UINT32_C(1) << 14; bits++) {
         for (int32_t enable = REQUEST_OFF; enable <= REQUEST_QUICK_STOP; enable++) {
             for (int32_t state = 0; state < STATES; state++) {
                 setUp();
@@ -592,13 +844,14 @@ static void test_no_input_leads_where_it_must_not(void)
                 sequence.fault_reset_seen = (int32_t)(bits >> 3 & 1u);
                 requests.enable = enable;
                 requests.fault_reset = (int32_t)(bits >> 4 & 1u);
-                input.faults = (bits >> 5 & 1u) != 0u ? OVERCURRENT : 0u;
+                input.faults = (bits >> 5 & 1u) != 0u ? OVERCURRENT : NOTHING;
                 is.fault_line = (bits >> 6 & 1u) != 0u;
                 is.tripped = (bits >> 7 & 1u) != 0u;
                 is.undervoltage = (bits >> 8 & 1u) != 0u;
                 is.feeding = (bits >> 9 & 1u) != 0u;
                 is.standing = (bits >> 10 & 1u) != 0u;
-                input.calibration = (calibration_t)((bits >> 11) % 3u);
+                input.calibration = (calibration_t)((bits >> 11 & 3u) % 3u);
+                input.stops = (bits >> 13 & 1u) != 0u ? WARM : NOTHING;
                 steps(1);
 
                 const int32_t next = sequence.state;
@@ -615,7 +868,7 @@ static void test_no_input_leads_where_it_must_not(void)
                 TEST_ASSERT_EQUAL(begins, order.preset);
                 TEST_ASSERT_EQUAL(begins && next == (int32_t)DRIVE_OPERATION_ENABLED, order.track);
                 /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
-                TEST_ASSERT_TRUE(input.faults == 0u || next == (int32_t)DRIVE_FAULT);
+                TEST_ASSERT_TRUE(!fault_set_any(input.faults) || next == (int32_t)DRIVE_FAULT);
                 TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,
                                   state != (int32_t)DRIVE_FAULT && sequence.fault_reason != REASON_NONE);
             }
@@ -648,12 +901,23 @@ int main(void)
     RUN_TEST(test_a_fault_from_outside_acts_in_any_state);
     RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
     RUN_TEST(test_the_latched_fault_is_no_later_one);
+    RUN_TEST(test_a_stop_brakes_and_latches_its_fault_at_standstill);
+    RUN_TEST(test_a_stop_that_takes_too_long_opens_the_bridge);
+    RUN_TEST(test_off_ends_a_stop_in_its_fault);
+    RUN_TEST(test_a_fault_during_a_stop_opens_at_once_and_comes_later);
+    RUN_TEST(test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once);
+    RUN_TEST(test_a_refused_reset_tells_what_is_still_there);
+    RUN_TEST(test_a_fault_of_the_module_resets_itself_so_often_and_no_more);
+    RUN_TEST(test_no_other_fault_and_no_lasting_one_resets_itself);
+    RUN_TEST(test_retries_are_forgotten_after_a_quiet_minute);
     RUN_TEST(test_reset_needs_quiet_for_its_whole_time);
     RUN_TEST(test_reset_needs_an_edge);
     RUN_TEST(test_a_reset_from_before_the_fault_is_no_edge);
     RUN_TEST(test_a_reset_elsewhere_does_nothing);
     RUN_TEST(test_a_fault_tells_why_it_refuses);
     RUN_TEST(test_after_a_reset_it_calibrates_and_starts_as_at_first);
+    RUN_TEST(test_gates_are_charged_before_anything_is_controlled);
+    RUN_TEST(test_a_coasting_drive_comes_on_again_by_itself);
     RUN_TEST(test_bridge_is_on_in_three_states);
     RUN_TEST(test_no_input_leads_where_it_must_not);
     return UNITY_END();

@@ -44,7 +44,7 @@ static void take(speed_control_t *control, const speed_control_params_t *params)
 /* With all of the limit. */
 static float step(speed_control_t *control, float omega_m_ref, float omega_m)
 {
-    return speed_control_step(control, omega_m_ref, omega_m, control->current_limit);
+    return speed_control_step(control, omega_m_ref, omega_m, -control->current_limit, control->current_limit);
 }
 
 static void test_first_output_is_proportional(void)

@@ -23,7 +23,7 @@ static speed_control_t control;
 /* i_q within the limit of the tuning [A]. */
 static float step(float omega_m_ref, float omega_m)
 {
-    return speed_control_step(&control, omega_m_ref, omega_m, control.current_limit);
+    return speed_control_step(&control, omega_m_ref, omega_m, -control.current_limit, control.current_limit);
 }
 
 static void begin_with(double weight, float limit)

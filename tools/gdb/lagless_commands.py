@@ -113,6 +113,23 @@ class Gate(gdb.Breakpoint):
         return False
 
 
+class Freed(gdb.Breakpoint):
+    """A rig is done with: how many periods it had. Those that only judge a scenario have none."""
+
+    def __init__(self):
+        super().__init__(function="rig_free", internal=True)
+        self.periods = 0
+
+    def stop(self):
+        try:
+            rig = gdb.newest_frame().read_var("rig")
+            if int(rig) != 0:
+                self.periods = max(self.periods, int(rig["state"]["period"]))
+        except (ValueError, gdb.error):
+            pass
+        return False
+
+
 def within_its_function(frame):
     """Does the frame's line belong to its function? Not at an inlined copy whose first instruction the compiler has
     moved forward, in front of the question whether there is anything to do at all."""
@@ -311,6 +328,7 @@ def go_on(stop_before, again):
     travelling = True
     for breakpoint in (entry, gate, fault, written, begun):
         breakpoint.hit = False
+    freed.periods = 0
     try:
         if again or not program_lives():
             run_again(stop_before)
@@ -368,6 +386,10 @@ def go_to(period):
     if not program_lives():
         if gate.hit:
             raise gdb.GdbError(f"no interrupt came in period {period} or later, and the program ended")
+        if 0 < freed.periods <= period:
+            raise gdb.GdbError(
+                f"the program ended before period {period}: it has {freed.periods}, 0 to {freed.periods - 1}"
+            )
         raise gdb.GdbError(
             f"the program ended before period {period} "
             "(if it had that many: does it honour LAGLESS_STOP, as 'lagless run' does?)"
@@ -598,9 +620,10 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
                 f"u_dc {show.number(snapshot['u_dc'])} V, theta_e {show.degrees(snapshot['theta_e'])}, "
                 f"omega_e {show.number(snapshot['omega_e'])} rad/s\n"
             )
-            if int(sequence["faults_later"]):
+            if show.fault_rows_of(sequence["faults_later"]):
                 gdb.write(f"  later: {show.fault_names(sequence['faults_later'], ', ')}\n")
-            self.tell_history(drive["history"], period)
+            self.tell_history(drive["capture"])
+        found = self.tell_log(drive["log"], int(sequence["fault_reason"]) != 0) or found
         for row in show.fault_rows_of(drive["guard"]["warnings"]):
             found = True
             self.tell("warning", int(row["reason"]))
@@ -610,6 +633,17 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         found = self.tell_misuse(state["chip"]) or found
         if not found:
             gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', sequence['state'])}\n")
+
+    @staticmethod
+    def tell_log(log, latched):
+        """Earlier faults, newest first: those that a reset has not taken from the drive's log. Were there some?"""
+        count, kept = int(log["count"]), log["faults"].type.range()[1] + 1
+        newest = count - (1 if latched else 0)
+        for number in range(newest - 1, max(-1, count - kept - 1), -1):
+            fault = log["faults"][number % kept]
+            gdb.write(f"earlier: {show.reason_name(fault['reason'])} at {time.seconds(int(fault['period']), period_ticks())}, "
+                      f"in {show.choice('signals_table', 'manoeuvre', fault['manoeuvre'])}\n")
+        return newest > 0
 
     @staticmethod
     def tell(kind, number):
@@ -633,19 +667,21 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         return True
 
     @classmethod
-    def tell_history(cls, history, period):
-        """The newest periods that the drive has kept, of which this one is the last."""
-        periods = history["slots"].type.range()[1] + 1
-        count = min(int(history["next"]), cls.PERIODS)
+    def tell_history(cls, capture):
+        """The newest periods that the drive's capture has kept (contract/capture.h)."""
+        tuning, slots, kept = capture["tuning"], capture["slots"], show.captured(capture)
+        columns, width, ring = (int(tuning[name]) for name in ("columns", "width", "ring"))
+        count = min(kept, cls.PERIODS)
         if count == 0:
             return
-        rows = show.rows_by_id("signals_table", show.elements(gdb.parse_and_eval("signals_history")))
+        rows = show.rows_by_id("signals_table", [tuning["id"][n] for n in range(columns)])
         lines = [["period", *(show.text_at(row["name"]) for row in rows)], ["", *(show.unit_of(row) for row in rows)]]
         for ago in reversed(range(count)):
-            slots = history["slots"][(int(history["next"]) - 1 - ago) % periods]
-            lines.append([str(period - ago), *(show.slot_text(row, slots[n]) for n, row in enumerate(rows))])
+            first = (int(capture["next"]) - (ago + 1) * width) % ring
+            cells = (show.slot_text(row, slots[first + n]) for n, row in enumerate(rows))
+            lines.append([str(int(capture["newest"]) - ago), *cells])
         widths = [max(len(line[n]) for line in lines) for n in range(len(lines[0]))]
-        gdb.write(f"  the last {count} of {min(int(history['next']), periods)} periods that the drive has kept:\n")
+        gdb.write(f"  the last {count} of {kept} periods that the drive has kept:\n")
         for line in lines:
             gdb.write("    " + "  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths)).rstrip() + "\n")
 
@@ -891,7 +927,7 @@ For example: print $rig()->state.chip.tick"""
 
 travelling = False
 entry = Entry()
-gate, fault, written, begun = Gate(), Fault(), Written(), Begun()
+gate, fault, written, begun, freed = Gate(), Fault(), Written(), Begun(), Freed()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)
 front_end = FrontEnd()

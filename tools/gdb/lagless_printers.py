@@ -96,13 +96,14 @@ def slot_text(row, slot):
     return str(bits - 2**32 if kind == "SLOT_INT" and bits >= 2**31 else bits)
 
 
-def fault_rows_of(bits):
-    """Rows of the fault table (drive/faults.h) whose bits are set."""
-    return [row for n, row in enumerate(elements(global_value("fault_rows"))) if int(bits) >> n & 1]
+def fault_rows_of(fault_set):
+    """Rows of the fault table (drive/faults.h) that are in a fault_set_t."""
+    words = [int(word) for word in elements(fault_set["word"])]
+    return [row for n, row in enumerate(elements(global_value("fault_rows"))) if words[n // 32] >> n % 32 & 1]
 
 
-def fault_names(bits, separator="|"):
-    return separator.join(text_at(row["name"]) for row in fault_rows_of(bits)) or "none"
+def fault_names(fault_set, separator="|"):
+    return separator.join(text_at(row["name"]) for row in fault_rows_of(fault_set)) or "none"
 
 
 def bit_names(value, names):
@@ -166,9 +167,18 @@ def show_samples(v):
     )
 
 
-def show_history(v):
-    kept = min(int(v["next"]), v["slots"].type.range()[1] + 1)
-    return f"{kept} periods of {v['slots'].type.target().range()[1] + 1} rows"
+CAPTURE_STATES = ("idle", "armed", "triggered", "held")
+
+
+def captured(capture):
+    """Periods that a capture_t has kept."""
+    tuning = capture["tuning"]
+    return int(tuning["periods"]) if int(capture["full"]) else int(capture["next"]) // int(tuning["width"])
+
+
+def show_capture(v):
+    state = CAPTURE_STATES[int(v["state"])]
+    return f"{state}, {captured(v)} periods of {int(v['tuning']['columns'])} rows, up to period {int(v['newest'])}"
 
 
 def show_command(v):
@@ -184,7 +194,7 @@ LINES = {
     "frame_t": show_position,
     "drive_samples_t": show_samples,
     "drive_command_t": show_command,
-    "tap_history_t": show_history,
+    "capture_t": show_capture,
 }
 FIELDS = {
     "manoeuvres_t": {
@@ -194,9 +204,12 @@ FIELDS = {
         "state": lambda v: choice("signals_table", "state", v),
         "refusal": reason_name,
         "fault_reason": reason_name,
+        "stop_reason": reason_name,
+        "fault_present": reason_name,
         "faults_later": fault_names,
     },
-    "guard_t": {name: fault_names for name in ("holding", "faults", "warnings")},
+    "guard_t": {name: fault_names for name in ("holding", "failed", "faults", "stops", "losses", "warnings")},
+    "drive_fault_t": {"reason": reason_name, "manoeuvre": lambda v: choice("signals_table", "manoeuvre", v)},
     "measured_t": {"flags": lambda v: bit_names(v, SAMPLE_FLAGS)},
     "requests_t": {
         name: lambda v, name=name: choice("requests_table", name, v) for name in ("enable", "fault_reset", "mode")

@@ -1,5 +1,5 @@
 """Bit fields of the F28335's registers that hal/f28335/registers.h declares: where they lie and what their values mean.
-Field names are those of registers.h where it has one, else TI's (SPRUFB0, SPRUG04, SPRU812, SPRUG05).
+Field names are those of registers.h where it has one, else TI's (SPRUFB0, SPRUG04, SPRU812, SPRUG05, SPRUFZ5).
 
 A field is (name, lowest bit, width, meanings); meanings are the names of the values from 0 up, "a|b|c", or a function that
 makes the name of a value, or None."""
@@ -181,6 +181,31 @@ SYSCTRL = {
     "MAPCNF": bits("MAPEPWM"),
 }
 
+SCIA = {
+    "SCICCR": [
+        ("SCICHAR", 0, 3, "|".join(f"{n} bits" if n > 1 else "1 bit" for n in range(1, 9))),
+        ("ADDRIDLE", 3, 1, "idle line|address bit"),
+        ("LOOPBKENA", 4, 1, None),
+        ("PARITYENA", 5, 1, None),
+        ("PARITY", 6, 1, "odd|even"),
+        ("STOPBITS", 7, 1, "one|two"),
+    ],
+    "SCICTL1": bits("RXENA TXENA SLEEP TXWAKE - SWRESET RXERRINTENA"),
+    "SCICTL2": bits("TXINTENA RXBKINTENA - - - - TXEMPTY TXRDY"),
+    "SCIRXST": bits("RXWAKE PE OE FE BRKDT RXRDY RXERROR", 1),
+    "SCIRXBUF": [("RXDT", 0, 8, None), ("SCIFFPE", 14, 1, None), ("SCIFFFE", 15, 1, None)],
+    "SCIFFTX": [("TXFFIL", 0, 5, None)]
+    + bits("TXFFIENA TXFFINTCLR TXFFINT", 5)
+    + [("TXFFST", 8, 5, None)]
+    + bits("TXFIFORESET SCIFFENA SCIRST", 13),
+    "SCIFFRX": [("RXFFIL", 0, 5, None)]
+    + bits("RXFFIENA RXFFINTCLR RXFFINT", 5)
+    + [("RXFFST", 8, 5, None)]
+    + bits("RXFIFORESET RXFFOVRCLR RXFFOVF", 13),
+    "SCIFFCT": [("FFTXDLY", 0, 8, None)] + bits("CDC ABDCLR ABD", 13),
+    "SCIPRI": bits("FREE SOFT", 3),
+}
+
 FLASH = {
     "FOPT": bits("ENPIPE"),
     "FPWR": [("PWR", 0, 2, "sleep|standby|-|active")],
@@ -213,6 +238,7 @@ for group in range(1, 13):
 PIN_FUNCTIONS = {n: f"EPWM{n // 2 + 1}{'AB'[n % 2]}|?|?" for n in range(12)}
 PIN_FUNCTIONS.update({12: "TZ1|?|?", 13: "TZ2|?|?", 14: "TZ3|?|?", 15: "TZ4|?|?", 16: "?|?|TZ5", 17: "?|?|TZ6"})
 PIN_FUNCTIONS.update({20: "EQEP1A|?|?", 21: "EQEP1B|?|?", 22: "EQEP1S|?|?", 23: "EQEP1I|?|?"})
+PIN_FUNCTIONS.update({28: "SCIRXDA|?|?", 29: "SCITXDA|?|?", 35: "SCITXDA|?|?", 36: "SCIRXDA|?|?"})
 PIN_FUNCTIONS.update({50: "EQEP1A|?|?", 51: "EQEP1B|?|?", 52: "EQEP1S|?|?", 53: "EQEP1I|?|?"})
 
 
@@ -237,7 +263,8 @@ def fields_of(block, register):
         return gpio_fields("ABC".index(family[4])).get(register, [])
     if family == "PIE" and block != "PIE":
         return PIE.get(f"{block}.{register}", [])
-    tables = {"EPWM": EPWM, "EQEP": EQEP, "ADC": ADC, "SYSCTRL": SYSCTRL, "FLASH": FLASH, "CPUTIMER": CPUTIMER, "PIE": PIE}
+    tables = {"EPWM": EPWM, "EQEP": EQEP, "ADC": ADC, "SYSCTRL": SYSCTRL, "SCIA": SCIA,
+              "FLASH": FLASH, "CPUTIMER": CPUTIMER, "PIE": PIE}
     return tables.get(family, {}).get(register, [])
 
 

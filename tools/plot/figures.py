@@ -88,16 +88,21 @@ class Trace:
     colour: str
     dashed: bool = False
     mark: str = ""  # matplotlib's marker, now and then along the curve
+    limit: bool = False  # does not decide the axis: on it when what it limits comes near
+    wraps: float = 0.0  # half the range of an angle: no line from one end to the other; 0: no angle
+    names: object = None  # of a band: {value: name}, or {"bits": [name...]}
 
 
 @dataclasses.dataclass
 class Panel:
     ylabel: str
     traces: list
-    kind: str = ""  # "error": the error panel
+    kind: str = ""  # "error": the error panel; "bands": a line of named stretches for each trace
     height: float = 1.0
     title: str = ""
     log_y: bool = False
+    note: str = ""  # in the panel's upper right corner
+    range: object = None  # [least, most] of the axis while all of the time is shown
 
 
 @dataclasses.dataclass

@@ -284,10 +284,13 @@ def data_table(data, names, lines, what):
 # ---- the page ----
 
 def picture(figure, folder):
-    png = (folder / "pictures" / f'{figure["id"]}.png').read_bytes()
+    return image((folder / "pictures" / f'{figure["id"]}.png').read_bytes(), f'{figure_name(figure)}: {figure["title"]}')
+
+
+def image(png, alt):
     width, height = struct.unpack(">II", png[16:24])
-    return (f'<img width="{width}" height="{height}" decoding="async" alt="{escape(figure_name(figure))}: '
-            f'{escape(figure["title"])}" src="data:image/png;base64,{base64.b64encode(png).decode("ascii")}">')
+    return (f'<img width="{width}" height="{height}" decoding="async" alt="{escape(alt)}" '
+            f'src="data:image/png;base64,{base64.b64encode(png).decode("ascii")}">')
 
 
 def embedded(value):
@@ -295,10 +298,15 @@ def embedded(value):
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
 
 
+def room(panel):
+    """[px] that a panel takes with its legend, about."""
+    return 40 + 22 * len(panel["traces"]) if panel["kind"] == "bands" else round(70 + 150 * panel["height"])
+
+
 def interactive(figure, drawn):
     parts = []
     for plot in drawn:
-        height = 60 + sum(round(70 + 150 * panel["height"]) for panel in plot["panels"])  # so that nothing jumps later
+        height = 60 + sum(room(panel) for panel in plot["panels"])  # so that nothing jumps later
         parts.append(f'<div class="plots" data-figure="{figure["id"]}" style="min-height:{height}px">'
                      '<button type="button" class="draw">draw the plots to zoom into</button>'
                      f'<script type="application/json">{embedded({**plot, "events": figure["events"]})}</script></div>')
@@ -365,10 +373,18 @@ def write(folder, manifest, drawn, tables):
                       f'{escape(figure["paper"] or figure["id"].replace("_", " "))}</a> ' for figure in figures),
         how=escape(how), counts=counts(manifest["rows"]), verdicts=verdict_table(manifest), sections=sections,
         conditions=condition_table(manifest), seed=escape(manifest["seed"]), commit=escape(manifest["commit"]),
-        seconds=number(manifest["seconds"]),
-        licence=f"<details><summary>uPlot draws the plots; its licence</summary><pre>{escape(library['licence'])}</pre>"
-                "</details>" if library else "")
-    fresh = folder / "index.html.new"  # so that a report that cannot be finished leaves the last one in place
+        seconds=number(manifest["seconds"]), licence=licence(library))
+    return replaced(folder / "index.html", text)
+
+
+def licence(library):
+    return ("<details><summary>uPlot draws the plots; its licence</summary><pre>"
+            f"{escape(library['licence'])}</pre></details>" if library else "")
+
+
+def replaced(path, text):
+    """Writes the file; one that cannot be finished leaves the last one in place."""
+    fresh = path.with_name(path.name + ".new")
     fresh.write_text(text, encoding="utf-8")
-    os.replace(fresh, folder / "index.html")
-    return folder / "index.html"
+    os.replace(fresh, path)
+    return path

@@ -29,7 +29,7 @@ LINE = 155           # [characters] of conditions
 PERIODS = 2          # electrical, in an enlarged stretch
 PERIOD = 60.0 / (1500.0 * 4)  # [s] electrical, at 1500 r/min
 
-SYMBOL = re.compile(r"\b(omega|psi|i|k|a)_([a-z])\b")
+SYMBOL = re.compile(r"\b(omega|psi|i|u|k|a)_([a-z])\b")
 
 
 def typeset(text):
@@ -56,7 +56,7 @@ class Sheet:
     """One picture in the making: title, condition, a grid of panels below; lengths in inches."""
 
     def __init__(self, figure, manifest, heights, columns=1, gaps=None, head=0.3, left=0.85, right=0.2, between=0.75,
-                 note=""):
+                 note="", title=None):
         style.pyplot(**{"font.size": 8.5, "legend.fontsize": 8, "axes.titlesize": 9})
         self.id = figure["id"]
         below = conditions(figure, manifest) + ([note] if note else [])
@@ -69,7 +69,7 @@ class Sheet:
         self.figure = Figure(figsize=(WIDTH, self.height), dpi=DPI)
         FigureCanvasAgg(self.figure)  # which knows the size of text
         whose = f"{figure['paper']} " if figure.get("paper") else "Beyond the paper:"
-        self.figure.text(0.5, 1.0 - 0.10 / self.height, typeset(f"{whose} {figure['title']}"), fontsize=11, ha="center",
+        self.figure.text(0.5, 1.0 - 0.10 / self.height, typeset(title or f"{whose} {figure['title']}"), fontsize=11, ha="center",
                          va="top")
         for n, line in enumerate(below):
             self.figure.text(0.5, 1.0 - (0.35 + 0.15 * n) / self.height, typeset(line), fontsize=7.5, ha="center",
@@ -102,16 +102,16 @@ def letters(axes):
                       textcoords="offset points")
 
 
-def legend(axis, handles=None, title=""):
+def legend(axis, handles=None, title="", indent=0.3):
     """Above the axes, right of the panel's letter, in as many lines as it needs; above that a title."""
     handles = handles or axis.get_legend_handles_labels()[0]
     renderer = axis.figure.canvas.get_renderer()
     for lines in range(1, len(handles) + 1):
-        shown = axis.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.3 / axis.inches, 1.0),
+        shown = axis.legend(handles=handles, loc="lower left", bbox_to_anchor=(indent / axis.inches, 1.0),
                             ncol=math.ceil(len(handles) / lines), handlelength=2.0, columnspacing=1.0,
                             borderaxespad=0.2,
                             borderpad=0.0, handletextpad=0.4, labelspacing=0.25)
-        if shown.get_window_extent(renderer).width <= (axis.inches - 0.25) * DPI:
+        if shown.get_window_extent(renderer).width <= (axis.inches + 0.05 - indent) * DPI:
             break
     if title:
         axis.set_title(typeset(title), fontweight="bold", pad=5 + 12 * lines)
@@ -130,8 +130,9 @@ def curve(axis, data, x, trace, window=None, **look):
     xs, ys = part(data, x, trace.column, window)
     if not len(xs):
         return  # the run was shorter
-    if data.units[trace.column] == "rad":  # a wrapped angle jumps, and no line belongs there
-        jumps = numpy.flatnonzero(numpy.abs(numpy.diff(ys)) > math.pi) + 1
+    half = trace.wraps or (math.pi if data.units[trace.column] == "rad" else 0.0)
+    if half:  # a wrapped angle jumps, and no line belongs there
+        jumps = numpy.flatnonzero(numpy.abs(numpy.diff(ys)) > half) + 1
         xs, ys = numpy.insert(xs, jumps, xs[jumps]), numpy.insert(ys, jumps, numpy.nan)
     look = {"color": trace.colour, "linewidth": 1.0, **(style.WANTED if trace.dashed else {}), **look}
     line, = axis.plot(*style.outline(xs.tolist(), ys.tolist(), most=int(axis.inches * DPI)), label=typeset(trace.label),

@@ -16,6 +16,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+import progress
 import style
 from table import InputError
 
@@ -110,7 +111,10 @@ def report(folder, manifest):
     # The largest first, so that none is still being drawn when the others are done.
     jobs = [(folder, figure, manifest) for figure in sorted(manifest["figures"], key=size, reverse=True)]
     with multiprocessing.Pool(max(2, os.cpu_count() or 2)) as pool:
-        done = list(pool.imap_unordered(draw, jobs))
+        done = []
+        for figure in pool.imap_unordered(draw, jobs):
+            done.append(figure)
+            progress.tell(len(done) / len(jobs))
     import page
     index = page.write(folder, manifest, {name: plots for name, plots, _ in done},
                        {name: table for name, _, table in done})

@@ -28,16 +28,19 @@ def pyplot(**settings):
 
 
 def outline(time, values, most=4000):
-    """The same curve with fewer points: least and largest of each stretch, so that no peak is lost."""
+    """The same curve with fewer points: least and largest of each stretch, so that no peak is lost, and every gap (NaN)."""
     count = len(time)
     if count <= most:
         return time, values
-    kept = {0, count - 1}
+    gaps = [index for index in range(count) if values[index] != values[index]]
+    kept = {0, count - 1, *gaps}
+    gaps = set(gaps)
     stretch = math.ceil(2 * count / most)
     for begin in range(0, count, stretch):
-        indices = range(begin, min(begin + stretch, count))
-        kept.add(min(indices, key=values.__getitem__))
-        kept.add(max(indices, key=values.__getitem__))
+        indices = [index for index in range(begin, min(begin + stretch, count)) if index not in gaps]
+        if indices:
+            kept.add(min(indices, key=values.__getitem__))
+            kept.add(max(indices, key=values.__getitem__))
     order = sorted(kept)
     return [time[i] for i in order], [values[i] for i in order]
 

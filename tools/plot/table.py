@@ -1,4 +1,4 @@
-"""CSV whose first line names each column with its unit: `name[unit],...`; of demo.py and figures.py."""
+"""CSV whose first line names each column with its unit: `name[unit],...`; of figures.py."""
 import csv
 import math
 

@@ -1,4 +1,8 @@
 # Cortex-M4F with hard float, simulated: QEMU's board mps2-an386; files, console and exit code by semihosting.
+include("${CMAKE_CURRENT_LIST_DIR}/need.cmake")
+lagless_need(m4f arm-none-eabi-gcc gcc-arm-none-eabi)
+lagless_need_library(m4f arm-none-eabi-gcc rdimon.specs libnewlib-arm-none-eabi)
+lagless_need(m4f qemu-system-arm qemu-system-arm)
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-m4)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

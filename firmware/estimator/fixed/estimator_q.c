@@ -51,13 +51,19 @@ static uint32_t reset_observer(estimator_q_t *est, int32_t omega_e, ab_q_t curre
     return mode == LAG_EXACT ? 0u : lag_angle_q(smo, mode, omega_e) - lag_angle_q(smo, LAG_EXACT, omega_e);
 }
 
-void estimator_lock_q(estimator_q_t *est, position_q_t start, int32_t amplitude)
+static void reset_tracker(estimator_q_t *est, position_q_t start, int32_t amplitude)
 {
     est->load = 0;
     pll_reset_q(&est->pll, start);
     pll_reset_emf_q(&est->pll, amplitude);
     (void)pll_coast_q(&est->pll, 0);
     debounce_reset(&est->debounce);
+}
+
+void estimator_lock_q(estimator_q_t *est, position_q_t start, int32_t amplitude)
+{
+    reset_tracker(est, start, amplitude);
+    pll_reset_feedforward_q(&est->pll, est->speed_per_volt);
 }
 
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
@@ -68,7 +74,7 @@ void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current)
                   q_clamp(q_multiply(length, rotor.cos, UNIT_Q), SAMPLE_LARGEST)};
 
     uint32_t added = reset_observer(est, start.omega_e, current, emf);
-    estimator_lock_q(est, (position_q_t){start.theta_e + added, start.omega_e}, q_magnitude(length));
+    reset_tracker(est, (position_q_t){start.theta_e + added, start.omega_e}, q_magnitude(length));
     est->coasted = 0u;
 }
 

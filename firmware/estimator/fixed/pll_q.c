@@ -72,6 +72,20 @@ static void take_speeds(pll_q_t *pll, int64_t feedforward, int64_t integral)
     pll->omega_smooth = short_speed(integral + feedforward);
 }
 
+static int32_t speed_of(int32_t emf, int32_t speed_per_volt)
+{
+    return q_cut(q_product(emf, speed_per_volt), VOLTAGE_Q + SPEED_PER_VOLT_Q - SPEED_Q, SPEED_Q - 2);
+}
+
+void pll_reset_feedforward_q(pll_q_t *pll, int32_t speed_per_volt)
+{
+    if (pll->tuning.feedforward_share > 0 && q_magnitude(pll->omega_smooth) >= pll->tuning.signed_speed) {
+        const int64_t whole = pll->feedforward + pll->integral;
+        pll->feedforward = q_clamp_long(long_speed(speed_of(pll->emf.q, speed_per_volt)), PLL_SPEED_LIMIT);
+        pll->integral = whole - pll->feedforward;
+    }
+}
+
 position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration)
 {
     int64_t feedforward = pll->feedforward + acceleration;
@@ -144,9 +158,7 @@ position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_
         detector = -q_multiply(sine, soft_sign(pll), UNIT_Q);
     }
 
-    int32_t speed_of_emf =
-        q_cut(q_product(signed_emf, speed_per_volt), VOLTAGE_Q + SPEED_PER_VOLT_Q - SPEED_Q, SPEED_Q - 2);
-    int32_t missing = speed_of_emf - short_speed(pll->feedforward);
+    int32_t missing = speed_of(signed_emf, speed_per_volt) - short_speed(pll->feedforward);
     int64_t feedforward =
         pll->feedforward + q_product(pll->tuning.feedforward_share, 2 * missing) + acceleration;
     feedforward = speed_within(feedforward, PLL_SHORT_LIMIT, pll->feedforward);

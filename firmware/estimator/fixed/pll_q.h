@@ -50,11 +50,13 @@ typedef struct {
     int32_t amplitude;     /* |e| of the last step */
 } pll_q_t;
 
-/* As pll_take(), pll_reset(), pll_reset_emf(), pll_step(), pll_coast() and pll_watch(); `acceleration` is
- * what the speed gains in a period, Q63, within +-2 PLL_SPEED_LIMIT; `speed_per_volt` is Q30. */
+/* As pll_take(), pll_reset(), pll_reset_emf(), pll_reset_feedforward(), pll_step(), pll_coast() and
+ * pll_watch(); `acceleration` is what the speed gains in a period, Q63, within +-2 PLL_SPEED_LIMIT;
+ * `speed_per_volt` is Q30. */
 void pll_take_q(pll_q_t *pll, const pll_tuning_q_t *tuning);
 void pll_reset_q(pll_q_t *pll, position_q_t start);
 void pll_reset_emf_q(pll_q_t *pll, int32_t amplitude);
+void pll_reset_feedforward_q(pll_q_t *pll, int32_t speed_per_volt);
 position_q_t pll_step_q(pll_q_t *pll, ab_q_t emf, int32_t speed_per_volt, int64_t acceleration);
 position_q_t pll_coast_q(pll_q_t *pll, int64_t acceleration);
 position_q_t pll_watch_q(pll_q_t *pll, ab_q_t emf, int64_t acceleration);

@@ -5,6 +5,11 @@
 (() => {
     const LEAST_SPAN = 6; // [steps of the axis] zoomed in no further: single periods are then far apart
     const NEAR = 40; // [steps of the axis] a button for it
+    const LIMIT_NEAR = 0.4; // of a limit: what comes so far brings it onto the axis
+    const BAND = 22; // [px] a line of a panel of bands
+    const LABEL = 58; // [px] room for the numbers of an axis, at least
+    const BUTTONS = 16; // events with a button, at most
+    const TINTS = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [119, 119, 119]];
     const figures = new Map(); // id -> {plots, full, view, ...}: what its layouts share
     const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -68,6 +73,7 @@
         ctx.textBaseline = "alphabetic";
         let free = bbox.left;
         for (const event of layout.events) {
+            ctx.strokeStyle = ctx.fillStyle = colour(event.kind === "fault" ? "--bad" : "--soft");
             const x = Math.round(plot.valToPos(event.time, "x", true)) + 0.5;
             if (x < bbox.left || x > bbox.left + bbox.width) {
                 continue;
@@ -77,13 +83,134 @@
             ctx.lineTo(x, bbox.top + bbox.height);
             ctx.stroke();
             const end = x + 5 * ratio + ctx.measureText(event.text).width;
-            if (top && x >= free && end < bbox.left + bbox.width) {
+            if (top && event.kind !== "manoeuvre" && x >= free && end < bbox.left + bbox.width) {
                 ctx.fillText(event.text, x + 4 * ratio, bbox.top - 4 * ratio);
                 free = end + 4 * ratio;
             }
         }
         ctx.restore();
     }
+
+    /* Begin, end (index behind the last) and value of each stretch of equal values. */
+    function stretches(values) {
+        const found = [];
+        for (let i = 1, begin = 0; i <= values.length; i++) {
+            if (i === values.length || values[i] !== values[begin]) {
+                found.push([begin, i, values[begin]]);
+                begin = i;
+            }
+        }
+        return found;
+    }
+
+    function nameOf(trace, number) {
+        const value = Math.round(number);
+        if (!trace.names) {
+            return String(value);
+        }
+        if (trace.names.bits) {
+            const bits = Array.from({length: 32}, (_, bit) => bit).filter(bit => Math.floor(value / 2 ** bit) % 2);
+            return bits.map(bit => trace.names.bits[bit] || `bit ${bit}`).join(", ") || "none";
+        }
+        return trace.names[value] || String(value);
+    }
+
+    /* What is nothing has no colour, what is a fault that of one. */
+    function tint(trace, value) {
+        const name = nameOf(trace, value);
+        if (value === 0 || name === "none") {
+            return null;
+        }
+        const wrong = /^(fault|warning)/.test(trace.column.replace(/^[AB]\./, "")) || name === "fault";
+        return wrong ? "rgba(200, 30, 30, 0.38)" : `rgba(${TINTS[value % TINTS.length]}, 0.3)`;
+    }
+
+    function drawBands(plot, panel, found) {
+        const {ctx, bbox} = plot;
+        const ratio = devicePixelRatio;
+        const high = bbox.height / panel.traces.length;
+        const x = plot.data[0];
+        const place = k => Math.min(Math.max(plot.valToPos(x[Math.min(k, x.length - 1)], "x", true), bbox.left), bbox.left + bbox.width);
+        ctx.save();
+        ctx.font = `${11 * ratio}px ${getComputedStyle(document.body).fontFamily}`;
+        ctx.textAlign = "left";
+        ctx.textBaseline = "middle";
+        panel.traces.forEach((trace, row) => {
+            const top = bbox.top + row * high;
+            if (!plot.series[row + 1].show) {
+                return;
+            }
+            for (const [begin, end, value] of found[row]) {
+                const [from, to] = [place(begin), place(end)];
+                if (value == null || to - from < 0.5 * ratio) {
+                    continue;
+                }
+                const fill = tint(trace, value);
+                if (fill) {
+                    ctx.fillStyle = fill;
+                    ctx.fillRect(from, top + ratio, to - from, high - 2 * ratio);
+                }
+                ctx.fillStyle = colour("--ink");
+                if (begin > 0 && from > bbox.left) {
+                    ctx.fillRect(from, top + ratio, ratio, high - 2 * ratio);
+                }
+                const text = nameOf(trace, value);
+                ctx.fillStyle = colour(fill ? "--ink" : "--soft");
+                if (ctx.measureText(text).width + 8 * ratio < to - from) {
+                    ctx.fillText(text, from + 4 * ratio, top + high / 2);
+                }
+            }
+        });
+        ctx.restore();
+    }
+
+    /* Above the panel's right corner. */
+    function drawNote(plot, text) {
+        const {ctx, bbox} = plot;
+        const ratio = devicePixelRatio;
+        ctx.save();
+        ctx.font = `${11 * ratio}px ${getComputedStyle(document.body).fontFamily}`;
+        ctx.textAlign = "right";
+        ctx.textBaseline = "alphabetic";
+        ctx.fillStyle = colour("--soft");
+        ctx.fillText(text, bbox.left + bbox.width, bbox.top - 4 * ratio, bbox.width);
+        ctx.restore();
+    }
+
+    /* The axis of a panel that has limits, or a range of its own for all of the time. */
+    function reach(panel, figure) {
+        return (plot, min, max) => {
+            const [first, last] = figure.full;
+            if (panel.range && figure.view[0] === first && figure.view[1] === last) {
+                return panel.range;
+            }
+            if (min == null) {
+                return [0, 1];
+            }
+            const far = Math.max(Math.abs(min), Math.abs(max)) / LIMIT_NEAR;
+            panel.traces.forEach((trace, k) => {
+                const {show, idxs} = plot.series[k + 1];
+                for (let i = idxs[0]; trace.limit && show && i <= idxs[1]; i++) {
+                    const value = plot.data[k + 1][i];
+                    if (value != null && Math.abs(value) <= far) {
+                        [min, max] = [Math.min(min, value), Math.max(max, value)];
+                    }
+                }
+            });
+            return uPlot.rangeNum(min, max, 0.1, true);
+        };
+    }
+
+    /* Where an angle turns round there is no line. */
+    const turns = half => (plot, k, from, to, gaps) => {
+        const values = plot.data[k];
+        for (let i = from + 1; i <= to; i++) {
+            if (values[i] != null && values[i - 1] != null && Math.abs(values[i] - values[i - 1]) > half) {
+                gaps.push([i - 1, i].map((at, end) => Math.round(plot.valToPos(plot.data[0][at], "x", true)) + 2 * end - 1));
+            }
+        }
+        return gaps.sort((a, b) => a[0] - b[0]);
+    };
 
     function decimal(number, exponent) {
         return number.toFixed(Math.max(0, -exponent)).replace("-", "−");
@@ -108,10 +235,41 @@
         return {
             label: trace.label, stroke: () => black ? colour("--ink") : trace.colour, width: trace.dashed ? 1.5 : 1.2,
             dash: trace.dashed ? [6, 4] : undefined, value: value(layout.columns[trace.column]), points: {size: 5},
+            auto: !trace.limit, ...(trace.wraps ? {gaps: turns(trace.wraps)} : {}),
         };
     }
 
-    function panelOptions(host, layout, figure, index) {
+    /* A trace of a panel of bands is no line: its cursor tells the name. */
+    function band(trace) {
+        return {
+            label: trace.label, stroke: trace.colour, paths: () => null, points: {show: false},
+            value: (_, number) => number == null ? "–" : nameOf(trace, number),
+        };
+    }
+
+    function bandsOptions(layout, panel, found, options) {
+        const count = panel.traces.length;
+        const font = "11px system-ui, sans-serif";
+        return {
+            ...options, height: BAND * count + options.padding[0] + 6,
+            scales: {...options.scales, y: {range: () => [0, count]}},
+            axes: [{...options.axes[0], show: false, size: 0},
+                   {...options.axes[1], label: undefined, labelSize: 0, size: layout.label + 18, font, gap: 4, grid: {show: false}, ticks: {show: false},
+                    splits: () => panel.traces.map((_, k) => count - k - 0.5), values: () => panel.traces.map(trace => trace.label)}],
+            series: [options.series[0], ...panel.traces.map(band)],
+            hooks: {...options.hooks, draw: [plot => drawBands(plot, panel, found), ...options.hooks.draw]},
+        };
+    }
+
+    /* Room for the longest name of a band, so that all panels begin at the same place. */
+    function labelRoom(layout) {
+        const ctx = document.createElement("canvas").getContext("2d");
+        ctx.font = "11px system-ui, sans-serif";
+        const names = layout.panels.filter(panel => panel.kind === "bands").flatMap(panel => panel.traces.map(trace => trace.label));
+        return Math.max(LABEL, ...names.map(name => Math.ceil(ctx.measureText(name).width) + 8 - 18));
+    }
+
+    function panelOptions(host, layout, figure, index, data) {
         const panel = layout.panels[index];
         const last = index === layout.panels.length - 1;
         const linear = log => log ? {} : {values: ticks};
@@ -120,14 +278,15 @@
             ticks: {stroke: () => colour("--grid"), width: 1}, font: "12px system-ui, sans-serif",
             labelFont: "12px system-ui, sans-serif",
         };
-        return {
+        const ranged = panel.range || panel.traces.some(trace => trace.limit);
+        const options = {
             width: host.clientWidth - 2, height: Math.round((last ? 60 : 38) + 150 * panel.height),
             title: panel.title || undefined,
-            padding: [layout.events.length && index === 0 ? 18 : 8, 14, 0, 0],
+            padding: [panel.note || (layout.events.length && index === 0) ? 18 : 8, 14, 0, 0],
             scales: {x: {time: false, distr: layout.log ? 3 : 1, range: (_, min, max) => [min, max]},
-                     y: {distr: panel.log_y ? 3 : 1}},
+                     y: {distr: panel.log_y ? 3 : 1, ...(ranged ? {range: reach(panel, figure)} : {})}},
             axes: [{...look, ...linear(layout.log), label: last ? layout.xlabel : undefined, labelSize: 20, size: 30},
-                   {...look, ...linear(panel.log_y), label: panel.ylabel, labelSize: 18, size: 58}],
+                   {...look, ...linear(panel.log_y), label: panel.ylabel, labelSize: 18, size: layout.label}],
             series: [{label: layout.xlabel.replace(/ *\[.*/, ""),
                       value: value({unit: layout.x_unit, exponent: figure.exponent})},
                      ...panel.traces.map(trace => line(trace, layout))],
@@ -151,9 +310,10 @@
                         plot.ctx.fillRect(plot.bbox.left, y - 0.5, plot.bbox.width, devicePixelRatio);
                     }
                 }],
-                draw: [plot => drawEvents(plot, layout, index === 0)],
+                draw: [plot => drawEvents(plot, layout, index === 0), ...(panel.note ? [plot => drawNote(plot, panel.note)] : [])],
             },
         };
+        return panel.kind === "bands" ? bandsOptions(layout, panel, data.slice(1).map(stretches), options) : options;
     }
 
     function tools(layout, figure) {
@@ -177,7 +337,8 @@
             button("◂", "to the left", towards(-0.5, 1));
             button("▸", "to the right", towards(0.5, 1));
             const length = figure.full[1] - figure.full[0];
-            for (const event of layout.events) {
+            const manoeuvres = layout.events.length <= BUTTONS;
+            for (const event of layout.events.filter(({kind}) => manoeuvres || kind !== "manoeuvre").slice(0, BUTTONS)) {
                 button(`${event.time} s: ${event.text}`, "zoom to this event",
                        () => zoom(figure, event.time - 0.02 * length, event.time + 0.08 * length));
             }
@@ -201,6 +362,7 @@
         try {
             const layout = JSON.parse(host.querySelector("script").textContent);
             const columns = await unpack(layout);
+            layout.label = labelRoom(layout);
             const x = axis(layout);
             const step = layout.x.step || 0;
             const id = host.dataset.figure + layout.x_unit;
@@ -217,7 +379,7 @@
             host.append(tools(layout, figure));
             host.plots = layout.panels.map((panel, index) => {
                 const data = [x, ...panel.traces.map(trace => columns[trace.column])];
-                const plot = new uPlot(panelOptions(host, layout, figure, index), data, host);
+                const plot = new uPlot(panelOptions(host, layout, figure, index, data), data, host);
                 figure.plots.push(plot);
                 return plot;
             });

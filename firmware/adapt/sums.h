@@ -1,0 +1,68 @@
+/* What the drive learns from: EMF and current, as means over some periods, which they share.
+ *
+ * All that is learnt is slow; but the noise of an observed EMF is L times the change of the current's noise,
+ * of which a sum leaves only the two ends, and a single sample has all. So every period is summed, in the
+ * stationary frame, and the rest done once for some. Seen from the rotor a mean is that of the vectors turned
+ * to its middle: its length falls by (omega t)^2/24, t being the time that it takes: 0.3 % at 650 rad/s and
+ * 0.4 ms, of EMF and current alike. */
+#ifndef ADAPT_SUMS_H
+#define ADAPT_SUMS_H
+
+#include <stdint.h>
+
+#include "math/frames.h"
+
+typedef struct {
+    ab_t emf;         /* sum since the last mean [V] */
+    ab_t current;     /* likewise [A] */
+    uint32_t count;   /* [-] of periods in them */
+    uint32_t unsound; /* [-] not 0: one of these may not be believed */
+} sums_t;
+
+typedef struct {
+    ab_t emf;           /* stationary [V] */
+    ab_t current;       /* stationary [A] */
+    dq_t emf_rotor;     /* of the rotor at the middle of the periods [V] */
+    dq_t current_rotor; /* likewise [A] */
+    float theta;        /* of the rotor at their end [rad] */
+    float omega;        /* likewise, smooth [rad/s] */
+    uint32_t unsound;   /* [-] not 0: one of the periods may not be believed */
+} means_t;
+
+static inline void sums_clear(sums_t *sums)
+{
+    *sums = (sums_t){{0.0f, 0.0f}, {0.0f, 0.0f}, 0u, 0u};
+}
+
+/* Every period: its EMF at t_k, lag undone [V], its current [A], and 0 if both may be believed. */
+static inline void sums_add(sums_t *sums, ab_t emf, ab_t current, uint32_t unsound)
+{
+    sums->emf.alpha += emf.alpha;
+    sums->emf.beta += emf.beta;
+    sums->current.alpha += current.alpha;
+    sums->current.beta += current.beta;
+    sums->unsound |= unsound;
+    sums->count++;
+}
+
+/* The means of what was added, `share` being one over its number [-], for a rotor that has this rotation and
+ * this speed [rad/s] now and was at the middle `ago` [s] before; the sums begin anew. It turned by little
+ * since: by 0.1 rad the rotation is right within 0.2 mrad. */
+static inline void sums_close(sums_t *sums, float share, rotation_t now, float omega, float ago,
+                              means_t *means)
+{
+    const float turned = ago * omega;
+    const float kept = 1.0f - 0.5f * turned * turned;
+    const rotation_t middle = {kept * now.sin - turned * now.cos, kept * now.cos + turned * now.sin};
+    const ab_t emf = {share * sums->emf.alpha, share * sums->emf.beta};
+    const ab_t current = {share * sums->current.alpha, share * sums->current.beta};
+    means->emf = emf;
+    means->current = current;
+    means->emf_rotor = frames_park(emf, middle);
+    means->current_rotor = frames_park(current, middle);
+    means->omega = omega;
+    means->unsound = sums->unsound;
+    sums_clear(sums);
+}
+
+#endif

@@ -1,0 +1,171 @@
+/* What goes on outside the interrupts: the start, the background list, changes from outside. */
+#include "app/app.h"
+
+#include "drive/reasons.h"
+
+#define LEARN_PERIODS DRIVE_PERIODS(10e-3f)  /* from one tuning to the next, at least */
+#define WATCH_PERIODS DRIVE_PERIODS(0.4e-3f) /* from one slice of memory to the next, at least */
+
+/* Whole cycles, not less than was asked for: to a thousandth of one, by which a float may be too large. */
+static uint16_t dead_band_of(const params_t *params)
+{
+    return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.999f);
+}
+
+static uint32_t encoder_max_of(const params_t *params)
+{
+    return 4u * (uint32_t)params->encoder_lines - 1u;
+}
+
+void app_start(void)
+{
+    services_defaults(&app->services);
+    const bool trusted = parameters_start();
+    app->active = app->staged;
+    app->believed = params_believed(&app->active);
+    self_watch_accept(&app->watch, &app->active);
+    drive_init(&app->drive, &app->active);
+    if (!trusted) { /* latched: the bridge stays off until somebody has seen it */
+        drive_stop(&app->drive, REASON_STORE_CORRUPT);
+    }
+    talk_start();
+    const hal_config_t config = {
+        .dead_band_count = dead_band_of(&app->staged),
+        .encoder_count_max = encoder_max_of(&app->staged),
+        .on_sample = app_interrupt,
+        .on_trip = app_trip,
+    };
+    app->board_status = (int32_t)hal_init(&config);
+    if (app->board_status != (int32_t)HAL_OK) {
+        drive_stop(&app->drive, REASON_BOARD_FAILED);
+        return;
+    }
+    hal_watchdog_start();
+}
+
+/* ---- the background list ---- */
+
+static void look(void)
+{
+    hal_interrupts_off();
+    app->seen = (app_seen_t){
+        .period = app->drive.period,
+        .state = app->drive.sequence.state,
+        .fault_reason = app->drive.sequence.fault_reason,
+        .learnt = drive_learnt(&app->drive),
+        .bridge_on = drive_bridge_on(&app->drive) ? 1u : 0u,
+    };
+    drive_attend(&app->drive, app->watch.found | (app->talk.silent != 0u ? GUARD_MASTER_SILENT : 0u));
+    hal_interrupts_on();
+}
+
+/* The tuning of a set, with what is believed, to be offered: the one place that writes the offer. An earlier
+ * one that has not been taken yet is withdrawn. */
+static void tune(const params_t *params, const believed_t *believed)
+{
+    app->believed = *believed;
+    app->believed_at = app->seen.period;
+    drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
+    drive_prepare(&app->drive.offer, params, believed);
+}
+
+/* What is believed beside a set: what was learnt, or what the set itself says if it cannot run on that. */
+static believed_t belief(const params_t *params)
+{
+    const believed_t learnt = drive_believed(params, &app->seen.learnt);
+    return drive_may_believe(params, &learnt) ? learnt : params_believed(params);
+}
+
+/* Turns what was learnt into a tuning: where it has moved enough to be worth one, and not too often. */
+static void learn(void)
+{
+    const believed_t next = drive_believed(&app->active, &app->seen.learnt);
+    if (app->seen.period - app->believed_at >= LEARN_PERIODS && believed_moved(&app->believed, &next) &&
+        drive_may_believe(&app->active, &next)) {
+        tune(&app->active, &next);
+        hal_interrupts_off();
+        drive_offer(&app->drive);
+        hal_interrupts_on();
+    }
+}
+
+static void watch(void)
+{
+    if (app->seen.period - app->watched_at >= WATCH_PERIODS) {
+        app->watched_at = app->seen.period;
+        self_watch_step(&app->watch, &app->active);
+    }
+}
+
+static void show(void)
+{
+    hal_leds(app->seen.bridge_on != 0u, app->seen.state == (int32_t)DRIVE_FAULT);
+    capturing_show();
+}
+
+/* The last task: who comes here has done all others, and the interrupt has run since the last time. */
+static void feed(void)
+{
+    if (app->seen.period != app->fed_period) {
+        app->fed_period = app->seen.period;
+        hal_watchdog_feed();
+    }
+}
+
+void app_background(void)
+{
+    static void (*const tasks[])(void) = {look, learn, watch, show, feed};
+    tasks[app->task]();
+    app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);
+    talk_step();
+}
+
+/* ---- changes from outside ---- */
+
+bool app_apply(params_error_t *why)
+{
+    const params_t *next = &app->staged;
+    if (!params_check(next, why)) {
+        return false;
+    }
+    const bool live = params_check_live(&app->active, next, why);
+    if ((!live && drive_bridge_on(&app->drive)) || !requests_check(&app->drive.requests, next, why)) {
+        return false;
+    }
+    const uint16_t dead_band = dead_band_of(next);
+    const uint32_t encoder_max = encoder_max_of(next);
+
+    const believed_t believed = belief(next);
+    tune(next, &believed);
+    hal_interrupts_off();
+    const bool bridge_on = drive_bridge_on(&app->drive);
+    const bool taken = live || !bridge_on;
+    if (taken) {
+        drive_offer(&app->drive);
+        if (!bridge_on) { /* what lives in registers changes only while the bridge is off */
+            (void)hal_set_dead_band(dead_band);
+            (void)hal_set_encoder(encoder_max);
+        }
+    }
+    hal_interrupts_on();
+    if (taken) {
+        app->active = *next;
+        self_watch_accept(&app->watch, &app->active);
+    } else {
+        const believed_t before = belief(&app->active);
+        tune(&app->active, &before); /* an earlier offer may have been withdrawn: the active set once more */
+        drive_offer(&app->drive);
+    }
+    return taken;
+}
+
+bool app_request(const requests_t *requests, params_error_t *why)
+{
+    if (!requests_check(requests, &app->active, why)) {
+        return false;
+    }
+    hal_interrupts_off();
+    drive_request(&app->drive, requests);
+    hal_interrupts_on();
+    return true;
+}

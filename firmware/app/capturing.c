@@ -1,0 +1,92 @@
+#include "app/capturing.h"
+
+#include "app/app.h"
+#include "drive/reasons.h"
+
+#define FIRST_ROW                                                                                            \
+    UINT32_C(1911) /* what can be wished for, capture_on, and so on in the order of their ids                \
+                    */
+#define LAST_ROW UINT32_C(1927)
+
+static capture_wish_t wish_of(const services_t *services)
+{
+    return (capture_wish_t){
+        .on = services->capture_on,
+        .source = services->capture_source,
+        .level = services->capture_level,
+        .after = services->capture_after,
+        .columns = services->capture_signals,
+        .id = {services->capture_1, services->capture_2, services->capture_3, services->capture_4,
+               services->capture_5, services->capture_6, services->capture_7, services->capture_8,
+               services->capture_9, services->capture_10, services->capture_11, services->capture_12},
+    };
+}
+
+/* The rows stand in the order of the refusals. */
+static bool refuse(uint32_t refusal, const capture_wish_t *wish, params_error_t *why)
+{
+    const table_row_t *row = table_by_id(&services_table, FIRST_ROW + refusal - (uint32_t)CAPTURE_BAD_ON);
+    const bool late = refusal == (uint32_t)CAPTURE_BAD_AFTER;
+    (void)params_refuse(why, row->name, late ? "capture_after < periods that fit" : "id of a signal",
+                        table_get(row, &app->services), table_min(row),
+                        late ? (float)(capture_room(wish->columns) - 1u) : table_max(row));
+    why->id = row->id;
+    why->reason = late ? REASON_CROSS_RULE : REASON_UNKNOWN_ID;
+    return false;
+}
+
+bool capturing_arm(params_error_t *why)
+{
+    capture_tuning_t tuning;
+    const capture_wish_t wish = wish_of(&app->services);
+    const uint32_t refusal = capture_prepare(&wish, &signals_table, &tuning);
+    if (refusal != (uint32_t)CAPTURE_GOOD) {
+        return refuse(refusal, &wish, why);
+    }
+    hal_interrupts_off();
+    capture_arm(&app->drive.capture, &tuning);
+    hal_interrupts_on();
+    capturing_show();
+    return true;
+}
+
+void capturing_trigger(void)
+{
+    hal_interrupts_off();
+    capture_trigger(&app->drive.capture, app->drive.period);
+    hal_interrupts_on();
+    capturing_show();
+}
+
+void capturing_release(void)
+{
+    capture_tuning_t tuning = app->drive.capture.tuning;
+    (void)capture_prepare(&signals_history, &signals_table, &tuning);
+    hal_interrupts_off();
+    capture_release(&app->drive.capture, &tuning);
+    hal_interrupts_on();
+    for (uint32_t id = FIRST_ROW; id <= LAST_ROW; id++) {
+        table_default(table_by_id(&services_table, id), &app->services);
+    }
+    capturing_show();
+}
+
+void capturing_show(void)
+{
+    const capture_t *capture = &app->drive.capture;
+    services_t *services = &app->services;
+    services->capture_state = (int32_t)capture->state; /* first: if it is held, the others are final */
+    services->capture_periods = capture_count(capture);
+    services->capture_at = capture->at;
+}
+
+bool capturing_slot(uint32_t number, uint32_t *bits)
+{
+    const capture_t *capture = &app->drive.capture;
+    const uint32_t columns = capture->tuning.columns;
+    if (capture->state != (uint32_t)CAPTURE_HELD || number >= columns * capture_count(capture)) {
+        return false;
+    }
+    *bits = capture_row(capture, number / columns)[number % columns];
+    return true;
+}

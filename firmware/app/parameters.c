@@ -1,0 +1,75 @@
+#include "app/parameters.h"
+
+#include "app/app.h"
+#include "drive/reasons.h"
+#include "talk/store.h"
+
+/* Of each sector: some sets for an erase, and a look at the start that takes no longer than some ms. */
+#define PAGE_WORDS UINT32_C(2048)
+
+static const store_flash_t flash = {hal_store_word, hal_store_erase, hal_store_program, PAGE_WORDS};
+
+static void tell(parameters_state_t state, uint32_t unknown, uint32_t defaulted)
+{
+    services_t *services = &app->services;
+    services->store_state = (int32_t)state;
+    services->store_unknown = unknown;
+    services->store_defaulted = defaulted;
+}
+
+/* Rows that a set lacks have their defaults, and so have all of none. false: corrupt, likewise. */
+static bool load(params_t *params)
+{
+    static const parameters_state_t states[(uint32_t)STORE_CORRUPT + 1u] = {
+        [STORE_EMPTY] = PARAMETERS_EMPTY,
+        [STORE_LOADED] = PARAMETERS_LOADED,
+        [STORE_MIGRATED] = PARAMETERS_MIGRATED,
+        [STORE_CORRUPT] = PARAMETERS_CORRUPT,
+    };
+    store_told_t told;
+    params_error_t why;
+    const store_found_t found = store_load(&flash, &params_table, params, &told);
+    tell(states[found], told.unknown, told.defaulted);
+    if (found != STORE_CORRUPT && params_check(params, &why)) {
+        return true;
+    }
+    params_defaults(params);
+    tell(PARAMETERS_CORRUPT, told.unknown, params_table.count);
+    return false;
+}
+
+static bool refuse(int32_t reason, const char *rule, params_error_t *why)
+{
+    (void)params_refuse(why, "order", rule, (float)app->services.order, 0.0f, -1.0f);
+    why->id = SERVICE_ORDER;
+    why->reason = reason;
+    return false;
+}
+
+bool parameters_start(void)
+{
+    return load(&app->staged);
+}
+
+bool parameters_load(params_error_t *why)
+{
+    params_t stored;
+    if (!load(&stored)) {
+        return refuse(REASON_STORE_CORRUPT, "a stored set that can be trusted", why);
+    }
+    app->staged = stored;
+    return true;
+}
+
+bool parameters_save(params_error_t *why)
+{
+    if (drive_bridge_on(&app->drive)) {
+        return refuse(REASON_BRIDGE_ON, "the bridge must be off to save", why);
+    }
+    if (!store_save(&flash, &params_table, &app->active)) {
+        return refuse(REASON_STORE_FAILED, "the flash must take all words", why);
+    }
+    tell(PARAMETERS_SAVED, 0u, 0u);
+    app->services.store_saves++;
+    return true;
+}

@@ -1,0 +1,41 @@
+/* Parameters that stay: the store (talk/store.h) in the board's memory, and what the start and the orders do
+ * with it. */
+#ifndef APP_PARAMETERS_H
+#define APP_PARAMETERS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/refusal.h"
+
+typedef enum {
+    PARAMETERS_EMPTY,
+    PARAMETERS_LOADED,
+    PARAMETERS_SAVED,
+    PARAMETERS_MIGRATED,
+    PARAMETERS_CORRUPT
+} parameters_state_t;
+#define PARAMETERS_STATE_NAMES "empty|loaded|saved|migrated|corrupt"
+
+#define APP_STORE_SERVICES(F, I, U, E)                                                                       \
+    E(1940, store_state, PARAMETERS_STATE_NAMES, TABLE_READ,                                                 \
+      "what became of the stored parameters last; corrupt: defaults run, and the bridge is refused until a " \
+      "reset")                                                                                               \
+    U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "since the start")                                        \
+    U(1942, store_unknown, "-", 0, 0, 0, TABLE_READ, "stored rows that this program does not know")          \
+    U(1943, store_defaulted, "-", 0, 0, 0, TABLE_READ,                                                       \
+      "stored rows that this program does not accept, and that got their defaults")
+
+/* At the start: the stored set into app->staged, or the defaults. false: what is stored cannot be trusted, or
+ * its values do not go with each other; then these are the defaults. */
+bool parameters_start(void);
+
+/* From the background: the stored set into app->staged, to be applied; the defaults where none is stored.
+ * false: it cannot be trusted; the staged set is as it was. */
+bool parameters_load(params_error_t *why);
+
+/* From the background: stores the active set. false: `why`; what was stored before still is. While it is
+ * under way, some seconds where a page is erased, no interrupt comes: the bridge must be off. */
+bool parameters_save(params_error_t *why);
+
+#endif

@@ -1,0 +1,171 @@
+#include "app/talk.h"
+
+#include <string.h>
+
+#include "app/app.h"
+#include "app/talk_values.h"
+
+#define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* that ends a frame which is not complete */
+#define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer goes out */
+
+#define FRAMES_MAX 4u /* that a call sends */
+
+HAL_PER_CHIP const talk_line_t *talk_line;
+
+static uint32_t line_read(uint16_t *octets, uint32_t room)
+{
+    return talk_line != NULL ? talk_line->read(octets, room) : hal_serial_read(octets, room);
+}
+
+static uint32_t line_write(const uint16_t *octets, uint32_t count)
+{
+    return talk_line != NULL ? talk_line->write(octets, count) : hal_serial_write(octets, count);
+}
+
+/* What the interrupt writes at any time. */
+static uint32_t now_of(const volatile uint32_t *slot)
+{
+    return *slot;
+}
+
+static uint32_t period(void)
+{
+    return now_of(&app->drive.period);
+}
+
+void talk_start(void)
+{
+    talk_t *talk = &app->talk;
+    memset(talk, 0, sizeof *talk);
+    frame_receiver_init(&talk->receiver, SILENCE_PERIODS);
+    frame_sender_init(&talk->sender);
+    xcp_init(&talk->xcp);
+    daq_clear(&talk->daq);
+}
+
+void talk_restart(void)
+{
+    app->talk.restart = 1u;
+    app->talk.restart_at = period() + RESTART_PERIODS;
+}
+
+/* ---- in ---- */
+
+/* What has come in goes into a buffer, so that a master may be a command ahead. */
+static void fetch(talk_t *talk)
+{
+    const uint32_t waiting = talk->octets_count - talk->octets_at;
+    if (talk->octets_at != 0u) {
+        for (uint32_t n = 0; n < waiting; n++) {
+            talk->octets[n] = talk->octets[talk->octets_at + n];
+        }
+        talk->octets_at = 0u;
+        talk->octets_count = waiting;
+    }
+    if (waiting < TALK_OCTETS) {
+        talk->octets_count += line_read(&talk->octets[waiting], TALK_OCTETS - waiting);
+    }
+    const uint32_t errors = talk_line != NULL ? 0u : hal_serial_errors();
+    if (errors != talk->line_errors) {
+        talk->line_errors = errors;
+        talk->octets_count = 0u;
+        frame_broken(&talk->receiver, period());
+    }
+}
+
+/* Up to the end of a frame: that is carried out, and its answer waits. What stands behind it waits for a next
+ * call: a command is taken when the answer before it is on its way. */
+static void listen(talk_t *talk)
+{
+    const uint32_t now = period();
+    fetch(talk);
+    if (talk->answer_count != 0u) {
+        frame_wait(&talk->receiver, now);
+        return;
+    }
+    frame_listen(&talk->receiver, now);
+    while (talk->octets_at < talk->octets_count) {
+        if (frame_take(&talk->receiver, talk->octets[talk->octets_at++], now)) {
+            talk->heard_at = now;
+            talk->answer_count = xcp_command(&talk->xcp, &talk->daq, &talk_access,
+                                             frame_packet(&talk->receiver), talk->answer);
+            return;
+        }
+    }
+}
+
+/* ---- out ---- */
+
+/* The next packet: an answer goes before samples. */
+static uint32_t packet(talk_t *talk, uint16_t *octets)
+{
+    const uint32_t count = talk->answer_count;
+    if (count != 0u) {
+        for (uint32_t n = 0; n < count; n++) {
+            octets[n] = talk->answer[n];
+        }
+        talk->answer_count = 0u;
+        return count;
+    }
+    return daq_overloaded(&talk->daq, now_of(&talk->daq.lost))
+               ? xcp_overload(octets)
+               : daq_next(&talk->daq, now_of(&talk->daq.put), octets);
+}
+
+static void speak(talk_t *talk)
+{
+    frame_sender_t *sender = &talk->sender;
+    for (uint32_t n = 0; n <= FRAMES_MAX; n++) {
+        if (!frame_is_free(sender)) {
+            sender->sent += line_write(&sender->octets[sender->sent], sender->count - sender->sent);
+        }
+        if (!frame_is_free(sender) || n == FRAMES_MAX) {
+            return;
+        }
+        const uint32_t count = packet(talk, frame_open(sender));
+        if (count == 0u) {
+            return;
+        }
+        frame_close(sender, count);
+    }
+}
+
+/* ---- the master ---- */
+
+static void watch_master(talk_t *talk)
+{
+    const requests_t *requests = &app->drive.requests;
+    const float timeout = app->active.command_timeout;
+    if (requests->enable != (int32_t)REQUEST_QUICK_STOP) {
+        talk->silent = 0u;
+    }
+    if (requests->enable != (int32_t)REQUEST_ON) {
+        talk->steered = 0u;
+    }
+    if (talk->steered == 0u || timeout == 0.0f || period() - talk->heard_at <= DRIVE_PERIODS(timeout)) {
+        return;
+    }
+    requests_t next = *requests;
+    params_error_t why;
+    next.enable = (int32_t)REQUEST_QUICK_STOP;
+    if (app_request(&next, &why)) {
+        talk->silent = 1u;
+        talk->steered = 0u;
+    }
+}
+
+void talk_step(void)
+{
+    talk_t *talk = &app->talk;
+    services_t *services = &app->services;
+    listen(talk);
+    speak(talk);
+    watch_master(talk);
+    services->line_frames = talk->receiver.frames;
+    services->line_errors = talk->receiver.errors;
+    services->daq_lost = talk->daq.lost;
+    if (talk->restart != 0u && period() - talk->restart_at < RESTART_PERIODS) {
+        talk->restart = 0u;
+        hal_restart();
+    }
+}

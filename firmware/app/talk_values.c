@@ -1,0 +1,283 @@
+#include "app/talk_values.h"
+
+#include "app/app.h"
+#include "drive/reasons.h"
+#include "drive/signals.h"
+#include "talk/a2l.h"
+
+/* ---- slots ---- */
+
+/* The struct of a table; of the parameters the set that the client looks at. */
+static const void *base_of(uint32_t table)
+{
+    const void *params = app->talk.xcp.page == XCP_PAGE_ACTIVE ? &app->active : &app->staged;
+    const void *const bases[APP_TABLES] = {
+        [APP_TABLE_SIGNALS] = &app->drive,
+        [APP_TABLE_PARAMS] = params,
+        [APP_TABLE_REQUESTS] = &app->drive.requests,
+        [APP_TABLE_SERVICES] = &app->services,
+    };
+    return bases[table];
+}
+
+/* Numbers between the first and the last id that are none read 0: a client may take a table in one piece. */
+static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
+{
+    const table_t *table = app_tables[number];
+    bool below = false;
+    bool above = false;
+    for (uint32_t n = 0; n < table->count; n++) {
+        const table_row_t *row = &table->rows[n];
+        if (row->id == id) {
+            *bits = table_bits(row, base_of(number));
+            return true;
+        }
+        below = below || row->id < id;
+        above = above || row->id > id;
+    }
+    *bits = 0u;
+    return below && above;
+}
+
+/* Two slots a fault, the newest first: reason and period. */
+static bool fault_bits(uint32_t place, uint32_t *bits)
+{
+    const drive_fault_log_t *log = &app->drive.log;
+    const uint32_t ago = place / 2u;
+    if (ago >= DRIVE_FAULT_LOG) {
+        return false;
+    }
+    *bits = 0u;
+    if (ago < log->count) {
+        const drive_fault_t *fault = &log->faults[(log->count - 1u - ago) % DRIVE_FAULT_LOG];
+        *bits = place % 2u == 0u ? (uint32_t)fault->reason : fault->period;
+    }
+    return true;
+}
+
+static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *bits)
+{
+    if (extension < (uint32_t)APP_TABLES) {
+        return row_bits(extension, number, bits);
+    }
+    return (extension == TALK_FAULTS && fault_bits(number, bits)) ||
+           (extension == TALK_CAPTURE && capturing_slot(number, bits));
+}
+
+static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
+{
+    uint32_t bits = 0u;
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t at = address + n;
+        if ((n == 0u || at % 4u == 0u) && !slot_bits(extension, at / 4u, &bits)) {
+            return XCP_OUT_OF_RANGE;
+        }
+        octets[n] = (uint16_t)(bits >> 8u * (at % 4u) & 0xFFu);
+    }
+    return XCP_OK;
+}
+
+/* ---- texts ---- */
+
+#define EPK_SLOTS 4u
+
+/* Carrier in whole kHz for a name; the period itself is in the event's data. */
+#define CARRIER_KHZ ((uint32_t)(1e-3f / DRIVE_PERIOD + 0.5f))
+
+static void write_text(uint32_t extension, text_t *text)
+{
+    static const a2l_table_t described[] = {
+        {&signals_table, (uint32_t)APP_TABLE_SIGNALS},
+        {&params_table, (uint32_t)APP_TABLE_PARAMS},
+        {&requests_table, (uint32_t)APP_TABLE_REQUESTS},
+        {&services_table, (uint32_t)APP_TABLE_SERVICES},
+    };
+    if (extension == XCP_EXTENSION_A2L) {
+        const a2l_t a2l = {
+            .tables = described,
+            .count = (uint32_t)(sizeof described / sizeof described[0]),
+            .hash = app_tables_hash(),
+        };
+        a2l_write(&a2l, &app->talk.a2l, text);
+    } else if (extension == XCP_EXTENSION_EPK) {
+        a2l_epk(app_tables_hash(), text);
+    } else {
+        text_put(text, "isr_");
+        text_whole(text, (int32_t)CARRIER_KHZ);
+        text_put(text, "kHz");
+    }
+}
+
+static bool is_text(uint32_t extension)
+{
+    return extension == XCP_EXTENSION_A2L || extension == XCP_EXTENSION_EPK ||
+           extension == XCP_EXTENSION_EVENT;
+}
+
+static uint32_t text_length(uint32_t extension)
+{
+    text_t text = text_window(UINT32_MAX, 0u, NULL); /* nothing is kept, all is counted */
+    write_text(extension, &text);
+    return text.at;
+}
+
+static uint32_t read_text(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
+{
+    text_t text = text_window(address, count, octets);
+    write_text(extension, &text);
+    return count <= text.at && address <= text.at - count ? XCP_OK : XCP_OUT_OF_RANGE;
+}
+
+/* A description says at which address the drive tells its identification, but not at which extension: at 0,
+ * too, where no signal is. */
+static bool is_epk(uint32_t extension, uint32_t address)
+{
+    return extension == (uint32_t)APP_TABLE_SIGNALS && address < 4u * EPK_SLOTS;
+}
+
+static uint32_t read(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
+{
+    if (is_epk(extension, address)) {
+        return read_text(XCP_EXTENSION_EPK, address, count, octets);
+    }
+    return is_text(extension) ? read_text(extension, address, count, octets)
+                              : read_slots(extension, address, count, octets);
+}
+
+/* ---- writing ---- */
+
+static uint32_t write_params(uint32_t first, uint32_t count, const uint32_t *slots)
+{
+    params_t next = app->staged;
+    if (app->talk.xcp.page != XCP_PAGE_STAGED) {
+        return XCP_WRITE_PROTECTED;
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        const table_row_t *row = table_by_id(&params_table, first + n);
+        if (row == NULL || !table_accepts_bits(row, slots[n])) {
+            return XCP_OUT_OF_RANGE;
+        }
+        table_set_bits(row, &next, slots[n]);
+    }
+    app->staged = next;
+    return XCP_OK;
+}
+
+static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *slots)
+{
+    talk_t *talk = &app->talk;
+    requests_t next = app->drive.requests;
+    params_error_t why;
+    const size_t enable = offsetof(requests_t, enable);
+    bool enables = false;
+    for (uint32_t n = 0; n < count; n++) {
+        const table_row_t *row = table_by_id(&requests_table, first + n);
+        if (row == NULL) {
+            return XCP_OUT_OF_RANGE;
+        }
+        table_set_bits(row, &next, slots[n]);
+        enables = enables || row->offset == enable;
+    }
+    if (!app_request(&next, &why)) {
+        return XCP_OUT_OF_RANGE;
+    }
+    if (enables) {
+        talk->silent = 0u;
+        talk->steered = next.enable == (int32_t)REQUEST_ON ? UINT32_C(1) : UINT32_C(0);
+    }
+    return XCP_OK;
+}
+
+static uint32_t write_services(uint32_t first, uint32_t count, const uint32_t *slots)
+{
+    params_error_t why;
+    for (uint32_t n = 0; n < count; n++) {
+        if (!services_accepts(first + n, slots[n], &why)) {
+            return why.reason == (int32_t)REASON_READ_ONLY ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
+        }
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        if (!services_write(first + n, slots[n], &why)) {
+            return XCP_OUT_OF_RANGE;
+        }
+    }
+    return XCP_OK;
+}
+
+static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
+{
+    const uint32_t first = address / 4u;
+    switch (extension) {
+    case APP_TABLE_PARAMS:
+        return write_params(first, count, slots);
+    case APP_TABLE_REQUESTS:
+        return write_requests(first, count, slots);
+    case APP_TABLE_SERVICES:
+        return write_services(first, count, slots);
+    case APP_TABLE_SIGNALS:
+    case TALK_CAPTURE:
+    case TALK_FAULTS:
+        return XCP_WRITE_PROTECTED;
+    default:
+        return is_text(extension) ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
+    }
+}
+
+/* ---- the rest ---- */
+
+/* The interrupt's copy begins at the drive: signals, and nothing else. */
+static uint32_t measurable(uint32_t extension, uint32_t address, uint32_t *offset)
+{
+    const table_row_t *row = NULL;
+    if (extension == (uint32_t)APP_TABLE_SIGNALS && address % 4u == 0u) {
+        row = table_by_id(&signals_table, address / 4u);
+    }
+    *offset = row != NULL ? (uint32_t)row->offset : 0u;
+    return row != NULL ? XCP_OK : XCP_OUT_OF_RANGE;
+}
+
+static xcp_segment_t segment(void)
+{
+    uint32_t lowest = params_table.rows[0].id;
+    uint32_t highest = lowest;
+    for (uint32_t n = 1; n < params_table.count; n++) {
+        const uint32_t id = params_table.rows[n].id;
+        lowest = id < lowest ? id : lowest;
+        highest = id > highest ? id : highest;
+    }
+    return (xcp_segment_t){(uint32_t)APP_TABLE_PARAMS, 4u * lowest, 4u * (highest + 1u - lowest)};
+}
+
+static uint32_t apply(void)
+{
+    params_error_t why;
+    return services_write(SERVICE_ORDER, (uint32_t)ORDER_APPLY, &why) ? XCP_OK : XCP_OUT_OF_RANGE;
+}
+
+static bool applied(void)
+{
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        const table_row_t *row = &params_table.rows[n];
+        if (table_bits(row, &app->staged) != table_bits(row, &app->active)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static uint32_t now(void)
+{
+    return app->drive.period;
+}
+
+const xcp_access_t talk_access = {
+    .read = read,
+    .write = write,
+    .measurable = measurable,
+    .text_length = text_length,
+    .segment = segment,
+    .apply = apply,
+    .applied = applied,
+    .clock = now,
+    .period = (uint32_t)(DRIVE_PERIOD * 1e9f + 0.5f),
+};

@@ -1,0 +1,29 @@
+/* What the files of current_watch.h share; nobody else. */
+#ifndef PROTECT_CURRENT_WATCH_PARTS_H
+#define PROTECT_CURRENT_WATCH_PARTS_H
+
+#include "protect/current_watch.h"
+
+/* What a window says, before it is judged. */
+typedef struct {
+    float periods;   /* [-] of it */
+    ab_t current;    /* at its end [A] */
+    float value[3];  /* likewise, phase by phase, what follows too [A] */
+    float change[3]; /* m [A] */
+    float error[3];  /* by which the observer misses it at its end [A] */
+    float given[3];  /* p without the EMF [A] */
+    float moved[3];  /* p [A] */
+    float dead;      /* what dead time and drops may take [A] */
+    float resistive; /* what of R i may be wrong [A] */
+    float emf;       /* what of the EMF may be wrong [A] */
+    float reverse;   /* likewise if the rotor is anywhere [A] */
+    float largest;   /* amount of the phase currents [A] */
+} current_watch_window_t;
+
+/* What is new in a window, m against p: of both sensors together, and of a beside b. Where the EMF does not
+ * go on smoothly (`comparable`) nothing is, and the sums begin anew. true: their gain is out of what wrong
+ * beliefs explain. */
+bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *input,
+                        const current_watch_window_t *window);
+
+#endif

@@ -1,0 +1,122 @@
+#include "protect/encoder_watch.h"
+
+#include <string.h>
+
+#include "math/filter.h"
+#include "math/periods.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+/* [windows] after a rest until two of them are known: the EMF's turn from one to the other. */
+#define FOR_A_TURN 2u
+
+encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
+{
+    const float every = (float)params->every;
+    const float window = every * params->period;
+    const float rate = 1.0f / window;
+    const float alone = ENCODER_WATCH_ALONE * params->flux_linkage * params->speed_least;
+    return (encoder_watch_tuning_t){
+        .flux_linkage = params->flux_linkage,
+        .emf_least = params->flux_linkage * params->speed_least,
+        .alone = alone * alone,
+        .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
+        .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
+        .winding = winding_prepare(params->resistance, params->inductance, params->period),
+        .periods = every,
+        .volts = params->inductance * rate,
+        .middle = -0.5f * window,
+        .rate = rate,
+        .holds = ENCODER_WATCH_TIME * rate * params->flux_linkage * params->speed_least,
+        .settles = periods_of(ENCODER_WATCH_SETTLE, window),
+        .waits = periods_of(ENCODER_WATCH_WAIT, window),
+    };
+}
+
+void encoder_watch_init(encoder_watch_t *watch, const encoder_watch_tuning_t *tuning)
+{
+    memset(watch, 0, sizeof *watch);
+    encoder_watch_take(watch, tuning);
+}
+
+/* Speed of the EMF in the encoder's frame [rad/s]: the sine of what it turns by in a judgement, the whole
+ * sine where that is more than a quarter of a turn. */
+static float slip(const encoder_watch_t *watch, dq_t emf)
+{
+    const dq_t last = watch->last;
+    const float squares = (emf.d * emf.d + emf.q * emf.q) * (last.d * last.d + last.q * last.q);
+    const float cross = (last.d * emf.q - last.q * emf.d) * inverse_root(squares);
+    const float along = last.d * emf.d + last.q * emf.q;
+    return watch->tuning.rate * (along > 0.0f ? cross : (cross < 0.0f ? -1.0f : 1.0f));
+}
+
+/* What a judgement sees, of one window or the mean of two. */
+typedef struct {
+    float along;    /* e_q in the direction of rotation [V] */
+    float length;   /* |e| [V] */
+    float expected; /* psi_f |omega| [V] */
+} seen_t;
+
+/* The mean EMF of the window, which the next one begins with, in the encoder's frame in its middle. */
+static dq_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
+{
+    const encoder_watch_tuning_t *tuning = &watch->tuning;
+    const ab_t given =
+        winding_given(&tuning->winding, watch->voltage, tuning->periods, watch->current, input->current);
+    const ab_t emf = {tuning->volts * (given.alpha - input->current.alpha + watch->current.alpha),
+                      tuning->volts * (given.beta - input->current.beta + watch->current.beta)};
+    watch->voltage = (ab_t){0.0f, 0.0f};
+    watch->current = input->current;
+    return frames_park(emf, trig_advance(input->encoder, tuning->middle * input->omega_e));
+}
+
+static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
+{
+    const encoder_watch_tuning_t *tuning = &watch->tuning;
+    const float omega_e = input->omega_e;
+    const dq_t emf = emf_of(watch, input);
+    const dq_t last = watch->last;
+    const float omega_emf = omega_e + slip(watch, emf);
+    const bool backward = omega_e < 0.0f;
+    watch->omega_emf = lowpass_step(watch->omega_emf, watch->windows >= FOR_A_TURN ? tuning->share : 1.0f,
+                                    backward ? -omega_emf : omega_emf);
+    watch->last = emf;
+    const float share = emf.d * emf.d + emf.q * emf.q > tuning->alone ? 0.0f : 0.5f;
+    const dq_t judged = {emf.d + share * (last.d - emf.d), emf.q + share * (last.q - emf.q)};
+    const float square = judged.d * judged.d + judged.q * judged.q;
+    return (seen_t){backward ? -judged.q : judged.q, square * inverse_root(square),
+                    tuning->flux_linkage * bounds_magnitude(omega_e)};
+}
+
+uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
+{
+    const encoder_watch_tuning_t *tuning = &watch->tuning;
+    const seen_t seen = see(watch, input);
+    if (watch->windows < tuning->settles) {
+        watch->windows++;
+        return 0u;
+    }
+    if (input->doubtful && watch->waited < tuning->waits) {
+        watch->waited++;
+        return 0u;
+    }
+    const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
+    const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
+    if (!aside && !gone) {
+        watch->held *= 0.5f;
+        watch->count >>= 1;
+        watch->waited >>= 1;
+        return 0u;
+    }
+    watch->held += bounds_clamp(aside ? seen.length : seen.expected, tuning->holds);
+    watch->count++;
+    if (watch->held < tuning->holds || watch->count < ENCODER_WATCH_LEAST) {
+        return 0u;
+    }
+    watch->held = tuning->holds;
+    watch->count = ENCODER_WATCH_LEAST;
+    const bool both_turn = aside && seen.expected > 0.5f * tuning->emf_least;
+    return both_turn && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least
+               ? ENCODER_WATCH_DIRECTION
+               : ENCODER_WATCH_MISMATCH;
+}

@@ -1,0 +1,113 @@
+/* The DC link: what it leaves of torque, so that it neither rises to the trip nor falls to it while the rotor
+ * can feed it, and what a supply looks like that has lost a phase.
+ *
+ *     braking <= G (u_full - u)         u_full = LINK_FULL U_over
+ *     driving <= G' (u - u_hold)        u_hold = LINK_HOLD U_under
+ *
+ * both [A] of i_q, within +-I. A driving limit below zero is a demand to brake, by which the rotor holds the
+ * link up (kinetic buffering); a braking limit below zero one to drive, which takes from the link what a
+ * wrong zero of a current sensor has fed in. The slopes take LINK_OVER_BAND of U_over and LINK_HOLD_BAND of
+ * U_under for the whole of I. With the capacitance C the loop that each closes has the rate K_t omega_m I/(C
+ * u band), which must stay below half of current control's bandwidth: docs/theory.md, 29, has the least C.
+ * Towards standstill, below omega_free = LINK_FREE R I/K_t, the limits of braking open: what a rotor as slow
+ * can feed into a link, (K_t omega_m)^2/(6 R) at most, the devices' drops take, and no limit may change sides
+ * where the speed does.
+ *
+ * Supply lost: below u_hold, until the link is back above the driving limit's band. For ride_time from then
+ * on a link below U_under is no fault: the bridge opens, the rotor coasts, and is caught when the link is
+ * back. Without ride_time (0) nothing limits the driving torque.
+ *
+ * Ripple: largest less smallest u of LINK_WINDOW, LINK_WINDOWS of them in a row beyond LINK_RIPPLE of the
+ * largest. One sag or one braking is not that many.
+ *
+ * Does not handle: the torque of a forced frame, brief power through i_d, a link without a capacitor. */
+#ifndef PROTECT_LINK_H
+#define PROTECT_LINK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define LINK_FULL      0.98f /* [-] of dc_overvoltage: no braking */
+#define LINK_OVER_BAND 0.03f /* [-] of dc_overvoltage, in which braking goes from all to none */
+#define LINK_HOLD      1.15f /* [-] of dc_undervoltage, at which the rotor holds the link */
+#define LINK_HOLD_BAND 0.12f /* [-] of dc_undervoltage, in which driving goes from all to none */
+#define LINK_FREE      0.15f /* [-] of R I/K_t: below that speed the limits of braking open */
+
+#define LINK_WINDOW  20e-3f /* [s] in which the ripple is seen: a period of the mains */
+#define LINK_RIPPLE  0.1f   /* [-] of the largest voltage in it */
+#define LINK_WINDOWS 5u     /* [-] in a row */
+
+/* What holds: bits. */
+#define LINK_LIMITS  UINT32_C(1) /* braking or driving is limited */
+#define LINK_RIPPLES UINT32_C(2)
+#define LINK_SINKS   UINT32_C(4) /* below U_under for two looks within ride_time: the bridge shall open */
+#define LINK_LOST    UINT32_C(8) /* ride_time is over, and the supply still lost */
+
+typedef struct {
+    float overvoltage;  /* U_over [V] */
+    float undervoltage; /* U_under [V], below U_over */
+    float ride_time;    /* [s]; 0: none */
+    float current_max;  /* I [A], above 0 */
+    float resistance;   /* R of a phase with the device's [ohm] */
+    float torque;       /* K_t = 1.5 p psi_f [N m/A], above 0 */
+    float period;       /* from one look to the next [s] */
+} link_params_t;
+
+typedef struct {
+    float current_max;     /* I [A] */
+    float full;            /* u_full [V] */
+    float braking_gain;    /* G [A/V] */
+    float braking_from;    /* [V] above which braking is limited */
+    float hold;            /* u_hold [V] */
+    float driving_gain;    /* G' [A/V] */
+    float driving_from;    /* [V] below which driving is limited; without ride_time 0 */
+    float undervoltage;    /* U_under [V] */
+    float free_inverse;    /* 1/omega_free [s/rad] mechanical */
+    uint32_t ride_looks;   /* [looks] of ride_time */
+    uint32_t window_looks; /* [looks] of LINK_WINDOW */
+} link_tuning_t;
+
+typedef struct {
+    link_tuning_t tuning;
+    float braking;       /* largest i_q against the speed [A], -I .. I */
+    float driving;       /* largest i_q with the speed [A], -I .. I */
+    uint32_t limits;     /* [-] 1: one of them is not I */
+    uint32_t lost_looks; /* [looks] since the supply is lost; 0: it is there */
+    uint32_t low_looks;  /* [looks] below U_under, up to two */
+    float largest;       /* u in this window [V] */
+    float smallest;      /* likewise */
+    uint32_t looks;      /* [looks] of this window */
+    uint32_t rippled;    /* [-] windows with ripple in a row, up to LINK_WINDOWS */
+    float ripple;        /* of the last window, peak to peak [V] */
+    uint32_t conditions; /* [-] LINK_... */
+} link_t;
+
+/* Coefficients. Divisions: for the background. */
+link_tuning_t link_prepare(const link_params_t *params);
+
+/* These coefficients; nothing seen. */
+void link_init(link_t *x, const link_tuning_t *tuning);
+
+/* New coefficients; a lost supply stays so. */
+void link_take(link_t *x, const link_tuning_t *tuning);
+
+/* Does this link [V] limit the torque, or has it just done so? */
+static inline bool link_is_near(const link_t *x, float u_dc)
+{
+    return u_dc > x->tuning.braking_from || u_dc < x->tuning.driving_from || x->limits != 0u;
+}
+
+/* x->braking and x->driving at this link [V] and mechanical speed [rad/s]: in each period in which
+ * link_is_near(). No division. */
+void link_limit(link_t *x, float u_dc, float omega_m);
+
+/* One look at the link [V]: supply, ripple and x->conditions. No division. */
+void link_look(link_t *x, float u_dc);
+
+/* Is a link that is too low no fault yet? */
+static inline bool link_excuses(const link_t *x)
+{
+    return x->tuning.ride_looks != 0u && x->lost_looks <= x->tuning.ride_looks;
+}
+
+#endif

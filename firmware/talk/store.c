@@ -1,0 +1,231 @@
+#include "talk/store.h"
+
+#include "math/crc.h"
+
+#define BLANK 0xFFFFu
+
+/* Places in a header [words]. */
+#define AT_MAGIC   0u
+#define AT_VERSION 1u
+#define AT_COUNT   2u
+#define AT_SERIAL  3u
+#define AT_HASH    5u
+#define AT_CHECK   7u
+
+/* A page as its records tell. */
+typedef struct {
+    uint32_t page;
+    uint32_t end;    /* [words] behind the last record */
+    uint32_t serial; /* the largest of all headers, committed or not; 0: there is none */
+    uint32_t last;   /* [words] where the last committed record begins, */
+    uint32_t newest; /* and its serial; 0: there is none */
+    uint32_t count;  /* [-] its pairs */
+    bool good;       /* it agrees with its check */
+    bool blank;      /* the whole page */
+    bool clean;      /* nothing behind `end` but a header that was not finished */
+} page_t;
+
+static uint32_t long_at(const store_flash_t *flash, uint32_t page, uint32_t at)
+{
+    return (uint32_t)flash->word(page, at) | (uint32_t)flash->word(page, at + 1u) << 16;
+}
+
+static bool is_blank(const store_flash_t *flash, uint32_t page, uint32_t from, uint32_t to)
+{
+    for (uint32_t at = from; at < to; at++) {
+        if (flash->word(page, at) != BLANK) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static uint32_t crc_of(const store_flash_t *flash, uint32_t page, uint32_t from, uint32_t count)
+{
+    uint32_t crc = CRC_BEGIN;
+    for (uint32_t n = 0; n < count; n++) {
+        crc = crc_add(crc, flash->word(page, from + n));
+    }
+    return crc_end(crc);
+}
+
+/* Does a record begin here, committed or not, that ends within the page? */
+static bool is_header(const store_flash_t *flash, uint32_t page, uint32_t at)
+{
+    return at + STORE_HEADER <= flash->words && flash->word(page, at + AT_MAGIC) == STORE_MAGIC &&
+           (crc_of(flash, page, at, AT_CHECK) & 0xFFFFu) == flash->word(page, at + AT_CHECK) &&
+           at + store_record_words(flash->word(page, at + AT_COUNT)) <= flash->words;
+}
+
+static bool is_good(const store_flash_t *flash, const page_t *page)
+{
+    const uint32_t words = STORE_HEADER + STORE_PAIR * page->count;
+    return flash->word(page->page, page->last + AT_VERSION) == STORE_VERSION &&
+           crc_of(flash, page->page, page->last, words) == long_at(flash, page->page, page->last + words);
+}
+
+/* From record to record. */
+static page_t look(const store_flash_t *flash, uint32_t number)
+{
+    page_t page = {.page = number};
+    while (is_header(flash, number, page.end)) {
+        const uint32_t count = flash->word(number, page.end + AT_COUNT);
+        const uint32_t words = store_record_words(count);
+        const uint32_t serial = long_at(flash, number, page.end + AT_SERIAL);
+        page.serial = serial > page.serial ? serial : page.serial;
+        if (flash->word(number, page.end + words - 1u) == STORE_COMMIT) {
+            page.last = page.end;
+            page.newest = serial;
+            page.count = count;
+        }
+        page.end += words;
+    }
+    page.good = page.newest != 0u && is_good(flash, &page);
+    page.clean = is_blank(flash, number, page.end + STORE_HEADER, flash->words);
+    page.blank = page.clean && page.end == 0u && is_blank(flash, number, 0u, STORE_HEADER);
+    return page;
+}
+
+/* Of the two pages: the one whose last record is in force first. */
+static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
+{
+    const page_t first = look(flash, 0u);
+    const page_t second = look(flash, 1u);
+    const bool in_order = first.newest >= second.newest;
+    pages[0] = in_order ? first : second;
+    pages[1] = in_order ? second : first;
+}
+
+/* A page in which no committed record is, but something that no cut leaves beside an untouched page. */
+static bool is_junk(const page_t *page)
+{
+    return page->newest == 0u && !page->clean;
+}
+
+static store_found_t found(const page_t pages[STORE_PAGES])
+{
+    if (pages[0].newest != 0u) {
+        return pages[0].good && pages[0].clean ? STORE_LOADED : STORE_CORRUPT;
+    }
+    const bool corrupt = (is_junk(&pages[0]) && (pages[1].blank || is_junk(&pages[1]))) ||
+                         (is_junk(&pages[1]) && pages[0].blank);
+    return corrupt ? STORE_CORRUPT : STORE_EMPTY;
+}
+
+/* One stored value; what it cannot be is told. */
+static void take(const table_t *table, void *base, uint32_t id, uint32_t bits, store_told_t *told)
+{
+    const table_row_t *row = table_by_id(table, id);
+    if (row == NULL) {
+        told->unknown++;
+        return;
+    }
+    if (!table_accepts_bits(row, bits)) {
+        told->defaulted++;
+        return;
+    }
+    table_set_bits(row, base, bits);
+}
+
+store_found_t store_load(const store_flash_t *flash, const table_t *table, void *base, store_told_t *told)
+{
+    page_t pages[STORE_PAGES];
+    *told = (store_told_t){0u, 0u};
+    table_defaults(table, base);
+    look_at_both(flash, pages);
+    const store_found_t what = found(pages);
+    if (what != STORE_LOADED) {
+        return what;
+    }
+    const page_t *page = &pages[0];
+    uint32_t at = page->last + STORE_HEADER;
+    for (uint32_t n = 0; n < page->count; n++) {
+        take(table, base, flash->word(page->page, at), long_at(flash, page->page, at + 1u), told);
+        at += STORE_PAIR;
+    }
+    const bool same = long_at(flash, page->page, page->last + AT_HASH) == table_hash(table, 0u);
+    return same && told->unknown == 0u && told->defaulted == 0u ? STORE_LOADED : STORE_MIGRATED;
+}
+
+/* Where the next words of a record go, and the check of those before. */
+typedef struct {
+    const store_flash_t *flash;
+    uint32_t page;
+    uint32_t at;
+    uint32_t crc;
+} pen_t;
+
+static bool put(pen_t *pen, const uint16_t *words, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        pen->crc = crc_add(pen->crc, words[n]);
+    }
+    const uint32_t at = pen->at;
+    pen->at += count;
+    return pen->flash->program(pen->page, at, words, count);
+}
+
+static uint16_t low(uint32_t bits)
+{
+    return (uint16_t)(bits & 0xFFFFu);
+}
+
+static uint16_t high(uint32_t bits)
+{
+    return (uint16_t)(bits >> 16);
+}
+
+static bool put_header(pen_t *pen, const table_t *table, uint32_t serial)
+{
+    const uint32_t hash = table_hash(table, 0u);
+    uint16_t header[STORE_HEADER] = {STORE_MAGIC,  STORE_VERSION, low(table->count), low(serial),
+                                     high(serial), low(hash),     high(hash),        0u};
+    uint32_t crc = CRC_BEGIN;
+    for (uint32_t n = 0; n < AT_CHECK; n++) {
+        crc = crc_add(crc, header[n]);
+    }
+    header[AT_CHECK] = low(crc_end(crc));
+    return put(pen, header, STORE_HEADER);
+}
+
+static bool put_record(pen_t *pen, const table_t *table, const void *base, uint32_t serial)
+{
+    bool taken = put_header(pen, table, serial);
+    for (uint32_t n = 0; n < table->count && taken; n++) {
+        const uint32_t bits = table_bits(&table->rows[n], base);
+        const uint16_t pair[STORE_PAIR] = {low(table->rows[n].id), low(bits), high(bits)};
+        taken = put(pen, pair, STORE_PAIR);
+    }
+    const uint32_t crc = crc_end(pen->crc);
+    const uint16_t check[] = {low(crc), high(crc)};
+    const uint16_t commit = STORE_COMMIT;
+    return taken && put(pen, check, 2u) && put(pen, &commit, 1u);
+}
+
+/* Behind the last record of this page, if there is room; then the record must be found in force. */
+static bool append(const store_flash_t *flash, uint32_t number, const table_t *table, const void *base,
+                   uint32_t serial)
+{
+    const page_t page = look(flash, number);
+    const uint32_t end = page.end + store_record_words(table->count);
+    if (!page.clean || end > flash->words || !is_blank(flash, number, page.end, end)) {
+        return false;
+    }
+    pen_t pen = {flash, number, page.end, CRC_BEGIN};
+    page_t pages[STORE_PAGES];
+    if (!put_record(&pen, table, base, serial)) {
+        return false;
+    }
+    look_at_both(flash, pages);
+    return pages[0].newest == serial && found(pages) == STORE_LOADED;
+}
+
+bool store_save(const store_flash_t *flash, const table_t *table, const void *base)
+{
+    page_t pages[STORE_PAGES];
+    look_at_both(flash, pages);
+    const uint32_t top = pages[0].serial > pages[1].serial ? pages[0].serial : pages[1].serial;
+    const uint32_t other = pages[1].page;
+    return append(flash, pages[0].page, table, base, top + 1u) ||
+           (flash->erase(other) && append(flash, other, table, base, top + 2u));
+}

@@ -1,0 +1,241 @@
+#include "talk/xcp.h"
+
+#include <string.h>
+
+#include "math/crc.h"
+#include "talk/xcp_parts.h"
+
+#define PID_ANSWER 0xFFu
+#define PID_ERROR  0xFEu
+#define PID_EVENT  0xFDu
+
+#define RESOURCE_CALIBRATION 0x01u
+#define RESOURCE_DAQ         0x04u
+#define COMM_OPTIONAL        0x80u /* GET_COMM_MODE_INFO is there; Intel order and BYTE granularity are 0 */
+#define STATUS_DAQ_RUNNING   0x40u
+#define CHECKSUM_CRC_32      0x09u
+#define EVENT_DAQ_OVERLOAD   0x06u
+#define DRIVER_VERSION       0x10u
+
+/* [octets] of a checksum's block: what fits into a turn of the background. */
+#define CHECKSUM_MAX 4096u
+
+/* ---- session ---- */
+
+static uint32_t connect(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    daq_clear(call->daq);
+    xcp_init(xcp);
+    xcp->connected = 1u;
+    call->answer[1] = RESOURCE_CALIBRATION | RESOURCE_DAQ;
+    call->answer[2] = COMM_OPTIONAL;
+    call->answer[3] = FRAME_MAX_CTO;
+    xcp_put_word(&call->answer[4], FRAME_MAX_DTO);
+    call->answer[6] = 1u; /* versions of protocol and transport layer */
+    call->answer[7] = 1u;
+    call->length = 8u;
+    return XCP_OK;
+}
+
+static uint32_t disconnect(xcp_call_t *call)
+{
+    daq_clear(call->daq);
+    call->xcp->connected = 0u;
+    return XCP_OK;
+}
+
+static uint32_t get_status(xcp_call_t *call)
+{
+    call->answer[1] = call->daq->running != 0u ? STATUS_DAQ_RUNNING : 0u;
+    call->length = 6u; /* nothing is locked, no configuration is stored */
+    return XCP_OK;
+}
+
+static uint32_t synch(xcp_call_t *call)
+{
+    (void)call;
+    return XCP_CMD_SYNCH;
+}
+
+static uint32_t get_comm_mode_info(xcp_call_t *call)
+{
+    call->answer[7] = DRIVER_VERSION;
+    call->length = 8u;
+    return XCP_OK;
+}
+
+/* Types of GET_ID: 0 ASCII text, 1 name of the A2L file, 4 the A2L file itself, 5 its EPK. Of others there is
+ * nothing, which is no error. */
+static uint32_t get_id(xcp_call_t *call)
+{
+    static const char name[] = "lagless";
+    const uint32_t type = call->command[1];
+    uint32_t length = 0u;
+    call->length = 8u;
+    if (type <= 1u) {
+        length = (uint32_t)strlen(name);
+        call->answer[1] = 1u; /* it stands in the answer */
+        for (uint32_t n = 0; n < length; n++) {
+            call->answer[8u + n] = (uint16_t)name[n];
+        }
+        call->length += length;
+    } else if (type == 4u || type == 5u) {
+        call->xcp->extension = type == 4u ? XCP_EXTENSION_A2L : XCP_EXTENSION_EPK;
+        call->xcp->address = 0u;
+        length = call->access->text_length(call->xcp->extension);
+    }
+    xcp_put_long(&call->answer[4], length);
+    return XCP_OK;
+}
+
+/* ---- memory ---- */
+
+static uint32_t set_mta(xcp_call_t *call)
+{
+    call->xcp->extension = call->command[3];
+    call->xcp->address = xcp_long(&call->command[4]);
+    return XCP_OK;
+}
+
+static uint32_t upload(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    const uint32_t count = call->command[1];
+    if (count == 0u || count > FRAME_MAX_CTO - 1u) {
+        return XCP_OUT_OF_RANGE;
+    }
+    const uint32_t result = call->access->read(xcp->extension, xcp->address, count, &call->answer[1]);
+    if (result == XCP_OK) {
+        xcp->address += count;
+        call->length = 1u + count;
+    }
+    return result;
+}
+
+static uint32_t short_upload(xcp_call_t *call)
+{
+    (void)set_mta(call); /* its address stands at the same place */
+    return upload(call);
+}
+
+static uint32_t download(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    uint32_t slots[FRAME_MAX_CTO / 4u];
+    const uint32_t octets = call->command[1];
+    if (octets > FRAME_MAX_CTO - 2u || call->count < 2u + octets) {
+        return XCP_CMD_SYNTAX;
+    }
+    if (octets == 0u || octets % 4u != 0u || xcp->address % 4u != 0u) {
+        return XCP_OUT_OF_RANGE; /* slots are written whole */
+    }
+    for (uint32_t n = 0; n < octets / 4u; n++) {
+        slots[n] = xcp_long(&call->command[2u + 4u * n]);
+    }
+    const uint32_t result = call->access->write(xcp->extension, xcp->address, octets / 4u, slots);
+    if (result == XCP_OK) {
+        xcp->address += octets;
+    }
+    return result;
+}
+
+/* CRC-32 over the block at the memory transfer address. */
+static uint32_t build_checksum(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    const uint32_t octets = xcp_long(&call->command[4]);
+    if (octets == 0u || octets > CHECKSUM_MAX || octets % 4u != 0u) {
+        return XCP_OUT_OF_RANGE;
+    }
+    uint32_t crc = CRC_BEGIN;
+    for (uint32_t n = 0; n < octets; n += 4u) {
+        uint16_t slot[4];
+        const uint32_t result = call->access->read(xcp->extension, xcp->address + n, 4u, slot);
+        if (result != XCP_OK) {
+            return result;
+        }
+        crc = crc_add(crc, (uint16_t)xcp_word(slot));
+        crc = crc_add(crc, (uint16_t)xcp_word(&slot[2]));
+    }
+    xcp->address += octets;
+    call->answer[1] = CHECKSUM_CRC_32;
+    xcp_put_long(&call->answer[4], crc_end(crc));
+    call->length = 8u;
+    return XCP_OK;
+}
+
+/* ---- all of them ---- */
+
+static const xcp_row_t *among(const xcp_commands_t *commands, uint16_t code)
+{
+    for (uint32_t n = 0; n < commands->count; n++) {
+        if (commands->rows[n].code == code) {
+            return &commands->rows[n];
+        }
+    }
+    return NULL;
+}
+
+static const xcp_row_t *row_of(uint16_t code)
+{
+    static const xcp_row_t rows[] = {
+        {0xFF, 2u, connect},
+        {0xFE, 1u, disconnect},
+        {0xFD, 1u, get_status},
+        {0xFC, 1u, synch},
+        {0xFB, 1u, get_comm_mode_info},
+        {0xFA, 2u, get_id},
+        {0xF6, 8u, set_mta},
+        {0xF5, 2u, upload},
+        {0xF4, 8u, short_upload},
+        {0xF3, 8u, build_checksum},
+        {0xF0, 2u, download},
+    };
+    const xcp_commands_t own = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};
+    const xcp_row_t *row = among(&own, code);
+    row = row != NULL ? row : among(&xcp_page_commands, code);
+    return row != NULL ? row : among(&xcp_daq_commands, code);
+}
+
+void xcp_init(xcp_t *xcp)
+{
+    memset(xcp, 0, sizeof *xcp);
+    xcp->page = XCP_PAGE_STAGED;
+}
+
+static uint32_t carry_out(const xcp_row_t *row, xcp_call_t *call)
+{
+    if (row == NULL) {
+        return XCP_CMD_UNKNOWN;
+    }
+    return call->count < row->octets ? XCP_CMD_SYNTAX : row->act(call);
+}
+
+uint32_t xcp_command(xcp_t *xcp, daq_t *daq, const xcp_access_t *access, frame_packet_t command,
+                     uint16_t *answer)
+{
+    const xcp_row_t *row = row_of(command.octets[0]);
+    if (xcp->connected == 0u && (row == NULL || row->act != connect)) {
+        return 0u;
+    }
+    xcp_call_t call = {xcp, daq, access, command.octets, command.count, answer, 1u};
+    for (uint32_t n = 0; n < 8u; n++) {
+        answer[n] = 0u;
+    }
+    answer[0] = PID_ANSWER;
+    const uint32_t result = carry_out(row, &call);
+    if (result != XCP_OK) {
+        answer[0] = PID_ERROR;
+        answer[1] = (uint16_t)result;
+        return 2u;
+    }
+    return call.length;
+}
+
+uint32_t xcp_overload(uint16_t *octets)
+{
+    octets[0] = PID_EVENT;
+    octets[1] = EVENT_DAQ_OVERLOAD;
+    return 2u;
+}

@@ -1,0 +1,78 @@
+/* The XCP slave (ASAM MCD-1 XCP 1.x): one command in, one answer out. Intel byte order, BYTE granularity,
+ * neither block mode nor seed and key; pages of one calibration segment, dynamic data acquisition.
+ *
+ * It knows nothing of what stands behind its addresses: that, and the clock, is xcp_access_t. */
+#ifndef TALK_XCP_H
+#define TALK_XCP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "talk/daq.h"
+#include "talk/frame.h"
+
+/* Errors, by the standard's numbers. */
+#define XCP_OK                0x100u /* of no packet: it went well */
+#define XCP_CMD_SYNCH         0x00u
+#define XCP_CMD_BUSY          0x10u
+#define XCP_DAQ_ACTIVE        0x11u
+#define XCP_CMD_UNKNOWN       0x20u
+#define XCP_CMD_SYNTAX        0x21u
+#define XCP_OUT_OF_RANGE      0x22u
+#define XCP_WRITE_PROTECTED   0x23u
+#define XCP_PAGE_NOT_VALID    0x26u
+#define XCP_MODE_NOT_VALID    0x27u
+#define XCP_SEGMENT_NOT_VALID 0x28u
+#define XCP_SEQUENCE          0x29u
+#define XCP_DAQ_CONFIG        0x2Au
+#define XCP_MEMORY_OVERFLOW   0x30u
+
+/* Pages of the one segment. */
+#define XCP_PAGE_ACTIVE 0u /* what the drive runs on; read only */
+#define XCP_PAGE_STAGED 1u /* written value by value; to set page 0 for the drive takes it over */
+
+/* Texts that are told by GET_ID, by their address extension, from address 0 on. */
+#define XCP_EXTENSION_A2L   UINT32_C(5)
+#define XCP_EXTENSION_EPK   UINT32_C(6)
+#define XCP_EXTENSION_EVENT UINT32_C(8)
+
+/* The calibration segment: where it begins, and how many octets it has. */
+typedef struct {
+    uint32_t extension, address, length;
+} xcp_segment_t;
+
+/* What the slave gives access to. Each returns XCP_OK or an error. */
+typedef struct {
+    uint32_t (*read)(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets);
+    /* Whole slots, all of them or none. */
+    uint32_t (*write)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
+    /* Offset, for the interrupt's copy, of what can be measured. */
+    uint32_t (*measurable)(uint32_t extension, uint32_t address, uint32_t *offset);
+    uint32_t (*text_length)(uint32_t extension); /* [octets] of such a text */
+    xcp_segment_t (*segment)(void);
+    uint32_t (*apply)(void); /* the staged set becomes the active one */
+    bool (*applied)(void);   /* are they the same? */
+    uint32_t (*clock)(void); /* [periods] */
+    uint32_t period;         /* [ns] from sample to sample */
+} xcp_access_t;
+
+typedef struct {
+    uint32_t connected;                    /* [-] 1 */
+    uint32_t extension;                    /* of the memory transfer address */
+    uint32_t address;                      /* [octets] */
+    uint32_t page;                         /* [-] that the client reads and writes: XCP_PAGE_... */
+    uint32_t daq_list, daq_odt, daq_entry; /* where WRITE_DAQ writes next */
+} xcp_t;
+
+/* Nobody is connected. */
+void xcp_init(xcp_t *xcp);
+
+/* Carries the command out. Octets of the answer, one per word, into `answer` (room for FRAME_MAX_CTO); 0: no
+ * answer, where nobody is connected. */
+uint32_t xcp_command(xcp_t *xcp, daq_t *daq, const xcp_access_t *access, frame_packet_t command,
+                     uint16_t *answer);
+
+/* The packet that tells of lost samples. */
+uint32_t xcp_overload(uint16_t *octets);
+
+#endif

@@ -1,0 +1,532 @@
+/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs; nothing else of it is modelled, no
+ * interrupt, no single buffer, no other frame: asked for, it is reported and the line stays quiet.
+ *
+ * Nothing is simulated while nobody looks: every access of software and every question from outside brings
+ * line, FIFOs and flags up to the present tick, so an unused line costs no time.
+ *
+ * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
+ * receiver works on these levels as SPRUFZ5 tells: a start bit is a fall after which the line is low for four
+ * SCICLK (eight to a bit), each bit then the majority of the 4th, 5th and 6th of its SCICLK. So another rate
+ * at the other end gives what it gives on silicon. */
+#include <assert.h>
+
+#include "host_sim/chip/parts.h"
+
+#define CLOCKS_PER_BIT 8u
+#define BITS           10u /* start, eight data, stop */
+#define STOP_BIT       9u
+#define DATA(octet)    ((uint32_t)(octet) << 1 | 1u << STOP_BIT)
+/* A break is so much more of a low line after a missing stop bit, in eighths of a bit: 9.625 bits. */
+#define BREAK_EIGHTHS 77u
+#define NOT_SO_FAR    CHIP_NEVER
+
+#define SCICTL1_STORED (SCICTL1_RXENA | SCICTL1_TXENA | SCICTL1_SWRESET)
+#define SCIFF_LEVEL    31u
+#define SCIFFTX_STORED (SCIFFTX_SCIRST | SCIFFTX_SCIFFENA | SCIFFTX_TXFIFORESET | SCIFF_LEVEL)
+#define SCIFFTX_CLEARS (1u << 6) /* of an interrupt that never is */
+#define RUNNING        (SCIFFTX_SCIRST | SCIFFTX_SCIFFENA)
+
+static sci_regs_t *regs(chip_t *chip)
+{
+    return &chip->registers.scia;
+}
+
+static bool clocked(const chip_t *chip)
+{
+    return (chip->registers.sysctrl.PCLKCR0 & PCLKCR0_SCIA) != 0u;
+}
+
+/* One half of the module is set up and out of reset; a debugger's halt stops it unless FREE is set. */
+static bool works(const chip_t *chip, uint32_t half)
+{
+    const sci_regs_t *sci = &chip->registers.scia;
+    return clocked(chip) && sci->SCICCR == SCICCR_8N1 && (sci->SCIFFTX & RUNNING) == RUNNING &&
+           (sci->SCICTL1 & (half | SCICTL1_SWRESET)) == (half | SCICTL1_SWRESET) &&
+           (!chip->debug.halted || (sci->SCIPRI & SCIPRI_FREE) != 0u);
+}
+
+static bool hears(const chip_t *chip)
+{
+    bool pin = gpio_mux(chip, 28u) == 1u || gpio_mux(chip, 36u) == 1u;
+    return pin && works(chip, SCICTL1_RXENA) && (chip->registers.scia.SCIFFRX & SCIFFRX_RXFIFORESET) != 0u;
+}
+
+static bool speaks(const chip_t *chip)
+{
+    return works(chip, SCICTL1_TXENA) && (chip->registers.scia.SCIFFTX & SCIFFTX_TXFIFORESET) != 0u;
+}
+
+/* `count` eighths of a bit are count times this over clock.cycles ticks, by the chip's own clock and rate. */
+static uint64_t eighth(const chip_t *chip)
+{
+    const sci_regs_t *sci = &chip->registers.scia;
+    uint32_t lospcp = chip->registers.sysctrl.LOSPCP;
+    uint32_t brr = (sci->SCIHBAUD & 0xFFu) << 8 | (sci->SCILBAUD & 0xFFu);
+    return (uint64_t)(brr == 0u ? 2u : brr + 1u) * (lospcp == 0u ? 1u : 2u * lospcp) * chip->clock.ticks;
+}
+
+/* [ticks] up to the next whole one. */
+static uint64_t eighths(const chip_t *chip, uint64_t count)
+{
+    return (count * eighth(chip) + chip->clock.cycles - 1u) / chip->clock.cycles;
+}
+
+/* ---- The line towards the chip ---- */
+
+/* [ticks] from the begin of a frame to that of its bit n, by the clock of who sends; and the bit of a tick.
+ */
+static uint64_t bit_at(const chip_t *chip, uint32_t n)
+{
+    uint32_t baud = chip->sci.line_baud;
+    return baud != 0u ? n * CHIP_TICKS_PER_SECOND / baud : eighths(chip, (uint64_t)n * CLOCKS_PER_BIT);
+}
+
+static uint32_t bit_of(const chip_t *chip, uint64_t ticks)
+{
+    uint32_t baud = chip->sci.line_baud;
+    return (uint32_t)(baud != 0u ? ((ticks + 1u) * baud - 1u) / CHIP_TICKS_PER_SECOND
+                                 : ticks * chip->clock.cycles / (CLOCKS_PER_BIT * eighth(chip)));
+}
+
+static const chip_frame_t *frame(const chip_t *chip, uint32_t n)
+{
+    return &chip->sci.line[(chip->sci.line_first + n) % CHIP_LINE_FRAMES];
+}
+
+static uint64_t frame_end(const chip_t *chip, const chip_frame_t *on_line)
+{
+    return on_line->start + bit_at(chip, on_line->bits);
+}
+
+/* From `from` on, the first tick at which the line goes to `level`, or is there already; a line that was cut
+ * off behind `from` is high. */
+static uint64_t level_from(const chip_t *chip, uint64_t from, uint32_t level)
+{
+    for (uint32_t n = 0u; n < chip->sci.line_count; n++) {
+        const chip_frame_t *on_line = frame(chip, n);
+        if (frame_end(chip, on_line) <= from) {
+            continue;
+        }
+        if (level == 1u && from < on_line->start) {
+            return from;
+        }
+        for (uint32_t bit = 0u; bit < on_line->bits; bit++) {
+            uint64_t end = on_line->start + bit_at(chip, bit + 1u);
+            if (end > from && (on_line->levels >> bit & 1u) == level) {
+                uint64_t begin = on_line->start + bit_at(chip, bit);
+                return begin > from ? begin : from;
+            }
+        }
+    }
+    return level == 1u ? from : NOT_SO_FAR; /* behind the last frame the line is high */
+}
+
+static bool line_is_low(const chip_t *chip, uint64_t tick)
+{
+    for (uint32_t n = 0u; n < chip->sci.line_count && frame(chip, n)->start <= tick; n++) {
+        const chip_frame_t *on_line = frame(chip, n);
+        uint32_t bit = bit_of(chip, tick - on_line->start);
+        if (bit < on_line->bits) {
+            return (on_line->levels >> bit & 1u) == 0u;
+        }
+    }
+    return false;
+}
+
+/* Last tick at which a frame on the line ends. */
+static uint64_t line_end(const chip_t *chip)
+{
+    return chip->sci.line_count == 0u ? 0u : frame_end(chip, frame(chip, chip->sci.line_count - 1u));
+}
+
+/* ---- Receiver ---- */
+
+static void receive(chip_t *chip, uint32_t octet, bool stopped)
+{
+    chip_sci_t *sci = &chip->sci;
+    if (sci->received == SCI_FIFO) { /* the oldest is lost */
+        regs(chip)->SCIFFRX |= SCIFFRX_RXFFOVF;
+        sci->received_first = (sci->received_first + 1u) % SCI_FIFO;
+        sci->received--;
+    }
+    sci->in[(sci->received_first + sci->received) % SCI_FIFO] =
+        (uint16_t)(octet | (stopped ? 0u : SCIRXBUF_SCIFFFE));
+    sci->received++;
+    if (!stopped) {
+        regs(chip)->SCIRXST |= SCIRXST_FE | SCIRXST_RXERROR;
+    }
+}
+
+/* Majority of three samples in the middle of bit n of a frame that fell at `fall`. */
+static uint32_t sampled(const chip_t *chip, uint64_t fall, uint32_t n)
+{
+    uint32_t high = 0u;
+    for (uint32_t k = 4u; k <= 6u; k++) {
+        high += !line_is_low(chip, fall + eighths(chip, (uint64_t)n * CLOCKS_PER_BIT + k));
+    }
+    return high >= 2u;
+}
+
+/* A missing stop bit: a break, if the line stays low; else the receiver looks for the next fall. False: that
+ * is yet to come. */
+static bool after_missing_stop(chip_t *chip)
+{
+    chip_sci_t *sci = &chip->sci;
+    uint64_t rise = level_from(chip, sci->looks_from, 1u);
+    uint64_t limit = sci->looks_from + eighths(chip, BREAK_EIGHTHS);
+    if (chip->tick < earlier(rise, limit)) {
+        return false;
+    }
+    sci->low = 0u;
+    if (rise < limit) {
+        sci->looks_from = rise;
+    } else {
+        regs(chip)->SCIRXST |= SCIRXST_BRKDT | SCIRXST_RXERROR;
+        sci->looks_from = limit;
+    }
+    return true;
+}
+
+/* The next frame. False: none is complete. */
+static bool receive_next(chip_t *chip)
+{
+    chip_sci_t *sci = &chip->sci;
+    if (sci->low) {
+        return after_missing_stop(chip);
+    }
+    uint64_t fall = level_from(chip, sci->looks_from, 0u);
+    if (fall == NOT_SO_FAR) { /* nothing but high levels, what is under way among them */
+        sci->looks_from = chip->tick > sci->looks_from ? chip->tick : sci->looks_from;
+        return false;
+    }
+    if (fall + eighths(chip, STOP_BIT * CLOCKS_PER_BIT + 6u) > chip->tick) {
+        return false;
+    }
+    uint64_t rise = level_from(chip, fall, 1u);
+    if (rise < fall + eighths(chip, 4u)) { /* no start bit */
+        sci->looks_from = rise;
+        return true;
+    }
+    uint32_t octet = 0u;
+    for (uint32_t n = 0u; n < 8u; n++) {
+        octet |= sampled(chip, fall, n + 1u) << n;
+    }
+    bool stopped = sampled(chip, fall, STOP_BIT) != 0u;
+    sci->looks_from = fall + eighths(chip, STOP_BIT * CLOCKS_PER_BIT + 6u);
+    sci->low = !stopped;
+    receive(chip, octet, stopped);
+    return true;
+}
+
+/* Frames behind which the receiver already looks. */
+static void drop_frames(chip_t *chip)
+{
+    chip_sci_t *sci = &chip->sci;
+    while (sci->line_count > 0u && frame_end(chip, frame(chip, 0u)) <= sci->looks_from) {
+        sci->line_first = (sci->line_first + 1u) % CHIP_LINE_FRAMES;
+        sci->line_count--;
+    }
+}
+
+static void follow_receiver(chip_t *chip)
+{
+    chip_sci_t *sci = &chip->sci;
+    while (hears(chip) && (regs(chip)->SCIRXST & SCIRXST_BRKDT) == 0u && receive_next(chip)) {
+        drop_frames(chip);
+    }
+    bool deaf = !hears(chip) || (regs(chip)->SCIRXST & SCIRXST_BRKDT) != 0u;
+    if (deaf && sci->looks_from < chip->tick) {
+        sci->looks_from = chip->tick;
+    }
+    drop_frames(chip);
+}
+
+/* ---- Transmitter ---- */
+
+static void hand_out(chip_t *chip, uint32_t octet)
+{
+    chip_sci_t *sci = &chip->sci;
+    if (gpio_mux(chip, 29u) != 1u && gpio_mux(chip, 35u) != 1u) {
+        return;
+    }
+    if (sci->sent_count == CHIP_LINE_SENT) { /* nobody listens */
+        sci->sent_first = (sci->sent_first + 1u) % CHIP_LINE_SENT;
+        sci->sent_count--;
+    }
+    sci->sent[(sci->sent_first + sci->sent_count) % CHIP_LINE_SENT] = (uint8_t)octet;
+    sci->sent_count++;
+}
+
+static void follow_transmitter(chip_t *chip)
+{
+    chip_sci_t *sci = &chip->sci;
+    while (speaks(chip) && (sci->sending || sci->waiting > 0u)) {
+        if (sci->sending && sci->sent_at > chip->tick) {
+            break;
+        }
+        uint64_t begin = sci->sending ? sci->sent_at : chip->tick;
+        if (sci->sending) {
+            hand_out(chip, sci->shifted);
+            sci->sending = 0u;
+        }
+        if (sci->waiting > 0u) {
+            sci->shifted = sci->out[sci->waiting_first];
+            sci->waiting_first = (sci->waiting_first + 1u) % SCI_FIFO;
+            sci->waiting--;
+            sci->sending = 1u;
+            sci->sent_at = begin + eighths(chip, (uint64_t)BITS * CLOCKS_PER_BIT);
+        }
+    }
+}
+
+static uint16_t in_fifo(uint32_t count)
+{
+    return (uint16_t)(count << 8);
+}
+
+static void show(chip_t *chip)
+{
+    sci_regs_t *sci = regs(chip);
+    const uint32_t waiting = chip->sci.waiting;
+    sci->SCIFFTX = (uint16_t)((sci->SCIFFTX & SCIFFTX_STORED) | in_fifo(waiting));
+    sci->SCIFFRX = (uint16_t)((sci->SCIFFRX & ~(uint32_t)in_fifo(31u)) | in_fifo(chip->sci.received));
+    sci->SCIRXBUF = chip->sci.received > 0u ? chip->sci.in[chip->sci.received_first] : sci->SCIRXBUF;
+    sci->SCIRXEMU = sci->SCIRXBUF & 0x00FFu;
+    sci->SCIRXST =
+        (uint16_t)((sci->SCIRXST & ~SCIRXST_RXRDY) | (chip->sci.received > 0u ? SCIRXST_RXRDY : 0u));
+    sci->SCICTL2 = (uint16_t)((waiting < SCI_FIFO ? SCICTL2_TXRDY : 0u) |
+                              (waiting == 0u && !chip->sci.sending ? SCICTL2_TXEMPTY : 0u));
+}
+
+/* Nothing on the line, nothing on its way out: whatever time passes, all stays as it is shown. */
+static bool is_quiet(const chip_t *chip)
+{
+    const chip_sci_t *sci = &chip->sci;
+    return (sci->line_count | sci->low | sci->sending | sci->waiting) == 0u;
+}
+
+void sci_refresh(chip_t *chip)
+{
+    if (is_quiet(chip)) {
+        return;
+    }
+    follow_receiver(chip);
+    follow_transmitter(chip);
+    show(chip);
+}
+
+void sci_go(chip_t *chip)
+{
+    if ((regs(chip)->SCIPRI & SCIPRI_FREE) == 0u) { /* it stood; what the line said meanwhile went by */
+        chip->sci.sent_at += chip->tick - chip->debug.since;
+        chip->sci.looks_from = chip->tick;
+    }
+}
+
+/* ---- Registers ---- */
+
+static void empty_in(chip_t *chip)
+{
+    chip->sci.received = 0u;
+    chip->sci.low = 0u;
+    chip->sci.looks_from = chip->tick;
+}
+
+static void empty_out(chip_t *chip)
+{
+    chip->sci.waiting = 0u;
+}
+
+/* What SWRESET at 0 does: flags and state machines, an octet on its way out among them. */
+static void reset_states(chip_t *chip)
+{
+    regs(chip)->SCIRXST = 0u;
+    chip->sci.sending = 0u;
+    chip->sci.low = 0u;
+    chip->sci.looks_from = chip->tick;
+}
+
+void sci_reset(chip_t *chip)
+{
+    sci_regs_t *sci = regs(chip);
+    sci->SCIFFTX = SCIFFTX_SCIRST | SCIFFTX_TXFIFORESET;
+    sci->SCIFFRX = 0x201Fu;
+    reset_states(chip);
+    empty_in(chip);
+    empty_out(chip);
+    show(chip);
+}
+
+void sci_power_cycle(chip_t *chip)
+{
+    chip->sci.line_count = 0u;
+    chip->sci.sent_count = 0u;
+}
+
+uint16_t sci_read(chip_t *chip, uint32_t address)
+{
+    sci_refresh(chip);
+    uint16_t value = ((const uint16_t *)&chip->registers)[address];
+    bool takes = address - SCIA_AT == OFFSET(sci_regs_t, SCIRXBUF) && clocked(chip);
+    if (takes && chip->sci.received > 0u) {
+        chip->sci.received_first = (chip->sci.received_first + 1u) % SCI_FIFO;
+        chip->sci.received--;
+        show(chip);
+    }
+    return value;
+}
+
+static void write_fifo_out(chip_t *chip, uint16_t value)
+{
+    regs(chip)->SCIFFTX = value & SCIFFTX_STORED;
+    if ((value & SCIFFTX_TXFIFORESET) == 0u || (value & SCIFFTX_SCIRST) == 0u) {
+        empty_out(chip);
+    }
+    if ((value & SCIFFTX_SCIRST) == 0u) {
+        empty_in(chip);
+        chip->sci.sending = 0u;
+    }
+}
+
+static void write_fifo_in(chip_t *chip, uint16_t value)
+{
+    uint32_t overflow = (value & SCIFFRX_RXFFOVRCLR) != 0u ? 0u : regs(chip)->SCIFFRX & SCIFFRX_RXFFOVF;
+    if ((value & SCIFFRX_RXFIFORESET) == 0u) {
+        empty_in(chip);
+    }
+    regs(chip)->SCIFFRX = (uint16_t)(overflow | (value & (SCIFFRX_RXFIFORESET | SCIFF_LEVEL)));
+}
+
+static void write_octet(chip_t *chip, uint32_t address, uint16_t value)
+{
+    chip_sci_t *sci = &chip->sci;
+    if (!speaks(chip) || sci->waiting == SCI_FIFO) {
+        chip_report(chip, CHIP_SERIAL_LOST, address);
+        return;
+    }
+    sci->out[(sci->waiting_first + sci->waiting) % SCI_FIFO] = (uint16_t)(value & 0x00FFu);
+    sci->waiting++;
+}
+
+/* What of a value this model does not have. */
+static uint32_t unknown(uint32_t offset, uint16_t value)
+{
+    switch (offset) {
+    case OFFSET(sci_regs_t, SCICCR):
+        return value != 0u && value != SCICCR_8N1;
+    case OFFSET(sci_regs_t, SCICTL1):
+        return value & ~SCICTL1_STORED;
+    case OFFSET(sci_regs_t, SCIFFTX):
+        return value & ~(SCIFFTX_STORED | SCIFFTX_CLEARS);
+    case OFFSET(sci_regs_t, SCIFFRX):
+        return value & ~(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR | SCIFF_LEVEL | SCIFFTX_CLEARS);
+    case OFFSET(sci_regs_t, SCIPRI):
+        return value & ~SCIPRI_FREE;
+    case OFFSET(sci_regs_t, SCIHBAUD):
+    case OFFSET(sci_regs_t, SCILBAUD):
+    case OFFSET(sci_regs_t, SCITXBUF):
+        return value & 0xFF00u;
+    default: /* SCICTL2, SCIFFCT: interrupts, automatic baud rate, delay; and what is reserved */
+        return value;
+    }
+}
+
+void sci_write(chip_t *chip, uint32_t address, uint16_t value)
+{
+    uint32_t offset = address - SCIA_AT;
+    if (!clocked(chip)) {
+        chip_report(chip, CHIP_CLOCK_OFF, address);
+        return;
+    }
+    if (offset >= OFFSET(sci_regs_t, SCIRXST) && offset <= OFFSET(sci_regs_t, SCIRXBUF)) {
+        chip_report(chip, CHIP_READ_ONLY, address);
+        return;
+    }
+    if (unknown(offset, value) != 0u) {
+        chip_report(chip, CHIP_UNKNOWN_REGISTER, address);
+        return;
+    }
+    sci_refresh(chip);
+    switch (offset) {
+    case OFFSET(sci_regs_t, SCICCR):
+        regs(chip)->SCICCR = value;
+        break;
+    case OFFSET(sci_regs_t, SCICTL1):
+        regs(chip)->SCICTL1 = value;
+        if ((value & SCICTL1_SWRESET) == 0u) {
+            reset_states(chip);
+        }
+        break;
+    case OFFSET(sci_regs_t, SCIHBAUD):
+        regs(chip)->SCIHBAUD = value;
+        break;
+    case OFFSET(sci_regs_t, SCILBAUD):
+        regs(chip)->SCILBAUD = value;
+        break;
+    case OFFSET(sci_regs_t, SCITXBUF):
+        write_octet(chip, address, value);
+        break;
+    case OFFSET(sci_regs_t, SCIFFTX):
+        write_fifo_out(chip, value);
+        break;
+    case OFFSET(sci_regs_t, SCIFFRX):
+        write_fifo_in(chip, value);
+        break;
+    case OFFSET(sci_regs_t, SCIPRI):
+        regs(chip)->SCIPRI = value;
+        break;
+    default:
+        break;
+    }
+    sci_refresh(chip);
+    show(chip);
+}
+
+/* ---- From outside ---- */
+
+void chip_serial_speed(chip_t *chip, uint32_t baud)
+{
+    assert(baud <= CHIP_TICKS_PER_SECOND / CLOCKS_PER_BIT);
+    sci_refresh(chip);
+    chip->sci.line_baud = baud;
+}
+
+bool chip_serial_levels(chip_t *chip, uint32_t levels, uint32_t bits)
+{
+    chip_sci_t *sci = &chip->sci;
+    assert(bits >= 1u && bits <= 31u);
+    sci_refresh(chip);
+    if (sci->line_count == CHIP_LINE_FRAMES) {
+        return false;
+    }
+    uint64_t end = line_end(chip);
+    chip_frame_t *on_line = &sci->line[(sci->line_first + sci->line_count) % CHIP_LINE_FRAMES];
+    on_line->start = end > chip->tick ? end : chip->tick;
+    bool high = (levels >> (bits - 1u) & 1u) != 0u; /* where it ends; a low one is lifted by one more bit */
+    on_line->levels = high ? levels : levels | 1u << bits;
+    on_line->bits = high ? bits : bits + 1u;
+    sci->line_count++;
+    return true;
+}
+
+uint32_t chip_serial_put(chip_t *chip, const uint8_t *octets, uint32_t count)
+{
+    uint32_t n = 0u;
+    while (n < count && chip_serial_levels(chip, DATA(octets[n]), BITS)) {
+        n++;
+    }
+    return n;
+}
+
+uint32_t chip_serial_get(chip_t *chip, uint8_t *octets, uint32_t room)
+{
+    chip_sci_t *sci = &chip->sci;
+    uint32_t n = 0u;
+    sci_refresh(chip);
+    while (n < room && sci->sent_count > 0u) {
+        octets[n++] = sci->sent[sci->sent_first];
+        sci->sent_first = (sci->sent_first + 1u) % CHIP_LINE_SENT;
+        sci->sent_count--;
+    }
+    return n;
+}

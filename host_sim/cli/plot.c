@@ -1,0 +1,212 @@
+/* `lagless plot RECORDING`, `lagless compare A B`: what tools/plot/look.py does, and what it is told of the
+ * tables. */
+#include "host_sim/cli/plot.h"
+
+#include <argp.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "drive/reasons.h"
+#include "host_sim/cli/arguments.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/fault_table.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/json.h"
+#include "host_sim/rig/rig.h"
+
+#define SCRIPT "plot/look.py"
+
+bool plot_formats(const char *command, const char *formats)
+{
+    bool good = formats[0] != '\0';
+    for (const char *word = formats; good && *word != '\0';) {
+        const size_t length = strcspn(word, ",");
+        good = (length == 4u && strncmp(word, "html", 4) == 0) ||
+               (length == 3u && (strncmp(word, "png", 3) == 0 || strncmp(word, "svg", 3) == 0));
+        word += length;
+        word += *word == ',' ? 1 : 0;
+    }
+    if (!good) {
+        fprintf(stderr, "lagless %s: pictures as %s: accepted html, png, svg, separated by commas\n", command,
+                formats);
+    }
+    return good;
+}
+
+/* ---- what a recording does not say of itself ---- */
+
+static void write_rows(FILE *file)
+{
+    const char *separator = "";
+    fprintf(file, "\"rows\": [");
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        for (uint32_t n = 0; n < table->count; n++) {
+            static const char *const kinds[SLOT_KINDS] = {"float", "int", "uint", "choice"};
+            const table_row_t *row = &table->rows[n];
+            fprintf(file, "%s\n{\"table\": \"%s\", \"name\": \"%s\", \"kind\": \"%s\", \"text\": ", separator,
+                    table->name, row->name, kinds[row->kind]);
+            json_text(file, row->text);
+            if (row->access != TABLE_READ) {
+                fprintf(file, ", \"default\": ");
+                json_number(file, rig_initial(row));
+            }
+            if (row->kind == SLOT_ENUM) {
+                fprintf(file, ", \"choices\": \"%s\"", row->choices);
+            }
+            fprintf(file, "}");
+            separator = ",";
+        }
+    }
+    fprintf(file, "]");
+}
+
+/* Rows, reasons by number, faults by bit: as one JSON object. */
+static void write_tables(FILE *file, const char *command)
+{
+    fprintf(file, "{\"command\": \"%s\", ", command);
+    write_rows(file);
+    fprintf(file, ", \"reasons\": {");
+    for (uint32_t n = 0; n < reasons_count; n++) {
+        fprintf(file, "%s\"%ld\": {\"name\": \"%s\", \"text\": ", n == 0u ? "" : ",\n",
+                (long)reasons[n].number, reasons[n].name);
+        json_text(file, reasons[n].text);
+        fprintf(file, ", \"remedy\": ");
+        json_text(file, reasons[n].remedy);
+        fprintf(file, "}");
+    }
+    fprintf(file, "}, \"faults\": [");
+    for (uint32_t n = 0; n < FAULTS; n++) {
+        fprintf(file, "%s\"%s\"", n == 0u ? "" : ", ", fault_rows[n].name);
+    }
+    fprintf(file, "]}\n");
+}
+
+static int look(const char *command, const char *const *arguments)
+{
+    FILE *tables = tmpfile();
+    if (tables == NULL) {
+        fprintf(stderr, "lagless %s: no temporary file can be made\n", command);
+        return EXIT_INTERNAL;
+    }
+    write_tables(tables, command);
+    const int exit_code = output_script(SCRIPT, arguments, tables);
+    fclose(tables);
+    return exit_code;
+}
+
+int plot_draw(const char *command, const char *recording, const char *folder, const char *formats, bool quiet)
+{
+    const char *arguments[] = {
+        "plot", recording, "--format", formats, quiet ? "--quiet" : "--tell", folder != NULL ? "--out" : NULL,
+        folder, NULL};
+    return look(command, arguments);
+}
+
+/* ---- the commands ---- */
+
+typedef struct {
+    const char *command;
+    const char *recordings[2];
+    int wanted, given;
+    const char *folder;
+    const char *formats;
+    bool plot;
+} options_t;
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key) {
+    case 'o':
+        options->folder = argument;
+        return 0;
+    case 'f':
+        options->formats = argument;
+        return 0;
+    case 'p':
+        options->plot = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (options->given == options->wanted) {
+            argp_error(state, options->wanted == 1 ? "%s: one recording at a time" : "%s: two recordings",
+                       argument);
+        }
+        options->recordings[options->given++] = argument;
+        return 0;
+    case ARGP_KEY_END:
+        if (options->given < options->wanted) {
+            argp_error(state, options->wanted == 1
+                                  ? "which recording? a CSV or MAT file that `lagless run` or `lagless "
+                                    "connect` wrote"
+                                  : "which two recordings? CSV or MAT files");
+        }
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+#define FORMAT_TEXT "html (default), png, svg, separated by commas"
+
+int command_plot(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        {"out", 'o', "FOLDER", 0, "write there, not beside the recording", 0},
+        {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
+        {0},
+    };
+    static const struct argp argp = {
+        rows,
+        parse,
+        "RECORDING",
+        "Draws a recording (CSV or MAT) of `lagless run` or `lagless connect`: a page to zoom into, with "
+        "verdicts and settings, or pictures. The history of its fault, NAME_fault.csv, comes along.",
+        NULL,
+        NULL,
+        NULL};
+    options_t options = {.wanted = 1, .formats = "html"};
+    if (!arguments_parse(&argp, argc, argv, &options) || !plot_formats("plot", options.formats)) {
+        return EXIT_USAGE;
+    }
+    return plot_draw("plot", options.recordings[0], options.folder, options.formats, false);
+}
+
+int command_compare(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        {"plot", 'p', NULL, 0, "draw both, too, into a folder of its own below runs", 0},
+        {"out", 'o', "FOLDER", 0, "draw both, too, into this folder", 0},
+        {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
+        {0},
+    };
+    static const struct argp argp = {
+        rows,
+        parse,
+        "A B",
+        "Compares two recordings (CSV or MAT), bit for bit: the first difference, how far each signal "
+        "differs, which settings do. Ends with 0 if all samples are equal, with 1 if not.",
+        NULL,
+        NULL,
+        NULL};
+    options_t options = {.wanted = 2, .formats = "html"};
+    char fresh[PATH_SIZE];
+    if (!arguments_parse(&argp, argc, argv, &options) || !plot_formats("compare", options.formats)) {
+        return EXIT_USAGE;
+    }
+    if (options.plot && options.folder == NULL) {
+        if (!output_fresh_folder(fresh, "runs", "compare")) {
+            return EXIT_INTERNAL;
+        }
+        options.folder = fresh;
+    }
+    const char *arguments[] = {"compare",
+                               options.recordings[0],
+                               options.recordings[1],
+                               "--format",
+                               options.formats,
+                               options.folder != NULL ? "--out" : NULL,
+                               options.folder,
+                               NULL};
+    return look("compare", arguments);
+}

@@ -1,0 +1,32 @@
+/* Samples of a run in memory, for `lagless run --json --traces`. */
+#ifndef HOST_SIM_CLI_TRACES_H
+#define HOST_SIM_CLI_TRACES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host_sim/rig/rig.h"
+
+#define TRACES_OCTETS_MAX (UINT64_C(256) << 20) /* [octets] of slots: some 6 million samples of 10 rows */
+
+/* All zero but `ids` and `count`: empty. */
+typedef struct {
+    const uint32_t *ids; /* rows */
+    uint32_t count;      /* [-] of them */
+    uint32_t *slots;     /* samples one after the other: the period, then the rows */
+    uint64_t samples, room;
+    bool full;       /* memory was used up: the rest is missing */
+    rig_sink_t next; /* NULL: nobody else gets them */
+    void *next_context;
+} traces_t;
+
+/* A rig_sink_t; context is a traces_t. */
+void traces_sink(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
+
+/* A JSON list of {"name", "unit", "values"} on stdout, time [s] first. Numbers read back to the same float;
+ * what is not finite is null, a choice is its number. */
+void traces_print(const traces_t *traces);
+
+void traces_free(traces_t *traces);
+
+#endif

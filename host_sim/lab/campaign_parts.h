@@ -1,0 +1,83 @@
+/* What the parts of the campaign know of each other. Included by host_sim/lab/campaign*.c only. */
+#ifndef HOST_SIM_LAB_CAMPAIGN_PARTS_H
+#define HOST_SIM_LAB_CAMPAIGN_PARTS_H
+
+#include "host_sim/lab/campaign.h"
+#include "host_sim/lab/runner.h"
+
+/* The quantity of this name in a case. */
+#define CAMPAIGN_VALUE(drawn, name) ((drawn)->quantities[CAMPAIGN_Q_##name])
+
+/* What follows from the quantities: SI units, peak values, per phase. */
+typedef struct {
+    double pole_pairs, resistance, inductance_d, inductance_q, flux_linkage; /* [-], [ohm], [H], [H], [Wb] */
+    double inertia;                                                          /* [kg m^2] */
+    double speed;                                                            /* [rad/s] rated, mechanical */
+    double torque;                                                           /* [N m] rated */
+    double current;                                                          /* [A] rated */
+    double trip;                                                             /* [A] overcurrent_trip */
+} campaign_motor_t;
+
+campaign_motor_t campaign_motor(const campaign_case_t *drawn);
+
+/* [A] overcurrent_trip and [rad/s] overspeed_trip of the case. */
+double campaign_trip(const campaign_case_t *drawn);
+double campaign_overspeed(const campaign_case_t *drawn);
+
+/* Text that grows in a buffer; what does not fit is cut, and `used` is size - 1 then. */
+typedef struct {
+    char *to;
+    size_t size, used;
+} campaign_writing_t;
+void campaign_say(campaign_writing_t *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void campaign_say_value(campaign_writing_t *text, const table_row_t *row, double value);
+
+/* campaign_around.c: the scenario with its errors; expectations that end beyond the case's length are left
+ * out. */
+void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn, const char *what);
+
+/* The drive's handover_speed by its rule, of what it believes of the motor [rad/s], mechanical. */
+double campaign_handover_speed(const campaign_case_t *drawn);
+
+/* campaign_judge.c: what is watched of a run. */
+#define CAMPAIGN_WATCHED_MAX RIG_TAP_MAX
+
+typedef struct {
+    campaign_result_t *result;
+    volatile sig_atomic_t stop; /* the run shall end: violated, or asked to */
+    const volatile sig_atomic_t *asked;
+    uint32_t enabled, fault; /* [-] values of `state` */
+    uint32_t run;            /* [-] of `manoeuvre` */
+    double trip;             /* [A] limit of the true current */
+    double overspeed;        /* [rad/s] overspeed_trip */
+    double blind;     /* [rad/s] mechanical: a slower rotor does not tell of the encoder's fault; 0: none */
+    uint32_t excused; /* bits of invariants that the injected fault breaks by itself */
+    uint32_t told;    /* [periods] when it excuses them no more */
+    uint32_t over[3]; /* [periods] so long has this phase's current been beyond the limit */
+    uint32_t over_off[3]; /* [periods] likewise with all gates off */
+    uint32_t wrong;       /* [periods] so long has the angle been wrong */
+    uint32_t latched;     /* [periods] since the fault was latched */
+    uint32_t gates;       /* now on, bit for bit */
+    bool gates_seen;      /* one was on in this period */
+    bool reset;           /* the chip was, by a fault that is excused for it */
+} campaign_watch_t;
+
+/* Rows that are watched, the floats among the signals first; how many, and how many of them are floats that
+ * must be finite. */
+uint32_t campaign_watched(uint32_t ids[CAMPAIGN_WATCHED_MAX], uint32_t *floats);
+
+void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
+                          const volatile sig_atomic_t *asked);
+void campaign_watch_sample(void *watch, uint32_t period, const uint32_t *slots, uint32_t count);
+void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t value);
+
+/* Bit of sample_flags, as the row's text has it. */
+#define CAMPAIGN_LATE_FLAG UINT32_C(8)
+
+/* So many words of the drive's state, the first ones, may have a bit flipped. */
+#define CAMPAIGN_STATE_WORDS 768u
+
+/* Bit of an invariant. */
+#define CAMPAIGN_BIT(NAME) (UINT32_C(1) << CAMPAIGN_I_##NAME)
+
+#endif

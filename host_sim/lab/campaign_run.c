@@ -1,0 +1,242 @@
+/* One run, and what makes it small. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "host_sim/lab/campaign_parts.h"
+
+#define REPEATED_EVERY 64u  /* [runs] one of so many is made twice */
+#define SHRINK_RUNS    400u /* [runs] a violation is not made smaller by more than these */
+#define AFTERWARDS     1e-3 /* [s] that a shortened run goes on for, to be seen */
+
+static uint32_t row_of(const char *name)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    return row != NULL ? row->id : 0u;
+}
+
+/* A refusal by no row or without a reason is a violation itself. */
+static void refused(const scenario_error_t *error, campaign_result_t *result)
+{
+    result->row = row_of(error->name);
+    result->end = CAMPAIGN_REFUSED;
+    if (result->row == 0u || error->message[0] == '\0') {
+        result->end = CAMPAIGN_VIOLATED;
+        result->invariant = CAMPAIGN_I_REASON;
+    }
+}
+
+/* The first expectation of the scenario itself that failed. */
+static void unmet(const runner_result_t *run, campaign_result_t *result)
+{
+    for (uint32_t n = 0; n < run->verdict_count; n++) {
+        const scenario_expect_t *expect = run->verdicts[n].expect;
+        if (run->verdicts[n].judgement == RUNNER_FAILED) {
+            result->end = CAMPAIGN_VIOLATED;
+            result->invariant = CAMPAIGN_I_EXPECT;
+            result->from = expect->begin;
+            result->period = expect->end - 1u;
+            result->row = expect->row->id;
+            return;
+        }
+    }
+}
+
+/* Runs a text under the judge. false: interrupted. */
+static bool run_text(const char *text, size_t octets, const campaign_case_t *drawn,
+                     const volatile sig_atomic_t *stop, campaign_result_t *result, uint64_t *hash)
+{
+    uint32_t ids[CAMPAIGN_WATCHED_MAX];
+    uint32_t floats;
+    scenario_error_t error;
+    campaign_watch_t watch;
+    runner_result_t run;
+    *result = (campaign_result_t){.fault = drawn->fault, .invariant = CAMPAIGN_NO_INVARIANT};
+    *hash = 0u;
+    scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
+    if (scenario == NULL) {
+        refused(&error, result);
+        return true;
+    }
+    campaign_watch_begin(&watch, drawn, result, stop);
+    const runner_options_t options = {
+        .record = ids,
+        .record_count = campaign_watched(ids, &floats),
+        .record_every = 1u,
+        .sink = campaign_watch_sample,
+        .sink_context = &watch,
+        .edge_sink = campaign_watch_edge,
+        .edge_context = &watch,
+        .stop = &watch.stop,
+    };
+    const bool ran = runner_run(scenario, &options, &run);
+    if (!ran) {
+        refused(&run.error, result);
+    } else if (result->end != CAMPAIGN_VIOLATED) {
+        result->end = run.end == RUNNER_COMPLETE ? CAMPAIGN_HELD : CAMPAIGN_NOT_DONE;
+        result->period = run.fault_period;
+    }
+    result->reason = ran ? run.fault_reason : 0;
+    *hash = run.hash;
+    if (ran && result->end == CAMPAIGN_HELD) {
+        unmet(&run, result);
+    }
+    runner_result_free(&run);
+    scenario_free(scenario);
+    return result->end != CAMPAIGN_NOT_DONE;
+}
+
+bool campaign_run(const campaign_case_t *drawn, const volatile sig_atomic_t *stop, campaign_result_t *result)
+{
+    char text[CAMPAIGN_TEXT_SIZE];
+    const size_t octets = campaign_text(drawn, NULL, text, sizeof text);
+    uint64_t hash[2];
+    if (!run_text(text, octets, drawn, stop, result, &hash[0])) {
+        return false;
+    }
+    if (result->end == CAMPAIGN_HELD && drawn->run % REPEATED_EVERY == 0u) {
+        campaign_result_t again;
+        if (!run_text(text, octets, drawn, stop, &again, &hash[1])) {
+            return false;
+        }
+        if (hash[0] != hash[1]) {
+            result->end = CAMPAIGN_VIOLATED;
+            result->invariant = CAMPAIGN_I_REPEAT;
+        }
+    }
+    return true;
+}
+
+bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *result)
+{
+    char text[CAMPAIGN_TEXT_SIZE];
+    const size_t octets = campaign_text(drawn, result, text, sizeof text);
+    const runner_options_t plain = {0};
+    scenario_error_t error;
+    campaign_result_t again;
+    runner_result_t run;
+    scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
+    if (scenario == NULL || scenario->expect_count == 0u) {
+        scenario_free(scenario);
+        return campaign_run(drawn, NULL, &again) && again.end == CAMPAIGN_VIOLATED &&
+               again.invariant == result->invariant;
+    }
+    const bool fails = runner_run(scenario, &plain, &run) && run.failed > 0u;
+    runner_result_free(&run);
+    scenario_free(scenario);
+    return fails;
+}
+
+/* ---- smaller ---- */
+
+typedef struct {
+    campaign_case_t *best;
+    campaign_result_t *result;
+    const volatile sig_atomic_t *stop;
+    uint32_t runs;
+} shrink_t;
+
+/* Keeps the smaller case if it breaks the same invariant. */
+static bool try_smaller(shrink_t *shrink, const campaign_case_t *smaller)
+{
+    campaign_result_t result;
+    if (shrink->runs >= SHRINK_RUNS) {
+        return false;
+    }
+    shrink->runs++;
+    if (!campaign_run(smaller, shrink->stop, &result) || result.end != CAMPAIGN_VIOLATED ||
+        result.invariant != shrink->result->invariant) {
+        return false;
+    }
+    *shrink->best = *smaller;
+    *shrink->result = result;
+    return true;
+}
+
+/* What comes after the violation goes, and the time. */
+static void end_sooner(shrink_t *shrink)
+{
+    campaign_case_t smaller = *shrink->best;
+    const double known = (shrink->result->period + 1u) * RIG_PERIOD_SECONDS + AFTERWARDS;
+    if (known >= smaller.seconds || shrink->result->period == 0u) {
+        return;
+    }
+    smaller.seconds = known;
+    while (smaller.event_count > 0u && smaller.events[smaller.event_count - 1u].time >= known) {
+        smaller.event_count--;
+    }
+    smaller.fault = smaller.fault_time >= known ? 0u : smaller.fault;
+    (void)try_smaller(shrink, &smaller);
+}
+
+static bool without_fault(shrink_t *shrink)
+{
+    campaign_case_t smaller = *shrink->best;
+    smaller.fault = 0u;
+    return shrink->best->fault != 0u && try_smaller(shrink, &smaller);
+}
+
+static bool without_event(shrink_t *shrink, uint32_t n)
+{
+    campaign_case_t smaller = *shrink->best;
+    smaller.event_count--;
+    memmove(&smaller.events[n], &smaller.events[n + 1u],
+            (smaller.event_count - n) * sizeof smaller.events[0]);
+    return try_smaller(shrink, &smaller);
+}
+
+/* All quantities of a group at once: CAMPAIGN_GROUPS: of all. */
+static bool without_group(shrink_t *shrink, campaign_group_t group)
+{
+    campaign_case_t smaller = *shrink->best;
+    bool less = false;
+    const campaign_quantity_row_t *rows;
+    const uint32_t count = campaign_rows(&smaller, &rows);
+    for (uint32_t n = 0; n < count; n++) {
+        const campaign_quantity_row_t *row = &rows[n];
+        if (group == CAMPAIGN_GROUPS || row->group == group) {
+            less = less || smaller.quantities[n] != row->initial;
+            smaller.quantities[n] = row->initial;
+        }
+    }
+    return less && try_smaller(shrink, &smaller);
+}
+
+static bool without_quantity(shrink_t *shrink, uint32_t n)
+{
+    campaign_case_t smaller = *shrink->best;
+    const campaign_quantity_row_t *rows;
+    (void)campaign_rows(&smaller, &rows);
+    smaller.quantities[n] = rows[n].initial;
+    return shrink->best->quantities[n] != rows[n].initial && try_smaller(shrink, &smaller);
+}
+
+static bool pass(shrink_t *shrink)
+{
+    bool any = without_fault(shrink);
+    for (uint32_t n = shrink->best->event_count; n-- > 0u;) {
+        any = without_event(shrink, n) || any;
+    }
+    for (campaign_group_t group = CAMPAIGN_GROUPS + 1u; group-- > 0u;) {
+        any = without_group(shrink, group) || any;
+    }
+    const campaign_quantity_row_t *rows;
+    const uint32_t count = campaign_rows(shrink->best, &rows);
+    for (uint32_t n = 0; n < count; n++) {
+        any = without_quantity(shrink, n) || any;
+    }
+    return any;
+}
+
+uint32_t campaign_shrink(campaign_case_t *drawn, campaign_result_t *result, const volatile sig_atomic_t *stop)
+{
+    shrink_t shrink = {drawn, result, stop, 0u};
+    if (result->invariant == CAMPAIGN_I_REASON || result->invariant == CAMPAIGN_I_REPEAT) {
+        return 0u;
+    }
+    end_sooner(&shrink);
+    while (shrink.runs < SHRINK_RUNS && pass(&shrink)) {
+        end_sooner(&shrink);
+    }
+    return shrink.runs;
+}

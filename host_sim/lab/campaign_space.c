@@ -1,0 +1,260 @@
+/* What a campaign draws: its tables, and the draw. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "host_sim/lab/campaign_parts.h"
+
+#define TURN 6.283185307179586
+
+const campaign_quantity_row_t campaign_quantities[CAMPAIGN_QUANTITY_COUNT] = {
+#define ROW(name, group, law, initial, least, most, unit, text)                                              \
+    {#name, CAMPAIGN_##group, CAMPAIGN_##law, initial, least, most, unit, text},
+    CAMPAIGN_QUANTITIES(ROW)
+#undef ROW
+};
+
+const campaign_quantity_row_t campaign_errors[CAMPAIGN_ERROR_COUNT] = {
+#define ROW(name, group, law, initial, least, most, unit, text)                                              \
+    {#name, CAMPAIGN_##group, CAMPAIGN_##law, initial, least, most, unit, text},
+    CAMPAIGN_ERRORS(ROW)
+#undef ROW
+};
+
+uint32_t campaign_rows(const campaign_case_t *drawn, const campaign_quantity_row_t **rows)
+{
+    *rows = drawn->around != NULL ? campaign_errors : campaign_quantities;
+    return drawn->around != NULL ? (uint32_t)CAMPAIGN_ERROR_COUNT : (uint32_t)CAMPAIGN_QUANTITY_COUNT;
+}
+
+static const struct {
+    campaign_law_t law;
+    double least, most;
+} events[CAMPAIGN_EVENT_KINDS] = {
+#define ROW(NAME, law, least, most, text) {CAMPAIGN_##law, least, most},
+    CAMPAIGN_EVENTS(ROW)
+#undef ROW
+};
+
+const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
+#define ROW(NAME, name, limit, unit, text) {name, limit, unit, text},
+    CAMPAIGN_INVARIANTS(ROW)
+#undef ROW
+};
+
+#define SENSOR_STANDS                                                                                        \
+    "control follows a sensor that stands until it is told from a current that does", CAMPAIGN_UNTIL_TOLD
+#define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW
+
+/* Every row of plant and rig that can break. */
+const campaign_fault_t campaign_faults[] = {
+    {"none", "", CAMPAIGN_EVEN, 0.0, 0.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_phase_a", "open_phase_a", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_phase_b", "open_phase_b", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_phase_c", "open_phase_c", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"stuck_current_a", "stuck_current_a", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
+    {"stuck_current_b", "stuck_current_b", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
+    {"stuck_near_zero_a", "stuck_current_a", CAMPAIGN_WHOLE, 1980.0, 2116.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
+    {"stuck_near_zero_b", "stuck_current_b", CAMPAIGN_WHOLE, 1980.0, 2116.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
+    {"current_gain_a", "current_gain_error_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"current_gain_b", "current_gain_error_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"current_offset_a", "current_offset_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"current_offset_b", "current_offset_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"current_range", "current_range", CAMPAIGN_LOG, 0.5, 2.0, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
+    {"current_noise", "current_noise", CAMPAIGN_LOG, 0.02, 0.2, CAMPAIGN_OF_CURRENT, 0u, "", CAMPAIGN_ALWAYS},
+    {"stuck_dc_link", "stuck_dc_link", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"dc_gain", "dc_gain_error", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"dc_sag", "dc_voltage", CAMPAIGN_EVEN, 0.0, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
+    {"dc_surge", "dc_voltage", CAMPAIGN_EVEN, 1.1, 1.4, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
+    {"module_fault", "force_fault", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"sink_hot", "plant.sink_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+     "the interrupt is made late", CAMPAIGN_ALWAYS},
+    {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+     "the interrupt is made to run past its period", CAMPAIGN_ALWAYS},
+    {"slow_background", "background_time", CAMPAIGN_LOG, 1e-3, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(CHIP),
+     "the watchdog resets a chip whose background stalls: the chip reports it", CAMPAIGN_ALWAYS},
+    {"long_section", "section_time", CAMPAIGN_LOG, 10.0, 1e3, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+     "interrupts are kept off for longer than a period can spare", CAMPAIGN_ALWAYS},
+    {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
+    {"overload", "load_torque", CAMPAIGN_EVEN, 1.0, 3.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
+    {"estimate_jump", "estimate_jump", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"encoder_lines", "plant.encoder_lines", CAMPAIGN_WHOLE, 512.0, 5000.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(ANGLE), ENCODER_ERRS},
+    {"encoder_slips", "plant.encoder_offset", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(ANGLE), ENCODER_ERRS},
+    {"weak_magnet", "plant.flux_linkage", CAMPAIGN_EVEN, 0.3, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_drop_a", "leg_a_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_drop_b", "leg_b_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_drop_c", "leg_c_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_resistance_a", "leg_a_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"leg_resistance_b", "leg_b_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"leg_resistance_c", "leg_c_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
+     CAMPAIGN_ALWAYS},
+    {"leg_delay_a", "leg_a_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_delay_b", "leg_b_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_delay_c", "leg_c_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, 0u, "", CAMPAIGN_ALWAYS},
+    {"shorted_switch", "shorted_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH,
+     CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts whatever its gate is told",
+     CAMPAIGN_ALWAYS},
+    {"swap_phases", "swap_phases", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"swap_currents", "swap_currents", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"encoder_reversed", "encoder_reversed", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     ENCODER_ERRS},
+    {"encoder_slip", "encoder_slip", CAMPAIGN_LOG, 0.01, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     ENCODER_ERRS},
+    {"encoder_stuck_a", "encoder_stuck_a", CAMPAIGN_WHOLE, 0.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     ENCODER_ERRS},
+    {"encoder_stuck_b", "encoder_stuck_b", CAMPAIGN_WHOLE, 0.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     ENCODER_ERRS},
+    {"dc_ripple", "dc_ripple", CAMPAIGN_EVEN, 5.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"supply_lost", "supply_lost", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"missing_samples", "missing_samples", CAMPAIGN_WHOLE, 1.0, 20.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT) | CAMPAIGN_BIT(LATE),
+     "without a conversion there is no interrupt, and nothing that could act", CAMPAIGN_ALWAYS},
+    {"flipped_bit", "flip_word", CAMPAIGN_EVEN, 0.0, 1.0, CAMPAIGN_OF_STATE, 0u, "", CAMPAIGN_ALWAYS},
+};
+const uint32_t campaign_fault_count = sizeof campaign_faults / sizeof campaign_faults[0];
+
+/* ---- drawing ---- */
+
+/* SplitMix64's output function (Steele, Lea, Flood 2014): a bijection of 64-bit words. */
+static uint64_t mixed(uint64_t x)
+{
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return x ^ (x >> 31);
+}
+
+/* Odd, nearest to 2^64 over the golden ratio: consecutive counters are far apart. */
+#define STRIDE UINT64_C(0x9e3779b97f4a7c15)
+
+static uint64_t word_of(uint64_t seed, uint32_t run, uint32_t draw)
+{
+    const uint64_t stream = mixed(mixed(seed + STRIDE) + STRIDE * (run + UINT64_C(1)));
+    return mixed(stream + STRIDE * (draw + UINT64_C(1)));
+}
+
+double campaign_random(uint64_t seed, uint32_t run, uint32_t draw)
+{
+    return (double)(word_of(seed, run, draw) >> 11) * 0x1p-53;
+}
+
+/* Counts its draws, so that none is used twice. */
+typedef struct {
+    uint64_t seed;
+    uint32_t run, next;
+} source_t;
+
+static double even(source_t *source)
+{
+    return campaign_random(source->seed, source->run, source->next++);
+}
+
+static double draw(source_t *source, campaign_law_t law, double initial, double least, double most)
+{
+    const double u = even(source);
+    switch (law) {
+    case CAMPAIGN_LOG:
+        return least * exp(u * log(most / least));
+    case CAMPAIGN_WHOLE:
+        return least + floor(u * (most - least + 1.0));
+    case CAMPAIGN_HALF:
+        return u < 0.5 ? initial : least + (2.0 * u - 1.0) * (most - least);
+    case CAMPAIGN_EVEN:
+        break;
+    }
+    return least + u * (most - least);
+}
+
+static void add(campaign_case_t *drawn, source_t *source, campaign_event_kind_t kind, double time)
+{
+    if (drawn->event_count < CAMPAIGN_EVENTS_MAX && time < drawn->seconds) {
+        drawn->events[drawn->event_count++] = (campaign_event_t){
+            .kind = kind,
+            .time = time,
+            .value = draw(source, events[kind].law, 0.0, events[kind].least, events[kind].most),
+        };
+    }
+}
+
+/* A kind of event by how often it comes: a wish for a speed mostly. */
+static campaign_event_kind_t kind_of(source_t *source)
+{
+    static const campaign_event_kind_t kinds[] = {
+        CAMPAIGN_V_SPEED,   CAMPAIGN_V_SPEED,      CAMPAIGN_V_SPEED, CAMPAIGN_V_SPEED, CAMPAIGN_V_SPEED,
+        CAMPAIGN_V_SLOW,    CAMPAIGN_V_SLOW,       CAMPAIGN_V_LOAD,  CAMPAIGN_V_LOAD,  CAMPAIGN_V_LOAD,
+        CAMPAIGN_V_LOAD,    CAMPAIGN_V_QUICK_STOP, CAMPAIGN_V_OFF,   CAMPAIGN_V_ON,    CAMPAIGN_V_ON,
+        CAMPAIGN_V_CURRENT, CAMPAIGN_V_SOURCE,
+    };
+    return kinds[(size_t)(even(source) * (double)(sizeof kinds / sizeof kinds[0]))];
+}
+
+static int by_time(const void *a, const void *b)
+{
+    const double x = ((const campaign_event_t *)a)->time;
+    const double y = ((const campaign_event_t *)b)->time;
+    return (x > y) - (x < y);
+}
+
+/* Calibration takes 58 ms; a start without encoder most of a second. Times are whole periods of 0.1 ms. */
+static double time_from(source_t *source, double from, double to)
+{
+    return 1e-4 * floor(1e4 * (from + even(source) * (to - from)));
+}
+
+static void draw_quantities(source_t *source, campaign_case_t *drawn)
+{
+    const campaign_quantity_row_t *rows;
+    const uint32_t count = campaign_rows(drawn, &rows);
+    for (uint32_t n = 0; n < count; n++) {
+        drawn->quantities[n] = draw(source, rows[n].law, rows[n].initial, rows[n].least, rows[n].most);
+    }
+}
+
+void campaign_draw_around(uint64_t seed, uint32_t run, const scenario_t *scenario, campaign_case_t *drawn)
+{
+    source_t source = {seed, run, 0u};
+    *drawn = (campaign_case_t){.seed = seed, .run = run, .seconds = scenario->duration, .around = scenario};
+    draw_quantities(&source, drawn);
+}
+
+void campaign_draw(uint64_t seed, uint32_t run, double seconds, campaign_case_t *drawn)
+{
+    source_t source = {seed, run, 0u};
+    *drawn = (campaign_case_t){.seed = seed, .run = run, .seconds = seconds};
+    draw_quantities(&source, drawn);
+
+    const double on = time_from(&source, 0.0, 0.1);
+    add(drawn, &source, CAMPAIGN_V_ON, on);
+    add(drawn, &source, CAMPAIGN_V_SPEED, on);
+    const uint32_t more = (uint32_t)(even(&source) * (CAMPAIGN_EVENTS_MAX - 1u));
+    for (uint32_t n = 0; n < more; n++) {
+        const campaign_event_kind_t kind = kind_of(&source);
+        add(drawn, &source, kind, time_from(&source, 0.1, seconds));
+    }
+    qsort(drawn->events, drawn->event_count, sizeof drawn->events[0], by_time);
+
+    const double any = even(&source);
+    if (any < 0.5) {
+        drawn->fault = 1u + (uint32_t)(even(&source) * (campaign_fault_count - 1u));
+        const campaign_fault_t *fault = &campaign_faults[drawn->fault];
+        drawn->fault_time = time_from(&source, 0.0, 0.95 * seconds);
+        drawn->fault_value = draw(&source, fault->law, 0.0, fault->least, fault->most);
+    }
+}

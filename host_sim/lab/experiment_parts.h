@@ -1,0 +1,179 @@
+/* What the files of experiment.h share. */
+#ifndef HOST_SIM_LAB_EXPERIMENT_PARTS_H
+#define HOST_SIM_LAB_EXPERIMENT_PARTS_H
+
+#include "host_sim/lab/experiment.h"
+#include "host_sim/lab/scenario_parts.h"
+#include "host_sim/lab/tally.h"
+
+#define SWEEPS_MAX  6u
+#define EACH_MAX    4u
+#define COLUMNS_MAX 16u
+#define NAME_MAX    96u
+#define WHY_MAX     400u /* [octets] of what is wrong with a text */
+
+/* ---- what a file may name (experiment_functions.c) ---- */
+
+typedef struct {
+    const char *name;
+    const scenario_setting_t *settings;
+    uint32_t count;
+} experiment_set_t;
+const experiment_set_t *experiment_set(const char *name); /* NULL: none */
+extern const char *const experiment_set_names;            /* "paper|ideal" */
+
+struct experiment_run;
+
+/* Of a sample [SI] to a number [unit]; the run is that of the sample. */
+typedef struct {
+    const char *name, *unit;
+    double (*of)(double sample, const struct experiment_run *run);
+} experiment_through_t;
+const experiment_through_t *experiment_through(const char *name);
+extern const char *const experiment_through_names;
+
+/* Of numbers to a number. */
+#define ARGUMENTS_MAX 16u
+typedef struct {
+    const char *name;
+    uint32_t least, most; /* arguments */
+    double (*of)(const double *arguments, uint32_t count);
+} experiment_function_t;
+const experiment_function_t *experiment_function(const char *name, size_t length);
+extern const char *const experiment_function_names;
+
+/* Curves of theory, as the whole of the CSV (experiment_curves.c). */
+typedef struct {
+    const char *name;
+    void (*write)(FILE *file);
+} experiment_curve_t;
+const experiment_curve_t *experiment_curve(const char *name);
+extern const char *const experiment_curve_names;
+
+/* What is claimed of them. Largest f(x)/x of sigmoid and sign over the inputs of the curve [1/A]; of loop
+ * filters of this -3 dB bandwidth [rad/s]: at how many frequencies a larger omega_c of the curve has no less
+ * gain; and by how much the one of this omega_c lies below the conventional one, at least [dB]. NAN: not a
+ * bandwidth of the curve. */
+double experiment_sigmoid_gain_most(const double *none, uint32_t count);
+double experiment_sign_gain_most(const double *none, uint32_t count);
+double experiment_loop_filter_not_lower(const double *bandwidth, uint32_t count);
+double experiment_loop_filter_lower(const double *loop, uint32_t count);
+
+/* ---- a file ---- */
+
+typedef struct {
+    const char *name, *text;
+    uint32_t entry;             /* a table of rows; 0: this setting */
+    scenario_setting_t setting; /* of a row over values */
+    const experiment_set_t *uses[4];
+    uint32_t use_count;
+    scenario_event_t ready; /* rows of its begin */
+    double settle;          /* [s]; NAN: not given */
+} point_t;
+
+typedef struct {
+    const char *name;
+    point_t *points;
+    uint32_t count;
+    scenario_place_t place;
+} sweep_t;
+
+/* A signal as it is looked at. */
+typedef struct {
+    const char *name;
+    const table_row_t *row, *minus; /* minus NULL: none */
+    const experiment_through_t *through;
+    const char *unit; /* of the numbers */
+    double scale;     /* [SI] of one of them */
+} look_t;
+
+typedef struct {
+    look_t look;
+    double from, to;     /* [s] */
+    bool to_the_end;     /* [-] */
+    uint32_t begin, end; /* [periods] */
+    const table_row_t *progress;
+    double past, until; /* [unit of progress] */
+    scenario_place_t place;
+} measure_t;
+
+typedef struct {
+    const char *id, *text, *unit, *why_not, *where;
+    const char *value;    /* expression; NULL: `of` of `measure` */
+    const char *theory;   /* expression; NULL: theory_number */
+    const char *holds_if; /* NULL: none */
+    uint32_t measure;
+    statistic_t of;
+    double printed, theory_number;
+    double tolerance[EACH_MAX];
+    uint32_t *at[SWEEPS_MAX]; /* the points */
+    uint32_t at_count[SWEEPS_MAX];
+    scenario_place_t value_place, theory_place, holds_if_place;
+} claim_t;
+
+typedef struct experiment_run {
+    uint32_t point[SWEEPS_MAX];
+    char name[NAME_MAX];    /* of the points but for the flavour */
+    const char *flavour;    /* "" if there is no `each` */
+    scenario_t *scenario;   /* of this point */
+    scenario_event_t ready; /* rows that change when the drive is ready */
+    double settle;          /* [s] */
+    double ki;              /* [rad/s^2] of its tracking loop, for theory; NAN: there is none */
+    double load;            /* [N m] of this moment */
+    tally_t *tallies;       /* of the measures */
+    bool lost;
+    int32_t fault;
+    float *trace;
+    size_t rows, rows_max;
+} experiment_run_t;
+
+struct experiment {
+    scenario_t *base; /* holds the file and all memory */
+    const char *id, *claim, *source, *condition;
+    const experiment_curve_t *curve; /* NULL: none */
+    bool dynamometer;
+    point_t begin; /* settle and rows of [begin]; uses of [experiment] */
+    sweep_t *sweeps;
+    uint32_t sweep_count;
+    uint32_t each_sweep; /* sweep_count: none */
+    uint32_t each[EACH_MAX];
+    uint32_t each_count; /* >= 1 */
+    measure_t *measures;
+    uint32_t measure_count;
+    claim_t *claims;
+    uint32_t claim_count;
+    look_t columns[COLUMNS_MAX];
+    uint32_t column_count;
+    uint32_t every;   /* [periods] of the trace */
+    look_t reference; /* row NULL: none */
+    experiment_run_t *runs;
+    uint32_t run_count;
+};
+
+/* ---- values (experiment_value.c) ---- */
+
+/* Of a row at t = 0 [unit of the row], as it is written: not rounded to what the drive has. */
+double experiment_initial(const experiment_run_t *run, const table_row_t *row);
+
+typedef struct {
+    const experiment_t *experiment;
+    const uint32_t *point; /* [sweep_count] */
+    double own;            /* `value`; NAN: there is none yet */
+    bool lost;             /* comes out: a run that was needed is */
+    char why[WHY_MAX];     /* comes out: what is wrong with the text, "" if nothing is */
+} value_t;
+
+/* The number of an expression; NAN if it is wrong, which `why` tells. */
+double experiment_evaluate(value_t *value, const char *text);
+
+/* The run at these points. */
+const experiment_run_t *experiment_run_at(const experiment_t *experiment, const uint32_t *point);
+
+/* The measure of this name; measure_count: none. */
+uint32_t experiment_measure_of(const experiment_t *experiment, const char *name, size_t length);
+
+/* A condition with its {...} filled in, of the run at these points. false: `why` names what is none. */
+bool experiment_condition(const experiment_t *experiment, const uint32_t *point, char *to, size_t size,
+                          char why[WHY_MAX]);
+
+#endif

@@ -1,0 +1,28 @@
+/* Does a motor run without an encoder, from standstill to its top speed and under its load, on the rows of
+ * tune? Its scenario (tune_scenario) is run and judged. */
+#ifndef HOST_SIM_LAB_MOTOR_TRIAL_H
+#define HOST_SIM_LAB_MOTOR_TRIAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host_sim/lab/motor.h"
+#include "host_sim/lab/tune.h"
+
+typedef struct {
+    motor_t motor;
+    tune_t tune;
+    double load;        /* [N m] on its shaft at the end */
+    double speed_error; /* [-] of the top speed, mean under load */
+    double angle_mean;  /* [rad] electrical, estimate minus truth, under load */
+    double angle_sd;    /* [rad] */
+    double seconds;     /* [s] simulated */
+    bool met;           /* all that its scenario expects */
+    char miss[480];     /* "" or the first expectation that failed, or the fault */
+} motor_trial_t;
+
+/* false: it can not be read, tuned or run; `error` says why. `trial` is large: not for the stack of a thread.
+ */
+bool motor_trial(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error);
+
+#endif

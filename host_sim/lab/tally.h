@@ -1,0 +1,26 @@
+/* Statistics of samples as they come, in double: mean and deviation by Welford's recurrence (runner.h). All
+ * kinds are kept: choosing costs as much as counting. A sample that is not a number makes each of them not a
+ * number. */
+#ifndef HOST_SIM_LAB_TALLY_H
+#define HOST_SIM_LAB_TALLY_H
+
+#include <stdint.h>
+
+#include "contract/table.h"
+#include "host_sim/lab/scenario.h"
+
+typedef struct {
+    uint32_t count;
+    double mean, squares_about, squares, min, max, last;
+} tally_t;
+
+tally_t tally_empty(void);
+void tally_count(tally_t *tally, double x);
+
+/* NAN: there was no sample. */
+double tally_value(const tally_t *tally, statistic_t statistic);
+
+/* A slot of the tap as a number. */
+double tally_number(uint32_t slot, slot_kind_t kind);
+
+#endif

@@ -1,0 +1,467 @@
+#include "host_sim/lab/tune.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/lab/board_facts.h"
+#include "host_sim/lab/scenario_parts.h"
+
+#define PI     3.14159265358979323846
+#define RPM    (PI / 30.0)
+#define SQRT_3 1.7320508075688772
+#define T_S    RIG_PERIOD_SECONDS
+
+/* Shares; where docs/theory.md has the rule, its section. */
+#define CURRENT_RESERVE   2.0           /* 23: a start with 0.7 of its torque for the load */
+#define RESISTIVE_MOST    0.5           /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST     1.3           /* of the rated current, whatever R I */
+#define SALIENT_MOST      0.2           /* of psi_f that (L_q - L_d) I may take away in a start */
+#define TRIP_SHARE        1.5           /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST        1.2           /* the firmware's rule */
+#define LINK_OVER         1.286         /* the board's own: 400 V over 311 V */
+#define LINK_UNDER        0.643         /* 200 V */
+#define LINK_ROOM         1.15          /* of the largest trip over the link, at least */
+#define SPEED_RESERVE     1.4           /* tests and defaults: 220 rad/s over 157 */
+#define TURN_MOST         0.5           /* [rad] a period, the firmware's rule */
+#define TURN_GOOD         0.35          /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
+#define GAIN_RULE         1.75          /* 3 */
+#define SLOPE_RULE        1.6           /* 3 */
+#define CUTOFF_RULE       1.6           /* 7: 0.12 rad for a load step of the rated torque */
+#define CUTOFF_LEAST      50.0          /* [rad/s] 7 */
+#define CUTOFF_MOST       (0.025 / T_S) /* a bandwidth of 0.1 a period; noise beyond */
+#define BANDWIDTHS        4.0           /* 7: of the loop over the feed-forward, least overshoot */
+#define LOOP_KI           2698.0        /* [1/s^2] 7: of a bandwidth of 200 rad/s */
+#define RAMP_SHARE        0.5           /* [rad] a/k_i that an inertia which is not known at all would cost */
+#define CURRENT_BANDWIDTH (0.1 / T_S)   /* 15: K = 0.1 */
+#define LOW_CURRENT       0.2           /* 23: of current_limit */
+#define SPEED_LEAST       0.02          /* 11: of the top speed, 3 rad/s over 157 */
+#define VOLTAGE_ROOM      0.9           /* of what the duties leave, for the control */
+#define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
+#define LOAD_DIP          0.03          /* of the speed, while a load comes */
+#define LOAD_TIME         0.05          /* [s] of it at least */
+#define RIPPLE_MOST       0.25 /* of the rated current: beyond, the legs' signs at their edges are a guess */
+#define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
+#define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
+#define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
+#define HANDOVER_MOST     0.42 /* of the top speed: the same share where overspeed_trip is 1.4 of it */
+#define DERIVED_SPEED     0.9  /* of what the link reaches, where no rated speed is given */
+
+static void warn(tune_t *tune, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void warn(tune_t *tune, const char *format, ...)
+{
+    if (tune->warning_count == TUNE_WARNINGS) {
+        return;
+    }
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(tune->warnings[tune->warning_count++], TUNE_TEXT_SIZE, format, arguments);
+    va_end(arguments);
+}
+
+/* Six digits, as it will be printed: the same bits whether the row is written out or not. */
+static double printed(double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.6g", value);
+    return strtod(text, NULL);
+}
+
+static double four_digits(double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.4g", value);
+    return strtod(text, NULL);
+}
+
+static void add(tune_t *tune, const char *name, double value, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+static void add(tune_t *tune, const char *name, double value, const char *format, ...)
+{
+    tune_row_t *row = &tune->rows[tune->count++];
+    char qualified[64];
+    scenario_error_t ignored;
+    snprintf(qualified, sizeof qualified, "%s%s", strchr(name, '.') != NULL ? "" : "params.", name);
+    row->row = scenario_row(qualified, &ignored);
+    row->value = printed(value);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(row->reason, TUNE_REASON_SIZE, format, arguments);
+    va_end(arguments);
+}
+
+static double most(const char *name)
+{
+    return rig_max(rig_row_by_name(name));
+}
+
+static double least(const char *name)
+{
+    return rig_min(rig_row_by_name(name));
+}
+
+static double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+double tune_load_time(double torque, double speed, double inertia, double bandwidth)
+{
+    const double w = bandwidth / ANSWER;
+    const double time = torque / (LOAD_DIP * speed * inertia * w * w);
+    return time > LOAD_TIME ? time : LOAD_TIME;
+}
+
+/* ---- what the board leaves of the motor ---- */
+
+typedef struct {
+    double p, r, l_d, l_q, psi, kt, inertia;
+    double rated_current, rated_torque; /* [A] peak, [N m] */
+    double limit, trip, start;          /* [A] */
+    bool resistive;                     /* the limit is what R leaves of it */
+    double link, over, under;           /* [V] */
+    double voltage;                     /* [V] of a phase, that duties, dead time and drops leave */
+    double drop;                        /* [V] of that, which no link changes */
+    double reach;                       /* [rad/s] mechanical, with the current under way */
+    double speed;                       /* [rad/s] mechanical, top */
+    double free;                        /* [rad/s] mechanical, that it may come to without load */
+    double overspeed;                   /* [rad/s] mechanical */
+    double handover;                    /* [rad/s] mechanical, by the drive's rule without its limit */
+    double ripple;                      /* [A] peak to peak, at most */
+} given_t;
+
+/* Speed at which (omega L_q i)^2 + (omega psi + R i)^2 is the voltage's square [rad/s] mechanical; 0: none.
+ */
+static double reach(const given_t *g, double i)
+{
+    const double a = g->l_q * i * g->l_q * i + g->psi * g->psi;
+    const double r = g->r + (BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6;
+    const double b = g->psi * r * i;
+    const double c = r * i * r * i - g->voltage * g->voltage;
+    return c >= 0.0 || g->voltage <= 0.0 ? 0.0 : (sqrt(b * b - a * c) - b) / (a * g->p);
+}
+
+static void take_link(const motor_t *motor, tune_t *tune, given_t *g)
+{
+    const double nominal = BOARD_DC_NOMINAL_MV / 1e3;
+    const double top = most("dc_overvoltage");
+    g->link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : nominal;
+    if (g->link * LINK_ROOM > top) {
+        const double lower = floor(top / LINK_ROOM);
+        warn(tune, "link of %.4g V: the board's trip ends at %.4g V, so %.4g V are taken", g->link, top,
+             lower);
+        g->link = lower;
+    }
+    if (g->link * LINK_OVER < least("dc_overvoltage")) {
+        const double higher = ceil(least("dc_overvoltage") / LINK_OVER);
+        warn(tune, "link of %.4g V: the board begins at %.4g V, which are taken", g->link, higher);
+        g->link = higher;
+    }
+    g->over = smaller(four_digits(LINK_OVER * g->link), top);
+    g->under = larger(four_digits(LINK_UNDER * g->link), least("dc_undervoltage"));
+    const double duty_least = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9 / T_S;
+    const double lost = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9 / T_S;
+    g->drop = 4.0 / PI * (BOARD_IGBT_DROP_MV + BOARD_DIODE_DROP_MV) / 2e3;
+    g->voltage =
+        VOLTAGE_ROOM * g->link / SQRT_3 * (1.0 - 2.0 * duty_least) - 4.0 / PI * lost * g->link - g->drop;
+    g->ripple = g->link * T_S / (6.0 * smaller(g->l_d, g->l_q));
+}
+
+static void take_current(tune_t *tune, given_t *g)
+{
+    const double top = smaller(most("current_limit"), most("overcurrent_trip") / TRIP_LEAST);
+    g->limit = smaller(CURRENT_RESERVE * g->rated_current, floor(10.0 * top) / 10.0);
+    const double resistive = larger(RESISTIVE_MOST * g->voltage / g->r, CURRENT_LEAST * g->rated_current);
+    g->resistive = resistive < g->limit;
+    g->limit = smaller(g->limit, resistive);
+    g->limit = larger(four_digits(g->limit), least("current_limit"));
+    const double salient = g->l_q > g->l_d ? SALIENT_MOST * g->psi / (g->l_q - g->l_d) : g->limit;
+    g->start = smaller(g->limit, larger(four_digits(salient), 0.1));
+    tune->current = smaller(g->rated_current, 0.8 * g->limit);
+    tune->torque_top = smaller(g->rated_torque, g->kt * tune->current);
+    g->trip = smaller(four_digits(larger(TRIP_SHARE * g->limit, TRIP_LEAST * g->limit + g->ripple)),
+                      most("overcurrent_trip"));
+    g->trip = larger(g->trip, least("overcurrent_trip"));
+    if (g->rated_current > 0.8 * g->limit) {
+        warn(tune,
+             "rated current %.4g A peak: the board's limit is %.4g A of +-%.4g A, of which 0.8 are for the "
+             "load: %.4g N m of %.4g N m",
+             g->rated_current, g->limit, (double)BOARD_CURRENT_RANGE, tune->torque_top, g->rated_torque);
+    }
+}
+
+static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
+{
+    const double cap = TURN_GOOD / (g->p * T_S);
+    g->reach = reach(g, tune->current);
+    g->speed = DERIVED_SPEED * g->reach;
+    if (motor->has[MOTOR_SPEED]) {
+        g->speed = motor->value[MOTOR_SPEED];
+    } else {
+        warn(tune, "rated_speed is not given: 0.9 of what %.4g V reach under load, %.0f r/min, is taken",
+             g->link, g->speed / RPM);
+    }
+    if (g->speed > g->reach) {
+        const double needed =
+            hypot(g->psi * g->p * g->speed + g->r * tune->current, g->p * g->speed * g->l_q * tune->current);
+        warn(tune,
+             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; %.4g V of link "
+             "give %.4g V: top speed %.0f r/min; %.0f V of link would do",
+             g->speed / RPM, g->psi * g->p * g->speed, needed, g->link, g->voltage, g->reach / RPM,
+             ceil(g->link * (needed + g->drop) / (g->voltage + g->drop)));
+        g->speed = g->reach;
+    }
+    if (g->speed > cap) {
+        warn(tune,
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us: %.2g rad are "
+             "good, top speed %.0f r/min",
+             g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
+        g->speed = cap;
+    }
+    g->speed = four_digits(g->speed);
+    g->free = smaller(
+        larger(motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : g->voltage / (g->psi * g->p), g->speed),
+        larger(g->voltage / (g->psi * g->p), g->speed));
+    g->overspeed = smaller(SPEED_RESERVE * g->free, 0.999 * TURN_MOST / (g->p * T_S));
+    if (motor->has[MOTOR_SPEED_MAX]) {
+        g->overspeed = smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], 1.05 * g->speed));
+    }
+    g->free = smaller(g->free, cap);
+    g->overspeed = smaller(four_digits(g->overspeed), most("overspeed_trip"));
+    const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
+    g->handover = HANDOVER_EMF * larger(dead, g->r * g->start) / (g->psi * g->p);
+    tune->speed_top = g->speed;
+}
+
+/* ---- what will not work ---- */
+
+static void judge_winding(tune_t *tune, const given_t *g)
+{
+    const double tau = g->l_q / g->r;
+    if (g->ripple > RIPPLE_MOST * g->rated_current) {
+        warn(tune,
+             "%.4g uH at %.4g kHz and a link of %.4g V: ripple %.2g A peak to peak, beside a rated %.4g A "
+             "and a range of +-%.4g A",
+             1e6 * smaller(g->l_d, g->l_q), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
+             (double)BOARD_CURRENT_RANGE);
+    }
+    if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
+        warn(tune, "a ripple of %.2g A would be taken for sensors with a wrong gain: current_judged is off",
+             g->ripple);
+    }
+    if (g->limit + 0.5 * g->ripple > g->trip) {
+        warn(tune, "current_limit %.4g A and half a ripple of %.2g A pass overcurrent_trip, %.4g A", g->limit,
+             g->ripple, g->trip);
+    }
+    if (tau < 5.0 * T_S) {
+        warn(tune,
+             "L/R is %.3g ms, %.2g periods of the control: it will be coarse; below 2 the drive refuses",
+             1e3 * tau, tau / T_S);
+    }
+    if (g->l_q > 1.5 * g->l_d) {
+        warn(tune,
+             "L_q is %.2g L_d: i_d is held at 0, reluctance torque is not used, and at low speed the "
+             "angle of a salient rotor is off by more",
+             g->l_q / g->l_d);
+    }
+}
+
+static void judge_sensing(tune_t *tune, const given_t *g)
+{
+    const double code = fabs((double)BOARD_CURRENT_PER_CODE);
+    if (code > 0.004 * g->rated_current) {
+        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A would do",
+             1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
+    }
+    const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
+    const double resistive = g->r * g->start;
+    const double needed = g->handover;
+    if (needed > HANDOVER_SHARE * g->speed) {
+        warn(tune,
+             "dead time (%.3g V) and R I of the start (%.3g V) are the EMF of %.0f r/min, %.0f %% of the top "
+             "speed: below %.0f r/min the frame is forced",
+             dead, resistive, needed / RPM, 100.0 * needed / g->speed,
+             smaller(needed, HANDOVER_MOST * g->speed) / RPM);
+    }
+    if (g->voltage < 4.0 * g->r * g->limit) {
+        warn(tune, "R I at current_limit is %.3g V of the %.3g V that the link gives a phase",
+             g->r * g->limit, g->voltage);
+    }
+}
+
+/* ---- the rows ---- */
+
+static void add_motor(const motor_t *motor, tune_t *tune, const given_t *g)
+{
+    add(tune, "motor_pole_pairs", g->p, "of the motor");
+    add(tune, "motor_resistance", g->r, "[ohm] of a phase");
+    add(tune, "motor_inductance_d", g->l_d, "[H]");
+    add(tune, "motor_inductance_q", g->l_q, "[H]");
+    add(tune, "motor_flux_linkage", g->psi, "[Wb] psi_f, peak: K_t = 1.5 p psi_f = %.4g N m/A", g->kt);
+    add(tune, "motor_inertia", g->inertia, "[kg m^2] rotor%s%s; learnt from steps of the speed",
+        motor->value[MOTOR_LOAD_INERTIA] > 0.0 ? " and load" : "",
+        motor->has[MOTOR_INERTIA] ? "" : ", assumed");
+}
+
+static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
+{
+    add(tune, "current_limit", g->limit, "[A] %s: starts (theory, 23)",
+        g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
+                     : "twice the rated current, as far as the board goes");
+    add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
+        g->start < g->limit ? "[A] on the d axis it takes (L_q - L_d) I from psi_f: a fifth"
+                            : "current_limit (theory, 23)");
+    add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
+    add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
+    if (motor->has[MOTOR_WARMING]) {
+        add(tune, "motor_time_constant", motor->value[MOTOR_WARMING], "[s] of the winding");
+    }
+    add(tune, "low_speed_current", four_digits(LOW_CURRENT * g->limit),
+        "[A] a fifth of current_limit (theory, 23)");
+    add(tune, "overspeed_trip", g->overspeed,
+        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.5 rad a period at most", g->speed / RPM);
+    if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
+        add(tune, "current_judged", 0.0, "the ripple of %.2g A would be taken for a wrong gain", g->ripple);
+    }
+    add(tune, "dc_overvoltage", g->over, "[V] the board's share over %.4g V", g->link);
+    add(tune, "dc_undervoltage", g->under, "[V] likewise");
+    if (motor->has[MOTOR_TEMPERATURE]) {
+        add(tune, "motor_temperature_max",
+            smaller(motor->value[MOTOR_TEMPERATURE], most("motor_temperature_max")),
+            "[degC] the winding's, or the sensor's end");
+    }
+}
+
+static void add_estimator(tune_t *tune, const given_t *g)
+{
+    const double gain = four_digits(GAIN_RULE * g->psi * g->p * g->free);
+    const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
+    add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min (theory, 3)", g->free / RPM);
+    add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
+    add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
+        "[A] 4/observer_slope (theory, 3)");
+    add(tune, "estimate_speed_min", four_digits(SPEED_LEAST * g->speed), "[rad/s] 2 %% of the top speed");
+
+    const double wanted = CUTOFF_RULE * sqrt(g->p * g->rated_torque / g->inertia);
+    const double cutoff = floor(smaller(larger(wanted, CUTOFF_LEAST), CUTOFF_MOST));
+    const double bandwidth = BANDWIDTHS * cutoff;
+    add(tune, "feedforward_cutoff", cutoff, "[rad/s] 1.6 sqrt(p T/J) = %.3g, from 50 to %.3g (theory, 7)",
+        wanted, CUTOFF_MOST);
+    add(tune, "pll_bandwidth", bandwidth, "[rad/s] 4 feedforward_cutoff: least overshoot (theory, 7)");
+    add(tune, "torque_feedforward", 1.0, "K i_q with motor_inertia (theory, 9)");
+    const double answer = ANSWER / bandwidth;
+    const double stop = g->speed * g->inertia / g->rated_torque;
+    if (stop < answer) {
+        warn(tune,
+             "a step of the rated torque stops %.3g kg m^2 within %.2g ms, and the speed control answers in "
+             "%.2g ms: it must come with the inertia of what it is (load_inertia), or in %.2g s",
+             g->inertia, 1e3 * stop, 1e3 * answer,
+             tune_load_time(g->rated_torque, g->speed, g->inertia, bandwidth));
+    }
+
+    const double able = g->kt * g->limit / g->inertia;
+    const double followed = RAMP_SHARE * LOOP_KI * (bandwidth / 200.0) * (bandwidth / 200.0) / g->p;
+    const double ramp = able > followed ? four_digits(followed) : 0.0;
+    add(tune, "speed_ramp", ramp,
+        ramp > 0.0 ? "[rad/s^2] of %.3g that the motor can: half a radian if J were not known (theory, 9)"
+                   : "the current limit alone, %.3g rad/s^2: the loop follows",
+        able);
+    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] likewise");
+}
+
+static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
+{
+    add(tune, "current_bandwidth", smaller(CURRENT_BANDWIDTH, most("current_bandwidth")),
+        "[rad/s] 0.1 a period (theory, 15)");
+    add(tune, "speed_kp", 0.0, "by motor_inertia, learnt, pll_bandwidth/14 fast (theory, 23)");
+    add(tune, "speed_ki", 0.0, "likewise, damping 0.87");
+    const double lines = motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0;
+    if (256.0 * g->p > 4.0 * lines) {
+        warn(tune, "an encoder of %.0f lines is too coarse for %.0f pole pairs: at least %.0f", lines, g->p,
+             64.0 * g->p);
+    }
+    add(tune, "encoder_lines", larger(lines, 64.0 * g->p), "%s",
+        motor->has[MOTOR_LINES] ? "of its encoder" : "no encoder known: the default");
+}
+
+static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
+{
+    add(tune, "plant.pole_pairs", g->p, "of the motor, like all that follows");
+    add(tune, "plant.resistance", g->r, "[ohm]");
+    add(tune, "plant.inductance_d", g->l_d, "[H]");
+    add(tune, "plant.inductance_q", g->l_q, "[H]");
+    add(tune, "plant.flux_linkage", g->psi, "[Wb]");
+    add(tune, "plant.inertia", motor->value[MOTOR_INERTIA], "[kg m^2]%s",
+        motor->has[MOTOR_INERTIA] ? "" : " assumed");
+    add(tune, "plant.load_inertia", motor->value[MOTOR_LOAD_INERTIA], "[kg m^2]");
+    const bool known = motor->has[MOTOR_COULOMB] || motor->has[MOTOR_VISCOUS];
+    add(tune, "plant.friction_coulomb", motor->value[MOTOR_COULOMB], "[N m]%s",
+        known ? "" : " a hundredth of the rated torque, assumed");
+    add(tune, "plant.friction_viscous", motor->value[MOTOR_VISCOUS], "[N m s/rad]");
+    add(tune, "plant.dc_voltage", g->link, "[V]");
+    add(tune, "plant.encoder_lines",
+        larger(motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0, 64.0 * g->p), "as above");
+}
+
+/* The firmware's own judgement. */
+static bool accepted(const tune_t *tune, scenario_error_t *error)
+{
+    rig_t *rig = rig_create(0);
+    if (rig == NULL) {
+        return scenario_no_memory(error);
+    }
+    bool good = true;
+    for (uint32_t n = 0; n < tune->count && good; n++) {
+        good = rig_set(rig, tune->rows[n].row->id, tune->rows[n].value);
+    }
+    good = good && rig_apply(rig);
+    if (!good) {
+        (void)scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
+                            "the drive on this board can not run it: %.500s", rig_error(rig));
+    }
+    rig_free(rig);
+    return good;
+}
+
+bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
+{
+    const double *value = motor->value;
+    given_t g = {
+        .p = value[MOTOR_POLE_PAIRS],
+        .r = value[MOTOR_RESISTANCE],
+        .l_d = value[MOTOR_INDUCTANCE_D],
+        .l_q = value[MOTOR_INDUCTANCE_Q],
+        .psi = value[MOTOR_FLUX],
+        .kt = motor_torque_constant(motor),
+        .inertia = motor_inertia(motor),
+        .rated_current = value[MOTOR_CURRENT],
+        .rated_torque = value[MOTOR_TORQUE],
+    };
+    *tune = (tune_t){.count = 0u};
+    for (uint32_t n = 0; n < motor->note_count; n++) {
+        warn(tune, "%s", motor->notes[n]);
+    }
+    take_link(motor, tune, &g);
+    take_current(tune, &g);
+    take_speed(motor, tune, &g);
+    if (g.speed < 1.0) {
+        return scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
+                             "a link of %.4g V does not even carry R I, %.4g V", g.link, g.r * tune->current);
+    }
+    tune->link = g.link;
+    judge_winding(tune, &g);
+    judge_sensing(tune, &g);
+    add_motor(motor, tune, &g);
+    add_limits(motor, tune, &g);
+    add_control(motor, tune, &g);
+    add_estimator(tune, &g);
+    add(tune, "position_source", 1.0, "what all this is for");
+    add_plant(motor, tune, &g);
+    return accepted(tune, error);
+}

@@ -1,0 +1,180 @@
+/* What `lagless tune` writes. */
+#include <math.h>
+#include <string.h>
+
+#include "host_sim/lab/board_facts.h"
+#include "host_sim/lab/tune.h"
+
+#define PI  3.14159265358979323846
+#define RPM (PI / 30.0)
+
+static double row_value(const tune_t *tune, const char *name)
+{
+    for (uint32_t n = 0; n < tune->count; n++) {
+        if (strcmp(tune->rows[n].row->name, name) == 0) {
+            return tune->rows[n].value;
+        }
+    }
+    return 0.0;
+}
+
+void tune_print(FILE *to, const tune_t *tune, const char *comment)
+{
+    bool plant = false;
+    fprintf(to, "%s[params]\n", comment);
+    for (uint32_t n = 0; n < tune->count; n++) {
+        const tune_row_t *row = &tune->rows[n];
+        char value[64];
+        if (!plant && !scenario_is_param(row->row)) {
+            fprintf(to, "%s\n%s[plant]\n", comment, comment);
+            plant = true;
+        }
+        if (row->row->kind == SLOT_ENUM) {
+            char text[UNITS_TEXT_SIZE];
+            snprintf(value, sizeof value, "\"%.50s\"", units_row_text(text, row->value, row->row));
+        } else {
+            snprintf(value, sizeof value, "%.6g", row->value);
+        }
+        fprintf(to, "%s%s = %s # %s\n", comment, row->row->name, value, row->reason);
+    }
+}
+
+void tune_boards(FILE *to, const motor_t *motor, const char *comment)
+{
+    const double current = motor->value[MOTOR_CURRENT];
+    const double link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : 0.0;
+    fprintf(to, "%sA board for all of it sees +-%.3g A (1.2 x 1.5 x twice the rated %.3g A)", comment,
+            1.2 * 1.5 * 2.0 * current, current);
+    if (link > 0.0) {
+        fprintf(to, " and lets its link trip at %.4g V", 1.286 * link);
+    }
+    fprintf(to, ".\n");
+    for (size_t n = 0; board_facts[n] != NULL; n++) {
+        const board_facts_t *board = board_facts[n];
+        const double limit = 0.95 / 1.2 * board->current_range;
+        const bool enough = limit >= 1.25 * current;
+        const bool volts = link * 1.15 <= board->overvoltage_max;
+        fprintf(to, "%s  %-14s +-%.3g A in steps of %.2g mA, %.4g V%s: %s%s%s\n", comment, board->name,
+                board->current_range, 1e3 * board->current_per_code, board->overvoltage_max,
+                strcmp(board->name, BOARD_NAME) == 0 ? " (this build)" : "", enough && volts ? "fits" : "",
+                enough  ? ""
+                : volts ? "too little current"
+                        : "too little current, ",
+                volts ? "" : "too little voltage");
+    }
+}
+
+/* ---- the scenario ---- */
+
+/* When what happens [s]. */
+typedef struct {
+    double running; /* the estimate has taken over */
+    double top;     /* the speed has arrived */
+    double load;    /* the load comes */
+    double ramp;    /* in this time */
+    double settled; /* and is carried */
+    double end;
+    double first_load, load_torque; /* [N m] */
+} plan_t;
+
+static plan_t make_plan(const motor_t *motor, const tune_t *tune)
+{
+    const double inertia = motor_inertia(motor);
+    const double torque = motor_torque_constant(motor) * row_value(tune, "current_limit");
+    const double natural = sqrt(motor->value[MOTOR_POLE_PAIRS] * torque / inertia);
+    const double ramp = row_value(tune, "speed_ramp");
+    const double able = 0.5 * torque / inertia;
+    const double loop = row_value(tune, "pll_bandwidth") / 14.0;
+    const double friction = motor->value[MOTOR_COULOMB] + motor->value[MOTOR_VISCOUS] * tune->speed_top;
+    plan_t plan;
+    plan.load_torque = fmax(0.0, tune->torque_top - friction);
+    plan.first_load = 0.3 * plan.load_torque;
+    /* catch, alignment, a ramp to at most 0.3 of overspeed_trip, hand-over */
+    const double forced = fmax(0.3, 0.42 * tune->speed_top * inertia / (0.15 * torque));
+    plan.running = ceil(10.0 * (0.1 + 16.0 / natural + forced + 1.2)) / 10.0;
+    const double way = tune->speed_top / (ramp > 0.0 && ramp < able ? ramp : able);
+    plan.top = ceil(10.0 * (plan.running + way + 12.0 / loop)) / 10.0;
+    plan.load = plan.top + 0.3;
+    plan.ramp = ceil(20.0 * tune_load_time(plan.load_torque, tune->speed_top, inertia, 14.0 * loop)) / 20.0;
+    plan.settled = ceil(10.0 * (plan.load + plan.ramp + 15.0 / loop)) / 10.0;
+    plan.end = plan.settled + 0.4;
+    return plan;
+}
+
+static void write_motor(FILE *to, const motor_sheet_t *sheet, bool of_library)
+{
+    fprintf(to, "[motor]\n");
+    if (of_library) {
+        fprintf(to, "name = \"%s\"\n", sheet->name);
+        return;
+    }
+    for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
+        if (sheet->has[n]) {
+            fprintf(to, "%s = %.10g # [%s] %s\n", motor_key_name((motor_key_t)n), sheet->value[n],
+                    strcmp(motor_key_unit((motor_key_t)n), UNITS_SPEED) == 0 ? "rad/s"
+                                                                             : motor_key_unit((motor_key_t)n),
+                    motor_key_text((motor_key_t)n));
+        }
+    }
+}
+
+static void write_expect(FILE *to, const char *name, const char *signal, const char *minus,
+                         const char *statistic, double from, double to_time, double low, double high)
+{
+    fprintf(to, "\n[[expect]]\nname = \"%s\"\nsignal = \"%s\"\n", name, signal);
+    if (minus != NULL) {
+        fprintf(to, "minus = \"%s\"\n", minus);
+    }
+    fprintf(to, "statistic = \"%s\"\nfrom = %.6g\n", statistic, from);
+    if (to_time > 0.0) {
+        fprintf(to, "to = %.6g\n", to_time);
+    }
+    if (isfinite(low)) {
+        fprintf(to, "at_least = %.4g\n", low);
+    }
+    if (isfinite(high)) {
+        fprintf(to, "at_most = %.4g\n", high);
+    }
+}
+
+void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune)
+{
+    const plan_t plan = make_plan(motor, tune);
+    motor_sheet_t library;
+    scenario_error_t ignored;
+    const bool of_library = motor_read_library(sheet->name, &library, &ignored) &&
+                            memcmp(library.has, sheet->has, sizeof sheet->has) == 0 &&
+                            memcmp(library.value, sheet->value, sizeof sheet->value) == 0;
+    fprintf(to,
+            "# Written by `lagless tune`.\nschema = 1\ntitle = \"%.80s: cold start without encoder to %.0f "
+            "r/min, load %.3g N m\"\n\n",
+            sheet->name, tune->speed_top / RPM, plan.load_torque);
+    fprintf(
+        to,
+        "[run]\nduration = %.6g\nrecord = [\"manoeuvre\", \"true_omega_m\", \"omega_m_ref\", \"i_d\", "
+        "\"i_q\", \"true_i_a\", \"theta_hat_err\", \"e_amplitude\", \"lock_losses\", \"fault_reason\"]\n\n",
+        plan.end);
+    write_motor(to, sheet, of_library);
+    fprintf(to, "\n# What this makes of the drive; a row that you write in [params] or [plant] yourself "
+                "counts instead.\n");
+    tune_print(to, tune, "# ");
+    for (uint32_t n = 0; n < tune->warning_count; n++) {
+        fprintf(to, "# WARNING %s\n", tune->warnings[n]);
+    }
+    fprintf(to,
+            "\n[start]\nangle = 2 # [rad] where nobody knows\n\n[requests]\nenable = \"on\"\nspeed_request = "
+            "%.6g "
+            "# [rad/s], %.0f r/min\n\n[plant]\nload_torque = %.6g # [N m] passive: it only brakes\n\n"
+            "[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n",
+            tune->speed_top, tune->speed_top / RPM, plan.first_load, plan.load, plan.ramp, plan.load_torque);
+    write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -INFINITY, 0.0);
+    write_expect(to, "top speed", "true_omega_m", NULL, "mean", plan.top, plan.load, 0.99 * tune->speed_top,
+                 INFINITY);
+    write_expect(to, "speed under load", "true_omega_m", "omega_m_ref", "mean", plan.settled, 0.0,
+                 -0.005 * tune->speed_top, 0.005 * tune->speed_top);
+    /* Of a salient rotor the drive learns L_q through L_d - L_q, some per cent off (docs/theory.md, 24). */
+    const bool salient = motor->value[MOTOR_INDUCTANCE_Q] > 1.1 * motor->value[MOTOR_INDUCTANCE_D];
+    const double angle = salient ? 0.05 : 0.03;
+    write_expect(to, "angle under load", "theta_hat_err", NULL, "mean", plan.settled, 0.0, -angle, angle);
+    write_expect(to, "and its scatter", "theta_hat_err", NULL, "sd", plan.settled, 0.0, -INFINITY, 0.05);
+}

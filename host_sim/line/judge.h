@@ -1,0 +1,14 @@
+/* Why a drive refused a set or a request: judged again on the desk, by the same rules, so that the answer
+ * names rule and accepted range, which the drive does not send. */
+#ifndef HOST_SIM_LINE_JUDGE_H
+#define HOST_SIM_LINE_JUDGE_H
+
+#include "host_sim/line/master.h"
+
+/* The staged set. false: the desk finds nothing wrong with it, or the line is lost; `why` is untouched. */
+bool judge_staged(master_t *master, master_error_t *why);
+
+/* A request beside those in force and the staged set; likewise. */
+bool judge_request(master_t *master, const table_row_t *row, double value, master_error_t *why);
+
+#endif

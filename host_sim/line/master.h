@@ -1,0 +1,166 @@
+/* An XCP master for this drive, over TCP or a serial device: values by the rows of the tables, orders,
+ * samples of every period, the capture buffer, the fault log.
+ *
+ * Inside nothing waits. A poll loop takes master_descriptor, master_events and master_patience, and calls
+ * master_work when one of them is due; answers and samples come by call-backs out of master_work. The calls
+ * that wait (master_get and so on) are such a loop around one question, so samples keep coming meanwhile.
+ *
+ * One command is under way at a time. A command without an answer is asked again after SYNCH; after
+ * MASTER_SYNCHS of these without an answer the line counts as lost. While the line is idle a question is sent
+ * every MASTER_ALIVE seconds, of the drive's time if that runs faster, so that its command_timeout sees a
+ * master. Call-backs must not ask what waits. */
+#ifndef HOST_SIM_LINE_MASTER_H
+#define HOST_SIM_LINE_MASTER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/table.h"
+
+#define MASTER_PATIENCE       1.0  /* [s] for an answer */
+#define MASTER_PATIENCE_ORDER 30.0 /* [s] for that of an order: erasing flash takes its time */
+#define MASTER_SYNCHS         3u   /* [-] of them in a row without an answer: the line is lost */
+#define MASTER_ALIVE          0.1  /* [s] the longest silence of this side */
+#define MASTER_READ_MAX       60u  /* [octets] of one read */
+#define MASTER_DAQ_MAX        16u  /* [-] rows of one set of samples */
+#define MASTER_QUEUE          64u  /* [-] questions that wait */
+
+typedef struct {
+    char text[640]; /* one line: the thing, what is wrong, what helps */
+} master_error_t;
+
+/* Address extensions of the drive. Addresses count octets: 4 x id in the first four. */
+typedef enum {
+    MASTER_SIGNALS,
+    MASTER_PARAMS, /* the staged set */
+    MASTER_REQUESTS,
+    MASTER_SERVICES,
+    MASTER_CAPTURE,
+    MASTER_A2L,
+    MASTER_EPK,
+    MASTER_FAULTS
+} master_extension_t;
+
+/* What became of a question: 0, the slave's error code (1..255), or one of these. */
+#define MASTER_OK           0
+#define MASTER_BUSY         0x10
+#define MASTER_OUT_OF_RANGE 0x22
+#define MASTER_PROTECTED    0x23
+#define MASTER_LOST         (-1) /* the line broke, or nobody answers any more */
+#define MASTER_NOT_SENT     (-2) /* no room in the queue */
+
+typedef struct master master_t;
+
+/* ---- life ---- */
+
+/* "tcp://127.0.0.1:5555", or a serial device "/dev/ttyUSB0" or "/dev/ttyUSB0:115200". Opens it, connects and
+ * compares the tables of the drive with those of this program. Waits, some seconds at most. NULL: `error`. */
+master_t *master_open(const char *target, master_error_t *error);
+
+/* The same over an open descriptor, which the master makes non-blocking and closes. lossless: octets are
+ * neither lost nor spoilt (TCP). */
+master_t *master_over(int descriptor, bool lossless, const char *name, master_error_t *error);
+
+/* Stops the samples, says good-bye, closes. NULL is fine. */
+void master_close(master_t *master);
+
+/* After the chip's restart: connects anew, the TCP connection too if it is gone; for up to `seconds`. Samples
+ * have ended. */
+bool master_again(master_t *master, double seconds, master_error_t *error);
+
+const char *master_name(const master_t *master); /* the target */
+const char *master_epk(const master_t *master);  /* "lagless-" and 8 hex digits: identity of the tables */
+
+/* ---- the poll loop ---- */
+
+int master_descriptor(const master_t *master);  /* -1: the line is lost */
+short master_events(const master_t *master);    /* POLLIN, and POLLOUT while something is to be sent */
+double master_patience(const master_t *master); /* [s] >= 0 until master_work must be called at the latest */
+bool master_work(master_t *master);             /* all that can be done at once; false: the line is lost */
+bool master_wait(master_t *master, double seconds); /* waits and works; false: the line is lost */
+const char *master_lost(const master_t *master);    /* why; "" while it is not */
+
+/* ---- questions that do not wait ---- */
+
+/* `data` is valid during the call. A lost line answers all questions with MASTER_LOST. */
+typedef void (*master_answer_t)(void *context, int result, const uint8_t *data, uint32_t octets);
+
+void master_ask_read(master_t *master, master_extension_t extension, uint32_t address, uint32_t octets,
+                     master_answer_t answer, void *context); /* octets <= MASTER_READ_MAX */
+void master_ask_write(master_t *master, master_extension_t extension, uint32_t address, uint32_t bits,
+                      master_answer_t answer, void *context); /* one slot */
+
+/* ---- the same, waiting ---- */
+
+bool master_read(master_t *master, master_extension_t extension, uint32_t address, uint8_t *to,
+                 uint32_t octets, master_error_t *error); /* as many as one likes */
+
+/* Where a row lives: false, for those of the desk alone (truth, plant, rig). */
+bool master_place(const table_row_t *row, master_extension_t *extension, uint32_t *address);
+
+/* Value of a row of the drive; of a parameter, the staged one. Setting a parameter stages it (see
+ * master_order "apply"); requests and services act at once. A refusal names row, value and what is accepted.
+ */
+bool master_get(master_t *master, const table_row_t *row, double *value, master_error_t *error);
+bool master_set(master_t *master, const table_row_t *row, double value, master_error_t *error);
+
+/* A row's slot as a value and back; false: its row does not accept the value. */
+double master_value_of(const table_row_t *row, uint32_t bits);
+bool master_bits_of(const table_row_t *row, double value, uint32_t *bits);
+
+/* Gives an order by its name in the row `order` ("apply", "save", ...), and waits until it is obeyed. */
+typedef struct {
+    int32_t reason;         /* [-] of the drive's table; 0: none was told */
+    const table_row_t *row; /* it was about; NULL: none */
+} master_refusal_t;
+bool master_order(master_t *master, const char *order, master_refusal_t *refusal, master_error_t *error);
+
+/* Is a parameter staged that is not applied? */
+bool master_staged(master_t *master, bool *staged, master_error_t *error);
+
+/* ---- samples ---- */
+
+/* Called for each sample: its period by the drive's count, and the slots in the order of the rows. */
+typedef void (*master_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
+
+typedef struct {
+    uint64_t samples;        /* [-] received */
+    uint64_t missing;        /* [-] that should lie between those received, by their stamps */
+    uint32_t gaps;           /* [-] places where they are missing */
+    uint32_t frames_missing; /* [-] by the counter of the frames, of any kind */
+    uint32_t octets_dropped; /* [-] that were part of no frame */
+} master_daq_t;
+
+/* Signals, every `every`-th period (1..255), until master_daq_stop. */
+bool master_daq_start(master_t *master, const table_row_t *const *rows, uint32_t count, uint32_t every,
+                      master_sink_t sink, void *context, master_error_t *error);
+bool master_daq_stop(master_t *master, master_error_t *error);
+bool master_daq_running(const master_t *master);
+master_daq_t master_daq(const master_t *master); /* since the start of the samples */
+
+/* ---- capture buffer and fault log ---- */
+
+#define MASTER_CAPTURE_MAX 12u
+typedef struct {
+    uint32_t count;                              /* [-] columns */
+    const table_row_t *rows[MASTER_CAPTURE_MAX]; /* of the columns */
+    uint32_t periods;                            /* [-] */
+    uint32_t at;                                 /* [periods] of the trigger, by the drive's count */
+    uint32_t after;                              /* [periods] kept after the trigger */
+    uint32_t *slots;                             /* periods x count, oldest first; free() */
+} master_capture_t;
+
+/* The held buffer. false: nothing is held, or `error`. */
+bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error);
+
+typedef struct {
+    int32_t reason;  /* [-] */
+    uint32_t period; /* [periods] by the drive's count */
+} master_fault_t;
+#define MASTER_FAULTS_MAX 16u
+
+/* The drive's last faults, newest first. */
+bool master_faults(master_t *master, master_fault_t faults[MASTER_FAULTS_MAX], uint32_t *count,
+                   master_error_t *error);
+
+#endif

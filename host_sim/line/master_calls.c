@@ -1,0 +1,564 @@
+/* Life of the line, and questions that wait: values, orders, fault log, capture buffer. */
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "drive/reasons.h"
+#include "host_sim/line/master_parts.h"
+#include "host_sim/rig/rig.h"
+
+#define EPK_LENGTH 16u /* [octets] "lagless-" and 8 digits */
+#define AGAIN_WAIT 0.1 /* [s] from one try to connect anew to the next */
+
+/* ---- life ---- */
+
+static master_t *create(const char *name, bool can_open, master_error_t *error)
+{
+    master_t *master = calloc(1, sizeof *master);
+    if (master == NULL) {
+        master_fail(error, "%s: no memory for the line", name);
+        return NULL;
+    }
+    snprintf(master->name, sizeof master->name, "%s", name);
+    master->can_open = can_open;
+    master->descriptor = -1;
+    return master;
+}
+
+/* Everything about the line as it is before CONNECT. On a line that goes on, a frame may be half received. */
+static void begin(master_t *master, int descriptor, bool lossless)
+{
+    const bool goes_on = descriptor == master->descriptor;
+    master_forget(master);
+    master->descriptor = descriptor;
+    master->lost[0] = '\0';
+    if (!goes_on) {
+        frames_init(&master->in, lossless);
+        master->out_begin = master->out_end = 0;
+    }
+    master->in.counted = false;
+    master->synchs = 0;
+    master->clock_rate = 1.0;
+    master->asking_clock = false;
+    master->daq = (daq_t){0};
+}
+
+/* Over the tables that the drive has, in the order of their extensions. */
+static uint32_t tables_hash(void)
+{
+    uint32_t hash = 0;
+    for (master_extension_t wanted = MASTER_SIGNALS; wanted <= MASTER_SERVICES; wanted++) {
+        for (uint32_t t = 0; t < rig_table_count(); t++) {
+            master_extension_t extension;
+            uint32_t address;
+            if (master_place(&rig_table(t)->rows[0], &extension, &address) && extension == wanted) {
+                hash = table_hash(rig_table(t), hash);
+            }
+        }
+    }
+    return hash;
+}
+
+static bool check_epk(master_t *master, master_error_t *error)
+{
+    char own[sizeof master->epk];
+    uint8_t text[EPK_LENGTH];
+    if (!master_read(master, MASTER_EPK, 0u, text, EPK_LENGTH, error)) {
+        return false;
+    }
+    snprintf(master->epk, sizeof master->epk, "%.*s", (int)EPK_LENGTH, (const char *)text);
+    snprintf(own, sizeof own, "lagless-%08lx", (unsigned long)tables_hash());
+    return strcmp(own, master->epk) == 0 ||
+           master_fail(
+               error,
+               "%s: the drive's tables are %s, those of this program %s: names and ids would be mistaken; "
+               "build both from the same sources",
+               master->name, master->epk, own);
+}
+
+bool master_connect(master_t *master, master_error_t *error)
+{
+    uint8_t answer[MASTER_READ_MAX];
+    const int result = master_asked(master, master_question(XCP_CONNECT, 2u, 7u, NULL, NULL), answer, NULL);
+    if (result == MASTER_LOST && strstr(master->lost, "closed") != NULL) {
+        return master_fail(
+            error, "%s: %s before it answered: it takes one client at a time, and another one is connected",
+            master->name, master->lost);
+    }
+    if (result != MASTER_OK) {
+        return master_fail_result(master, error, "connect", result);
+    }
+    if ((answer[1] & 0x07u) != 0u) {
+        return master_fail(error,
+                           "%s: its addresses are not of octets in Intel's order: no drive of this kind",
+                           master->name);
+    }
+    master->packet_max = answer[2];
+    master->sample_max = master_take(answer + 3, 2u);
+    if (master->packet_max < 8u || master->sample_max < 8u || master->sample_max > FRAMES_PACKET) {
+        return master_fail(error, "%s: packets of %u and %u octets: no drive of this kind", master->name,
+                           (unsigned)master->packet_max, (unsigned)master->sample_max);
+    }
+    master->connected = true;
+    return check_epk(master, error);
+}
+
+static master_t *connected(master_t *master, master_error_t *error)
+{
+    if (!master_connect(master, error)) {
+        master_close(master);
+        return NULL;
+    }
+    return master;
+}
+
+static int open_target(const master_t *master, bool *lossless, master_error_t *error)
+{
+    return transport_open(master->name, lossless, error->text, sizeof error->text);
+}
+
+master_t *master_open(const char *target, master_error_t *error)
+{
+    master_t *master = create(target, true, error);
+    if (master == NULL) {
+        return NULL;
+    }
+    bool lossless = false;
+    const int descriptor = open_target(master, &lossless, error);
+    if (descriptor < 0) {
+        free(master);
+        return NULL;
+    }
+    begin(master, descriptor, lossless);
+    return connected(master, error);
+}
+
+master_t *master_over(int descriptor, bool lossless, const char *name, master_error_t *error)
+{
+    master_t *master = create(name, false, error);
+    if (master == NULL) {
+        close(descriptor);
+        return NULL;
+    }
+    (void)fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
+    begin(master, descriptor, lossless);
+    return connected(master, error);
+}
+
+void master_close(master_t *master)
+{
+    if (master == NULL) {
+        return;
+    }
+    if (master->connected) {
+        master_error_t ignored;
+        if (master->daq.running) {
+            (void)master_daq_stop(master, &ignored);
+        }
+        (void)master_asked(master, master_question(XCP_DISCONNECT, 1u, MASTER_ANY, NULL, NULL), NULL, NULL);
+    }
+    master_break(master, "closed");
+    free(master);
+}
+
+bool master_again(master_t *master, double seconds, master_error_t *error)
+{
+    const double end = master_now() + seconds;
+    const bool lossless = master->in.lossless;
+    bool good = false;
+    do {
+        (void)master_wait(master, AGAIN_WAIT);
+        int descriptor = master->descriptor;
+        bool now_lossless = lossless;
+        if (descriptor < 0 && master->can_open) {
+            descriptor = open_target(master, &now_lossless, error);
+        } else if (descriptor < 0) {
+            return master_fail(error, "%s: %s", master->name, master->lost);
+        }
+        if (descriptor >= 0) {
+            begin(master, descriptor, now_lossless);
+            good = master_connect(master, error);
+        }
+    } while (!good && master_now() < end);
+    return good;
+}
+
+const char *master_name(const master_t *master)
+{
+    return master->name;
+}
+
+const char *master_epk(const master_t *master)
+{
+    return master->epk;
+}
+
+/* ---- places and errors ---- */
+
+bool master_place(const table_row_t *row, master_extension_t *extension, uint32_t *address)
+{
+    static const struct {
+        uint32_t first, last;
+        master_extension_t extension;
+    } places[] = {{1u, 999u, MASTER_PARAMS},
+                  {1000u, 1899u, MASTER_REQUESTS},
+                  {1900u, 1999u, MASTER_SERVICES},
+                  {2000u, 2999u, MASTER_SIGNALS}};
+    for (uint32_t n = 0; n < sizeof places / sizeof places[0]; n++) {
+        if (row->id >= places[n].first && row->id <= places[n].last) {
+            *extension = places[n].extension;
+            *address = 4u * row->id;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool master_fail_result(const master_t *master, master_error_t *error, const char *what, int result)
+{
+    static const struct {
+        int result;
+        const char *text;
+    } texts[] = {
+        {MASTER_NOT_SENT, "too many questions wait for their answers"},
+        {MASTER_BUSY, "the drive is busy"},
+        {0x20, "the drive does not know this command"},
+        {0x21, "the drive finds the command malformed"},
+        {MASTER_OUT_OF_RANGE, "the drive has nothing at this address, or the value is out of its range"},
+        {MASTER_PROTECTED, "it is shown, not set"},
+        {0x24, "access denied"},
+        {0x26, "no such set of parameters"},
+        {0x27, "not in this mode"},
+        {0x29, "not in this order"},
+        {0x2A, "the samples are not set up"},
+        {0x30, "the drive has no room for more samples"},
+    };
+    if (result == MASTER_LOST) {
+        return master_fail(error, "%s: %s: %s", master->name, what, master->lost);
+    }
+    for (uint32_t n = 0; n < sizeof texts / sizeof texts[0]; n++) {
+        if (texts[n].result == result) {
+            return master_fail(error, "%s: %s: %s", master->name, what, texts[n].text);
+        }
+    }
+    return master_fail(error, "%s: %s: the drive's error 0x%02x", master->name, what, (unsigned)result);
+}
+
+const table_row_t *master_service(const char *name, master_error_t *error)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    if (row == NULL) {
+        master_fail(error, "%s: this program's tables have no such service", name);
+    }
+    return row;
+}
+
+/* ---- values ---- */
+
+static question_t read_question(master_extension_t extension, uint32_t address, uint32_t octets)
+{
+    question_t question = master_question(XCP_SHORT_UPLOAD, 8u, octets, NULL, NULL);
+    question.packets[0][1] = (uint8_t)octets;
+    question.packets[0][3] = (uint8_t)extension;
+    master_put(question.packets[0] + 4, address, 4u);
+    return question;
+}
+
+static question_t write_question(master_extension_t extension, uint32_t address, uint32_t bits)
+{
+    question_t question = master_question(XCP_SET_MTA, 8u, MASTER_ANY, NULL, NULL);
+    question.packets[0][3] = (uint8_t)extension;
+    master_put(question.packets[0] + 4, address, 4u);
+    question.packets[1][0] = XCP_DOWNLOAD;
+    question.packets[1][1] = 4u;
+    master_put(question.packets[1] + 2, bits, 4u);
+    question.lengths[1] = 6u;
+    question.count = 2u;
+    return question;
+}
+
+void master_ask_read(master_t *master, master_extension_t extension, uint32_t address, uint32_t octets,
+                     master_answer_t answer, void *context)
+{
+    question_t question = read_question(extension, address, octets);
+    question.answer = answer;
+    question.context = context;
+    master_ask(master, &question);
+}
+
+void master_ask_write(master_t *master, master_extension_t extension, uint32_t address, uint32_t bits,
+                      master_answer_t answer, void *context)
+{
+    question_t question = write_question(extension, address, bits);
+    question.answer = answer;
+    question.context = context;
+    master_ask(master, &question);
+}
+
+bool master_read(master_t *master, master_extension_t extension, uint32_t address, uint8_t *to,
+                 uint32_t octets, master_error_t *error)
+{
+    const uint32_t room =
+        master->packet_max > MASTER_READ_MAX ? MASTER_READ_MAX : (master->packet_max - 1u) & ~3u;
+    for (uint32_t done = 0; done < octets;) {
+        uint8_t data[MASTER_READ_MAX];
+        const uint32_t count = octets - done < room ? octets - done : room;
+        const int result = master_asked(master, read_question(extension, address + done, count), data, NULL);
+        if (result != MASTER_OK) {
+            char what[64];
+            snprintf(what, sizeof what, "reading address %u:%u", (unsigned)extension,
+                     (unsigned)(address + done));
+            return master_fail_result(master, error, what, result);
+        }
+        memcpy(to + done, data, count);
+        done += count;
+    }
+    return true;
+}
+
+bool master_bits_of(const table_row_t *row, double value, uint32_t *bits)
+{
+    if (!rig_accepts(row, value)) {
+        return false;
+    }
+    if (row->kind == SLOT_FLOAT) {
+        const float number = (float)value;
+        memcpy(bits, &number, sizeof *bits);
+    } else {
+        *bits = (uint32_t)(int64_t)value;
+    }
+    return true;
+}
+
+double master_value_of(const table_row_t *row, uint32_t bits)
+{
+    float number;
+    int32_t whole;
+    memcpy(&number, &bits, sizeof number);
+    memcpy(&whole, &bits, sizeof whole);
+    return row->kind == SLOT_FLOAT ? (double)number : row->kind == SLOT_UINT ? (double)bits : (double)whole;
+}
+
+static bool placed(const table_row_t *row, master_extension_t *extension, uint32_t *address,
+                   master_error_t *error)
+{
+    return master_place(row, extension, address) ||
+           master_fail(error,
+                       "%s: only the desk has it; a drive has parameters, requests, services and signals",
+                       row->name);
+}
+
+bool master_get(master_t *master, const table_row_t *row, double *value, master_error_t *error)
+{
+    master_extension_t extension = MASTER_SIGNALS;
+    uint32_t address = 0;
+    uint8_t data[MASTER_READ_MAX];
+    if (!placed(row, &extension, &address, error)) {
+        return false;
+    }
+    const int result = master_asked(master, read_question(extension, address, 4u), data, NULL);
+    if (result != MASTER_OK) {
+        return master_fail_result(master, error, row->name, result);
+    }
+    *value = master_value_of(row, master_take(data, 4u));
+    return true;
+}
+
+static bool fail_range(const table_row_t *row, double value, master_error_t *error)
+{
+    char given[RIG_NUMBER_SIZE];
+    char range[RIG_RANGE_SIZE];
+    if (row->kind == SLOT_ENUM) {
+        return master_fail(error, "%s %s: accepted %s (0 and up)", row->name, rig_value_text(given, value),
+                           row->choices);
+    }
+    return master_fail(error, "%s %s: accepted %s", row->name, rig_value_text(given, value),
+                       rig_range_text(range, row, rig_min(row), rig_max(row)));
+}
+
+bool master_set(master_t *master, const table_row_t *row, double value, master_error_t *error)
+{
+    master_extension_t extension = MASTER_SIGNALS;
+    uint32_t address = 0;
+    uint32_t bits = 0;
+    if (!placed(row, &extension, &address, error)) {
+        return false;
+    }
+    if (row->access == TABLE_READ) {
+        return master_fail(error, "%s: it is shown, not set", row->name);
+    }
+    if (!master_bits_of(row, value, &bits)) {
+        return fail_range(row, value, error);
+    }
+    question_t question = write_question(extension, address, bits);
+    question.patience = extension == MASTER_SERVICES ? MASTER_PATIENCE_ORDER : MASTER_PATIENCE;
+    const int result = master_asked(master, question, NULL, NULL);
+    if (result == MASTER_OUT_OF_RANGE) {
+        char given[RIG_NUMBER_SIZE];
+        return master_fail(error, "%s %s: refused; it does not go with the other values", row->name,
+                           rig_value_text(given, value));
+    }
+    return result == MASTER_OK || master_fail_result(master, error, row->name, result);
+}
+
+/* ---- orders ---- */
+
+static bool read_refusal(master_t *master, master_refusal_t *refusal, master_error_t *error)
+{
+    const table_row_t *reason_row = master_service("order_refusal", error);
+    const table_row_t *about_row = master_service("order_row", error);
+    double reason;
+    double about;
+    if (reason_row == NULL || about_row == NULL || !master_get(master, reason_row, &reason, error) ||
+        !master_get(master, about_row, &about, error)) {
+        return false;
+    }
+    *refusal = (master_refusal_t){.reason = (int32_t)reason, .row = rig_row((uint32_t)about)};
+    return true;
+}
+
+static bool fail_refusal(const char *order, const table_row_t *order_row, const master_refusal_t *refusal,
+                         master_error_t *error)
+{
+    const reason_row_t *reason = reason_by_number(refusal->reason);
+    const bool about = refusal->row != NULL && refusal->row != order_row;
+    return master_fail(error, "%s: refused%s%s: %s; %s", order, about ? " for " : "",
+                       about ? refusal->row->name : "",
+                       reason != NULL ? reason->text : "a reason that this program does not know",
+                       reason != NULL ? reason->remedy : "see the drive's own program");
+}
+
+bool master_order(master_t *master, const char *order, master_refusal_t *refusal, master_error_t *error)
+{
+    *refusal = (master_refusal_t){0};
+    const table_row_t *row = master_service("order", error);
+    const int32_t number = row != NULL ? table_choice(row, order) : -1;
+    if (row == NULL) {
+        return false;
+    }
+    if (number < 0) {
+        return master_fail(error, "%s: no such order; accepted %s", order, row->choices);
+    }
+    question_t question = write_question(MASTER_SERVICES, 4u * row->id, (uint32_t)number);
+    question.patience = MASTER_PATIENCE_ORDER;
+    const bool restart = strcmp(order, "restart") == 0;
+    if (restart) {
+        question.patience = MASTER_PATIENCE; /* a drive that begins anew may have forgotten the question */
+    }
+    const int result = master_asked(master, question, NULL, NULL);
+    if (restart && (result == MASTER_LOST || result == MASTER_OK)) {
+        return true;
+    }
+    if (result != MASTER_OK && result != MASTER_OUT_OF_RANGE) {
+        return master_fail_result(master, error, order, result);
+    }
+    if (!read_refusal(master, refusal, error)) {
+        return false;
+    }
+    return (result == MASTER_OK && refusal->reason == REASON_NONE) ||
+           fail_refusal(order, row, refusal, error);
+}
+
+bool master_staged(master_t *master, bool *staged, master_error_t *error)
+{
+    uint8_t data[MASTER_READ_MAX];
+    question_t question = master_question(XCP_GET_CAL_PAGE, 3u, 3u, NULL, NULL);
+    question.packets[0][1] = 1u; /* the page that the drive runs on */
+    const int result = master_asked(master, question, data, NULL);
+    *staged = result == MASTER_OK && data[2] != 0u;
+    return result == MASTER_OK || master_fail_result(master, error, "which set is in force", result);
+}
+
+/* ---- capture buffer and fault log ---- */
+
+static bool get_service(master_t *master, const char *name, double *value, master_error_t *error)
+{
+    const table_row_t *row = master_service(name, error);
+    return row != NULL && master_get(master, row, value, error);
+}
+
+static bool capture_columns(master_t *master, master_capture_t *capture, master_error_t *error)
+{
+    double count;
+    if (!get_service(master, "capture_signals", &count, error)) {
+        return false;
+    }
+    if (count < 1.0 || count > MASTER_CAPTURE_MAX) {
+        return master_fail(error, "capture_signals %g: accepted 1 to %u", count, MASTER_CAPTURE_MAX);
+    }
+    capture->count = (uint32_t)count;
+    for (uint32_t n = 0; n < capture->count; n++) {
+        char name[24];
+        double id;
+        snprintf(name, sizeof name, "capture_%u", (unsigned)(n + 1u));
+        if (!get_service(master, name, &id, error)) {
+            return false;
+        }
+        capture->rows[n] = rig_row((uint32_t)id);
+        if (capture->rows[n] == NULL) {
+            return master_fail(error, "%s: no row has the id %g", name, id);
+        }
+    }
+    return true;
+}
+
+bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error)
+{
+    double state;
+    double periods;
+    double at;
+    double after;
+    *capture = (master_capture_t){0};
+    if (!get_service(master, "capture_state", &state, error) ||
+        !get_service(master, "capture_periods", &periods, error) ||
+        !get_service(master, "capture_at", &at, error) ||
+        !get_service(master, "capture_after", &after, error) || !capture_columns(master, capture, error)) {
+        return false;
+    }
+    if ((int32_t)state != table_choice(rig_row_by_name("capture_state"), "held") || periods < 1.0) {
+        return master_fail(error, "the capture buffer holds nothing yet: arm it, and wait for its trigger");
+    }
+    capture->periods = (uint32_t)periods;
+    capture->at = (uint32_t)at;
+    capture->after = (uint32_t)after;
+    const uint32_t octets = 4u * capture->periods * capture->count;
+    uint8_t *data = malloc(octets);
+    capture->slots = malloc(octets);
+    bool good = data != NULL && capture->slots != NULL;
+    if (!good) {
+        master_fail(error, "no memory for the capture buffer");
+    }
+    good = good && master_read(master, MASTER_CAPTURE, 0u, data, octets, error);
+    for (uint32_t n = 0; good && n < octets / 4u; n++) {
+        capture->slots[n] = master_take(data + 4u * n, 4u);
+    }
+    free(data);
+    if (!good) {
+        free(capture->slots);
+        capture->slots = NULL;
+    }
+    return good;
+}
+
+bool master_faults(master_t *master, master_fault_t faults[MASTER_FAULTS_MAX], uint32_t *count,
+                   master_error_t *error)
+{
+    double seen;
+    const table_row_t *row = rig_row_by_name("faults_seen");
+    if (!master_get(master, row, &seen, error)) {
+        return false;
+    }
+    const uint32_t kept = seen < (double)MASTER_FAULTS_MAX ? (uint32_t)seen : MASTER_FAULTS_MAX;
+    uint8_t data[8u * MASTER_FAULTS_MAX];
+    if (!master_read(master, MASTER_FAULTS, 0u, data, 8u * kept, error)) {
+        return false;
+    }
+    for (uint32_t n = 0; n < kept; n++) {
+        faults[n] = (master_fault_t){.reason = (int32_t)master_take(data + 8u * n, 4u),
+                                     .period = master_take(data + 8u * n + 4u, 4u)};
+    }
+    *count = kept;
+    return true;
+}

@@ -1,0 +1,202 @@
+/* What the Python package calls: plain functions and flat structs, nothing that a foreign-function interface
+ * could not describe. These symbols are all that the shared library shows.
+ *
+ * The package's mirror of the structs is lagless/_library.py; binding_layout() lets it find out at once that
+ * it is another program's. All values are in the SI unit of their row. A `why` is one line, cut at WHY_SIZE.
+ * Calls on one object belong to one thread at a time; different objects do not disturb each other.
+ *
+ * Does not handle: files of recordings (host_sim/lab/recorder.h), printing. */
+#ifndef HOST_SIM_PYTHON_BINDING_H
+#define HOST_SIM_PYTHON_BINDING_H
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host_sim/lab/runner.h"
+#include "host_sim/lab/scenario.h"
+#include "host_sim/plant/plant.h"
+#include "host_sim/rig/rig.h"
+
+#define BINDING __attribute__((visibility("default")))
+
+#define WHY_SIZE 1200u
+
+/* ---- tables ---- */
+
+typedef struct {
+    uint32_t id;
+    uint32_t kind;   /* slot_kind_t */
+    uint32_t access; /* table_access_t */
+    const char *table, *name;
+    const char *key; /* unique: "i_q", or "plant.inertia" where two tables have the name */
+    const char *unit, *text, *choices;
+    double initial, min, max; /* [unit]; 0 of a row that is only shown */
+} binding_row_t;
+
+/* Sizes of the structs below and hash of the tables, to be compared: one number. */
+BINDING uint32_t binding_layout(void);
+BINDING double binding_period(void); /* [s] */
+
+/* The n-th row of all tables; false: there are not so many. */
+BINDING bool binding_row(uint32_t n, binding_row_t *row);
+
+/* The number [unit of the row] that a text with a unit means. */
+BINDING bool binding_value(uint32_t id, const char *text, double *value, char why[WHY_SIZE]);
+
+/* Name, text and remedy of a reason; false: no such number. */
+BINDING bool binding_reason(int32_t number, const char **name, const char **text, const char **remedy);
+
+/* Begin of each of these periods [s], as recordings have it. */
+BINDING void binding_seconds(const uint32_t *periods, double *seconds, uint64_t count);
+
+/* ---- samples ---- */
+
+/* Where a tap puts its samples: `slots` [room x columns], one sample after the other. What does not fit is
+ * counted only. */
+typedef struct {
+    uint32_t *slots;
+    uint32_t *periods; /* [room] */
+    uint64_t room, used;
+} binding_samples_t;
+
+/* ---- the rig ---- */
+
+BINDING rig_t *binding_rig_create(uint64_t seed);
+BINDING void binding_rig_free(rig_t *rig);
+BINDING uint32_t binding_rig_run(rig_t *rig, uint32_t periods);
+BINDING uint32_t binding_rig_period(const rig_t *rig);
+BINDING bool binding_rig_get(rig_t *rig, uint32_t id, double *value);
+BINDING bool binding_rig_set(rig_t *rig, uint32_t id, double value);
+BINDING bool binding_rig_apply(rig_t *rig);
+BINDING void binding_rig_set_motion(rig_t *rig, double theta_m, double omega_m);
+BINDING void binding_rig_power_cycle(rig_t *rig);
+BINDING bool binding_rig_stop_when(rig_t *rig, uint32_t id, uint32_t compare, double value);
+BINDING bool binding_rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every,
+                             binding_samples_t *samples);
+BINDING const char *binding_rig_error(const rig_t *rig);
+BINDING uint64_t binding_rig_state_size(void);
+BINDING void binding_rig_save(const rig_t *rig, void *state);
+BINDING bool binding_rig_load(rig_t *rig, const void *state, uint64_t size);
+BINDING uint64_t binding_rig_hash(const rig_t *rig);
+
+/* ---- scenarios ---- */
+
+/* `text` NULL: the file of that path. What settings can mend is judged by binding_scenario_check alone, which
+ * is due after the last of them. NULL: `why`, and `error` where in the file. */
+BINDING scenario_t *binding_scenario_read(const char *path, const char *text, uint64_t octets,
+                                          scenario_error_t *error, char why[WHY_SIZE]);
+BINDING void binding_scenario_free(scenario_t *scenario);
+
+/* "NAME=VALUE" (scenario_override). */
+BINDING bool binding_scenario_override(scenario_t *scenario, const char *assignment, scenario_error_t *error,
+                                       char why[WHY_SIZE]);
+
+BINDING bool binding_scenario_check(scenario_t *scenario, scenario_error_t *error, char why[WHY_SIZE]);
+
+typedef struct {
+    const char *title, *source;
+    uint64_t seed;
+    uint32_t periods, every; /* [periods] */
+    const uint32_t *record;  /* ids */
+    uint32_t record_count, expect_count;
+} binding_scenario_t;
+BINDING void binding_scenario_about(const scenario_t *scenario, binding_scenario_t *about);
+
+/* Value at t = 0 of a row that can be set. */
+BINDING double binding_scenario_initial(const scenario_t *scenario, uint32_t id);
+
+typedef struct {
+    uint64_t seed;
+    const uint32_t *record; /* ids */
+    uint32_t record_count;  /* 0: no recording */
+    uint32_t record_every;  /* [periods] */
+    binding_samples_t *samples;
+    int (*progress)(double fraction); /* every RUNNER_PROGRESS_PERIODS; not 0: stop; NULL: nobody */
+} binding_ask_t;
+
+typedef struct binding_run binding_run_t;
+
+/* NULL: refused, see `why` and `error`. The scenario must outlive the run. */
+BINDING binding_run_t *binding_run(scenario_t *scenario, const binding_ask_t *ask, scenario_error_t *error,
+                                   char why[WHY_SIZE]);
+BINDING void binding_run_free(binding_run_t *run);
+
+/* What a run came to. */
+typedef struct {
+    uint64_t seed, hash;
+    double seconds;  /* [s] on the wall */
+    uint32_t end;    /* runner_end_t */
+    uint32_t failed; /* [-] expectations that are not met */
+    uint32_t periods, fault_period;
+    int32_t state, fault_reason, refusal, not_on, manoeuvre;
+} binding_outcome_t;
+BINDING void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome);
+
+typedef struct {
+    const char *name, *statistic;
+    double value, at_least, at_most, from, to; /* [unit of the row], [s] */
+    uint32_t id, minus;                        /* rows; minus 0: none */
+    uint32_t samples;
+    uint32_t judgement; /* runner_judgement_t */
+    uint32_t measure;   /* 1: of [[measure]] */
+} binding_verdict_t;
+BINDING void binding_verdict(const binding_run_t *run, uint32_t n, binding_verdict_t *verdict,
+                             char text[WHY_SIZE]);
+
+/* The drive's history of the run's last fault (runner_history_t); false: there was none. */
+typedef struct {
+    const uint32_t *rows, *slots; /* ids [columns]; row after row [periods x columns], oldest first */
+    uint32_t columns, periods;
+    uint32_t first_period; /* [periods] of the first row, counted as in a recording */
+    int32_t fault_reason;
+} binding_history_t;
+BINDING bool binding_history(const binding_run_t *run, binding_history_t *history);
+
+/* ---- the plant alone ---- */
+
+typedef struct binding_plant binding_plant_t;
+
+typedef struct {
+    plant_truth_t truth;
+    double i_a, i_b, i_c; /* [A] as the sensors show them, noise and errors included */
+    double u_dc;          /* [V] likewise */
+    int64_t encoder;      /* [counts] */
+    double seconds;       /* [s] since creation */
+} binding_plant_now_t;
+
+/* NULL without memory. `ticks`: of a carrier period; `dead`: of the dead band [1/150 MHz]. */
+BINDING binding_plant_t *binding_plant_create(uint64_t seed, uint32_t ticks, uint32_t dead, bool averaged);
+BINDING void binding_plant_free(binding_plant_t *plant);
+/* Rows of the table `plant`; as a set. false: refused. */
+BINDING bool binding_plant_set(binding_plant_t *plant, const uint32_t *ids, const double *values,
+                               uint32_t count, char why[WHY_SIZE]);
+BINDING bool binding_plant_get(const binding_plant_t *plant, uint32_t id, double *value);
+BINDING void binding_plant_set_motion(binding_plant_t *plant, double theta_m, double omega_m);
+
+/* One carrier period with these duties, each limited to 0..1; NULL: all gates off. The period begins and ends
+ * in the middle of the lower zero vector, where `now` is seen. */
+BINDING void binding_plant_step(binding_plant_t *plant, const double duties[3]);
+BINDING void binding_plant_now(binding_plant_t *plant, binding_plant_now_t *now);
+
+/* ---- campaigns ---- */
+
+typedef struct {
+    uint64_t seed;
+    double seconds; /* [s] of each run */
+    uint32_t runs, shard, shards, threads;
+    /* Each finished run: its line, and the scenario of a violation, else NULL. Not 0: stop. Called from any
+     * thread, by one at a time. */
+    int (*keep)(uint32_t run, const char *line, const char *scenario);
+} binding_campaign_t;
+
+/* The first line of its results, in `line`; false: out of range, and `line` says why. */
+BINDING bool binding_campaign_head(const binding_campaign_t *campaign, char line[WHY_SIZE]);
+BINDING bool binding_campaign(const binding_campaign_t *campaign, char why[WHY_SIZE]);
+
+/* The summary of lines, the head first; to be freed by binding_free. NULL: see `why`. */
+BINDING char *binding_campaign_summary(const char *lines, bool json, char why[WHY_SIZE]);
+BINDING void binding_free(void *memory);
+
+#endif

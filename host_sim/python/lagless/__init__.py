@@ -1,0 +1,31 @@
+"""The drive and its desk, from Python: the same rig, scenarios and campaigns that the program `lagless` runs, bit by bit.
+
+    import lagless
+
+    result = lagless.run("cold_start")            # a scenario by name, file, text or dict
+    result.passed, result.fault, result["i_q"]    # verdicts, faults, numpy arrays
+    result.plot()
+
+    with lagless.Rig(seed=1) as rig:              # the ring itself, a period at a time
+        rig.set(load_torque="2 N m", speed_request="500 r/min", enable="on")
+        trace = rig.run("1 s", record=["true_omega_m", "i_q"])
+
+    plant = lagless.Plant(n_p=4, R_s=0.95)        # inverter, motor, shaft and sensors alone, for a controller of one's own
+    now = plant.step([0.6, 0.5, 0.4])
+
+    lagless.campaign(1000).summary["violated"]    # random runs, also on a dask cluster
+
+All values are in SI units, peak values, per phase; where a value is set, text with a unit is taken too ("500 r/min", "3 us").
+pandas, matplotlib and dask are asked for where they are used, and nowhere else.
+"""
+from ._campaign import Campaign, campaign
+from ._errors import Error
+from ._motulator import from_motulator
+from ._plant import Plant, PlantState
+from ._result import Fault, Result, Trace, Verdict
+from ._rig import Rig
+from ._rows import Row, period, row, rows
+from ._scenario import run, scenarios, sweep, to_toml
+
+__all__ = ["Campaign", "Error", "Fault", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict", "campaign",
+           "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]

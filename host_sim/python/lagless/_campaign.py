@@ -1,0 +1,130 @@
+"""Campaigns: random runs, each judged by what must always hold; on this machine or on a dask cluster."""
+import ctypes as c
+import json
+import os
+import pathlib
+
+from ._errors import Error
+from ._library import Campaign as _Struct
+from ._library import Keep, library, why
+
+
+class Campaign:
+    """What became of the runs; equal if every run ended the same.
+
+    lines: a line for each run, in the order of the runs, behind a head (the format of campaign.csv); scenarios: name of file
+    -> text of the scenario of each violation, made as small as it goes; summary: counts, violations and reasons as
+    `lagless campaign --json` has them."""
+
+    def __init__(self, head, lines, scenarios):
+        self.head = head
+        self.lines = sorted(lines, key=lambda line: int(line.partition(",")[0]))
+        self.scenarios = dict(sorted(scenarios.items()))
+        self.summary = json.loads(self._text(True))
+
+    def _text(self, as_json):
+        refusal = why()
+        memory = library.campaign_summary((self.head + "".join(self.lines)).encode(), as_json, refusal)
+        if not memory:
+            raise Error(refusal.value.decode())
+        try:
+            return c.string_at(memory).decode()
+        finally:
+            library.free(memory)
+
+    def __str__(self):
+        return self._text(False)
+
+    def __repr__(self):
+        summary = self.summary
+        return f"<Campaign of seed {summary['seed']}: {summary['done']} of {summary['runs']} runs, {summary['violated']} violated>"
+
+    def __eq__(self, other):
+        return isinstance(other, Campaign) and (self.head, self.lines, self.scenarios) == (other.head, other.lines, other.scenarios)
+
+    __hash__ = None
+
+    def write(self, folder):
+        """campaign.csv and the scenarios, as `lagless campaign --out FOLDER` leaves them."""
+        folder = pathlib.Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in self.scenarios.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        (folder / "campaign.csv").write_text(self.head + "".join(self.lines), encoding="utf-8")
+
+
+def _struct(runs, seed, seconds, shard, shards, threads, keep=None):
+    numbers = {"runs": runs, "seed": seed, "shards": shards, "threads": threads}
+    for name, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
+            raise Error(f"{name} = {value!r}: accepted are whole numbers from 0", name)
+    return _Struct(seed, float(seconds), runs, shard, shards, threads, keep or Keep())
+
+
+def head(runs, seed, seconds):
+    """First line of a campaign's results: what all its shards must agree in, tables of the program included."""
+    text = why()
+    good = library.campaign_head(c.byref(_struct(runs, seed, seconds, 1, 1, 1)), text)
+    if not good:
+        raise Error(text.value.decode())
+    return text.value.decode()
+
+
+def shard(runs, seed, seconds, number, shards, threads=1, progress=None):
+    """Every `shards`-th run from the `number`-th on (from 1): (head, lines, scenarios). What a worker of a cluster does."""
+    lines, scenarios, errors = [], {}, []
+
+    def keep(run, line, scenario):
+        try:
+            lines.append(line.decode())
+            if scenario is not None:
+                scenarios[f"run-{run:06}.toml"] = scenario.decode()
+            if progress is not None:
+                progress(len(lines))
+        except BaseException as error:  # Ctrl-C among them; raised again when the library has returned
+            errors.append(error)
+        return bool(errors)
+
+    refusal = why()
+    good = library.campaign(c.byref(_struct(runs, seed, seconds, number, shards, threads, Keep(keep))), refusal)
+    if errors:
+        raise errors[0]
+    if not good:
+        raise Error(refusal.value.decode())
+    return head(runs, seed, seconds), lines, scenarios
+
+
+def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=None, progress=None):
+    """Random motors, loads, wrong beliefs, sensor errors, profiles and faults; every period of every run is judged.
+
+    runs, seed, seconds (simulated, of each): as of `lagless campaign`, and the same runs: run n of a seed is the same however
+    they are divided. Without `client` on `threads` cores of this machine (default: all).
+
+    client: a dask.distributed.Client; the runs are divided into `shards` (default: 8 for each of its threads), each a task. A
+    task whose worker is lost is made again by another one; nothing is counted twice. The workers must have this package, of the
+    same build: tables that differ are refused. progress: called with the share that is done.
+
+    Returns a Campaign."""
+    tell = progress or (lambda share: None)
+    if client is None:
+        done = shard(runs, seed, seconds, 1, 1, threads or os.cpu_count() or 1, lambda count: tell(count / runs))
+        return Campaign(*done)
+    from dask.distributed import as_completed
+
+    if shards is None:
+        shards = max(1, min(runs, 8 * sum(client.nthreads().values())))
+    first = head(runs, seed, seconds)
+    futures = client.map(lambda number: shard(runs, seed, seconds, number, shards), range(1, shards + 1), pure=False,
+                         key="lagless-campaign")
+    lines, scenarios = [], {}
+    try:
+        for count, future in enumerate(as_completed(futures), 1):
+            theirs, more, found = future.result()
+            if theirs != first:
+                raise Error(f"a worker has another build of lagless: its campaign is {theirs.strip()}, ours {first.strip()}")
+            lines += more
+            scenarios.update(found)
+            tell(count / shards)
+    finally:
+        client.cancel(futures)
+    return Campaign(first, lines, scenarios)

@@ -1,0 +1,15 @@
+"""What goes wrong, in the rig's own words."""
+
+
+class Error(ValueError):
+    """A setting, a scenario or a name was refused; the text says what and which values are accepted.
+
+    `name` is the row or key that it is about, "" if there is none; `line` and `column` the place in a scenario's text, 0 if it
+    is not from there."""
+
+    def __init__(self, text, name="", line=0, column=0):
+        super().__init__(text)
+        self.name, self.line, self.column = name, line, column
+
+    def __reduce__(self):
+        return Error, (str(self), self.name, self.line, self.column)

@@ -1,0 +1,170 @@
+"""What a run gives: arrays, verdicts, a fault, a picture."""
+import collections.abc
+import ctypes as c
+import dataclasses
+
+import numpy as np
+
+from ._library import Samples, library
+
+# Panels of a picture: unit, and what its axis is called.
+_PANELS = {"rad/s": "speed", "A": "current", "V": "voltage", "N m": "torque", "rad": "angle"}
+
+
+class Trace(collections.abc.Mapping):
+    """Samples of some rows: a mapping from names to numpy arrays, float32 or whole as the drive has them.
+
+    t: begin of each sample's period [s], float64; period: number of that period; units: unit of each name; choices: names of
+    the values of those rows that have some. `trace["i_q"]` and `trace.i_q` are the same; `trace["omega_m"]` is rad/s."""
+
+    def __init__(self, rows, periods, slots):
+        self.period = periods
+        self.t = np.empty(len(periods))
+        library.seconds(periods.ctypes.data, self.t.ctypes.data, len(periods))
+        self._columns = {row.key: np.ascontiguousarray(slots[:, n]).view(row.dtype) for n, row in enumerate(rows)}
+        self.rows = {row.key: row for row in rows}
+        self.units = {row.key: row.unit for row in rows}
+        self.choices = {row.key: row.choices for row in rows if row.choices}
+
+    def __getitem__(self, name):
+        return self._columns[name]
+
+    def __getattr__(self, name):
+        columns = self.__dict__.get("_columns", {})
+        if name in columns:
+            return columns[name]
+        raise AttributeError(f"{type(self).__name__} has no {name}; recorded: {', '.join(columns) or 'nothing'}")
+
+    def __iter__(self):
+        return iter(self._columns)
+
+    def __len__(self):
+        return len(self._columns)
+
+    def __repr__(self):
+        span = f"{self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "no sample"
+        return f"<{type(self).__name__}: {len(self.t)} samples of {', '.join(self) or 'nothing'}, {span}>"
+
+    def to_pandas(self):
+        """A pandas.DataFrame over time [s]; rows with choices as categories; units in `.attrs["units"]`."""
+        import pandas
+
+        frame = pandas.DataFrame({name: pandas.Categorical.from_codes(column, self.choices[name]) if name in self.choices
+                                  else column for name, column in self.items()}, index=pandas.Index(self.t, name="time"))
+        frame.attrs["units"] = dict(self.units)
+        return frame
+
+    def plot(self, names=None, figure=None):
+        """A matplotlib figure: a panel for each unit, shared time axis, references dashed, values held for a period."""
+        import matplotlib.pyplot as plt
+
+        panels = {}
+        for name in names or self:
+            self[name]  # a KeyError now rather than half a picture
+            panels.setdefault(name if name in self.choices else self.units[name], []).append(name)
+        figure = figure or plt.figure(figsize=(9, 1.2 + 1.7 * max(1, len(panels))), layout="constrained")
+        axes = figure.subplots(max(1, len(panels)), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (unit, members) in zip(axes, panels.items()):
+            for name in members:
+                axis.step(self.t, self[name], where="post", label=name, linewidth=1,
+                          linestyle="--" if name.endswith(("_ref", "_request")) else "-")
+            if unit in self.choices:
+                axis.set_yticks(range(len(self.choices[unit])), self.choices[unit], fontsize=7)
+            axis.set_ylabel(unit if unit in self.choices else f"{_PANELS.get(unit, '')} [{unit}]".strip())
+            axis.grid(True, alpha=0.3)
+            axis.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
+        axes[-1].set_xlabel("time [s]")
+        return figure
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """What became of an expectation: value [unit] against its limits, -inf and inf where it has none."""
+    name: str
+    signal: str
+    minus: str
+    statistic: str
+    unit: str
+    begin: float
+    end: float
+    value: float
+    at_least: float
+    at_most: float
+    samples: int
+    judgement: str  # met, failed, not_judged; measured, of a [[measure]]
+    text: str
+
+    def __bool__(self):
+        return self.judgement == "met"
+
+
+@dataclasses.dataclass(frozen=True)
+class Fault:
+    """A fault, refusal or warning of the drive: what happened, what to do; when, where that is known."""
+    name: str
+    text: str
+    remedy: str
+    period: int = None
+
+    @property
+    def seconds(self):
+        return None if self.period is None else self.period * library.period()
+
+
+def reason(number, period=None):
+    """The Fault of a reason's number; None: nothing is wrong."""
+    texts = [c.c_char_p() for _ in range(3)]
+    if number == 0 or not library.reason(number, *(c.byref(text) for text in texts)):
+        return None
+    return Fault(*(text.value.decode() for text in texts), period)
+
+
+class Result(Trace):
+    """A run of a scenario: its recording, its verdicts, and how it ended.
+
+    passed: every expectation is met; verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
+    although it is asked to be, or None; state, manoeuvre: of the drive at the end; history: Trace of the periods up to the last
+    fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
+    it was stopped before its end."""
+
+    def __init__(self, rows, periods, slots, about):
+        super().__init__(rows, periods, slots)
+        self.__dict__.update(about)
+
+    @property
+    def passed(self):
+        return self.failed == 0 and not self.interrupted
+
+    def __repr__(self):
+        fault = f", fault {self.fault.name} at {self.fault.seconds:g} s" if self.fault else ""
+        counts = f"{len(self.verdicts) - self.failed} of {len(self.verdicts)} expectations met"
+        return f"<Result of \"{self.title}\": {self.seconds:g} s, {counts}, {self.state}{fault}; {', '.join(self)}>"
+
+    def report(self):
+        """Title and verdicts as text, as `lagless run` prints them."""
+        words = {"met": "met", "failed": "FAILED", "not_judged": "not judged", "measured": "measured"}
+        return "\n".join([self.title] + [f"{words[verdict.judgement]:<10}  {verdict.text}" for verdict in self.verdicts + self.measures])
+
+    def plot(self, names=None, figure=None):
+        figure = super().plot(names, figure)
+        figure.suptitle(self.title, fontsize=10)
+        if self.fault is not None:
+            for axis in figure.axes:
+                axis.axvline(self.fault.seconds, color="tab:red", linewidth=1, linestyle=":")
+        return figure
+
+    plot.__doc__ = Trace.plot.__doc__
+
+
+class Recorder:
+    """Memory that a tap fills."""
+
+    def __init__(self, rows, samples):
+        self.rows = rows
+        self.slots = np.empty((samples, len(rows)), dtype=np.uint32)
+        self.periods = np.empty(samples, dtype=np.uint32)
+        self.struct = Samples(self.slots.ctypes.data, self.periods.ctypes.data, samples, 0)
+
+    def taken(self):
+        count = min(self.struct.used, self.struct.room)
+        return self.rows, self.periods[:count].copy(), self.slots[:count]

@@ -1,0 +1,20 @@
+# The library that the Python package calls (docs/python.md): it needs nothing but libc and libm where it runs.
+if(LAGLESS_SANITIZE) # an interpreter that is not sanitized cannot load it
+    return()
+endif()
+add_library(lagless_python SHARED
+    python/binding.c
+    python/binding_campaign.c
+    python/binding_plant.c
+)
+desk_room(lagless_python)
+target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE)
+target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
+target_link_options(lagless_python PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
+    -static-libgcc -static-libstdc++)
+set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
+if(SKBUILD) # pyproject.toml
+    install(TARGETS lagless_python LIBRARY DESTINATION lagless COMPONENT python)
+    install(DIRECTORY ${CMAKE_CURRENT_LIST_DIR}/../scenarios ${CMAKE_CURRENT_LIST_DIR}/../motors DESTINATION lagless COMPONENT python
+        FILES_MATCHING PATTERN "*.toml")
+endif()

@@ -1,0 +1,59 @@
+/* A small HTTP/1.1 server for one page on this machine: it listens at 127.0.0.1 alone, answers requests of up
+ * to HTTP_BODY_MAX octets, and keeps event streams ("server-sent events") open.
+ *
+ * Foreign pages in the same browser get nothing done: a request must name this server as its host (else 403,
+ * which ends tricks with names that resolve to this machine), and one that changes anything (POST) must carry
+ * the header X-Lagless, which a browser lets no foreign page send without a permission that is never given.
+ *
+ * Nothing waits; all calls from one thread. A stream whose reader is slow is spared events that may be lost,
+ * and closed when HTTP_OUT_MAX octets wait for it. */
+#ifndef HOST_SIM_SCOPE_HTTP_H
+#define HOST_SIM_SCOPE_HTTP_H
+
+#include <poll.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define HTTP_CLIENTS  24u   /* [-] connections at a time */
+#define HTTP_STREAMS  3u    /* [-] of which streams: a browser opens six connections at most, for all tabs */
+#define HTTP_HEAD_MAX 8192u /* [octets] head and body of a request */
+#define HTTP_BODY_MAX 4096u /* [octets] */
+#define HTTP_OUT_MAX  16777216u /* [octets] that wait for a reader */
+#define HTTP_SLOW     1048576u  /* [octets] that wait for a reader who is slow */
+
+typedef struct http http_t;
+
+typedef struct {
+    bool post; /* else GET */
+    const char *path;
+    const char *body; /* with a 0 at its end */
+} http_request_t;
+
+/* Must answer by http_answer or http_stream, once, before it returns. */
+typedef void (*http_handler_t)(void *context, uint32_t client, const http_request_t *request);
+
+/* At this port; 0: any that is free. NULL: *why says so, one line. */
+http_t *http_open(uint32_t port, http_handler_t handler, void *context, char *why, size_t size);
+void http_close(http_t *http); /* NULL: nothing */
+uint32_t http_port(const http_t *http);
+
+/* What to poll for: descriptors, how many of at most HTTP_CLIENTS + 1. */
+uint32_t http_descriptors(const http_t *http, struct pollfd to[HTTP_CLIENTS + 1u]);
+
+/* All that can be done at once. */
+void http_work(http_t *http);
+
+void http_answer(http_t *http, uint32_t client, int status, const char *type, const char *body, size_t size);
+
+/* From now on this client gets events. The oldest of too many streams gets the event `taken` and is closed.
+ */
+void http_stream(http_t *http, uint32_t client);
+uint32_t http_streams(const http_t *http);
+
+/* To one stream, or to all. `data` is one line. may_be_lost: not to who is slow. */
+void http_event(http_t *http, uint32_t client, const char *name, const char *data, size_t size,
+                bool may_be_lost);
+#define HTTP_ALL UINT32_MAX
+
+#endif

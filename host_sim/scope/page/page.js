@@ -1,0 +1,1157 @@
+/* The scope's page. Samples come as they were taken, with the drive's own stamps; this page keeps them, looks for the
+   trigger, and draws least and largest of each pixel's column. Everything that is asked of the drive is answered by the
+   drive; the page shows that answer. Numbers of samples and time are periods until they are shown. */
+"use strict";
+const scope = (() => {
+    const ROOM = 1 << 19; // [samples] kept of each signal
+    const WINDOWS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20]; // [s]
+    const SAMPLING = [0, 1, 2, 5, 10, 20, 50, 100, 200]; // [periods] 0: as the line allows
+    const AUTO_AFTER = 1; // [s] and a window without a trigger: the picture rolls on
+    const NOISE_SHARE = 0.05;
+    const STOP_TRIES = 3;
+    const STOP_WAIT = 1500; // [ms] for the answer of one
+    const NAMED = {ohm: "Ω", degC: "°C", "N m": "N·m", "kg m^2": "kg·m²", "rad/s^2": "rad/s²", "N m s/rad": "N·m·s/rad", "-": ""};
+    const PREFIXED = new Set(["A", "V", "s", "rad", "Wb", "H", "ohm", "W", "J", "N m"]);
+    const LEAST_SPAN = {"r/min": 20, A: 1, V: 2, rad: 0.01, "rad/s": 5, degC: 2}; // [shown unit] of an axis
+    const $ = id => document.getElementById(id);
+    const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    const make = (tag, properties, ...inside) => {
+        const made = Object.assign(document.createElement(tag), properties);
+        made.append(...inside);
+        return made;
+    };
+
+    const rows = new Map(); // id -> row
+    const named = new Map(); // name -> row
+    const values = new Map(); // id -> number
+    const state = {
+        hello: null, link: false, choice: null, held: false, zoom: null, cursors: [], frames: 0, gaps: 0, armed: "roll",
+        pictures: 0, dirty: true, undo: new Map(), started: performance.now(),
+    };
+
+    /* ---- numbers ---- */
+
+    function digits(number, count = 5) {
+        if (number == null || !Number.isFinite(number)) {
+            return "–";
+        }
+        const size = Math.abs(number);
+        const text = size !== 0 && (size >= 1e6 || size < 1e-4) ? number.toExponential(count - 2)
+            : number.toFixed(Math.min(6, Math.max(0, count - 1 - Math.floor(Math.log10(Math.max(size, 1e-3))))));
+        return text.replace("-", "−").replace("e+", "e");
+    }
+
+    /* As few digits as tell a float from its neighbours. */
+    function shortest(number) {
+        if (!Number.isFinite(number)) {
+            return "";
+        }
+        for (let count = 1; count < 10; count++) {
+            const text = Number(number.toPrecision(count));
+            if (Math.fround(text) === Math.fround(number)) {
+                return String(text);
+            }
+        }
+        return String(number);
+    }
+
+    function unitOf(row, prefix = "") {
+        const unit = row.shown in NAMED ? NAMED[row.shown] : row.shown;
+        return prefix + unit;
+    }
+
+    function prefixOf(row, size) {
+        if (!PREFIXED.has(row.shown) || size === 0) {
+            return ["", 1];
+        }
+        return size < 5e-4 ? ["µ", 1e6] : size < 0.5 ? ["m", 1e3] : size >= 5e3 ? ["k", 1e-3] : ["", 1];
+    }
+
+    function choiceName(row, number) {
+        return (row.choices[number] || String(number)).replaceAll("_", " ");
+    }
+
+    /* A value of a row [its unit] as people read it. */
+    function shown(row, number) {
+        if (number == null) {
+            return "–";
+        }
+        if (row.kind === "enum") {
+            return choiceName(row, Math.round(number));
+        }
+        if (row.kind !== "float") {
+            return String(Math.round(number)).replace("-", "−") + (row.shown === "-" ? "" : " " + unitOf(row));
+        }
+        const scaled = number * row.factor;
+        const [prefix, factor] = prefixOf(row, Math.abs(scaled));
+        return `${digits(scaled * factor)} ${unitOf(row, prefix)}`.trim();
+    }
+
+    const value = name => named.has(name) ? values.get(named.get(name).id) : undefined;
+
+    function time(seconds) {
+        const size = Math.abs(seconds);
+        return size >= 1 || size === 0 ? `${digits(seconds, 5)} s` : size >= 1e-3 ? `${digits(seconds * 1e3, 5)} ms`
+            : `${digits(seconds * 1e6, 4)} µs`;
+    }
+
+    /* ---- samples: a ring for each signal, and one of stamps ---- */
+
+    const ring = {stamps: new Float64Array(ROOM), columns: [], total: 0, last: -1};
+
+    function clearRing(count) {
+        ring.columns = Array.from({length: count}, () => new Float64Array(ROOM));
+        ring.total = 0;
+        ring.last = -1;
+    }
+
+    const view = {stamps: null, columns: null, from: 0, to: 0, mask: ROOM - 1}; // what is drawn: the ring, or a record
+
+    function place(stamp, data) { // first sample at or after this stamp
+        let low = data.from, high = data.to;
+        while (low < high) {
+            const middle = Math.floor((low + high) / 2);
+            if (data.stamps[middle & data.mask] < stamp) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        return low;
+    }
+
+    function wholeRing() {
+        return {stamps: ring.stamps, columns: ring.columns, mask: ROOM - 1, from: Math.max(0, ring.total - ROOM), to: ring.total};
+    }
+
+    function take(event) {
+        if (!state.choice || event.g !== state.choice.g || state.held) {
+            return;
+        }
+        const octets = Uint8Array.from(atob(event.d), letter => letter.charCodeAt(0));
+        const {n, c, p, e} = event;
+        const slots = {
+            float: new Float32Array(octets.buffer), uint: new Uint32Array(octets.buffer), int: new Int32Array(octets.buffer),
+        };
+        if (ring.last >= 0 && p !== ring.last + e) {
+            state.gaps++;
+            if (p <= ring.last) {
+                clearRing(ring.columns.length); // the drive has begun anew
+                trigger.record = null;
+            }
+        }
+        const begin = ring.total;
+        for (let k = 0; k < n; k++) {
+            ring.stamps[(begin + k) & (ROOM - 1)] = p + k * e;
+        }
+        for (let s = 0; s < c; s++) {
+            const row = rows.get(state.choice.signals[s]);
+            const from = slots[row.kind === "enum" ? "int" : row.kind];
+            const to = ring.columns[s];
+            for (let k = 0, at = s; k < n; k++, at += c) {
+                to[(begin + k) & (ROOM - 1)] = from[at] * row.factor;
+            }
+        }
+        ring.total += n;
+        ring.last = p + (n - 1) * e;
+        trigger.look(begin);
+        state.dirty = true;
+    }
+
+    /* ---- trigger ---- */
+
+    const trigger = {
+        mode: "roll", source: 0, edge: "rise", level: 0, pre: 0.25, armedAt: 0, at: null, record: null, seen: 0,
+        below: false, above: false, // it was so by more than `noise`, and the level has not been reached since
+        noise: 0, // a share of what was seen of the signal: noise on a slow edge of the other direction is none of its own
+
+        arm() {
+            this.armedAt = ring.total;
+            this.at = null;
+            this.record = null;
+            this.below = this.above = false;
+            this.seen = performance.now();
+            state.dirty = true;
+        },
+
+        /* New samples from `begin` on. */
+        look(begin) {
+            if (this.mode === "roll" || state.held) {
+                return;
+            }
+            const span = periods(windowSeconds());
+            const [least, most] = (state.extent || [])[this.source] || [0, 0];
+            this.noise = most > least ? NOISE_SHARE * (most - least) : 0;
+            const column = ring.columns[ring.columns.length > this.source ? this.source : 0];
+            for (let k = Math.max(begin, this.armedAt, 1); k < ring.total && this.at === null && column; k++) {
+                const here = column[k & (ROOM - 1)];
+                const rises = this.below && here >= this.level, falls = this.above && here <= this.level;
+                if ((rises && this.edge !== "fall") || (falls && this.edge !== "rise")) {
+                    this.at = ring.stamps[k & (ROOM - 1)];
+                }
+                this.below = here < this.level - this.noise || (this.below && here < this.level);
+                this.above = here > this.level + this.noise || (this.above && here > this.level);
+            }
+            if (this.at !== null && ring.last >= this.at + (1 - this.pre) * span) {
+                this.keep(this.at - this.pre * span, this.at + (1 - this.pre) * span);
+            }
+        },
+
+        /* The triggered picture, as a copy: the ring goes on. */
+        keep(begin, end) {
+            const all = wholeRing();
+            const from = place(begin, all), to = Math.min(place(end, all) + 1, all.to);
+            const pick = column => Float64Array.from({length: to - from}, (_, k) => column[(from + k) & all.mask]);
+            this.record = {stamps: pick(all.stamps), columns: all.columns.map(pick), mask: -1, from: 0, to: to - from, begin, end,
+                           zero: this.at};
+            this.at = null;
+            this.armedAt = to;
+            this.seen = performance.now();
+            state.pictures++;
+            if (this.mode === "single") {
+                hold(true);
+            }
+        },
+
+        /* Which samples are drawn, [begin, end] of the axis and its zero [periods]. */
+        picture() {
+            const span = periods(windowSeconds());
+            const stale = performance.now() - this.seen > 1000 * (AUTO_AFTER + windowSeconds());
+            if (this.record && this.mode !== "roll" && !(this.mode === "auto" && stale && !state.held)) {
+                return this.record;
+            }
+            const end = ring.last < 0 ? span : ring.last;
+            return {...wholeRing(), begin: end - span, end, zero: end};
+        },
+
+        word() {
+            if (state.held) {
+                return this.record && this.mode === "single" ? ["triggered, held", "good"] : ["held", "kind"];
+            }
+            return this.at !== null ? ["triggered", "good"]
+                : this.record && this.mode === "normal" ? ["waiting for the next", ""]
+                : this.record && this.picture() === this.record ? ["triggered", "good"]
+                : this.mode === "auto" ? ["none: rolls", "kind"] : ["waiting", "kind"];
+        },
+    };
+
+    const windowSeconds = () => Number($("window").value);
+    const periods = seconds => seconds / (state.hello ? state.hello.period : 1e-4);
+    const seconds = count => count * (state.hello ? state.hello.period : 1e-4);
+
+    function hold(on) {
+        if (!on && state.held && trigger.mode === "single") {
+            trigger.arm();
+        }
+        if (!on && state.held) {
+            ring.last = -1; // what was not taken meanwhile is no gap
+            clearRing(ring.columns.length);
+            trigger.arm();
+            state.zoom = null;
+            state.cursors = [];
+        }
+        state.held = on;
+        $("hold").setAttribute("aria-pressed", on);
+        $("hold").textContent = on ? "Go on" : "Hold";
+        state.dirty = true;
+    }
+
+    /* ---- panels: one for each unit ---- */
+
+    let panels = [];
+    const traceColour = index => css(`--c${index % 8}`);
+    const isReference = row => /_ref$/.test(row.name);
+
+    function swatch(index, row) {
+        const line = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+        line.setAttribute("width", 20);
+        line.setAttribute("height", 8);
+        line.innerHTML = `<line x1="1" x2="19" y1="4" y2="4" stroke="var(--c${index % 8})" stroke-width="3"` +
+            `${isReference(row) ? " stroke-dasharray=\"5 3\"" : ""}/>`;
+        return line;
+    }
+
+    function group() {
+        const groups = new Map();
+        state.choice.signals.forEach((id, index) => {
+            const row = rows.get(id);
+            const key = row.kind === "enum" ? `enum ${id}` : row.shown === "-" ? `number ${id}` : row.shown;
+            if (!groups.has(key)) {
+                groups.set(key, []);
+            }
+            groups.get(key).push({row, index});
+        });
+        return [...groups.values()];
+    }
+
+    function height(count) {
+        const top = innerWidth > 1000 ? $("panels").getBoundingClientRect().top + scrollY : 0;
+        const free = (innerWidth > 1000 ? innerHeight - top - 88 : 0.85 * innerHeight) - 31 * count;
+        return Math.round(Math.min(320, Math.max(innerWidth > 600 ? 118 : 112, free / count)));
+    }
+
+    function niceRange(panel) {
+        let [low, high] = [Infinity, -Infinity];
+        for (const trace of panel.traces) {
+            const [least, most] = panel.extent[trace.index] || [];
+            if (least <= most) {
+                low = Math.min(low, least);
+                high = Math.max(high, most);
+            }
+        }
+        if (trigger.mode !== "roll" && panel.traces.some(trace => trace.index === trigger.source)) {
+            low = Math.min(low, trigger.level);
+            high = Math.max(high, trigger.level);
+        }
+        const row = panel.traces[0].row;
+        if (row.kind === "enum") {
+            return [-0.5, row.choices.length - 0.5];
+        }
+        if (!(low <= high)) {
+            [low, high] = [0, 1];
+        }
+        const least = LEAST_SPAN[row.shown] || Math.max(1e-6, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
+        if (high - low < least) {
+            const middle = (high + low) / 2;
+            [low, high] = [middle - least / 2, middle + least / 2];
+        }
+        const raw = (high - low) / 5;
+        const ten = 10 ** Math.floor(Math.log10(raw));
+        const step = ten * [1, 2, 5, 10].find(each => each * ten >= raw);
+        const margin = 0.04 * (high - low);
+        return [Math.floor((low - margin) / step) * step, Math.ceil((high + margin) / step) * step];
+    }
+
+    function axisTicks(plot, splits, axis, space, distance) {
+        let exponent = Math.floor(Math.log10(distance) + 1e-9);
+        if (Math.abs(distance / 10 ** exponent - Math.round(distance / 10 ** exponent)) > 1e-6) {
+            exponent -= 1; // 2.5
+        }
+        return splits.map(number => number == null ? "" : number.toFixed(Math.max(0, -exponent)).replace("-", "−"));
+    }
+
+    function scaledTicks(panel) {
+        return (plot, splits, axis, space, distance) => {
+            const row = panel.traces[0].row;
+            if (row.kind === "enum") {
+                return splits.map(number => Number.isInteger(number) ? choiceName(row, number) : "");
+            }
+            return axisTicks(plot, splits.map(number => number * panel.scale), axis, space, distance * panel.scale);
+        };
+    }
+
+    function drawMarks(panel, first) {
+        return plot => {
+            const {ctx, bbox} = plot, ratio = devicePixelRatio;
+            const upright = (x, colour, text, dash) => {
+                const at = Math.round(plot.valToPos(x, "x", true)) + 0.5;
+                if (at < bbox.left || at > bbox.left + bbox.width) {
+                    return;
+                }
+                ctx.strokeStyle = ctx.fillStyle = colour;
+                ctx.setLineDash(dash);
+                ctx.beginPath();
+                ctx.moveTo(at, bbox.top);
+                ctx.lineTo(at, bbox.top + bbox.height);
+                ctx.stroke();
+                if (text && first) {
+                    const left = text.length > 1; // of the line, where no cursor's letter is
+                    ctx.setLineDash([]);
+                    ctx.textAlign = left ? "right" : "left";
+                    ctx.fillText(text, at + (left ? -4 : 4) * ratio, bbox.top + 11 * ratio);
+                }
+            };
+            ctx.save();
+            ctx.lineWidth = ratio;
+            ctx.font = `600 ${11 * ratio}px system-ui, sans-serif`;
+            ctx.textAlign = "left";
+            ctx.textBaseline = "alphabetic";
+            if (state.picture && state.picture === trigger.record) {
+                upright(0, css("--soft"), "trigger", [3 * ratio, 3 * ratio]);
+            }
+            if (trigger.mode !== "roll" && panel.traces.some(trace => trace.index === trigger.source)) {
+                const at = Math.round(plot.valToPos(trigger.level, "y", true)) + 0.5;
+                ctx.strokeStyle = traceColour(trigger.source);
+                ctx.setLineDash([2 * ratio, 3 * ratio]);
+                ctx.beginPath();
+                ctx.moveTo(bbox.left, at);
+                ctx.lineTo(bbox.left + bbox.width, at);
+                ctx.stroke();
+            }
+            state.cursors.forEach((x, k) => upright(x, css("--ink"), "AB"[k], [6 * ratio, 3 * ratio]));
+            ctx.restore();
+        };
+    }
+
+    function options(panel, first, last, count) {
+        const look = {
+            stroke: () => css("--soft"), grid: {stroke: () => css("--grid"), width: 1}, ticks: {stroke: () => css("--grid"), width: 1},
+            font: "11px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
+        };
+        const stepped = uPlot.paths.stepped({align: 1}), linear = uPlot.paths.linear();
+        const isEnum = panel.traces[0].row.kind === "enum";
+        return {
+            width: panel.host.clientWidth, height: height(count) + (last ? 38 : 0), legend: {show: false}, padding: [6, 18, 0, 0],
+            scales: {x: {time: false, range: () => panel.x}, y: {range: () => panel.y}},
+            axes: [
+                {...look, size: last ? 24 : 6, values: last ? axisTicks : plot => [], label: last ? "time [s]" : undefined, labelSize: 18, labelGap: 3,
+                 space: 70},
+                {...look, size: 58, values: scaledTicks(panel), label: panel.label, labelSize: 16, labelGap: 0, space: 26,
+                 ...isEnum ? {splits: () => panel.traces[0].row.choices.map((_, k) => k), label: undefined, font: "10px system-ui, sans-serif"} : {}},
+            ],
+            series: [{}, ...panel.traces.map(({row, index}) => ({
+                stroke: () => traceColour(index), width: isReference(row) ? 1.6 : 1.4, dash: isReference(row) ? [7, 5] : undefined,
+                points: {show: false}, spanGaps: false,
+                paths: (plot, series, from, to) => (state.sparse ? stepped : linear)(plot, series, from, to),
+            }))],
+            cursor: {
+                sync: {key: "scope"}, y: false, points: {show: false},
+                drag: {x: true, y: false, dist: 6, setScale: false},
+                bind: {dblclick: () => () => { state.zoom = null; state.dirty = true; }},
+            },
+            hooks: {
+                setSelect: [plot => {
+                    const {left, width} = plot.select;
+                    if (width > 0) {
+                        state.zoom = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+                        if (trigger.mode === "roll") {
+                            hold(true);
+                        }
+                        plot.setSelect({left: 0, width: 0, top: 0, height: 0}, false);
+                        state.dirty = true;
+                    }
+                }],
+                draw: [drawMarks(panel, first)],
+            },
+        };
+    }
+
+    function buildPanels() {
+        for (const panel of panels) {
+            panel.plot.destroy();
+        }
+        $("panels").textContent = "";
+        const groups = group();
+        const enums = groups.some(traces => traces[0].row.kind === "enum");
+        panels = groups.map((traces, at) => {
+            const host = make("div", {className: "panel"});
+            const legend = make("div", {className: "legend"});
+            const panel = {traces, host, legend, extent: [], x: [-1, 0], y: [0, 1], scale: 1, label: unitOf(traces[0].row), numbers: []};
+            for (const {row, index} of traces) {
+                const number = make("b", {textContent: "–"});
+                panel.numbers.push(number);
+                legend.append(make("span", {title: row.text}, swatch(index, row), row.name, number));
+            }
+            host.append(legend);
+            $("panels").append(host);
+            const all = options(panel, at === 0, at === groups.length - 1, groups.length);
+            all.axes[1].size = (enums ? 110 : 74) - (all.axes[1].label === undefined ? 0 : all.axes[1].labelSize); // aligned
+            panel.plot = new uPlot(all, [[], ...traces.map(() => [])], host);
+            let down = null;
+            panel.plot.over.addEventListener("pointerdown", event => { down = [event.clientX, event.clientY]; });
+            panel.plot.over.addEventListener("click", event => {
+                if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5 && event.detail < 2) {
+                    setCursor(panel.plot.posToVal(event.clientX - panel.plot.over.getBoundingClientRect().left, "x"));
+                }
+            });
+            return panel;
+        });
+        state.dirty = true;
+    }
+
+    /* All panels in view, where there is room: the tools above them may have taken another line. */
+    function fit() {
+        const width = $("panels").clientWidth, tall = height(panels.length);
+        panels.forEach((panel, at) => {
+            const own = tall + (at === panels.length - 1 ? 38 : 0);
+            if (panel.plot.width !== width || Math.abs(panel.plot.height - own) > 3) {
+                panel.plot.setSize({width, height: own});
+                state.dirty = true;
+            }
+        });
+    }
+
+    function setCursor(x) {
+        state.cursors = state.cursors.length === 1 ? [state.cursors[0], x] : [x];
+        state.dirty = true;
+    }
+
+    /* Least and largest of each pixel's column; where samples are few, the samples. */
+    function columnsOf(picture, axis, width) {
+        const [begin, end] = axis.map(x => picture.zero + periods(x));
+        const from = Math.max(picture.from, place(begin, picture) - 1), to = Math.min(picture.to, place(end, picture) + 1);
+        const count = to - from;
+        const signals = picture.columns.length;
+        state.sparse = count <= 2 * width;
+        if (state.sparse) {
+            const x = [], ys = Array.from({length: signals}, () => []);
+            let last = null;
+            for (let k = from; k < to; k++) {
+                const stamp = picture.stamps[k & picture.mask];
+                if (last !== null && stamp - last > 1.5 * (state.choice.every || 1)) {
+                    x.push(seconds((stamp + last) / 2 - picture.zero));
+                    ys.forEach(y => y.push(null));
+                }
+                x.push(seconds(stamp - picture.zero));
+                ys.forEach((y, s) => y.push(picture.columns[s][k & picture.mask]));
+                last = stamp;
+            }
+            return [x, ys];
+        }
+        const per = (end - begin) / width; // [periods] of a column; columns stand still while time rolls
+        const first = Math.floor(begin / per), number = Math.floor(end / per) - first + 1;
+        const least = Array.from({length: signals}, () => new Float64Array(number).fill(Infinity));
+        const most = Array.from({length: signals}, () => new Float64Array(number).fill(-Infinity));
+        for (let k = from; k < to; k++) {
+            const at = k & picture.mask;
+            const column = Math.floor(picture.stamps[at] / per) - first;
+            if (column < 0 || column >= number) {
+                continue;
+            }
+            for (let s = 0; s < signals; s++) {
+                const y = picture.columns[s][at];
+                if (y < least[s][column]) {
+                    least[s][column] = y;
+                }
+                if (y > most[s][column]) {
+                    most[s][column] = y;
+                }
+            }
+        }
+        const x = [], ys = Array.from({length: signals}, () => []);
+        for (let column = 0; column < number; column++) {
+            const at = seconds((column + first + 0.5) * per - picture.zero);
+            x.push(at, at);
+            for (let s = 0; s < signals; s++) {
+                const there = least[s][column] <= most[s][column];
+                ys[s].push(there ? least[s][column] : null, there ? most[s][column] : null);
+            }
+        }
+        return [x, ys];
+    }
+
+    function extents(ys) {
+        return ys.map(y => {
+            let low = Infinity, high = -Infinity;
+            for (const number of y) {
+                if (number !== null && number < low) {
+                    low = number;
+                }
+                if (number !== null && number > high) {
+                    high = number;
+                }
+            }
+            return [low, high];
+        });
+    }
+
+    function draw() {
+        requestAnimationFrame(draw);
+        if (!state.dirty || !panels.length || document.hidden) {
+            return;
+        }
+        state.dirty = false;
+        const picture = trigger.picture();
+        state.picture = picture;
+        const axis = state.zoom || [seconds(picture.begin - picture.zero), seconds(picture.end - picture.zero)];
+        const width = Math.max(100, Math.round(panels[0].plot.bbox.width / devicePixelRatio));
+        const [x, ys] = columnsOf(picture, axis, width);
+        const extent = extents(ys);
+        for (const panel of panels) {
+            panel.extent = extent;
+            panel.x = axis;
+            panel.y = niceRange(panel);
+            const row = panel.traces[0].row;
+            const [prefix, scale] = prefixOf(row, Math.max(Math.abs(panel.y[0]), Math.abs(panel.y[1])));
+            panel.scale = scale;
+            if (row.kind !== "enum") {
+                panel.plot.axes[1].label = unitOf(row, prefix);
+            }
+            panel.plot.setData([x, ...panel.traces.map(trace => ys[trace.index])], true);
+        }
+        state.frames++;
+        state.extent = extent;
+        state.drawn = [x, ys];
+        const show = !state.cursors.length;
+        $("clear").hidden = show;
+        $("all").hidden = !state.zoom;
+    }
+
+    /* ---- numbers beside the plots ---- */
+
+    function sampleAt(x) { // the values that hold at x [s of the axis], in shown units
+        const picture = state.picture;
+        if (!picture || picture.to <= picture.from) {
+            return null;
+        }
+        const k = Math.max(picture.from, place(picture.zero + periods(x) + 1e-6, picture) - 1);
+        return picture.columns.map(column => column[k & picture.mask]);
+    }
+
+    function inShown(row, number) {
+        if (number == null || !Number.isFinite(number)) {
+            return "–";
+        }
+        return row.kind === "float" ? shown(row, number / row.factor) : shown(row, number);
+    }
+
+    /* As the axis of its panel has it: the same prefix, and a thousandth of it is seen. */
+    function inPanel(panel, row, number) {
+        if (row.kind !== "float" || !Number.isFinite(number)) {
+            return inShown(row, number);
+        }
+        const size = Math.max(Math.abs(panel.y[0]), Math.abs(panel.y[1]));
+        const [prefix, scale] = prefixOf(row, size);
+        const places = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10((panel.y[1] - panel.y[0]) * scale) + 1e-9)));
+        return `${(number * scale).toFixed(places)} ${unitOf(row, prefix)}`.replace(/^-(0\.?0*) /, "$1 ").replace("-", "−").trim();
+    }
+
+    function showNumbers() {
+        const hovered = panels.find(panel => panel.plot.cursor.left >= 0);
+        const at = hovered ? hovered.plot.posToVal(hovered.plot.cursor.left, "x") : Infinity;
+        const now = ring.total || trigger.record ? sampleAt(Number.isFinite(at) ? at : 1e9) : null;
+        for (const panel of panels) {
+            panel.traces.forEach(({row, index}, k) => {
+                panel.numbers[k].textContent = now ? inPanel(panel, row, now[index]) : "–";
+            });
+        }
+        showCursors();
+        const [word, kind] = trigger.word();
+        $("armed").textContent = word;
+        $("armed").className = `pill trig ${kind}`;
+    }
+
+    function showCursors() {
+        const box = $("cursors");
+        box.hidden = !state.cursors.length;
+        if (box.hidden) {
+            return;
+        }
+        const [a, b] = state.cursors;
+        const both = b !== undefined;
+        const first = sampleAt(a), second = both ? sampleAt(b) : null;
+        const cell = (text, tag = "td") => make(tag, {textContent: text});
+        const head = make("tr", {}, cell("", "th"), cell("A", "th"), ...both ? [cell("B", "th"), cell("B − A", "th")] : []);
+        const times = make("tr", {}, cell("time", "th"), cell(time(a)), ...both
+            ? [cell(time(b)), cell(`${time(b - a)}  (${b === a ? "–" : digits(1 / Math.abs(b - a), 4)} Hz)`)] : []);
+        const lines = state.choice.signals.map((id, index) => {
+            const row = rows.get(id);
+            return make("tr", {}, cell(row.name, "th"), cell(first ? inShown(row, first[index]) : "–"), ...both
+                ? [cell(inShown(row, second[index])), cell(row.kind === "enum" ? "" : inShown(row, second[index] - first[index]))] : []);
+        });
+        box.replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, times, ...lines)));
+    }
+
+    const TILES = [["omega_m", "speed"], ["i_q", "current i_q"], ["u_dc", "DC link"],
+                   ["motor_heat", "motor heat"]];
+
+    function showTiles() {
+        const box = $("tiles");
+        if (!box.childElementCount) {
+            for (const [name, label] of TILES.filter(([each]) => named.has(each))) {
+                box.append(make("div", {className: "tile", id: `tile_${name}`}, make("small", {textContent: label}),
+                                make("b", {textContent: "–"}), make("i")));
+            }
+        }
+        for (const [name] of TILES) {
+            const tile = $(`tile_${name}`);
+            const row = named.get(name), number = value(name);
+            if (!tile || number === undefined) {
+                continue;
+            }
+            const share = name === "motor_heat";
+            const scaled = number * (share ? 100 : row.factor);
+            tile.children[1].textContent = (Math.abs(scaled) < 0.005 ? "0.00"
+                : scaled.toFixed(Math.abs(scaled) >= 1000 ? 0 : Math.abs(scaled) >= 100 ? 1 : 2)).replace("-", "−");
+            tile.children[2].textContent = share ? "%" : unitOf(row);
+        }
+    }
+
+    /* ---- state and reasons ---- */
+
+    function reason(kind, sign, number, what) {
+        const row = state.hello.reasons[number] || {name: `reason ${number}`, text: "", remedy: ""};
+        return make("div", {className: `reason ${kind}`}, make("b", {textContent: `${sign} ${what}: ${row.name.replaceAll("_", " ")}`}),
+                    make("span", {textContent: `${row.text}; ${row.remedy}`}));
+    }
+
+    function warningsNow() {
+        const found = [];
+        ["warnings", "warnings_2"].forEach((name, word) => {
+            const bits = value(name) || 0;
+            for (let bit = 0; bit < 32; bit++) {
+                if (Math.floor(bits / 2 ** bit) % 2 === 1) {
+                    found.push(state.hello.warning_bits[32 * word + bit]);
+                }
+            }
+        });
+        return found;
+    }
+
+    let reasonsShown = "";
+    function showState() {
+        const number = value("state"), row = named.get("state");
+        const fault = value("fault_reason") || 0, refusal = value("refusal") || 0, warnings = warningsNow();
+        const words = state.link ? [fault, refusal, value("fault_present"), ...warnings].join() : "no link";
+        const name = row && number !== undefined ? row.choices[number] : "";
+        document.body.dataset.state = name;
+        $("state").textContent = state.link && name ? name.replaceAll("_", " ") : "unknown";
+        $("state").className = `pill strong ${!state.link || fault ? "bad" : name === "operation_enabled" ? "good" : ""}`;
+        const manoeuvre = named.get("manoeuvre");
+        $("manoeuvre").textContent = state.link && manoeuvre && value("manoeuvre") !== undefined
+            ? choiceName(manoeuvre, value("manoeuvre")) : "–";
+        $("reset").hidden = !fault;
+        if (words !== reasonsShown) {
+            reasonsShown = words;
+            const list = [];
+            if (!state.link) {
+                list.push(make("div", {className: "reason bad"}, make("b", {textContent: "✕ no link to the drive"}),
+                               make("span", {textContent: state.why || "it is tried again and again"})));
+            } else {
+                if (fault) {
+                    list.push(reason("bad", "✕", fault, "fault"));
+                }
+                if (refusal && refusal !== fault) {
+                    list.push(reason("kind", "!", refusal, "refused"));
+                }
+                list.push(...warnings.map(each => reason("kind", "!", each, "warning")));
+            }
+            $("reasons").replaceChildren(...list);
+            $("well").hidden = list.length > 0;
+        }
+    }
+
+    function showLink(link, why) {
+        const before = state.link;
+        state.link = link;
+        state.why = why;
+        document.body.dataset.link = link ? "up" : "lost";
+        $("link").textContent = link ? "linked" : "link lost";
+        $("link").className = `pill ${link ? "good" : "bad"}`;
+        if (before !== link) {
+            reasonsShown = "";
+        }
+        if (!link && before && state.ran) {
+            alarm("The link is lost while the motor was on. The drive stops by itself after command_timeout; if it does not, cut its power.");
+        } else if (link && !before) {
+            alarm("");
+        }
+    }
+
+    function alarm(text) {
+        $("alarm").hidden = !text;
+        $("alarm").textContent = text;
+    }
+
+    /* ---- asking ---- */
+
+    async function ask(path, body, wait = 40000) {
+        const ended = new AbortController();
+        const timer = setTimeout(() => ended.abort(), wait);
+        try {
+            const answer = await fetch(path, {method: "POST", body, headers: {"X-Lagless": "1"}, signal: ended.signal, keepalive: true});
+            return await answer.json();
+        } catch (error) {
+            return {ok: false, text: error.name === "AbortError" ? "no answer" : "the scope does not answer: is `lagless scope` running?"};
+        } finally {
+            clearTimeout(timer);
+        }
+    }
+
+    const set = (name, text) => ask("/set", `${name} ${text}`);
+
+    function say(place, answer, good) {
+        place.textContent = answer.ok ? good : answer.text;
+        place.className = `said ${answer.ok ? "good" : "bad"}`;
+        clearTimeout(place.timer);
+        if (answer.ok) {
+            place.timer = setTimeout(() => { place.textContent = ""; }, 4000);
+        }
+    }
+
+    async function stop() {
+        $("stop").classList.add("sent");
+        let answer = {ok: false, text: ""};
+        for (let n = 0; n < STOP_TRIES && !answer.ok; n++) {
+            answer = await ask("/stop", "", STOP_WAIT);
+        }
+        $("stop").classList.remove("sent");
+        alarm(answer.ok ? "" : `STOP did not reach the drive: ${answer.text}. Cut its power.`);
+        say($("said"), answer, "stops: it brakes to standstill, then the bridge is off");
+    }
+
+    /* What a user wrote, with the unit that stands beside it. */
+    const withUnit = (row, text) => /[a-zµΩ°%]/i.test(text.replace(/[0-9.]e[-+0-9]/i, "")) ? text.trim()
+        : row.factor !== 1 ? `${text.trim().replace("−", "-")} ${row.shown}` : text.trim().replace("−", "-");
+
+    async function takeSpeed() {
+        const answer = await set("speed_request", withUnit(named.get("speed_request"), $("speed_value").value));
+        if (!answer.ok) {
+            say($("said"), answer, "");
+        }
+        return answer;
+    }
+
+    async function run() {
+        if ((await takeSpeed()).ok) {
+            say($("said"), await set("enable", "on"), "switched on");
+        }
+    }
+
+    /* ---- requests and parameters ---- */
+
+    function entry(row, onSet) {
+        if (row.kind === "enum") {
+            const list = make("select", {ariaLabel: row.name}, ...row.choices.map(choice => make("option", {value: choice,
+                textContent: choice.replaceAll("_", " ")})));
+            list.onchange = () => onSet(list.value);
+            list.show = number => {
+                if (document.activeElement !== list) {
+                    list.value = row.choices[number];
+                }
+            };
+            return [list, list];
+        }
+        const field = make("input", {inputMode: "decimal", autocomplete: "off", ariaLabel: row.name});
+        field.dataset.name = row.name;
+        let seen = "", given = ""; // of the drive; to it
+        const give = () => {
+            if (field.value.trim() === "") {
+                field.value = seen;
+            } else if (field.value !== seen && field.value !== given) {
+                given = field.value;
+                onSet(withUnit(row, field.value));
+            }
+        };
+        field.onkeydown = event => {
+            if (event.key === "Enter") {
+                give();
+            } else if (event.key === "Escape") {
+                field.value = seen;
+            }
+        };
+        field.onblur = give;
+        field.show = number => {
+            if (document.activeElement !== field) {
+                seen = row.kind === "float" ? shortest(number * row.factor) : String(number);
+                if (row.factor !== 1) {
+                    seen = String(Number((number * row.factor).toPrecision(6)));
+                }
+                field.value = seen;
+                given = "";
+            }
+        };
+        return [make("span", {className: "entry"}, field, make("i", {textContent: unitOf(row)})), field];
+    }
+
+    const fields = new Map(); // id -> {field, box}
+
+    function buildRequests() {
+        const box = $("requests");
+        box.textContent = "";
+        for (const row of rows.values()) {
+            if (row.table === "requests" && !["enable", "speed_request", "fault_reset"].includes(row.name)) {
+                const [whole, field] = entry(row, async text => say($("said"), await set(row.name, text), `${row.name} is ${text}`));
+                box.append(make("label", {title: row.text}, row.name, whole));
+                fields.set(row.id, {field, row});
+            }
+        }
+    }
+
+    function rangeText(row) {
+        if (row.kind === "enum") {
+            return "";
+        }
+        const number = each => row.factor === 1 ? shortest(each) : String(Number((each * row.factor).toPrecision(6)));
+        return `${number(row.min)} to ${number(row.max)}`.replaceAll("-", "−") + (row.shown === "-" ? "" : ` ${unitOf(row)}`);
+    }
+
+    async function stage(row, text, error) {
+        const before = values.get(row.id);
+        const answer = await set(row.name, text);
+        error.textContent = answer.ok ? "" : answer.text;
+        if (answer.ok && !state.undo.has(row.id)) {
+            state.undo.set(row.id, before);
+        }
+        fields.get(row.id).box.classList.toggle("pending", answer.ok && state.undo.has(row.id));
+        if (answer.ok) {
+            $("staged").hidden = false;
+        }
+    }
+
+    function buildParams() {
+        const box = $("params");
+        box.textContent = "";
+        for (const row of rows.values()) {
+            if (row.table !== "params") {
+                continue;
+            }
+            const error = make("small", {className: "error"});
+            const [whole, field] = entry(row, text => stage(row, text, error));
+            const facts = [row.text, rangeText(row), row.access === "off" ? "changes only while the bridge is off" : ""];
+            const each = make("div", {className: "param"}, make("span", {className: "name", textContent: row.name}), whole,
+                              make("small", {textContent: facts.filter(text => text).join(" · ")}), error);
+            each.dataset.name = row.name;
+            box.append(each);
+            fields.set(row.id, {field, row, box: each});
+        }
+        filterParams();
+    }
+
+    function differs(row) {
+        const number = values.get(row.id);
+        return number !== undefined && Math.fround(number) !== Math.fround(row.initial);
+    }
+
+    function filterParams() {
+        const words = $("find_param").value.toLowerCase().split(/\s+/);
+        const changed = $("changed").checked;
+        let count = 0, all = 0;
+        for (const {row, box} of fields.values()) {
+            if (row.table === "params") {
+                const text = `${row.name} ${row.text} ${row.shown}`.toLowerCase();
+                box.hidden = !words.every(word => text.includes(word)) || (changed && !differs(row));
+                count += !box.hidden;
+                all++;
+            }
+        }
+        $("param_count").textContent = count === all ? `${all}` : `${count} of ${all}`;
+    }
+
+    function showFields() {
+        for (const {field, row, box} of fields.values()) {
+            if (values.has(row.id)) {
+                field.show(values.get(row.id));
+                if (box) {
+                    box.classList.toggle("differs", differs(row));
+                }
+            }
+        }
+    }
+
+    async function order(name) {
+        const answer = await ask("/order", name);
+        say($("param_said"), answer, {apply: "in force", save: "kept in flash", load: "loaded", defaults: "the defaults are staged"}[name]);
+        if (answer.ok) {
+            unstage();
+        }
+    }
+
+    function unstage() {
+        state.undo.clear();
+        for (const {box} of fields.values()) {
+            if (box) {
+                box.classList.remove("pending");
+            }
+        }
+        $("staged").hidden = true;
+    }
+
+    async function undo() {
+        for (const [id, number] of state.undo) {
+            const row = rows.get(id);
+            await set(row.name, row.kind === "enum" ? row.choices[number] : String(number));
+        }
+        unstage();
+    }
+
+    /* ---- choice of signals ---- */
+
+    function choose(signals, every = state.choice.given ? state.choice.every : 0) {
+        return ask("/signals", [every, ...signals].join(" "));
+    }
+
+    function showChosen() {
+        $("count").textContent = `${state.choice.signals.length} of ${state.hello.most}`;
+        $("chosen").replaceChildren(...state.choice.signals.map((id, index) => {
+            const row = rows.get(id);
+            const away = make("button", {type: "button", textContent: "✕", title: `take ${row.name} away`});
+            away.setAttribute("aria-label", `take ${row.name} away`);
+            away.onclick = () => choose(state.choice.signals.filter(each => each !== id));
+            return make("li", {title: row.text}, swatch(index, row), make("b", {textContent: row.name}), make("small", {textContent: row.text}), away);
+        }));
+        const source = $("source").value;
+        $("source").replaceChildren(...state.choice.signals.map((id, index) => make("option", {value: index, textContent: rows.get(id).name})));
+        $("source").value = state.choice.signals[Number(source)] !== undefined ? source : "0";
+        $("every").value = state.choice.given ? state.choice.every : 0;
+        const auto = $("every").options[0];
+        auto.textContent = `as the line allows${state.choice.given ? "" : `: ${everyText(state.choice.every)}`}`;
+        readTrigger();
+        findSignals();
+    }
+
+    function everyText(every) {
+        return `${digits(1e3 * seconds(every), 3).replace(/\.?0+$/, "")} ms`;
+    }
+
+    function findSignals() {
+        const text = $("find_signal").value.toLowerCase().trim();
+        const wide = document.activeElement === $("find_signal");
+        const found = !text && !wide ? [] : [...rows.values()].filter(row => row.table === "signals" &&
+            !state.choice.signals.includes(row.id) && `${row.name} ${row.text} ${row.unit}`.toLowerCase().includes(text));
+        const full = state.choice.signals.length >= state.hello.most;
+        $("found").replaceChildren(...found.map(row => {
+            const add = make("button", {type: "button", disabled: full}, make("b", {textContent: row.name}), ` ${unitOf(row)}`,
+                             make("small", {textContent: full ? "eight are chosen: take one away first" : row.text}));
+            add.onmousedown = event => event.preventDefault(); // the field keeps the focus
+            add.onclick = () => {
+                $("find_signal").value = "";
+                choose([...state.choice.signals, row.id]);
+            };
+            return make("li", {}, add);
+        }));
+    }
+
+    function takeChoice(choice) {
+        const same = state.choice && panels.length && choice.signals.join() === state.choice.signals.join();
+        state.choice = choice;
+        clearRing(choice.signals.length);
+        trigger.arm();
+        if (!same) {
+            state.zoom = null;
+            state.cursors = [];
+            buildPanels();
+        }
+        showChosen();
+    }
+
+    function readTrigger() {
+        trigger.mode = $("mode").value;
+        trigger.source = Number($("source").value) || 0;
+        trigger.edge = $("edge").value;
+        trigger.pre = Number($("pre").value);
+        const level = Number($("level").value.replace("−", "-"));
+        $("level").setCustomValidity(Number.isFinite(level) ? "" : "a number");
+        trigger.level = Number.isFinite(level) ? level : trigger.level;
+        $("view").dataset.mode = trigger.mode;
+        const row = state.choice && rows.get(state.choice.signals[trigger.source]);
+        $("level_unit").textContent = row ? unitOf(row) : "";
+        if (state.held) {
+            hold(false);
+        }
+        trigger.arm();
+    }
+
+    /* ---- events ---- */
+
+    function hello(data) {
+        state.hello = data;
+        rows.clear();
+        named.clear();
+        values.clear();
+        fields.clear();
+        for (const row of data.rows) {
+            rows.set(row.id, row);
+            named.set(row.name, row);
+        }
+        $("target").textContent = data.target;
+        $("epk").textContent = `tables ${data.epk}`;
+        document.title = `lagless scope · ${data.target}`;
+        buildRequests();
+        buildParams();
+        takeValues(data.values);
+        takeChoice({g: data.g, every: data.every, given: data.given, signals: data.signals});
+        takeLine(data);
+    }
+
+    function takeValues(news) {
+        for (const [id, number] of Object.entries(news)) {
+            values.set(Number(id), number);
+        }
+        state.ran = value("enable") === 1;
+        showFields();
+    }
+
+    function takeLine(data) {
+        showLink(data.link, data.why);
+        $("staged").hidden = !data.staged && !state.undo.size;
+        state.line = data;
+        showState();
+        showTiles();
+    }
+
+    let pace = {frames: 0, at: performance.now(), samples: 0};
+    function showRate() {
+        const now = performance.now();
+        const rate = 1000 * (state.frames - pace.frames) / (now - pace.at);
+        const line = state.line || {samples: 0, missing: 0};
+        const samples = 1000 * (line.samples - pace.samples) / (now - pace.at);
+        pace = {frames: state.frames, at: now, samples: line.samples};
+        state.rate = rate;
+        $("rate").textContent = `${rate.toFixed(0)} pictures/s · ${Math.max(0, samples / 1000).toFixed(1)} k samples/s` +
+            (line.missing ? ` · ${line.missing} missing` : "");
+    }
+
+    function listen() {
+        const source = new EventSource("/events");
+        const on = (name, action) => source.addEventListener(name, event => action(JSON.parse(event.data)));
+        on("hello", hello);
+        on("samples", take);
+        on("choice", takeChoice);
+        on("state", data => {
+            takeValues(data.values);
+            takeLine(data);
+        });
+        source.addEventListener("taken", () => {
+            source.close();
+            showLink(false, "another window has taken this one's place; reload to have it back");
+            showState();
+        });
+        source.onerror = () => {
+            if (state.hello) {
+                showLink(false, "the scope's program has ended or does not answer");
+                showState();
+            }
+        };
+    }
+
+    function begin() {
+        $("window").append(...WINDOWS.map(each => make("option", {value: each, textContent: each < 1 ? `${each * 1000} ms` : `${each} s`})));
+        $("window").value = "2";
+        $("every").append(...SAMPLING.map(each => make("option", {value: each, textContent: each === 0 ? "as the line allows" : everyText(each)})));
+        $("stop").onclick = stop;
+        $("run").onclick = run;
+        $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: it coasts");
+        $("reset").onclick = async () => {
+            await set("fault_reset", "no");
+            say($("said"), await set("fault_reset", "yes"), "reset is asked for");
+        };
+        $("speed").onsubmit = async event => {
+            event.preventDefault();
+            const answer = await takeSpeed();
+            say($("said"), answer, `speed request is ${$("speed_value").value} r/min`);
+        };
+        $("hold").onclick = () => hold(!state.held);
+        $("all").onclick = () => { state.zoom = null; state.dirty = true; };
+        $("clear").onclick = () => { state.cursors = []; state.dirty = true; };
+        $("window").onchange = () => { state.zoom = null; state.cursors = []; trigger.arm(); };
+        for (const id of ["mode", "source", "edge", "level", "pre"]) {
+            $(id).onchange = readTrigger;
+        }
+        $("every").onchange = () => choose(state.choice.signals, Number($("every").value));
+        $("find_signal").oninput = $("find_signal").onfocus = $("find_signal").onblur = findSignals;
+        $("find_param").oninput = $("changed").onchange = filterParams;
+        $("apply").onclick = () => order("apply");
+        $("undo").onclick = undo;
+        document.querySelectorAll("[data-order]").forEach(each => { each.onclick = () => order(each.dataset.order); });
+        addEventListener("keydown", event => {
+            const typing = /INPUT|SELECT|TEXTAREA/.test(event.target.tagName);
+            if (event.key === "Escape" && !typing) {
+                stop();
+            } else if (event.key === " " && !typing && event.target.tagName !== "BUTTON" && event.target.tagName !== "SUMMARY") {
+                event.preventDefault();
+                hold(!state.held);
+            }
+        });
+        new ResizeObserver(() => requestAnimationFrame(fit)).observe($("panels"));
+        addEventListener("resize", fit);
+        matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { state.dirty = true; });
+        setInterval(() => { showNumbers(); fit(); }, 100);
+        setInterval(showRate, 1000);
+        requestAnimationFrame(draw);
+        listen();
+    }
+
+    begin();
+    return {state, trigger, ring, rows, named, values, value, panels: () => panels};
+})();

@@ -1,0 +1,41 @@
+/* The scope: between a master at the drive's line and pages in a browser.
+ *
+ * Samples go to the pages as they come, all of them, several times a picture; trigger, hold, cursors and the
+ * reduction to a screen's columns are the page's. Values of all tables are read round and round; what has
+ * changed is told. What a page asks for (set, order, stop, choice of signals) is asked of the drive at once
+ * and answered with the drive's own word.
+ *
+ * Two rules of safety: when all pages have been gone for SCOPE_ALONE, a motor that was switched on from here
+ * is stopped; and when the scope itself falls silent, the drive's command_timeout stops it. */
+#ifndef HOST_SIM_SCOPE_SCOPE_H
+#define HOST_SIM_SCOPE_SCOPE_H
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host_sim/line/master.h"
+
+#define SCOPE_SIGNALS 8u  /* [-] sampled at a time */
+#define SCOPE_ALONE   5.0 /* [s] without a page, then a quick stop */
+
+typedef struct scope scope_t;
+
+/* Takes the master over. `page`: what a browser gets, outlives the scope. NULL: *why, one line; the master is
+ * closed. */
+scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t page_size, char *why,
+                    size_t size);
+uint32_t scope_port(const scope_t *scope);
+
+/* Until *stop is not 0. A line that is lost is told, and tried again and again. */
+void scope_run(scope_t *scope, const volatile sig_atomic_t *stop);
+
+/* Stops the motor if it was switched on from here, leaves the drive, closes. */
+void scope_close(scope_t *scope);
+
+/* Every how many periods a sample fits a line of this speed with room for the rest; 1 over TCP. `target` as
+ * master_open takes it. */
+uint32_t scope_every(const char *target, uint32_t signals);
+
+#endif

@@ -1,0 +1,122 @@
+"""`lagless motors` and `lagless tune`, and the page that tells of them. usage: test_motors.py LAGLESS FOLDER ROOT"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+LAGLESS, FOLDER, ROOT = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
+LIBRARY = os.path.join(ROOT, "host_sim", "motors")
+PAGE = open(os.path.join(ROOT, "docs", "motors.md"), encoding="utf-8").read()
+
+
+def lagless(*arguments):
+    return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+
+
+class Motors(unittest.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(FOLDER, "motors_work")
+        shutil.rmtree(self.folder, ignore_errors=True)
+        os.makedirs(self.folder)
+
+    def file(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def expect(self, code, done, *fragments):
+        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
+        for fragment in fragments:
+            self.assertIn(fragment, done.stdout + done.stderr)
+
+    def test_the_list_and_its_json_have_every_file_of_the_library(self):
+        names = sorted(name[:-5] for name in os.listdir(LIBRARY) if name.endswith(".toml"))
+        done = lagless("motors")
+        self.expect(0, done, *names)
+        self.assertEqual(names, [motor["name"] for motor in json.loads(lagless("motors", "--json").stdout)["motors"]])
+
+    def test_a_motor_is_shown_with_its_source_and_in_json(self):
+        self.expect(0, lagless("motors", "estun-emj-04apb22"), "pole_pairs", "source: TI, MotorControl SDK")
+        motor = json.loads(lagless("motors", "estun-emj-04apb22", "--json").stdout)
+        self.assertAlmostEqual(0.377903223 / 6.283185307, motor["flux_linkage_Wb"], 7)
+        self.assertAlmostEqual(3.82, motor["rated_current_peak_A"])
+
+    def test_an_unknown_motor_is_told_with_the_nearest(self):
+        self.expect(2, lagless("motors", "teknik-m2310p-ln-04k"), "nearest: teknic-m2310p-ln-04k")
+        self.expect(2, lagless("tune", "beckhoff"), "nearest: beckhoff-am8122, beckhoff-am8141")
+        self.expect(2, lagless("tune", os.path.join(self.folder, "none.toml")), "none.toml")
+        self.expect(2, lagless("tune"), "which motor?")
+
+    def test_a_file_without_what_must_be_known_names_it(self):
+        path = self.file("short.toml", "pole_pairs = 4\nresistance = 1\n")
+        self.expect(2, lagless("tune", path), "short.toml", "missing: inductance", "rated_current_peak", "flux_linkage")
+
+    def test_tune_prints_toml_with_a_reason_each_that_a_scenario_takes(self):
+        done = lagless("tune", "baldor-bsm90n-175")
+        self.expect(0, done, "(theory, 3)", "pm50rl1a060", "(this build)")
+        rows = [line for line in done.stdout.splitlines() if " = " in line and not line.startswith("#")]
+        self.assertGreater(len(rows), 30)
+        for row in rows:
+            self.assertRegex(row, r"^[a-z_]+ = \S+ # \S")
+        scenario = self.file("rows.toml", 'schema = 1\ntitle = "rows"\n[run]\nduration = 0.01\n' + done.stdout)
+        self.expect(0, lagless("run", scenario))
+
+    def test_rows_and_a_motor_block_make_the_same_bits(self):
+        rows = lagless("tune", "maxon-ec45-flat-50w").stdout
+        head = 'schema = 1\ntitle = "t"\n[run]\nduration = 0.2\nrecord = ["i_q"]\n[requests]\nenable = "on"\nspeed_request = 90\n'
+        by_rows = self.file("a.toml", head + rows)
+        by_name = self.file("b.toml", head + '[motor]\nname = "maxon-ec45-flat-50w"\n')
+        by_file = self.file("c.toml", head + '[motor]\nfile = "m.toml"\n')
+        shutil.copy(os.path.join(LIBRARY, "maxon-ec45-flat-50w.toml"), os.path.join(self.folder, "m.toml"))
+        hashes = {json.loads(lagless("run", path, "--json").stdout)["state_hash"] for path in (by_rows, by_name, by_file)}
+        self.assertEqual(1, len(hashes))
+
+    def test_tune_in_json_has_rows_reasons_and_warnings(self):
+        done = lagless("tune", "hurst-dmb0224c10002", "--json", "--set", "load_inertia=1e-5")
+        rows = {(row["table"], row["name"]): row for row in json.loads(done.stdout)["rows"]}
+        self.assertEqual(1e-5, rows["plant", "load_inertia"]["value"])
+        self.assertAlmostEqual(1.55e-5, rows["params", "motor_inertia"]["value"])
+        self.assertTrue(all(row["reason"] for row in rows.values()))
+        self.assertTrue(any("V of link would do" in text for text in json.loads(done.stdout)["warnings"]))
+
+    def test_what_is_written_runs(self):
+        path = os.path.join(self.folder, "written.toml")
+        self.expect(0, lagless("tune", "estun-emj-04apb22", "--write", path))
+        self.expect(0, lagless("run", path), "met         never lost", "met         angle under load")
+        self.expect(3, lagless("tune", "estun-emj-04apb22", "--write", os.path.join(self.folder, "no", "such.toml")))
+
+    def test_the_five_lines_of_the_page_are_a_motor_that_runs(self):
+        lines = re.search(r"    # my_motor.toml\n((?:    .*\n)+)", PAGE)[1]
+        self.assertEqual(5, len(lines.splitlines()))
+        motor = self.file("my_motor.toml", "\n".join(line.strip() for line in lines.splitlines()))
+        written = os.path.join(self.folder, "my.toml")
+        self.expect(0, lagless("tune", motor, "--write", written), "inertia is not given")
+        self.expect(0, lagless("run", written), "met         never lost")
+
+    def test_the_scenarios_of_the_page_are_read(self):
+        head = 'schema = 1\ntitle = "t"\n[run]\nduration = "4 s"\n'
+        blocks = ["".join(line[4:] for line in block.splitlines(True)) for block in re.findall(r"\n\n((?:    .+\n)+)", PAGE)]
+        motor = next(block for block in blocks if block.startswith("[motor]"))
+        belief = next(block for block in blocks if block.startswith("[params]"))
+        loads = next(block for block in blocks if block.startswith("load_torque"))
+        profile = next(block for block in blocks if block.startswith("[[profile]]"))
+        path = self.file("page.toml", head + motor + belief + "[plant]\n" + loads + profile)
+        self.expect(0, lagless("run", path, "--set", "run.duration=3.1"))
+
+    def test_the_ripple_of_the_page_is_that_of_its_formula(self):
+        inductance, carrier, link, ripple = re.search(r"\((\d+) uH at (\d+) kHz and (\d+) V: ([\d.]+) A\)", PAGE).groups()
+        self.assertAlmostEqual(float(ripple), int(link) / (int(carrier) * 1e3) / (6 * int(inductance) * 1e-6), 1)
+
+    def test_the_tables_of_the_page_are_the_program_s(self):
+        done = subprocess.run([sys.executable, os.path.join(ROOT, "tools", "motors-docs"), "--check", LAGLESS],
+                              capture_output=True, text=True)
+        self.expect(0, done)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""The tables of docs/serial.md against the sources: commands, errors, extensions, sizes; and its rates against its frame."""
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TALK = ROOT / "firmware" / "talk"
+PAGE = (ROOT / "docs" / "serial.md").read_text(encoding="utf-8")
+
+
+def tables(page):
+    """Each table as rows of cells, by the cells of its head."""
+    found = {}
+    head = None
+    for line in page.splitlines():
+        cells = tuple(cell.strip() for cell in line.strip().strip("|").split("|")) if line.startswith("|") else None
+        if cells is None:
+            head = None
+        elif head is None:
+            head = cells
+            found.setdefault(head, [])
+        elif not set(cells[0]) <= {"-"}:
+            found[head].append(cells)
+    return found
+
+
+def defines(*names):
+    """Values of the macros of these headers."""
+    text = "".join((ROOT / name).read_text(encoding="utf-8") for name in names)
+    numbers = re.findall(r"#define\s+(\w+)\s+(?:UINT32_C\()?(0x[0-9A-Fa-f]+|\d+)(?:u\b|\))", text)
+    return {name: int(value, 0) for name, value in numbers}
+
+
+class Serial(unittest.TestCase):
+    tables = tables(PAGE)
+
+    def test_commands_are_those_of_the_slave(self):
+        rows = "".join((TALK / name).read_text(encoding="utf-8") for name in ("xcp.c", "xcp_page.c", "xcp_daq.c"))
+        slave = re.findall(r"\{(0x[0-9A-F]{2}), \d+u, \w+\}", rows)
+        page = self.tables[("code", "command", "answer beside the standard's")]
+        self.assertEqual(sorted(slave, reverse=True), [row[0] for row in page])
+        self.assertEqual(len(page), len({row[1] for row in page}))
+
+    def test_errors_are_those_of_the_slave(self):
+        errors = re.findall(r"#define XCP_[A-Z_]+\s+(0x[0-9A-F]{2})u\n", (TALK / "xcp.h").read_text(encoding="utf-8"))
+        sent = sorted(set(errors) - {"0x10"})
+        self.assertEqual(sent, [row[0] for row in self.tables[("code", "when")]])
+
+    def test_extensions_are_those_of_the_application(self):
+        known = defines("firmware/talk/xcp.h", "firmware/app/talk_values.h")
+        services = (ROOT / "firmware" / "app" / "services.h").read_text(encoding="utf-8")
+        order = re.search(r"typedef enum \{\s*(APP_TABLE_\w+[^}]*)\} app_table_t", services).group(1)
+        names = [name.strip()[len("APP_TABLE_"):].lower() for name in order.split(",")][:-1]
+        page = self.tables[("extension", "what", "address", "writing")]
+        self.assertEqual([str(n) for n in range(9)], [row[0] for row in page])
+        for n, name in enumerate(names):
+            self.assertTrue(page[n][1].startswith({"params": "parameters"}.get(name, name)))
+        for macro, word in (("TALK_CAPTURE", "capture"), ("XCP_EXTENSION_A2L", "A2L"), ("XCP_EXTENSION_EPK", "EPK"),
+                            ("TALK_FAULTS", "fault log"), ("XCP_EXTENSION_EVENT", "name of the event")):
+            self.assertTrue(page[known[macro]][1].startswith(word), macro)
+
+    def test_sizes_are_those_of_the_sources(self):
+        known = defines("firmware/talk/frame.h", "firmware/talk/daq.h")
+        octets = [int(row[1]) for row in self.tables[("what", "octets")]]
+        self.assertEqual([known["FRAME_HEADER"], known["FRAME_MAX_CTO"], known["FRAME_MAX_DTO"]], octets)
+        many = [int(row[1]) for row in self.tables[("what", "how many")]]
+        self.assertEqual([known[name] for name in ("DAQ_LISTS", "DAQ_ODTS", "DAQ_ENTRIES", "DAQ_CELLS")], many)
+        checksum = defines("firmware/talk/xcp.c")["CHECKSUM_MAX"]
+        self.assertIn(f"CRC-32, of {checksum} octets at most", PAGE)
+
+    def test_rates_follow_from_the_frame(self):
+        sample = 9 + 4 * 3
+        self.assertIn("9 + 4 n octets of ten bits", " ".join(PAGE.split()))
+        self.assertIn(f"at 937500 baud {93750 // sample} samples a second of three floats, at 2343750 baud {234375 // sample}",
+                      " ".join(PAGE.split()))
+
+
+if __name__ == "__main__":
+    unittest.main()

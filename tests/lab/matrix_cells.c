@@ -1,0 +1,47 @@
+/* What test_matrix_mutations.py links against a mutated firmware: runs cells of the fault matrix and prints a
+ * line for each, "name red reason", red 0 if it is as promised.
+ *
+ * usage: matrix_cells [CELL...], names or beginnings of them; without one all that occur. Ends with 0
+ * whatever their colour, 2 if nothing was chosen or the rig refused. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "drive/reasons.h"
+#include "host_sim/lab/matrix.h"
+
+/* name NULL: all. */
+static int run(const char *name, matrix_cell_t *cells)
+{
+    const matrix_choice_t choice = {.cell = name};
+    const size_t count = matrix_lay_out(&choice, cells);
+    char why[POOL_WHY];
+    char text[MATRIX_NAME_SIZE];
+    if (count == 0u || !matrix_run(cells, count, 2u, NULL, NULL, why)) {
+        fprintf(stderr, "matrix_cells: %s: %s\n", name != NULL ? name : "all",
+                count == 0u ? "no such cell" : why);
+        return 2;
+    }
+    for (size_t n = 0; n < count; n++) {
+        const reason_row_t *reason = reason_by_number(cells[n].seen.reason);
+        if (cells[n].occurs) {
+            printf("%s %" PRIu32 " %s\n", matrix_cell_name(text, &cells[n]), cells[n].red,
+                   reason != NULL ? reason->name : "?");
+        }
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    matrix_cell_t *cells = calloc(matrix_size(), sizeof *cells);
+    int code = cells != NULL ? 0 : 2;
+    for (int n = 1; n < argc && code == 0; n++) {
+        code = run(argv[n], cells);
+    }
+    if (argc == 1 && code == 0) {
+        code = run(NULL, cells);
+    }
+    free(cells);
+    return code;
+}

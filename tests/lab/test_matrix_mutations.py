@@ -1,0 +1,185 @@
+"""A protection that is spoilt turns cells of the fault matrix red.
+
+usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
+
+Each mutation is one file of the firmware, compiled anew and linked before the others: a limit of the fault table twice as
+large; what a row compares exchanged with what its neighbour does, so that each sets the other's bit; a limit of a watch four
+times as large, since what the matrix promises leaves some watches twice theirs. The cells that are run are those in which the
+row is the reason, or those that are named; of them those count that are green without the mutation. `few` are representatives,
+for every day; `all` looks for the cells itself in a whole run.
+"""
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+
+BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+GUARD = "drive/guard.c"
+HEADER = "drive/faults.h"
+MOST = 8  # cells of a mutation of the table
+
+# A row of the table: number, NAME, "name", quantity, comparison, "limit", margin, rate, debounce, when, reaction.
+ROW = re.compile(r'F\((\d+), (\w+), "(\w+)", (\w+), (\w+), "(\w*)", ([^,]+), (\w+), ((?:[^,()]|\([^()]*\))+), (\w+), (\w+),')
+
+
+def commands(target):
+    listed = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", target], capture_output=True, text=True, check=True)
+    return [line for line in listed.stdout.splitlines() if line.strip()]
+
+
+def flat(text):
+    """The header with its continued lines joined, each row in one."""
+    return re.sub(r"\s*\\\n\s*", " ", text)
+
+
+def rows():
+    text = flat((SOURCE / "firmware" / HEADER).read_text())
+    body = text[text.index("#define DRIVE_FAULTS(F)"):]
+    return [match.groups() for match in ROW.finditer(body)]
+
+
+class Mutant:
+    """Files of the firmware by path, that are compiled instead of its own."""
+
+    def __init__(self, name, compiled, files):
+        self.name, self.compiled, self.files = name, compiled, files
+
+    def build(self, folder):
+        for path, text in self.files.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text)
+        source = SOURCE / "firmware" / self.compiled
+        if self.compiled in self.files:
+            source = folder / self.compiled
+        made = f"firmware/CMakeFiles/lagless_firmware.dir/{self.compiled}.o"
+        words = shlex.split(commands(made)[-1])
+        words = [word for word in words if word not in ("ccache", "-Werror")]
+        words[words.index("-o") + 1] = str(folder / "mutant.o")
+        words[words.index("-c") + 1] = str(source)
+        for flag in ("-MD",):
+            words.remove(flag)
+        for flag in ("-MT", "-MF"):
+            at = words.index(flag)
+            del words[at:at + 2]
+        words.insert(1, f"-I{folder}")
+        subprocess.run(words, cwd=BUILD, check=True)
+        line = commands("tests/lab/matrix_cells")[-1]
+        words = shlex.split(line.split("&&")[1] if "&&" in line else line)
+        words[words.index("-o") + 1] = str(folder / "cells")
+        first = next(n for n, word in enumerate(words) if word.endswith(".o"))
+        words.insert(first, str(folder / "mutant.o"))
+        subprocess.run([word for word in words if word != "ccache"], cwd=BUILD, check=True)
+        return folder / "cells"
+
+
+def run(program, cells):
+    """{cell: (red, reason)}"""
+    done = subprocess.run([program, *cells], capture_output=True, text=True, check=True)
+    return {line.split()[0]: (int(line.split()[1]), line.split()[2]) for line in done.stdout.splitlines()}
+
+
+def replaced(path, old, new):
+    text = (SOURCE / "firmware" / path).read_text()
+    assert len(re.findall(old, text)) == 1, f"{path}: {old} is not there once"
+    return re.sub(old, new, text)
+
+
+def twice_the_limit(row):
+    text = replaced(GUARD, r"return (row->margin \+ \(limit != NULL [^;]*);",
+                    rf"return (row == &fault_rows[FAULT_{row[1]}] ? 2.0f : 1.0f) * (\1);")
+    return Mutant(f"{row[2]}: its limit twice as large", GUARD, {GUARD: text})
+
+
+def exchanged(a, b):
+    """What both rows compare, and how, in each other's place."""
+    text = flat((SOURCE / "firmware" / HEADER).read_text())
+    def head(row, other):
+        return (f'F({row[0]}, {row[1]}, "{row[2]}", ' + f'{other[3]}, {other[4]}, "{other[5]}", ' + ", ".join(other[6:10]) +
+                f", {row[10]},")
+    own = [head(row, row) for row in (a, b)]
+    assert all(text.count(each) == 1 for each in own), own
+    text = text.replace(own[0], head(a, b)).replace(own[1], head(b, a))
+    return Mutant(f"{a[2]} and {b[2]}: bits exchanged", GUARD, {HEADER: text})
+
+
+# Limits that are no row of the fault table's: row, file, what is written there, what instead.
+WATCHES = [
+    ("stalled", "drive/params.c", "drive/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>8.0f"),
+    ("encoder_mismatch", "protect/encoder_watch.c", "protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
+    ("current_stuck", "protect/current_watch.c", "protect/current_watch.c", r"(define STUCK_SHARE\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
+    ("phase_loss", "protect/current_watch.c", "protect/current_watch.c", r"(define LOSS_TIME\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
+]
+
+
+def watch(row, compiled, path, old, new):
+    return Mutant(f"{row}: its watch's limit four times as large", compiled, {path: replaced(path, old, new)})
+
+
+# A rotor that is lost is caught, and no reason is latched: the cells of a row whose reaction that is.
+CAUGHT = {"unlocked": ["estimate_jump/run_slow/sensorless", "estimate_jump/run_fast/sensorless", "estimate_jump/braking/sensorless"]}
+
+# Rows whose reason is given past the table: cells with it say nothing of the row.
+PAST_THE_TABLE = {"rotor_too_fast": "in these cells the sequence refuses to come on, before the row counts"}
+
+# For every day: mutation, cells that it must turn red.
+FEW = [
+    (lambda by: twice_the_limit(by["dc_overvoltage"]), ["dc_high/run_fast"]),
+    (lambda by: twice_the_limit(by["sink_hot"]), ["sink_hot/align"]),
+    (lambda by: twice_the_limit(by["dc_undervoltage"]), ["none/off"]),
+    (lambda by: exchanged(by["bad_sample"], by["dc_overvoltage"]), ["stuck_a_rail/run_fast", "dc_high/run_slow"]),
+    (lambda by: exchanged(by["late"], by["dc_undervoltage"]), ["late/run_slow", "dc_low/run_slow"]),
+]
+
+
+def everything(table, whole):
+    """(mutation, cells) of each row and of each pair of neighbours that is the reason somewhere."""
+    told = {row[2]: [cell for cell, (red, reason) in whole.items() if red == 0 and reason == row[2]] for row in table}
+    cells = {name: some[:MOST] for name, some in told.items()} | CAUGHT
+    for name, why in PAST_THE_TABLE.items():
+        cells[name] = []
+        print(f"{name}: {why}")
+    healthy = [cell for cell in whole if cell.startswith("none/run") or cell.startswith("none/off")]
+    for row in table:
+        if row[4] != "HOLDS" and cells[row[2]]:
+            yield twice_the_limit(row), cells[row[2]] + (healthy if row[4] == "BELOW" else [])
+    for a, b in zip(table, table[1:]):
+        if cells[a[2]] or cells[b[2]]:
+            yield exchanged(a, b), cells[a[2]] + cells[b[2]] + healthy
+    by = {row[2]: row for row in table}
+    for one in WATCHES:
+        if one[0] in by and told[one[0]]:
+            yield watch(*one), told[one[0]]
+    unseen = [row[2] for row in table if not cells[row[2]]]
+    print("rows that are the reason of no green cell:", " ".join(unseen) or "none")
+
+
+def main():
+    table = rows()
+    assert len(table) >= 20 and table[0][2] == "module_fault", "the fault table reads otherwise"
+    plain = BUILD / "tests" / "lab" / "matrix_cells"
+    if sys.argv[3] == "few":
+        by = {row[2]: row for row in table}
+        todo = [(make(by), cells) for make, cells in FEW]
+    else:
+        todo = everything(table, run(plain, []))
+    survived = 0
+    for mutant, cells in todo:
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="lagless_mutant_"))
+        try:
+            before = run(plain, cells)
+            after = run(mutant.build(folder), cells)
+        finally:
+            shutil.rmtree(folder)
+        green = [cell for cell, (red, _) in before.items() if red == 0]
+        gone = [cell for cell in green if after[cell][0] != 0]
+        survived += not gone
+        print(f"{'red' if gone else 'SURVIVED'}: {mutant.name}: {len(gone)} of {len(green)} green cells turn red", flush=True)
+    print(f"{survived} survived")
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

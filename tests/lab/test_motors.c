@@ -1,0 +1,490 @@
+/* Motors as data sheets have them, what tune makes of them, [motor] and [[profile]] in a scenario. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/lab/motor.h"
+#include "host_sim/lab/motor_trial.h"
+#include "host_sim/lab/runner.h"
+#include "host_sim/lab/scenario.h"
+#include "host_sim/lab/tune.h"
+#include "unity.h"
+
+#define PI 3.14159265358979323846
+
+static scenario_error_t error;
+static motor_sheet_t sheet;
+static motor_t motor;
+static tune_t tune;
+
+void setUp(void)
+{
+}
+void tearDown(void)
+{
+}
+
+/* A sheet from "key=value" texts; NULL ends them. */
+static bool given(const char *const *assignments)
+{
+    sheet = (motor_sheet_t){.name = "test"};
+    for (; *assignments != NULL; assignments++) {
+        if (!motor_override(&sheet, *assignments, &error)) {
+            return false;
+        }
+    }
+    return motor_make(&sheet, &motor, &error);
+}
+
+#define GIVEN(...) given((const char *const[]){__VA_ARGS__, NULL})
+#define USUAL      "pole_pairs=4", "resistance=1 ohm", "inductance=5 mH", "rated_current_peak=5 A"
+
+/* ---- the sheet ---- */
+
+static void test_every_way_to_say_the_flux_means_the_same_motor(void)
+{
+    /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
+     * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
+     * peak: 0.66160 N m/A, and as many volts a rad/s: 14.434 rpm/V. */
+    static const struct {
+        const char *text;
+    } ways[] = {{"flux_linkage=0.1 Wb"},
+                {"flux_volts_per_hertz=0.6283185 V/Hz"},
+                {"ke_line_peak=72.5520 V/krpm"},
+                {"ke_line_rms=51.3020 V/krpm"},
+                {"ke_phase_peak=41.8879 V/krpm"},
+                {"ke_phase_rms=29.6192 V/krpm"},
+                {"kt_peak=0.6 N m/A"},
+                {"kt_rms=848.528 mN m/A"},
+                {"kt_block=0.661595 N m/A"},
+                {"speed_constant_block=14.4339 rpm/V"}};
+    for (size_t n = 0; n < sizeof ways / sizeof ways[0]; n++) {
+        TEST_ASSERT_TRUE_MESSAGE(GIVEN(USUAL, ways[n].text), error.message);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.1, motor.value[MOTOR_FLUX], ways[n].text);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.6, motor_torque_constant(&motor));
+    }
+}
+
+static void test_lines_are_twice_a_phase_and_poles_twice_the_pairs(void)
+{
+    TEST_ASSERT_TRUE(GIVEN("poles=8", "resistance_line=2 ohm", "inductance_line=10 mH",
+                           "rated_current_rms=2 A", "flux_linkage=0.1"));
+    TEST_ASSERT_EQUAL_DOUBLE(4.0, motor.value[MOTOR_POLE_PAIRS]);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, motor.value[MOTOR_RESISTANCE]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 5e-3, motor.value[MOTOR_INDUCTANCE_D]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 5e-3, motor.value[MOTOR_INDUCTANCE_Q]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.828427, motor.value[MOTOR_CURRENT]);
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_current_block=1 A"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 * sqrt(3.0) / PI, motor.value[MOTOR_CURRENT]);
+}
+
+/* One more key of the flux beside what is given; --set would replace it. */
+static void say_too(motor_key_t key, double value)
+{
+    sheet.has[key] = true;
+    sheet.value[key] = value;
+    TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
+}
+
+static void test_a_contradiction_is_told_with_both_numbers(void)
+{
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
+    say_too(MOTOR_KEY_kt_rms, 0.87);
+    TEST_ASSERT_EQUAL_UINT32(0u, motor.note_count); /* 2.5 % apart is rounding */
+    say_too(MOTOR_KEY_kt_rms, 0.6);
+    TEST_ASSERT_EQUAL_UINT32(1u, motor.note_count);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.1, motor.value[MOTOR_FLUX]);
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "100 mWb"));
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "70.71 mWb"));
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "29 % less; ke_line_peak counts"));
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_torque=4.3 N m", "inertia=1e-3"));
+    TEST_ASSERT_EQUAL_UINT32(1u, motor.note_count); /* 5 A make 3 N m */
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));
+}
+
+static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
+{
+    TEST_ASSERT_FALSE(GIVEN("pole_pairs=4", "inductance_d=1 mH"));
+    const char *const missing[] = {"resistance or resistance_line", "inductance_q", "rated_current_peak",
+                                   "flux_linkage, a ke_... or a kt_..."};
+    for (size_t n = 0; n < sizeof missing / sizeof missing[0]; n++) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.message, missing[n]), error.message);
+    }
+    TEST_ASSERT_NULL(strstr(error.message, "pole"));
+    TEST_ASSERT_FALSE(
+        GIVEN("poles=7", "resistance=1", "inductance=5e-3", "rated_current_peak=5", "flux_linkage=0.1"));
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "even"));
+    TEST_ASSERT_FALSE(GIVEN(USUAL, "resistence=1 ohm"));
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "nearest: resistance"));
+    TEST_ASSERT_FALSE(GIVEN(USUAL, "inertia=3 N m"));
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "kg cm^2"));
+    TEST_ASSERT_FALSE(GIVEN(USUAL, "encoder_lines=5"));
+}
+
+/* ---- tune ---- */
+
+static double row_of(const char *name)
+{
+    for (uint32_t n = 0; n < tune.count; n++) {
+        if (strcmp(tune.rows[n].row->name, name) == 0) {
+            return tune.rows[n].value;
+        }
+    }
+    TEST_FAIL_MESSAGE(name);
+    return 0.0;
+}
+
+static bool warns_of(const char *what)
+{
+    for (uint32_t n = 0; n < tune.warning_count; n++) {
+        if (strstr(tune.warnings[n], what) != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The paper's motor in its rig: what the defaults of the drive have been made for by hand. */
+static void test_the_rules_make_the_paper_s_rows(void)
+{
+    TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=0.95", "inductance=12.5 mH", "flux_linkage=0.183",
+                           "rated_current_peak=4.55", "rated_torque=5", "rated_speed=1500 r/min",
+                           "inertia=0.0636", "link_voltage=311"));
+    TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 201.2, row_of("observer_gain"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.994, row_of("observer_slope"));
+    TEST_ASSERT_EQUAL_DOUBLE(50.0, row_of("feedforward_cutoff"));
+    TEST_ASSERT_EQUAL_DOUBLE(200.0, row_of("pll_bandwidth"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 220.0, row_of("overspeed_trip"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 400.0, row_of("dc_overvoltage"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 200.0, row_of("dc_undervoltage"));
+    TEST_ASSERT_EQUAL_DOUBLE(1000.0, row_of("current_bandwidth"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("speed_ramp"));
+}
+
+static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(void)
+{
+    const char *const light[] = {USUAL, "flux_linkage=0.1", "rated_speed=2000 r/min", "inertia=2e-5", NULL};
+    TEST_ASSERT_TRUE(given(light));
+    TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
+    TEST_ASSERT_EQUAL_DOUBLE(250.0, row_of("feedforward_cutoff")); /* 1.6 sqrt(4 x 3/2e-5) = 1239 */
+    TEST_ASSERT_TRUE(row_of("speed_ramp") > 0.0);
+    /* 209 rad/s x 2e-5/3 N m = 1.4 ms, against 14/1000 */
+    TEST_ASSERT_TRUE(warns_of("within 1.4 ms, and the speed control answers in 14 ms"));
+    TEST_ASSERT_TRUE(motor_override(&sheet, "load_inertia=1e-2", &error) &&
+                     motor_make(&sheet, &motor, &error));
+    TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
+    TEST_ASSERT_EQUAL_DOUBLE(55.0, row_of("feedforward_cutoff")); /* 1.6 sqrt(4 x 3/0.01002) = 55.4 */
+    TEST_ASSERT_FALSE(warns_of("within"));
+}
+
+static void test_what_will_not_work_is_told_with_numbers(void)
+{
+    TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
+                           "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
+    TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
+    /* 48 V x 100 us/(6 x 85 uH) = 9.41 A */
+    TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: ripple 9.4 A"));
+    TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
+    /* EMF 0.1 x 4 x 523.6 = 209 V of a link of 311 V, which makes 180 V of a phase at most */
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_speed=5000 r/min", "inertia=1e-3"));
+    TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
+    TEST_ASSERT_TRUE(warns_of("at 5000 r/min the EMF is 209.4 V"));
+    TEST_ASSERT_TRUE(tune.speed_top < 5000.0 * PI / 30.0);
+    /* with the link that it names it reaches its speed */
+    const char *at = strstr(tune.warnings[0], "r/min; ");
+    TEST_ASSERT_NOT_NULL(at);
+    char link[64];
+    snprintf(link, sizeof link, "link_voltage=%.0f", strtod(at + 7, NULL));
+    if (strtod(at + 7, NULL) < 390.0) {
+        TEST_ASSERT_TRUE(motor_override(&sheet, link, &error) && motor_make(&sheet, &motor, &error));
+        TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
+        TEST_ASSERT_FALSE(warns_of("top speed"));
+    }
+    TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=10 ohm", "inductance=1 mH", "flux_linkage=0.1",
+                           "rated_current_peak=1", "inertia=1e-4"));
+    TEST_ASSERT_FALSE(tune_motor(&motor, &tune, &error)); /* L/R 0.1 ms */
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "motor_resistance"));
+}
+
+/* Rows are never refused: motors drawn over the whole range of the table, each either accepted by a drive
+ * that is asked here again, or refused by tune itself. */
+static uint32_t state = 1u;
+static double drawn(double low, double high)
+{
+    state = state * 1664525u + 1013904223u;
+    return low * pow(high / low, (double)(state >> 8) / 16777216.0);
+}
+
+static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
+{
+    uint32_t with_rows = 0u;
+    for (int n = 0; n < 400; n++) {
+        sheet = (motor_sheet_t){.name = "drawn"};
+        const struct {
+            motor_key_t key;
+            double value;
+        } draws[] = {{MOTOR_KEY_pole_pairs, floor(drawn(1.0, 20.99))},
+                     {MOTOR_KEY_resistance, drawn(0.01, 20.0)},
+                     {MOTOR_KEY_inductance_d, drawn(5e-5, 0.1)},
+                     {MOTOR_KEY_flux_linkage, drawn(2e-3, 1.0)},
+                     {MOTOR_KEY_rated_current_peak, drawn(0.5, 50.0)},
+                     {MOTOR_KEY_rated_speed, drawn(20.0, 900.0)},
+                     {MOTOR_KEY_inertia, drawn(1e-6, 1.0)},
+                     {MOTOR_KEY_link_voltage, drawn(12.0, 600.0)}};
+        for (size_t m = 0; m < sizeof draws / sizeof draws[0]; m++) {
+            sheet.has[draws[m].key] = true;
+            sheet.value[draws[m].key] = draws[m].value;
+        }
+        sheet.has[MOTOR_KEY_inductance_q] = true;
+        sheet.value[MOTOR_KEY_inductance_q] = sheet.value[MOTOR_KEY_inductance_d] * drawn(1.0, 2.0);
+        TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
+        if (!tune_motor(&motor, &tune, &error)) {
+            TEST_ASSERT_TRUE(error.message[0] != '\0');
+            continue;
+        }
+        with_rows++;
+        rig_t *rig = rig_create(1);
+        for (uint32_t row = 0; row < tune.count; row++) {
+            TEST_ASSERT_TRUE_MESSAGE(rig_set(rig, tune.rows[row].row->id, tune.rows[row].value),
+                                     rig_error(rig));
+            TEST_ASSERT_TRUE(tune.rows[row].reason[0] != '\0');
+        }
+        TEST_ASSERT_TRUE_MESSAGE(rig_apply(rig), rig_error(rig));
+        rig_free(rig);
+    }
+    TEST_ASSERT_TRUE(with_rows > 200u);
+}
+
+/* ---- the library ---- */
+
+static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void)
+{
+    char **names;
+    const int count = motor_library(&names);
+    double least = 1e9;
+    double most = 0.0;
+    TEST_ASSERT_TRUE(count >= 12);
+    for (int n = 0; n < count; n++) {
+        TEST_ASSERT_TRUE_MESSAGE(motor_read_library(names[n], &sheet, &error), error.message);
+        TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
+        TEST_ASSERT_TRUE_MESSAGE(sheet.title[0] != '\0' && strlen(sheet.source) > 30u, names[n]);
+        TEST_ASSERT_TRUE_MESSAGE(motor.has[MOTOR_INERTIA], names[n]);
+        TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
+        const double speed = motor.has[MOTOR_SPEED] ? motor.value[MOTOR_SPEED] : tune.speed_top;
+        least = fmin(least, speed * motor.value[MOTOR_TORQUE]);
+        most = fmax(most, speed * motor.value[MOTOR_TORQUE]);
+        free(names[n]);
+    }
+    free(names);
+    TEST_ASSERT_TRUE(least < 30.0 && most > 5000.0);
+}
+
+/* From standstill, without an encoder, to the top speed and under all of the load: what the written scenario
+ * expects (tune_scenario): never lost, the speed within 0.5 %, the angle within 30 mrad (50 of a salient
+ * rotor), SD 50. */
+static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
+{
+    static motor_trial_t trial;
+    char **names;
+    const int count = motor_library(&names);
+    for (int n = 0; n < count; n++) {
+        char text[640];
+        TEST_ASSERT_TRUE(motor_read_library(names[n], &sheet, &error));
+        TEST_ASSERT_TRUE_MESSAGE(motor_trial(&sheet, &trial, &error), error.message);
+        snprintf(text, sizeof text, "%s: %s", names[n], trial.miss);
+        TEST_ASSERT_TRUE_MESSAGE(trial.met, text);
+        TEST_ASSERT_TRUE_MESSAGE(trial.load > 0.55 * motor_torque_constant(&trial.motor) * trial.tune.current,
+                                 text);
+        free(names[n]);
+    }
+    free(names);
+}
+
+/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. */
+static void test_every_motor_starts_from_wherever_it_stands(void)
+{
+    char **names;
+    const int count = motor_library(&names);
+    for (int n = 0; n < count; n++) {
+        for (int place = 0; place < 8; place++) {
+            char text[400];
+            snprintf(
+                text, sizeof text,
+                "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n[start]\nangle = "
+                "%.3f\n"
+                "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
+                "statistic = \"max\"\nat_most = 0\n",
+                names[n], 0.41 * place);
+            scenario_t *scenario = scenario_read_text(names[n], text, strlen(text), &error);
+            TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+            const runner_options_t options = {.has_seed = false};
+            runner_result_t result;
+            TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
+            snprintf(text, sizeof text, "%s from %.3f rad", names[n], 0.41 * place);
+            TEST_ASSERT_EQUAL_INT32_MESSAGE(0, result.fault_reason, text);
+            runner_result_free(&result);
+            scenario_free(scenario);
+        }
+        free(names[n]);
+    }
+    free(names);
+}
+
+/* ---- [motor] and [[profile]] ---- */
+
+#define HEAD "schema = 1\ntitle = \"t\"\n[run]\nduration = \"0.1 s\"\n"
+
+static scenario_t *read_text(const char *text)
+{
+    return scenario_read_text("test.toml", text, strlen(text), &error);
+}
+
+static double initial(const scenario_t *scenario, const char *name)
+{
+    return scenario_initial(scenario, scenario_row(name, &error));
+}
+
+static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
+{
+    scenario_t *scenario =
+        read_text(HEAD "[params]\nmotor_resistance = 1.5\n[motor]\nname = \"estun-emj-04apb22\"\n"
+                       "load_inertia = \"2 kg cm^2\"\n[plant]\nfriction_coulomb = 0.25\n");
+    TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+    TEST_ASSERT_EQUAL_DOUBLE(1.5, initial(scenario, "motor_resistance"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.62656, initial(scenario, "plant.resistance"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.060145, initial(scenario, "motor_flux_linkage")); /* 0.377903/(2 pi) */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.060145, initial(scenario, "plant.flux_linkage"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.310002e-4, initial(scenario, "motor_inertia")); /* rotor and load */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-10, 3.10002e-5, initial(scenario, "plant.inertia"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-10, 2e-4, initial(scenario, "plant.load_inertia"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, initial(scenario, "plant.friction_coulomb"));
+    scenario_free(scenario);
+    /* every row as tune has it */
+    TEST_ASSERT_NOT_NULL(scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD));
+    TEST_ASSERT_TRUE(motor_read_library("awan-2kw2-ipm", &sheet, &error) &&
+                     motor_make(&sheet, &motor, &error) && tune_motor(&motor, &tune, &error));
+    for (uint32_t n = 0; n < tune.count; n++) {
+        TEST_ASSERT_EQUAL_DOUBLE((double)(float)tune.rows[n].value,
+                                 scenario_initial(scenario, tune.rows[n].row));
+    }
+    scenario_free(scenario);
+}
+
+static void test_a_motor_that_is_none_is_refused_where_it_stands(void)
+{
+    static const struct {
+        const char *text, *says;
+        uint32_t line;
+    } wrong[] = {
+        {HEAD "[motor]\nname = \"teknik\"\n", "`lagless motors`", 5u},
+        {"motor = \"liu\"\n" HEAD, "nearest: liu-2019", 1u},
+        {HEAD "[motor]\nname = \"liu-2019\"\nfile = \"a.toml\"\n", "one of the two", 7u},
+        {HEAD "[motor]\nfile = \"no_such_motor.toml\"\n", "no_such_motor.toml", 6u},
+        {HEAD "[motor]\npole_pairs = 4\nresistance = \"1 H\"\n", "ohm", 7u},
+        {HEAD "[motor]\npole_pairs = 4\nresistanc = 1\n", "nearest: resistance", 7u},
+        {HEAD "[motor]\npole_pairs = 4\n", "missing: resistance", 5u},
+        {HEAD "[motor]\nname = \"liu-2019\"\nresistance = \"90 ohm\"\n", "does not even carry R I", 5u},
+        {HEAD "motor = 4\n", "no such key", 5u},
+        {"motor = 4\n" HEAD, "a table", 1u},
+    };
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        TEST_ASSERT_NULL_MESSAGE(read_text(wrong[n].text), wrong[n].text);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.message, wrong[n].says), error.message);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, wrong[n].text);
+        TEST_ASSERT_TRUE(error.name[0] != '\0');
+    }
+}
+
+/* Values that the runner has of a row at some times. */
+static double at_time(const char *profile, double time)
+{
+    char text[900];
+    runner_result_t result;
+    const runner_options_t options = {.has_seed = false};
+    snprintf(text, sizeof text,
+             HEAD
+             "%s[[expect]]\nsignal = \"plant.load_torque\"\nstatistic = \"mean\"\nfrom = %.6g\nto = %.6g\n"
+             "at_least = -1000\n",
+             profile, time, time + 1e-4);
+    scenario_t *scenario = read_text(text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+    TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
+    const double value = result.verdicts[0].value;
+    runner_result_free(&result);
+    scenario_free(scenario);
+    return value;
+}
+
+static void test_a_profile_goes_from_point_to_point(void)
+{
+    const char *const linear =
+        "[[profile]]\nrow = \"plant.load_torque\"\npoints = [[0.01, \"1 N m\"], [\"30 ms\", 5], "
+        "[0.05, 5], [0.05, 2], [0.09, 0]]\n";
+    const char *const steps =
+        "[[profile]]\nrow = \"load_torque\"\nshape = \"steps\"\npoints = [[0, 1], [0.03, 5], "
+        "[0.05, 2]]\n";
+    static const struct {
+        double time, linear, steps;
+    } course[] = {{0.005, 0.0, 1.0},   {0.0101, 1.0, 1.0}, {0.02, 3.0, 1.0},
+                  {0.0299, 4.98, 1.0}, {0.0301, 5.0, 5.0}, {0.045, 5.0, 5.0},
+                  {0.0501, 2.0, 2.0},  {0.07, 1.0, 2.0},   {0.095, 0.0, 2.0}};
+    for (size_t n = 0; n < sizeof course / sizeof course[0]; n++) {
+        /* a period of a ramp of 200 N m/s */
+        TEST_ASSERT_DOUBLE_WITHIN(0.025, course[n].linear, at_time(linear, course[n].time));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, course[n].steps, at_time(steps, course[n].time));
+    }
+}
+
+static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
+{
+    static const struct {
+        const char *text, *says;
+        uint32_t line;
+    } wrong[] = {
+        {"[[profile]]\npoints = [[0, 1]]\n", "row", 5u},
+        {"[[profile]]\nrow = \"load_torque\"\n", "points", 5u},
+        {"[[profile]]\nrow = \"load_torqe\"\npoints = [[0, 1]]\n", "nearest: load_torque", 6u},
+        {"[[profile]]\nrow = \"i_q\"\npoints = [[0, 1]]\n", "shown, not set", 6u},
+        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, 1], [0.02]]\n", "a time and a value", 7u},
+        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0.05, 1], [0.02, 2]]\n", "do not fall", 7u},
+        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, 1], [0.2, 2]]\n", "points: 200 ms is outside",
+         7u},
+        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, \"1 V\"]]\n", "N m", 7u},
+        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, -1e6]]\n", "outside its range", 7u},
+        {"[[profile]]\nrow = \"enable\"\npoints = [[0, \"on\"]]\n", "steps", 6u},
+        {"[[profile]]\nrow = \"load_torque\"\nshape = \"cubic\"\npoints = [[0, 1]]\n", "linear, steps", 7u},
+    };
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        char text[512];
+        snprintf(text, sizeof text, HEAD "%s", wrong[n].text);
+        TEST_ASSERT_NULL_MESSAGE(read_text(text), text);
+        char whole[800];
+        snprintf(whole, sizeof whole, "%.90s: %.640s", error.name, error.message);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(whole, wrong[n].says), whole);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, text);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_way_to_say_the_flux_means_the_same_motor);
+    RUN_TEST(test_lines_are_twice_a_phase_and_poles_twice_the_pairs);
+    RUN_TEST(test_a_contradiction_is_told_with_both_numbers);
+    RUN_TEST(test_what_is_missing_is_named_and_nothing_is_said_twice);
+    RUN_TEST(test_the_rules_make_the_paper_s_rows);
+    RUN_TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of);
+    RUN_TEST(test_what_will_not_work_is_told_with_numbers);
+    RUN_TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some);
+    RUN_TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw);
+    RUN_TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune);
+    RUN_TEST(test_every_motor_starts_from_wherever_it_stands);
+    RUN_TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it);
+    RUN_TEST(test_a_motor_that_is_none_is_refused_where_it_stands);
+    RUN_TEST(test_a_profile_goes_from_point_to_point);
+    RUN_TEST(test_a_profile_that_is_none_is_refused_where_it_stands);
+    return UNITY_END();
+}

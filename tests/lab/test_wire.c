@@ -1,0 +1,295 @@
+/* The far end of the drive's line: one client, octets as they are, what happens when it goes. */
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include "host_sim/lab/wire.h"
+#include "unity.h"
+
+static volatile sig_atomic_t stop;
+static wire_t *wire;
+
+void setUp(void)
+{
+    stop = 0;
+    wire = NULL;
+}
+
+void tearDown(void)
+{
+    wire_close(wire);
+}
+
+static uint32_t port_of(const wire_t *of)
+{
+    return (uint32_t)strtoul(strchr(wire_name(of), ':') + 1, NULL, 10);
+}
+
+static int client_at(uint32_t port)
+{
+    const struct sockaddr_in at = {.sin_family = AF_INET,
+                                   .sin_port = htons((uint16_t)port),
+                                   .sin_addr = {.s_addr = htonl(INADDR_LOOPBACK)}};
+    const struct timeval patience = {.tv_sec = 2};
+    const int client = socket(AF_INET, SOCK_STREAM, 0);
+    TEST_ASSERT_EQUAL(0, connect(client, (const struct sockaddr *)&at, sizeof at));
+    setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    return client;
+}
+
+static void open_port(bool wait)
+{
+    wire_error_t error;
+    wire = wire_listen(0u, wait, &stop, &error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(wire, error.text);
+}
+
+/* Octets that have come within 20 looks. */
+static uint32_t read_some(uint8_t *to, uint32_t room)
+{
+    uint32_t count = 0;
+    for (int n = 0; n < 20 && count < room; n++) {
+        wire_poll(wire);
+        count += wire_read(wire, &to[count], room - count);
+        usleep(1000);
+    }
+    return count;
+}
+
+static void test_octets_pass_both_ways_as_they_are(void)
+{
+    uint8_t all[256], got[256];
+    for (uint32_t n = 0; n < 256u; n++) {
+        all[n] = (uint8_t)n;
+    }
+    open_port(false);
+    const int client = client_at(port_of(wire));
+    TEST_ASSERT_EQUAL(256, send(client, all, sizeof all, 0));
+    TEST_ASSERT_EQUAL_UINT32(256u, read_some(got, sizeof got));
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(all, got, 256);
+    TEST_ASSERT_TRUE(wire_has_client(wire));
+    TEST_ASSERT_EQUAL_UINT32(256u, wire_write(wire, all, sizeof all));
+    wire_poll(wire);
+    memset(got, 0, sizeof got);
+    TEST_ASSERT_EQUAL(256, recv(client, got, sizeof got, MSG_WAITALL));
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(all, got, 256);
+    close(client);
+}
+
+static void test_second_client_sees_an_end_and_the_first_goes_on(void)
+{
+    uint8_t octet = 7u;
+    open_port(false);
+    const int first = client_at(port_of(wire));
+    wire_poll(wire);
+    const int second = client_at(port_of(wire));
+    wire_poll(wire);
+    TEST_ASSERT_EQUAL(0, recv(second, &octet, 1, 0));
+    TEST_ASSERT_EQUAL(1, send(first, &octet, 1, 0));
+    TEST_ASSERT_EQUAL_UINT32(1u, read_some(&octet, 1u));
+    close(first);
+    close(second);
+}
+
+static void test_only_this_machine_is_listened_to(void)
+{
+    struct sockaddr_in other = {.sin_family = AF_INET, .sin_addr = {.s_addr = htonl(0x7f000002u)}};
+    open_port(false);
+    other.sin_port = htons((uint16_t)port_of(wire));
+    const int client = socket(AF_INET, SOCK_STREAM, 0);
+    TEST_ASSERT_EQUAL(-1, connect(client, (const struct sockaddr *)&other, sizeof other)); /* 127.0.0.2 */
+    TEST_ASSERT_EQUAL(ECONNREFUSED, errno);
+    close(client);
+}
+
+static void test_port_in_use_is_named(void)
+{
+    wire_error_t error;
+    char name[32];
+    open_port(false);
+    TEST_ASSERT_NULL(wire_listen(port_of(wire), false, &stop, &error));
+    snprintf(name, sizeof name, "port %u", (unsigned)port_of(wire));
+    TEST_ASSERT_NOT_NULL(strstr(error.text, name));
+    TEST_ASSERT_NOT_NULL(strstr(error.text, "in use"));
+}
+
+/* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's. */
+static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
+{
+    static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
+    uint8_t octets[16];
+    open_port(false);
+    const int first = client_at(port_of(wire));
+    wire_poll(wire);
+    close(first);
+    wire_poll(wire);
+    TEST_ASSERT_FALSE(wire_has_client(wire));
+    const int second = client_at(port_of(wire));
+    TEST_ASSERT_EQUAL(1, send(second, "x", 1, 0));
+    uint32_t polls = 0;
+    uint32_t count = 0;
+    while (count == 0u && polls < 100u) {
+        wire_poll(wire);
+        polls++;
+        count = wire_read(wire, octets, sizeof octets);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls); /* [ms] more than a half frame is waited for */
+    TEST_ASSERT_EQUAL_UINT32(sizeof goodbye, count);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(goodbye, octets, sizeof goodbye);
+    TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to nobody */
+    TEST_ASSERT_EQUAL_UINT32(1u, read_some(octets, 1u));
+    TEST_ASSERT_EQUAL('x', octets[0]);
+    TEST_ASSERT_EQUAL(-1, recv(second, octets, 1, MSG_DONTWAIT));
+    close(second);
+}
+
+static void test_nobody_there_takes_everything(void)
+{
+    const uint8_t octets[100] = {0};
+    open_port(true);
+    for (int n = 0; n < 10000; n++) {
+        TEST_ASSERT_EQUAL_UINT32(100u, wire_write(wire, octets, sizeof octets));
+    }
+}
+
+/* A client that does not read: without waiting the line takes less and less. */
+static void test_without_waiting_a_slow_client_leaves_no_room(void)
+{
+    const uint8_t octets[100] = {0};
+    open_port(false);
+    const int client = client_at(port_of(wire));
+    wire_poll(wire);
+    uint32_t taken = 0;
+    for (int n = 0; n < 100000; n++) { /* 10 MB: more than two sockets hold */
+        taken += wire_write(wire, octets, sizeof octets);
+        wire_poll(wire);
+    }
+    TEST_ASSERT_LESS_THAN_UINT32(10000000u, taken);
+    TEST_ASSERT_EQUAL_UINT32(0u, wire_write(wire, octets, sizeof octets));
+    close(client);
+}
+
+/* A child writes 10 MB of a count through a waiting line; all of it arrives, in order. */
+static void test_with_waiting_nothing_is_lost(void)
+{
+    enum { TOTAL = 10000000 };
+    static uint8_t got[65536];
+    open_port(true);
+    const int client = client_at(port_of(wire));
+    wire_poll(wire);
+    const pid_t child = fork();
+    TEST_ASSERT_GREATER_OR_EQUAL(0, child);
+    if (child == 0) {
+        uint8_t octets[100];
+        for (uint32_t n = 0; n < TOTAL; n += 100u) {
+            for (uint32_t k = 0; k < 100u; k++) {
+                octets[k] = (uint8_t)((n + k) % 251u);
+            }
+            if (wire_write(wire, octets, sizeof octets) != sizeof octets) {
+                _exit(1);
+            }
+        }
+        for (int n = 0; n < 2000; n++) {
+            wire_poll(wire);
+            usleep(1000);
+        }
+        _exit(0);
+    }
+    usleep(200000); /* the writer has filled everything by now */
+    uint32_t count = 0, wrong = 0;
+    while (count < TOTAL) {
+        const ssize_t n = recv(client, got, sizeof got, 0);
+        if (n <= 0) {
+            break;
+        }
+        for (ssize_t k = 0; k < n; k++) {
+            wrong += got[k] != (uint8_t)((count + (uint32_t)k) % 251u);
+        }
+        count += (uint32_t)n;
+    }
+    kill(child, SIGKILL);
+    close(client);
+    TEST_ASSERT_EQUAL_UINT32(TOTAL, count);
+    TEST_ASSERT_EQUAL_UINT32(0u, wrong);
+}
+
+static void on_alarm(int number)
+{
+    (void)number;
+    stop = 1;
+}
+
+static void test_stop_ends_the_waiting(void)
+{
+    const uint8_t octets[100] = {0};
+    const struct itimerval soon = {.it_value = {.tv_usec = 300000}};
+    open_port(true);
+    const int client = client_at(port_of(wire));
+    wire_poll(wire);
+    signal(SIGALRM, on_alarm);
+    setitimer(ITIMER_REAL, &soon, NULL);
+    uint32_t writes = 0;
+    while (stop == 0 && writes < 1000000u) {
+        (void)wire_write(wire, octets, sizeof octets);
+        writes++;
+    }
+    TEST_ASSERT_LESS_THAN_UINT32(1000000u, writes); /* it was the signal, not the count */
+    close(client);
+}
+
+/* Every octet value, among them what a terminal would take for a command or turn into another. */
+static void test_terminal_is_raw(void)
+{
+    wire_error_t error;
+    uint8_t all[256], got[256];
+    for (uint32_t n = 0; n < 256u; n++) {
+        all[n] = (uint8_t)n;
+    }
+    wire = wire_terminal(&error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(wire, error.text);
+    const int client = open(wire_name(wire), O_RDWR | O_NOCTTY);
+    TEST_ASSERT_GREATER_OR_EQUAL(0, client);
+    TEST_ASSERT_EQUAL(256, write(client, all, sizeof all));
+    TEST_ASSERT_EQUAL_UINT32(256u, read_some(got, sizeof got));
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(all, got, 256);
+    TEST_ASSERT_EQUAL_UINT32(256u, wire_write(wire, all, sizeof all));
+    wire_poll(wire);
+    memset(got, 0, sizeof got);
+    uint32_t count = 0;
+    struct pollfd look = {.fd = client, .events = POLLIN};
+    while (count < 256u && poll(&look, 1, 2000) == 1) {
+        count += (uint32_t)read(client, &got[count], sizeof got - count);
+    }
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(all, got, 256);
+    close(client);
+    read_some(got, 1u); /* it may come and go */
+    const int again = open(wire_name(wire), O_RDWR | O_NOCTTY);
+    TEST_ASSERT_EQUAL(3, write(again, "abc", 3));
+    TEST_ASSERT_EQUAL_UINT32(3u, read_some(got, 3u));
+    close(again);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_octets_pass_both_ways_as_they_are);
+    RUN_TEST(test_second_client_sees_an_end_and_the_first_goes_on);
+    RUN_TEST(test_only_this_machine_is_listened_to);
+    RUN_TEST(test_port_in_use_is_named);
+    RUN_TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard);
+    RUN_TEST(test_nobody_there_takes_everything);
+    RUN_TEST(test_without_waiting_a_slow_client_leaves_no_room);
+    RUN_TEST(test_with_waiting_nothing_is_lost);
+    RUN_TEST(test_stop_ends_the_waiting);
+    RUN_TEST(test_terminal_is_raw);
+    return UNITY_END();
+}

@@ -1,0 +1,125 @@
+"""What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
+working folder). Prints a JSON object. usage: client.py refusals | record SECONDS EVERY FILE ID..."""
+
+import json
+import struct
+import sys
+import time
+
+from pyxcp.cmdline import ArgumentParser
+from pyxcp.daq_stim import DaqList, DaqOnlinePolicy
+from pyxcp.types import XcpResponseError
+
+arguments = sys.argv[1:]
+sys.argv = sys.argv[:1]
+
+SIGNALS, PARAMS, REQUESTS, SERVICES = range(4)
+
+
+class Rows(DaqOnlinePolicy):
+    """Keeps the stamps of the slave and the values."""
+
+    def initialize(self):
+        self.stamps = []
+        self.values = []
+
+    def on_daq_list(self, daq_list, timestamp0, timestamp1, payload):
+        self.stamps.append(timestamp1)
+        self.values.append(payload)
+
+    def finalize(self):
+        pass
+
+
+def record(seconds, every, path, ids):
+    """Of every so-manieth period its number, then floats; as 32-bit words, a row after the other. pyxcp orders them by address."""
+    measurements = [("period", 4 * 2000, SIGNALS, "U32")] + [("s%d" % i, 4 * i, SIGNALS, "F32") for i in sorted(ids)]
+    policy = Rows([DaqList(name="isr", event_num=0, stim=False, enable_timestamps=True, measurements=measurements,
+                           priority=0, prescaler=every)])
+    with ArgumentParser(description="").run(policy=policy) as x:
+        x.connect()
+        policy.setup()
+        policy.start()
+        while len(policy.stamps) < 10000 * seconds / every:  # seconds of the drive: a busy machine may take longer
+            time.sleep(0.05)
+        policy.stop()
+        lost = struct.unpack("<I", bytes(x.shortUpload(4, 4 * 1952, SERVICES)))[0]
+        x.disconnect()
+    with open(path, "wb") as file:
+        for row in policy.values:
+            file.write(struct.pack("<I%df" % len(ids), *row))
+    steps = {}
+    for a, b in zip(policy.stamps, policy.stamps[1:]):
+        steps[b - a] = steps.get(b - a, 0) + 1
+    return {"rows": len(policy.values), "steps": steps, "lost": lost}
+
+
+def refusals():
+    """Writes that must be refused, each with the error it brought, and a picture of all that can be set before and after."""
+
+    def picture(x):
+        def upload(first, last, extension):
+            octets = b""
+            for address in range(4 * first, 4 * (last + 1), 60):
+                octets += bytes(x.shortUpload(min(60, 4 * (last + 1) - address), address, extension))
+            return octets.hex()
+
+        values = [upload(1, 93, PARAMS), upload(1000, 1005, REQUESTS)]
+        x.setMta(4, PARAMS)
+        return values + [x.buildChecksum(4 * 93).checksum]
+
+    def attempt(x, slot, extension, octets):
+        try:
+            x.setMta(4 * slot, extension)
+            x.download(octets)
+        except XcpResponseError as error:
+            return int(error.get_error_code())
+        return None
+
+    with ArgumentParser(description="").run() as x:
+        x.connect()
+        before = picture(x)
+        x.setMta(4, PARAMS)
+        errors = {
+            "range": attempt(x, 6, PARAMS, struct.pack("<f", 1e9)),
+            "not a number": attempt(x, 6, PARAMS, struct.pack("<f", float("nan"))),
+            "choice": attempt(x, 28, PARAMS, struct.pack("<i", 2)),
+            "no row": attempt(x, 500, PARAMS, struct.pack("<f", 1.0)),
+            "half a slot": attempt(x, 6, PARAMS, b"\0\0"),
+            "second of two": attempt(x, 6, PARAMS, struct.pack("<ff", 5.0, 1e9)),
+            "request beyond its range": attempt(x, 1003, REQUESTS, struct.pack("<f", 1e6)),
+            "request beyond the overspeed trip": attempt(x, 1003, REQUESTS, struct.pack("<f", 1000.0)),
+            "signal": attempt(x, 2015, SIGNALS, struct.pack("<f", 0.0)),
+            "what a service shows": attempt(x, 1901, SERVICES, struct.pack("<i", 0)),
+        }
+        after = picture(x)
+        # one that is taken, read back, and refused as a set: 10 A do not go with a trip of 11 A
+        x.setMta(4 * 11, PARAMS)
+        x.download(struct.pack("<f", 11.0))
+        staged = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
+        try:
+            x.setCalPage(1, 0, 0)
+            errors["set"] = None
+        except XcpResponseError as error:
+            errors["set"] = int(error.get_error_code())
+        reason, row = struct.unpack("<iI", bytes(x.shortUpload(8, 4 * 1901, SERVICES)))
+        x.setCalPage(2, 0, 0)
+        active = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
+        x.setCalPage(2, 0, 1)
+        x.setMta(4 * 11, PARAMS)
+        x.download(struct.pack("<f", 14.0))
+        differs = x.getCalPage(1, 0)
+        x.setCalPage(1, 0, 0)
+        same = x.getCalPage(1, 0)
+        x.setCalPage(2, 0, 0)
+        applied = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
+        x.disconnect()
+    return {"errors": errors, "unchanged": before == after, "staged": staged, "active": active, "reason": reason, "row": row,
+            "pages": [differs, same], "applied": applied}
+
+
+if arguments[0] == "record":
+    done = record(float(arguments[1]), int(arguments[2]), arguments[3], [int(i) for i in arguments[4:]])
+else:
+    done = refusals()
+print(json.dumps(done))

@@ -1,0 +1,15 @@
+# The line, by those who did not write it: pyxcp, unmodified, at `lagless serve`. Skipped where tools/setup has not put it
+# into build/venv.
+set(line_python "${CMAKE_SOURCE_DIR}/build/venv/bin/python3")
+if(NOT EXISTS "${line_python}")
+    set(line_python "${Python3_EXECUTABLE}")
+endif()
+function(line_pyxcp name seconds)
+    add_test(NAME ${name} COMMAND "${Python3_EXECUTABLE}" -B "${CMAKE_CURRENT_SOURCE_DIR}/test_pyxcp.py" $<TARGET_FILE:lagless>
+        "${line_python}" "${CMAKE_CURRENT_BINARY_DIR}/${name}" ${seconds})
+    set_tests_properties(${name} PROPERTIES LABELS "line;${ARGN}" TIMEOUT 300 SKIP_RETURN_CODE 77)
+endfunction()
+if(NOT LAGLESS_SANITIZE)
+    line_pyxcp(line_pyxcp 2)
+    line_pyxcp(line_pyxcp_whole 10 long grid)
+endif()

@@ -1,0 +1,637 @@
+/* The master against a slave that is told how to misbehave. Expected: what the standard says that a master
+ * does then, and what the slave was asked. */
+#include <math.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "drive/reasons.h"
+#include "host_sim/line/master.h"
+#include "host_sim/line/master_parts.h"
+#include "host_sim/rig/rig.h"
+#include "tests/line/slave.h"
+#include "unity.h"
+
+static slave_t slave;
+static master_t *master;
+static master_error_t error;
+
+/* By hand, in the order of the extensions. */
+static uint32_t hash_of_tables(void)
+{
+    static const char *const names[] = {"signals", "params", "requests", "services"};
+    uint32_t hash = 0;
+    for (uint32_t n = 0; n < 4u; n++) {
+        for (uint32_t t = 0; t < rig_table_count(); t++) {
+            if (strcmp(rig_table(t)->name, names[n]) == 0) {
+                hash = table_hash(rig_table(t), hash);
+            }
+        }
+    }
+    return hash;
+}
+
+static uint32_t bits_of(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static int begin(void)
+{
+    const int descriptor = slave_start(&slave);
+    slave.epk_hash = hash_of_tables();
+    return descriptor;
+}
+
+static void connect_with(bool lossless)
+{
+    master = master_over(begin(), lossless, "slave", &error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(master, error.text);
+}
+
+void setUp(void)
+{
+    master = NULL;
+    error.text[0] = '\0';
+}
+
+void tearDown(void)
+{
+    /* a slave that is mute keeps no good-bye waiting for long */
+    slave_end(&slave);
+    master_close(master);
+}
+
+static const table_row_t *row(const char *name)
+{
+    return rig_row_by_name(name);
+}
+
+static void has_text(const char *part)
+{
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, part), error.text);
+}
+
+static double value_of(const char *name)
+{
+    double value = NAN;
+    TEST_ASSERT_TRUE_MESSAGE(master_get(master, row(name), &value, &error), error.text);
+    return value;
+}
+
+/* So long, and on a busy machine somewhat longer. */
+static void took(double seconds, double started)
+{
+    const double elapsed = master_now() - started;
+    TEST_ASSERT_TRUE(elapsed > seconds - 0.01 && elapsed < seconds + 2.0);
+}
+
+/* ---- connecting ---- */
+
+static void test_connects_and_knows_the_tables(void)
+{
+    connect_with(true);
+    TEST_ASSERT_EQUAL(1u, slave_count(&slave, 0xFF));
+    TEST_ASSERT_EQUAL_STRING_LEN("lagless-", master_epk(master), 8);
+}
+
+static void test_other_tables_are_refused_with_both_names(void)
+{
+    const int descriptor = begin();
+    char both[128];
+    slave.epk_hash ^= 0x1000u;
+    master = master_over(descriptor, true, "slave", &error);
+    TEST_ASSERT_NULL(master);
+    snprintf(both, sizeof both, "tables are lagless-%08lx, those of this program lagless-%08lx",
+             (unsigned long)slave.epk_hash, (unsigned long)hash_of_tables());
+    has_text(both);
+}
+
+static void test_a_slave_that_closes_at_once_has_another_client(void)
+{
+    const int descriptor = begin();
+    slave.close_next = true;
+    master = master_over(descriptor, true, "slave", &error);
+    TEST_ASSERT_NULL(master);
+    has_text("another one is connected");
+}
+
+static void test_a_slave_of_another_kind_is_refused(void)
+{
+    int descriptor = begin();
+    slave.connect[2] = 0x02; /* WORD granularity */
+    TEST_ASSERT_NULL(master_over(descriptor, true, "slave", &error));
+    has_text("no drive of this kind");
+    slave_end(&slave);
+    descriptor = begin();
+    slave.connect[4] = 0xFF; /* packets that the frames have no room for */
+    TEST_ASSERT_NULL(master_over(descriptor, true, "slave", &error));
+    has_text("no drive of this kind");
+}
+
+static void test_a_slave_that_never_answers_is_given_up(void)
+{
+    const int descriptor = begin();
+    slave.mute = SLAVE_MUTE;
+    const double started = master_now();
+    TEST_ASSERT_NULL(master_over(descriptor, false, "slave", &error));
+    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE, started);
+    TEST_ASSERT_EQUAL(1u + MASTER_SYNCHS, slave_count(&slave, 0xFF));
+    TEST_ASSERT_EQUAL_MESSAGE(0u, slave_count(&slave, 0xFC), "no SYNCH before CONNECT");
+    has_text("nothing that speaks XCP answers");
+}
+
+static void test_a_lost_connect_is_said_again(void)
+{
+    const int descriptor = begin();
+    slave.mute = 1;
+    master = master_over(descriptor, false, "slave", &error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(master, error.text);
+    TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xFF));
+}
+
+static void test_who_speaks_something_else_is_told(void)
+{
+    const int descriptor = begin();
+    slave_octets(&slave, (const uint8_t *)"SSH-2.0-OpenSSH_9.2\r\n", 21);
+    TEST_ASSERT_NULL(master_over(descriptor, true, "slave", &error));
+    has_text("what comes is not XCP");
+}
+
+/* A chip that begins anew answers nothing for a while, and then nothing but CONNECT. */
+static void test_connects_again_after_a_restart(void)
+{
+    double value;
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.mute = 2; /* the clock that is asked for meanwhile, and the first CONNECT */
+    slave.counter = 0;
+    const double started = master_now();
+    TEST_ASSERT_TRUE_MESSAGE(master_again(master, 5.0, &error), error.text);
+    TEST_ASSERT_TRUE(master_now() - started < 3.0);
+    TEST_ASSERT_TRUE(master_get(master, row("omega_m"), &value, &error));
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value);
+    TEST_ASSERT_EQUAL(0u, slave_count(&slave, 0xFC));
+}
+
+/* ---- values ---- */
+
+static void test_values_of_every_kind(void)
+{
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(-12.5f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("period")->id, 4000000000u);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("fault_reason")->id, (uint32_t)-3);
+    slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, bits_of(0.5f));
+    TEST_ASSERT_EQUAL_DOUBLE(-12.5, value_of("omega_m"));
+    TEST_ASSERT_EQUAL_DOUBLE(4e9, value_of("period"));
+    TEST_ASSERT_EQUAL_DOUBLE(-3.0, value_of("fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, value_of("motor_resistance"));
+}
+
+static void test_set_writes_the_slot_at_4_times_the_id(void)
+{
+    connect_with(true);
+    slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, 0u);
+    slave_put(&slave, MASTER_REQUESTS, 4u * row("enable")->id, 0u);
+    TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 1.25, &error));
+    TEST_ASSERT_TRUE(master_set(master, row("enable"), 2.0, &error));
+    TEST_ASSERT_EQUAL_HEX32(bits_of(1.25f),
+                            slave_get(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id));
+    TEST_ASSERT_EQUAL(2u, slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
+}
+
+static void test_what_a_row_does_not_accept_is_not_sent(void)
+{
+    connect_with(true);
+    const uint32_t before = slave_count(&slave, 0xF0);
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 1000.0, &error));
+    has_text("motor_resistance 1000: accepted 0.001 to 100 ohm");
+    TEST_ASSERT_FALSE(master_set(master, row("motor_pole_pairs"), 1.5, &error));
+    has_text("whole numbers 1 to 64");
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), NAN, &error));
+    TEST_ASSERT_FALSE(master_set(master, row("omega_m"), 1.0, &error));
+    has_text("omega_m: it is shown, not set");
+    TEST_ASSERT_FALSE(master_set(master, row("load_torque"), 1.0, &error));
+    has_text("load_torque: only the desk has it");
+    TEST_ASSERT_EQUAL(before, slave_count(&slave, 0xF0));
+}
+
+static void test_error_codes_become_texts(void)
+{
+    double value;
+    connect_with(true);
+    slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, 0u);
+    slave.error_at = 0xF0;
+    slave.error = 0x22;
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 1.0, &error));
+    has_text("motor_resistance 1: refused");
+    slave.error = 0x23;
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 1.0, &error));
+    has_text("shown, not set");
+    slave.error = 0x31;
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 1.0, &error));
+    has_text("error 0x31");
+    TEST_ASSERT_FALSE_MESSAGE(master_get(master, row("omega_m"), &value, &error),
+                              "no such slot in the slave");
+    has_text("omega_m: the drive has nothing at this address");
+    slave.error_at = 0;
+    TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 1.0, &error));
+}
+
+static void test_long_reads_are_cut_into_packets(void)
+{
+    uint8_t data[4u * 40u];
+    connect_with(true);
+    for (uint32_t n = 0; n < 40u; n++) {
+        slave_put(&slave, MASTER_CAPTURE, 4u * n, 0x01000000u * n + n);
+    }
+    const uint32_t before = slave_count(&slave, 0xF4);
+    TEST_ASSERT_TRUE(master_read(master, MASTER_CAPTURE, 0u, data, sizeof data, &error));
+    for (uint32_t n = 0; n < 40u; n++) {
+        TEST_ASSERT_EQUAL_HEX8(n, data[4u * n]);
+        TEST_ASSERT_EQUAL_HEX8(n, data[4u * n + 3u]);
+    }
+    TEST_ASSERT_EQUAL_MESSAGE(before + 3u, slave_count(&slave, 0xF4), "160 octets are 60 + 60 + 40");
+}
+
+/* ---- a line that is not well ---- */
+
+static void test_answers_in_single_octets_are_put_together(void)
+{
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.split = 1;
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+}
+
+static void test_a_lost_answer_is_asked_for_again_after_synch(void)
+{
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.mute = 1;
+    const double started = master_now();
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+    took(MASTER_PATIENCE, started);
+    TEST_ASSERT_EQUAL(1u, slave_count(&slave, 0xFC));
+}
+
+/* DOWNLOAD moves the address: a second one alone would write beside it. */
+static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(void)
+{
+    const uint32_t address = 4u * row("motor_resistance")->id;
+    connect_with(false);
+    slave_put(&slave, MASTER_PARAMS, address, 0u);
+    slave_put(&slave, MASTER_PARAMS, address + 4u, 0xDEADBEEFu);
+    slave.mute_at = 0xF0; /* DOWNLOAD acts, its answer gets lost */
+    TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 2.0, &error));
+    TEST_ASSERT_EQUAL_HEX32(bits_of(2.0f), slave_get(&slave, MASTER_PARAMS, address));
+    TEST_ASSERT_EQUAL_HEX32(0xDEADBEEFu, slave_get(&slave, MASTER_PARAMS, address + 4u));
+    TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xF6));
+    TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xF0));
+}
+
+static void test_a_late_answer_is_not_taken_for_that_of_the_next_question(void)
+{
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, bits_of(7.0f));
+    slave.late = 1300; /* beyond the patience: SYNCH is under way when it comes */
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+}
+
+static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(void)
+{
+    double value;
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.mute = SLAVE_MUTE;
+    const double started = master_now();
+    TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
+    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE, started);
+    has_text("omega_m: the drive does not answer any more");
+    TEST_ASSERT_EQUAL(MASTER_SYNCHS, slave_count(&slave, 0xFC));
+    TEST_ASSERT_EQUAL(-1, master_descriptor(master));
+    const double again = master_now();
+    TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
+    TEST_ASSERT_TRUE(master_now() - again < 0.1);
+    TEST_ASSERT_FALSE(master_work(master));
+}
+
+static void test_a_line_that_is_closed_is_told(void)
+{
+    double value;
+    connect_with(true);
+    slave.close_next = true;
+    TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
+    has_text("the other end closed the line");
+}
+
+static void test_rubbish_and_jumps_of_the_counter_do_no_harm(void)
+{
+    connect_with(false);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.noise = 21;
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+    slave.counter_jump = 100;
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+}
+
+static void test_a_busy_slave_is_asked_again(void)
+{
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.busy = 5;
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+}
+
+static void test_pending_prolongs_the_patience(void)
+{
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave.pending = 3; /* 1.8 s in all */
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
+    TEST_ASSERT_EQUAL(0u, slave_count(&slave, 0xFC));
+}
+
+static void test_an_idle_line_is_kept_alive(void)
+{
+    connect_with(true);
+    const uint32_t before = slave_count(&slave, 0xDC);
+    TEST_ASSERT_TRUE(master_wait(master, 10.5 * MASTER_ALIVE));
+    const uint32_t count = slave_count(&slave, 0xDC) - before;
+    TEST_ASSERT_TRUE(count >= 3u && count <= 11u); /* 10 on a machine that has nothing else to do */
+}
+
+/* ---- questions that do not wait ---- */
+
+static uint32_t answers[3];
+static int last_result;
+
+static void count_answer(void *context, int result, const uint8_t *data, uint32_t octets)
+{
+    (void)data;
+    (void)octets;
+    answers[*(const uint32_t *)context]++;
+    last_result = result;
+}
+
+static void test_questions_wait_in_the_queue_and_are_all_answered(void)
+{
+    static const uint32_t kinds[3] = {0, 1, 2};
+    memset(answers, 0, sizeof answers);
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    for (uint32_t n = 0; n < 20u; n++) {
+        master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[0]);
+    }
+    TEST_ASSERT_EQUAL_MESSAGE(0u, answers[0], "nothing waits inside");
+    for (uint32_t n = 0; n < 100u && answers[0] < 20u; n++) {
+        TEST_ASSERT_TRUE(master_wait(master, 0.05));
+    }
+    TEST_ASSERT_EQUAL(20u, answers[0]);
+    for (uint32_t n = 0; n < MASTER_QUEUE + 3u; n++) {
+        master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[1]);
+    }
+    /* one place more may be taken by the look at the drive's clock */
+    TEST_ASSERT_TRUE_MESSAGE(answers[1] == 3u || answers[1] == 4u,
+                             "those that find no room are told so at once");
+    TEST_ASSERT_EQUAL(MASTER_NOT_SENT, last_result);
+    slave.close_next = true;
+    (void)master_wait(master, 0.5);
+    TEST_ASSERT_EQUAL_MESSAGE(MASTER_QUEUE + 3u, answers[1], "a lost line answers all");
+    TEST_ASSERT_EQUAL(MASTER_LOST, last_result);
+}
+
+/* ---- orders ---- */
+
+static void test_an_order_that_is_refused_names_reason_and_row(void)
+{
+    master_refusal_t refusal;
+    connect_with(true);
+    slave_put(&slave, MASTER_SERVICES, 4u * row("order")->id, 0u);
+    slave_put(&slave, MASTER_SERVICES, 4u * row("order_refusal")->id, REASON_BRIDGE_ON);
+    slave_put(&slave, MASTER_SERVICES, 4u * row("order_row")->id, row("motor_pole_pairs")->id);
+    slave.error_at = 0xF0;
+    slave.error = 0x22;
+    TEST_ASSERT_FALSE(master_order(master, "apply", &refusal, &error));
+    has_text("apply: refused for motor_pole_pairs");
+    has_text("switch off first");
+    TEST_ASSERT_EQUAL(REASON_BRIDGE_ON, refusal.reason);
+    TEST_ASSERT_EQUAL_PTR(row("motor_pole_pairs"), refusal.row);
+    slave.error_at = 0;
+    slave_put(&slave, MASTER_SERVICES, 4u * row("order_refusal")->id, REASON_NONE);
+    TEST_ASSERT_TRUE(master_order(master, "save", &refusal, &error));
+    TEST_ASSERT_EQUAL(table_choice(row("order"), "save"),
+                      slave_get(&slave, MASTER_SERVICES, 4u * row("order")->id));
+    TEST_ASSERT_FALSE(master_order(master, "dance", &refusal, &error));
+    has_text("dance: no such order; accepted none|apply|save");
+}
+
+/* ---- samples ---- */
+
+typedef struct {
+    uint32_t count;
+    uint32_t periods[64];
+    uint32_t slots[64][MASTER_DAQ_MAX];
+} samples_t;
+
+static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    samples_t *samples = context;
+    if (samples->count < 64u) {
+        samples->periods[samples->count] = period;
+        memcpy(samples->slots[samples->count], slots, count * sizeof *slots);
+    }
+    samples->count++;
+}
+
+static void start(samples_t *samples, uint32_t count, uint32_t every)
+{
+    static const char *const names[MASTER_DAQ_MAX] = {
+        "omega_m", "i_a",    "i_b",    "i_c",    "i_d",     "i_q",     "u_d",    "u_q",
+        "u_dc",    "duty_a", "duty_b", "duty_c", "theta_e", "omega_e", "period", "state"};
+    const table_row_t *rows[MASTER_DAQ_MAX];
+    for (uint32_t n = 0; n < count; n++) {
+        rows[n] = row(names[n]);
+    }
+    memset(samples, 0, sizeof *samples);
+    TEST_ASSERT_TRUE_MESSAGE(master_daq_start(master, rows, count, every, keep, samples, &error), error.text);
+    TEST_ASSERT_EQUAL(count, slave.rows);
+    for (uint32_t n = 0; n < count; n++) {
+        TEST_ASSERT_EQUAL(4u * rows[n]->id, slave.row_addresses[n]);
+    }
+    TEST_ASSERT_EQUAL(every, slave.prescaler);
+}
+
+static void sample(uint32_t stamp)
+{
+    uint32_t slots[MASTER_DAQ_MAX];
+    for (uint32_t n = 0; n < MASTER_DAQ_MAX; n++) {
+        slots[n] = 1000u * stamp + n;
+    }
+    slave_sample(&slave, stamp, slots);
+}
+
+static void test_samples_have_their_periods_and_gaps_are_found(void)
+{
+    samples_t samples;
+    connect_with(true);
+    start(&samples, 3u, 1u);
+    for (uint32_t stamp = 10; stamp < 20u; stamp++) {
+        if (stamp != 14u && stamp != 15u) {
+            sample(stamp);
+        }
+    }
+    TEST_ASSERT_TRUE(master_wait(master, 0.2));
+    TEST_ASSERT_EQUAL(8u, samples.count);
+    TEST_ASSERT_EQUAL(10u, samples.periods[0]);
+    TEST_ASSERT_EQUAL(16u, samples.periods[4]);
+    TEST_ASSERT_EQUAL(16002u, samples.slots[4][2]);
+    const master_daq_t sum = master_daq(master);
+    TEST_ASSERT_EQUAL(8u, sum.samples);
+    TEST_ASSERT_EQUAL(1u, sum.gaps);
+    TEST_ASSERT_EQUAL(2u, sum.missing);
+    TEST_ASSERT_EQUAL_MESSAGE(0u, sum.frames_missing, "the drive left them out, not the line");
+    TEST_ASSERT_TRUE(master_daq_stop(master, &error));
+    TEST_ASSERT_FALSE(slave.running);
+}
+
+static void test_stamps_wrap(void)
+{
+    samples_t samples;
+    connect_with(true);
+    start(&samples, 1u, 2u);
+    for (uint32_t n = 0; n < 6u; n++) {
+        sample(UINT32_MAX - 3u + 2u * n);
+    }
+    TEST_ASSERT_TRUE(master_wait(master, 0.2));
+    TEST_ASSERT_EQUAL(6u, samples.count);
+    TEST_ASSERT_EQUAL(0u, master_daq(master).gaps);
+}
+
+/* 16 floats are 69 octets: with packets of 40 octets they take two. */
+static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(void)
+{
+    samples_t samples;
+    const int descriptor = begin();
+    slave.connect[4] = 40;
+    master = master_over(descriptor, true, "slave", &error);
+    TEST_ASSERT_NOT_NULL(master);
+    start(&samples, 16u, 1u);
+    TEST_ASSERT_EQUAL(2u, slave.lists);
+    TEST_ASSERT_EQUAL(8u, slave.entries[0]);
+    TEST_ASSERT_EQUAL(8u, slave.entries[1]);
+    sample(1);
+    slave.lists = 1; /* of the next one only the first packet */
+    sample(2);
+    slave.lists = 2;
+    sample(3);
+    TEST_ASSERT_TRUE(master_wait(master, 0.2));
+    TEST_ASSERT_EQUAL(2u, samples.count);
+    TEST_ASSERT_EQUAL(1015u, samples.slots[0][15]);
+    TEST_ASSERT_EQUAL(3u, samples.periods[1]);
+    TEST_ASSERT_EQUAL(3015u, samples.slots[1][15]);
+    TEST_ASSERT_EQUAL(1u, master_daq(master).missing);
+}
+
+static void test_samples_come_while_a_question_waits(void)
+{
+    samples_t samples;
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, bits_of(7.0f));
+    start(&samples, 1u, 1u);
+    sample(1);
+    slave.mute = 1; /* so that the question takes its patience */
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
+    sample(2);
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
+    TEST_ASSERT_EQUAL(2u, samples.count);
+}
+
+static void test_what_cannot_be_sampled_is_refused(void)
+{
+    samples_t samples;
+    const table_row_t *rows[MASTER_DAQ_MAX + 1u];
+    connect_with(true);
+    for (uint32_t n = 0; n <= MASTER_DAQ_MAX; n++) {
+        rows[n] = row("omega_m");
+    }
+    TEST_ASSERT_FALSE(master_daq_start(master, rows, 17u, 1u, keep, &samples, &error));
+    has_text("17 rows to sample: accepted 1 to 16");
+    TEST_ASSERT_FALSE(master_daq_start(master, rows, 0u, 1u, keep, &samples, &error));
+    TEST_ASSERT_FALSE(master_daq_start(master, rows, 1u, 256u, keep, &samples, &error));
+    has_text("every 256 periods: accepted 1 to 255");
+    rows[0] = row("motor_resistance");
+    TEST_ASSERT_FALSE(master_daq_start(master, rows, 1u, 1u, keep, &samples, &error));
+    has_text("motor_resistance: only signals");
+    slave.error_at = 0xD5;
+    slave.error = 0x30;
+    rows[0] = row("omega_m");
+    TEST_ASSERT_FALSE(master_daq_start(master, rows, 1u, 1u, keep, &samples, &error));
+    has_text("no room for more samples");
+}
+
+/* ---- fault log ---- */
+
+static void test_fault_log(void)
+{
+    master_fault_t faults[MASTER_FAULTS_MAX];
+    uint32_t count = 99;
+    connect_with(true);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("faults_seen")->id, 0u);
+    TEST_ASSERT_TRUE(master_faults(master, faults, &count, &error));
+    TEST_ASSERT_EQUAL(0u, count);
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("faults_seen")->id, 20u);
+    for (uint32_t n = 0; n < 16u; n++) {
+        slave_put(&slave, MASTER_FAULTS, 8u * n, 20u + n);
+        slave_put(&slave, MASTER_FAULTS, 8u * n + 4u, 5000u - n);
+    }
+    TEST_ASSERT_TRUE(master_faults(master, faults, &count, &error));
+    TEST_ASSERT_EQUAL(16u, count);
+    TEST_ASSERT_EQUAL(35, faults[15].reason);
+    TEST_ASSERT_EQUAL(4985u, faults[15].period);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_connects_and_knows_the_tables);
+    RUN_TEST(test_other_tables_are_refused_with_both_names);
+    RUN_TEST(test_a_slave_that_closes_at_once_has_another_client);
+    RUN_TEST(test_a_slave_of_another_kind_is_refused);
+    RUN_TEST(test_a_slave_that_never_answers_is_given_up);
+    RUN_TEST(test_a_lost_connect_is_said_again);
+    RUN_TEST(test_who_speaks_something_else_is_told);
+    RUN_TEST(test_connects_again_after_a_restart);
+    RUN_TEST(test_values_of_every_kind);
+    RUN_TEST(test_set_writes_the_slot_at_4_times_the_id);
+    RUN_TEST(test_what_a_row_does_not_accept_is_not_sent);
+    RUN_TEST(test_error_codes_become_texts);
+    RUN_TEST(test_long_reads_are_cut_into_packets);
+    RUN_TEST(test_answers_in_single_octets_are_put_together);
+    RUN_TEST(test_a_lost_answer_is_asked_for_again_after_synch);
+    RUN_TEST(test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on);
+    RUN_TEST(test_a_late_answer_is_not_taken_for_that_of_the_next_question);
+    RUN_TEST(test_a_slave_that_falls_silent_is_given_up_and_everything_says_so);
+    RUN_TEST(test_a_line_that_is_closed_is_told);
+    RUN_TEST(test_rubbish_and_jumps_of_the_counter_do_no_harm);
+    RUN_TEST(test_a_busy_slave_is_asked_again);
+    RUN_TEST(test_pending_prolongs_the_patience);
+    RUN_TEST(test_an_idle_line_is_kept_alive);
+    RUN_TEST(test_questions_wait_in_the_queue_and_are_all_answered);
+    RUN_TEST(test_an_order_that_is_refused_names_reason_and_row);
+    RUN_TEST(test_samples_have_their_periods_and_gaps_are_found);
+    RUN_TEST(test_stamps_wrap);
+    RUN_TEST(test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole);
+    RUN_TEST(test_samples_come_while_a_question_waits);
+    RUN_TEST(test_what_cannot_be_sampled_is_refused);
+    RUN_TEST(test_fault_log);
+    return UNITY_END();
+}

@@ -1,0 +1,259 @@
+"""A client that nobody here wrote talks to the drive of `lagless serve`: pyxcp, unmodified, and pya2l reads what it fetched.
+
+usage: test_pyxcp.py LAGLESS PYTHON FOLDER SECONDS
+PYTHON: one that has pyxcp and pya2l (tools/setup all puts them into build/venv); without them this ends with 77, skipped."""
+
+import json
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import time
+import unittest
+
+LAGLESS, PYTHON, FOLDER, SECONDS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3], float(sys.argv[4])
+HERE = os.path.dirname(os.path.abspath(__file__))
+EXTENSIONS = {"signals": 0, "params": 1, "requests": 2, "services": 3}
+KINDS = {"float": "FLOAT32_IEEE", "int32": "SLONG", "uint32": "ULONG", "choice": "SLONG"}
+
+CONFIGURATION = """c = get_config()
+c.Transport.layer = "ETH"
+c.Transport.Eth.host = "127.0.0.1"
+c.Transport.Eth.port = %d
+c.Transport.Eth.protocol = "TCP"
+c.Transport.timeout = 5.0
+c.General.disable_error_handling = True
+"""
+
+SERIAL_CONFIGURATION = """c = get_config()
+c.Transport.layer = "SXI"
+c.Transport.SxI.port = "%s"
+c.Transport.SxI.bitrate = 937500
+c.Transport.SxI.mode = "ASYNCH_FULL_DUPLEX_MODE"
+c.Transport.SxI.header_format = "HEADER_LEN_CTR_WORD"
+c.Transport.SxI.tail_format = "NO_CHECKSUM"
+c.Transport.SxI.framing = False
+c.Transport.timeout = 5.0
+c.General.disable_error_handling = True
+"""
+
+# Starts at once and is never at rest: what is recorded differs in every period.
+SCENARIO = """schema = 1
+title = "A motor that is never at rest"
+[run]
+duration = "%g s"
+every = 1
+record = [%s]
+[requests]
+enable = "on"
+speed_request = "500 r/min"
+[plant]
+load_torque = "1 N m"
+"""
+
+FLOATS = ("i_a", "i_b", "i_d", "i_q", "u_d", "u_q", "u_dc", "theta_e", "omega_m", "theta_hat", "omega_hat", "duty_a")
+
+A2L_READER = """
+import json, sys
+import pya2l
+from pya2l import model
+session = pya2l.import_a2l(sys.argv[1], in_memory=True, progress_bar=False, loglevel="ERROR", encoding="utf-8")
+rows = []
+def choices(name):
+    method = session.query(model.CompuMethod).filter(model.CompuMethod.name == name).first()
+    if method is None or method.compu_tab_ref is None:
+        return None
+    table = session.query(model.CompuVtab).filter(model.CompuVtab.name == method.compu_tab_ref.conversionTable).first()
+    return [[pair.inVal, pair.outVal] for pair in table.pairs]
+for kind, shown in ((model.Measurement, True), (model.Characteristic, False)):
+    for row in session.query(kind):
+        rows.append({
+            "name": row.name, "shown": shown, "text": row.longIdentifier,
+            "address": row.ecu_address.address if shown else row.address,
+            "extension": row.ecu_address_extension.extension,
+            "type": row.datatype if shown else row.deposit,
+            "min": row.lowerLimit, "max": row.upperLimit, "unit": row.phys_unit.unit, "choices": choices(row.conversion)})
+epk = session.query(model.Epk).first().identifier
+print(json.dumps({"rows": rows, "epk": epk}))
+"""
+
+
+def float32(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+class Pyxcp(unittest.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(FOLDER, "pyxcp_work", self.id().rsplit(".", 1)[1])
+        shutil.rmtree(self.folder, ignore_errors=True)
+        os.makedirs(self.folder)
+        self.server = None
+
+    def tearDown(self):
+        self.stop()
+
+    def stop(self):
+        if self.server is not None:
+            self.server.terminate()
+            self.assertEqual(0, self.server.wait(10))
+            self.server = None
+
+    def serve(self, scenario, *options):
+        self.server = subprocess.Popen([LAGLESS, "serve", scenario, "--port", "0", "--quiet", *options], text=True,
+                                       stdout=subprocess.PIPE)
+        self.addCleanup(self.server.stdout.close)
+        self.port = int(self.server.stdout.readline().rsplit(":", 1)[1])
+        with open(os.path.join(self.folder, "pyxcp_conf.py"), "w") as file:
+            file.write(CONFIGURATION % self.port)
+
+    def serve_serial(self, scenario):
+        """Over the chip's serial line, in its own time, at a terminal."""
+        self.server = subprocess.Popen([LAGLESS, "serve", scenario, "--serial", "--quiet"], text=True, stdout=subprocess.PIPE)
+        self.addCleanup(self.server.stdout.close)
+        terminal = self.server.stdout.readline().split()[-1]
+        with open(os.path.join(self.folder, "pyxcp_conf.py"), "w") as file:
+            file.write(SERIAL_CONFIGURATION % terminal)
+
+    def python(self, *arguments, timeout=120):
+        done = subprocess.run([PYTHON, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=timeout,
+                              stdin=subprocess.DEVNULL)
+        self.assertEqual(0, done.returncode, done.stdout[-2000:] + done.stderr[-4000:])
+        return done
+
+    def tool(self, name):
+        return self.python(os.path.join(os.path.dirname(PYTHON), name), timeout=60)
+
+    def client(self, *arguments):
+        return json.loads(self.python(os.path.join(HERE, "client.py"), *arguments).stdout.splitlines()[-1])
+
+    def tables(self):
+        rows = {}
+        for command in ("params", "signals"):
+            done = subprocess.run([LAGLESS, command, "--json"], capture_output=True, text=True, check=True)
+            rows.update({row["name"]: row for row in json.loads(done.stdout)["rows"] if row["table"] in EXTENSIONS})
+        return rows
+
+    def info_is_clean(self):
+        done = self.tool("xcp-info")
+        for complaint in ("WARNING", "ERROR", "CRITICAL", "Traceback", "not implemented"):
+            self.assertNotIn(complaint, done.stdout + done.stderr)
+        for fact in ("'name': 'isr_10kHz'", "EVENT_CHANNEL_TIME_UNIT_100US", "'cycle': 1,", "DYNAMIC", "'maxCto': 64", "'maxDto': 128",
+                     "IDF_ABS_ODT_NUMBER", "'granularityOdtEntrySizeDaq': 4", "'maxOdtEntrySizeDaq': 4", "'maxSegments': 1",
+                     "EPK: lagless-"):
+            self.assertIn(fact, done.stdout)
+
+    def test_info_is_clean(self):
+        self.serve("cold_start")
+        self.info_is_clean()
+
+    def test_description_is_fetched_and_has_every_row(self):
+        self.serve("cold_start")
+        self.tool("xcp-fetch-a2l")
+        path = os.path.join(self.folder, "lagless.a2l")
+        reader = os.path.join(self.folder, "reader.py")
+        with open(reader, "w") as file:
+            file.write(A2L_READER)
+        read = json.loads(self.python(reader, path).stdout.splitlines()[-1])
+        self.assertRegex(read["epk"], "^lagless-[0-9a-f]{8}$")
+        found = {row["name"]: row for row in read["rows"]}
+        tables = self.tables()
+        self.assertEqual(set(tables), set(found))
+        self.assertEqual(len(tables), len(read["rows"]))
+        for name, row in tables.items():
+            entry = found[name]
+            with self.subTest(row=name):
+                self.assertEqual(4 * row["id"], entry["address"])
+                self.assertEqual(EXTENSIONS[row["table"]], entry["extension"])
+                self.assertEqual(row["unit"], entry["unit"])
+                self.assertEqual(row["text"], entry["text"])
+                self.assertEqual(KINDS[row["kind"]], entry["type"].replace("RL.", ""))
+                if not entry["shown"]:
+                    as_it_is = float32 if row["kind"] == "float" else int
+                    for end in ("min", "max"):
+                        self.assertEqual(as_it_is(row[end]), as_it_is(entry[end]))
+                if row["kind"] == "choice":
+                    self.assertEqual(list(enumerate(row["choices"].split("|"))), [tuple(c) for c in entry["choices"]])
+
+    def test_what_is_refused_changes_nothing(self):
+        self.serve("cold_start")
+        done = self.client("refusals")
+        expected = dict.fromkeys(done["errors"], 0x22)
+        expected.update({"signal": 0x23, "what a service shows": 0x23})
+        self.assertEqual(expected, done["errors"])
+        self.assertTrue(done["unchanged"])
+        self.assertEqual([11.0, 15.0], [done["staged"], done["active"]])
+        self.assertEqual([6, 11], [done["reason"], done["row"]])  # cross_rule, about overcurrent_trip
+        self.assertEqual([1, 0], done["pages"])
+        self.assertEqual(14.0, done["applied"])
+
+    def test_second_client_is_refused_within_a_tenth_of_a_second(self):
+        self.serve("cold_start")
+        with socket.create_connection(("127.0.0.1", self.port)) as first:
+            first.sendall(bytes.fromhex("02000000ff00"))
+            self.assertEqual("08000000ff0580", first.recv(12).hex()[:14])
+            begun = time.monotonic()
+            with socket.create_connection(("127.0.0.1", self.port)) as second:
+                second.settimeout(5)
+                self.assertEqual(b"", second.recv(1))
+            self.assertLess(time.monotonic() - begun, 0.1)
+            first.sendall(bytes.fromhex("01000100fd"))  # and the first one notices nothing
+            self.assertEqual("06000100ff", first.recv(12).hex()[:10])
+
+    def test_samples_are_those_of_the_recording(self):
+        """Twelve floats of every period over TCP."""
+        self.samples_are_those_of_the_recording(self.serve, FLOATS, 1)
+
+    def test_the_serial_line_carries_what_fits_it(self):
+        """Three floats with their stamp are 21 octets, 224 us at 937500 baud: every third period."""
+        self.serve_serial("cold_start")
+        self.info_is_clean()
+        self.stop()
+        self.samples_are_those_of_the_recording(self.serve_serial, FLOATS[2:5], 3)
+
+    def samples_are_those_of_the_recording(self, serve, names, every):
+        """Without a gap, their stamps as far apart as the periods, and bit for bit what `lagless run` records of the same scenario,
+        to which nobody talks."""
+        scenario = os.path.join(self.folder, "scenario.toml")
+        with open(scenario, "w") as file:
+            file.write(SCENARIO % (SECONDS + 12.0, ", ".join('"%s"' % name for name in ("period", *names))))
+        tables = self.tables()
+        serve(scenario)
+        path = os.path.join(self.folder, "samples")
+        floats = sorted(names, key=lambda name: tables[name]["id"])
+        done = self.client("record", str(SECONDS), str(every), path, *[str(tables[name]["id"]) for name in floats])
+        self.assertEqual({str(100000 * every): done["rows"] - 1}, done["steps"])
+        self.assertEqual(0, done["lost"])
+        self.assertGreaterEqual(done["rows"], 10000 * SECONDS // every)
+        samples = {}
+        with open(path, "rb") as file:
+            while True:
+                row = file.read(4 * len(names) + 4)
+                if not row:
+                    break
+                samples[struct.unpack("<I", row[:4])[0]] = row[4:]
+        self.assertEqual(done["rows"], len(samples))
+        subprocess.run([LAGLESS, "run", scenario, "--out", self.folder, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+        compared = 0
+        [csv] = [name for name in os.listdir(self.folder) if name.endswith(".csv")]
+        with open(os.path.join(self.folder, csv)) as file:
+            header = next(line for line in file if not line.startswith("#")).strip().split(",")
+            columns = [next(n for n, title in enumerate(header) if title.split(" ")[0].split("[")[0] == name)
+                       for name in ["period"] + floats]
+            for line in file:
+                cells = line.split(",")
+                sample = samples.get(int(float(cells[columns[0]])))
+                if sample is not None:
+                    self.assertEqual(sample, struct.pack("<%df" % len(names), *[float(cells[c]) for c in columns[1:]]))
+                    compared += 1
+        self.assertEqual(done["rows"], compared)
+
+
+if __name__ == "__main__":
+    asked = subprocess.run([PYTHON, "-c", "import pyxcp, pya2l"], capture_output=True, text=True)
+    if asked.returncode != 0:
+        print("SKIPPED: %s has no pyxcp or no pya2l: nothing of the line was tried with a client of others. `tools/setup all` "
+              "installs both into build/venv." % PYTHON)
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1])

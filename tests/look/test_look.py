@@ -1,0 +1,395 @@
+"""`lagless run --plot`, `lagless plot`, `lagless compare`: what is drawn, what is said, exit codes. usage: test_look.py LAGLESS FOLDER"""
+
+import base64
+import gzip
+import importlib.util
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import unittest
+
+LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2])
+DRAWS = importlib.util.find_spec("matplotlib") is not None
+UPLOT = (pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "lagless" / "uplot").is_dir() \
+    or "UPLOT_DIR" in os.environ
+SCENARIO = """schema = 1
+title = "a test & <its> title"
+[run]
+duration = "0.2 s"
+record = ["i_d", "plant.inertia"]
+[params]
+position_source = "encoder"
+[requests]
+enable = "on"
+speed_request = "300 r/min"
+[[at]]
+time = "0.1 s"
+plant.load_torque = "1 N m"
+[[expect]]
+name = "turns"
+signal = "true_omega_m"
+statistic = "last"
+at_least = "1 r/min"
+[[expect]]
+name = "flies"
+signal = "true_omega_m"
+statistic = "last"
+at_least = "5000 r/min"
+"""
+RECORDING = """# lagless recording: 1
+# program: lagless 0.2.0
+# scenario: x
+# title: by hand
+# seed: 1
+# every: 1
+# period: 0.0001 s
+# ended: complete
+# choices state: not_ready|ready
+# value inertia: 0.06 kg m^2
+time[s],i_q[A],state[-]
+0.0000,1,0
+0.0001,1.5,0
+0.0002,2,1
+0.0003,-0.1,1
+"""
+
+
+def lagless(*arguments, **settings):
+    return subprocess.run([LAGLESS, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, **settings)
+
+
+def layouts(page):
+    """What the page's script gets to draw, by figure."""
+    text = page.read_text(encoding="utf-8")
+    hosts = re.findall(r'data-figure="(\w+)".*?<script type="application/json">(.*?)</script>', text, re.DOTALL)
+    return {figure: json.loads(content) for figure, content in hosts}
+
+
+def column(layout, name):
+    """The values of a column, as page.js unpacks them."""
+    octets = gzip.decompress(base64.b64decode(layout["data"]))
+    meta, count = layout["columns"][name], layout["x"]["count"]
+    planes = [octets[(4 * meta["index"] + k) * count:(4 * meta["index"] + k + 1) * count] for k in range(4)]
+    code, values = 0, []
+    for word in zip(*planes):
+        folded = struct.unpack("<I", bytes(word))[0]
+        code += folded >> 1 ^ -(folded & 1)
+        values.append((meta["base"] + code - 1) * 10.0 ** meta["exponent"] if code else None)
+    return values
+
+
+def recorded(path):
+    """{name: (unit, texts)} of a CSV."""
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    cells = zip(*(line.split(",") for line in lines))
+    return {head.split("[")[0]: (head.split("[")[1][:-1], values) for head, *values in cells}
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = FOLDER / self.id().rpartition(".")[2]
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir(parents=True)
+        self.scenario = self.folder / "own.toml"
+        self.scenario.write_text(SCENARIO)
+
+    def recording(self, *changes, name="by_hand.csv"):
+        text = RECORDING
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def expect(self, code, done, *fragments):
+        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
+        for fragment in fragments:
+            self.assertIn(fragment, done.stdout + done.stderr)
+        return done
+
+
+@unittest.skipUnless(DRAWS, "matplotlib is missing")
+class Plots(Case):
+    def test_a_run_without_a_folder_gets_a_fresh_one_and_tells_it(self):
+        for name in ("own", "own_2"):
+            done = self.expect(1, lagless("run", self.scenario, "--plot", cwd=self.folder), f"page: runs/{name}/own.html\n", "FAILED")
+            self.assertTrue((self.folder / "runs" / name / "own.csv").is_file(), done.stderr)
+            self.assertTrue((self.folder / "runs" / name / "own.html").is_file(), done.stderr)
+
+    def test_quiet_says_only_what_went_wrong(self):
+        done = lagless("run", "quick_stop", "--plot", "--quiet", "--out", self.folder / "out")
+        self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
+
+    def test_json_lists_the_pictures_and_stays_json(self):
+        done = lagless("run", self.scenario, "--plot=html,png", "--json", "--out", self.folder / "out")
+        self.assertEqual(["own.csv", "own.html", "own.png"], [pathlib.Path(name).name for name in json.loads(done.stdout)["files"]])
+
+    def test_plot_records_what_a_drive_shows_besides_what_the_scenario_wants(self):
+        lagless("run", self.scenario, "--plot", "--out", self.folder / "out")
+        names = list(recorded(self.folder / "out" / "own.csv"))
+        self.assertEqual(["time", "i_d", "inertia"], [name.replace("plant.", "") for name in names[:3]])
+        self.assertLessEqual({"state", "manoeuvre", "fault_reason", "omega_m_ref", "true_omega_m", "true_torque", "i_q", "i_q_upper",
+                              "true_i_a", "u_d", "u_q", "u_dc", "theta_err"}, set(names))
+
+    def test_record_says_exactly_what_is_recorded(self):
+        lagless("run", self.scenario, "--plot", "--record", "i_q,u_dc", "--out", self.folder / "out")
+        self.assertEqual(["time", "i_q", "u_dc"], list(recorded(self.folder / "out" / "own.csv")))
+
+    def test_without_plot_nothing_more_is_recorded_and_drawn(self):
+        lagless("run", self.scenario, "--out", self.folder / "out")
+        self.assertEqual(3, len(recorded(self.folder / "out" / "own.csv")))
+        self.assertEqual(["own.csv"], sorted(path.name for path in (self.folder / "out").iterdir()))
+
+    def test_the_page_has_verdicts_events_settings_and_scenario(self):
+        lagless("run", self.scenario, "--plot", "--out", self.folder / "out")
+        page = (self.folder / "out" / "own.html").read_text(encoding="utf-8")
+        self.assertIn("<h1>a test &amp; &lt;its&gt; title</h1>", page)
+        self.assertRegex(page, r'verdict bad.*failed.*flies: last of true_omega_m.*at least 5000 r/min')
+        self.assertRegex(page, r"verdict good.*met.*turns: last of true_omega_m")
+        self.assertRegex(page, r'<th scope="row">speed_request</th><td class="number">31\.42</td><td class="unit">rad/s</td>')
+        self.assertIn("plant.load_torque = &quot;1 N m&quot;", page)
+        if UPLOT:
+            events = layouts(self.folder / "out" / "own.html")["run"]["events"]
+            self.assertIn({"time": 0.1, "text": "load_torque = 1 N m", "kind": ""}, events)
+            self.assertIn("run", [event["text"] for event in events if event["kind"] == "manoeuvre"])
+
+    @unittest.skipUnless(UPLOT, "uPlot is missing")
+    def test_panels_are_those_of_a_drive_in_units_of_their_own(self):
+        lagless("run", "stuck_sensor", "--plot", "--out", self.folder / "out")
+        drawn = layouts(self.folder / "out" / "stuck_sensor.html")
+        self.assertEqual(["", "speed [r/min]", "torque [N m]", "current [A]", "phase current [A]", "voltage [V]", "DC link [V]",
+                          "angle error [mrad]"], [panel["ylabel"] for panel in drawn["run"]["panels"]])
+        bands = drawn["run"]["panels"][0]
+        self.assertEqual(["state", "manoeuvre", "fault_reason", "warnings"], [trace["column"] for trace in bands["traces"]])
+        self.assertEqual("bad_sample", bands["traces"][2]["names"]["30"])
+        self.assertEqual("operation_enabled", bands["traces"][0]["names"]["3"])
+        values = recorded(self.folder / "out" / "stuck_sensor.csv")
+        for name, factor in (("true_omega_m", 30 / 3.14159265358979), ("i_q", 1.0), ("theta_hat_err", 1e3)):
+            own = [float(text) * factor for text in values[name][1]]
+            room = (max(own) - min(own)) / 2e4
+            for shown, true in zip(column(drawn["run"], name)[::97], own[::97]):
+                self.assertAlmostEqual(shown, true, delta=room)
+        limit = [value / 3 ** 0.5 for value in map(float, values["u_dc"][1])]
+        self.assertAlmostEqual(column(drawn["run"], "u_limit")[-1], limit[-1], delta=0.01)
+
+    @unittest.skipUnless(UPLOT, "uPlot is missing")
+    def test_a_fault_brings_its_history_and_its_remedy(self):
+        lagless("run", "stuck_sensor", "--plot", "--out", self.folder / "out")
+        page = self.folder / "out" / "stuck_sensor.html"
+        self.assertEqual({"run", "fault"}, set(layouts(page)))
+        self.assertRegex(page.read_text(encoding="utf-8"), r"Fault bad_sample at 1\.000\d s</b>: a sample was not a number.*check sensor supply")
+        history = self.folder / "out" / "stuck_sensor_fault.csv"
+        self.expect(0, lagless("plot", history), "stuck_sensor_fault.html")
+        alone = layouts(history.with_suffix(".html"))
+        self.assertEqual(["run"], list(alone))
+        self.assertEqual(layouts(page)["fault"]["data"], alone["run"]["data"])
+        shown = set(alone["run"]["columns"])
+        self.assertEqual(set(recorded(history)) - {"time", "period"}, shown & set(recorded(history)))
+
+    @unittest.skipUnless(UPLOT, "uPlot is missing")
+    def test_nothing_recorded_is_left_out(self):
+        rows = [f"{row['table']}.{row['name']}" for row in json.loads(lagless("signals", "--json").stdout)["rows"]]
+        self.assertGreater(len(rows), 80)
+        self.expect(1, lagless("run", self.scenario, "--plot", "--record", ",".join(rows), "--out", self.folder / "out"), "out/own.html")
+        rows = set(recorded(self.folder / "out" / "own.csv")) - {"time"}
+        self.assertGreater(len(rows), 80)
+        layout = layouts(self.folder / "out" / "own.html")["run"]
+        traces = [trace["column"] for panel in layout["panels"] for trace in panel["traces"]]
+        silent = {"period", "warnings_2", "fault_present"}  # the axis; bands that were 0 throughout
+        self.assertEqual(rows - silent, rows & set(traces))
+        self.assertEqual(len(traces), len(set(traces)))
+        for panel in layout["panels"][1:]:
+            self.assertRegex(panel["ylabel"], r" \[.+\]$")
+
+    @unittest.skipUnless(UPLOT, "uPlot is missing")
+    def test_csv_and_mat_draw_the_same(self):
+        lagless("run", self.scenario, "--format", "csv,mat", "--out", self.folder)
+        pages = []
+        for ending in ("csv", "mat"):
+            self.expect(0, lagless("plot", self.folder / f"own.{ending}", "--out", self.folder / ending), f"{ending}/own.html")
+            pages.append(layouts(self.folder / ending / "own.html")["run"])
+        self.assertEqual([panel["ylabel"] for panel in pages[0]["panels"]], [panel["ylabel"] for panel in pages[1]["panels"]])
+        a, b = (column(page, "i_d") for page in pages)
+        for x, y in zip(a, b):
+            self.assertAlmostEqual(x, y, delta=1e-4)
+        self.assertEqual(*([re.findall(r"verdict (?:good|bad)", (self.folder / ending / "own.html").read_text(encoding="utf-8"))
+                            for ending in ("csv", "mat")]))
+
+    def test_a_mat_alone_is_drawn_and_a_vcd_alone_is_refused(self):
+        self.expect(1, lagless("run", self.scenario, "--plot", "--format", "mat", "--out", self.folder / "mat"), "mat/own.html")
+        self.expect(2, lagless("run", self.scenario, "--plot", "--format", "vcd", "--out", self.folder / "vcd"), "csv or mat")
+        self.assertFalse((self.folder / "vcd").exists())
+
+    def test_pictures_are_the_same_octets_each_time(self):
+        lagless("run", "quick_stop", "--out", self.folder)
+        files = []
+        for name in ("a", "b"):
+            self.expect(0, lagless("plot", self.folder / "quick_stop.csv", "--format", "svg,png", "--out", self.folder / name))
+            files.append([(self.folder / name / f"quick_stop.{ending}").read_bytes() for ending in ("png", "svg")])
+            self.assertFalse((self.folder / name / "quick_stop.html").exists())
+        self.assertEqual(*files)
+        self.assertEqual(b"\x89PNG", files[0][0][:4])
+        self.assertIn(b"<svg", files[0][1])
+
+    def test_without_uplot_the_page_has_a_picture_and_says_what_is_missing(self):
+        path = self.recording()
+        nowhere = {**os.environ, "UPLOT_DIR": "", "XDG_CACHE_HOME": str(self.folder / "none"), "MPLCONFIGDIR": str(self.folder)}
+        self.expect(0, lagless("plot", path, env=nowhere))
+        page = path.with_suffix(".html").read_text(encoding="utf-8")
+        self.assertIn("run tools/get-uplot", page)
+        self.assertIn('src="data:image/png;base64,', page)
+
+    def test_a_recording_of_the_console_is_drawn(self):
+        serve = subprocess.Popen([LAGLESS, "serve", self.scenario, "--port", "0", "--quiet", "--free"], stdout=subprocess.PIPE, text=True)
+        try:
+            port = serve.stdout.readline().rsplit(":", 1)[1].strip()
+            done = subprocess.run([LAGLESS, "connect", f"tcp://127.0.0.1:{port}"], capture_output=True, text=True,
+                                  input=f"record omega_m omega_m_ref i_q for 0.1 s --out {self.folder / 'line'}\n")
+            self.expect(0, done)
+        finally:
+            serve.terminate()
+            serve.communicate()
+        for ending in ("csv", "mat"):
+            self.expect(0, lagless("plot", self.folder / "line" / f"recording.{ending}"), "recording.html")
+            if UPLOT:
+                self.assertEqual(["speed [r/min]", "current [A]"],
+                                 [panel["ylabel"] for panel in layouts(self.folder / "line" / "recording.html")["run"]["panels"]])
+
+
+class Document(Case):
+    @unittest.skipUnless(DRAWS, "matplotlib is missing")
+    def test_what_docs_plots_shows_is_what_is_printed(self):
+        """`...` stands for lines that are left out."""
+        text = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "plots.md").read_text(encoding="utf-8")
+        blocks = re.findall(r"^    \$ build/host/lagless (.*)\n((?:    (?!\$ ).*\n)*)", text, re.M)
+        self.assertEqual({"run", "plot", "compare"}, {command.split()[0] for command, _ in blocks})
+        for command, shown in blocks:
+            done = lagless(*shlex.split(command), cwd=self.folder)
+            lines = (done.stdout + done.stderr).splitlines()
+            for line in shown.splitlines():
+                if line.strip() != "...":
+                    self.assertIn(line[4:], lines, command)
+                    del lines[:lines.index(line[4:]) + 1]
+
+
+class Refusals(Case):
+    @unittest.skipUnless(DRAWS, "matplotlib is missing")
+    def test_what_is_no_recording_is_refused_by_name_and_line(self):
+        other = self.folder / "other.csv"
+        other.write_text("time,x\n0,1\n1,2\n")
+        short = self.folder / "short.mat"
+        short.write_bytes(b"MATLAB 5.0 MAT-file, cut off")
+        cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file"),
+                 (self.folder, "Is a directory"), (short, "short.mat: this MAT file cannot be read"),
+                 (self.recording(("recording: 1", "recording: 7")), "format 7: this program reads format 1"),
+                 (self.recording(("time[s]", "t[s]"), name="t.csv"), "t.csv:11: column time[s] is missing"),
+                 (self.recording(("i_q[A]", "i_q"), name="u.csv"), "u.csv:11: column `i_q`: a unit in brackets"),
+                 (self.recording(("0.0002,2,1", "0.0002,2"), name="c.csv"), "c.csv:14: 2 values, but 3 columns"),
+                 (self.recording(("1.5", "one"), name="n.csv"), "n.csv:13: `one` is no number"),
+                 (self.recording(("0.0002", "0.0001"), name="b.csv"), "b.csv: time does not increase"),
+                 (self.recording((RECORDING[RECORDING.index("0.0000"):], ""), name="e.csv"), "e.csv: no samples"))
+        for path, message in cases:
+            for command in (["plot", path], ["compare", path, path])[:1 + (path == other)]:
+                done = self.expect(2, lagless(*command), f"lagless {command[0]}: ", message)
+                self.assertEqual(1, len(done.stderr.splitlines()), done.stderr)
+
+    def test_wrong_use_is_2_before_anything_runs(self):
+        path = self.recording()
+        self.expect(2, lagless("plot"), "which recording?")
+        self.expect(2, lagless("compare", path), "which two recordings?")
+        self.expect(2, lagless("plot", path, path), "one recording at a time")
+        self.expect(2, lagless("plot", path, "--format", "jpg"), "jpg: accepted html, png, svg")
+        self.expect(2, lagless("run", self.scenario, "--plot=pdf", cwd=self.folder), "pdf: accepted html, png, svg")
+        self.expect(2, lagless("run", self.scenario, "--plot", "--record", "nonsense", cwd=self.folder))
+        self.assertFalse((self.folder / "runs").exists(), "a refused run leaves no folder")
+
+    @unittest.skipUnless(DRAWS, "matplotlib is missing")
+    def test_a_folder_that_cannot_be_written_is_3(self):
+        path = self.recording()
+        blocked = self.folder / "file"
+        blocked.write_text("")
+        for command in (["plot", path, "--out", blocked / "x"], ["compare", path, path, "--out", blocked / "x"],
+                        ["run", self.scenario, "--plot", "--out", blocked / "x"]):
+            done = self.expect(3, lagless(*command), str(blocked))
+            self.assertNotIn("Traceback", done.stderr)
+        (self.folder / "runs").write_text("")
+        self.expect(3, lagless("run", self.scenario, "--plot", cwd=self.folder), "runs")
+
+    def test_without_python_or_matplotlib_it_says_how_to_get_them(self):
+        path = self.recording()
+        self.expect(3, lagless("plot", path, env={**os.environ, "LAGLESS_PYTHON": "/nonexistent/python3"}),
+                    "cannot run Python (/nonexistent/python3)", "install Python 3.9 or later")
+        for module in ("numpy", "matplotlib"):
+            stub = self.folder / f"no_{module}"
+            stub.mkdir()
+            (stub / f"{module}.py").write_text(f"raise ModuleNotFoundError('No module named {module}', name='{module}')\n")
+            done = self.expect(3, lagless("plot", path, "--format", "png", env={**os.environ, "PYTHONPATH": str(stub)}),
+                               "lagless plot: matplotlib is missing: run tools/setup demo")
+            self.assertNotIn("Traceback", done.stderr)
+
+
+@unittest.skipUnless(DRAWS, "matplotlib is missing")
+class Compares(Case):
+    def test_equal_recordings_are_0(self):
+        done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 rows")
+        self.assertEqual("", done.stderr)
+
+    def test_csv_and_mat_of_one_run_are_equal(self):
+        lagless("run", self.scenario, "--plot=svg", "--format", "csv,mat", "--out", self.folder)
+        self.expect(0, lagless("compare", self.folder / "own.csv", self.folder / "own.mat"), "equal: ")
+
+    def test_the_first_difference_is_told_with_period_time_and_both_values(self):
+        a = self.recording()
+        b = self.recording(("0.0002,2,1", "0.0002,2.25,0"), ("-0.1", "-0.2"), name="b.csv")
+        done = self.expect(1, lagless("compare", a, b))
+        lines = done.stdout.splitlines()
+        begin = lines.index("first difference: period 2, 0.0002 s")
+        self.assertEqual(["  i_q: 2 A in A, 2.25 A in B", "  state: ready in A, not_ready in B", "2 of 2 rows differ:"],
+                         lines[begin + 1:begin + 4])
+        self.assertRegex(lines[begin + 4], r"i_q +from 0\.0002 s, in 2 of 4 samples, by up to 0\.25 A")
+
+    def test_the_last_bit_counts_and_not_a_number_is_itself(self):
+        a = self.recording(("1.5", "nan"), ("-0.1", "0.1"))
+        self.expect(0, lagless("compare", a, self.recording(("1.5", "nan"), ("-0.1", "0.1"), name="b.csv")))
+        self.expect(1, lagless("compare", a, self.recording(("1.5", "nan"), ("-0.1", "0.10000001"), name="c.csv")), "period 3, 0.0003 s",
+                    "i_q: 0.1 A in A, 0.10000001 A in B")
+
+    def test_what_stdout_cannot_take_is_3(self):
+        a, b = self.recording(), self.recording(name="b.csv")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([LAGLESS, "compare", a, b], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(3, done.returncode)
+        self.assertIn("the output cannot be written: No space left on device", done.stderr)
+        self.assertNotIn("Exception", done.stderr)
+
+    def test_rows_rates_lengths_and_settings_that_differ_are_told(self):
+        a = self.recording()
+        self.expect(1, lagless("compare", a, self.recording(("i_q[A]", "i_d[A]"), name="b.csv")), "only in A: i_q", "only in B: i_d",
+                    "no difference in the 4 samples of the 1 rows that both have")
+        self.expect(1, lagless("compare", a, self.recording(("every: 1", "every: 2"), ("0.0001,1.5,0\n", ""), ("0.0003,-0.1,1\n", ""),
+                                                            name="c.csv")),
+                    "rate: every 1 periods in A, every 2 in B", "compared: 2 samples that both have; 2 only A has, 0 only B")
+        self.expect(0, lagless("compare", a, self.recording(("inertia: 0.06", "inertia: 0.07"), name="d.csv")),
+                    "setting inertia: 0.06 kg m^2 in A, 0.07 kg m^2 in B", "equal: ")
+        self.expect(2, lagless("compare", a, self.recording(("period: 0.0001", "period: 0.00005"), name="e.csv")), "periods of 0.0001 s")
+
+    def test_both_are_drawn_in_one_page_with_what_is_apart(self):
+        a, b = self.recording(), self.recording(("-0.1", "-0.2"), name="b.csv")
+        self.expect(1, lagless("compare", a, b, "--out", self.folder / "out", "--format", "html,png"), "out/compare.html", "out/compare.png")
+        self.expect(1, lagless("compare", a, b, "--plot", cwd=self.folder), "runs/compare/compare.html")
+        if UPLOT:
+            drawn = layouts(self.folder / "out" / "compare.html")
+            self.assertEqual(["i_q A", "i_q B"], [trace["label"] for trace in drawn["both"]["panels"][1]["traces"]])
+            for shown, true in zip(column(drawn["apart"], "d.i_q"), (0.0, 0.0, 0.0, -0.1)):
+                self.assertAlmostEqual(shown, true, places=6)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: those of
+three scenarios, and of two recordings compared. Then copies with faults, each of which must be found.
+
+usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
+
+Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: matplotlib, uPlot, chromium or chromedriver is missing. Python 3.9,
+standard library only."""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
+from test_browser import CANVASES, SKIPPED, Browser, Fault, expect, replaced  # noqa: E402
+import json  # noqa: E402
+
+SCENARIOS = ("cold_start", "reversal_under_load", "stuck_sensor")
+WIDTHS = (1400, 390)
+
+# Each panel of each layout: what it is, what of it could not be seen.
+PANELS = """
+return [...document.querySelectorAll('.plots')].map(host => {
+    const layout = JSON.parse(host.querySelector('script').textContent);
+    return {figure: host.dataset.figure, state: host.dataset.state, plots: (host.plots || []).length,
+            panels: layout.panels.map(panel => ({ylabel: panel.ylabel, kind: panel.kind, traces: panel.traces.map(t => t.label)})),
+            legends: (host.plots || []).map(plot => [...plot.root.querySelectorAll('.u-legend th')].slice(1).map(e => e.textContent)),
+            left: (host.plots || []).map(plot => Math.round(plot.bbox.left))};
+})"""
+
+# Letters of a legend or an axis that stand over another, or beyond the window.
+HIDDEN = """
+const found = [];
+for (const box of document.querySelectorAll('.u-legend')) {
+    const rows = [...box.querySelectorAll('.u-series')].map(e => e.getBoundingClientRect());
+    rows.forEach((a, k) => rows.slice(k + 1).forEach(b => {
+        if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
+            found.push('legends overlap');
+    }));
+    if (rows.some(row => row.right > innerWidth || row.left < 0)) found.push('a legend is cut off');
+}
+for (const e of document.querySelectorAll('h1, h2, td, th, button, p, pre')) {
+    const box = e.getBoundingClientRect();
+    if (box.width && !e.closest('.wide, details') && box.right > innerWidth + 1) found.push(e.tagName + ' is cut off: ' + e.textContent.slice(0, 40));
+}
+return found"""
+
+
+def drawn(browser, shot=None):
+    """Every layout has been scrolled to and drawn; {canvas: pixels in the colour of a trace}."""
+    canvases = {}
+    for host in range(browser.run("return document.querySelectorAll('.plots').length")):
+        browser.run("document.querySelectorAll('.plots')[arguments[0]].scrollIntoView()", host)
+        browser.wait(lambda: browser.run("return ['ready', 'failed'].includes(document.querySelectorAll('.plots')[arguments[0]].dataset.state)",
+                                         host), "plots")
+    top = 0
+    while top < browser.run("return document.documentElement.scrollHeight"):
+        browser.run("scrollTo({top: arguments[0], behavior: 'instant'});"
+                    " return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))", top)
+        canvases.update((canvas["name"], canvas["found"]) for canvas in browser.run(CANVASES))
+        top += 700
+    if shot:
+        height = browser.run("return document.documentElement.scrollHeight")
+        width = browser.run("return innerWidth")
+        browser.size(width, height)
+        browser.run("scrollTo(0, 0); return new Promise(done => setTimeout(done, 200))")
+        browser.screenshot(shot)
+    return canvases
+
+
+def open_page(browser, path, width):
+    browser.size(width, 900)
+    browser.do("url", {"url": "about:blank"})
+    for kind in ("performance", "browser"):
+        browser.records(kind)
+    browser.do("url", {"url": path.resolve().as_uri()})
+    browser.wait(lambda: browser.run("return document.readyState === 'complete'"), "the page")
+
+
+def check_panels(browser, canvases):
+    layouts = browser.run(PANELS)
+    for layout in layouts:
+        expect((layout["state"], layout["plots"]), ("ready", len(layout["panels"])), f"state and plots of {layout['figure']}")
+        expect(len(set(layout["left"])), 1, "left ends of the panels of one layout")
+        for panel, legend in zip(layout["panels"], layout["legends"]):
+            expect(legend, panel["traces"], "names in a legend")
+            if panel["kind"] != "bands" and not (panel["ylabel"].endswith("]") and "[" in panel["ylabel"]):
+                raise Fault(f"an axis without a unit: {panel['ylabel']}")
+    bands = {f"{layout['figure']} panel {k}" for layout in layouts for k, panel in enumerate(layout["panels"])
+             if panel["kind"] == "bands"}
+    expect(sorted(canvases), sorted(f"{layout['figure']} panel {k}" for layout in layouts for k in range(layout["plots"])), "canvases")
+    expect([name for name, found in canvases.items() if found < 20 and name not in bands], [], "panels that show no trace")
+    return layouts
+
+
+# A state and its name stand in the panel of bands: its pixels are of more than one colour, and some are those of letters.
+BANDS = """
+return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).filter((_, k) =>
+    JSON.parse(host.querySelector('script').textContent).panels[k].kind === 'bands').map(plot => {
+    const {left, top, width, height} = plot.bbox;
+    const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
+    copy.drawImage(plot.ctx.canvas, -left, -top);
+    const data = copy.getImageData(0, 0, width, height).data;
+    let filled = 0, dark = 0;
+    for (let i = 0; i < data.length; i += 4) {
+        filled += data[i + 3] > 50 && data[i + 3] < 120;
+        dark += data[i + 3] > 200 && data[i] + data[i + 1] + data[i + 2] < 250;
+    }
+    return {filled, dark};
+}))"""
+
+
+def check_bands(browser):
+    bands = browser.run(BANDS)
+    if not bands or any(each["filled"] < 500 or each["dark"] < 150 for each in bands):
+        raise Fault(f"bands without colours or names: {bands}")
+
+
+def check_cursor(browser):
+    """Under the cursor stand the names of the bands and the values with their units."""
+    over = browser.run("const host = document.querySelector('.plots'); host.scrollIntoView(); return host.plots[1].root.querySelector('.u-over')")
+    browser.pointer(over, (30, 3), (40, 3))
+    texts = browser.run("return document.querySelector('.plots').plots.slice(0, 2).map(plot => [...plot.root.querySelectorAll('.u-value')]"
+                        ".map(e => e.textContent))")
+    if not texts[0][1].replace("_", "").isalpha() or not all(text.split()[-1] in ("s", "r/min") for text in texts[1]):
+        raise Fault(f"under the cursor: {texts}")
+
+
+def check_quiet(browser, path):
+    """Nobody was asked, and nothing complained."""
+    messages = [json.loads(record["message"])["message"] for record in browser.records("performance")]
+    urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
+    expect([url for url in urls if not url.startswith("data:")], [path.resolve().as_uri()], "what was asked for")
+    said = [record["message"] for record in browser.records("browser") if record["level"] in ("SEVERE", "WARNING")]
+    expect(said, [], "errors and warnings on the console")
+
+
+def check_room(browser):
+    page, window = browser.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
+    if page > window:
+        raise Fault(f"the page is {page} px wide in a window of {window} px")
+    expect(browser.run(HIDDEN), [], "text that cannot be read")
+
+
+def look(browser, path, width, shot=None):
+    """All checks on one page."""
+    open_page(browser, path, width)
+    canvases = drawn(browser, shot)
+    layouts = check_panels(browser, canvases)
+    check_bands(browser)
+    check_room(browser)
+    if width == max(WIDTHS):
+        check_cursor(browser)
+    check_quiet(browser, path)
+    return layouts
+
+
+REMOTE = ("</header>", '<img alt="" src="http://example.invalid/a.png"></header>')
+SEEDED = (
+    ("a picture from elsewhere that the policy allows", replaced(REMOTE, ("img-src data:", "img-src *")), "what was asked for"),
+    ("an error that is thrown", replaced(("</body>", "<script>throw new Error('seeded')</script></body>")), "console"),
+    ("empty panels", replaced(("ctx.save();", "ctx.clearRect(0, 0, 1e4, 1e4); ctx.save();")), "no trace"),
+    ("bands without names", replaced(("ctx.fillText(text, from + 4", "(() => {})(text, from + 4")), "bands"),
+    ("plots that fail", replaced(("new DecompressionStream", "new Decompression")), "state and plots"),
+    ("an axis without a unit", replaced(('"torque [N m]"', '"torque"')), "without a unit"),
+    ("values without names", replaced(('"–" : nameOf(trace, number)', '"–" : String(number)')), "under the cursor"),
+    ("panels that begin at different places", replaced(("size: layout.label + 18", "size: layout.label")), "left ends"),
+    ("something too wide", replaced(("</header>", '<p style="width: 2000px">wide</p></header>')), "wide"),
+    ("legends over each other", replaced((".plots .u-legend {", ".plots .u-series { margin-right: -4rem; } .plots .u-legend {")), "overlap"),
+)
+
+
+def self_test(browser, page, work):
+    missed = 0
+    text = page.read_text(encoding="utf-8")
+    for what, seed, sign in SEEDED:
+        copy = work / "copy.html"
+        copy.write_text(seed(text), encoding="utf-8")
+        try:
+            look(browser, copy, max(WIDTHS))
+            found = ""
+        except Fault as fault:
+            found = str(fault)
+        right = sign in found
+        missed += not right
+        print("found " if right else "MISSED", what, found[:150])
+    return missed
+
+
+def pages(lagless, folder):
+    """{name: page} of the scenarios, and of two runs compared."""
+    made = {}
+    for name in SCENARIOS:
+        subprocess.run([lagless, "run", name, "--plot", "--out", folder / name, "--quiet"], check=True)
+        made[name] = folder / name / f"{name}.html"
+    other = folder / "other"
+    subprocess.run([lagless, "run", "cold_start", "--set", "load_torque=2 N m", "--plot", "--out", other, "--quiet"],
+                   stdout=subprocess.DEVNULL, check=False)
+    subprocess.run([lagless, "compare", folder / "cold_start" / "cold_start.csv", other / "cold_start.csv", "--out", folder / "compare"],
+                   stdout=subprocess.DEVNULL, check=False)
+    made["compare"] = folder / "compare" / "compare.html"
+    return made
+
+
+def main():
+    lagless, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    driver = shutil.which("chromedriver")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if not driver or not chromium:
+        print(f"skipped: {'chromedriver (Debian: chromium-driver)' if not driver else 'chromium'} is missing")
+        return SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    probe = subprocess.run([lagless, "run", "stuck_sensor", "--plot", "--out", folder / "probe"], stderr=subprocess.PIPE,
+                           stdout=subprocess.DEVNULL, text=True, check=False)
+    if "matplotlib is missing" in probe.stderr or "tools/get-uplot" in (folder / "probe" / "stuck_sensor.html").read_text(encoding="utf-8"):
+        print("skipped: matplotlib, or uPlot, which tools/get-uplot brings, is missing")
+        return SKIPPED
+    made = pages(lagless, folder)
+    work = pathlib.Path(tempfile.mkdtemp(prefix="lagless_look_"))
+    failed, browser = 0, None
+    try:
+        browser = Browser(driver, chromium, work)
+        for name, page in made.items():
+            for width in WIDTHS:
+                try:
+                    layouts = look(browser, page, width, folder / f"{name}_{width}.png")
+                    print("ok     ", name, width, "px:", sum(layout["plots"] for layout in layouts), "panels")
+                except Fault as fault:
+                    failed += 1
+                    print("FAILED ", name, width, "px:", fault)
+        failed += self_test(browser, made["cold_start"], work)
+    finally:
+        if browser:
+            browser.close()
+        shutil.rmtree(work, ignore_errors=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

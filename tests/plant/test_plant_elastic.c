@@ -1,0 +1,331 @@
+/* Two masses and the shaft between them, against closed forms and an independent integration. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tests/plant/loop.h"
+#include "unity.h"
+
+#define TICKS 150e6
+
+static plant_t plant;
+static loop_t loop;
+
+void setUp(void)
+{
+    memset(&loop, 0, sizeof loop);
+    loop.dead = 375;
+}
+
+void tearDown(void)
+{
+}
+
+/* Nothing but the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
+static plant_params_t bare(void)
+{
+    plant_params_t q = plant_params_default();
+    q.flux_linkage = 0.0;
+    q.friction_coulomb = 0.0;
+    q.inertia = 0.002;
+    q.load_inertia = 0.003;
+    q.shaft_stiffness = 1e6 / (1.0 / q.inertia + 1.0 / q.load_inertia);
+    return q;
+}
+
+/* The plant at the end of `seconds`, seen every 1.3 ms; what is wanted of twist and speeds by `exact`. */
+static void follow(const plant_params_t *q, double motor, double load, double seconds,
+                   void (*exact)(const plant_params_t *, double, double, double, double[3]))
+{
+    plant_init(&plant, q, 1);
+    plant_set_motion(&plant, 0.0, motor);
+    plant.omega_load = load;
+    plant_set_params(&plant, q); /* the torque of the shaft from its speeds */
+    double far[3] = {0.0, 0.0, 0.0};
+    for (double t = 1.3e-3; t < seconds; t += 1.3e-3) {
+        uint64_t tick = (uint64_t)(t * TICKS);
+        double wanted[3];
+        plant_truth_t now;
+        plant_advance(&plant, tick);
+        plant_truth(&plant, &now);
+        exact(q, motor, load, (double)tick / TICKS, wanted);
+        far[0] = fmax(far[0], fabs(now.twist - wanted[0]));
+        far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
+        far[2] = fmax(far[2], fabs(now.omega_load - wanted[2]));
+    }
+    printf("off by %.2g rad twist, %.2g and %.2g rad/s\n", far[0], far[1], far[2]);
+    TEST_ASSERT_TRUE(far[0] < 1e-9);
+    TEST_ASSERT_TRUE(far[1] < 1e-6);
+    TEST_ASSERT_TRUE(far[2] < 1e-6);
+}
+
+/* twist'' + 2 z twist' + w^2 twist = a, a = T_load/J_load; the centre of mass goes by -T_load/(J + J_load).
+ */
+static void swinging(const plant_params_t *q, double motor, double load, double t, double wanted[3])
+{
+    double sum = 1.0 / q->inertia + 1.0 / q->load_inertia;
+    double z = 0.5 * q->shaft_damping * sum;
+    double w2 = q->shaft_stiffness * sum;
+    double w = sqrt(w2 - z * z);
+    double rest = q->load_torque / q->load_inertia / w2;
+    double nu = motor - load;
+    double c = -rest;
+    double s = (nu + z * c) / w;
+    double decay = exp(-z * t);
+    double x = rest + decay * (c * cos(w * t) + s * sin(w * t));
+    double v = decay * ((w * s - z * c) * cos(w * t) - (w * c + z * s) * sin(w * t));
+    double both = q->inertia + q->load_inertia;
+    double centre = (q->inertia * motor + q->load_inertia * load - q->load_torque * t) / both;
+    wanted[0] = x;
+    wanted[1] = centre + v * q->load_inertia / both;
+    wanted[2] = centre - v * q->inertia / both;
+}
+
+/* The same with two real decays. */
+static void settling(const plant_params_t *q, double motor, double load, double t, double wanted[3])
+{
+    double sum = 1.0 / q->inertia + 1.0 / q->load_inertia;
+    double z = 0.5 * q->shaft_damping * sum;
+    double root = sqrt(z * z - q->shaft_stiffness * sum);
+    double fast = z + root;
+    double slow = q->shaft_stiffness * sum / fast;
+    double nu = motor - load;
+    double a = nu / (fast - slow);
+    double x = a * (exp(-slow * t) - exp(-fast * t));
+    double v = a * (fast * exp(-fast * t) - slow * exp(-slow * t));
+    double both = q->inertia + q->load_inertia;
+    double centre = (q->inertia * motor + q->load_inertia * load) / both;
+    wanted[0] = x;
+    wanted[1] = centre + v * q->load_inertia / both;
+    wanted[2] = centre - v * q->inertia / both;
+}
+
+static void test_two_free_masses_swing_as_the_closed_form_for_a_second(void)
+{
+    plant_params_t q = bare();
+    follow(&q, 10.0, -5.0, 1.0, swinging);
+}
+
+static void test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_form(void)
+{
+    plant_params_t q = bare();
+    q.shaft_damping = 0.02;
+    q.load_kind = PLANT_LOAD_ACTIVE;
+    q.load_torque = 2.0;
+    follow(&q, 30.0, 30.0, 0.3, swinging);
+}
+
+static void test_an_overdamped_shaft_settles_as_the_closed_form(void)
+{
+    plant_params_t q = bare();
+    q.shaft_damping = 6.0; /* 2.5 times what just does not swing */
+    follow(&q, 10.0, 0.0, 0.1, settling);
+}
+
+static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
+{
+    /* w = sqrt(k/J_load); the torque stays below break-away: k amplitude = 1 rad/s w J_load. */
+    plant_params_t q = bare();
+    q.friction_coulomb = 2.0;
+    q.friction_breakaway = 3.0;
+    plant_init(&plant, &q, 1);
+    plant.omega_load = 1.0;
+    plant_set_params(&plant, &q);
+    double w = sqrt(q.shaft_stiffness / q.load_inertia);
+    for (int n = 1; n <= 100; n++) {
+        plant_advance(&plant, (uint64_t)n * 100000u);
+        double t = (double)n * 1e5 / TICKS;
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, cos(w * t), plant.omega_load);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-10, -sin(w * t) / w, plant.twist);
+    }
+}
+
+static void test_a_swing_beyond_break_away_moves_the_motor(void)
+{
+    plant_params_t q = bare();
+    q.friction_coulomb = 2.0;
+    q.friction_breakaway = 3.0;
+    double w = sqrt(q.shaft_stiffness / q.load_inertia);
+    double enough = 3.0 / (w * q.load_inertia); /* [rad/s] whose swing reaches break-away */
+    for (int over = 0; over < 2; over++) {
+        plant_init(&plant, &q, 1);
+        plant.omega_load = enough * (over ? 1.01 : 0.99);
+        plant_set_params(&plant, &q);
+        plant_set_metering(&plant, true);
+        plant_truth_t before, now;
+        plant_truth(&plant, &before);
+        plant_advance(&plant, (uint64_t)(0.2 * TICKS));
+        plant_truth(&plant, &now);
+        TEST_ASSERT_TRUE((fabs(now.theta_m) > 1e-6) == (over != 0));
+        /* What was lost, friction has taken; the one tick in which it breaks loose is not resolved. */
+        TEST_ASSERT_DOUBLE_WITHIN((over ? 1e-3 : 1e-9) * before.energy_kinetic, before.energy_kinetic,
+                                  now.energy_kinetic + now.energy_mechanical);
+    }
+}
+
+static void test_a_locked_motor_drags_the_far_end_up_to_its_speed(void)
+{
+    plant_params_t q = bare();
+    q.shaft_damping = 0.5;
+    plant_init(&plant, &q, 1);
+    plant_set_metering(&plant, true);
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = 20.0;
+    plant_set_params(&plant, &q);
+    plant_advance(&plant, (uint64_t)(0.5 * TICKS));
+    plant_truth_t now;
+    plant_truth(&plant, &now);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, now.omega_load);
+    /* Dragged up by a constant speed: the dynamometer gives J w^2, half is stored and half lost in the shaft.
+     * It counts as given back. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5 * q.load_inertia * 400.0, now.energy_mechanical);
+}
+
+static void test_without_stiffness_both_masses_are_one_to_the_last_bit(void)
+{
+    plant_params_t one = plant_params_default();
+    plant_params_t two = one;
+    static plant_t other;
+    one.inertia = 0.0625;
+    two.inertia = 0.03125;
+    two.load_inertia = 0.03125;
+    plant_init(&plant, &one, 1);
+    plant_init(&other, &two, 1);
+    loop_t twin = loop;
+    for (int k = 0; k < 1000; k++) {
+        loop.i_q_ref = twin.i_q_ref = 8.0;
+        loop_period(&loop, &plant, NULL, NULL);
+        loop_period(&twin, &other, NULL, NULL);
+    }
+    TEST_ASSERT_TRUE(plant.omega_m > 3.0);
+    TEST_ASSERT_EQUAL_DOUBLE(plant.omega_m, other.omega_m);
+    TEST_ASSERT_EQUAL_DOUBLE(plant.i[0], other.i[0]);
+}
+
+static void test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_loses_its_load_the_speed(void)
+{
+    plant_params_t q = bare();
+    plant_init(&plant, &q, 1);
+    plant_set_motion(&plant, 0.0, 10.0);
+    plant.omega_load = 20.0;
+    plant_set_params(&plant, &q);
+    plant_t swinging_on = plant;
+    plant_params_t rigid = q;
+    rigid.shaft_stiffness = 0.0;
+    plant_set_params(&plant, &rigid);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, (0.002 * 10.0 + 0.003 * 20.0) / 0.005, plant.omega_m);
+    plant = swinging_on;
+    q.load_inertia = 0.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_DOUBLE(10.0, plant.omega_m);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.shaft_torque);
+}
+
+/* Imbalance of the energies below 0.1 % of what moved. */
+static void balanced(double target)
+{
+    plant_set_metering(&plant, true);
+    plant_truth_t before, now;
+    plant_truth(&plant, &before);
+    double most = 0.0;
+    for (int k = 0; k < 4000; k++) {
+        double wish = 0.5 * (target - plant.omega_m);
+        loop.i_q_ref = wish > 10.0 ? 10.0 : wish < -10.0 ? -10.0 : wish;
+        loop_period(&loop, &plant, NULL, NULL);
+        most = fmax(most, fabs(plant.twist));
+    }
+    plant_truth(&plant, &now);
+    double stored = now.energy_magnetic + now.energy_kinetic - before.energy_magnetic - before.energy_kinetic;
+    double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + stored;
+    double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
+    printf("twist to %.3g rad, %.4g J moved, off by %.2g\n", most, moved, (now.energy_dc - sinks) / moved);
+    TEST_ASSERT_TRUE(most > 1e-4 && moved > 10.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * fabs(target), target, now.omega_load);
+}
+
+static void elastic_drive(uint32_t averaged, double breakaway)
+{
+    plant_params_t q = plant_params_default();
+    q.inertia = 0.003;
+    q.load_inertia = 0.006;
+    q.shaft_stiffness = 2000.0; /* 160 Hz */
+    q.shaft_damping = 0.05;
+    q.friction_coulomb = 0.3;
+    q.friction_breakaway = breakaway;
+    q.load_torque = 4.0;
+    loop.averaged = averaged;
+    plant_init(&plant, &q, 1);
+    balanced(120.0);
+}
+
+static void test_energy_balances_with_an_elastic_load_switched(void)
+{
+    elastic_drive(0u, 0.0);
+}
+
+static void test_energy_balances_with_an_elastic_load_averaged(void)
+{
+    elastic_drive(1u, 0.0);
+}
+
+static void test_energy_balances_with_an_elastic_load_and_stiction(void)
+{
+    elastic_drive(0u, 0.5);
+}
+
+/* Steady speed: the shaft carries the load of the far end, friction stays at the motor. */
+static void test_load_acts_at_the_far_end_and_friction_at_the_motor(void)
+{
+    plant_params_t q = plant_params_default();
+    q.inertia = 0.003;
+    q.load_inertia = 0.006;
+    q.shaft_stiffness = 2000.0;
+    q.shaft_damping = 0.5;
+    q.friction_coulomb = 1.0;
+    q.friction_viscous = 0.01;
+    q.load_torque = 3.0;
+    plant_init(&plant, &q, 1);
+    loop.averaged = 1;
+    plant_set_motion(&plant, 0.0, 50.0);
+    /* Means over the last second: the inverter's torque has ripple. */
+    double shaft = 0.0;
+    double twist = 0.0;
+    double torque = 0.0;
+    double against = 0.0;
+    for (int k = 0; k < 20000; k++) {
+        loop.i_q_ref = 0.05 * (50.0 - plant.omega_m) + 4.5 / 1.098;
+        loop_period(&loop, &plant, NULL, NULL);
+        if (k >= 10000) {
+            plant_truth_t now;
+            plant_truth(&plant, &now);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 + 0.01 * now.omega_m + 3.0, now.load_torque);
+            shaft += 1e-4 * now.shaft_torque;
+            twist += 1e-4 * now.twist;
+            torque += 1e-4 * now.torque;
+            against += 1e-4 * now.load_torque;
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(3e-3, 3.0, shaft);
+    TEST_ASSERT_DOUBLE_WITHIN(3e-3 / 2000.0, 3.0 / 2000.0, twist);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, against, torque);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_two_free_masses_swing_as_the_closed_form_for_a_second);
+    RUN_TEST(test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_form);
+    RUN_TEST(test_an_overdamped_shaft_settles_as_the_closed_form);
+    RUN_TEST(test_a_held_motor_lets_the_far_end_swing_on_the_shaft);
+    RUN_TEST(test_a_swing_beyond_break_away_moves_the_motor);
+    RUN_TEST(test_a_locked_motor_drags_the_far_end_up_to_its_speed);
+    RUN_TEST(test_without_stiffness_both_masses_are_one_to_the_last_bit);
+    RUN_TEST(test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_loses_its_load_the_speed);
+    RUN_TEST(test_energy_balances_with_an_elastic_load_switched);
+    RUN_TEST(test_energy_balances_with_an_elastic_load_averaged);
+    RUN_TEST(test_energy_balances_with_an_elastic_load_and_stiction);
+    RUN_TEST(test_load_acts_at_the_far_end_and_friction_at_the_motor);
+    return UNITY_END();
+}

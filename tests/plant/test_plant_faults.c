@@ -1,0 +1,644 @@
+/* What can break in the inverter, its wires, the encoder and the supply, against algebra. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "host_sim/plant/interval.h"
+#include "tests/plant/loop.h"
+#include "unity.h"
+
+#define TICKS 150e6
+#define PI    3.14159265358979323846
+
+static plant_t plant;
+static plant_t other;
+static loop_t loop;
+
+void setUp(void)
+{
+    memset(&loop, 0, sizeof loop);
+    loop.dead = 375;
+}
+
+void tearDown(void)
+{
+}
+
+static uint64_t after(double seconds)
+{
+    return plant.tick + (uint64_t)(seconds * TICKS + 0.5);
+}
+
+/* A winding whose current hardly moves, no EMF, the shaft held. */
+static plant_params_t choke(void)
+{
+    plant_params_t q = plant_params_default();
+    q.inductance_d = 1.0;
+    q.inductance_q = 1.0;
+    q.resistance = 0.0;
+    q.flux_linkage = 0.0;
+    q.shaft_locked = 1.0;
+    return q;
+}
+
+static void put_currents(double a, double b, double c)
+{
+    plant.idle = 0;
+    plant.i[0] = a;
+    plant.i[1] = b;
+    plant.i[2] = c;
+    interval_restart(&plant);
+}
+
+/* ---- unequal legs ---- */
+
+/* Upper a and lower b, c on for good: V - d - 2 V_ce - (R_leg + 1.5 (R + r_ce)) i = 0. */
+static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
+{
+    const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
+    for (uint32_t averaged = 0; averaged < 2; averaged++) {
+        plant_params_t q = plant_params_default();
+        q.dc_voltage = 30.0;
+        q.shaft_locked = 1.0;
+        q.leg_a_drop = 3.0;
+        q.leg_a_resistance = 2.0;
+        plant_init(&plant, &q, 1);
+        if (averaged) {
+            plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
+        } else {
+            plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+        }
+        plant_advance(&plant, (uint64_t)(0.4 * TICKS));
+        /* Averaged, drops are of the current half a delay later: 1 us of R i/L, times R_leg. */
+        TEST_ASSERT_DOUBLE_WITHIN(averaged ? 1e-3 : 1e-6, (30.0 - 3.0 - 1.6) / (2.0 + 1.5 * (0.95 + 0.018)),
+                                  plant.i[0]);
+
+        /* From the instant it is taken back, with the time constant of what is left. */
+        double i = plant.i[0];
+        q.leg_a_drop = 0.0;
+        q.leg_a_resistance = 0.0;
+        plant_set_params(&plant, &q);
+        plant_advance(&plant, plant.tick + (averaged ? LOOP_PERIOD : 0u));
+        i = plant.i[0];
+        double rest = (30.0 - 1.6) / (1.5 * (0.95 + 0.018));
+        plant_advance(&plant, after(5e-3));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, rest + (i - rest) * exp(-5e-3 * (0.95 + 0.018) / 0.0125), plant.i[0]);
+    }
+}
+
+/* Current decays through a leg of its own resistance: L di/dt = -(1.5 R + R_leg)/1.5 i, all lower on. */
+static void test_a_leg_s_own_resistance_decays_a_current_second_order(void)
+{
+    plant_params_t q = plant_params_default();
+    q.flux_linkage = 0.0;
+    q.shaft_locked = 1.0;
+    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+    q.leg_b_resistance = 3.0;
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, 1000);
+    put_currents(-5.0, 10.0, -5.0);
+    plant_advance(&plant, after(5e-3));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, 10.0 * exp(-5e-3 * (0.95 + 3.0 / 1.5) / 0.0125), plant.i[1]);
+}
+
+/* Mean voltage of a period, [V s], with this delay of leg a. */
+static double period_flux(double delay, double i_a, uint32_t averaged)
+{
+    plant_params_t q = choke();
+    q.leg_a_delay = delay;
+    plant_init(&plant, &q, 1);
+    loop.averaged = averaged;
+    for (int k = 0; k < 3; k++) {
+        put_currents(i_a, -0.5 * i_a, -0.5 * i_a);
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    plant_truth_t before, now;
+    for (int k = 0; k < 2; k++) { /* the second one has all its edges */
+        const uint32_t high[3] = {7500, 7500, 7500};
+        memcpy(loop.high, high, sizeof high);
+        put_currents(i_a, -0.5 * i_a, -0.5 * i_a);
+        plant_truth(&plant, &before);
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    plant_truth(&plant, &now);
+    return now.flux_alpha - before.flux_alpha;
+}
+
+/* While the upper switch comes later the current goes through the lower diode, and the other way round: 2/3
+ * of (V - V_ce + V_f) for that long, against the current. */
+static void test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_current(void)
+{
+    for (uint32_t averaged = 0; averaged < 2; averaged++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double i = 4.0 * sign;
+            double lost = period_flux(0.0, i, averaged) - period_flux(1e-6, i, averaged);
+            double fall = plant.params.dc_voltage - (0.8 + 0.018 * 4.0) + (0.95 + 0.025 * 4.0);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-3 * 2.0 / 3.0 * 1e-6 * fall, sign * 2.0 / 3.0 * 1e-6 * fall, lost);
+        }
+    }
+}
+
+/* ---- switches ---- */
+
+static plant_leg_t leg_a(void)
+{
+    plant_truth_t now;
+    plant_truth(&plant, &now);
+    return (plant_leg_t)now.leg_a;
+}
+
+static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(void)
+{
+    plant_params_t q = choke();
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, 1000);
+    put_currents(2.0, -1.0, -1.0);
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
+    q.open_switches = 1.0; /* upper a */
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_LOWER_DIODE, leg_a());
+    plant_truth_t now;
+    plant_truth(&plant, &now);
+    /* (2 v_a - v_b - v_c)/3 */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, (-2.0 * (0.95 + 0.05) - 2.0 * (0.8 + 0.018)) / 3.0, now.u_alpha);
+    put_currents(-2.0, 1.0, 1.0); /* against it the diode of the same switch conducts as ever */
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_DIODE, leg_a());
+    plant_gates(&plant, plant.tick, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, after(5e-6));
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_LOWER_IGBT, leg_a());
+    q.open_switches = 0.0;
+    plant_set_params(&plant, &q);
+    plant_gates(&plant, plant.tick, PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_gates(&plant, after(2.5e-6), PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    plant_advance(&plant, after(10e-6));
+    put_currents(2.0, -1.0, -1.0);
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
+}
+
+/* A loop with an open upper a: phase a has no positive half wave worth the name. */
+static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
+{
+    plant_params_t q = plant_params_default();
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = 60.0;
+    q.open_switches = 1.0;
+    plant_init(&plant, &q, 1);
+    double most = 0.0;
+    double least = 0.0;
+    for (int k = 0; k < 1500; k++) {
+        loop.i_q_ref = 5.0;
+        loop_period(&loop, &plant, NULL, NULL);
+        most = fmax(most, plant.i[0]);
+        least = fmin(least, plant.i[0]);
+    }
+    printf("phase a %.3g to %.3g A\n", least, most);
+    TEST_ASSERT_TRUE(least < -3.0);
+    TEST_ASSERT_TRUE(most < 1.5);
+}
+
+static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module(void)
+{
+    plant_params_t q = choke();
+    q.shorted_switches = 1.0;
+    plant_init(&plant, &q, 1);
+    put_currents(2.0, -1.0, -1.0);
+    plant_advance(&plant, 100);
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
+    plant_gates(&plant, 1000, PLANT_LOWER(1));
+    plant_gates(&plant, 2000, PLANT_LOWER(0) | PLANT_LOWER(1));
+    plant_advance(&plant, 2000u + plant.turn_on_ticks[0] - 1u);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    plant_advance(&plant, 2000u + plant.turn_on_ticks[0] + 1u);
+    plant_truth_t now;
+    plant_truth(&plant, &now);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.shoot_through_leg);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    TEST_ASSERT_EQUAL_DOUBLE((double)(PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2)),
+                             now.shut_gates);
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a()); /* nothing shuts it */
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_DIODE, (plant_leg_t)now.leg_b);
+}
+
+static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant(void)
+{
+    plant_params_t q = choke();
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_LOWER(2));
+    plant_advance(&plant, 1000);
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
+    q.shorted_switches = 16.0; /* upper c */
+    plant_set_params(&plant, &q);
+    plant_truth_t now;
+    plant_truth(&plant, &now);
+    TEST_ASSERT_TRUE(plant_fault_line(&plant));
+    TEST_ASSERT_EQUAL_DOUBLE(2.0, now.shoot_through_leg);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1000.0 / TICKS, now.shoot_through_second);
+}
+
+/* All gates off, upper a shorted, a turning magnet: the EMF drives current through the short and the upper
+ * diodes of the other legs, one way only. */
+static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
+{
+    plant_params_t q = plant_params_default();
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = 60.0;
+    q.shorted_switches = 1.0;
+    plant_init(&plant, &q, 1);
+    double least = 0.0;
+    double most = 0.0;
+    double work = 0.0;
+    for (int k = 0; k < 3000; k++) {
+        plant_advance(&plant, plant.tick + 15000u);
+        least = fmin(least, plant.i[0]);
+        most = fmax(most, plant.i[0]);
+        work += plant.torque;
+    }
+    printf("phase a %.3g to %.3g A, mean torque %.3g N m\n", least, most, work / 3000.0);
+    TEST_ASSERT_TRUE(most > 5.0);
+    TEST_ASSERT_TRUE(least > -0.2);
+    TEST_ASSERT_TRUE(work / 3000.0 < -0.5);
+}
+
+/* ---- wires ---- */
+
+static const uint32_t exchanged[4][3] = {{0, 1, 2}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+
+static uint32_t exchange(uint32_t gates, const uint32_t to[3])
+{
+    uint32_t bits = 0;
+    for (uint32_t leg = 0; leg < 3; leg++) {
+        bits |= (gates >> (2u * leg) & 3u) << (2u * to[leg]);
+    }
+    return bits;
+}
+
+/* Edges of a running loop into a plain plant, and with legs exchanged into one of swapped wires: the same. */
+static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
+{
+    static oracle_edge_t edges[12 * 400];
+    for (uint32_t pair = 1; pair <= 3; pair++) {
+        plant_params_t q = plant_params_default();
+        plant_init(&plant, &q, 1);
+        size_t count = 0;
+        setUp();
+        for (int k = 0; k < 400; k++) {
+            loop.i_q_ref = 5.0;
+            loop_period(&loop, &plant, edges, &count);
+        }
+        q.swap_phases = (double)pair;
+        plant_init(&other, &q, 1);
+        for (size_t n = 0; n < count; n++) {
+            plant_advance(&other, edges[n].tick / LOOP_PERIOD * LOOP_PERIOD); /* as the loop has looked */
+            plant_gates(&other, edges[n].tick, exchange(edges[n].on, exchanged[pair]));
+        }
+        plant_advance(&other, plant.tick);
+        TEST_ASSERT_TRUE(plant.i[0] * plant.i[0] + plant.i[1] * plant.i[1] > 1.0);
+        TEST_ASSERT_EQUAL_MEMORY(plant.i, other.i, sizeof plant.i);
+        TEST_ASSERT_EQUAL_DOUBLE(plant.omega_m, other.omega_m);
+        /* The sensors sit on the inverter's side. */
+        q.current_noise = 0.0;
+        q.swap_phases = (double)pair;
+        plant_set_params(&other, &q);
+        for (uint32_t leg = 0; leg < 3; leg++) {
+            double pin = 1.5 + plant.i[exchanged[pair][leg]] * 1.5 / q.current_range;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, pin,
+                                      plant_analog(&other, (plant_channel_t)(PLANT_CURRENT_A + leg)));
+        }
+    }
+}
+
+/* Wires that change places in the middle, edges under way and an average among them. */
+static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest(void)
+{
+    for (uint32_t averaged = 0; averaged < 2; averaged++) {
+        plant_params_t q = choke();
+        q.current_bandwidth = 1e5;
+        plant_init(&plant, &q, 1);
+        const uint32_t high[3] = {10000, 7000, 3000};
+        if (averaged) {
+            plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
+        } else {
+            plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_UPPER(1) | PLANT_LOWER(2));
+            plant_advance(&plant, 5000);
+            plant_gates(&plant, 5000, PLANT_UPPER(0) | PLANT_LOWER(2)); /* acts in a while */
+        }
+        plant_advance(&plant, 5010);
+        double i_b = plant.i[1];
+        plant_truth_t before, now;
+        plant_truth(&plant, &before);
+        q.swap_phases = 1.0;
+        plant_set_params(&plant, &q);
+        plant_truth(&plant, &now);
+        TEST_ASSERT_EQUAL_DOUBLE(i_b, plant.i[1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, before.u_alpha, now.u_alpha);
+        TEST_ASSERT_TRUE(fabs(before.u_beta) > 10.0);
+        /* Drops aside: the currents are others. */
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, -before.u_beta, now.u_beta);
+        if (!averaged) {
+            plant_advance(&plant, 5000u + plant.turn_off_ticks + 10u);
+            plant_truth(&plant, &now);
+            TEST_ASSERT_EQUAL_INT(0, (int)(plant.on & PLANT_UPPER(2))); /* leg b's edge, on phase c */
+        }
+    }
+}
+
+static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
+{
+    plant_params_t q = choke();
+    q.current_noise = 0.0;
+    q.current_gain_error_b = 0.1;
+    q.current_offset_b = 0.5;
+    q.current_gain_error_c = -2.0;
+    plant_init(&plant, &q, 1);
+    put_currents(3.0, 1.0, -4.0);
+    double volts = 1.5 / q.current_range;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 4.0, plant_analog(&plant, PLANT_CURRENT_C));
+    q.swap_currents = 3.0; /* a with b: the sensor of b, errors and all, on the input of a */
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * (1.1 * 1.0 + 0.5), plant_analog(&plant, PLANT_CURRENT_A));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 3.0, plant_analog(&plant, PLANT_CURRENT_B));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 4.0, plant_analog(&plant, PLANT_CURRENT_C));
+}
+
+/* ---- magnet ---- */
+
+static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
+{
+    plant_params_t q = choke();
+    q.flux_linkage = 0.2;
+    plant_init(&plant, &q, 1);
+    put_currents(2.0, -1.0, -1.0);
+    plant_set_motion(&plant, -PI / 8.0, 0.0); /* all of it is i_q */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * 4.0 * 0.2 * 2.0, plant.torque);
+    q.flux_linkage = 0.15;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * 4.0 * 0.15 * 2.0, plant.torque);
+}
+
+/* ---- encoder ---- */
+
+static plant_params_t turning(void)
+{
+    plant_params_t q = plant_params_default();
+    q.shaft_locked = 1.0;
+    q.shaft_locked_speed = 2.0 * PI; /* one turn, 10000 counts a second */
+    return q;
+}
+
+static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
+{
+    plant_params_t q = turning();
+    plant_init(&plant, &q, 1);
+    plant_advance(&plant, after(0.12345));
+    TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
+    q.encoder_reversed = 1.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
+    plant_advance(&plant, after(1.0));
+    TEST_ASSERT_EQUAL_INT64(1234 - 10000, plant_encoder(&plant));
+    TEST_ASSERT_EQUAL_INT64(1234 - 10000 - 100, plant_encoder_at(&plant, after(0.01)));
+    q.encoder_reversed = 0.0;
+    plant_set_params(&plant, &q);
+    plant_advance(&plant, after(1.0));
+    TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
+    plant_init(&plant, &q, 1);
+    q.encoder_reversed = 1.0;
+    q.encoder_offset = 0.1; /* 159.15 counts */
+    plant_init(&other, &q, 1);
+    TEST_ASSERT_EQUAL_INT64(-159, plant_encoder(&other));
+}
+
+static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(void)
+{
+    plant_params_t q = turning();
+    plant_init(&plant, &q, 1);
+    plant_advance(&plant, after(3.00005));
+    TEST_ASSERT_EQUAL_INT64(30000, plant_encoder(&plant));
+    q.encoder_slip = 0.25;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_INT64(30000, plant_encoder(&plant));
+    plant_advance(&plant, after(2.0));
+    TEST_ASSERT_INT64_WITHIN(1, 45000, plant_encoder(&plant));
+    q.encoder_slip = 1.0; /* the coupling is off */
+    plant_set_params(&plant, &q);
+    int64_t count = plant_encoder(&plant);
+    plant_advance(&plant, after(1.3));
+    TEST_ASSERT_EQUAL_INT64(count, plant_encoder(&plant));
+    q.encoder_slip = 0.0;
+    plant_set_params(&plant, &q);
+    plant_advance(&plant, after(1.0));
+    TEST_ASSERT_INT64_WITHIN(1, count + 10000, plant_encoder(&plant));
+}
+
+static void test_an_encoder_that_slips_once_steps_by_that_much(void)
+{
+    plant_params_t q = turning();
+    plant_init(&plant, &q, 1);
+    plant_advance(&plant, after(0.50005));
+    q.encoder_offset = -0.05 * 2.0 * PI;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_INT64(4500, plant_encoder(&plant));
+}
+
+/* An own decoder: edge by edge from the levels of two tracks, one of which may be stuck. */
+static int64_t decoded(int stuck_a, int stuck_b, int from, int to)
+{
+    int64_t count = from;
+    int a = from % 4 == 1 || from % 4 == 2;
+    int b = from % 4 >= 2;
+    for (int n = from; n <= to; n++) {
+        int next_a = stuck_a >= 0 ? stuck_a : n % 4 == 1 || n % 4 == 2;
+        int next_b = stuck_b >= 0 ? stuck_b : n % 4 >= 2;
+        if (next_a != a && next_b == b) {
+            count += next_a != b ? 1 : -1; /* A rises while B is low: forward */
+        } else if (next_b != b && next_a == a) {
+            count += next_b == a ? 1 : -1; /* B rises while A is high: forward */
+        }
+        a = next_a;
+        b = next_b;
+    }
+    return count;
+}
+
+static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
+{
+    for (int start = 1000; start < 1004; start++) {
+        for (int a = -1; a <= 1; a++) {
+            for (int b = -1; b <= 1; b++) {
+                plant_params_t q = turning();
+                plant_init(&plant, &q, 1);
+                plant_advance(&plant, after((start + 0.5) * 1e-4));
+                TEST_ASSERT_EQUAL_INT64(start, plant_encoder(&plant));
+                q.encoder_stuck_a = a;
+                q.encoder_stuck_b = b;
+                bool two = a >= 0 && b >= 0; /* may be two edges at once, of which nothing comes */
+                plant_set_params(&plant, &q);
+                for (int n = start; n < start + 13; n++) {
+                    if (!two) {
+                        TEST_ASSERT_EQUAL_INT64(decoded(a, b, start, n), plant_encoder(&plant));
+                    } else {
+                        TEST_ASSERT_INT64_WITHIN(1, start, plant_encoder(&plant));
+                    }
+                    plant_advance(&plant, after(1e-4));
+                }
+            }
+        }
+    }
+}
+
+/* ---- supply ---- */
+
+static void test_a_ripple_is_a_sine_from_the_instant_it_is_set(void)
+{
+    plant_params_t q = plant_params_default();
+    plant_init(&plant, &q, 1);
+    plant_advance(&plant, 123456);
+    q.dc_ripple = 20.0;
+    q.dc_ripple_frequency = 2.0 * PI * 300.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_DOUBLE(q.dc_voltage, plant.v_dc);
+    for (int n = 1; n < 200; n++) {
+        plant_advance(&plant, 123456u + (uint64_t)n * 7777u);
+        double t = n * 7777.0 / TICKS;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, q.dc_voltage + 20.0 * sin(q.dc_ripple_frequency * t), plant.v_dc);
+    }
+    q.dc_ripple = 0.0;
+    plant_set_params(&plant, &q);
+    TEST_ASSERT_EQUAL_DOUBLE(q.dc_voltage, plant.v_dc);
+}
+
+/* Legs on for good into a choke: flux is the integral of 2/3 of the link less its drops. */
+static void test_a_ripple_reaches_the_motor_as_its_integral(void)
+{
+    const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
+    for (uint32_t averaged = 0; averaged < 2; averaged++) {
+        plant_params_t q = choke();
+        q.dc_ripple = 50.0;
+        q.dc_ripple_frequency = 2.0 * PI * 300.0;
+        plant_init(&plant, &q, 1);
+        if (averaged) {
+            plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
+        } else {
+            plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+        }
+        plant_advance(&plant, LOOP_PERIOD);
+        put_currents(10.0, -5.0, -5.0);
+        plant_truth_t before, now;
+        plant_truth(&plant, &before);
+        double t0 = (double)plant.tick / TICKS;
+        plant_advance(&plant, after(1e-3));
+        plant_truth(&plant, &now);
+        double w = q.dc_ripple_frequency;
+        double volts = q.dc_voltage * 1e-3 + 50.0 / w * (cos(w * t0) - cos(w * (t0 + 1e-3)));
+        double drops = 1e-3 * (1.6 + 0.018 * 15.0);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-5, 2.0 / 3.0 * (volts - drops), now.flux_alpha - before.flux_alpha);
+    }
+}
+
+/* v' = (V + r sin - v)/RC + chopper, in steps of 0.1 us: no motor. */
+static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere(void)
+{
+    plant_params_t q = plant_params_default();
+    q.dc_capacitance = 2e-4;
+    q.dc_resistance = 2.0;
+    q.chopper_resistance = 30.0;
+    q.chopper_voltage = 320.0;
+    q.dc_ripple = 40.0;
+    plant_init(&plant, &q, 1);
+    double v = plant.v_dc;
+    double worst = 0.0;
+    for (int n = 0; n < 200000; n++) {
+        double h = 1e-7;
+        double source = q.dc_voltage + 40.0 * sin(q.dc_ripple_frequency * (n + 0.5) * h);
+        double in = source > v ? (source - v) / 2.0 : 0.0;
+        double out = v > 320.0 ? v / 30.0 : 0.0;
+        v += h * (in - out) / 2e-4;
+        if (n % 100 == 99) {
+            plant_advance(&plant, (uint64_t)(n + 1) * 15u);
+            worst = fmax(worst, fabs(plant.v_dc - v));
+        }
+    }
+    printf("off by %.3g V of %.4g\n", worst, v);
+    /* First order in its steps, here 10 us: less than one at the steepest, 40 V 1885 /s. */
+    TEST_ASSERT_TRUE(worst < 10e-6 * 40.0 * 1885.0);
+}
+
+/* Whatever leaves the capacitor is C/2 of the squares; it comes back with the supply. */
+static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
+{
+    for (uint32_t averaged = 0; averaged < 2; averaged++) {
+        for (int stiff = 0; stiff < 2; stiff++) {
+            plant_params_t q = plant_params_default();
+            q.dc_capacitance = 1e-3;
+            q.dc_resistance = stiff ? 0.0 : 0.5;
+            setUp();
+            loop.averaged = averaged;
+            plant_init(&plant, &q, 1);
+            for (int k = 0; k < 500; k++) {
+                loop.i_q_ref = 5.0;
+                loop_period(&loop, &plant, NULL, NULL);
+            }
+            q.supply_lost = 1.0;
+            plant_set_params(&plant, &q);
+            plant_set_metering(&plant, true);
+            double v = plant.v_dc;
+            for (int k = 0; k < 300; k++) {
+                loop_period(&loop, &plant, NULL, NULL);
+            }
+            double given = 0.5 * q.dc_capacitance * (v * v - plant.v_dc * plant.v_dc);
+            printf("%.4g to %.4g V, %.4g J of %.4g\n", v, plant.v_dc, plant.energy_dc, given);
+            TEST_ASSERT_TRUE(plant.v_dc < v - 1.0);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-3 * given, given, plant.energy_dc);
+            q.supply_lost = 0.0;
+            plant_set_params(&plant, &q);
+            plant_advance(&plant, after(0.01));
+            TEST_ASSERT_DOUBLE_WITHIN(stiff ? 1e-9 : 1.0, q.dc_voltage, plant.v_dc);
+        }
+    }
+}
+
+static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
+{
+    plant_params_t q = plant_params_default();
+    q.dc_capacitance = 1e-3;
+    q.dc_resistance = 1.0;
+    q.supply_lost = 1.0;
+    q.dc_voltage = 450.0;
+    q.chopper_resistance = 20.0;
+    q.chopper_voltage = 400.0;
+    plant_init(&plant, &q, 1);
+    plant_advance(&plant, after(1e-3));
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
+    plant_advance(&plant, after(5e-3));
+    TEST_ASSERT_EQUAL_DOUBLE(400.0, plant.v_dc);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current);
+    RUN_TEST(test_a_leg_s_own_resistance_decays_a_current_second_order);
+    RUN_TEST(test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_current);
+    RUN_TEST(test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant);
+    RUN_TEST(test_an_open_switch_takes_one_half_wave_of_its_phase);
+    RUN_TEST(test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module);
+    RUN_TEST(test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant);
+    RUN_TEST(test_a_shorted_switch_makes_the_turning_machine_brake_itself);
+    RUN_TEST(test_swapped_phases_are_exchanged_commands_to_the_last_bit);
+    RUN_TEST(test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest);
+    RUN_TEST(test_swapped_and_inverted_sensors_show_what_they_are_wired_to);
+    RUN_TEST(test_a_magnet_that_loses_flux_does_so_at_the_instant);
+    RUN_TEST(test_a_reversed_encoder_counts_back_from_where_it_is);
+    RUN_TEST(test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has);
+    RUN_TEST(test_an_encoder_that_slips_once_steps_by_that_much);
+    RUN_TEST(test_a_stuck_track_shows_the_edges_of_the_other_alone);
+    RUN_TEST(test_a_ripple_is_a_sine_from_the_instant_it_is_set);
+    RUN_TEST(test_a_ripple_reaches_the_motor_as_its_integral);
+    RUN_TEST(test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere);
+    RUN_TEST(test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter);
+    RUN_TEST(test_a_chopper_discharges_to_its_voltage_and_no_further);
+    return UNITY_END();
+}

@@ -1,0 +1,28 @@
+#!/usr/bin/env python3
+"""How fast the package runs a scenario, beside the program: simulated over wall-clock seconds of the ring itself, best of some
+runs in turns, both with the scenario's recording.
+
+usage: PYTHONPATH=host_sim/python LAGLESS_LIBRARY=.../liblagless.so speed.py LAGLESS [SCENARIO [REPEATS]]
+"""
+import json
+import subprocess
+import sys
+import tempfile
+
+import lagless
+
+
+def main():
+    program, name = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "sensorless_speed_profile"
+    theirs, ours = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(int(sys.argv[3]) if len(sys.argv) > 3 else 10):
+            text = subprocess.run([program, "run", name, "--json", "--out", folder], capture_output=True, check=True).stdout
+            theirs.append(json.loads(text)["seconds_per_second"])
+            result = lagless.run(name)
+            ours.append(result.seconds / result.wall)
+    print(f"{name}: program {max(theirs):.1f} x real time, Python {max(ours):.1f} x, {100 * max(ours) / max(theirs):.0f} %")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,415 @@
+"""The package against the program `lagless`, against plain algebra, and with itself: rig, scenarios, plant, names, examples.
+
+usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped,
+without numpy. pandas and matplotlib are asked for where they are tested."""
+import contextlib
+import importlib.util
+import io
+import json
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import threading
+import unittest
+
+if importlib.util.find_spec("numpy") is None:
+    print("skipped: this Python has no numpy (tools/setup all installs it into build/venv)")
+    sys.exit(77)
+
+import numpy as np
+
+import lagless
+
+LAGLESS, FOLDER = sys.argv[1], pathlib.Path(sys.argv[2])
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "host_sim/python/examples"))
+
+START = {"requests": {"enable": "on", "speed_request": "300 r/min"}, "params": {"position_source": "encoder"}}
+
+
+def has(module):
+    return importlib.util.find_spec(module) is not None
+
+
+def program(*arguments):
+    done = subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    return json.loads(done.stdout)
+
+
+def csv_columns(path):
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    names = [cell.partition("[")[0] for cell in lines[0].split(",")]
+    cells = [line.split(",") for line in lines[1:]]
+    return {name: [row[n] for row in cells] for n, name in enumerate(names)}
+
+
+class AgainstTheProgram(unittest.TestCase):
+    def same(self, name, *settings):
+        arguments = [text for setting in settings for text in ("--set", setting)]
+        theirs = program("run", name, "--json", "--out", str(FOLDER), *arguments)
+        ours = lagless.run(name, set=dict(setting.split("=") for setting in settings))
+        self.assertEqual(ours.hash, theirs["state_hash"])
+        self.assertEqual((ours.periods, ours.seed, ours.state, ours.failed),
+                         (theirs["periods"], theirs["seed"], theirs["state"], theirs["failed"]))
+        self.assertEqual([(verdict.statistic, verdict.judgement, float(f"{verdict.value:.9g}")) for verdict in ours.verdicts],
+                         [(one["statistic"], one["verdict"], float(f"{one['value']:.9g}")) for one in theirs["expectations"]])
+        self.assertEqual([float(f"{measure.value:.9g}") for measure in ours.measures],
+                         [float(f"{one['value']:.9g}") for one in theirs["measures"]])
+        columns = csv_columns(FOLDER / f"{name}.csv")
+        self.assertEqual(list(columns), ["time", *ours])
+        self.assertEqual([float(cell) for cell in columns.pop("time")], ours.t.tolist())
+        for key, cells in columns.items():
+            read = np.array(cells, dtype=float).astype(ours[key].dtype)
+            self.assertEqual(read.tobytes(), ours[key].tobytes(), key)
+        return ours, theirs
+
+    def test_a_sensorless_run_is_the_same_bit_by_bit(self):
+        ours, _ = self.same("reversal_under_load")
+        self.assertTrue(ours.passed)
+
+    def test_so_is_one_with_settings_of_its_own(self):
+        self.same("load_step", "motor_resistance=1.2", "plant.inertia=0.05", "run.seed=7")
+
+    def test_a_fault_and_its_history_are_the_same(self):
+        ours, theirs = self.same("stuck_sensor")
+        self.assertEqual(theirs["fault_reason"], ours.fault.name)
+        self.assertEqual(theirs["fault_period"], ours.fault.period)
+        columns = csv_columns(FOLDER / "stuck_sensor_fault.csv")
+        self.assertEqual([float(cell) for cell in columns["time"]], ours.history.t.tolist())
+        self.assertEqual(np.array(columns["i_a"], dtype=np.float32).tobytes(), ours.history["i_a"].tobytes())
+
+    def test_a_rig_stepped_by_hand_is_the_run_of_the_scenario(self):
+        theirs = lagless.run({"title": "by hand", "run": {"duration": "0.3 s"}, **START,
+                              "at": [{"time": "0.2 s", "plant.load_torque": "2 N m"}]})
+        with lagless.Rig(seed=1) as rig:
+            rig.set({**START["params"], **START["requests"]})
+            rig.run(1999)
+            rig.step()
+            rig["plant.load_torque"] = 2
+            rig.run(0.1)
+            self.assertEqual(rig.hash, theirs.hash)
+
+    def test_a_campaign_is_the_same(self):
+        theirs = program("campaign", "--runs", "12", "--seed", "5", "--seconds", "0.2", "--json", "--out",
+                         str(FOLDER / f"campaign{id(self)}"))
+        ours = lagless.campaign(12, seed=5, seconds=0.2, threads=2)
+        self.assertEqual(ours.summary, theirs)
+
+
+class TheRig(unittest.TestCase):
+    def test_two_rigs_in_two_threads_are_those_of_one_after_the_other(self):
+        def turn(seed, speed, out):
+            with lagless.Rig(seed, position_source="encoder", enable="on", speed_request=speed) as rig:
+                for _ in range(20):
+                    rig.run(100)
+                out[seed] = rig.hash
+
+        alone, together = {}, {}
+        for seed, speed in ((1, "300 r/min"), (2, "-500 r/min")):
+            turn(seed, speed, alone)
+        threads = [threading.Thread(target=turn, args=(seed, speed, together))
+                   for seed, speed in ((1, "300 r/min"), (2, "-500 r/min"))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(alone, together)
+        self.assertNotEqual(alone[1], alone[2])
+
+    def test_whatever_another_rig_does_in_between_changes_nothing(self):
+        def script(rig, between):
+            for change in (lambda: rig.set(position_source="encoder", enable="on", speed_request=20), lambda: rig.run(700),
+                           lambda: rig.set_motion(1.0, 15.0), lambda: rig.run(100),
+                           lambda: rig.set({"plant.load_torque": 2, "fidelity": "averaged"}), lambda: rig.run(200),
+                           lambda: rig.set(current_limit=7, speed_kp=0.3), lambda: rig.run(50),
+                           lambda: rig.set(fidelity="switched", stuck_current_a=100), lambda: rig.run(50),
+                           rig.power_cycle, lambda: rig.run(200), lambda: rig.load(rig.save()), rig.step):
+                change()
+                between()
+            return rig.hash
+
+        other = lagless.Rig(2, position_source="encoder", enable="on", speed_request=-30)
+
+        def disturb():
+            other.run(3)
+            other.set(speed_request=-20 if other["speed_request"] < -20 else -30)
+            other.step()
+
+        def from_another_thread():
+            thread = threading.Thread(target=disturb)
+            thread.start()
+            thread.join()
+
+        alone = script(lagless.Rig(1), lambda: None)
+        self.assertEqual(script(lagless.Rig(1), disturb), alone)
+        self.assertEqual(script(lagless.Rig(1), from_another_thread), alone)
+
+    def test_a_saved_state_goes_on_the_same(self):
+        with lagless.Rig(3, position_source="encoder", enable="on", speed_request=20) as rig, lagless.Rig(9) as other:
+            rig.run(0.1)
+            state = rig.save()
+            first = rig.run(0.05, record="i_q")
+            other.load(state)
+            second = other.run(0.05, record="i_q")
+            self.assertEqual(first.i_q.tobytes(), second.i_q.tobytes())
+            self.assertEqual(rig.hash, other.hash)
+            with self.assertRaisesRegex(lagless.Error, "another process"):
+                rig.load(b"0" * len(state))
+            with self.assertRaisesRegex(lagless.Error, "octets"):
+                rig.load(state[:-1])
+
+    def test_values_have_units_choices_and_kinds(self):
+        with lagless.Rig() as rig:
+            rig.set(speed_request="600 r/min", enable="on")
+            self.assertAlmostEqual(rig["speed_request"], 20 * math.pi, places=5)
+            self.assertEqual(rig["enable"], "on")
+            self.assertIsInstance(rig["period"], int)
+            self.assertEqual(rig["plant.inertia"], rig.values("plant")["inertia"])
+            with self.assertRaisesRegex(lagless.Error, "two tables"):
+                rig.get("turn_on_delay")
+
+    def test_a_refusal_names_row_value_and_range_and_changes_nothing(self):
+        with lagless.Rig() as rig:
+            before = rig.hash
+            with self.assertRaisesRegex(lagless.Error, r"motor_resistance = -3 ohm: accepted 0\.001 to 100 ohm") as caught:
+                rig.set(motor_inductance_q=0.02, motor_resistance=-3, load_torque=1)
+            self.assertEqual(caught.exception.name, "motor_resistance")
+            self.assertEqual(rig.hash, before)
+            for wrong, text in (({"enable": "onn"}, "accepted: off, on, quick_stop"), ({"speed_request": "3 bananas"}, "bananas"),
+                                ({"speed_request": "nan"}, "speed_request"), ({"motor_resistnce": 1}, "motor_resistance"),
+                                ({"inertia_hat": 1}, "inertia_hat"), ({"speed_request": [1]}, "numbers")):
+                with self.subTest(wrong=wrong), self.assertRaisesRegex(lagless.Error, text):
+                    rig.set(wrong)
+            self.assertEqual(rig.hash, before)
+
+    def test_rows_that_need_each_other_go_together_in_any_order(self):
+        with lagless.Rig() as rig:
+            rig.set({"overcurrent_trip": 4, "current_limit": 3})
+            rig.set({"current_limit": 9, "overcurrent_trip": 12})
+            self.assertEqual((rig["current_limit"], rig["overcurrent_trip"]), (9, 12))
+
+    def test_a_run_records_every_nth_period_and_stops_when_told(self):
+        with lagless.Rig(1, **START["params"], **START["requests"]) as rig:
+            trace = rig.run("20 ms", record=["period", "state", "u_dc"], every=3)
+            self.assertEqual(trace.period.tolist(), list(range(0, 200, 3)))
+            self.assertEqual((trace.u_dc.dtype, trace["period"].dtype, len(trace)), (np.float32, np.uint32, 3))
+            np.testing.assert_allclose(trace.t, trace.period * 1e-4, rtol=0, atol=1e-12)
+            rig.run(1.0, until=("state", "==", "operation_enabled"))
+            self.assertEqual(rig["state"], "operation_enabled")
+            self.assertLess(rig.t, 0.2)
+            shares = []
+            rig.run(25000, progress=shares.append)
+            self.assertEqual(shares, [0.4, 0.8, 1.0])
+
+    def test_a_closed_rig_says_so(self):
+        rig = lagless.Rig()
+        rig.close()
+        rig.close()
+        with self.assertRaisesRegex(lagless.Error, "closed"):
+            rig.step()
+
+    def test_arguments_out_of_range_are_named(self):
+        with lagless.Rig() as rig:
+            for call, text in ((lambda: rig.run(-1), "time = -1"), (lambda: rig.run("3 A"), "A"),
+                               (lambda: rig.run(1, every=0), "every = 0"), (lambda: rig.run(1, record=["i_q", "i_q"]), "twice"),
+                               (lambda: rig.run(1, until=("i_q", "~", 1)), "until"), (lambda: rig["i_qq"], "is it i_q")):
+                with self.assertRaisesRegex(lagless.Error, text):
+                    call()
+
+
+class Scenarios(unittest.TestCase):
+    def test_a_dict_is_the_scenario_of_its_text(self):
+        as_dict = {"title": "quote \" and back\\slash, 2 µs", "run": {"duration": "80 ms", "seed": 4, "record": ["i_q", "inertia"]},
+                   **START, "at": [{"time": 0.02, "plant.load_torque": "1 N m", "params.current_limit": np.float64(8)}],
+                   "expect": [{"signal": "u_dc", "statistic": "mean", "at_least": 300, "at_most": 320, "name": "link"}]}
+        ours = lagless.run(as_dict)
+        text = lagless.run(lagless.to_toml(as_dict))
+        path = FOLDER / "from_dict.toml"
+        path.write_text(lagless.to_toml(as_dict), encoding="utf-8")
+        self.assertEqual({ours.hash}, {text.hash, lagless.run(path).hash, program("run", str(path), "--json")["state_hash"]})
+        self.assertEqual(ours.title, as_dict["title"])
+        self.assertTrue(ours.passed and ours.verdicts[0])
+        self.assertEqual(list(ours), ["i_q", "inertia"])
+
+    def test_an_expectation_that_fails_is_told(self):
+        result = lagless.run({"title": "x", "run": {"duration": "10 ms"}, "expect": [{"signal": "u_dc", "statistic": "min", "at_least": 400}]})
+        self.assertFalse(result.passed)
+        self.assertEqual((result.failed, result.verdicts[0].judgement), (1, "failed"))
+        self.assertIn("FAILED", result.report())
+
+    def test_a_setting_mends_what_the_source_has_wrong(self):
+        wrong = {"title": "x", "run": {"duration": "10 ms"}, "params": {"current_limit": 99}}
+        with self.assertRaisesRegex(lagless.Error, "current_limit"):
+            lagless.run(wrong)
+        right = {**wrong, "params": {"current_limit": 9}}
+        self.assertEqual(lagless.run(wrong, set={"current_limit": 9}).hash, lagless.run(right).hash)
+
+    def test_a_measure_has_a_number_and_no_verdict(self):
+        result = lagless.run({"title": "x", "run": {"duration": "10 ms"}, "measure": [{"signal": "u_dc", "statistic": "mean", "name": "link"}]})
+        self.assertEqual((result.passed, result.verdicts, len(result.measures)), (True, [], 1))
+        self.assertAlmostEqual(result.measures[0].value, 311, delta=2)
+        self.assertEqual((result.measures[0].judgement, result.measures[0].name), ("measured", "link"))
+
+    def test_what_is_wrong_is_told_with_its_place(self):
+        for scenario, text in (("no_such", "no scenario of this name"), ({"title": "x", "run": {"duration": "1 s"}, "plant": {"inertia": -1}}, "inertia"),
+                               ("schema = 1\ntitle = 3\n", "title"), (3, "accepted: name, path"), ({"title": object()}, "holds numbers")):
+            with self.subTest(scenario=scenario), self.assertRaisesRegex(lagless.Error, text):
+                lagless.run(scenario)
+        with self.assertRaises(lagless.Error) as caught:
+            lagless.run("schema = 1\ntitle = \"x\"\n[run]\nduration = \"1 s\"\n[params]\ncurrent_limit = 99\n")
+        self.assertEqual((caught.exception.line, caught.exception.name), (6, "current_limit"))
+        with self.assertRaisesRegex(lagless.Error, "current_limit"):
+            lagless.run("load_step", set={"current_limit": 99})
+        with self.assertRaisesRegex(lagless.Error, "every"):
+            lagless.run("load_step", every=0)
+
+    def test_stopped_from_outside_it_gives_back_the_interpreter(self):
+        def interrupt(share):
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            lagless.run("load_step", progress=interrupt)
+
+    def test_a_sweep_is_its_runs(self):
+        scenario = {"title": "x", "run": {"duration": "60 ms", "record": ["i_q"]}, **START}
+        points = lagless.sweep(scenario, {"plant.inertia": [0.01, 0.05], "motor_resistance": ["0.9 ohm", -1]}, every=2)
+        self.assertEqual([values for values, _ in points], [{"plant.inertia": j, "motor_resistance": r} for j in (0.01, 0.05) for r in ("0.9 ohm", -1)])
+        self.assertEqual(points[2][1].hash, lagless.run(scenario, set={"plant.inertia": 0.05, "motor_resistance": 0.9}).hash)
+        self.assertIsInstance(points[1][1], lagless.Error)
+        self.assertEqual(len(points[0][1].i_q), 300)
+
+    @unittest.skipUnless(has("pandas"), "no pandas")
+    def test_pandas_has_time_names_units_and_choices(self):
+        frame = lagless.run("load_step", record=["i_q", "state"], every=10).to_pandas()
+        self.assertEqual((frame.index.name, list(frame.columns), frame.attrs["units"]["i_q"]), ("time", ["i_q", "state"], "A"))
+        self.assertEqual(frame["state"].iloc[-1], "operation_enabled")
+        self.assertEqual(frame["i_q"].dtype, np.float32)
+
+    @unittest.skipUnless(has("matplotlib"), "no matplotlib")
+    def test_a_picture_has_a_panel_for_each_unit(self):
+        import matplotlib
+
+        matplotlib.use("Agg")
+        result = lagless.run("stuck_sensor", record=["omega_m_ref", "true_omega_m", "i_q", "state"], every=10)
+        figure = result.plot()
+        figure.savefig(FOLDER / "stuck_sensor.png")
+        self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["speed [rad/s]", "current [A]", "state"])
+        self.assertEqual(figure.axes[0].get_lines()[0].get_linestyle(), "--")
+
+
+class Motulator(unittest.TestCase):
+    def test_its_names_are_rows_of_plant_and_beliefs(self):
+        class Pars:
+            n_p, R_s, L_d, L_q, psi_f = 3, 3.6, 0.036, 0.051, 0.545
+
+        found = lagless.from_motulator(Pars(), J=0.015, u_dc=540)
+        self.assertEqual(found["plant"], {"pole_pairs": 3, "resistance": 3.6, "inductance_d": 0.036, "inductance_q": 0.051,
+                                          "flux_linkage": 0.545, "inertia": 0.015, "dc_voltage": 540})
+        self.assertEqual(found["params"], {"motor_pole_pairs": 3, "motor_resistance": 3.6, "motor_inductance_d": 0.036,
+                                           "motor_inductance_q": 0.051, "motor_flux_linkage": 0.545, "motor_inertia": 0.015})
+        with self.assertRaisesRegex(lagless.Error, "L_x"):
+            lagless.from_motulator(L_x=1)
+        with self.assertRaisesRegex(lagless.Error, "twice"):
+            lagless.Plant(L_s=0.01, L_d=0.02)
+
+
+class ThePlant(unittest.TestCase):
+    IDEAL = {name: 0 for name in ("turn_on_delay", "turn_off_delay", "igbt_voltage", "igbt_resistance", "diode_voltage",
+                                  "diode_resistance", "current_noise", "friction_coulomb")}
+
+    def test_direct_current_is_voltage_over_resistance_either_way(self):
+        for switched in (True, False):
+            with lagless.Plant(switched=switched, dead_time=0, shaft_locked=1, **self.IDEAL) as plant:
+                for _ in range(3000):  # 23 time constants of L/R
+                    now = plant.step([0.52, 0.5, 0.48])
+                # phase to star point: (d - mean of d) 311 V; 1/150 MHz of 1e-4 s is 7e-5 of a duty
+                for current, duty in ((now.i_a, 0.02), (now.i_b, 0.0), (now.i_c, -0.02)):
+                    self.assertAlmostEqual(current, duty * 311 / 0.95, delta=0.03)
+
+    def test_a_dead_band_takes_its_share_of_the_voltage(self):
+        with lagless.Plant(dead_time=3e-6, shaft_locked=1, **self.IDEAL) as plant:
+            for _ in range(3000):
+                now = plant.step([0.6, 0.45, 0.45])
+        # leg a loses 3 % of the link by its sign, b and c gain it: 0.1 - (2/3) 2 x 0.03 ... as a vector along a
+        self.assertAlmostEqual(now.i_a, (0.1 - 4 / 3 * 0.03) * 311 / 0.95, delta=0.1)
+
+    def test_a_duty_acts_after_the_delay(self):
+        for delay in (0, 1, 2):
+            with lagless.Plant(delay=delay, dead_time=0, **self.IDEAL) as plant:
+                moved = [abs(plant.step([0.7, 0.4, 0.4]).i_a) > 0.05 for _ in range(4)]
+            self.assertEqual(moved, [n >= delay for n in range(4)])
+
+    def test_without_gates_the_rotor_coasts(self):
+        with lagless.Plant(friction_coulomb=0, friction_viscous=0.001, J=0.01) as plant:
+            plant.set_motion(1.0, 50.0)
+            for _ in range(10000):
+                now = plant.step(None)
+        self.assertAlmostEqual(now.omega_m, 50 * math.exp(-0.001 / 0.01), delta=0.01)
+        self.assertAlmostEqual(now.t, 1.0)
+        self.assertEqual(now.i_a, plant.state.i_a)
+
+    def test_rows_are_judged_as_a_set(self):
+        with lagless.Plant() as plant:
+            plant.set(friction_coulomb=2, friction_breakaway="2.5 N m")
+            self.assertEqual((plant["friction_breakaway"], plant["R_s"]), (2.5, plant["resistance"]))
+            with self.assertRaisesRegex(lagless.Error, "friction_breakaway"):
+                plant.set(friction_coulomb=3)
+            self.assertEqual(plant["friction_coulomb"], 2)
+            for wrong, text in (({"motor_resistance": 1}, "motor_resistance"), ({"J": -1}, "inertia"), ({"R_s": float("nan")}, "resistance")):
+                with self.assertRaisesRegex(lagless.Error, text):
+                    plant.set(wrong)
+            with self.assertRaisesRegex(lagless.Error, "three"):
+                plant.step([0.5, 0.5])
+        for wrong, text in (({"period": 0}, "period"), ({"dead_time": 1}, "dead_time"), ({"delay": -1}, "delay")):
+            with self.assertRaisesRegex(lagless.Error, text):
+                lagless.Plant(**wrong)
+
+    def test_same_seed_same_bits(self):
+        def currents(seed):
+            with lagless.Plant(seed) as plant:
+                return [plant.step([0.6, 0.4, 0.5]).i_a for _ in range(20)]
+
+        self.assertEqual(currents(1), currents(1))
+        self.assertNotEqual(currents(1), currents(2))
+
+
+class Examples(unittest.TestCase):
+    def test_a_current_controller_of_ones_own_has_its_bandwidth(self):
+        import current_control
+
+        t, i_q, references = (np.array(column) for column in current_control.run())
+        begin = int(np.argmax(references > 0))
+        # 1 - exp(-1000 t) and a period and a half of delay: 63 % after 1.15 ms, two periods of grace; 99 % after 5
+        rise = t[begin + np.argmax(i_q[begin:] > 0.632 * 5)] - t[begin]
+        self.assertTrue(0.7e-3 < rise < 1.4e-3, rise)
+        self.assertLess(abs(i_q[t > t[begin] + 8e-3] - 5).max(), 0.15)
+        self.assertLess(i_q.max(), 5.6)
+
+    def test_an_estimator_of_ones_own_follows_the_rotor(self):
+        import estimator
+
+        result, error = estimator.run()
+        end = error[result.t >= 3.0]
+        self.assertTrue(result.fault is None and result.state == "operation_enabled")
+        # L i/psi_f = 0.3 rad were it left out, R i T_s of a volt in 77: the estimate has neither, and dead time is the drive's
+        self.assertLess(abs(end.mean()), 3e-3)
+        self.assertLess(end.std(), 3e-3)
+
+
+class Document(unittest.TestCase):
+    def test_what_it_shows_runs(self):
+        text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+        blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+        self.assertEqual(len(blocks), text.count("```python"))
+        self.assertTrue(blocks)
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(compile("".join(blocks), "docs/python.md", "exec"), {})
+        self.assertIn("met ", printed.getvalue())
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

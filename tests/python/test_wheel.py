@@ -1,0 +1,113 @@
+"""`pip wheel .` makes one wheel for every Python of the platform; it runs in an empty virtual environment where no compiler is to
+be found, with the bits of the program `lagless`.
+
+usage: test_wheel.py LAGLESS FOLDER     run by a Python that has scikit-build-core. Ends with 77, skipped, without it, or where
+numpy cannot be had from the package index."""
+import importlib.util
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+import zipfile
+
+if importlib.util.find_spec("scikit_build_core") is None:
+    print("skipped: this Python has no scikit-build-core (tools/setup all installs it into build/venv)")
+    sys.exit(77)
+
+LAGLESS, FOLDER = sys.argv[1], pathlib.Path(sys.argv[2]).absolute()
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+QUIET = ("--quiet", "--disable-pip-version-check", "--no-input")
+SCENARIO = {"title": "as the program", "run": {"duration": "0.3 s"}, "requests": {"enable": "on", "speed_request": 20}}
+PROGRAM = """
+import json, os, shutil, sys
+import lagless
+assert not any(shutil.which(name) for name in ("cc", "gcc", "clang", "c++", "cmake", "ninja")), "a compiler after all"
+result = lagless.run(json.loads(sys.argv[1]), record=["i_q"])
+assert os.path.dirname(lagless.__file__) == os.path.dirname(os.environ["LAGLESS_MOTORS"]), "motors of the tree"
+lagless.run({"title": "a motor of the library", "motor": "teknic-m2310p-ln-04k", "run": {"duration": "1 ms"}})
+print(json.dumps({"hash": result.hash, "samples": len(result.i_q), "file": lagless.__file__, "known": list(lagless.scenarios())}))
+"""
+
+
+def pip(*arguments):
+    return subprocess.run([sys.executable, "-m", "pip", *arguments], capture_output=True, text=True, check=False)
+
+
+def without_ours():
+    """The environment without what points at the tree."""
+    return {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "LAGLESS_LIBRARY", "LAGLESS_MOTORS")}
+
+
+class Wheel(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        FOLDER.mkdir(parents=True)
+        begin = time.monotonic()
+        made = pip("wheel", *QUIET, "--no-deps", "--no-build-isolation", "--wheel-dir", str(FOLDER), str(ROOT))
+        if made.returncode != 0:
+            raise AssertionError(made.stdout + made.stderr)
+        cls.wheel = next(FOLDER.glob("*.whl"))
+        print(f"built in {time.monotonic() - begin:.1f} s: {cls.wheel.name}, {cls.wheel.stat().st_size / 1e6:.2f} MB")
+        cls.python = FOLDER / "venv/bin/python"
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(FOLDER / "venv")], check=True)
+        cls.installed = pip("--python", str(cls.python), "install", *QUIET, "--no-deps", str(cls.wheel))
+        cls.numpy = pip("--python", str(cls.python), "install", *QUIET, "--only-binary", ":all:", "--retries", "1", "--timeout", "15",
+                        "numpy")
+
+    def test_it_is_for_any_python_of_this_platform(self):
+        self.assertRegex(self.wheel.name, r"^lagless-[\d.]+-py3-none-linux_\w+\.whl$" if sys.platform == "linux" else r"-py3-none-")
+
+    def test_it_holds_the_package_the_library_scenarios_and_motors_and_no_more(self):
+        names = zipfile.ZipFile(self.wheel).namelist()
+        ours = sorted(name for name in names if name.startswith("lagless/"))
+        package = [f"lagless/{path.name}" for path in (ROOT / "host_sim/python/lagless").glob("*.py")]
+        known = [f"lagless/{folder}/{path.name}" for folder in ("scenarios", "motors")
+                 for path in (ROOT / "host_sim" / folder).glob("*.toml")]
+        self.assertEqual(ours, sorted(package + known + ["lagless/liblagless.so"]))
+        self.assertEqual({name.split("/")[0] for name in names}, {"lagless", self.wheel.name.rsplit("-", 3)[0] + ".dist-info"})
+
+    @unittest.skipUnless(shutil.which("readelf"), "no readelf")
+    def test_its_library_needs_libc_alone_and_shows_the_binding_alone(self):
+        library = FOLDER / "lib.so"
+        library.write_bytes(zipfile.ZipFile(self.wheel).read("lagless/liblagless.so"))
+        text = subprocess.run(["readelf", "--wide", "--dynamic", "--dyn-syms", str(library)], capture_output=True, text=True,
+                              check=True).stdout
+        needed = set(re.findall(r"\(NEEDED\).*\[(.*)\]", text))
+        self.assertLessEqual(needed, {"libc.so.6", "libm.so.6", "libpthread.so.0", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"})
+        shown = set(re.findall(r"(?:FUNC|OBJECT)\s+(?:GLOBAL|WEAK)\s+DEFAULT\s+\d+\s+(\w+)", text))
+        header = (ROOT / "host_sim/python/binding.h").read_text(encoding="utf-8")
+        self.assertEqual(shown, set(re.findall(r"^BINDING [^;(]*?(\w+)\(", header, re.MULTILINE)))
+
+    def test_without_a_compiler_it_runs_with_the_bits_of_the_program(self):
+        self.assertEqual(self.installed.returncode, 0, self.installed.stderr)
+        if self.numpy.returncode != 0:
+            self.skipTest("numpy cannot be had: " + self.numpy.stderr.strip()[-200:])
+        begin = time.monotonic()
+        done = subprocess.run([str(self.python), "-c", PROGRAM, json.dumps(SCENARIO)], capture_output=True, text=True, check=False,
+                              cwd=FOLDER, env={**without_ours(), "PATH": str(FOLDER / "venv/bin")})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = json.loads(done.stdout)
+        print(f"imported and run in {time.monotonic() - begin:.1f} s")
+        path = FOLDER / "scenario.toml"
+        path.write_text("""schema = 1
+title = "as the program"
+[run]
+duration = "0.3 s"
+[requests]
+enable = "on"
+speed_request = 20
+""", encoding="utf-8")
+        program = subprocess.run([LAGLESS, "run", str(path), "--json"], capture_output=True, text=True, check=True)
+        self.assertEqual(said["hash"], json.loads(program.stdout)["state_hash"])
+        self.assertEqual((said["samples"], pathlib.Path(said["file"]).is_relative_to(FOLDER)), (3000, True))
+        self.assertIn("cold_start", said["known"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,212 @@
+/* The capture of a running drive against the recorder's tap of the same run: bit for bit, whatever triggers.
+ */
+#include "app/app.h"
+#include "tests/rig/run.h"
+
+#define COLUMNS 8u
+#define PERIODS 512u
+#define TAPPED  (COLUMNS + 1u)
+#define SEEN    4096u
+
+static const char *const signals[COLUMNS] = {"i_a",     "i_q", "u_dc",      "theta_e",
+                                             "omega_m", "u_q", "theta_hat", "encoder_count"};
+
+static rig_t *rig;
+static uint32_t seen[SEEN][TAPPED]; /* of the last periods, each in place of `period` */
+
+static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)period;
+    memcpy(seen[slots[0] % SEEN], slots, count * sizeof slots[0]);
+}
+
+void setUp(void)
+{
+    rig = rig_create(18);
+    TEST_ASSERT_NOT_NULL(rig);
+    run_parameter(rig, "position_source", 0.0);
+    run_to_ready_at(rig, 300.0);
+    run_on(rig, 300.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+
+    uint32_t ids[TAPPED] = {rig_row_by_name("period")->id};
+    for (uint32_t n = 0; n < COLUMNS; n++) {
+        char row[16];
+        ids[1u + n] = rig_row_by_name(signals[n])->id;
+        snprintf(row, sizeof row, "capture_%u", (unsigned)(1u + n));
+        run_put(rig, row, ids[1u + n]);
+    }
+    run_put(rig, "capture_signals", COLUMNS);
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, TAPPED, 1u, keep, NULL));
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void order(const char *name)
+{
+    run_put(rig, "order", table_choice(rig_row_by_name("order"), name));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "order_refusal"));
+}
+
+static bool is(const char *state)
+{
+    return rig_value(rig, "capture_state") == table_choice(rig_row_by_name("capture_state"), state);
+}
+
+static void arm(const char *on, const char *source, double level, uint32_t after)
+{
+    run_put(rig, "capture_on", table_choice(rig_row_by_name("capture_on"), on));
+    run_put(rig, "capture_source", rig_row_by_name(source)->id);
+    run_put(rig, "capture_level", level);
+    run_put(rig, "capture_after", after);
+    order("capture_arm");
+    TEST_ASSERT_TRUE(is("armed"));
+}
+
+/* As the line reads it: 512 periods of eight signals, the newest so many after the trigger's: each slot as
+ * the tap has seen it. */
+static void expect_held(uint32_t at, uint32_t after)
+{
+    TEST_ASSERT_TRUE(is("held"));
+    TEST_ASSERT_EQUAL_UINT32(at, (uint32_t)rig_value(rig, "capture_at"));
+    TEST_ASSERT_EQUAL_UINT32(PERIODS, (uint32_t)rig_value(rig, "capture_periods"));
+    const uint32_t oldest = at + after + 1u - PERIODS;
+    uint32_t bits = 0;
+    for (uint32_t n = 0; n < PERIODS; n++) {
+        const uint32_t *tapped = seen[(oldest + n) % SEEN];
+        TEST_ASSERT_EQUAL_UINT32(oldest + n, tapped[0]);
+        for (uint32_t c = 0; c < COLUMNS; c++) {
+            TEST_ASSERT_TRUE(capturing_slot(COLUMNS * n + c, &bits));
+            TEST_ASSERT_EQUAL_HEX32(tapped[1u + c], bits);
+        }
+    }
+    TEST_ASSERT_FALSE(capturing_slot(COLUMNS * PERIODS, &bits));
+}
+
+static float tapped_float(uint32_t period, uint32_t column)
+{
+    float value;
+    memcpy(&value, &seen[period % SEEN][1u + column], sizeof value);
+    return value;
+}
+
+static uint32_t now(void)
+{
+    return (uint32_t)rig_value(rig, "period");
+}
+
+static void test_rise_of_a_signal_triggers_in_its_own_period(void)
+{
+    arm("above", "omega_m", 350.0 * RPM, 256u);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_TRUE(is("armed"));
+    run_put(rig, "speed_request", 400.0 * RPM);
+    run_seconds(rig, 0.3);
+    const uint32_t at = (uint32_t)rig_value(rig, "capture_at");
+    expect_held(at, 256u);
+    const float level = (float)(350.0 * RPM);
+    TEST_ASSERT_TRUE(tapped_float(at, 4u) > level);
+    TEST_ASSERT_TRUE(tapped_float(at - 1u, 4u) <= level);
+}
+
+/* By a load: the moment that nobody orders. */
+static void test_fall_of_a_signal_triggers_in_its_own_period(void)
+{
+    arm("below", "omega_m", 280.0 * RPM, 100u);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_TRUE(is("armed"));
+    run_put(rig, "load_torque", 0.5 * RUN_TORQUE(10.0 * RUN_LIMIT_SHARE));
+    run_seconds(rig, 0.3);
+    const uint32_t at = (uint32_t)rig_value(rig, "capture_at");
+    expect_held(at, 100u);
+    const float level = (float)(280.0 * RPM);
+    TEST_ASSERT_TRUE(tapped_float(at, 4u) < level);
+    TEST_ASSERT_TRUE(tapped_float(at - 1u, 4u) >= level);
+}
+
+static void test_command_triggers_at_once_and_holds_until_released(void)
+{
+    arm("command", "omega_m", 0.0, 511u);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_TRUE(is("armed"));
+    const uint32_t at = now();
+    order("capture_trigger");
+    rig_run(rig, 511u);
+    TEST_ASSERT_FALSE(is("held"));
+    rig_run(rig, 5u);
+    expect_held(at, 511u); /* nothing from before it */
+    run_seconds(rig, 0.2); /* not overwritten; the tap keeps 4096 periods */
+    expect_held(at, 511u);
+    order("capture_release");
+    TEST_ASSERT_TRUE(is("idle"));
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_TRUE(is("idle"));
+    TEST_ASSERT_EQUAL_DOUBLE(CAPTURE_COLUMNS, rig_history_columns(rig));
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_SLOTS / CAPTURE_COLUMNS, rig_history_count(rig));
+}
+
+/* A fault of the step, with the coasting after it; its reset leaves what was asked for. */
+static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
+{
+    arm("above", "omega_m", 1e6, 200u);
+    run_seconds(rig, 0.1);
+    run_put(rig, "dc_voltage", rig_value(rig, "dc_overvoltage") + 5.0);
+    run_seconds(rig, 0.1);
+    const uint32_t fault = (uint32_t)rig_value(rig, "fault_period");
+    TEST_ASSERT_TRUE(rig_value(rig, "fault_reason") != 0.0);
+    expect_held(fault, 200u);
+    TEST_ASSERT_TRUE(rig_history_held(rig));
+    TEST_ASSERT_EQUAL_DOUBLE(COLUMNS, rig_history_columns(rig));
+
+    run_put(rig, "dc_voltage", 311.0);
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.1);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.02);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    expect_held(fault, 200u);
+}
+
+/* Between two steps: the power module's line. */
+static void test_trip_triggers_with_the_step_before_it(void)
+{
+    arm("command", "omega_m", 0.0, 0u);
+    run_seconds(rig, 0.1);
+    const uint32_t before = now();
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_EQUAL_UINT32(before, (uint32_t)rig_value(rig, "fault_period"));
+    expect_held(before, 0u);
+}
+
+/* A fault finds the ring held for something else: that stays, and the fault has no history. */
+static void test_fault_leaves_what_is_held_already(void)
+{
+    arm("command", "omega_m", 0.0, 0u);
+    run_seconds(rig, 0.1);
+    const uint32_t at = now();
+    order("capture_trigger");
+    run_seconds(rig, 0.05);
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_TRUE(rig_value(rig, "fault_reason") != 0.0);
+    expect_held(at, 0u);
+    TEST_ASSERT_FALSE(rig_history_held(rig));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_rise_of_a_signal_triggers_in_its_own_period);
+    RUN_TEST(test_fall_of_a_signal_triggers_in_its_own_period);
+    RUN_TEST(test_command_triggers_at_once_and_holds_until_released);
+    RUN_TEST(test_fault_triggers_and_its_reset_leaves_the_capture);
+    RUN_TEST(test_trip_triggers_with_the_step_before_it);
+    RUN_TEST(test_fault_leaves_what_is_held_already);
+    return UNITY_END();
+}

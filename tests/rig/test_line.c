@@ -1,0 +1,333 @@
+/* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "hal/hal.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+#include "unity.h"
+
+#define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
+
+static rig_t *rig;
+
+/* The slave listens elsewhere: what comes and goes on the chip's line is this file's. */
+static uint32_t nothing_comes(void *context, uint8_t *octets, uint32_t room)
+{
+    (void)context;
+    (void)octets;
+    (void)room;
+    return 0u;
+}
+
+static uint32_t nothing_goes(void *context, const uint8_t *octets, uint32_t count)
+{
+    (void)context;
+    (void)octets;
+    return count;
+}
+
+static const rig_line_t elsewhere = {nothing_comes, nothing_goes, NULL};
+
+void setUp(void)
+{
+    rig = rig_create(1u);
+    rig_line(rig, &elsewhere);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static double value(const char *name)
+{
+    return rig_value(rig, name);
+}
+
+static void put(const char *name, double to)
+{
+    run_put(rig, name, to);
+}
+
+static chip_t *chip(void)
+{
+    return &rig_state(rig)->chip;
+}
+
+static uint32_t reports(void)
+{
+    return chip_report_total(chip());
+}
+
+/* What the firmware's background would find now. */
+static uint32_t heard(uint16_t octets[16])
+{
+    rig_bind(rig);
+    return hal_serial_read(octets, 16u);
+}
+
+static void test_octets_come_through_at_the_line_s_rate(void)
+{
+    uint8_t octets[64];
+    uint16_t got[16];
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < 64u; n++) {
+        octets[n] = (uint8_t)(3u * n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(64u, rig_serial_put(rig, octets, 64u));
+    for (uint32_t period = 1u; count < 64u; period++) {
+        rig_step(rig);
+        const uint32_t more = heard(got);
+        for (uint32_t n = 0; n < more; n++) {
+            TEST_ASSERT_EQUAL_HEX16(octets[count + n], got[n]);
+        }
+        count += more;
+        const double sent = (double)period * RIG_PERIOD_SECONDS / LINE_SECONDS;
+        TEST_ASSERT_TRUE((double)count <= sent + 0.05 && ((double)count > sent - 1.05 || count == 64u));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
+static void test_octets_go_out_at_the_line_s_rate(void)
+{
+    uint16_t octets[17];
+    uint8_t got[64];
+    for (uint16_t n = 0; n < 17u; n++) {
+        octets[n] = (uint16_t)(0xA0u + n);
+    }
+    rig_bind(rig);
+    TEST_ASSERT_EQUAL_UINT32(16u, hal_serial_write(octets, 17u));
+    uint32_t count = 0;
+    for (uint32_t period = 1u; count < 16u; period++) {
+        rig_step(rig);
+        count += rig_serial_get(rig, &got[count], 64u - count);
+        const double sent = (double)period * RIG_PERIOD_SECONDS / LINE_SECONDS;
+        TEST_ASSERT_TRUE((double)count <= sent + 0.01 && ((double)count > sent - 1.01 || count == 16u));
+    }
+    for (uint32_t n = 0; n < 16u; n++) {
+        TEST_ASSERT_EQUAL_HEX8(0xA0u + n, got[n]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
+static void test_a_break_is_counted_and_the_line_goes_on(void)
+{
+    uint16_t got[16];
+    const uint8_t octet = 0x5Au;
+    TEST_ASSERT_TRUE(chip_serial_levels(chip(), 0u, 30u));
+    rig_run(rig, 2u);
+    TEST_ASSERT_EQUAL_UINT32(0u, heard(got));
+    TEST_ASSERT_TRUE(hal_serial_errors() >= 1u);
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_serial_put(rig, &octet, 1u));
+    rig_run(rig, 2u);
+    TEST_ASSERT_EQUAL_UINT32(1u, heard(got));
+    TEST_ASSERT_EQUAL_HEX16(0x5Au, got[0]);
+}
+
+/* Nobody reads for two periods: 16 of the octets are left. */
+static void test_an_overrun_leaves_the_newest_sixteen(void)
+{
+    uint8_t octets[40];
+    uint16_t got[16];
+    for (uint32_t n = 0; n < 40u; n++) {
+        octets[n] = (uint8_t)n;
+    }
+    TEST_ASSERT_EQUAL_UINT32(40u, rig_serial_put(rig, octets, 40u));
+    rig_run(rig, 2u + (uint32_t)(40.0 * LINE_SECONDS / RIG_PERIOD_SECONDS));
+    TEST_ASSERT_EQUAL_UINT32(16u, heard(got));
+    TEST_ASSERT_EQUAL_HEX16(24u, got[0]);
+    TEST_ASSERT_EQUAL_HEX16(39u, got[15]);
+    TEST_ASSERT_EQUAL_UINT32(1u, hal_serial_errors());
+}
+
+/* ---- What stays ---- */
+
+static void program(uint32_t page, uint32_t at, uint16_t word)
+{
+    rig_bind(rig);
+    TEST_ASSERT_TRUE(hal_store_program(page, at, &word, 1u));
+}
+
+static uint16_t stored(uint32_t page, uint32_t at)
+{
+    rig_bind(rig);
+    return hal_store_word(page, at);
+}
+
+static void test_the_pages_outlive_the_supply_and_the_drive_begins_anew(void)
+{
+    put("plant.inertia", 0.01);
+    rig_set_motion(rig, 1.0, 30.0);
+    rig_run(rig, 200u);
+    program(0u, 3u, 0x1234u);
+    program(1u, 5u, 0x4321u);
+    put("motor_inertia", 0.02);
+    TEST_ASSERT_TRUE(rig_apply(rig));
+    rig_run(rig, 200u);
+    const uint32_t period = rig_period(rig);
+    const double speed = value("true_omega_m");
+    rig_power_cycle(rig);
+    TEST_ASSERT_EQUAL_UINT32(period, rig_period(rig));
+    rig_run(rig, 1u);
+    TEST_ASSERT_EQUAL_UINT32(period + 1u, rig_period(rig));
+    TEST_ASSERT_EQUAL_HEX16(0x1234u, stored(0u, 3u));
+    TEST_ASSERT_EQUAL_HEX16(0x4321u, stored(1u, 5u));
+    TEST_ASSERT_EQUAL_DOUBLE(rig_initial(rig_row_by_name("motor_inertia")), value("motor_inertia"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)0.01f, value("plant.inertia"));
+    TEST_ASSERT_TRUE(speed > 1.0);
+    TEST_ASSERT_TRUE(value("true_omega_m") > 0.5 * speed && value("true_omega_m") < speed);
+    rig_run(rig, 2000u);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state")); /* ready */
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
+static void test_a_power_cycle_with_the_bridge_on_opens_the_gates(void)
+{
+    put("enable", 1.0);
+    put("speed_request", 30.0);
+    rig_run(rig, 12000u);
+    TEST_ASSERT_FALSE(chip_tripped(chip(), BOARD_LEG_A));
+    rig_power_cycle(rig);
+    TEST_ASSERT_TRUE(chip_tripped(chip(), BOARD_LEG_A));
+    rig_run(rig, 2000u);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("enable"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, value("true_i_a"));
+}
+
+static void test_the_pages_are_refused_while_the_bridge_is_on(void)
+{
+    const uint16_t word = 0u;
+    put("enable", 1.0);
+    rig_run(rig, 3000u);
+    rig_bind(rig);
+    TEST_ASSERT_FALSE(chip_tripped(chip(), BOARD_LEG_A));
+    TEST_ASSERT_FALSE(hal_store_erase(0u));
+    TEST_ASSERT_FALSE(hal_store_program(0u, 0u, &word, 1u));
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(0u, 0u));
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
+/* Two seconds without an interrupt and without a background; the watchdog lets it pass, and the drive goes on
+ * without a fault. */
+static void test_an_erase_takes_its_time_and_the_drive_stands_it(void)
+{
+    rig_run(rig, 2000u);
+    rig_bind(rig);
+    program(1u, 0u, 0u);
+    rig_run(rig, 100u);
+    rig_bind(rig);
+    const uint32_t before = chip_interrupt_count(chip(), PIE_SEQ1INT);
+    TEST_ASSERT_TRUE(hal_store_erase(1u));
+    rig_run(rig, rig_periods(2.0) - 2u);
+    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) <= before + 1u);
+    rig_run(rig, 3000u);
+    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) > before + 2900u);
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(1u, 0u));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state"));
+    TEST_ASSERT_FALSE(chip_halted(chip()));
+}
+
+static void test_a_cut_of_the_power_is_undone_by_the_next_cycle_only(void)
+{
+    const uint16_t words[4] = {0};
+    rig_bind(rig);
+    chip_cut_power(chip(), 2u);
+    TEST_ASSERT_FALSE(hal_store_program(0u, 0u, words, 4u));
+    const uint32_t samples = chip_interrupt_count(chip(), PIE_SEQ1INT);
+    rig_run(rig, 1000u);
+    TEST_ASSERT_EQUAL_UINT32(samples, chip_interrupt_count(chip(), PIE_SEQ1INT));
+    rig_power_cycle(rig);
+    rig_run(rig, 1000u);
+    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) >= samples + 999u);
+    TEST_ASSERT_EQUAL_HEX16(0x0000u, stored(0u, 1u));
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(0u, 3u));
+}
+
+static void test_the_flash_goes_through_a_file_of_octets(void)
+{
+    static uint8_t octets[RIG_FLASH_SIZE], again[RIG_FLASH_SIZE];
+    program(0u, 0u, 0x1234u);
+    program(1u, 9u, 0xABCDu);
+    rig_flash_save(rig, octets);
+    TEST_ASSERT_EQUAL_HEX8(0x34u, octets[0]);
+    TEST_ASSERT_EQUAL_HEX8(0x12u, octets[1]);
+    TEST_ASSERT_EQUAL_HEX8(0xCDu, octets[65536u + 18u]);
+    TEST_ASSERT_EQUAL_HEX8(0xFFu, octets[RIG_FLASH_SIZE - 1u]);
+    rig_t *other = rig_create(2u);
+    TEST_ASSERT_TRUE(rig_flash_load(other, octets, sizeof octets));
+    rig_flash_save(other, again);
+    TEST_ASSERT_EQUAL_MEMORY(octets, again, sizeof octets);
+    TEST_ASSERT_FALSE(rig_flash_load(other, octets, sizeof octets - 1u));
+    TEST_ASSERT_NOT_NULL(strstr(rig_error(other), "131072"));
+    octets[0] = 0x99u;
+    octets[RIG_FLASH_SIZE - 1u] = 0u;
+    TEST_ASSERT_FALSE(rig_flash_load(other, octets, sizeof octets));
+    TEST_ASSERT_NOT_NULL(strstr(rig_error(other), "page 1"));
+    rig_flash_save(other, again);
+    TEST_ASSERT_EQUAL_HEX8(0x34u, again[0]);
+    rig_free(other);
+}
+
+/* ---- Restart ---- */
+
+static void test_a_restart_that_the_drive_asks_for_boots_the_chip(void)
+{
+    put("motor_inertia", 0.02);
+    TEST_ASSERT_TRUE(rig_apply(rig));
+    rig_run(rig, 2000u);
+    program(0u, 0u, 0x7777u);
+    rig_bind(rig);
+    hal_restart();
+    TEST_ASSERT_TRUE(chip_halted(chip()));
+    const uint32_t period = rig_period(rig);
+    rig_run(rig, 2000u);
+    TEST_ASSERT_EQUAL_UINT32(period + 2000u, rig_period(rig));
+    TEST_ASSERT_FALSE(chip_halted(chip()));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state"));
+    TEST_ASSERT_EQUAL_DOUBLE(rig_initial(rig_row_by_name("motor_inertia")), value("motor_inertia"));
+    TEST_ASSERT_EQUAL_HEX16(0x7777u, stored(0u, 0u));
+}
+
+/* A save and a load in the midst of frames go on to the bit. */
+static void test_state_as_bytes_holds_line_and_pages(void)
+{
+    const uint8_t octets[20] = {1u, 2u, 3u, 4u, 5u, 6u, 7u};
+    program(0u, 0u, 0x7777u);
+    rig_serial_put(rig, octets, 20u);
+    rig_step(rig);
+    void *state = malloc(rig_state_size());
+    rig_save(rig, state);
+    const uint64_t before = rig_hash(rig);
+    uint16_t first[16], second[16];
+    rig_step(rig);
+    const uint32_t count = heard(first);
+    const uint64_t after = rig_hash(rig);
+    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
+    TEST_ASSERT_TRUE(rig_hash(rig) == before);
+    rig_step(rig);
+    TEST_ASSERT_EQUAL_UINT32(count, heard(second));
+    TEST_ASSERT_EQUAL_MEMORY(first, second, count * sizeof first[0]);
+    TEST_ASSERT_TRUE(rig_hash(rig) == after);
+    free(state);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_octets_come_through_at_the_line_s_rate);
+    RUN_TEST(test_octets_go_out_at_the_line_s_rate);
+    RUN_TEST(test_a_break_is_counted_and_the_line_goes_on);
+    RUN_TEST(test_an_overrun_leaves_the_newest_sixteen);
+    RUN_TEST(test_the_pages_outlive_the_supply_and_the_drive_begins_anew);
+    RUN_TEST(test_a_power_cycle_with_the_bridge_on_opens_the_gates);
+    RUN_TEST(test_the_pages_are_refused_while_the_bridge_is_on);
+    RUN_TEST(test_an_erase_takes_its_time_and_the_drive_stands_it);
+    RUN_TEST(test_a_cut_of_the_power_is_undone_by_the_next_cycle_only);
+    RUN_TEST(test_the_flash_goes_through_a_file_of_octets);
+    RUN_TEST(test_a_restart_that_the_drive_asks_for_boots_the_chip);
+    RUN_TEST(test_state_as_bytes_holds_line_and_pages);
+    return UNITY_END();
+}

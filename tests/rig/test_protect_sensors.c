@@ -1,0 +1,291 @@
+/* Current sensors and wires that fail, in the closed loop: with the encoder and without, two shafts, both
+ * directions, several moments. What must hold of each: the reason, the time until the gates are off, and the
+ * largest true phase current, which shall stay below 25 A. And that nothing of it stops a drive that is
+ * sound. Largest and latest are printed. */
+#include "tests/rig/start.h"
+
+#include "drive/reasons.h"
+
+#define CODES_PER_AMPERE 102.4
+
+static rig_t *rig;
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+/* ---- what is seen of every period ---- */
+
+static struct {
+    double current; /* [A] largest true phase current */
+    int state, fault;
+} seen;
+
+static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    float current[3];
+    (void)context;
+    (void)period;
+    (void)count;
+    memcpy(current, slots, sizeof current);
+    for (size_t n = 0; n < 3u; n++) {
+        seen.current = fmax(seen.current, fabs((double)current[n]));
+    }
+    seen.state = (int)slots[3];
+    seen.fault = (int)slots[4];
+}
+
+static void watch(void)
+{
+    static const char *const rows[] = {"true_i_a", "true_i_b", "true_i_c", "state", "fault_reason"};
+    uint32_t ids[5];
+    for (size_t n = 0; n < 5u; n++) {
+        ids[n] = rig_row_by_name(rows[n])->id;
+    }
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, 5u, 1u, see, NULL));
+    memset(&seen, 0, sizeof seen);
+}
+
+/* ---- cases ---- */
+
+typedef struct {
+    bool encoder;
+    start_shaft_t shaft;
+    double rpm;  /* [r/min] with sign; it stands at 0 */
+    double wait; /* [s] more, so that the moments differ */
+} case_t;
+
+static void begin(const case_t *c, uint32_t seed)
+{
+    rig_free(rig);
+    rig = start_on_desk(c->shaft, seed);
+    run_put(rig, "position_source", c->encoder ? 0.0 : 1.0);
+    start_ready(rig, 0.3 + 7.0 * c->wait);
+    const bool turns = fabs(c->rpm) >= 100.0;
+    if (turns) {
+        rig_set_motion(rig, 0.3 / POLE_PAIRS, c->rpm * RPM);
+    }
+    run_put(rig, "speed_request", (c->rpm == 0.0 ? 600.0 : c->rpm) * RPM);
+    if (c->rpm != 0.0) {
+        run_put(rig, "enable", 1.0);
+        run_seconds(rig, turns ? 0.5 : 1.5);
+        if (turns) {
+            run_load(rig, 2.5, 1.0);
+        }
+        run_seconds(rig, 0.2 + c->wait);
+        run_expect_no_fault(rig);
+    }
+    watch();
+}
+
+/* From now on until the gates are off, or so many seconds; the time in ms. */
+static double wait_for_fault(double seconds)
+{
+    uint32_t n = 0;
+    for (; n < rig_periods(seconds) && seen.state != (int)DRIVE_FAULT; n++) {
+        rig_step(rig);
+    }
+    return 1e3 * start_time(n);
+}
+
+/* 20 ms, or a third of an electrical turn [ms]. */
+static double promised(const case_t *c)
+{
+    return c->rpm == 0.0 ? 1e3 : fmax(20.0, 1e3 * 60.0 / (3.0 * POLE_PAIRS * fabs(c->rpm)));
+}
+
+typedef struct {
+    double time, current; /* [ms], [A] */
+    uint32_t cases, right, violent;
+} worst_t;
+
+static void expect(const case_t *c, int reason, double time, worst_t *worst)
+{
+    worst->cases++;
+    worst->time = fmax(worst->time, time / promised(c));
+    worst->current = fmax(worst->current, seen.current);
+    worst->right += seen.fault == reason ? 1u : 0u;
+    worst->violent += seen.fault == (int)REASON_OVERCURRENT ? 1u : 0u;
+}
+
+static const double speeds[] = {150.0, 600.0, 1500.0, 25.0};
+
+static void over_all(void (*fail)(const case_t *c, uint32_t number, worst_t *worst), worst_t *worst)
+{
+    uint32_t number = 0u;
+    for (size_t s = 0; s < sizeof speeds / sizeof speeds[0]; s++) {
+        for (int way = -1; way <= 1; way += 2) {
+            for (int encoder = 0; encoder <= (speeds[s] > 100.0 ? 1 : 0); encoder++) {
+                for (int shaft = HEAVY; shaft <= LIGHT; shaft++) {
+                    const case_t c = {encoder != 0, (start_shaft_t)shaft, way * speeds[s],
+                                      0.0137 * (number % 7u)};
+                    begin(&c, number + 3u);
+                    fail(&c, number, worst);
+                    number++;
+                }
+            }
+        }
+    }
+}
+
+/* ---- stuck ---- */
+
+static void stick(const case_t *c, uint32_t number, worst_t *worst)
+{
+    static const double off[] = {0.0, 3.0, -6.0}; /* [A] of what it shows at that moment */
+    const char *const row = number % 2u != 0u ? "stuck_current_a" : "stuck_current_b";
+    const double now = rig_value(rig, number % 2u != 0u ? "true_i_a" : "true_i_b");
+    const double code = floor(2048.0 + CODES_PER_AMPERE * (now + off[number % 3u]));
+    run_put(rig, row, fmin(fmax(code, 60.0), 4035.0));
+    expect(c, REASON_CURRENT_STUCK, wait_for_fault(0.5), worst);
+}
+
+static void test_a_stuck_sensor_stops_the_drive_before_25_A_flow(void)
+{
+    worst_t worst = {0};
+    over_all(stick, &worst);
+    printf("stuck sensor: %u cases, %u by its reason, %u by overcurrent; latest %.2f of what is promised, "
+           "largest true current %.1f A\n",
+           (unsigned)worst.cases, (unsigned)worst.right, (unsigned)worst.violent, worst.time, worst.current);
+    TEST_ASSERT_EQUAL_UINT32(worst.cases, worst.right + worst.violent);
+    TEST_ASSERT_TRUE(worst.violent * 10u <= worst.cases);
+    TEST_ASSERT_TRUE(worst.current < 19.0);
+    TEST_ASSERT_TRUE(worst.time <= 0.58);
+}
+
+/* ---- a broken wire ---- */
+
+static void open_wire(const case_t *c, uint32_t number, worst_t *worst)
+{
+    static const char *const rows[] = {"open_phase_a", "open_phase_b", "open_phase_c"};
+    run_put(rig, rows[number % 3u], 1.0);
+    expect(c, REASON_PHASE_LOSS, wait_for_fault(0.6), worst);
+}
+
+static void test_a_broken_wire_is_told_while_running(void)
+{
+    worst_t worst = {0};
+    over_all(open_wire, &worst);
+    printf("broken wire, running: %u cases, %u by its reason; latest %.2f of what is promised, largest true "
+           "current %.1f A\n",
+           (unsigned)worst.cases, (unsigned)worst.right, worst.time, worst.current);
+    TEST_ASSERT_EQUAL_UINT32(worst.cases, worst.right);
+    TEST_ASSERT_TRUE(worst.time <= 0.84);
+    TEST_ASSERT_TRUE(worst.current < 11.5);
+}
+
+/* Broken before the start: the rotor has turned by less than a third of an electrical turn. */
+static void test_a_broken_wire_is_told_at_the_start(void)
+{
+    static const char *const rows[] = {"open_phase_a", "open_phase_b", "open_phase_c"};
+    double latest = 0.0, turned = 0.0;
+    for (uint32_t n = 0; n < 12u; n++) {
+        const case_t c = {n % 2u != 0u, (start_shaft_t)(n / 2u % 2u), 0.0, 0.05 * n};
+        begin(&c, n + 1u);
+        const double from = rig_value(rig, "true_theta_e");
+        run_put(rig, rows[n % 3u], 1.0);
+        run_put(rig, "enable", 1.0);
+        latest = fmax(latest, wait_for_fault(0.6));
+        TEST_ASSERT_EQUAL_INT(REASON_PHASE_LOSS, seen.fault);
+        turned = fmax(turned, fabs(remainder(rig_value(rig, "true_theta_e") - from, 2.0 * PI)));
+    }
+    printf("broken wire, at the start: latest %.1f ms after enable, rotor turned by %.2f rad\n", latest,
+           turned);
+    TEST_ASSERT_TRUE(turned < 2.0 * PI / 3.0);
+}
+
+/* ---- range and gain ---- */
+
+static void test_a_wrong_gain_is_told_by_the_rise_of_the_forced_current(void)
+{
+    static const start_row_t rows[] = {{"current_range", 20.0 / 0.6}, {"current_range", 20.0 * 0.6},
+                                       {"current_gain_error_a", 0.3}, {"current_gain_error_a", -0.3},
+                                       {"current_gain_error_b", 0.3}, {"current_gain_error_b", -0.3}};
+    uint32_t cases = 0u, right = 0u;
+    double latest = 0.0, current = 0.0;
+    for (uint32_t n = 0; n < 24u; n++) {
+        const case_t c = {false, (start_shaft_t)(n % 2u), 0.0, 0.04 * n};
+        begin(&c, n + 1u);
+        run_put(rig, rows[n / 4u].name, rows[n / 4u].value);
+        run_put(rig, "enable", 1.0);
+        const double time = wait_for_fault(0.04);
+        cases++;
+        current = fmax(current, seen.current);
+        if (seen.fault == (int)REASON_CURRENT_GAIN) {
+            right++;
+            latest = fmax(latest, time);
+        }
+    }
+    printf(
+        "wrong range or gain at the start: %u of %u told, latest %.1f ms after enable; largest true current "
+        "%.1f A\n",
+        (unsigned)right, (unsigned)cases, latest, current);
+    TEST_ASSERT_TRUE(right * 10u >= cases * 8u);
+    TEST_ASSERT_TRUE(latest < 20.0 + 12.0); /* the catch takes the first 20 ms, with 0.3 A */
+    TEST_ASSERT_TRUE(current < 20.0);
+}
+
+/* ---- sound ---- */
+
+/* Loads, reversals, catches, steps of the link, for some seconds with these beliefs times a factor. */
+static void sound(bool encoder, start_shaft_t shaft, const start_row_t *rows, size_t count)
+{
+    rig_free(rig);
+    rig = start_on_desk(shaft, 5u);
+    run_put(rig, "position_source", encoder ? 0.0 : 1.0);
+    for (size_t n = 0; n < count; n++) {
+        run_times(rig, rows[n].name, rows[n].value);
+    }
+    start_ready(rig, 1.0);
+    watch();
+    run_on(rig, 600.0);
+    for (int n = 0; n < 8; n++) {
+        run_seconds(rig, 0.6);
+        run_put(rig, "load_torque", n % 2 != 0 ? 0.0 : 3.0);
+        run_seconds(rig, 0.2);
+        run_put(rig, "load_torque", 0.0);
+        run_put(rig, "dc_voltage", n % 2 != 0 ? 311.0 : 270.0);
+        run_put(rig, "speed_request", (n % 4 < 2 ? -1.0 : 1.0) * (n % 3 == 0 ? 1200.0 : 300.0) * RPM);
+        if (n == 5) {
+            run_put(rig, "enable", 0.0);
+            run_seconds(rig, 0.05);
+            run_put(rig, "enable", 1.0);
+        }
+        const bool ours = seen.fault >= (int)REASON_CURRENT_STUCK && seen.fault <= (int)REASON_CURRENT_SUM;
+        TEST_ASSERT_FALSE_MESSAGE(ours, "a sound drive was stopped");
+    }
+}
+
+static void test_a_sound_drive_is_never_stopped(void)
+{
+    static const start_row_t beliefs[][3] = {
+        {{"motor_resistance", 1.0}, {"motor_resistance", 1.0}, {"motor_resistance", 1.0}},
+        {{"motor_resistance", 1.5}, {"motor_resistance", 1.0}, {"motor_resistance", 1.0}},
+        {{"motor_resistance", 0.5}, {"current_noise", 0.0}, {"motor_resistance", 1.0}},
+        {{"motor_inductance_d", 1.3}, {"motor_inductance_q", 1.3}, {"motor_flux_linkage", 0.8}},
+        {{"motor_inductance_d", 0.7}, {"motor_inductance_q", 0.7}, {"motor_resistance", 1.0}},
+        {{"params.turn_off_delay", 3.5}, {"params.device_drop", 0.0}, {"dead_time_adaptation", 0.0}},
+    };
+    for (size_t n = 0; n < sizeof beliefs / sizeof beliefs[0]; n++) {
+        for (int kind = 0; kind < 4; kind++) {
+            sound(kind % 2 != 0, (start_shaft_t)(kind / 2), beliefs[n], 3u);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_stuck_sensor_stops_the_drive_before_25_A_flow);
+    RUN_TEST(test_a_broken_wire_is_told_while_running);
+    RUN_TEST(test_a_broken_wire_is_told_at_the_start);
+    RUN_TEST(test_a_wrong_gain_is_told_by_the_rise_of_the_forced_current);
+    RUN_TEST(test_a_sound_drive_is_never_stopped);
+    return UNITY_END();
+}

@@ -1,0 +1,610 @@
+/* The drive on its line: a master of this file's own on the wire, octet by octet. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/talk.h"
+#include "drive/reasons.h"
+#include "drive/signals.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+
+#define ROOM 65536u
+
+static rig_t *rig;
+
+/* ---- the wire: as long as one likes, or the chip's ---- */
+
+static struct {
+    uint8_t to_drive[ROOM];
+    uint32_t put, taken;
+    uint8_t from_drive[ROOM];
+    uint32_t count;
+    uint32_t throughput; /* [octets] that the drive gets rid of in a period */
+    uint32_t left;
+} wire;
+static bool by_chip;
+static uint32_t counter;
+
+static uint32_t wire_read(void *context, uint8_t *octets, uint32_t room)
+{
+    (void)context;
+    uint32_t count = 0u;
+    while (count < room && wire.taken < wire.put) {
+        octets[count++] = wire.to_drive[wire.taken++ % ROOM];
+    }
+    return count;
+}
+
+static uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
+{
+    (void)context;
+    uint32_t taken = 0u;
+    while (taken < count && wire.left > 0u && wire.count < ROOM) {
+        wire.from_drive[wire.count++] = octets[taken++];
+        wire.left--;
+    }
+    return taken;
+}
+
+static void put_octets(const uint8_t *octets, uint32_t count)
+{
+    if (by_chip) {
+        TEST_ASSERT_EQUAL_UINT32(count, rig_serial_put(rig, octets, count));
+        return;
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        wire.to_drive[wire.put++ % ROOM] = octets[n];
+    }
+}
+
+static void period(void)
+{
+    wire.left = wire.throughput;
+    rig_step(rig);
+    if (by_chip) {
+        wire.count += rig_serial_get(rig, wire.from_drive + wire.count, ROOM - wire.count);
+    }
+}
+
+static void periods(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        period();
+    }
+}
+
+/* ---- the master ---- */
+
+static void send(const uint8_t *packet, uint32_t count)
+{
+    uint8_t frame[4u + 64u] = {(uint8_t)count, 0, (uint8_t)counter, (uint8_t)(counter >> 8)};
+    counter++;
+    memcpy(frame + 4, packet, count);
+    put_octets(frame, 4u + count);
+}
+#define SEND(...) send((const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
+
+/* The next packet from the drive, out of the wire; 0 octets: there is none yet. */
+static uint32_t next_packet(uint8_t packet[256])
+{
+    const uint32_t length =
+        wire.count < 4u ? 0u : (uint32_t)wire.from_drive[0] | (uint32_t)wire.from_drive[1] << 8;
+    if (wire.count < 4u || wire.count < 4u + length) {
+        return 0u;
+    }
+    TEST_ASSERT_TRUE(length >= 1u && length <= FRAME_MAX_DTO);
+    memcpy(packet, wire.from_drive + 4, length);
+    memmove(wire.from_drive, wire.from_drive + 4u + length, wire.count - 4u - length);
+    wire.count -= 4u + length;
+    return length;
+}
+
+static uint8_t answer[256];
+static uint32_t samples; /* that came while an answer was waited for */
+
+/* The answer to what was sent; packets of samples are passed over. Returns its octets. */
+static uint32_t wait_answer(uint32_t patience)
+{
+    for (uint32_t n = 0; n < patience; n++) {
+        period();
+        uint32_t length;
+        while ((length = next_packet(answer)) != 0u) {
+            if (answer[0] >= 0xFEu) {
+                return length;
+            }
+            samples++;
+        }
+    }
+    TEST_FAIL_MESSAGE("no answer");
+    return 0u;
+}
+
+#define PATIENCE 200u /* [periods] */
+
+static void expect_ok(void)
+{
+    (void)wait_answer(PATIENCE);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, answer[0]);
+}
+
+static void expect_error(uint8_t code)
+{
+    (void)wait_answer(PATIENCE);
+    TEST_ASSERT_EQUAL_HEX8(0xFE, answer[0]);
+    TEST_ASSERT_EQUAL_HEX8(code, answer[1]);
+}
+
+static void send_write(uint8_t extension, uint32_t id, uint32_t bits)
+{
+    const uint32_t address = 4u * id;
+    SEND(0xF6, 0, 0, extension, (uint8_t)address, (uint8_t)(address >> 8), (uint8_t)(address >> 16), 0);
+    expect_ok();
+    SEND(0xF0, 4, (uint8_t)bits, (uint8_t)(bits >> 8), (uint8_t)(bits >> 16), (uint8_t)(bits >> 24));
+}
+
+static void write_slot(uint8_t extension, uint32_t id, uint32_t bits)
+{
+    send_write(extension, id, bits);
+    expect_ok();
+}
+
+static uint32_t read_slot(uint8_t extension, uint32_t id)
+{
+    const uint32_t address = 4u * id;
+    SEND(0xF4, 4, 0, extension, (uint8_t)address, (uint8_t)(address >> 8), (uint8_t)(address >> 16), 0);
+    expect_ok();
+    return (uint32_t)answer[1] | (uint32_t)answer[2] << 8 | (uint32_t)answer[3] << 16 |
+           (uint32_t)answer[4] << 24;
+}
+
+static uint32_t bits_of(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static void connect(void)
+{
+    SEND(0xFF, 0);
+    expect_ok();
+}
+
+static uint32_t id_of(const char *name)
+{
+    return rig_row_by_name(name)->id;
+}
+
+static void plug_in(void)
+{
+    static const rig_line_t line = {wire_read, wire_write, NULL};
+    rig_line(rig, by_chip ? NULL : &line);
+}
+
+void setUp(void)
+{
+    memset(&wire, 0, sizeof wire);
+    wire.throughput = 200u;
+    by_chip = false;
+    counter = 0u;
+    samples = 0u;
+    rig = rig_create(1u);
+    plug_in();
+    rig_run(rig, rig_periods(0.06)); /* ready */
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+#define EXTENSION_SIGNALS  0u
+#define EXTENSION_PARAMS   1u
+#define EXTENSION_REQUESTS 2u
+#define EXTENSION_SERVICES 3u
+
+/* ---- values ---- */
+
+static void test_every_row_reads_as_the_rig_has_it(void)
+{
+    connect();
+    for (uint32_t table = 0; table < (uint32_t)APP_TABLES; table++) {
+        for (uint32_t n = 0; n < app_tables[table]->count; n++) {
+            const table_row_t *row = &app_tables[table]->rows[n];
+            if (table == EXTENSION_SIGNALS || row->id >= 1950u) {
+                continue; /* they change under way */
+            }
+            double value = 0.0;
+            const uint32_t bits = read_slot((uint8_t)table, row->id);
+            TEST_ASSERT_TRUE(rig_get(rig, row->id, &value));
+            TEST_ASSERT_EQUAL_FLOAT_MESSAGE((float)value, table_value_of_bits(row, bits), row->name);
+        }
+    }
+    for (uint32_t n = 0; n < 5u; n++) { /* a signal that stands */
+        TEST_ASSERT_EQUAL_HEX32(bits_of((float)rig_value(rig, "offset_a")),
+                                read_slot(EXTENSION_SIGNALS, id_of("offset_a")));
+    }
+}
+
+static void test_a_parameter_is_staged_until_it_is_applied(void)
+{
+    connect();
+    write_slot(EXTENSION_PARAMS, id_of("current_limit"), bits_of(8.0f));
+    TEST_ASSERT_EQUAL_DOUBLE(10.0, rig_value(rig, "current_limit"));
+    write_slot(EXTENSION_SERVICES, id_of("order"), ORDER_APPLY);
+    TEST_ASSERT_EQUAL_DOUBLE(8.0, rig_value(rig, "current_limit"));
+    TEST_ASSERT_EQUAL_UINT32(0u, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
+    write_slot(EXTENSION_PARAMS, id_of("current_limit"), bits_of(14.0f));
+    send_write(EXTENSION_SERVICES, id_of("order"), ORDER_APPLY);
+    expect_error(0x22); /* 1.2 times that is more than the trip */
+    TEST_ASSERT_EQUAL_UINT32(REASON_CROSS_RULE, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
+    TEST_ASSERT_EQUAL_UINT32(id_of("overcurrent_trip"), read_slot(EXTENSION_SERVICES, id_of("order_row")));
+    TEST_ASSERT_EQUAL_DOUBLE(8.0, rig_value(rig, "current_limit"));
+    write_slot(EXTENSION_SERVICES, id_of("order"), ORDER_DEFAULTS);
+    TEST_ASSERT_EQUAL_HEX32(bits_of(10.0f), read_slot(EXTENSION_PARAMS, id_of("current_limit")));
+    TEST_ASSERT_EQUAL_DOUBLE(8.0, rig_value(rig, "current_limit"));
+}
+
+/* Two requests in one command are one set: speed 20 and mode current would be refused one by one in neither
+ * order, but are taken in the same period. */
+static void test_requests_of_one_command_are_one_set(void)
+{
+    connect();
+    const uint32_t address = 4u * id_of("mode");
+    const uint32_t speed = bits_of(20.0f);
+    SEND(0xF6, 0, 0, EXTENSION_REQUESTS, (uint8_t)address, (uint8_t)(address >> 8), 0, 0);
+    expect_ok();
+    SEND(0xF0, 8, 1, 0, 0, 0, (uint8_t)speed, (uint8_t)(speed >> 8), (uint8_t)(speed >> 16),
+         (uint8_t)(speed >> 24));
+    expect_ok();
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode"));
+    TEST_ASSERT_EQUAL_DOUBLE(20.0, rig_value(rig, "speed_request"));
+    SEND(0xF6, 0, 0, EXTENSION_REQUESTS, (uint8_t)address, (uint8_t)(address >> 8), 0, 0);
+    expect_ok();
+    const uint32_t too_fast = bits_of(1000.0f);
+    SEND(0xF0, 8, 0, 0, 0, 0, (uint8_t)too_fast, (uint8_t)(too_fast >> 8), (uint8_t)(too_fast >> 16),
+         (uint8_t)(too_fast >> 24));
+    expect_error(0x22);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode")); /* neither of them */
+}
+
+static void test_identification_is_where_the_description_says(void)
+{
+    connect();
+    static const struct {
+        uint8_t extension;
+    } places[] = {{XCP_EXTENSION_EPK}, {EXTENSION_SIGNALS}};
+    char expected[17];
+    snprintf(expected, sizeof expected, "lagless-%08lx", (unsigned long)app_tables_hash());
+    for (uint32_t n = 0; n < 2u; n++) {
+        SEND(0xF4, 16, 0, places[n].extension, 0, 0, 0, 0);
+        expect_ok();
+        TEST_ASSERT_EQUAL_MEMORY(expected, answer + 1, 16u);
+    }
+}
+
+static void test_faults_are_told_newest_first(void)
+{
+    connect();
+    SEND(0xF4, 8, 0, 7, 0, 0, 0, 0);
+    expect_ok();
+    static const uint8_t none[8] = {0};
+    TEST_ASSERT_EQUAL_MEMORY(none, answer + 1, 8u);
+    run_put(rig, "stuck_dc_link", 4095.0);
+    periods(100u);
+    const uint32_t reason = (uint32_t)rig_value(rig, "fault_reason");
+    const uint32_t at = (uint32_t)rig_value(rig, "fault_period");
+    TEST_ASSERT_EQUAL_UINT32(REASON_DC_OVERVOLTAGE, reason);
+    TEST_ASSERT_EQUAL_UINT32(reason, read_slot(7u, 0u));
+    TEST_ASSERT_EQUAL_UINT32(at, read_slot(7u, 1u));
+    TEST_ASSERT_EQUAL_UINT32(0u, read_slot(7u, 2u));
+}
+
+/* ---- the master is silent ---- */
+
+static void switch_on(void)
+{
+    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), bits_of(50.0f));
+    write_slot(EXTENSION_REQUESTS, id_of("enable"), REQUEST_ON);
+}
+
+static bool warns(void)
+{
+    return ((uint32_t)rig_value(rig, FAULT_MASTER_SILENT < 32 ? "warnings" : "warnings_2") >>
+                ((uint32_t)FAULT_MASTER_SILENT % 32u) &
+            1u) != 0u;
+}
+
+static void test_a_silent_master_brings_a_quick_stop(void)
+{
+    connect();
+    switch_on();
+    for (uint32_t n = 0; n < 30u; n++) { /* any good command is a sign of life */
+        periods(rig_periods(0.09));
+        SEND(0xFD);
+        expect_ok();
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
+    periods(rig_periods(0.998));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
+    TEST_ASSERT_FALSE(warns());
+    periods(rig_periods(0.004));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_QUICK_STOP, rig_value(rig, "enable"));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_QUICK_STOP, rig_value(rig, "state"));
+    TEST_ASSERT_TRUE(warns());
+    periods(rig_periods(2.0));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_READY, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_TRUE(warns()); /* until somebody has seen it */
+    connect();
+    TEST_ASSERT_TRUE(warns());
+    write_slot(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
+    periods(rig_periods(0.002));
+    TEST_ASSERT_FALSE(warns());
+    write_slot(EXTENSION_REQUESTS, id_of("enable"), REQUEST_ON);
+    periods(rig_periods(0.1));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+}
+
+/* Octets that are no command are no sign of life. */
+static void test_noise_is_no_sign_of_life(void)
+{
+    connect();
+    switch_on();
+    for (uint32_t n = 0; n < 11000u; n++) {
+        const uint8_t noise[3] = {(uint8_t)(n * 37u), (uint8_t)(n * 101u | 0x80u), (uint8_t)(n >> 3)};
+        put_octets(noise, 3u);
+        period();
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_QUICK_STOP, rig_value(rig, "enable"));
+    TEST_ASSERT_TRUE(rig_value(rig, "line_errors") > 0.0);
+}
+
+static void test_command_timeout_may_be_another_one_or_none(void)
+{
+    connect();
+    run_parameter(rig, "command_timeout", 0.05);
+    switch_on();
+    periods(rig_periods(0.049));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
+    periods(rig_periods(0.003));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_QUICK_STOP, rig_value(rig, "enable"));
+    periods(rig_periods(1.0));
+    run_parameter(rig, "command_timeout", 0.0);
+    write_slot(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
+    write_slot(EXTENSION_REQUESTS, id_of("enable"), REQUEST_ON);
+    periods(rig_periods(5.0));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
+}
+
+/* Who switched on by another way is not stopped by a master that goes away. */
+static void test_only_what_the_line_switched_on_stops_with_it(void)
+{
+    connect();
+    run_put(rig, "speed_request", 50.0);
+    run_put(rig, "enable", REQUEST_ON);
+    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), bits_of(55.0f));
+    periods(rig_periods(3.0));
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+}
+
+/* ---- floods ---- */
+
+/* Samples of 16 slots in every period through a line that takes a tenth of them: the stop is obeyed as soon
+ * as its octets are in, and answered when the frame under way is out. */
+static void stream(uint32_t entries, uint8_t prescaler, const uint32_t *ids)
+{
+    SEND(0xD6);
+    expect_ok();
+    SEND(0xD5, 0, 1, 0);
+    expect_ok();
+    SEND(0xD4, 0, 0, 0, 1);
+    expect_ok();
+    SEND(0xD3, 0, 0, 0, 0, (uint8_t)entries);
+    expect_ok();
+    SEND(0xE2, 0, 0, 0, 0, 0);
+    expect_ok();
+    for (uint32_t n = 0; n < entries; n++) {
+        const uint32_t address = 4u * ids[n];
+        SEND(0xE1, 0xFF, 4, 0, (uint8_t)address, (uint8_t)(address >> 8), 0, 0);
+        expect_ok();
+    }
+    SEND(0xE0, 0x10, 0, 0, 0, 0, prescaler, 0);
+    expect_ok();
+    SEND(0xDE, 2, 0, 0);
+    expect_ok();
+    SEND(0xDD, 1);
+    expect_ok();
+}
+
+static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
+{
+    const uint32_t period_id = id_of("period");
+    uint32_t ids[16];
+    for (uint32_t n = 0; n < 16u; n++) {
+        ids[n] = period_id;
+    }
+    connect();
+    switch_on();
+    stream(16u, 1u, ids);
+    wire.throughput = 7u;
+    periods(500u);
+    TEST_ASSERT_TRUE(rig_value(rig, "daq_lost") > 100.0);
+    send_write(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
+    const double begun = rig_value(rig, "period");
+    periods(3u);
+    TEST_ASSERT_EQUAL_DOUBLE(REQUEST_OFF, rig_value(rig, "enable"));
+    TEST_ASSERT_EQUAL_DOUBLE(begun + 3.0, rig_value(rig, "period"));
+    expect_ok(); /* behind at most the one frame that was under way: 73 octets of 7 a period */
+}
+
+/* Whole frames of commands without end: the drive answers each, and misses no period. */
+static void test_a_flood_of_commands_delays_no_interrupt(void)
+{
+    connect();
+    switch_on();
+    wire.throughput = 1000u;
+    for (uint32_t n = 0; n < 2000u; n++) {
+        for (uint32_t m = 0; m < 5u; m++) {
+            SEND(0xF4, 60, 0, 1, 4, 0, 0, 0);
+        }
+        const double before = rig_value(rig, "period");
+        period();
+        TEST_ASSERT_EQUAL_DOUBLE(before + 1.0, rig_value(rig, "period"));
+        TEST_ASSERT_EQUAL_UINT32(0u, (uint32_t)rig_value(rig, "sample_flags") & DRIVE_SAMPLE_LATE);
+        wire.count = 0u;
+        if (wire.put - wire.taken > ROOM / 2u) {
+            wire.put = wire.taken;
+        }
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+}
+
+/* ---- over the chip's line ---- */
+
+/* Three floats every third period are 3333 x 25 octets of 93 750 a second: all of them come, in steps of
+ * three periods, and are what the tap copied in that period. */
+static uint32_t tapped[12000][3];
+static void keep(void *context, uint32_t at, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)at;
+    TEST_ASSERT_EQUAL_UINT32(4u, count);
+    if (slots[0] < 12000u) {
+        memcpy(tapped[slots[0]], slots + 1, 3u * sizeof slots[0]);
+    }
+}
+
+static uint32_t long_at(const uint8_t *octets)
+{
+    return (uint32_t)octets[0] | (uint32_t)octets[1] << 8 | (uint32_t)octets[2] << 16 |
+           (uint32_t)octets[3] << 24;
+}
+
+static void test_three_floats_stream_over_the_serial_line(void)
+{
+    const uint32_t ids[4] = {id_of("period"), id_of("i_a"), id_of("omega_m"), id_of("theta_e")};
+    by_chip = true;
+    plug_in();
+    TEST_ASSERT_EQUAL_UINT32(937500u, (uint32_t)BOARD_SERIAL_BAUD);
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, 4u, 1u, keep, NULL));
+    connect();
+    switch_on();
+    stream(3u, 3u, ids + 1);
+    uint8_t packet[256];
+    uint32_t last = 0u;
+    uint32_t count = 0u;
+    for (uint32_t n = 0; n < 10000u; n++) {
+        period();
+        uint32_t length;
+        while ((length = next_packet(packet)) != 0u) {
+            TEST_ASSERT_EQUAL_UINT32(17u, length);
+            TEST_ASSERT_EQUAL_HEX8(0u, packet[0]);
+            const uint32_t stamp = long_at(packet + 1);
+            TEST_ASSERT_TRUE(count == 0u || stamp == last + 3u);
+            for (uint32_t m = 0; m < 3u; m++) {
+                TEST_ASSERT_EQUAL_HEX32(tapped[stamp][m], long_at(packet + 5u + 4u * m));
+            }
+            last = stamp;
+            count++;
+        }
+    }
+    TEST_ASSERT_UINT32_WITHIN(5u, 3333u, count);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "daq_lost"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "line_errors"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
+    TEST_ASSERT_TRUE(rig_value(rig, "true_omega_m") != 0.0);
+}
+
+/* Eight signals of 512 periods, half of them before the order that triggers: every slot is what the tap
+ * copied in its period. */
+static uint32_t captured[12000][8];
+static void keep_eight(void *context, uint32_t at, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)at;
+    TEST_ASSERT_EQUAL_UINT32(9u, count);
+    if (slots[0] < 12000u) {
+        memcpy(captured[slots[0]], slots + 1, 8u * sizeof slots[0]);
+    }
+}
+
+static void test_eight_signals_of_the_buffer_come_over_the_serial_line(void)
+{
+    static const char *const names[8] = {"i_a", "i_b", "i_d", "i_q", "u_d", "u_q", "omega_m", "theta_e"};
+    uint32_t ids[9] = {id_of("period")};
+    by_chip = true;
+    plug_in();
+    connect();
+    switch_on();
+    for (uint32_t n = 0; n < 8u; n++) {
+        ids[1u + n] = id_of(names[n]);
+        write_slot(EXTENSION_SERVICES, id_of("capture_1") + n, ids[1u + n]);
+    }
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, 9u, 1u, keep_eight, NULL));
+    write_slot(EXTENSION_SERVICES, id_of("capture_signals"), 8u);
+    write_slot(EXTENSION_SERVICES, id_of("capture_on"), 3u); /* command */
+    write_slot(EXTENSION_SERVICES, id_of("capture_after"), 256u);
+    write_slot(EXTENSION_SERVICES, id_of("order"), ORDER_CAPTURE_ARM);
+    periods(600u);
+    write_slot(EXTENSION_SERVICES, id_of("order"), ORDER_CAPTURE_TRIGGER);
+    periods(300u);
+    TEST_ASSERT_EQUAL_UINT32(3u, read_slot(EXTENSION_SERVICES, id_of("capture_state"))); /* held */
+    TEST_ASSERT_EQUAL_UINT32(512u, read_slot(EXTENSION_SERVICES, id_of("capture_periods")));
+    const uint32_t at = read_slot(EXTENSION_SERVICES, id_of("capture_at"));
+    const uint32_t oldest = at + 256u - 511u;
+    SEND(0xF6, 0, 0, 4, 0, 0, 0, 0);
+    expect_ok();
+    for (uint32_t slot = 0u; slot < 4096u; slot += 8u) {
+        SEND(0xF5, 32);
+        expect_ok();
+        for (uint32_t n = 0; n < 8u; n++) {
+            TEST_ASSERT_EQUAL_HEX32(captured[oldest + slot / 8u][n], long_at(answer + 1u + 4u * n));
+        }
+    }
+    SEND(0xF5, 4);
+    expect_error(0x22); /* that was all */
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "line_errors"));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+}
+
+/* ---- restart ---- */
+
+static void test_restart_is_answered_and_begins_anew(void)
+{
+    connect();
+    run_parameter(rig, "current_limit", 8.0);
+    write_slot(EXTENSION_SERVICES, id_of("order"), ORDER_RESTART); /* answered */
+    periods(rig_periods(0.1));
+    TEST_ASSERT_TRUE(rig_value(rig, "period") < (double)rig_periods(0.1));
+    TEST_ASSERT_EQUAL_DOUBLE(10.0, rig_value(rig, "current_limit"));
+    TEST_ASSERT_EQUAL_UINT32(0u, rig_state(rig)->app.talk.xcp.connected);
+    connect();
+    switch_on();
+    periods(rig_periods(0.1));
+    send_write(EXTENSION_SERVICES, id_of("order"), ORDER_RESTART);
+    expect_error(0x22);
+    TEST_ASSERT_EQUAL_UINT32(REASON_BRIDGE_ON, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_row_reads_as_the_rig_has_it);
+    RUN_TEST(test_a_parameter_is_staged_until_it_is_applied);
+    RUN_TEST(test_requests_of_one_command_are_one_set);
+    RUN_TEST(test_identification_is_where_the_description_says);
+    RUN_TEST(test_faults_are_told_newest_first);
+    RUN_TEST(test_a_silent_master_brings_a_quick_stop);
+    RUN_TEST(test_noise_is_no_sign_of_life);
+    RUN_TEST(test_command_timeout_may_be_another_one_or_none);
+    RUN_TEST(test_only_what_the_line_switched_on_stops_with_it);
+    RUN_TEST(test_stop_is_obeyed_while_the_line_is_flooded_by_samples);
+    RUN_TEST(test_a_flood_of_commands_delays_no_interrupt);
+    RUN_TEST(test_three_floats_stream_over_the_serial_line);
+    RUN_TEST(test_eight_signals_of_the_buffer_come_over_the_serial_line);
+    RUN_TEST(test_restart_is_answered_and_begins_anew);
+    return UNITY_END();
+}

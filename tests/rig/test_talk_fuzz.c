@@ -1,0 +1,456 @@
+/* Random and mutated octets at the drive's line, over the wire and over the chip's serial line, while it
+ * runs: no period is missed and none is late, what the drive sends are whole frames in their order,
+ * parameters and requests are always a set that may be, and none of them changes unless its new value was
+ * sent behind the octet of a DOWNLOAD. So many octets as argument 1 says, in all. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/talk.h"
+#include "drive/signals.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+
+#define RECENT 1024u /* octets that are remembered: more than a command and what waits before it */
+
+static rig_t *rig;
+static uint64_t octets_each = 250000u; /* of each of the four runs */
+static uint32_t seed;
+
+static bool by_chip;
+static bool writes_nothing; /* no octet of a DOWNLOAD or SET_CAL_PAGE is sent */
+
+static uint8_t to_drive[4096];
+static uint32_t put, taken;
+static uint8_t recent[RECENT];
+static uint32_t sent; /* of it, so far */
+static uint64_t sent_all;
+
+static uint8_t from_drive[4096];
+static uint32_t received;
+static uint32_t frames;
+static bool counting; /* the counter of the drive's frames is known */
+static uint32_t frame_counter;
+
+static params_t staged, active;
+static requests_t requests;
+static uint32_t last_period;
+static uint32_t booting; /* [periods] that it still takes, after an order to restart */
+static uint32_t changes;
+
+static uint32_t dice(uint32_t sides)
+{
+    seed ^= seed << 13;
+    seed ^= seed >> 17;
+    seed ^= seed << 5;
+    return seed % sides;
+}
+
+/* ---- the wire ---- */
+
+static uint32_t wire_read(void *context, uint8_t *octets, uint32_t room)
+{
+    (void)context;
+    uint32_t count = 0u;
+    while (count < room && taken < put) {
+        octets[count++] = to_drive[taken++ % sizeof to_drive];
+    }
+    return count;
+}
+
+static uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
+{
+    (void)context;
+    const uint32_t room = (uint32_t)sizeof from_drive - received;
+    const uint32_t some = dice(8u) == 0u ? dice(count + 1u) : count; /* at times it is slow */
+    const uint32_t given = some < room ? some : room;
+    memcpy(from_drive + received, octets, given);
+    received += given;
+    return given;
+}
+
+static void send_octet(uint32_t octet)
+{
+    octet &= 0xFFu;
+    if (writes_nothing && (octet == 0xF0u || octet == 0xEBu)) {
+        octet ^= 0x0Fu;
+    }
+    to_drive[put++ % sizeof to_drive] = (uint8_t)octet;
+    recent[sent++ % RECENT] = (uint8_t)octet;
+    sent_all++;
+}
+
+/* Octets that wait to be sent over the chip's line, no faster than that is. */
+static void move_to_chip(void)
+{
+    for (uint32_t n = 0; n < 9u && taken < put; n++) {
+        if (rig_serial_put(rig, &to_drive[taken % sizeof to_drive], 1u) == 0u) {
+            return;
+        }
+        taken++;
+    }
+}
+
+/* ---- what must hold ---- */
+
+static bool was_sent(uint32_t bits)
+{
+    const uint32_t count = sent < RECENT ? sent : RECENT;
+    bool download = false;
+    for (uint32_t n = sent - count; n != sent; n++) {
+        download = download || recent[n % RECENT] == 0xF0u;
+        if (download && sent - n >= 4u) {
+            uint32_t found = 0u;
+            for (uint32_t m = 0; m < 4u; m++) {
+                found |= (uint32_t)recent[(n + m) % RECENT] << 8u * m;
+            }
+            if (found == bits) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static void check_changes(const table_t *table, const void *before, const void *now, const void *also)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        const table_row_t *row = &table->rows[n];
+        const uint32_t bits = table_bits(row, now);
+        if (bits != table_bits(row, before)) {
+            changes++;
+            TEST_ASSERT_FALSE_MESSAGE(writes_nothing, row->name);
+            TEST_ASSERT_TRUE_MESSAGE(was_sent(bits) || (also != NULL && bits == table_bits(row, also)),
+                                     row->name);
+        }
+        TEST_ASSERT_TRUE_MESSAGE(table_holds(row, now), row->name);
+    }
+}
+
+static void check_values(void)
+{
+    const app_t *now = &rig_state(rig)->app;
+    params_error_t why;
+    params_t defaults;
+    if (memcmp(&staged, &now->staged, sizeof staged) != 0) {
+        params_defaults(&defaults);
+        const bool whole = now->services.order == ORDER_LOAD;
+        check_changes(&params_table, &staged, &now->staged, whole ? &now->staged : &defaults);
+        staged = now->staged;
+    }
+    if (memcmp(&active, &now->active, sizeof active) != 0) {
+        TEST_ASSERT_FALSE(writes_nothing);
+        TEST_ASSERT_TRUE(params_check(&now->active, &why));
+        active = now->active;
+    }
+    if (memcmp(&requests, &now->drive.requests, sizeof requests) != 0) {
+        requests_t stopped = requests; /* the master was silent */
+        stopped.enable = REQUEST_QUICK_STOP;
+        check_changes(&requests_table, &requests, &now->drive.requests, &stopped);
+        TEST_ASSERT_TRUE(requests_check(&now->drive.requests, &now->active, &why));
+        requests = now->drive.requests;
+    }
+}
+
+static void check_frames(void)
+{
+    uint32_t at = 0u;
+    while (received - at >= 4u) {
+        const uint32_t length = (uint32_t)from_drive[at] | (uint32_t)from_drive[at + 1u] << 8;
+        const uint32_t count = (uint32_t)from_drive[at + 2u] | (uint32_t)from_drive[at + 3u] << 8;
+        TEST_ASSERT_TRUE(length >= 1u && length <= FRAME_MAX_DTO);
+        if (received - at < 4u + length) {
+            break;
+        }
+        TEST_ASSERT_TRUE(!counting || count == frame_counter);
+        counting = true;
+        frame_counter = (count + 1u) & 0xFFFFu;
+        frames++;
+        at += 4u + length;
+    }
+    memmove(from_drive, from_drive + at, received - at);
+    received -= at;
+}
+
+static void begin_anew(void)
+{
+    const app_t *now = &rig_state(rig)->app;
+    staged = now->staged;
+    active = now->active;
+    requests = now->drive.requests;
+    last_period = now->drive.period;
+    counting = false;
+    received = 0u;
+}
+
+static void period(void)
+{
+    const app_t *now = &rig_state(rig)->app;
+    if (by_chip) {
+        move_to_chip();
+    }
+    rig_step(rig);
+    if (by_chip) {
+        received += rig_serial_get(rig, from_drive + received, (uint32_t)sizeof from_drive - received);
+    }
+    if (now->drive.period < last_period) {
+        TEST_ASSERT_FALSE(writes_nothing);
+        booting = 300u;
+        begin_anew();
+    }
+    booting -= booting > 0u ? 1u : 0u;
+    if (now->services.order != ORDER_SAVE && booting == 0u) { /* no sample comes while the flash is erased */
+        TEST_ASSERT_EQUAL_UINT32(last_period + 1u, now->drive.period);
+        TEST_ASSERT_EQUAL_UINT32(0u, now->drive.measure.measured.flags & DRIVE_SAMPLE_LATE);
+    }
+    last_period = now->drive.period;
+    check_values();
+    check_frames();
+}
+
+/* ---- octets ---- */
+
+static uint32_t some_id(uint32_t table)
+{
+    if (dice(8u) == 0u) {
+        return dice(6000u);
+    }
+    const table_t *of = app_tables[table % (uint32_t)APP_TABLES];
+    return of->rows[dice(of->count)].id;
+}
+
+static uint32_t some_value(void)
+{
+    const float small = (float)dice(2000u) / 100.0f;
+    uint32_t bits;
+    switch (dice(4u)) {
+    case 0:
+        return dice(4u);
+    case 1:
+        return dice(UINT32_MAX);
+    default:
+        memcpy(&bits, &small, sizeof bits);
+        return bits;
+    }
+}
+
+static uint32_t put_long(uint8_t *octets, uint32_t value)
+{
+    for (uint32_t n = 0; n < 4u; n++) {
+        octets[n] = (uint8_t)(value >> 8u * n);
+    }
+    return 4u;
+}
+
+/* A command that means something, more often than not. */
+static uint32_t command(uint8_t packet[64])
+{
+    static const uint8_t codes[] = {0xFF, 0xFE, 0xFD, 0xFC, 0xFB, 0xFA, 0xF6, 0xF5, 0xF4, 0xF3,
+                                    0xF0, 0xF0, 0xF0, 0xF0, 0xF6, 0xF6, 0xF6, 0xEB, 0xEA, 0xE9,
+                                    0xE8, 0xE7, 0xE2, 0xE1, 0xE0, 0xDE, 0xDD, 0xDC, 0xDA, 0xD9,
+                                    0xD7, 0xD6, 0xD5, 0xD4, 0xD3, 0xE1, 0xE1, 0xFF};
+    uint32_t count = 8u;
+    for (uint32_t n = 0; n < 64u; n++) {
+        packet[n] = (uint8_t)(dice(3u) == 0u ? dice(256u) : dice(3u));
+    }
+    packet[0] = codes[dice((uint32_t)sizeof codes)];
+    const uint32_t table = dice(10u);
+    switch (packet[0]) {
+    case 0xF6:
+    case 0xF4:
+    case 0xE1:
+        packet[1] = (uint8_t)(packet[0] == 0xE1u ? 0xFFu : 4u * (1u + dice(4u)));
+        packet[2] = 4u;
+        packet[3] = (uint8_t)table;
+        (void)put_long(packet + 4, 4u * some_id(table));
+        break;
+    case 0xF0:
+        packet[1] = (uint8_t)(4u * (1u + dice(3u)));
+        count = 2u + packet[1];
+        for (uint32_t n = 2u; n < count; n += 4u) {
+            (void)put_long(packet + n, some_value());
+        }
+        break;
+    default:
+        break;
+    }
+    return count;
+}
+
+/* In a frame; mutated by a bit, an octet, its length, or cut off. */
+static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
+{
+    uint8_t frame[4u + 64u] = {(uint8_t)length, 0u, (uint8_t)dice(256u), (uint8_t)dice(256u)};
+    uint32_t count = 4u + length;
+    memcpy(frame + 4, packet, length);
+    if (mutated) {
+        switch (dice(4u)) {
+        case 0:
+            frame[dice(count)] ^= (uint8_t)(1u << dice(8u));
+            break;
+        case 1:
+            count = 1u + dice(count);
+            break;
+        case 2:
+            frame[dice(2u)] = (uint8_t)dice(256u);
+            break;
+        default:
+            frame[dice(count)] = (uint8_t)dice(256u);
+            break;
+        }
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        send_octet(frame[n]);
+    }
+}
+
+/* Somebody connects, chooses a row and writes it. */
+static void send_write(void)
+{
+    static const uint8_t connect[] = {0xFF, 0x00};
+    const uint32_t table = 1u + dice(3u);
+    uint8_t choose[8] = {0xF6, 0u, 0u, (uint8_t)table};
+    uint8_t download[6] = {0xF0, 4u};
+    (void)put_long(choose + 4, 4u * some_id(table));
+    (void)put_long(download + 2, some_value());
+    send_frame(connect, 2u, false);
+    send_frame(choose, 8u, dice(16u) == 0u);
+    send_frame(download, 6u, dice(16u) == 0u);
+}
+
+static void some_octets(void)
+{
+    uint8_t packet[64];
+    const uint32_t what = dice(64u);
+    if (what == 0u) {
+        for (uint32_t n = dice(200u); n > 0u; n--) {
+            send_octet(dice(256u));
+        }
+    } else if (what < 16u) {
+        send_write();
+    } else {
+        send_frame(packet, command(packet), what < 24u);
+    }
+}
+
+/* The next octets; where the drive drops them all until a silence, it gets one now and then. */
+static void run(void)
+{
+    static const rig_line_t line = {wire_read, wire_write, NULL};
+    rig_line(rig, by_chip ? NULL : &line);
+    begin_anew();
+    sent_all = 0u;
+    while (sent_all < octets_each) {
+        const bool drops = rig_state(rig)->app.talk.receiver.dropping != 0u;
+        const uint32_t backlog = put - taken;
+        if (drops && dice(4u) == 0u) {
+            for (uint32_t n = backlog / 8u + 60u; n > 0u; n--) {
+                period();
+            }
+        } else if (backlog == 0u || (!by_chip && backlog < 64u)) {
+            some_octets();
+            for (uint32_t n = by_chip ? dice(25u) : 0u; n > 0u; n--) { /* mostly it may answer */
+                period();
+            }
+        }
+        period();
+    }
+}
+
+/* After all that a client that comes is served. */
+static void expect_sane(void)
+{
+    writes_nothing = false;
+    for (uint32_t n = 0; n < 3000u; n++) {
+        period();
+    }
+    static const uint8_t connect[] = {0x02, 0x00, 0x00, 0x00, 0xFF, 0x00};
+    const uint32_t before = frames;
+    for (uint32_t n = 0; n < sizeof connect; n++) {
+        send_octet(connect[n]);
+    }
+    for (uint32_t n = 0; n < 500u && frames == before; n++) {
+        period();
+    }
+    TEST_ASSERT_TRUE(frames > before);
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_state(rig)->app.talk.xcp.connected);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
+}
+
+static void turn_on(void)
+{
+    run_put(rig, "speed_request", 50.0);
+    run_put(rig, "enable", 1.0);
+    rig_run(rig, 2000u);
+}
+
+void setUp(void)
+{
+    seed = 20260101u;
+    put = taken = sent = received = frames = changes = 0u;
+    booting = 0u;
+    rig = rig_create(1u);
+    run_put(rig, "fidelity", 1.0); /* averaged: it is the software that is tried */
+    rig_run(rig, rig_periods(0.06));
+}
+
+void tearDown(void)
+{
+    printf("%lu frames answered or sent, %lu values changed\n", (unsigned long)frames,
+           (unsigned long)changes);
+    rig_free(rig);
+}
+
+static void test_octets_that_write_nothing_change_nothing_over_the_wire(void)
+{
+    by_chip = false;
+    writes_nothing = true;
+    turn_on();
+    run();
+    TEST_ASSERT_EQUAL_UINT32(0u, changes);
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED,
+                             rig_value(rig, "state")); /* it runs on as if nobody was there */
+    expect_sane();
+}
+
+static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(void)
+{
+    by_chip = true;
+    writes_nothing = true;
+    turn_on();
+    run();
+    TEST_ASSERT_EQUAL_UINT32(0u, changes);
+    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+    expect_sane();
+}
+
+static void test_what_changes_was_sent_over_the_wire(void)
+{
+    by_chip = false;
+    writes_nothing = false;
+    run();
+    TEST_ASSERT_TRUE(changes > octets_each / 1000u);
+    expect_sane();
+}
+
+static void test_what_changes_was_sent_over_the_serial_line(void)
+{
+    by_chip = true;
+    writes_nothing = false;
+    run();
+    TEST_ASSERT_TRUE(changes > octets_each / 1000u);
+    expect_sane();
+}
+
+int main(int count, char **arguments)
+{
+    if (count > 1) {
+        octets_each = strtoull(arguments[1], NULL, 10) / 4u;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(test_octets_that_write_nothing_change_nothing_over_the_wire);
+    RUN_TEST(test_octets_that_write_nothing_change_nothing_over_the_serial_line);
+    RUN_TEST(test_what_changes_was_sent_over_the_wire);
+    RUN_TEST(test_what_changes_was_sent_over_the_serial_line);
+    return UNITY_END();
+}

@@ -1,0 +1,332 @@
+/* The server of the scope's page: whom it answers, what it refuses, how it treats those who do not read. */
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "host_sim/scope/http.h"
+#include "unity.h"
+
+static http_t *http;
+static char last_path[256];
+static char last_body[HTTP_BODY_MAX + 1u];
+static uint32_t posts, gets;
+
+static void handle(void *context, uint32_t client, const http_request_t *request)
+{
+    (void)context;
+    snprintf(last_path, sizeof last_path, "%s", request->path);
+    snprintf(last_body, sizeof last_body, "%s", request->body);
+    posts += request->post;
+    gets += !request->post;
+    if (strcmp(request->path, "/events") == 0) {
+        http_stream(http, client);
+    } else {
+        http_answer(http, client, 200, "text/plain", "hello", 5u);
+    }
+}
+
+void setUp(void)
+{
+    char why[256];
+    posts = gets = 0u;
+    last_path[0] = last_body[0] = '\0';
+    http = http_open(0u, handle, NULL, why, sizeof why);
+    TEST_ASSERT_NOT_NULL_MESSAGE(http, why);
+}
+
+void tearDown(void)
+{
+    http_close(http);
+}
+
+static int client(void)
+{
+    const struct sockaddr_in at = {.sin_family = AF_INET,
+                                   .sin_port = htons((uint16_t)http_port(http)),
+                                   .sin_addr = {.s_addr = htonl(INADDR_LOOPBACK)}};
+    const int made = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0);
+    (void)connect(made, (const struct sockaddr *)&at, sizeof at);
+    usleep(2000);
+    http_work(http);
+    return made;
+}
+
+static void work(void)
+{
+    for (int n = 0; n < 10; n++) {
+        usleep(1000);
+        http_work(http);
+    }
+}
+
+__attribute__((format(printf, 2, 3))) static void send_text(int to, const char *form, ...)
+{
+    static char text[3u * HTTP_HEAD_MAX];
+    va_list values;
+    va_start(values, form);
+    const int count = vsnprintf(text, sizeof text, form, values);
+    va_end(values);
+    TEST_ASSERT_EQUAL(count, send(to, text, (size_t)count, MSG_NOSIGNAL));
+    work();
+}
+
+/* All that has come; its number of octets. */
+static ssize_t receive(int from, char *to, size_t size)
+{
+    size_t count = 0;
+    ssize_t n = 0;
+    while (count < size - 1u && (n = recv(from, to + count, size - 1u - count, 0)) > 0) {
+        count += (size_t)n;
+    }
+    to[count] = '\0';
+    return count > 0u ? (ssize_t)count : n;
+}
+
+static void expect_status(int from, int status)
+{
+    char answer[2048], wanted[16];
+    TEST_ASSERT_GREATER_THAN(0, receive(from, answer, sizeof answer));
+    snprintf(wanted, sizeof wanted, "HTTP/1.1 %d", status);
+    TEST_ASSERT_EQUAL_STRING_LEN(wanted, answer, strlen(wanted));
+}
+
+static void test_page_is_given_with_headers_that_keep_it_alone(void)
+{
+    char answer[2048];
+    const int browser = client();
+    send_text(browser, "GET / HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n\r\n", (unsigned)http_port(http));
+    TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
+    TEST_ASSERT_NOT_NULL(strstr(answer, "HTTP/1.1 200 OK\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(answer, "Content-Length: 5\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(answer, "default-src 'none'"));
+    TEST_ASSERT_NULL(strstr(answer, "Access-Control"));
+    TEST_ASSERT_NOT_NULL(strstr(answer, "\r\n\r\nhello"));
+    close(browser);
+}
+
+/* As a name that leads here and belongs to somebody else would ask. */
+static void test_foreign_host_is_refused(void)
+{
+    const char *const hosts[] = {"evil.example", "127.0.0.1", "127.0.0.1:1", "127.0.0.1:%u.evil.example"};
+    for (size_t n = 0; n < sizeof hosts / sizeof hosts[0]; n++) {
+        char host[64];
+        snprintf(host, sizeof host, hosts[n], (unsigned)http_port(http));
+        const int browser = client();
+        send_text(browser, "GET / HTTP/1.1\r\nHost: %s\r\n\r\n", host);
+        expect_status(browser, 403);
+        close(browser);
+    }
+    const int none = client();
+    send_text(none, "GET / HTTP/1.1\r\n\r\n");
+    expect_status(none, 403);
+    close(none);
+    TEST_ASSERT_EQUAL_UINT32(0u, gets);
+}
+
+/* What a form on a foreign page can send lacks the header; and it may not ask whether it could. */
+static void test_post_without_the_own_header_does_nothing(void)
+{
+    const unsigned port = (unsigned)http_port(http);
+    const int form = client();
+    send_text(form, "POST /stop HTTP/1.1\r\nHost: localhost:%u\r\nContent-Length: 0\r\n\r\n", port);
+    expect_status(form, 403);
+    close(form);
+    const int question = client();
+    send_text(question, "OPTIONS /stop HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", port);
+    expect_status(question, 400);
+    close(question);
+    TEST_ASSERT_EQUAL_UINT32(0u, posts);
+    const int page = client();
+    send_text(page, "POST /stop HTTP/1.1\r\nHost: localhost:%u\r\nx-lagless: 1\r\nContent-Length: 0\r\n\r\n",
+              port);
+    expect_status(page, 200);
+    close(page);
+    TEST_ASSERT_EQUAL_UINT32(1u, posts);
+}
+
+static void test_only_this_machine_is_answered(void)
+{
+    struct sockaddr_in other = {.sin_family = AF_INET,
+                                .sin_port = htons((uint16_t)http_port(http)),
+                                .sin_addr = {.s_addr = htonl(0x7f000002u)}}; /* 127.0.0.2 */
+    const int made = socket(AF_INET, SOCK_STREAM, 0);
+    TEST_ASSERT_EQUAL(-1, connect(made, (const struct sockaddr *)&other, sizeof other));
+    close(made);
+}
+
+/* Octet by octet, and two in one piece. */
+static void test_requests_in_pieces_and_in_a_row(void)
+{
+    char text[512], answer[4096];
+    const unsigned port = (unsigned)http_port(http);
+    const int browser = client();
+    const int count = snprintf(
+        text, sizeof text,
+        "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: 11\r\n\r\nenable quick",
+        port);
+    for (int n = 0; n < count - 1; n++) {
+        TEST_ASSERT_EQUAL(1, send(browser, &text[n], 1, MSG_NOSIGNAL));
+        http_work(http);
+    }
+    work();
+    expect_status(browser, 200);
+    TEST_ASSERT_EQUAL_STRING("enable quic", last_body);
+    send_text(browser,
+              "GET /a HTTP/1.1\r\nHost: localhost:%u\r\n\r\nGET /b HTTP/1.1\r\nHost: localhost:%u\r\n\r\n",
+              port, port);
+    TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
+    TEST_ASSERT_EQUAL_UINT32(2u, gets);
+    TEST_ASSERT_EQUAL_STRING("/b", last_path);
+    close(browser);
+}
+
+static void test_what_is_too_long_or_no_request_is_refused(void)
+{
+    static char longer[HTTP_HEAD_MAX + 100u];
+    memset(longer, 'a', sizeof longer - 1u);
+    const unsigned port = (unsigned)http_port(http);
+    int browser = client();
+    send_text(browser, "GET /%s", longer);
+    expect_status(browser, 413);
+    close(browser);
+    browser = client();
+    send_text(browser,
+              "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: 99999\r\n\r\n",
+              port);
+    expect_status(browser, 413);
+    close(browser);
+    browser = client();
+    send_text(browser,
+              "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: -1\r\n\r\n", port);
+    expect_status(browser, 413);
+    close(browser);
+    browser = client();
+    send_text(browser, "\x01\x02 nonsense\r\n\r\n");
+    expect_status(browser, 400);
+    close(browser);
+    TEST_ASSERT_EQUAL_UINT32(0u, posts + gets);
+}
+
+static int stream(void)
+{
+    char head[1024];
+    const int made = client();
+    send_text(made, "GET /events HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", (unsigned)http_port(http));
+    http_event(http, HTTP_ALL, "first", "{}", 2u, false);
+    work();
+    TEST_ASSERT_GREATER_THAN(0, receive(made, head, sizeof head));
+    TEST_ASSERT_NOT_NULL(strstr(head, "text/event-stream"));
+    return made;
+}
+
+static void test_events_come_as_lines(void)
+{
+    char text[256];
+    const int page = stream();
+    http_event(http, HTTP_ALL, "state", "{\"a\":1}", 7u, false);
+    TEST_ASSERT_GREATER_THAN(0, receive(page, text, sizeof text));
+    TEST_ASSERT_EQUAL_STRING("event: state\ndata: {\"a\":1}\n\n", text);
+    close(page);
+    work();
+    TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
+}
+
+/* A browser opens six connections at most, for all windows: STOP must find one. */
+static void test_one_stream_too_many_ends_the_oldest(void)
+{
+    int pages[HTTP_STREAMS + 1u];
+    char text[1024];
+    for (uint32_t n = 0; n <= HTTP_STREAMS; n++) {
+        pages[n] = stream();
+    }
+    TEST_ASSERT_EQUAL_UINT32(HTTP_STREAMS, http_streams(http));
+    (void)receive(pages[0], text, sizeof text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "event: taken\n"));
+    TEST_ASSERT_EQUAL(0, recv(pages[0], text, 1, 0)); /* closed */
+    TEST_ASSERT_EQUAL(-1, recv(pages[HTTP_STREAMS], text, 1, 0));
+    for (uint32_t n = 0; n <= HTTP_STREAMS; n++) {
+        close(pages[n]);
+    }
+}
+
+/* Who does not read is spared samples, gets what must not be lost, and delays nobody. */
+static void test_slow_reader_is_spared_samples(void)
+{
+    static char data[100000], text[200000];
+    memset(data, '7', sizeof data);
+    const int slow = stream();
+    const int quick = stream();
+    ssize_t quick_octets = 0, slow_octets = 0;
+    for (int n = 0; n < 300; n++) { /* 30 MB */
+        http_event(http, HTTP_ALL, "samples", data, sizeof data, true);
+        for (ssize_t got = 1; got > 0;) {
+            got = recv(quick, text, sizeof text, 0);
+            quick_octets += got > 0 ? got : 0;
+            http_work(http);
+        }
+    }
+    http_event(http, HTTP_ALL, "state", "last", 4u, false);
+    TEST_ASSERT_EQUAL_UINT32(2u, http_streams(http));
+    TEST_ASSERT_GREATER_OR_EQUAL(30000000, quick_octets);
+    bool last = false;
+    for (int n = 0; n < 100000 && !last; n++) {
+        const ssize_t got = recv(slow, text, sizeof text - 1u, 0);
+        slow_octets += got > 0 ? got : 0;
+        text[got > 0 ? got : 0] = '\0';
+        last = got > 0 && strstr(text, "event: state\ndata: last") != NULL;
+        http_work(http);
+    }
+    TEST_ASSERT_TRUE(last);
+    TEST_ASSERT_LESS_THAN(20000000, slow_octets);
+    close(slow);
+    close(quick);
+}
+
+static void test_more_connections_than_places_end_the_idlest(void)
+{
+    int idle[HTTP_CLIENTS + 1u];
+    char octet;
+    const int page = stream();
+    for (uint32_t n = 0; n <= HTTP_CLIENTS; n++) {
+        idle[n] = client();
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, http_streams(http));
+    TEST_ASSERT_EQUAL(0, recv(idle[0], &octet, 1, 0));
+    send_text(idle[HTTP_CLIENTS], "GET / HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", (unsigned)http_port(http));
+    expect_status(idle[HTTP_CLIENTS], 200);
+    for (uint32_t n = 0; n <= HTTP_CLIENTS; n++) {
+        close(idle[n]);
+    }
+    close(page);
+}
+
+static void test_port_in_use_is_named(void)
+{
+    char why[256], name[32];
+    TEST_ASSERT_NULL(http_open(http_port(http), handle, NULL, why, sizeof why));
+    snprintf(name, sizeof name, "port %u", (unsigned)http_port(http));
+    TEST_ASSERT_NOT_NULL(strstr(why, name));
+    TEST_ASSERT_NOT_NULL(strstr(why, "in use"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_page_is_given_with_headers_that_keep_it_alone);
+    RUN_TEST(test_foreign_host_is_refused);
+    RUN_TEST(test_post_without_the_own_header_does_nothing);
+    RUN_TEST(test_only_this_machine_is_answered);
+    RUN_TEST(test_requests_in_pieces_and_in_a_row);
+    RUN_TEST(test_what_is_too_long_or_no_request_is_refused);
+    RUN_TEST(test_events_come_as_lines);
+    RUN_TEST(test_one_stream_too_many_ends_the_oldest);
+    RUN_TEST(test_slow_reader_is_spared_samples);
+    RUN_TEST(test_more_connections_than_places_end_the_idlest);
+    RUN_TEST(test_port_in_use_is_named);
+    return UNITY_END();
+}

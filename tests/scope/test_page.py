@@ -1,0 +1,330 @@
+#!/usr/bin/env python3
+"""Drives the page of `lagless scope` in a headless Chromium, as a user at a bench would: a motor of `lagless serve` is started,
+seen to turn, given another gain, caught in a load step, stopped; then the drive goes away and comes back.
+
+usage: test_page.py LAGLESS FOLDER    screenshots go to FOLDER
+
+Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing. Python 3.9, standard
+library only."""
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
+from test_browser import SKIPPED, Browser, Fault, expect  # noqa: E402
+
+PICTURES_MIN = 25  # [1/s] with six signals
+RPM = 30 / 3.141592653589793
+LEVEL = 3.0  # [A] between what friction and what the load take: 1.32 and 6.32 N m by 1.098 N m/A are 1.20 and 5.76 A
+HEAD = """schema = 1
+title = "a motor with an encoder that waits for a master; its load comes and goes"
+[run]
+duration = "60 min"
+[params]
+position_source = "encoder"
+"""
+STEP = """[[at]]
+time = "%g s"
+plant.load_torque = "%g N m"
+"""
+
+# Pixels in the colour of a trace, for each panel.
+TRACES = """
+const rgb = text => {
+    const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
+    context.fillStyle = text;
+    context.fillRect(0, 0, 1, 1);
+    return [...context.getImageData(0, 0, 1, 1).data];
+};
+return scope.panels().map(({plot}) => {
+    const colours = plot.series.slice(1).map((series, k) => rgb(series.stroke(plot, k + 1)));
+    const {left, top, width, height} = plot.bbox;
+    const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
+    copy.drawImage(plot.ctx.canvas, -left, -top);
+    const data = copy.getImageData(0, 0, width, height).data;
+    return colours.map(c => {
+        let found = 0;
+        for (let i = 0; i < data.length; i += 4) {
+            found += data[i + 3] > 200 && [0, 1, 2].every(k => Math.abs(c[k] - data[i + k]) < 24);
+        }
+        return found;
+    });
+})"""
+
+# Distances of neighbouring stamps that are kept, and how many samples there are.
+STAMPS = """
+const {ring} = scope, mask = ring.stamps.length - 1, seen = {};
+for (let k = Math.max(1, ring.total - ring.stamps.length + 1); k < ring.total; k++) {
+    const step = ring.stamps[k & mask] - ring.stamps[(k - 1) & mask];
+    seen[step] = (seen[step] || 0) + 1;
+}
+return {seen, total: ring.total}"""
+
+RECORD = """
+const record = scope.trigger.record, source = scope.trigger.source;
+if (!record) return null;
+const at = record.stamps.findIndex(stamp => stamp >= record.zero);
+const speed = record.columns[0];
+return {begin: record.begin, end: record.end, zero: record.zero, first: record.stamps[0], last: record.stamps[record.stamps.length - 1],
+        count: record.stamps.length, before: record.columns[source][at - 1], here: record.columns[source][at],
+        speed_at_first: speed[0], speed_least: Math.min(...speed), held: scope.state.held}"""
+
+
+class Bench:
+    """A drive, a scope, a browser."""
+
+    def __init__(self, lagless, folder, work):
+        self.lagless, self.folder = lagless, folder
+        self.scenario = work / "bench.toml"
+        self.scenario.write_text(HEAD + "".join(STEP % (5 + k, 5 if k % 2 == 0 else 0) for k in range(200)), encoding="utf-8")
+        self.processes = []
+        self.drive, line = self.start("serve", str(self.scenario), "--port", "0", "--quiet")
+        self.port = line.rsplit(":", 1)[1].strip()
+        self.scope, line = self.start("scope", f"tcp://127.0.0.1:{self.port}", "--http", "0", "--no-browser")
+        self.url = line.split()[-1]
+        self.browser = None
+
+    def start(self, *arguments):
+        process = subprocess.Popen([self.lagless, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.processes.append(process)
+        line = process.stdout.readline()
+        if not line:
+            raise Fault(f"lagless {arguments[0]}: {process.stderr.read()}")
+        return process, line
+
+    def close(self):
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+
+    # ---- the page ----
+
+    def run(self, script, *arguments):
+        return self.browser.run(script, *arguments)
+
+    def wait(self, script, what, seconds=20.0):
+        self.browser.wait(lambda: self.run("return " + script), what, seconds)
+
+    def find(self, selector):
+        return next(iter(self.browser.call("POST", f"/session/{self.browser.session}/element",
+                                           {"using": "css selector", "value": selector}).values()))
+
+    def click(self, selector):
+        self.browser.do(f"element/{self.find(selector)}/click")
+
+    def write(self, selector, text):
+        element = self.find(selector)
+        self.run("const e = document.querySelector(arguments[0]); e.focus(); e.select()", selector)
+        self.browser.do(f"element/{element}/value", {"text": text})
+
+    def pick(self, selector, text):
+        self.run("const e = document.querySelector(arguments[0]);"
+                 "e.value = [...e.options].find(o => o.textContent === arguments[1]).value;"
+                 "e.dispatchEvent(new Event('change'))", selector, text)
+
+    def text(self, selector):
+        return self.run("return document.querySelector(arguments[0]).innerText", selector)
+
+    def shoot(self, name):
+        self.browser.screenshot(self.folder / f"{name}.png")
+
+    # ---- the checks, in this order ----
+
+    def opens_and_is_linked(self):
+        self.browser.size(1400, 1000)
+        self.browser.do("url", {"url": "about:blank"})
+        for kind in ("performance", "browser"):  # what the browser itself did when it started
+            self.browser.records(kind)
+        self.browser.do("url", {"url": self.url})
+        self.wait("document.body.dataset.link === 'up' && document.body.dataset.state === 'ready'", "the link")
+        expect(self.run("return scope.state.choice.signals.map(id => scope.rows.get(id).name)"),
+               ["omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"], "signals at first")
+
+    def starts_the_motor_and_sees_it_turn(self):
+        self.write("#speed_value", "500")
+        self.click("#run")
+        self.wait("document.body.dataset.state === 'operation_enabled'", "the bridge")
+        self.wait(f"Math.abs(scope.value('omega_m') * {RPM} - 500) < 10", "500 r/min")
+        self.wait("Math.abs(parseFloat(document.querySelector('#tile_omega_m b').textContent) - 500) < 10", "the tile")
+        time.sleep(2)  # a window of it
+        for panel in self.run(TRACES):
+            if min(panel) < 50:
+                raise Fault(f"traces with too few pixels: {panel}")
+        self.shoot("turning")
+
+    def draws_as_often_as_promised(self):
+        best = 0
+        for _ in range(4):  # the machine may have other work
+            before = self.run("return scope.state.frames")
+            time.sleep(2)
+            best = max(best, (self.run("return scope.state.frames") - before) / 2)
+        print(f"pictures: {best:.1f} 1/s")
+        if best < PICTURES_MIN:
+            raise Fault(f"{best:.1f} pictures a second, at least {PICTURES_MIN}")
+
+    def keeps_every_sample(self):
+        stamps = self.run(STAMPS)
+        expect(list(stamps["seen"]), ["1"], "distances of stamps [periods]")
+        if stamps["total"] < 10000:
+            raise Fault(f"only {stamps['total']} samples")
+
+    def changes_a_gain(self):
+        self.write("#find_param", "current_bandwidth")
+        field = "input[data-name=current_bandwidth]"
+        before = self.run("return scope.value('current_bandwidth')")
+        self.write(field, "99999\n")
+        self.wait("document.querySelector('.param[data-name=current_bandwidth] .error').textContent.includes('3000')", "the refusal")
+        expect(self.run("return scope.value('current_bandwidth')"), before, "value after a refusal")
+        self.write(field, "800\n")
+        self.wait("!document.querySelector('#staged').hidden", "staging")
+        self.shoot("staged")
+        self.click("#apply")
+        self.wait("document.querySelector('#staged').hidden && !scope.state.line.staged", "applying")
+        self.wait("scope.value('current_bandwidth') === 800", "the value")
+        expect(self.text("#param_said"), "in force", "what was said")
+
+    def chooses_signals(self):
+        self.write("#find_signal", "u_dc")
+        self.click("#found button")
+        self.wait("scope.state.choice.signals.length === 7 && scope.ring.total > 1000", "seven signals")
+        self.click("#chosen li:last-child button")
+        self.wait("scope.state.choice.signals.length === 6 && scope.ring.total > 1000", "six signals")
+
+    def triggers_on_a_load_step(self):
+        self.pick("#window", "500 ms")
+        self.pick("#mode", "single")
+        self.pick("#source", "i_q")
+        self.write("#level", f"{LEVEL}\n")
+        self.wait("scope.trigger.level === 3 && scope.trigger.mode === 'single'", "the trigger")
+        self.wait("scope.state.held", "a load step")
+        time.sleep(0.3)
+        record = self.run(RECORD)
+        if not record["before"] < LEVEL <= record["here"]:
+            raise Fault(f"no edge at the trigger: {record}")
+        expect([record["zero"] - record["begin"], record["end"] - record["zero"]], [1250, 3750], "periods before and after")
+        if record["first"] > record["begin"] or record["last"] < record["end"] or record["count"] < 5000:
+            raise Fault(f"the record is not whole: {record}")
+        if not record["speed_least"] < record["speed_at_first"] - 5:
+            raise Fault(f"no dip: {record}")
+        drawn = self.run("return [scope.panels()[0].plot.scales.x.min, scope.panels()[0].plot.scales.x.max]")
+        expect([round(x, 6) for x in drawn], [-0.125, 0.375], "axis")
+
+    def reads_cursors(self):
+        over = self.run("return document.querySelectorAll('.u-over')[1]")
+        self.browser.pointer(over, (-200, 0), "down", "up")
+        time.sleep(0.6)  # not a double click
+        self.browser.pointer(over, (200, 10), "down", "up")
+        self.wait("document.querySelectorAll('#cursors tbody tr:first-child td').length === 3", "the table of cursors")
+        cells = self.run("return [...document.querySelectorAll('#cursors tbody tr')].map(r => [...r.children].map(c => c.textContent))")
+        if not ("Hz" in cells[0][3] and cells[3][0] == "i_q" and cells[3][3].endswith("A")):
+            raise Fault(f"cursors: {cells}")
+        self.shoot("load_step")
+
+    def zooms_and_comes_back(self):
+        over = self.run("return document.querySelectorAll('.u-over')[0]")
+        self.browser.pointer(over, (-100, 0), "down", (0, 5), (100, 5), "up")
+        self.wait("scope.state.zoom && scope.panels().every(p => p.plot.scales.x.max - p.plot.scales.x.min < 0.3)", "zoom")
+        self.browser.pointer(over, (0, 0), "down", "up", "down", "up")
+        self.wait("!scope.state.zoom && scope.panels()[2].plot.scales.x.max > 0.37", "the whole window")
+
+    def stop_is_in_reach_and_nothing_overflows(self):
+        for width, height in ((1400, 1000), (390, 844)):
+            self.browser.size(width, height)
+            for top in (0, 600, 100000):
+                self.run("scrollTo({top: arguments[0], behavior: 'instant'}); return new Promise(d => setTimeout(d, 200))", top)
+                hit = self.run("const b = document.getElementById('stop').getBoundingClientRect();"
+                               "return document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2)?.closest('#stop') !== null")
+                expect(hit, True, f"STOP in reach, {width} px wide, {top} px down")
+                self.shoot(f"width_{width}_{top}")
+            page, window = self.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
+            if page > window:
+                raise Fault(f"the page is {page} px wide in a window of {window} px")
+        self.browser.size(1400, 1000)
+        self.run("scrollTo({top: 0, behavior: 'instant'})")
+
+    def stops_while_held(self):
+        self.run("const on = performance.now(); window.stopped = null; const look = setInterval(() => {"
+                 " if (document.body.dataset.state !== 'operation_enabled') { window.stopped = performance.now() - on;"
+                 " clearInterval(look); } }, 20)")
+        self.click("#stop")
+        self.wait("Math.abs(scope.value('omega_m')) < 1 && document.body.dataset.state === 'ready'", "standstill")
+        expect(self.run("return scope.value('enable')"), 2, "the request: quick_stop")
+        self.click("#hold")  # goes on
+        self.wait("!scope.state.held", "going on")
+
+    def says_that_the_drive_is_gone_and_takes_it_up_again(self):
+        self.drive.send_signal(signal.SIGTERM)
+        self.drive.wait(20)
+        self.wait("document.body.dataset.link === 'lost'", "the loss of the link")
+        self.click("#stop")
+        self.wait("document.getElementById('alarm').innerText.includes('did not reach')", "the alarm")
+        self.shoot("lost")
+        self.drive, _ = self.start("serve", str(self.scenario), "--port", self.port, "--quiet")
+        self.wait("document.body.dataset.link === 'up' && document.getElementById('alarm').hidden", "the link, again")
+        self.pick("#mode", "none: roll")
+        self.wait("scope.ring.total > 1000", "samples, again")
+
+    def asked_nobody_else(self):
+        messages = [json.loads(record["message"])["message"] for record in self.browser.records("performance")]
+        urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
+        expect([url for url in urls if not url.startswith((self.url, "data:"))], [], "what was asked of others")
+        if self.url not in urls:
+            raise Fault("the page itself was not asked for: nothing was watched")
+
+    def console_is_clean(self):
+        said = [record["message"] for record in self.browser.records("browser") if record["level"] in ("SEVERE", "WARNING")]
+        expect(said, [], "errors and warnings on the console")
+
+    def ends_by_a_signal(self):
+        self.scope.send_signal(signal.SIGINT)
+        expect(self.scope.wait(20), 0, "exit code of the scope")
+
+    CHECKS = (opens_and_is_linked, starts_the_motor_and_sees_it_turn, draws_as_often_as_promised, keeps_every_sample, changes_a_gain,
+              chooses_signals, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back, stop_is_in_reach_and_nothing_overflows,
+              stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
+
+
+def main():
+    if len(sys.argv) != 3:
+        print(__doc__)
+        return 2
+    driver = shutil.which("chromedriver")
+    chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
+    if not driver or not chromium:
+        print("skipped: chromium or chromedriver is missing")
+        return SKIPPED
+    folder = pathlib.Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as work:
+        work = pathlib.Path(work)
+        bench = None
+        try:
+            bench = Bench(sys.argv[1], folder, work)
+            bench.browser = Browser(driver, chromium, work, "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
+            for check in Bench.CHECKS:
+                check(bench)
+                print(f"good: {check.__name__}")
+        except Fault as fault:
+            if "uPlot" in str(fault):
+                print(f"skipped: {fault}")
+                return SKIPPED
+            print(f"FAILED: {fault}")
+            if bench and bench.browser:
+                bench.shoot("failed")
+            return 1
+        finally:
+            if bench:
+                if bench.browser:
+                    bench.browser.close()
+                bench.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

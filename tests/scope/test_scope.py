@@ -1,0 +1,251 @@
+"""`lagless scope` without a browser: what it answers, when it stops the motor, how it ends. usage: test_scope.py LAGLESS FOLDER"""
+
+import base64
+import contextlib
+import http.client
+import json
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+RPM = 30 / 3.141592653589793
+BENCH = """schema = 1
+title = "a motor with an encoder that waits for a master"
+[run]
+duration = "60 min"
+[params]
+position_source = "encoder"
+[rig]
+fidelity = "averaged"
+"""
+
+
+class Page:
+    """What a page does: listens to the events and asks."""
+
+    def __init__(self, url):
+        self.host = re.fullmatch(r"http://([^/]+)/", url)[1]
+        self.hello, self.values, self.state, self.samples = None, {}, {}, []
+        self.connection = http.client.HTTPConnection(self.host, timeout=30)
+        self.connection.request("GET", "/events")
+        self.answer = self.connection.getresponse()
+        self.socket = self.answer.fp
+        self.thread = threading.Thread(target=self.listen, daemon=True)
+        self.thread.start()
+
+    def listen(self):
+        name = None
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            for line in self.socket:
+                if line.startswith(b"event: "):
+                    name = line[7:].strip().decode()
+                elif line.startswith(b"data: "):
+                    self.take(name, json.loads(line[6:]))
+
+    def take(self, name, data):
+        if name == "hello":
+            self.hello = data
+            self.values.update(data["values"])
+        elif name == "state":
+            self.values.update(data["values"])
+            self.state = data
+        elif name == "samples":
+            self.samples.append(data)
+
+    def value(self, name):
+        row = next(row for row in self.hello["rows"] if row["name"] == name)
+        return self.values.get(str(row["id"]), float("nan"))  # not known yet: compares with nothing
+
+    def ask(self, path, body=""):
+        connection = http.client.HTTPConnection(self.host, timeout=30)
+        connection.request("POST", path, body, {"X-Lagless": "1"})
+        answer = json.load(connection.getresponse())
+        connection.close()
+        return answer
+
+    def close(self):
+        self.answer.close()
+        self.connection.close()
+
+
+class Scope(unittest.TestCase):
+    def setUp(self):
+        os.makedirs(FOLDER, exist_ok=True)
+        self.scenario = os.path.join(FOLDER, "bench.toml")
+        with open(self.scenario, "w") as file:
+            file.write(BENCH)
+        self.uplot = os.path.join(FOLDER, "uplot")  # a stand-in, so that no test needs the network
+        os.makedirs(self.uplot, exist_ok=True)
+        for name, text in (("uPlot.iife.min.js", "var uPlot = null;"), ("uPlot.min.css", ".uplot {}"), ("LICENSE", "of uPlot")):
+            with open(os.path.join(self.uplot, name), "w") as file:
+                file.write(text)
+
+    def start(self, *arguments):
+        process = subprocess.Popen([LAGLESS, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   env={**os.environ, "UPLOT_DIR": self.uplot})
+        self.addCleanup(lambda: (process.poll() is None and process.kill(), process.communicate()))
+        line = process.stdout.readline()
+        self.assertTrue(line, line or process.poll() is not None and process.stderr.read())
+        return process, line
+
+    def serve(self, *arguments):
+        _, line = self.start("serve", self.scenario, "--quiet", *arguments)
+        place = line.split()[-1]
+        return place if place.startswith("/") else "tcp://" + place
+
+    def scope(self, target):
+        self.process, line = self.start("scope", target, "--http", "0", "--no-browser")
+        self.url = line.split()[-1]
+        return self.page()
+
+    def page(self):
+        page = Page(self.url)
+        self.addCleanup(page.close)
+        self.wait(lambda: page.hello and page.value("state") == 1, "ready")
+        return page
+
+    def wait(self, condition, what, seconds=20):
+        end = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), end, what)
+            time.sleep(0.01)
+
+    def run_motor(self, page):
+        self.assertEqual({"ok": True, "text": ""}, page.ask("/set", "speed_request 300 r/min"))
+        self.assertTrue(page.ask("/set", "enable on")["ok"])
+        self.wait(lambda: abs(page.value("omega_m") * RPM - 300) < 5, "300 r/min")
+
+    def refused(self, code, *arguments, **settings):
+        done = subprocess.run([LAGLESS, "scope", *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=30,
+                              env={**os.environ, "UPLOT_DIR": self.uplot, **settings})
+        self.assertEqual(code, done.returncode, done.stderr)
+        return done.stderr
+
+    def test_page_is_whole_and_asks_nobody(self):
+        page = self.scope(self.serve("--port", "0"))
+        connection = http.client.HTTPConnection(page.host)
+        connection.request("GET", "/")
+        text = connection.getresponse().read().decode()
+        connection.close()
+        self.assertIn("var uPlot = null;", text)
+        self.assertNotIn("{{", text)
+        self.assertEqual([], re.findall(r"""(?:src|href)=["'](?!data:)[^"']*""", text))
+        self.assertEqual([], re.findall(r"https?://(?!www\.w3\.org/2000/svg)[^\s\"']*", text))
+
+    def test_samples_are_the_drives_own(self):
+        """Of every period, in order; the period itself as a signal is the stamp."""
+        page = self.scope(self.serve("--port", "0"))
+        self.assertTrue(page.ask("/signals", "1 2000 2024")["ok"])  # period, u_dc
+        self.wait(lambda: sum(each["n"] for each in page.samples if each["c"] == 2) > 5000, "samples")
+        chosen = [each for each in page.samples if each["c"] == 2]
+        begin = chosen[0]["p"]
+        count = 0
+        for each in chosen:
+            self.assertEqual((begin + count, 1), (each["p"], each["e"]))
+            slots = struct.unpack("<%uI" % (2 * each["n"]), base64.b64decode(each["d"]))
+            self.assertEqual(list(slots[::2]), list(range(each["p"], each["p"] + each["n"])))
+            count += each["n"]
+        self.assertEqual(0, page.state["missing"])
+
+    def test_what_the_drive_refuses_is_told_and_changes_nothing(self):
+        page = self.scope(self.serve("--port", "0"))
+        self.wait(lambda: page.value("current_bandwidth") > 0, "parameters")
+        before = page.value("current_bandwidth")
+        for body, fragment in (("current_bandwidth 99999", "10 to 3000"), ("omega_m 5", ""), ("nothing 5", "no such row"),
+                               ("enable maybe", "quick_stop"), ("current_bandwidth", "no value"), ("speed_request 1 A", "accepted")):
+            answer = page.ask("/set", body)
+            self.assertFalse(answer["ok"], body)
+            self.assertIn(fragment, answer["text"])
+        self.assertFalse(page.ask("/order", "explode")["ok"])
+        self.assertFalse(page.ask("/signals", "1 " + "2000 " * 9)["ok"])
+        self.assertFalse(page.ask("/signals", "256 2000")["ok"])
+        self.assertFalse(page.ask("/signals", "1 1")["ok"])  # a parameter
+        self.assertFalse(page.ask("/nothing")["ok"])
+        time.sleep(1)
+        self.assertEqual(before, page.value("current_bandwidth"))
+        self.assertFalse(page.state["staged"])
+
+    def test_a_set_is_staged_then_applied(self):
+        page = self.scope(self.serve("--port", "0"))
+        self.assertTrue(page.ask("/set", "current_bandwidth 750")["ok"])
+        self.wait(lambda: page.state.get("staged"), "staged")
+        self.assertTrue(page.ask("/order", "apply")["ok"])
+        self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
+
+    def stops_soon(self, target):
+        page = self.scope(target)
+        self.run_motor(page)
+        begun = time.monotonic()
+        self.assertTrue(page.ask("/stop")["ok"])
+        took = time.monotonic() - begun
+        self.wait(lambda: page.value("enable") == 2 and page.value("state") == 1 and abs(page.value("omega_m")) < 0.5, "standstill")
+        return took
+
+    def test_stop_is_answered_at_once_while_samples_stream(self):
+        self.assertLess(self.stops_soon(self.serve("--port", "0")), 0.5)
+
+    def test_stop_works_the_same_over_the_serial_line(self):
+        self.assertLess(self.stops_soon(self.serve("--serial")), 0.5)
+
+    def test_motor_stops_when_all_pages_are_gone(self):
+        page = self.scope(self.serve("--port", "0"))
+        other = self.page()
+        self.run_motor(page)
+        page.close()
+        time.sleep(6.5)  # more than the five seconds: one is left
+        self.assertEqual(1, other.value("enable"))
+        other.close()
+        time.sleep(2)
+        again = Page(self.url)  # a reload
+        self.addCleanup(again.close)
+        self.wait(lambda: again.hello and again.value("enable") == 1, "still on")
+        again.close()
+        time.sleep(6.5)
+        last = Page(self.url)
+        self.addCleanup(last.close)
+        self.wait(lambda: last.hello and last.value("enable") == 2 and abs(last.value("omega_m")) < 0.5, "stopped")
+
+    def test_scope_that_ends_leaves_no_motor_on(self):
+        target = self.serve("--port", "0")
+        self.run_motor(self.scope(target))
+        self.process.send_signal(signal.SIGTERM)
+        self.assertEqual(0, self.process.wait(20))
+        page = self.scope(target)  # it is free again
+        self.wait(lambda: page.value("enable") == 2 and abs(page.value("omega_m")) < 0.5, "stopped")
+
+    def test_drive_that_begins_anew_is_taken_up_again(self):
+        page = self.scope(self.serve("--port", "0"))
+        self.assertTrue(page.ask("/order", "restart")["ok"])
+        self.wait(lambda: not page.state["link"], "the link is lost")
+        self.wait(lambda: page.state["link"] and page.state["sampling"], "the link is back")
+        count = len(page.samples)
+        self.wait(lambda: len(page.samples) > count + 10, "samples")
+
+    def test_second_scope_is_told_why(self):
+        target = self.serve("--port", "0")
+        self.scope(target)
+        self.assertIn("one client at a time", self.refused(3, target, "--http", "0", "--no-browser"))
+
+    def test_wrong_use_is_refused(self):
+        target = self.serve("--port", "0")
+        self.assertIn("which drive?", self.refused(2))
+        self.assertIn("one target", self.refused(2, "a", "b"))
+        self.assertIn("0 to 65535", self.refused(2, target, "--http", "70000"))
+        self.assertIn("tcp://", self.refused(3, "nonsense", "--no-browser"))
+        self.assertIn("nobody listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))
+        self.assertIn("get-uplot", self.refused(3, target, "--no-browser", UPLOT_DIR="", XDG_CACHE_HOME="/nowhere", HOME="/nowhere"))
+        self.scope(target)
+        other = self.serve("--port", "0")
+        port = self.url.rsplit(":", 1)[1].strip("/")
+        self.assertIn("port " + port, self.refused(3, other, "--http", port, "--no-browser"))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

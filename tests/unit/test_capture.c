@@ -1,0 +1,516 @@
+/* A struct of twenty slots of every kind, described by a table; values made so that each period's row can be
+ * told from every other. */
+#include "contract/capture.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "math/float_bits.h"
+
+#define SLOTS 16
+
+typedef struct {
+    uint32_t slot[SLOTS];
+    float speed;
+    int32_t state;
+    uint32_t count;
+    int32_t position;
+} source_t;
+
+#define ROW(number, what, member)                                                                            \
+    {                                                                                                        \
+        .id = (number), .kind = (what), .offset = offsetof(source_t, member), .name = #member, .unit = "-",  \
+        .text = "", .choices = ""                                                                            \
+    }
+#define SLOT(n) ROW(2000u + (n), SLOT_UINT, slot[n])
+static const table_row_t rows[] = {
+    SLOT(0),
+    SLOT(1),
+    SLOT(2),
+    SLOT(3),
+    SLOT(4),
+    SLOT(5),
+    SLOT(6),
+    SLOT(7),
+    SLOT(8),
+    SLOT(9),
+    SLOT(10),
+    SLOT(11),
+    SLOT(12),
+    SLOT(13),
+    SLOT(14),
+    SLOT(15),
+    ROW(2100u, SLOT_FLOAT, speed),
+    ROW(2101u, SLOT_ENUM, state),
+    ROW(2102u, SLOT_UINT, count),
+    ROW(2103u, SLOT_INT, position),
+};
+static const table_t table = {"signals", rows, sizeof rows / sizeof rows[0]};
+
+static const capture_wish_t usual = {
+    .on = CAPTURE_ON_FAULT,
+    .columns = 12u,
+    .id = {2015, 2000, 2007, 2003, 2014, 2001, 2010, 2002, 2012, 2005, 2004, 2008},
+};
+#define USUAL_PERIODS 341u /* 4096 / 12 */
+
+static capture_t capture;
+static capture_tuning_t default_tuning;
+static source_t source;
+static uint32_t period;
+
+static capture_tuning_t prepared(const capture_wish_t *wish)
+{
+    capture_tuning_t tuning;
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_GOOD, capture_prepare(wish, &table, &tuning));
+    return tuning;
+}
+
+void setUp(void)
+{
+    memset(&capture, 0x55, sizeof capture);
+    memset(&source, 0, sizeof source);
+    period = 0u;
+    default_tuning = prepared(&usual);
+    capture_init(&capture, &default_tuning);
+}
+
+void tearDown(void)
+{
+}
+
+/* Every slot of every period differs from every other. */
+static uint32_t value_of(uint32_t when, uint32_t slot)
+{
+    return (when * SLOTS + slot) * UINT32_C(2654435761);
+}
+
+static void step(void)
+{
+    period++;
+    for (uint32_t n = 0; n < SLOTS; n++) {
+        source.slot[n] = value_of(period, n);
+    }
+    capture_step(&capture, &source, period);
+}
+
+static void steps(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        step();
+    }
+}
+
+static void arm(const capture_wish_t *wish)
+{
+    const capture_tuning_t tuning = prepared(wish);
+    capture_arm(&capture, &tuning);
+}
+
+/* Whole rows of these ids, without a gap, from the period first to last. */
+static void expect_rows(const uint32_t *id, uint32_t columns, uint32_t first, uint32_t last)
+{
+    TEST_ASSERT_EQUAL_UINT32(columns, capture.tuning.columns);
+    TEST_ASSERT_EQUAL_UINT32(last - first + 1u, capture_count(&capture));
+    TEST_ASSERT_EQUAL_UINT32(last, capture.newest);
+    for (uint32_t n = 0; n < capture_count(&capture); n++) {
+        const uint32_t *row = capture_row(&capture, n);
+        for (uint32_t c = 0; c < columns; c++) {
+            TEST_ASSERT_EQUAL_HEX32(value_of(first + n, id[c] - 2000u), row[c]);
+        }
+    }
+}
+
+static void expect_state(capture_state_t state)
+{
+    TEST_ASSERT_EQUAL_UINT32(state, capture.state);
+}
+
+/* ---- the ring ---- */
+
+static void test_begins_idle_and_empty(void)
+{
+    expect_state(CAPTURE_IDLE);
+    TEST_ASSERT_EQUAL_UINT32(0u, capture_count(&capture));
+}
+
+static void test_keeps_the_last_periods_in_their_order(void)
+{
+    for (uint32_t n = 1; n <= 3u * USUAL_PERIODS + 7u; n++) {
+        step();
+        if (n < 3u || n % 100u == 0u || n % USUAL_PERIODS < 2u) {
+            expect_rows(usual.id, 12u, n < USUAL_PERIODS ? 1u : n - USUAL_PERIODS + 1u, n);
+        }
+    }
+}
+
+/* All of the room is used, around the ring's end too. */
+static void test_each_number_of_columns_has_the_ring_to_itself(void)
+{
+    for (uint32_t columns = 1; columns <= CAPTURE_COLUMNS; columns++) {
+        capture_wish_t wish = usual;
+        wish.columns = columns;
+        wish.on = CAPTURE_ON_COMMAND;
+        arm(&wish);
+        const uint32_t before = period;
+        const uint32_t room = columns <= 8u ? 512u : USUAL_PERIODS;
+        TEST_ASSERT_EQUAL_UINT32(room, capture_room(columns));
+        steps(room);
+        expect_rows(wish.id, columns, before + 1u, period);
+        steps(room / 2u + 1u);
+        expect_rows(wish.id, columns, period - room + 1u, period);
+    }
+    TEST_ASSERT_EQUAL_UINT32(512u, capture_room(8u));
+}
+
+static void test_does_not_follow_what_changes_later(void)
+{
+    step();
+    source.slot[15] = 1u;
+    expect_rows(usual.id, 12u, 1u, 1u);
+}
+
+/* ---- a fault ---- */
+
+static void test_fault_of_a_step_holds_with_its_own_period_the_newest(void)
+{
+    steps(1000u);
+    capture_trigger(&capture, 1001u); /* within the step, before its row */
+    expect_state(CAPTURE_TRIGGERED);
+    step();
+    expect_state(CAPTURE_HELD);
+    steps(500u);
+    TEST_ASSERT_EQUAL_UINT32(1001u, capture.at);
+    expect_rows(usual.id, 12u, 1001u - USUAL_PERIODS + 1u, 1001u);
+}
+
+static void test_fault_between_two_steps_holds_with_the_one_before(void)
+{
+    steps(1000u);
+    capture_trigger(&capture, 1000u);
+    expect_state(CAPTURE_HELD);
+    steps(500u);
+    TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
+    expect_rows(usual.id, 12u, 1000u - USUAL_PERIODS + 1u, 1000u);
+}
+
+static void test_reset_empties_what_nobody_asked_for(void)
+{
+    steps(20u);
+    capture_trigger(&capture, 20u);
+    capture_reset(&capture);
+    expect_state(CAPTURE_IDLE);
+    steps(3u);
+    expect_rows(usual.id, 12u, 21u, 23u);
+}
+
+static void test_reset_leaves_what_was_asked_for(void)
+{
+    arm(&usual);
+    steps(20u);
+    capture_trigger(&capture, 20u);
+    capture_reset(&capture);
+    expect_state(CAPTURE_HELD);
+    expect_rows(usual.id, 12u, 1u, 20u);
+}
+
+/* Of a step and between two: so many rows younger than the fault's. */
+static void test_goes_on_after_a_fault_for_as_long_as_was_asked(void)
+{
+    for (uint32_t within = 0; within < 2u; within++) {
+        capture_wish_t wish = usual;
+        wish.after = 100u;
+        arm(&wish);
+        steps(1000u);
+        const uint32_t fault = period + within;
+        capture_trigger(&capture, fault);
+        steps(99u + within);
+        expect_state(CAPTURE_TRIGGERED);
+        step();
+        expect_state(CAPTURE_HELD);
+        steps(50u);
+        TEST_ASSERT_EQUAL_UINT32(fault, capture.at);
+        expect_rows(usual.id, 12u, fault + 100u - USUAL_PERIODS + 1u, fault + 100u);
+    }
+}
+
+static void test_fault_triggers_whatever_is_waited_for(void)
+{
+    static const int32_t triggers[] = {CAPTURE_ON_ABOVE, CAPTURE_ON_BELOW, CAPTURE_ON_COMMAND};
+    for (uint32_t n = 0; n < 3u; n++) {
+        capture_wish_t wish = usual;
+        wish.on = triggers[n];
+        wish.source = 2100u;
+        arm(&wish);
+        steps(10u);
+        capture_trigger(&capture, period);
+        expect_state(CAPTURE_HELD);
+        capture_trigger(&capture, period + 1u);
+        TEST_ASSERT_EQUAL_UINT32(period, capture.at); /* the first one counts */
+    }
+}
+
+static void test_fault_of_the_last_periods_changes_nothing(void)
+{
+    capture_wish_t wish = usual;
+    wish.after = 5u;
+    arm(&wish);
+    steps(10u);
+    capture_trigger(&capture, period);
+    steps(3u);
+    capture_trigger(&capture, period);
+    steps(10u);
+    TEST_ASSERT_EQUAL_UINT32(10u, capture.at);
+    expect_rows(usual.id, 12u, 1u, 15u);
+}
+
+/* Before the first step: nothing to hold, and nothing kept until the reset. */
+static void test_fault_before_the_first_step_holds_an_empty_ring(void)
+{
+    capture_trigger(&capture, 0u);
+    steps(5u);
+    expect_state(CAPTURE_HELD);
+    TEST_ASSERT_EQUAL_UINT32(0u, capture_count(&capture));
+}
+
+/* ---- edges ---- */
+
+static void speed_step(float speed)
+{
+    source.speed = speed;
+    step();
+}
+
+static capture_wish_t on_speed(int32_t on, float level)
+{
+    capture_wish_t wish = usual;
+    wish.on = on;
+    wish.source = 2100u;
+    wish.level = level;
+    return wish;
+}
+
+static void test_value_that_rises_above_triggers_with_its_period(void)
+{
+    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
+    arm(&wish);
+    speed_step(9.0f);
+    speed_step(10.0f);
+    expect_state(CAPTURE_ARMED); /* not above */
+    speed_step(nextafterf(10.0f, 11.0f));
+    expect_state(CAPTURE_HELD);
+    TEST_ASSERT_EQUAL_UINT32(3u, capture.at);
+    speed_step(9.0f);
+    expect_rows(usual.id, 12u, 1u, 3u);
+}
+
+static void test_value_that_falls_below_triggers_with_its_period(void)
+{
+    const capture_wish_t wish = on_speed(CAPTURE_ON_BELOW, -2.5f);
+    arm(&wish);
+    speed_step(3.0f);
+    speed_step(-2.5f);
+    expect_state(CAPTURE_ARMED);
+    speed_step(-2.75f);
+    expect_state(CAPTURE_HELD);
+    TEST_ASSERT_EQUAL_UINT32(3u, capture.at);
+}
+
+static void test_value_that_is_beyond_from_the_start_has_to_come_back_first(void)
+{
+    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
+    arm(&wish);
+    speed_step(11.0f);
+    speed_step(12.0f);
+    expect_state(CAPTURE_ARMED);
+    speed_step(9.0f);
+    expect_state(CAPTURE_ARMED);
+    speed_step(11.0f);
+    TEST_ASSERT_EQUAL_UINT32(4u, capture.at);
+    expect_state(CAPTURE_HELD);
+}
+
+static void test_edge_is_followed_by_as_many_periods_as_asked(void)
+{
+    capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
+    wish.columns = 8u;
+    wish.after = 256u;
+    arm(&wish);
+    speed_step(0.0f);
+    steps(999u);
+    speed_step(11.0f);
+    steps(255u);
+    expect_state(CAPTURE_TRIGGERED);
+    step();
+    expect_state(CAPTURE_HELD);
+    steps(700u);
+    TEST_ASSERT_EQUAL_UINT32(1001u, capture.at);
+    expect_rows(usual.id, 8u, 1001u + 256u - 511u, 1001u + 256u);
+}
+
+static void test_not_a_number_is_beyond_no_level(void)
+{
+    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
+    arm(&wish);
+    speed_step(9.0f);
+    speed_step(NAN);
+    expect_state(CAPTURE_ARMED);
+    speed_step(INFINITY);
+    expect_state(CAPTURE_HELD);
+}
+
+/* The sign bit of an int, the upper half of a uint. */
+static void test_whole_values_trigger_by_their_own_kind(void)
+{
+    capture_wish_t wish = on_speed(CAPTURE_ON_BELOW, -1.5f);
+    wish.source = 2103u;
+    arm(&wish);
+    source.position = -1;
+    step();
+    expect_state(CAPTURE_ARMED);
+    source.position = -2;
+    step();
+    expect_state(CAPTURE_HELD);
+
+    wish = on_speed(CAPTURE_ON_ABOVE, 3e9f);
+    wish.source = 2102u;
+    arm(&wish);
+    source.count = UINT32_C(2900000000);
+    step();
+    expect_state(CAPTURE_ARMED);
+    source.count = UINT32_C(3100000000);
+    step();
+    expect_state(CAPTURE_HELD);
+
+    wish = on_speed(CAPTURE_ON_ABOVE, 4.5f);
+    wish.source = 2101u;
+    arm(&wish);
+    source.state = 4;
+    step();
+    expect_state(CAPTURE_ARMED);
+    source.state = 5;
+    step();
+    expect_state(CAPTURE_HELD);
+}
+
+/* ---- command, arming, release ---- */
+
+static void test_command_triggers_with_the_period_that_is_kept_last(void)
+{
+    capture_wish_t wish = usual;
+    wish.on = CAPTURE_ON_COMMAND;
+    wish.after = 2u;
+    arm(&wish);
+    steps(10u);
+    capture_trigger(&capture, period);
+    steps(20u);
+    TEST_ASSERT_EQUAL_UINT32(10u, capture.at);
+    expect_rows(usual.id, 12u, 1u, 12u);
+}
+
+static void test_held_until_armed_anew_or_released(void)
+{
+    capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
+    arm(&wish);
+    speed_step(0.0f);
+    speed_step(11.0f);
+    for (int n = 0; n < 2000; n++) {
+        speed_step(n % 2 == 0 ? 0.0f : 20.0f);
+    }
+    expect_state(CAPTURE_HELD);
+    expect_rows(usual.id, 12u, 1u, 2u);
+
+    arm(&wish);
+    expect_state(CAPTURE_ARMED);
+    speed_step(0.0f);
+    expect_rows(usual.id, 12u, period, period);
+    speed_step(11.0f);
+    capture_release(&capture, &default_tuning);
+    expect_state(CAPTURE_IDLE);
+    speed_step(0.0f);
+    speed_step(11.0f);
+    expect_state(CAPTURE_IDLE);
+    expect_rows(usual.id, 12u, period - 1u, period);
+}
+
+/* ---- wishes that cannot be done ---- */
+
+static void expect_refused(uint32_t refusal, const capture_wish_t *wish)
+{
+    capture_tuning_t tuning = default_tuning;
+    TEST_ASSERT_EQUAL_UINT32(refusal, capture_prepare(wish, &table, &tuning));
+    TEST_ASSERT_EQUAL_MEMORY(&default_tuning, &tuning, sizeof tuning);
+}
+
+static void test_wish_is_refused_for_what_is_wrong_with_it(void)
+{
+    capture_wish_t wish = usual;
+    wish.on = 4;
+    expect_refused(CAPTURE_BAD_ON, &wish);
+    wish.on = -1;
+    expect_refused(CAPTURE_BAD_ON, &wish);
+    wish = on_speed(CAPTURE_ON_ABOVE, 1.0f);
+    wish.source = 2099u;
+    expect_refused(CAPTURE_BAD_SOURCE, &wish);
+    wish = on_speed(CAPTURE_ON_BELOW, NAN);
+    expect_refused(CAPTURE_BAD_LEVEL, &wish);
+    wish = usual;
+    wish.columns = 0u;
+    expect_refused(CAPTURE_BAD_COLUMNS, &wish);
+    wish.columns = 13u;
+    expect_refused(CAPTURE_BAD_COLUMNS, &wish);
+    wish = usual;
+    wish.after = USUAL_PERIODS;
+    expect_refused(CAPTURE_BAD_AFTER, &wish);
+    wish = usual;
+    wish.id[0] = 1u;
+    expect_refused(CAPTURE_BAD_ID, &wish);
+    wish = usual;
+    wish.id[11] = 2104u;
+    expect_refused(CAPTURE_BAD_ID + 11u, &wish);
+}
+
+static void test_what_a_wish_does_not_use_may_be_anything(void)
+{
+    capture_wish_t wish = usual;
+    wish.source = 1u;
+    wish.level = NAN;
+    wish.columns = 11u;
+    wish.id[11] = 1u;
+    wish.after = USUAL_PERIODS - 1u;
+    arm(&wish);
+    steps(1000u);
+    capture_trigger(&capture, period);
+    steps(1000u);
+    expect_rows(usual.id, 11u, 1000u, 1340u); /* the trigger's own is the oldest */
+    TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_begins_idle_and_empty);
+    RUN_TEST(test_keeps_the_last_periods_in_their_order);
+    RUN_TEST(test_each_number_of_columns_has_the_ring_to_itself);
+    RUN_TEST(test_does_not_follow_what_changes_later);
+    RUN_TEST(test_fault_of_a_step_holds_with_its_own_period_the_newest);
+    RUN_TEST(test_fault_between_two_steps_holds_with_the_one_before);
+    RUN_TEST(test_reset_empties_what_nobody_asked_for);
+    RUN_TEST(test_reset_leaves_what_was_asked_for);
+    RUN_TEST(test_goes_on_after_a_fault_for_as_long_as_was_asked);
+    RUN_TEST(test_fault_triggers_whatever_is_waited_for);
+    RUN_TEST(test_fault_of_the_last_periods_changes_nothing);
+    RUN_TEST(test_fault_before_the_first_step_holds_an_empty_ring);
+    RUN_TEST(test_value_that_rises_above_triggers_with_its_period);
+    RUN_TEST(test_value_that_falls_below_triggers_with_its_period);
+    RUN_TEST(test_value_that_is_beyond_from_the_start_has_to_come_back_first);
+    RUN_TEST(test_edge_is_followed_by_as_many_periods_as_asked);
+    RUN_TEST(test_not_a_number_is_beyond_no_level);
+    RUN_TEST(test_whole_values_trigger_by_their_own_kind);
+    RUN_TEST(test_command_triggers_with_the_period_that_is_kept_last);
+    RUN_TEST(test_held_until_armed_anew_or_released);
+    RUN_TEST(test_wish_is_refused_for_what_is_wrong_with_it);
+    RUN_TEST(test_what_a_wish_does_not_use_may_be_anything);
+    return UNITY_END();
+}

@@ -1,0 +1,293 @@
+/* The watch over current sensors and phases, fed with a winding of its own in double: alpha and beta by
+ * L di = T (u - R i), the rotor standing. Expected times and limits follow from the coefficients by hand. */
+#include "protect/current_watch.h"
+
+#include <math.h>
+
+#include "unity.h"
+
+#define PERIOD     1e-4
+#define RESISTANCE 0.95
+#define INDUCTANCE 12.5e-3
+#define LINK       300.0
+
+static current_watch_t watch;
+static double i_alpha, i_beta;      /* [A] true */
+static double gain_a, gain_b, in_c; /* [-] of the sensors; [A] added by that of c */
+static ab_t error;                  /* [A] of the observer */
+static uint32_t ticks;              /* [periods] */
+static uint32_t seen;               /* [-] bits so far */
+static uint32_t periods;            /* [periods] until the first of them */
+static double per_ampere;           /* [rad/s^2 per A] of the rotor */
+static double salience;             /* [-] L_q over L_d, their mean as believed */
+
+static void prepare(bool three, double l_believed, double r_believed)
+{
+    const current_watch_params_t params = {
+        .resistance = (float)(RESISTANCE * r_believed),
+        .inductance_d = (float)(INDUCTANCE * l_believed * 2.0 / (1.0 + salience)),
+        .inductance_q = (float)(INDUCTANCE * l_believed * 2.0 * salience / (1.0 + salience)),
+        .flux_linkage = 0.183f,
+        .per_ampere = (float)per_ampere,
+        .dead_time = 2.5e-6f,
+        .drop = 0.9f,
+        .range = 20.0f,
+        .three_sensors = three,
+        .period = (float)PERIOD,
+    };
+    const current_watch_tuning_t tuning = current_watch_prepare(&params);
+    current_watch_init(&watch, &tuning);
+    i_alpha = i_beta = in_c = 0.0;
+    error = (ab_t){0.0f, 0.0f};
+    gain_a = gain_b = 1.0;
+    seen = 0u;
+    periods = 0u;
+    ticks = 0u;
+}
+
+void setUp(void)
+{
+    per_ampere = 0.0;
+    salience = 1.0;
+    prepare(false, 1.0, 1.0);
+}
+
+void tearDown(void)
+{
+}
+
+static void judge(ab_t voltage, abc_t measured, ab_t reference)
+{
+    const current_watch_input_t input = {measured,     error,       {reference.alpha, reference.beta},
+                                         {0.0f, 1.0f}, (float)LINK, {0.0f, 1.0f},
+                                         0.0f,         0.0f,        true};
+    ticks++;
+    const bool surprised = ticks % CURRENT_WATCH_QUICK == 0u && current_watch_is_surprised(&watch, error);
+    const bool due = current_watch_add(&watch, voltage, input.reference, &measured,
+                                       surprised || ticks % CURRENT_WATCH_PERIODS == 0u);
+    const uint32_t bits = due ? current_watch_step(&watch, &input) & ~CURRENT_WATCH_MAYBE : 0u;
+    if (seen == 0u) {
+        periods++;
+        seen = bits;
+    }
+}
+
+/* A sound winding for so many periods on this voltage, its sensors with their gains and a code of noise. */
+static void run(double alpha, double beta, uint32_t count, ab_t reference)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        i_alpha += PERIOD / INDUCTANCE * (alpha - RESISTANCE * i_alpha);
+        i_beta += PERIOD / INDUCTANCE * (beta - RESISTANCE * i_beta);
+        const double noise = 0.005 * (double)(n % 3u);
+        const double a = gain_a * i_alpha + noise;
+        const double b = gain_b * (-0.5 * i_alpha + sqrt(0.75) * i_beta) - 2.0 * noise;
+        judge((ab_t){(float)alpha, (float)beta}, (abc_t){(float)a, (float)b, (float)(-a - b + in_c)},
+              reference);
+    }
+}
+
+/* From 2 A, where all three legs are sure of their sign, the current is asked to rise as a winding does on 60
+ * V, and to stop there. */
+static void jump(void)
+{
+    run(2.0 * RESISTANCE + 25.0, 0.0, 8u, (ab_t){2.0f, 0.0f});
+    run(RESISTANCE * i_alpha, 0.0, 32u, (ab_t){2.0f, 0.0f});
+    run(RESISTANCE * i_alpha + 60.0, 0.0, 12u, (ab_t){6.0f, 0.0f});
+    run(RESISTANCE * i_alpha, 0.0, 16u, (ab_t){8.0f, 0.0f});
+}
+
+static void test_sound_sensors_and_wrong_beliefs_raise_nothing(void)
+{
+    const double wrong[][2] = {{1.0, 1.0}, {0.7, 1.0}, {1.3, 1.0}, {1.0, 0.5},
+                               {1.0, 1.5}, {0.7, 1.5}, {1.3, 0.5}};
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        prepare(false, wrong[n][0], wrong[n][1]);
+        jump();
+        TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    }
+}
+
+/* p is 100 V - 0.6 A R a period, 0.8 A; its doubt 4/3 (7.5 V + 0.9 V) and R/2 of what flows. It may be seen
+ * from the end of the first whole window on, after the four periods that make sure. */
+static void test_a_value_that_stays_is_stuck_within_two_windows(void)
+{
+    for (uint32_t n = 0; n < 16u; n++) {
+        judge((ab_t){0.0f, 0.0f}, (abc_t){0.01f * (float)(n & 1u), 0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    periods = 0u;
+    for (uint32_t n = 0; n < 24u; n++) {
+        const float b = -0.4f * (float)(n + 1u);
+        judge((ab_t){100.0f, 0.0f}, (abc_t){0.6f, b, -0.6f - b}, (ab_t){5.0f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
+    TEST_ASSERT_TRUE(periods <= 20u);
+}
+
+/* 8 A, and then a sensor that says 0, or a wire whose current is gone, a code of noise left: the observer
+ * misses it by 8 A, 15 % of the range are 3. In two periods at most the sensor is suspected, and told after
+ * six in which nothing moves; the wire is not. 100 V are 0.8 A a period. */
+static void jump_to_zero(double noise)
+{
+    i_alpha = 8.0;
+    run(RESISTANCE * 8.0, 0.0, 19u, (ab_t){8.0f, 0.0f});
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    periods = 0u;
+    error = (ab_t){8.0f, 0.0f};
+    for (uint32_t n = 0; n < 10u; n++) {
+        const float a = (float)(noise * (double)(n % 3u));
+        judge((ab_t){100.0f, 0.0f}, (abc_t){a, -4.0f - 0.4f * (float)n, 4.0f + 0.4f * (float)n - a},
+              (ab_t){8.0f, 0.0f});
+    }
+}
+
+static void test_a_value_that_jumps_to_zero_is_stuck_within_eight_periods(void)
+{
+    jump_to_zero(0.0);
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
+    TEST_ASSERT_TRUE(periods <= 8u);
+    setUp();
+    jump_to_zero(0.01);
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
+static void test_an_observer_is_surprised_by_15_percent_of_the_range(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        TEST_ASSERT_FALSE(current_watch_is_surprised(&watch, (ab_t){(float)way * 2.99f, (float)way * 2.99f}));
+        TEST_ASSERT_TRUE(current_watch_is_surprised(&watch, (ab_t){(float)way * 3.01f, 0.0f}));
+        TEST_ASSERT_TRUE(current_watch_is_surprised(&watch, (ab_t){0.0f, (float)way * 3.01f}));
+    }
+}
+
+/* Exact sensors on a current that stands: the voltage that holds it may be believed wrong by all of R/2 and
+ * of the dead time, for as long as one likes. */
+static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
+{
+    const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));
+    for (uint32_t n = 0; n < 20000u; n++) {
+        judge((ab_t){voltage, 0.0f}, (abc_t){8.0f, -4.0f, -4.0f}, (ab_t){8.0f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
+/* One sample of a sensor that is 10 A off. */
+static void test_a_single_bad_sample_raises_nothing(void)
+{
+    for (uint32_t at = 0; at < 8u; at++) {
+        prepare(false, 1.0, 1.0);
+        jump();
+        run(RESISTANCE * i_alpha, 0.0, at, (ab_t){8.0f, 0.0f});
+        judge((ab_t){(float)(RESISTANCE * i_alpha), 0.0f},
+              (abc_t){(float)i_alpha + 10.0f, (float)(-0.5 * i_alpha), (float)(-0.5 * i_alpha) - 10.0f},
+              (ab_t){8.0f, 0.0f});
+        run(RESISTANCE * i_alpha, 0.0, 40u, (ab_t){8.0f, 0.0f});
+        TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    }
+}
+
+/* The range is another, 15 and 25 A or the other way round; or one sensor is off by 30 %. */
+static void test_a_wrong_gain_is_seen_in_the_first_rise(void)
+{
+    const double gains[][2] = {{0.6, 0.6}, {1.6667, 1.6667}, {0.7, 1.0}, {1.3, 1.0}, {1.0, 0.7}, {1.0, 1.3}};
+    for (size_t n = 0; n < sizeof gains / sizeof gains[0]; n++) {
+        prepare(false, 1.0, 1.0);
+        gain_a = gains[n][0];
+        gain_b = gains[n][1];
+        jump();
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(CURRENT_WATCH_GAIN, seen, gains[n][0] < 1.0 ? "less" : "more");
+    }
+}
+
+/* 3 A in b and c; a is asked for 2 A and shows noise: 3.2 ms, to the end of a window. */
+static void test_a_phase_without_current_is_lost(void)
+{
+    for (uint32_t n = 0; n < 60u; n++) {
+        const float noise = 0.02f * (float)(n % 3u);
+        judge((ab_t){0.0f, 0.0f}, (abc_t){noise, 3.0f, -3.0f - noise}, (ab_t){2.0f, 3.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
+    TEST_ASSERT_TRUE(periods >= 32u && periods <= 48u);
+}
+
+/* Speed control that chatters asks for 6 A and -5.9 A in turn, on the mean for what flows; a is near its
+ * zero. */
+static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void)
+{
+    for (uint32_t n = 0; n < 200u; n++) {
+        const float noise = 0.02f * (float)(n % 3u);
+        const float asked = n % 2u == 0u ? 6.0f : -5.9f;
+        judge((ab_t){0.0f, 0.0f}, (abc_t){0.05f + noise, 0.6f, -0.65f - noise}, (ab_t){asked, 0.7f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
+/* Nothing flows anywhere: 100 V less the 11.2 V that the dead time may take, for 2.6 psi_f, 5.4 ms. */
+static void test_a_phase_that_takes_more_than_any_flux_is_lost(void)
+{
+    for (uint32_t n = 0; n < 100u; n++) {
+        const float noise = 0.02f * (float)(n % 3u);
+        judge((ab_t){100.0f, 0.0f}, (abc_t){noise, -0.02f * (float)(n % 5u), 0.0f}, (ab_t){0.3f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
+    const double expected = 2.6 * 0.183 / (100.0 - 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
+    TEST_ASSERT_TRUE(periods >= (uint32_t)expected && periods <= (uint32_t)expected + 17u);
+}
+
+static void test_three_currents_must_add_up_to_zero(void)
+{
+    prepare(true, 1.0, 1.0);
+    in_c = 1.5;
+    jump();
+    TEST_ASSERT_EQUAL_UINT32(0u, seen & CURRENT_WATCH_SUM);
+    prepare(true, 1.0, 1.0);
+    in_c = 1.7; /* 8 % of the range are 1.6 A */
+    jump();
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_SUM, seen & CURRENT_WATCH_SUM);
+}
+
+/* psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2 mA per A;
+ * with 70000, 2 A per A, no rise is a measurement. */
+static void test_a_rotor_light_enough_to_make_the_difference_excuses_the_sensors(void)
+{
+    const double of_rotor[] = {69.0, 70000.0};
+    for (int n = 0; n < 2; n++) {
+        per_ampere = of_rotor[n];
+        prepare(false, 1.0, 1.0);
+        gain_a = gain_b = 0.6;
+        jump();
+        TEST_ASSERT_EQUAL_UINT32(n == 0 ? CURRENT_WATCH_GAIN : 0u, seen);
+    }
+}
+
+/* Along L_d the sensors show more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. */
+static void test_phases_of_a_salient_rotor_may_differ(void)
+{
+    const double of_rotor[] = {1.0, 1.42};
+    for (int n = 0; n < 2; n++) {
+        salience = of_rotor[n];
+        prepare(false, 1.0, 1.0);
+        gain_a = 1.3;
+        jump();
+        TEST_ASSERT_EQUAL_UINT32(n == 0 ? CURRENT_WATCH_GAIN : 0u, seen);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_sound_sensors_and_wrong_beliefs_raise_nothing);
+    RUN_TEST(test_a_value_that_stays_is_stuck_within_two_windows);
+    RUN_TEST(test_a_value_that_jumps_to_zero_is_stuck_within_eight_periods);
+    RUN_TEST(test_an_observer_is_surprised_by_15_percent_of_the_range);
+    RUN_TEST(test_a_current_that_stands_still_is_no_stuck_sensor);
+    RUN_TEST(test_a_single_bad_sample_raises_nothing);
+    RUN_TEST(test_a_wrong_gain_is_seen_in_the_first_rise);
+    RUN_TEST(test_a_rotor_light_enough_to_make_the_difference_excuses_the_sensors);
+    RUN_TEST(test_phases_of_a_salient_rotor_may_differ);
+    RUN_TEST(test_a_phase_without_current_is_lost);
+    RUN_TEST(test_a_phase_near_zero_is_not_lost_while_the_reference_chatters);
+    RUN_TEST(test_a_phase_that_takes_more_than_any_flux_is_lost);
+    RUN_TEST(test_three_currents_must_add_up_to_zero);
+    return UNITY_END();
+}

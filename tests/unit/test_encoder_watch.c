@@ -1,0 +1,343 @@
+/* The encoder against an EMF that is known: psi_f omega on the q axis of the true rotor, seen in the frame of
+ * an encoder that is off by an angle or turns at another speed. T_j is 0.8 ms; at psi_f omega_least a sign
+ * lasts 8 ms, ten judgements, at larger EMFs as much shorter, three at least. Below five times that EMF
+ * the mean of two windows is judged: one half turned comes to nothing, and that is a sign too. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unity.h>
+
+#include "protect/encoder_watch.h"
+
+#define PI    3.14159265358979323846
+#define T     1e-4
+#define EVERY 8u
+#define R     0.95    /* [ohm] */
+#define L     12.5e-3 /* [H] */
+#define PSI   0.183
+#define LEAST 60.0   /* [rad/s] */
+#define STEP  2.5e-3 /* [rad] */
+
+static encoder_watch_t watch;
+
+static double rotor, encoder; /* [rad] */
+static ab_t current;          /* [A] */
+static bool doubtful;         /* the EMF */
+
+void setUp(void)
+{
+    const encoder_watch_params_t params = {(float)R,    (float)L, (float)PSI, (float)LEAST,
+                                           (float)STEP, (float)T, EVERY};
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    memset(&watch, 0x55, sizeof watch);
+    encoder_watch_init(&watch, &tuning);
+    encoder_watch_rest(&watch);
+    rotor = 0.3;
+    encoder = 0.3;
+    current = (ab_t){0.0f, 0.0f};
+    doubtful = false;
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t judged(double said)
+{
+    const encoder_watch_input_t input = {
+        current, {(float)sin(encoder), (float)cos(encoder)}, (float)said, doubtful};
+    return encoder_watch_step(&watch, &input);
+}
+
+/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, by an encoder that turns at
+ * `said` [rad/s], without current. */
+static uint32_t judge(double omega, double share, double said)
+{
+    for (uint32_t n = 0; n < EVERY; n++) {
+        const double e = share * PSI * omega;
+        const double middle = rotor + 0.5 * T * omega;
+        encoder_watch_add(&watch, (ab_t){(float)(-e * sin(middle)), (float)(e * cos(middle))});
+        rotor += T * omega;
+        encoder += T * said;
+    }
+    return judged(said);
+}
+
+static void settle(double omega)
+{
+    for (uint32_t n = 0; n < 100u; n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, judge(omega, 1.0, omega));
+    }
+}
+
+/* Judgements until something is noticed, which is `bits`; 0: nothing in 0.8 s. */
+static uint32_t noticed(double omega, double share, double said, uint32_t *bits)
+{
+    for (uint32_t n = 1; n <= 1000u; n++) {
+        *bits = judge(omega, share, said);
+        if (*bits != 0u) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+static void expect(uint32_t bit, uint32_t judgements, double omega, double share, double said)
+{
+    uint32_t bits;
+    TEST_ASSERT_EQUAL_UINT32(judgements, noticed(omega, share, said, &bits));
+    TEST_ASSERT_EQUAL_HEX32(bit, bits);
+}
+
+static void test_an_encoder_that_is_right_is_let_be(void)
+{
+    static const double speeds[] = {0.0, 5.0, 59.0, 61.0, 240.0, 1200.0, 3000.0};
+    uint32_t bits;
+    for (int n = 0; n < 14; n++) {
+        const double omega = n < 7 ? speeds[n] : -speeds[n - 7];
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(0u, noticed(omega, 1.0, omega, &bits));
+    }
+}
+
+/* cos 36.87 degrees is 0.8. */
+static void test_the_angle_may_be_off_by_less_than_37_degrees(void)
+{
+    uint32_t bits;
+    for (int way = -1; way <= 1; way += 2) {
+        for (int turn = -1; turn <= 1; turn += 2) {
+            setUp();
+            settle(turn * 240.0);
+            encoder += way * 36.0 * PI / 180.0;
+            TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0, &bits));
+            encoder += way * 2.0 * PI / 180.0;
+            TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0, &bits));
+            TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
+        }
+    }
+}
+
+/* 8 ms of psi_f omega_least in volt seconds: at 61 rad/s ten judgements, at 120 five, from 200 on three. */
+static void test_the_larger_the_emf_the_sooner_it_is_believed(void)
+{
+    static const struct {
+        double omega;
+        uint32_t judgements;
+    } cases[] = {{61.0, 10u}, {121.0, 5u}, {151.0, 4u}, {201.0, 3u}, {1200.0, 3u}};
+    for (int n = 0; n < 5; n++) {
+        for (int turn = -1; turn <= 1; turn += 2) {
+            setUp();
+            settle(turn * cases[n].omega);
+            encoder += PI;
+            expect(ENCODER_WATCH_MISMATCH, cases[n].judgements, turn * cases[n].omega, 1.0,
+                   turn * cases[n].omega);
+        }
+    }
+}
+
+static void test_below_the_least_speed_nothing_is_judged(void)
+{
+    uint32_t bits;
+    settle(59.0);
+    encoder += PI;
+    TEST_ASSERT_EQUAL_UINT32(0u, noticed(59.0, 1.0, 59.0, &bits));
+    TEST_ASSERT_EQUAL_UINT32(0u, noticed(0.0, 1.0, 59.0, &bits));
+}
+
+/* From 0.64 rad on; at 628 rad/s a window turns by 0.5 rad and is off by half of that in its middle: the
+ * second is the first of three. To an encoder that stands an EMF of a rotor in reverse lies on the wrong side
+ * from the first. */
+static void test_an_encoder_that_stands_beside_an_emf_is_wrong(void)
+{
+    for (int turn = -1; turn <= 1; turn += 2) {
+        setUp();
+        settle(turn * 628.0);
+        expect(ENCODER_WATCH_MISMATCH, turn > 0 ? 4u : 3u, turn * 628.0, 1.0, 0.0);
+    }
+}
+
+/* The first mean is that of 1 and 0.24. */
+static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
+{
+    uint32_t bits;
+    for (int turn = -1; turn <= 1; turn += 2) {
+        setUp();
+        settle(turn * 240.0);
+        expect(ENCODER_WATCH_MISMATCH, 4u, turn * 240.0, 0.24, turn * 240.0);
+        TEST_ASSERT_EQUAL_UINT32(1u, noticed(0.0, 0.0, turn * 240.0, &bits));
+        setUp();
+        settle(turn * 240.0);
+        TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 0.26, turn * 240.0, &bits));
+    }
+}
+
+/* Nine tenths of the lines: the angle is off by 0.64 rad when the rotor has turned by 6.4. */
+static void test_lines_that_are_lost_show_when_the_angle_has_gone(void)
+{
+    for (int turn = -1; turn <= 1; turn += 2) {
+        uint32_t bits;
+        setUp();
+        settle(turn * 240.0);
+        const double until = noticed(turn * 240.0, 1.0, 0.9 * turn * 240.0, &bits) * EVERY * T;
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
+        TEST_ASSERT_DOUBLE_WITHIN(1.5e-3, 0.6435 / 24.0 + 3.0 * EVERY * T, until);
+    }
+}
+
+static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(void)
+{
+    static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
+    for (int n = 0; n < 8; n++) {
+        const double omega = n < 4 ? speeds[n] : -speeds[n - 4];
+        uint32_t bits;
+        setUp();
+        TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(omega, 1.0, -omega, &bits));
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
+    }
+}
+
+/* 6 ms are seven and a half windows, then three judgements. */
+static void test_after_a_rest_current_sensors_have_the_first_word(void)
+{
+    settle(240.0);
+    encoder += PI;
+    encoder_watch_rest(&watch);
+    expect(ENCODER_WATCH_MISMATCH, 11u, 240.0, 1.0, 240.0);
+}
+
+/* A coil with R and L beside the EMF, solved in double in steps of 1 us, at a current that the voltage
+ * changes: what is left after R and L have had theirs is the EMF's mean, sin(x)/x, x = omega T_j/2, of its
+ * length. That the mean current is the middle of its ends holds but for what its rate changes by, here up to
+ * 60 V/L T_j/12 = 0.3 A. */
+static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(void)
+{
+    const double omega = 628.0;
+    double i_alpha = 3.0;
+    double i_beta = -2.0;
+    current = (ab_t){(float)i_alpha, (float)i_beta};
+    (void)judged(omega);
+    for (uint32_t n = 0; n < EVERY; n++) {
+        const ab_t voltage = {40.0f, -70.0f};
+        for (int m = 0; m < 100; m++) {
+            const double e = PSI * omega;
+            i_alpha += 1e-6 / L * ((double)voltage.alpha - R * i_alpha + e * sin(rotor));
+            i_beta += 1e-6 / L * ((double)voltage.beta - R * i_beta - e * cos(rotor));
+            rotor += 1e-6 * omega;
+        }
+        encoder_watch_add(&watch, voltage);
+    }
+    encoder = rotor;
+    current = (ab_t){(float)i_alpha, (float)i_beta};
+    (void)judged(omega);
+    const double x = 0.5 * omega * EVERY * T;
+    TEST_ASSERT_DOUBLE_WITHIN(0.3 * R + 0.05, PSI * omega * sin(x) / x, (double)watch.last.q);
+    TEST_ASSERT_DOUBLE_WITHIN(0.3 * R + 0.05, 0.0, (double)watch.last.d);
+}
+
+/* 10 ms of noise of 0.5 A rms are 5.5 and 7 V rms in the mean of two windows, beside 11.5 V of 150 r/min
+ * and at standstill: no more than one burst of a thousand is a sign. */
+static double gauss(void)
+{
+    double sum = -6.0;
+    for (int n = 0; n < 12; n++) {
+        sum += (double)rand() / RAND_MAX;
+    }
+    return sum;
+}
+
+static bool burst_is_a_sign(double omega)
+{
+    uint32_t bits = 0u;
+    setUp();
+    settle(omega);
+    for (int n = 0; n < 13; n++) {
+        const double i_a = 0.5 * gauss();
+        const double i_b = 0.5 * gauss();
+        current = (ab_t){(float)i_a, (float)((i_a + 2.0 * i_b) / sqrt(3.0))};
+        bits |= judge(omega, 1.0, omega);
+    }
+    current = (ab_t){0.0f, 0.0f};
+    for (int n = 0; n < 20; n++) {
+        bits |= judge(omega, 1.0, omega);
+    }
+    return bits != 0u;
+}
+
+static void test_a_burst_of_noise_is_no_sign(void)
+{
+    int alarms = 0;
+    for (int burst = 0; burst < 1000; burst++) {
+        alarms += burst_is_a_sign(burst % 3 == 0 ? 0.0 : burst % 3 == 1 ? 62.8 : -62.8) ? 1 : 0;
+    }
+    TEST_ASSERT_TRUE(alarms <= 1);
+}
+
+/* A disturbance of two windows every eight never adds up: 2 e, halved six times, and again. */
+static void test_short_disturbances_do_not_add_up(void)
+{
+    settle(1200.0);
+    for (int n = 0; n < 200; n++) {
+        encoder += PI;
+        TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+        TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+        encoder -= PI;
+        for (int m = 0; m < 6; m++) {
+            TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+        }
+    }
+}
+
+static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)
+{
+    TEST_ASSERT_FALSE(encoder_watch_jumped(&watch, 0.5049f));
+    TEST_ASSERT_FALSE(encoder_watch_jumped(&watch, -0.5049f));
+    TEST_ASSERT_TRUE(encoder_watch_jumped(&watch, 0.5051f));
+    TEST_ASSERT_TRUE(encoder_watch_jumped(&watch, -0.5051f));
+}
+
+/* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */
+static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second_and_then_speaks(void)
+{
+    settle(1200.0);
+    rotor += 1.0;
+    doubtful = true;
+    expect(ENCODER_WATCH_MISMATCH, 625u + 3u, 1200.0, 1.0, 1200.0);
+}
+
+/* Two judgements have seen the sign when the doubt begins; the third comes when
+ * it is over. */
+static void test_what_was_seen_before_a_doubt_stays(void)
+{
+    settle(1200.0);
+    rotor += 1.0;
+    for (uint32_t n = 0; n < 2u; n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+    }
+    doubtful = true;
+    for (uint32_t n = 0; n < 10u; n++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+    }
+    doubtful = false;
+    TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, judge(1200.0, 1.0, 1200.0));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_encoder_that_is_right_is_let_be);
+    RUN_TEST(test_the_angle_may_be_off_by_less_than_37_degrees);
+    RUN_TEST(test_the_larger_the_emf_the_sooner_it_is_believed);
+    RUN_TEST(test_below_the_least_speed_nothing_is_judged);
+    RUN_TEST(test_an_encoder_that_stands_beside_an_emf_is_wrong);
+    RUN_TEST(test_an_encoder_that_turns_without_an_emf_is_wrong);
+    RUN_TEST(test_lines_that_are_lost_show_when_the_angle_has_gone);
+    RUN_TEST(test_an_encoder_that_counts_the_other_way_is_told_by_its_direction);
+    RUN_TEST(test_after_a_rest_current_sensors_have_the_first_word);
+    RUN_TEST(test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage);
+    RUN_TEST(test_a_burst_of_noise_is_no_sign);
+    RUN_TEST(test_short_disturbances_do_not_add_up);
+    RUN_TEST(test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once);
+    RUN_TEST(test_at_a_doubtful_emf_the_judgement_waits_half_a_second_and_then_speaks);
+    RUN_TEST(test_what_was_seen_before_a_doubt_stays);
+    return UNITY_END();
+}

@@ -1,0 +1,196 @@
+/* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each, Intel order, then the packet. */
+#include "talk/frame.h"
+
+#include <string.h>
+#include <unity.h>
+
+#define SILENCE 50u
+
+static frame_receiver_t receiver;
+static frame_sender_t sender;
+static uint32_t now;
+
+void setUp(void)
+{
+    memset(&receiver, 0x55, sizeof receiver);
+    memset(&sender, 0x55, sizeof sender);
+    frame_receiver_init(&receiver, SILENCE);
+    frame_sender_init(&sender);
+    now = 1000u;
+}
+
+void tearDown(void)
+{
+}
+
+/* Packets that these octets, at this time, complete. */
+static uint32_t hear(const uint16_t *octets, uint32_t count)
+{
+    uint32_t packets = 0u;
+    for (uint32_t n = 0; n < count; n++) {
+        packets += frame_take(&receiver, octets[n], now) ? 1u : 0u;
+    }
+    return packets;
+}
+
+static const uint16_t connect[] = {0x02, 0x00, 0x00, 0x00, 0xFF, 0x00};
+
+static void expect_connect(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(1u, hear(connect, 6u));
+    const frame_packet_t packet = frame_packet(&receiver);
+    TEST_ASSERT_EQUAL_UINT32(2u, packet.count);
+    TEST_ASSERT_EQUAL_HEX16(0xFF, packet.octets[0]);
+    TEST_ASSERT_EQUAL_HEX16(0x00, packet.octets[1]);
+}
+
+static void test_a_frame_is_complete_with_its_last_octet_and_not_before(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 5u));
+    TEST_ASSERT_TRUE(frame_take(&receiver, connect[5], now));
+    TEST_ASSERT_EQUAL_UINT32(1u, receiver.frames);
+    TEST_ASSERT_EQUAL_UINT32(0u, receiver.errors);
+    expect_connect(); /* at once, or */
+    now += 100u * SILENCE;
+    expect_connect(); /* after any time */
+}
+
+static void test_a_packet_may_be_as_long_as_is_said_and_not_longer(void)
+{
+    uint16_t frame[FRAME_HEADER + FRAME_MAX_CTO] = {FRAME_MAX_CTO};
+    frame[FRAME_HEADER + FRAME_MAX_CTO - 1u] = 0xA5;
+    TEST_ASSERT_EQUAL_UINT32(1u, hear(frame, FRAME_HEADER + FRAME_MAX_CTO));
+    TEST_ASSERT_EQUAL_UINT32(FRAME_MAX_CTO, frame_packet(&receiver).count);
+    TEST_ASSERT_EQUAL_HEX16(0xA5, frame_packet(&receiver).octets[FRAME_MAX_CTO - 1u]);
+    static const uint16_t longer[] = {FRAME_MAX_CTO + 1u, 0x00};
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(longer, 2u));
+    TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
+}
+
+/* What follows a wrong length is dropped, whatever it is, until nothing came for the silence. */
+static void check_resynchronises(const uint16_t *wrong, uint32_t count)
+{
+    const uint32_t errors = receiver.errors;
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(wrong, count));
+    TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
+    now += SILENCE - 1u;
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
+    now += SILENCE - 1u; /* the silence begins anew with each octet */
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
+    TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors); /* one error, one count */
+    now += SILENCE;
+    expect_connect();
+}
+
+static void test_after_a_wrong_length_a_silence_brings_it_back(void)
+{
+    static const uint16_t empty[] = {0x00, 0x00, 0x01, 0x00};
+    static const uint16_t huge[] = {0x02, 0x01, 0xFF, 0x00};
+    static const uint16_t all_ones[] = {0xFF, 0xFF, 0xFF, 0xFF};
+    check_resynchronises(empty, 4u);
+    check_resynchronises(huge, 4u);
+    check_resynchronises(all_ones, 4u);
+}
+
+static void test_half_a_frame_ends_with_a_silence(void)
+{
+    for (uint32_t octets = 1u; octets < 6u; octets++) {
+        const uint32_t errors = receiver.errors;
+        TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, octets));
+        now += SILENCE - 1u;
+        frame_listen(&receiver, now);
+        TEST_ASSERT_EQUAL_UINT32(errors, receiver.errors);
+        now += 1u;
+        frame_listen(&receiver, now);
+        TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
+        expect_connect(); /* that was the silence */
+    }
+}
+
+static void test_slow_octets_make_a_frame_all_the_same(void)
+{
+    for (uint32_t n = 0; n < 5u; n++) {
+        TEST_ASSERT_FALSE(frame_take(&receiver, connect[n], now));
+        now += SILENCE - 1u;
+    }
+    TEST_ASSERT_TRUE(frame_take(&receiver, connect[5], now));
+}
+
+static void test_an_error_of_the_line_drops_the_frame_under_way(void)
+{
+    (void)hear(connect, 3u);
+    frame_broken(&receiver, now);
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(connect + 3, 3u));
+    TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
+    frame_broken(&receiver, now); /* nothing more is lost */
+    TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
+    now += SILENCE;
+    expect_connect();
+    now += 10u * SILENCE; /* a frame's beginning that was lost: the silence before it is none behind it */
+    frame_broken(&receiver, now);
+    TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
+    now += SILENCE;
+    expect_connect();
+}
+
+/* While nobody listened there may have been octets. */
+static void test_a_silence_that_nobody_heard_is_none(void)
+{
+    (void)hear(connect, 3u);
+    now += 10u * SILENCE;
+    frame_wait(&receiver, now);
+    TEST_ASSERT_EQUAL_UINT32(1u, hear(connect + 3, 3u));
+}
+
+/* A word has sixteen bits, an octet eight. */
+static void test_only_the_lower_eight_bits_of_a_word_count(void)
+{
+    static const uint16_t frame[] = {0xAA02, 0xFF00, 0x1200, 0x3400, 0x56FF, 0x7800};
+    TEST_ASSERT_EQUAL_UINT32(1u, hear(frame, 6u));
+    TEST_ASSERT_EQUAL_HEX16(0xFF, frame_packet(&receiver).octets[0]);
+    TEST_ASSERT_EQUAL_HEX16(0x00, frame_packet(&receiver).octets[1]);
+}
+
+static void test_time_may_wrap(void)
+{
+    now = UINT32_MAX - 3u;
+    (void)hear(connect, 3u);
+    now += SILENCE - 1u;
+    TEST_ASSERT_EQUAL_UINT32(1u, hear(connect + 3, 3u));
+}
+
+static void test_what_is_sent_has_length_and_counter_in_front(void)
+{
+    TEST_ASSERT_TRUE(frame_is_free(&sender));
+    for (uint32_t counter = 0u; counter < 0x10003u; counter++) {
+        frame_open(&sender)[0] = 0xFE;
+        frame_open(&sender)[1] = 0x22;
+        frame_close(&sender, 2u);
+        TEST_ASSERT_FALSE(frame_is_free(&sender));
+        TEST_ASSERT_EQUAL_UINT32(6u, sender.count);
+        TEST_ASSERT_EQUAL_HEX16(2u, sender.octets[0]);
+        TEST_ASSERT_EQUAL_HEX16(0u, sender.octets[1]);
+        TEST_ASSERT_EQUAL_HEX16(counter & 0xFFu, sender.octets[2]);
+        TEST_ASSERT_EQUAL_HEX16(counter >> 8 & 0xFFu, sender.octets[3]);
+        TEST_ASSERT_EQUAL_HEX16(0xFE, sender.octets[4]);
+        TEST_ASSERT_EQUAL_HEX16(0x22, sender.octets[5]);
+        sender.sent = 6u;
+        TEST_ASSERT_TRUE(frame_is_free(&sender));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_frame_is_complete_with_its_last_octet_and_not_before);
+    RUN_TEST(test_a_packet_may_be_as_long_as_is_said_and_not_longer);
+    RUN_TEST(test_after_a_wrong_length_a_silence_brings_it_back);
+    RUN_TEST(test_half_a_frame_ends_with_a_silence);
+    RUN_TEST(test_slow_octets_make_a_frame_all_the_same);
+    RUN_TEST(test_an_error_of_the_line_drops_the_frame_under_way);
+    RUN_TEST(test_a_silence_that_nobody_heard_is_none);
+    RUN_TEST(test_only_the_lower_eight_bits_of_a_word_count);
+    RUN_TEST(test_time_may_wrap);
+    RUN_TEST(test_what_is_sent_has_length_and_counter_in_front);
+    return UNITY_END();
+}

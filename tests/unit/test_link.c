@@ -1,0 +1,287 @@
+/* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
+#include "protect/link.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#define LOOK   1.6e-3 /* [s] */
+#define PERIOD 1e-4   /* [s] */
+#define OVER   400.0
+#define UNDER  200.0
+#define MOST   10.0   /* [A] */
+#define TORQUE 1.098  /* [N m/A] */
+#define OMEGA  157.08 /* [rad/s] 1500 r/min */
+#define PI     3.14159265358979323846
+
+static link_t x;
+
+static link_params_t usual(double ride_time)
+{
+    return (link_params_t){
+        .overvoltage = (float)OVER,
+        .undervoltage = (float)UNDER,
+        .ride_time = (float)ride_time,
+        .current_max = (float)MOST,
+        .resistance = 0.97f,
+        .torque = (float)TORQUE,
+        .period = (float)LOOK,
+    };
+}
+
+static void begin(double ride_time)
+{
+    const link_params_t params = usual(ride_time);
+    const link_tuning_t tuning = link_prepare(&params);
+    memset(&x, 0x55, sizeof x);
+    link_init(&x, &tuning);
+}
+
+void setUp(void)
+{
+    begin(0.5);
+}
+
+void tearDown(void)
+{
+}
+
+static void expect(double u_dc, double omega_m, double braking, double driving)
+{
+    link_limit(&x, (float)u_dc, (float)omega_m);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)braking, x.braking);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)driving, x.driving);
+    TEST_ASSERT_EQUAL_UINT32(braking < MOST || driving < MOST, x.limits);
+}
+
+/* ---- limits ---- */
+
+/* 95 % to 98 % of 400 V: all to nothing, and beyond, a demand to drive; in both directions of rotation. */
+static void test_braking_fades_towards_the_overvoltage(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        expect(311.0, way * OMEGA, 10.0, 10.0);
+        expect(379.9, way * OMEGA, 10.0, 10.0);
+        expect(386.0, way * OMEGA, 5.0, 10.0);
+        expect(392.0, way * OMEGA, 0.0, 10.0);
+        expect(395.0, way * OMEGA, -2.5, 10.0);
+        expect(450.0, way * OMEGA, -10.0, 10.0);
+    }
+}
+
+/* 115 % of 200 V hold the link, from 127 % on nothing is limited. */
+static void test_driving_fades_towards_the_undervoltage(void)
+{
+    expect(254.1, OMEGA, 10.0, 10.0);
+    expect(242.0, OMEGA, 10.0, 5.0);
+    expect(230.0, -OMEGA, 10.0, 0.0);
+    expect(224.0, OMEGA, 10.0, -2.5);
+    expect(0.0, OMEGA, 10.0, -10.0);
+}
+
+static void test_without_ride_through_driving_is_never_limited(void)
+{
+    begin(0.0);
+    TEST_ASSERT_FALSE(link_is_near(&x, 0.0f));
+    expect(0.0, OMEGA, 10.0, 10.0);
+    for (int n = 0; n < 100; n++) {
+        link_look(&x, 0.0f);
+        TEST_ASSERT_FALSE(link_excuses(&x));
+        TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    }
+}
+
+/* omega_free = 0.15 R I/K_t = 1.325 rad/s: there the limits of braking open, without a step. */
+static void test_limits_of_braking_open_towards_standstill(void)
+{
+    const double slow = 0.15 * 0.97 * MOST / TORQUE;
+    expect(386.0, 0.0, 10.0, 10.0);
+    expect(386.0, 0.5 * slow, 7.5, 10.0);
+    expect(386.0, -0.5 * slow, 7.5, 10.0);
+    expect(386.0, slow, 5.0, 10.0);
+    expect(400.0, 0.5 * slow, (10.0 - 20.0 / 3.0) / 2.0, 10.0);
+    expect(224.0, 0.0, 10.0, 0.0);
+    expect(224.0, 0.5 * slow, 10.0, -1.25);
+}
+
+static void test_limits_are_asked_for_as_long_as_they_act(void)
+{
+    TEST_ASSERT_FALSE(link_is_near(&x, 311.0f));
+    TEST_ASSERT_TRUE(link_is_near(&x, 380.5f));
+    TEST_ASSERT_TRUE(link_is_near(&x, 253.5f));
+    link_limit(&x, 386.0f, (float)OMEGA);
+    TEST_ASSERT_TRUE(link_is_near(&x, 311.0f));
+    link_limit(&x, 311.0f, (float)OMEGA);
+    TEST_ASSERT_FALSE(link_is_near(&x, 311.0f));
+}
+
+/* A capacitor C [F] that gets K_t omega i: current control of 1000 rad/s, two periods late, follows what the
+ * limits leave of `wish` [A], positive: braking. The largest and smallest u [V] of half a second, and the
+ * swing of its last tenth. */
+typedef struct {
+    double largest, smallest, swing;
+} bounds_t;
+
+static bounds_t play(double capacitance, double u, double wish, double taken)
+{
+    double i = wish, late[2] = {wish, wish}, low = 1e9, high = -1e9;
+    bounds_t seen = {u, u, 0.0};
+    for (int k = 0; k < 5000; k++) {
+        if (k % 8 == 0 || x.limits != 0u) {
+            if (link_is_near(&x, (float)u)) {
+                link_limit(&x, (float)u, (float)OMEGA);
+            }
+        }
+        const double asked = fmax(fmin(wish, (double)x.braking), -(double)x.driving);
+        for (int n = 0; n < 100; n++) {
+            i += 1000.0 * PERIOD / 100.0 * (late[1] - i);
+            u += PERIOD / 100.0 * (TORQUE * OMEGA * i - taken) / (capacitance * u);
+        }
+        late[1] = late[0];
+        late[0] = asked;
+        seen.largest = fmax(seen.largest, u);
+        seen.smallest = fmin(seen.smallest, u);
+        low = k >= 4000 ? fmin(low, u) : low;
+        high = k >= 4000 ? fmax(high, u) : high;
+    }
+    seen.swing = high - low;
+    return seen;
+}
+
+/* 1.7 kW into a link of 1 mF: it stays below the trip and settles; with the least capacitance of
+ * docs/theory.md, 29, too. */
+static void test_braking_into_a_capacitor_stays_below_the_trip(void)
+{
+    static const double capacitances[] = {0.73e-3, 1e-3, 5e-3};
+    for (int n = 0; n < 3; n++) {
+        setUp();
+        const bounds_t seen = play(capacitances[n], 311.0, MOST, 10.0);
+        printf("%.2f mF: up to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.largest, seen.swing);
+        TEST_ASSERT_TRUE(seen.largest < OVER);
+        TEST_ASSERT_TRUE(seen.swing < 0.5);
+        TEST_ASSERT_TRUE(seen.largest > 380.0);
+    }
+}
+
+/* The motor drives with 1.7 kW when the supply goes, and 50 W go elsewhere: the rotor holds the link. */
+static void test_a_rotor_holds_a_link_without_supply(void)
+{
+    static const double capacitances[] = {1e-3, 5e-3};
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        const bounds_t seen = play(capacitances[n], 311.0, -MOST, 50.0);
+        printf("%.2f mF: down to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.smallest, seen.swing);
+        TEST_ASSERT_TRUE(seen.smallest > UNDER);
+        TEST_ASSERT_TRUE(seen.swing < 0.5);
+    }
+}
+
+/* ---- supply ---- */
+
+static void looks(double u_dc, double seconds)
+{
+    for (int n = 0; n < (int)(seconds / LOOK + 0.5); n++) {
+        link_look(&x, (float)u_dc);
+    }
+}
+
+/* 0.5 s from the first look below 230 V on; only a link above 254 V is a supply again. */
+static void test_a_lost_supply_is_excused_for_its_time(void)
+{
+    looks(311.0, 1.0);
+    TEST_ASSERT_TRUE(link_excuses(&x));
+    looks(240.0, 1.0);
+    TEST_ASSERT_TRUE(link_excuses(&x));
+    looks(220.0, 0.1);
+    looks(250.0, 0.399);
+    TEST_ASSERT_TRUE(link_excuses(&x));
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & (LINK_LOST | LINK_SINKS));
+    looks(250.0, 0.003);
+    TEST_ASSERT_FALSE(link_excuses(&x));
+    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, x.conditions & (LINK_LOST | LINK_SINKS));
+    looks(255.0, LOOK);
+    TEST_ASSERT_TRUE(link_excuses(&x));
+}
+
+/* One disturbed conversion is no link that sinks. */
+static void test_a_link_that_sinks_is_seen_twice(void)
+{
+    looks(311.0, 0.1);
+    looks(0.0, LOOK);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    looks(311.0, LOOK);
+    looks(199.0, LOOK);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    looks(199.0, LOOK);
+    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, x.conditions & LINK_SINKS);
+    looks(201.0, LOOK);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+}
+
+/* ---- ripple ---- */
+
+static void rectified(double hertz, double depth, double seconds)
+{
+    for (int n = 0; n < (int)(seconds / LOOK + 0.5); n++) {
+        link_look(&x, (float)(311.0 * (1.0 - depth * (1.0 - fabs(sin(PI * hertz * n * LOOK))))));
+    }
+}
+
+static void test_a_lost_phase_shows_within_a_tenth_of_a_second(void)
+{
+    rectified(100.0, 0.15, 0.09);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    rectified(100.0, 0.15, 0.04);
+    TEST_ASSERT_EQUAL_UINT32(LINK_RIPPLES, x.conditions);
+    /* its cusps are missed by half a look at most, of a quarter of the depth */
+    TEST_ASSERT_TRUE(x.ripple <= 0.1501f * 311.0f && x.ripple >= 0.75f * 0.15f * 311.0f);
+    looks(311.0, 0.045);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+}
+
+static void test_three_phases_a_sag_and_a_braking_are_no_ripple(void)
+{
+    rectified(300.0, 0.08, 0.5);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    for (int n = 0; n < 100; n++) {
+        link_look(&x, 311.0f + 0.8f * (float)n);
+        TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    }
+    looks(390.0, 0.2);
+    looks(311.0, 0.2);
+    looks(260.0, 0.05);
+    looks(311.0, 0.2);
+    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+}
+
+static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
+{
+    looks(220.0, 0.3);
+    link_limit(&x, 220.0f, (float)OMEGA);
+    link_params_t params = usual(0.2);
+    params.current_max = 4.0f;
+    const link_tuning_t tuning = link_prepare(&params);
+    link_take(&x, &tuning);
+    TEST_ASSERT_TRUE(link_is_near(&x, 300.0f));
+    link_limit(&x, 300.0f, (float)OMEGA);
+    TEST_ASSERT_TRUE(x.driving == 4.0f && x.braking == 4.0f);
+    TEST_ASSERT_FALSE(link_excuses(&x));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_braking_fades_towards_the_overvoltage);
+    RUN_TEST(test_driving_fades_towards_the_undervoltage);
+    RUN_TEST(test_without_ride_through_driving_is_never_limited);
+    RUN_TEST(test_limits_of_braking_open_towards_standstill);
+    RUN_TEST(test_limits_are_asked_for_as_long_as_they_act);
+    RUN_TEST(test_braking_into_a_capacitor_stays_below_the_trip);
+    RUN_TEST(test_a_rotor_holds_a_link_without_supply);
+    RUN_TEST(test_a_lost_supply_is_excused_for_its_time);
+    RUN_TEST(test_a_link_that_sinks_is_seen_twice);
+    RUN_TEST(test_a_lost_phase_shows_within_a_tenth_of_a_second);
+    RUN_TEST(test_three_phases_a_sag_and_a_braking_are_no_ripple);
+    RUN_TEST(test_new_coefficients_keep_what_is_lost_and_limit_anew);
+    return UNITY_END();
+}

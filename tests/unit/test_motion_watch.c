@@ -1,0 +1,265 @@
+/* Shafts whose motion is algebra: J domega/dt = K_t (i - i_L). T_j is 0.8 ms, the limit 10 A. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "protect/motion_watch.h"
+
+#define LOOK       0.8e-3 /* [s] T_j */
+#define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */
+#define LIMIT      10.0
+#define NOISE      0.25 /* [rad/s]: tau is 5 0.25/170 = 7.4 ms, progress 0.5 rad/s */
+
+static motion_watch_t watch;
+static motion_watch_params_t params;
+static double omega; /* [rad/s] */
+
+static void begin(double believed_per_ampere)
+{
+    params = (motion_watch_params_t){
+        .per_ampere = (float)believed_per_ampere,
+        .current_limit = (float)LIMIT,
+        .noise = (float)NOISE,
+        .standing = 2.0f,
+        .stall_time = 0.8f,
+        .speed_error_time = 1.6f,
+        .period = 1e-4f,
+        .every = 8u,
+    };
+    const motion_watch_tuning_t tuning = motion_watch_prepare(&params);
+    memset(&watch, 0x55, sizeof watch);
+    motion_watch_init(&watch, &tuning);
+    motion_watch_rest(&watch);
+    omega = 0.0;
+}
+
+void setUp(void)
+{
+    begin(PER_AMPERE);
+}
+
+void tearDown(void)
+{
+}
+
+static motion_watch_input_t input_of(double i, double reference)
+{
+    return (motion_watch_input_t){(float)i,         (float)i, (float)LIMIT, (float)omega,
+                                  (float)reference, true,     true};
+}
+
+/* A judgement with this current on a shaft that it turns by `sign` of its torque, against this load. */
+static uint32_t turn(double i, double sign, double load, double reference)
+{
+    omega += LOOK * PER_AMPERE * (sign * i - load);
+    const motion_watch_input_t input = input_of(i, reference);
+    return motion_watch_step(&watch, &input);
+}
+
+/* Judgements until one of the bits shows; 0: none in so many. */
+static uint32_t until(uint32_t bits, uint32_t most, double i, double sign, double load, double reference)
+{
+    for (uint32_t n = 1; n <= most; n++) {
+        if ((turn(i, sign, load, reference) & bits) != 0u) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+/* A steady acceleration is read exactly: i_L is what is missing of it. */
+static void test_the_load_is_what_the_motion_lacks(void)
+{
+    static const double cases[][2] = {{10.0, 0.0}, {10.0, 4.0}, {-7.0, 2.5}, {3.0, -9.0}, {0.0, 5.0}};
+    for (int n = 0; n < 5; n++) {
+        setUp();
+        for (int m = 0; m < 200; m++) {
+            (void)turn(cases[n][0], 1.0, cases[n][1], 1e4);
+        }
+        TEST_ASSERT_FLOAT_WITHIN(2e-3f, (float)cases[n][1], watch.load);
+    }
+}
+
+/* Torque of the wrong sign: i_L goes to 20 A as 1 - (1 - s)^n, s = 1 - exp(-0.8/7.4), and is beyond 13 A
+ * after 10 judgements, i_q is beyond 6 A after 9. 2.2 tau, 16.2 ms, are twenty judgements. */
+static void test_torque_of_the_wrong_sign_is_a_runaway(void)
+{
+    const double share = 1.0 - exp(-LOOK / (5.0 * NOISE / (PER_AMPERE * LIMIT)));
+    const double first = ceil(log(1.0 - 13.0 / 20.0) / log(1.0 - share));
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        (void)turn(0.0, -1.0, 0.0, way * 60.0); /* both low-passes begin at rest */
+        const uint32_t n = until(MOTION_RUNAWAY, 100u, way * LIMIT, -1.0, 0.0, way * 60.0);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)first + 19u, n);
+        TEST_ASSERT_TRUE(way * omega < 0.0);
+    }
+}
+
+/* The rotor that friction of 0.9 i_max brakes too, and a J that is half or double of what is believed. */
+static void test_a_runaway_shows_with_friction_and_a_wrong_inertia(void)
+{
+    static const double shares[] = {0.5, 1.0, 2.0};
+    for (int n = 0; n < 3; n++) {
+        begin(PER_AMPERE * shares[n]);
+        const uint32_t judgements = until(MOTION_RUNAWAY, 200u, LIMIT, -1.0, n == 2 ? 0.0 : -1.2, 60.0);
+        TEST_ASSERT_GREATER_THAN_UINT32(0u, judgements);
+        TEST_ASSERT_LESS_THAN_UINT32(80u, judgements);
+    }
+}
+
+/* A hoist whose load is beyond the limit by 15 %, J believed at double: 1 + 2 0.15 = 1.3. */
+static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
+{
+    static const double loads[] = {-9.0, 5.0, 9.9, 11.4};
+    for (int n = 0; n < 4; n++) {
+        for (int way = -1; way <= 1; way += 2) {
+            begin(0.5 * PER_AMPERE);
+            TEST_ASSERT_EQUAL_UINT32(
+                0u, until(MOTION_RUNAWAY, 500u, way * LIMIT, 1.0, way * loads[n], way * 60.0));
+            begin(0.5 * PER_AMPERE);
+            TEST_ASSERT_EQUAL_UINT32(0u,
+                                     until(MOTION_RUNAWAY, 500u, way * 2.0, 1.0, way * loads[n], way * 60.0));
+        }
+    }
+}
+
+/* From 150 rad/s to standstill in 8 ms: a load of 110 times the limit, but nobody runs away. */
+static void test_a_jam_is_no_runaway(void)
+{
+    omega = 150.0;
+    for (int n = 0; n < 50; n++) {
+        (void)turn(1.0, 1.0, 1.0, 150.0);
+    }
+    for (int n = 0; n < 500; n++) {
+        omega = n < 10 ? 150.0 - 15.0 * (n + 1) : 0.0;
+        const motion_watch_input_t input = input_of(LIMIT, 150.0);
+        TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+    }
+}
+
+/* From 20 to 60 rad/s at once, against the full current: 40 rad/s are 295 A in 8 ms, and no torque's. */
+static void test_a_shaft_that_is_hit_is_no_runaway(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        for (int n = 0; n < 200; n++) {
+            omega = way * (n < 100 ? 20.0 : 60.0);
+            const motion_watch_input_t input = input_of(-way * LIMIT, way * 10.0);
+            TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+        }
+    }
+}
+
+/* An estimate runs away from the rotor, not the rotor: that is for the lock. */
+static void test_only_a_sensor_sees_a_runaway(void)
+{
+    for (int n = 0; n < 100; n++) {
+        omega -= LOOK * PER_AMPERE * LIMIT;
+        motion_watch_input_t input = input_of(LIMIT, 60.0);
+        input.believed = false;
+        TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+    }
+}
+
+static uint32_t held_at(double speed, double i, double limit, double reference, bool asked, uint32_t bits,
+                        uint32_t most)
+{
+    for (uint32_t n = 1; n <= most; n++) {
+        omega = speed;
+        motion_watch_input_t input = input_of(i, reference);
+        input.limit = (float)limit;
+        input.asked = asked;
+        if ((motion_watch_step(&watch, &input) & bits) != 0u) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+/* 0.8 s are 1000 judgements, 1.6 s 2000; at a limit that is lowered, too. */
+static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(1000u,
+                                 held_at(0.0, way * 9.9, LIMIT, way * 60.0, true, MOTION_STALLED, 1100u));
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(1000u,
+                                 held_at(0.0, way * 4.9, 5.0, way * 60.0, true, MOTION_STALLED, 1100u));
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(
+            2000u, held_at(way * 30.0, way * 9.9, LIMIT, way * 60.0, true, ~UINT32_C(0), 2100u));
+        TEST_ASSERT_EQUAL_HEX32(
+            MOTION_SPEED_ERROR,
+            motion_watch_step(&watch,
+                              &(motion_watch_input_t){(float)(way * 9.9), (float)(way * 9.9), (float)LIMIT,
+                                                      (float)(way * 30.0), (float)(way * 60.0), true, true}));
+    }
+}
+
+static void test_what_was_asked_for_is_no_stall(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u)); /* a current */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));   /* it holds */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 8.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* not its all */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(58.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* 5 % */
+}
+
+static void test_times_of_zero_are_not_judged(void)
+{
+    motion_watch_tuning_t tuning;
+    params.stall_time = 0.0f;
+    params.speed_error_time = 0.0f;
+    tuning = motion_watch_prepare(&params);
+    motion_watch_take(&watch, &tuning);
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 20000u));
+}
+
+/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s stands while it is
+ * slow, and is no speed error. */
+static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        const double gain = 0.5 * LOOK / 0.7;
+        for (int n = 0; n < 20000; n++) {
+            omega += way * gain;
+            const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
+            TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input));
+        }
+        setUp();
+        uint32_t seen = 0u;
+        for (int n = 0; n < 3000; n++) {
+            omega += way * 0.5 * LOOK / 0.9;
+            const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
+            seen |= motion_watch_step(&watch, &input);
+        }
+        TEST_ASSERT_EQUAL_HEX32(MOTION_STALLED, seen);
+    }
+}
+
+/* As long again below the limit as at it, and it begins anew. */
+static void test_time_below_the_limit_counts_back(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 900u));
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 5.0, LIMIT, 60.0, true, ~UINT32_C(0), 400u));
+    TEST_ASSERT_EQUAL_UINT32(500u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 1000u));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_load_is_what_the_motion_lacks);
+    RUN_TEST(test_torque_of_the_wrong_sign_is_a_runaway);
+    RUN_TEST(test_a_runaway_shows_with_friction_and_a_wrong_inertia);
+    RUN_TEST(test_loads_up_to_what_the_motor_can_are_no_runaway);
+    RUN_TEST(test_a_jam_is_no_runaway);
+    RUN_TEST(test_a_shaft_that_is_hit_is_no_runaway);
+    RUN_TEST(test_only_a_sensor_sees_a_runaway);
+    RUN_TEST(test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time);
+    RUN_TEST(test_what_was_asked_for_is_no_stall);
+    RUN_TEST(test_times_of_zero_are_not_judged);
+    RUN_TEST(test_a_shaft_that_comes_nearer_is_not_stuck);
+    RUN_TEST(test_time_below_the_limit_counts_back);
+    return UNITY_END();
+}

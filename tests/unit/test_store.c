@@ -1,0 +1,594 @@
+/* Above a flash of the test's own, whose power fails after any number of elementary operations: a word
+ * programmed; of an erase each word to zero first, then each to ones. The word that is under way then gets
+ * some of its bits, and from there on nothing happens until the power is back. */
+#include "talk/store.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "drive/params.h"
+#include "sweep.h"
+
+#define PAGE  2048u                  /* [words] eight sets of the parameters */
+#define EVERY (SWEEP > 1 ? 37u : 1u) /* cut of the power; all of them on the desk */
+#define NEVER UINT32_C(0xFFFFFFFF)
+
+/* ---- the flash ---- */
+
+typedef struct {
+    uint16_t page[STORE_PAGES][PAGE];
+} content_t;
+
+static content_t content;
+static uint32_t left;       /* operations until the power fails */
+static uint32_t operations; /* since the start of a test */
+static uint32_t noise;
+static bool broken; /* it takes nothing */
+static store_flash_t flash;
+
+static uint32_t random_bits(void)
+{
+    noise ^= noise << 13;
+    noise ^= noise >> 17;
+    noise ^= noise << 5;
+    return noise;
+}
+
+static uint16_t word(uint32_t page, uint32_t at)
+{
+    return content.page[page][at];
+}
+
+/* One operation: the word gets its bits, of the last one some, and later ones none. */
+static void change(uint16_t *to, uint16_t value)
+{
+    operations++;
+    if (left == 0u) {
+        return;
+    }
+    left -= left == NEVER ? 0u : 1u;
+    if (left == 0u) {
+        const uint16_t some = (uint16_t)(random_bits() & 0xFFFFu);
+        *to = (uint16_t)((*to & ~some) | (value & some));
+        return;
+    }
+    *to = value;
+}
+
+static bool erase(uint32_t page)
+{
+    if (broken) {
+        return false;
+    }
+    for (uint32_t n = 0; n < flash.words; n++) {
+        change(&content.page[page][n], 0u);
+    }
+    for (uint32_t n = 0; n < flash.words; n++) {
+        change(&content.page[page][n], 0xFFFFu);
+    }
+    return left != 0u;
+}
+
+static bool program(uint32_t page, uint32_t at, const uint16_t *words, uint32_t count)
+{
+    bool taken = !broken;
+    for (uint32_t n = 0; n < count && taken; n++) {
+        uint16_t *to = &content.page[page][at + n];
+        TEST_ASSERT_TRUE(at + n < flash.words);
+        change(to, (uint16_t)(*to & words[n]));
+        taken = *to == words[n];
+    }
+    return taken;
+}
+
+static void size_of_page(uint32_t words)
+{
+    flash = (store_flash_t){word, erase, program, words};
+    memset(&content, 0xFF, sizeof content);
+}
+
+void setUp(void)
+{
+    noise = 2463534242u;
+    left = NEVER;
+    operations = 0u;
+    broken = false;
+    size_of_page(PAGE);
+}
+
+void tearDown(void)
+{
+}
+
+/* ---- sets ---- */
+
+/* Any value that each row accepts, both ends among them. */
+static params_t random_set(void)
+{
+    params_t set;
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        const table_row_t *row = &params_table.rows[n];
+        const float share = (float)(random_bits() % 1001u) / 1000.0f;
+        float value = table_min(row) + share * (table_max(row) - table_min(row));
+        value = value > table_max(row) ? table_max(row) : value;
+        if (row->kind == SLOT_FLOAT) {
+            table_set(row, &set, value);
+        } else {
+            table_set_whole(row, &set, (int64_t)value);
+        }
+        TEST_ASSERT_TRUE(table_holds(row, &set));
+    }
+    return set;
+}
+
+static bool equal(const params_t *a, const params_t *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+static params_t defaults(void)
+{
+    params_t set;
+    params_defaults(&set);
+    return set;
+}
+
+static store_found_t load(params_t *set)
+{
+    store_told_t told;
+    const store_found_t found = store_load(&flash, &params_table, set, &told);
+    TEST_ASSERT_EQUAL_UINT32(0u, told.unknown);
+    TEST_ASSERT_EQUAL_UINT32(0u, told.defaulted);
+    return found;
+}
+
+static bool save(const params_t *set)
+{
+    return store_save(&flash, &params_table, set);
+}
+
+static params_t save_random(void)
+{
+    const params_t set = random_set();
+    TEST_ASSERT_TRUE(save(&set));
+    return set;
+}
+
+static void expect_stored(const params_t *set)
+{
+    params_t found;
+    TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, load(&found));
+    TEST_ASSERT_TRUE(equal(set, &found));
+}
+
+static void expect_defaults(store_found_t what)
+{
+    params_t found;
+    const params_t usual = defaults();
+    TEST_ASSERT_EQUAL_UINT32(what, load(&found));
+    TEST_ASSERT_TRUE(equal(&usual, &found));
+}
+
+/* ---- saving ---- */
+
+static void test_nothing_stored_gives_defaults(void)
+{
+    expect_defaults(STORE_EMPTY);
+}
+
+static void test_random_sets_survive(void)
+{
+    const uint32_t sets = 10000u / SWEEP;
+    for (uint32_t n = 0; n < sets; n++) {
+        const params_t set = save_random();
+        expect_stored(&set);
+    }
+    TEST_ASSERT_TRUE(operations >=
+                     sets * store_record_words(params_table.count)); /* nothing went unwritten */
+}
+
+/* Words that have all bits set, or none: the check and the blank state do not mix with values. */
+static void test_any_bits_of_a_value_are_kept(void)
+{
+    typedef struct {
+        uint32_t a, b;
+    } pair_t;
+    static const table_row_t rows[] = {
+        {65535u, SLOT_UINT, TABLE_OFF, offsetof(pair_t, a), "a", "-", "", "", 0, 0, 0, {0, 0, INT32_MAX}},
+        {1u, SLOT_UINT, TABLE_OFF, offsetof(pair_t, b), "b", "-", "", "", 0, 0, 0, {0, 0, INT32_MAX}},
+    };
+    static const table_t table = {"pair", rows, 2u};
+    const pair_t set = {UINT32_C(0x7FFFFFFF), UINT32_C(0)};
+    pair_t found;
+    store_told_t told;
+    TEST_ASSERT_TRUE(store_save(&flash, &table, &set));
+    TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, store_load(&flash, &table, &found, &told));
+    TEST_ASSERT_EQUAL_HEX32(set.a, found.a);
+    TEST_ASSERT_EQUAL_HEX32(set.b, found.b);
+}
+
+/* One erase for as many sets as a page holds. */
+static void test_a_page_is_filled_before_the_other_is_erased(void)
+{
+    const uint32_t words = store_record_words(params_table.count);
+    const uint32_t fit = PAGE / words;
+    for (uint32_t n = 0; n < fit; n++) {
+        save_random();
+    }
+    TEST_ASSERT_EQUAL_UINT32(fit * words, operations);
+    save_random();
+    TEST_ASSERT_EQUAL_UINT32((fit + 1u) * words + 2u * PAGE, operations);
+}
+
+static void test_a_page_too_small_is_refused(void)
+{
+    size_of_page(store_record_words(params_table.count) - 1u);
+    const params_t set = random_set();
+    TEST_ASSERT_FALSE(save(&set));
+    expect_defaults(STORE_EMPTY);
+    size_of_page(store_record_words(params_table.count));
+    const params_t first = save_random();
+    expect_stored(&first);
+    const params_t second = save_random();
+    expect_stored(&second);
+}
+
+static void test_memory_that_takes_nothing_leaves_the_set_before(void)
+{
+    const params_t before = save_random();
+    const params_t set = random_set();
+    broken = true;
+    TEST_ASSERT_FALSE(save(&set));
+    expect_stored(&before);
+}
+
+/* A word that does not take its bits: the record goes into the other page. */
+static void test_a_word_that_cannot_be_programmed_is_left_behind(void)
+{
+    save_random();
+    const uint32_t words = store_record_words(params_table.count);
+    const params_t set = random_set();
+    for (uint32_t at = 0; at < words; at++) {
+        size_of_page(PAGE);
+        save_random();
+        content.page[0][words + at] = 0u;
+        TEST_ASSERT_TRUE(save(&set));
+        expect_stored(&set);
+        TEST_ASSERT_EQUAL_HEX16(STORE_MAGIC, content.page[1][0]);
+    }
+}
+
+/* ---- cuts of the power ---- */
+
+/* Saves `next` over `before` with a cut after each number of operations. Never anything but one of the two,
+ * nor a corrupt store; and the next set is taken. How many operations it takes. */
+static uint32_t cut_everywhere(const params_t *before, bool is_empty)
+{
+    static content_t at_first;
+    const params_t next = random_set();
+    const params_t third = random_set();
+    at_first = content;
+    for (uint32_t cut = 1;; cut += EVERY) {
+        params_t found;
+        content = at_first;
+        left = cut;
+        operations = 0u;
+        const bool said = save(&next);
+        const bool through = left != 0u;
+        left = NEVER;
+        const store_found_t what = load(&found);
+        const bool is_old = equal(before, &found);
+        TEST_ASSERT_TRUE(is_old || equal(&next, &found));
+        TEST_ASSERT_EQUAL_UINT32(is_old && is_empty ? STORE_EMPTY : STORE_LOADED, what);
+        TEST_ASSERT_TRUE(!is_old || !said);
+        if (through) {
+            TEST_ASSERT_FALSE(is_old);
+            return operations;
+        }
+        TEST_ASSERT_TRUE(save(&third));
+        expect_stored(&third);
+    }
+}
+
+static void test_cut_in_the_first_set_leaves_none_or_it(void)
+{
+    const params_t before = defaults();
+    TEST_ASSERT_EQUAL_UINT32(store_record_words(params_table.count), cut_everywhere(&before, true));
+}
+
+static void test_cut_while_a_set_is_added_leaves_old_or_new(void)
+{
+    save_random();
+    const params_t before = save_random();
+    TEST_ASSERT_EQUAL_UINT32(store_record_words(params_table.count), cut_everywhere(&before, false));
+}
+
+/* As many sets as fit into a page: the last of them. */
+static params_t fill(void)
+{
+    const uint32_t fit = PAGE / store_record_words(params_table.count);
+    for (uint32_t n = 1; n < fit; n++) {
+        save_random();
+    }
+    return save_random();
+}
+
+static void test_cut_while_a_page_is_left_for_the_other_leaves_old_or_new(void)
+{
+    params_t before = fill();
+    const uint32_t all = 2u * PAGE + store_record_words(params_table.count);
+    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into a page never used */
+    size_of_page(PAGE);
+    fill();
+    before = fill();
+    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into one full of older sets */
+}
+
+/* Cut after cut, also in the saving that follows one. */
+static void test_cuts_in_a_row_leave_old_or_new(void)
+{
+    params_t before = defaults();
+    bool is_empty = true;
+    for (uint32_t n = 0; n < 20000u / SWEEP; n++) {
+        const params_t next = random_set();
+        params_t found;
+        left = 1u + random_bits() % (n % 4u == 0u ? 3u * PAGE : 300u);
+        (void)save(&next);
+        left = NEVER;
+        const store_found_t what = load(&found);
+        const bool is_old = equal(&before, &found);
+        TEST_ASSERT_TRUE(is_old || equal(&next, &found));
+        is_empty = is_empty && is_old;
+        TEST_ASSERT_EQUAL_UINT32(is_empty ? STORE_EMPTY : STORE_LOADED, what);
+        before = found;
+    }
+}
+
+/* ---- corrupt words ---- */
+
+/* What each wrong word of the last set, the third of its page, brings. */
+static void test_each_wrong_word_of_the_set_in_force_is_told(void)
+{
+    const uint32_t words = store_record_words(params_table.count);
+    save_random();
+    const params_t before = save_random();
+    const params_t set = save_random();
+    for (uint32_t at = 2u * words; at < 3u * words; at++) {
+        const uint16_t right = content.page[0][at];
+        for (uint32_t bit = 0; bit < 18u; bit++) {
+            const uint16_t wrong = (uint16_t)(bit < 16u ? right ^ (1u << bit) : bit == 16u ? 0u : 0xFFFFu);
+            if (wrong == right) {
+                continue;
+            }
+            content.page[0][at] = wrong;
+            if (at == 3u * words - 1u) { /* as a cut leaves it */
+                expect_stored(&before);
+            } else {
+                expect_defaults(STORE_CORRUPT);
+            }
+        }
+        content.page[0][at] = right;
+    }
+    expect_stored(&set);
+}
+
+/* The only set there ever was. */
+static void test_each_wrong_word_of_an_only_set_is_told(void)
+{
+    const uint32_t words = store_record_words(params_table.count);
+    save_random();
+    for (uint32_t at = 0; at + 1u < words; at++) {
+        content.page[0][at] ^= 0x0100u;
+        expect_defaults(STORE_CORRUPT);
+        content.page[0][at] ^= 0x0100u;
+    }
+}
+
+/* Of older ones: their headers lead to the set in force, their values do not matter. */
+static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
+{
+    const uint32_t words = store_record_words(params_table.count);
+    save_random();
+    const params_t set = save_random();
+    for (uint32_t at = 0; at < words; at++) {
+        content.page[0][at] ^= 0x0010u;
+        if (at < STORE_HEADER) {
+            expect_defaults(STORE_CORRUPT);
+        } else {
+            expect_stored(&set);
+        }
+        content.page[0][at] ^= 0x0010u;
+    }
+}
+
+static void test_a_wrong_page_beside_a_good_one_is_harmless(void)
+{
+    const params_t set = save_random();
+    for (uint32_t n = 0; n < 200u; n++) {
+        for (uint32_t at = 0; at < PAGE; at++) {
+            content.page[1][at] = (uint16_t)(random_bits() & 0xFFFFu);
+        }
+        expect_stored(&set);
+    }
+}
+
+/* What another program has left in both sectors, or in one. */
+static void test_content_that_is_no_store_is_told(void)
+{
+    for (uint32_t pages = 1; pages <= 3u; pages++) {
+        size_of_page(PAGE);
+        for (uint32_t at = 0; at < PAGE; at++) {
+            content.page[0][at] = (uint16_t)((pages & 1u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
+            content.page[1][at] = (uint16_t)((pages & 2u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
+        }
+        expect_defaults(STORE_CORRUPT);
+        const params_t set = save_random(); /* and is no more once a set is stored */
+        expect_stored(&set);
+    }
+}
+
+/* A set stored over a corrupt one is in force, though the corrupt one has a serial, too. */
+static void test_a_set_stored_over_a_corrupt_store_is_in_force(void)
+{
+    fill();
+    fill();
+    for (uint32_t page = 0; page < 2u; page++) {
+        for (uint32_t at = STORE_HEADER; at < PAGE; at += 10u) {
+            content.page[page][at] &= 0xF0F0u;
+        }
+    }
+    params_t found;
+    store_told_t told;
+    TEST_ASSERT_EQUAL_UINT32(STORE_CORRUPT, store_load(&flash, &params_table, &found, &told));
+    const params_t first = save_random();
+    expect_stored(&first);
+    const params_t second = save_random();
+    expect_stored(&second);
+}
+
+static void test_a_record_of_another_format_is_told(void)
+{
+    save_random();
+    content.page[0][1] = STORE_VERSION + 1u;
+    expect_defaults(STORE_CORRUPT);
+}
+
+/* ---- another table ---- */
+
+typedef struct {
+    float gain, limit, delay;
+    int32_t mode, tries;
+} set_t;
+
+#define OLD_FLOAT(id, name, initial, min, max)                                                               \
+    {                                                                                                        \
+        id, SLOT_FLOAT, TABLE_LIVE, offsetof(set_t, name), #name, "-", "", "", initial, min, max,            \
+        {                                                                                                    \
+            0, 0, 0                                                                                          \
+        }                                                                                                    \
+    }
+#define OLD_ENUM(id, name, choices)                                                                          \
+    {                                                                                                        \
+        id, SLOT_ENUM, TABLE_LIVE, offsetof(set_t, name), #name, "-", "", choices, 0, 0, 0,                  \
+        {                                                                                                    \
+            0, 0, 0                                                                                          \
+        }                                                                                                    \
+    }
+#define OLD_INT(id, name, initial, min, max)                                                                 \
+    {                                                                                                        \
+        id, SLOT_INT, TABLE_LIVE, offsetof(set_t, name), #name, "-", "", "", 0, 0, 0,                        \
+        {                                                                                                    \
+            initial, min, max                                                                                \
+        }                                                                                                    \
+    }
+
+static const table_row_t old_rows[] = {
+    OLD_FLOAT(1, gain, 1.0f, 0.0f, 10.0f),
+    OLD_FLOAT(2, limit, 5.0f, 0.0f, 100.0f),
+    OLD_ENUM(3, mode, "off|slow|fast"),
+    OLD_INT(4, tries, 3, 1, 50),
+};
+static const table_t old_table = {"params", old_rows, 4u};
+
+static store_told_t told;
+static set_t migrated;
+
+static void migrate(const set_t *old, const table_row_t *rows, uint32_t count)
+{
+    const table_t table = {"params", rows, count};
+    size_of_page(PAGE);
+    TEST_ASSERT_TRUE(store_save(&flash, &old_table, old));
+    memset(&migrated, 0x55, sizeof migrated);
+    TEST_ASSERT_EQUAL_UINT32(STORE_MIGRATED, store_load(&flash, &table, &migrated, &told));
+}
+
+static void test_rows_that_are_new_or_gone_are_migrated_by_id(void)
+{
+    static const table_row_t rows[] = {
+        OLD_INT(4, tries, 7, 1, 50), OLD_FLOAT(9, delay, 0.25f, 0.0f, 1.0f),       /* new */
+        OLD_FLOAT(1, gain, 2.0f, 0.0f, 10.0f), OLD_ENUM(3, mode, "off|slow|fast"), /* without 2 */
+    };
+    const set_t old = {.gain = 8.5f, .limit = 50.0f, .mode = 2, .tries = 49};
+    migrate(&old, rows, 4u);
+    TEST_ASSERT_EQUAL_FLOAT(8.5f, migrated.gain);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, migrated.delay);
+    TEST_ASSERT_EQUAL_INT32(2, migrated.mode);
+    TEST_ASSERT_EQUAL_INT32(49, migrated.tries);
+    TEST_ASSERT_EQUAL_UINT32(1u, told.unknown);
+    TEST_ASSERT_EQUAL_UINT32(0u, told.defaulted);
+}
+
+static void test_values_out_of_a_new_range_get_the_default(void)
+{
+    static const table_row_t rows[] = {
+        OLD_FLOAT(1, gain, 2.0f, 0.0f, 8.0f),
+        OLD_FLOAT(2, limit, 6.0f, 0.0f, 50.0f),
+        OLD_ENUM(3, mode, "off|slow"),
+        OLD_INT(4, tries, 5, 1, 40),
+    };
+    const set_t old = {.gain = 8.5f, .limit = 50.0f, .mode = 2, .tries = 49};
+    migrate(&old, rows, 4u);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, migrated.gain);
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, migrated.limit);
+    TEST_ASSERT_EQUAL_INT32(0, migrated.mode);
+    TEST_ASSERT_EQUAL_INT32(5, migrated.tries);
+    TEST_ASSERT_EQUAL_UINT32(0u, told.unknown);
+    TEST_ASSERT_EQUAL_UINT32(3u, told.defaulted);
+}
+
+/* Same table, but a value that was good when it was stored: of a range that is narrower now, or no number. */
+static void test_a_table_that_means_the_same_is_still_judged(void)
+{
+    static const table_row_t rows[] = {
+        OLD_FLOAT(1, gain, 1.0f, 0.0f, 10.0f),
+        OLD_FLOAT(2, limit, 5.0f, 0.0f, 49.0f),
+        OLD_ENUM(3, mode, "off|slow|fast"),
+        OLD_INT(4, tries, 3, 1, 50),
+    };
+    const set_t old = {.gain = NAN, .limit = 50.0f, .mode = 0, .tries = 1};
+    migrate(&old, rows, 4u);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, migrated.gain);
+    TEST_ASSERT_EQUAL_FLOAT(5.0f, migrated.limit);
+    TEST_ASSERT_EQUAL_UINT32(2u, told.defaulted);
+}
+
+static void test_the_older_set_is_untouched_by_the_migration(void)
+{
+    static const table_row_t rows[] = {OLD_FLOAT(9, delay, 0.25f, 0.0f, 1.0f)};
+    const set_t old = {.gain = 8.5f, .limit = 50.0f, .mode = 2, .tries = 49};
+    migrate(&old, rows, 1u);
+    TEST_ASSERT_EQUAL_UINT32(4u, told.unknown);
+    set_t again;
+    TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, store_load(&flash, &old_table, &again, &told));
+    TEST_ASSERT_EQUAL_FLOAT(8.5f, again.gain);
+    TEST_ASSERT_EQUAL_INT32(49, again.tries);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_nothing_stored_gives_defaults);
+    RUN_TEST(test_random_sets_survive);
+    RUN_TEST(test_any_bits_of_a_value_are_kept);
+    RUN_TEST(test_a_page_is_filled_before_the_other_is_erased);
+    RUN_TEST(test_a_page_too_small_is_refused);
+    RUN_TEST(test_memory_that_takes_nothing_leaves_the_set_before);
+    RUN_TEST(test_a_word_that_cannot_be_programmed_is_left_behind);
+    RUN_TEST(test_cut_in_the_first_set_leaves_none_or_it);
+    RUN_TEST(test_cut_while_a_set_is_added_leaves_old_or_new);
+    RUN_TEST(test_cut_while_a_page_is_left_for_the_other_leaves_old_or_new);
+    RUN_TEST(test_cuts_in_a_row_leave_old_or_new);
+    RUN_TEST(test_each_wrong_word_of_the_set_in_force_is_told);
+    RUN_TEST(test_each_wrong_word_of_an_only_set_is_told);
+    RUN_TEST(test_wrong_words_of_older_sets_are_told_or_harmless);
+    RUN_TEST(test_a_wrong_page_beside_a_good_one_is_harmless);
+    RUN_TEST(test_content_that_is_no_store_is_told);
+    RUN_TEST(test_a_set_stored_over_a_corrupt_store_is_in_force);
+    RUN_TEST(test_a_record_of_another_format_is_told);
+    RUN_TEST(test_rows_that_are_new_or_gone_are_migrated_by_id);
+    RUN_TEST(test_values_out_of_a_new_range_get_the_default);
+    RUN_TEST(test_a_table_that_means_the_same_is_still_judged);
+    RUN_TEST(test_the_older_set_is_untouched_by_the_migration);
+    return UNITY_END();
+}

@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""Brings the report into the documents: its head, two pictures and the rows that have an angle in print into docs/paper.md, the map into
+docs/accuracy.md.
+
+usage: documents.py FOLDER DOCS            rewrites what stands between each two marks, copies the pictures to DOCS
+       documents.py FOLDER DOCS --check    only says whether that is up to date
+
+FOLDER is that of a report of `lagless paper`. Ends with 0 done or up to date, 1 not up to date, 2 wrong use or input.
+Python 3.9, standard library.
+"""
+import argparse
+import csv
+import json
+import pathlib
+import shutil
+import sys
+
+BEGIN = "<!-- begin: written by tools/plot/documents.py -->\n"
+BEGIN_MAP = "<!-- begin: the map, written by tools/plot/documents.py -->\n"
+END = "<!-- end -->\n"
+PICTURES = ("fig12", "fig14")
+
+
+def number(value):
+    if value is None:
+        return ""
+    return f"{0.0 if abs(value) < 0.05 else value:.1f}"
+
+
+def block(report):
+    rows = report["rows"]
+    verdicts = [row["verdict"] for row in rows]
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts))
+    titles = {figure["id"]: figure["title"] for figure in report["figures"]}
+    lines = [f"![{titles[name]}]({name}.png)" for name in PICTURES]
+    lines += ["", f"{len(rows)} numbers: {counts}. Those with an angle in print, in electrical mrad:", "",
+              "| | claim | paper | real drive | ideal drive | verdict |", "|---|---|---|---|---|---|"]
+    ours = {row["id"]: row["ours"] for row in rows}
+    for row in rows:
+        if row["paper"] is not None and row["unit"] == "mrad" and row["flavour"] == "real":
+            ideal = ours.get(row["id"].rpartition(".")[0] + ".ideal")
+            because = f", {row['because']}" if row["verdict"] == "not reproduced" else ""
+            lines.append(f"| {row['figure']} | {row['claim']} | {number(row['paper'])} | {number(row['ours'])} | "
+                         f"{number(ideal)} | {row['verdict']}{because} |")
+    return "\n".join(lines) + "\n"
+
+
+def digits(value):
+    """Three digits that count."""
+    return f"{value:.{2 if value < 9.995 else 1 if value < 99.95 else 0}f}"
+
+
+def map_cell(rows, load, speed, adaptation):
+    """Mean and SD of the direction with the larger mean."""
+    points = [row for row in rows if (float(row["load"]), abs(float(row["speed"])), row["adaptation"]) == (load, speed, adaptation)]
+    if any(int(row["lost"]) for row in points):
+        return "lost"
+    worst = max(points, key=lambda row: abs(float(row["mean"])))
+    return f"{digits(abs(float(worst['mean'])))} / {digits(float(worst['sd']))}"
+
+
+def map_block(table):
+    """A line a deviation, a column a speed: adaptation off, and on, at the largest load."""
+    rows = [{name.partition("[")[0]: value for name, value in row.items()} for row in table]
+    load = max(float(row["load"]) for row in rows)
+    speeds = sorted({abs(float(row["speed"])) for row in rows})
+    lines = [f"| {load:g} N m, adaptation off \N{RIGHTWARDS ARROW} on | " + " | ".join(f"{speed:g} r/min" for speed in speeds) + " |",
+             "|---" * (1 + len(speeds)) + "|"]
+    for deviation in dict.fromkeys(row["deviation"] for row in rows):
+        own = [row for row in rows if row["deviation"] == deviation]
+        cells = [f"{map_cell(own, load, speed, 'off')} \N{RIGHTWARDS ARROW} {map_cell(own, load, speed, 'on')}" for speed in speeds]
+        lines.append(f"| {deviation} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def put(text, mark, fresh):
+    """The text with the fresh block between its marks; None without them."""
+    before, begin, rest = text.partition(mark)
+    _, end, after = rest.partition(END)
+    return before + begin + fresh + end + after if begin and end else None
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Brings the report into the documents.")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("docs", type=pathlib.Path)
+    parser.add_argument("--check", action="store_true", help="write nothing")
+    options = parser.parse_args()
+    try:
+        report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
+        with open(options.folder / "data" / "beyond_map.csv", encoding="utf-8", newline="") as file:
+            blocks = {"paper.md": (BEGIN, block(report)), "accuracy.md": (BEGIN_MAP, map_block(csv.DictReader(file)))}
+        texts = {name: (options.docs / name).read_text(encoding="utf-8") for name in blocks}
+    except (OSError, ValueError, KeyError) as error:
+        print(f"documents.py: {options.folder} or {options.docs}: {error!r}", file=sys.stderr)
+        return 2
+    stale = 0
+    for name, (mark, lines) in blocks.items():
+        fresh = put(texts[name], mark, lines)
+        if fresh is None:
+            print(f"documents.py: {name}: no line `{mark.strip()}` with a line `{END.strip()}` after it", file=sys.stderr)
+            return 2
+        if options.check and fresh != texts[name]:
+            print(f"documents.py: {name} is not what this report says: run tools/demo, then "
+                  "tools/plot/documents.py report docs", file=sys.stderr)
+            stale = 1
+        if not options.check:
+            (options.docs / name).write_text(fresh, encoding="utf-8")
+    for name in () if options.check else PICTURES:
+        shutil.copyfile(options.folder / "pictures" / f"{name}.png", options.docs / f"{name}.png")
+    return stale
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""One recording, or two, as one page: plots to zoom into, verdicts, settings, scenario. The plots are those of page.py and
+page.js; without uPlot a picture stands in for them."""
+import math
+import string
+
+import page
+from page import PARTS, cell, escape, number, unit
+
+JUDGED = {"failed": ("✗", "bad", "failed"), "not_judged": ("?", "kind", "not judged"), "met": ("✓", "good", "met"),
+          "measured": ("=", "", "measured")}
+MISSING_UPLOT = "Plots to zoom into are missing, for want of uPlot: run tools/get-uplot and draw it again."
+
+
+def verdict(kind):
+    sign, look, word = JUDGED.get(kind, ("–", "", kind.replace("_", " ")))
+    return f'<span class="verdict {look}"><span class="sign">{sign}</span> {escape(word)}</span>'
+
+
+def verdict_section(notes):
+    """What was expected of the run, what failed first."""
+    rows = [(name, text) for key, name, text in notes if key == "verdict"]
+    if not rows:
+        return ""
+    kinds = list(JUDGED) + [name for name, _ in rows if name not in JUDGED]
+    rows.sort(key=lambda row: kinds.index(row[0]))
+    counts = "".join(f'<li class="{JUDGED[kind][1]}"><b>{sum(name == kind for name, _ in rows)}</b> {verdict(kind)}</li>'
+                     for kind in JUDGED if any(name == kind for name, _ in rows))
+    body = "".join(f"<tr>{cell('judged', verdict(name))}<td>{escape(text)}</td></tr>" for name, text in rows)
+    return (f'<section id="verdicts"><h2>What was expected</h2><ul class="counts">{counts}</ul>'
+            f'<table class="judged-list"><tbody>{body}</tbody></table></section>')
+
+
+def setting_rows(recording, rows, chosen):
+    return "".join(
+        f'<tr><th scope="row">{escape(name)}</th>{cell("number", number(value))}{cell("unit", unit(of))}'
+        f'{cell("number", number(rows.get(name, {}).get("default")))}<td>{escape(rows.get(name, {}).get("text", ""))}</td></tr>'
+        for name, (value, of) in recording.values.items() if chosen(name, value))
+
+
+def settings_section(recording, rows):
+    """Every row that decided the run's course: those that are not as untouched first, the others folded."""
+    if not recording.values:
+        return ""
+
+    def touched(name, value):
+        default = rows.get(name, {}).get("default")
+        return default is None or not math.isclose(value, default, rel_tol=1e-6, abs_tol=0.0)
+    head = ('<thead><tr><th>name</th><th class="number">value</th><th>unit</th><th class="number">default</th><th>what it is</th>'
+            "</tr></thead>")
+    first = setting_rows(recording, rows, touched)
+    rest = setting_rows(recording, rows, lambda name, value: not touched(name, value))
+    count = rest.count("<tr>")
+    table = '<div class="wide"><table class="data">' + head + "<tbody>{}</tbody></table></div>"
+    return ('<section id="settings"><h2>Settings at t = 0</h2>'
+            + (table.format(first) if first else "<p>All rows have their defaults.</p>")
+            + (f"<details><summary>the other {count}, at their defaults</summary>{table.format(rest)}</details>" if rest else "")
+            + "</section>")
+
+
+def text_section(recording):
+    if not recording.text.strip():
+        return ""
+    return (f'<section id="scenario"><h2>Scenario</h2><details><summary>{escape(recording.meta.get("scenario", ""))}, as it was run'
+            f'</summary><pre>{escape(recording.text)}</pre></details></section>')
+
+
+def plot_section(name, heading, events, drawn, data, png):
+    """drawn: what page.plots() made; png: octets of a picture instead, or None."""
+    inner = (f'<div class="picture">{page.image(png, heading)}</div>' if png else
+             page.interactive({"id": name, "events": events}, drawn))
+    links = f'<p class="links">Data: <a href="{escape(data)}">{escape(data)}</a></p>' if data else ""
+    return f'<section class="figure" id="{name}"><h2>{escape(heading)}</h2>{inner}{links}</section>'
+
+
+def alarm(when, reason):
+    """A fault that the recording shows."""
+    return (f'<p class="alarm"><b>Fault {escape(reason["name"])} at {when:.9g} s</b>: {escape(reason["text"])}. '
+            f'What to do: {escape(reason["remedy"])}.</p>')
+
+
+def verdict_line(notes):
+    """How many of what was expected were met, for the page's head."""
+    kinds = [name for key, name, _ in notes if key == "verdict"]
+    parts = [f"{kinds.count(kind)} {verdict(kind)}" for kind in JUDGED if kind in kinds]
+    return f'<p><a href="#verdicts">Expected</a>: {", ".join(parts)}</p>' if parts else ""
+
+
+def about(recording):
+    meta = recording.meta
+    count = len(recording.time)
+    span = f"{recording.time[0]:.9g} s to {recording.time[-1]:.9g} s"
+    parts = [f"{count} samples of {len(recording.units)} rows, {span}", f"ended: {meta.get('ended', '?')}"]
+    if meta.get("scenario"):
+        parts.append(f"scenario {meta['scenario']}, seed {meta.get('seed', '?')}")
+    return ". ".join((", ".join(parts), f"{meta.get('program', '?')}, commit {meta.get('commit', '?')}")) + "."
+
+
+def write(path, title, lead, sections, alarms=(), how=""):
+    library = page.uplot()
+    ids = {"run": "Plots", "fault": "Fault", "verdicts": "Verdicts", "settings": "Settings", "scenario": "Scenario",
+           "differences": "Differences", "both": "Both", "apart": "B less A"}
+    links = " ".join(f'<a href="#{name}">{text}</a>' for name, text in ids.items() if any(f'id="{name}"' in part for part in sections))
+    text = string.Template((PARTS / "drive.html").read_text(encoding="utf-8")).substitute(
+        title=escape(title), lead=lead, alarms="".join(alarms), links=links, sections="".join(sections),
+        how=escape(how if library else MISSING_UPLOT), licence=page.licence(library),
+        style=(library["style"] if library else "") + "".join((PARTS / name).read_text(encoding="utf-8")
+                                                               for name in ("page.css", "drive.css")),
+        script=(library["script"] + "\n" if library else "") + (PARTS / "page.js").read_text(encoding="utf-8"))
+    return page.replaced(path, text)

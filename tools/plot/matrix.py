@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""Writes the page of `lagless matrix`: the fault matrix in colour, and of each cell what was promised and what was seen.
+
+usage: matrix.py JSON HTML [--title TEXT]     writes HTML, one file that asks nobody for anything
+
+JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with
+  needed       cell fault manoeuvre source shaft verdict (green, red, never)
+  of never     because
+  of the rest  red_by, promised {text, because}, seen {text, reaction}
+Rows are the faults, columns the manoeuvres; four fields a place: encoder and sensorless, each on both shafts. A field has the
+first letter of what the drive did, large where that is not what it promised, for who sees no colour.
+Ends with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
+"""
+import argparse
+import html
+import json
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+from table import InputError
+
+PARTS = pathlib.Path(__file__).resolve().with_name("page")
+TEXTS = ("cell", "fault", "manoeuvre", "source", "shaft")
+VERDICTS = ("green", "red", "never")
+LETTERS = {"rides": "r", "warns": "w", "catches": "c", "refuses": "n", "stops": "s", "opens": "o"}
+PLACES = (("encoder", "h"), ("encoder", "l"), ("sensorless", "h"), ("sensorless", "l"))
+WORDS = {"green": "as promised", "red": "not as promised", "never": "cannot occur"}
+
+
+def wanted(where, thing, key, kind, what):
+    value = thing.get(key) if isinstance(thing, dict) else None
+    if not isinstance(value, kind):
+        raise InputError(f"{where}: {key}: {what} is expected")
+    return value
+
+
+def read_matrix(path):
+    """The object; every problem is an InputError that names file and cell."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            matrix = json.load(file)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from None
+    for key in ("faults", "manoeuvres"):
+        for number, row in enumerate(wanted(path, matrix, key, list, "a list"), 1):
+            for text in ("name", "text"):
+                wanted(f"{path}: {key} {number}", row, text, str, "a text")
+    names = {key: {row["name"] for row in matrix[f"{key}s"]} for key in ("fault", "manoeuvre")}
+    seen = set()
+    for number, cell in enumerate(wanted(path, matrix, "cells", list, "a list"), 1):
+        where = f"{path}: cell {number}"
+        for key in TEXTS:
+            wanted(where, cell, key, str, "a text")
+        for key, known in names.items():
+            if cell[key] not in known:
+                raise InputError(f"{where}: {key}: `{cell[key]}` is not in the list of them")
+        if cell.get("verdict") not in VERDICTS:
+            raise InputError(f"{where}: verdict: `{cell.get('verdict')}` is none of {', '.join(VERDICTS)}")
+        if cell["verdict"] == "never":
+            wanted(where, cell, "because", str, "a text")
+        else:
+            wanted(where, cell, "red_by", str, "a text")
+            for key, texts in (("promised", ("text", "because")), ("seen", ("text", "reaction"))):
+                for text in texts:
+                    wanted(f"{where}: {key}", wanted(where, cell, key, dict, "an object"), text, str, "a text")
+        place = tuple(cell[key] for key in TEXTS[1:])
+        if place in seen:
+            raise InputError(f"{where}: {cell['cell']} is there twice")
+        seen.add(place)
+    return matrix
+
+
+def escape(text):
+    return html.escape(str(text), quote=True)
+
+
+def anchor(cell):
+    return cell["cell"].replace("/", ".")
+
+
+def field(cell):
+    """One small box of the table."""
+    if cell is None:
+        return '<span class="cell unseen" title="not run">&nbsp;</span>'
+    name = escape(cell["cell"])
+    if cell["verdict"] == "never":
+        return f'<span class="cell never" title="{name}: cannot occur: {escape(cell["because"])}">·</span>'
+    letter = LETTERS.get(cell["seen"]["reaction"], "?")
+    letter = letter.upper() if cell["verdict"] == "red" else letter
+    title = f'{name}\npromised: {escape(cell["promised"]["text"])}\nseen: {escape(cell["seen"]["text"])}'
+    return f'<a class="cell {cell["verdict"]}" href="#{escape(anchor(cell))}" title="{title}">{letter}</a>'
+
+
+def overview(matrix, places):
+    head = "".join(f'<th title="{escape(row["text"])}">{escape(row["name"])}</th>' for row in matrix["manoeuvres"])
+    body = []
+    for fault in matrix["faults"]:
+        if not any(key[0] == fault["name"] for key in places):
+            continue
+        columns = "".join(
+            "<td>" + "".join(field(places.get((fault["name"], row["name"], *place))) for place in PLACES) + "</td>"
+            for row in matrix["manoeuvres"])
+        body.append(f'<tr><th title="{escape(fault["text"])}"><a href="#{escape(fault["name"])}">{escape(fault["name"])}</a></th>'
+                    f'{columns}</tr>')
+    return f'<table class="matrix"><thead><tr><th></th>{head}</tr></thead><tbody>{"".join(body)}</tbody></table>'
+
+
+def told(cell):
+    """A row of a fault's list."""
+    if cell["verdict"] == "never":
+        what = f'<td colspan="2">{escape(cell["because"])}</td>'
+    else:
+        because = f'<br><small>{escape(cell["promised"]["because"])}</small>' if cell["promised"]["because"] else ""
+        by = f'<br><small>red by {escape(cell["red_by"])}</small>' if cell["red_by"] else ""
+        what = f'<td>{escape(cell["promised"]["text"])}{because}</td><td>{escape(cell["seen"]["text"])}{by}</td>'
+    name = " ".join(cell[key] for key in ("manoeuvre", "source", "shaft"))
+    return (f'<tr id="{escape(anchor(cell))}"><td>{escape(name)}</td>'
+            f'<td><span class="word {cell["verdict"]}">{WORDS[cell["verdict"]]}</span></td>{what}</tr>')
+
+
+def sections(matrix):
+    parts = []
+    for fault in matrix["faults"]:
+        cells = [cell for cell in matrix["cells"] if cell["fault"] == fault["name"]]
+        if cells:
+            rows = "".join(told(cell) for cell in cells if cell["verdict"] != "never")
+            never = "".join(told(cell) for cell in cells if cell["verdict"] == "never")
+            never = (f'<details><summary>cells that cannot occur</summary><table class="cells"><tbody>{never}</tbody></table>'
+                     '</details>') if never else ""
+            parts.append(f'<section id="{escape(fault["name"])}"><h2>{escape(fault["name"])}</h2><p>{escape(fault["text"])}</p>'
+                         '<table class="cells"><thead><tr><th>cell</th><th></th><th>promised</th><th>seen</th></tr></thead>'
+                         f'<tbody>{rows}</tbody></table>{never}</section>')
+    return "".join(parts)
+
+
+def page(matrix, title):
+    count = {verdict: sum(cell["verdict"] == verdict for cell in matrix["cells"]) for verdict in VERDICTS}
+    places = {tuple(cell[key] for key in TEXTS[1:]): cell for cell in matrix["cells"]}
+    totals = " &nbsp; ".join(f'<b>{count[verdict]}</b> <span class="word {verdict}">{WORDS[verdict]}</span>'
+                             for verdict in VERDICTS)
+    drawn = ""
+    if "seed" in matrix:
+        drawn = f"<p>Drawn: {escape(matrix.get('share_percent'))} % of the cells, by seed {escape(matrix['seed'])}.</p>"
+    letters = ", ".join(f"<b>{letter}</b> {name}" for name, letter in LETTERS.items())
+    manoeuvres = "".join(f"<dt>{escape(row['name'])}</dt><dd>{escape(row['text'])}</dd>" for row in matrix["manoeuvres"])
+    css = "".join((PARTS / name).read_text(encoding="utf-8") for name in ("page.css", "matrix.css"))
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+            f'<title>{escape(title)}</title><style>{css}</style></head><body><h1>{escape(title)}</h1>'
+            f'<p class="totals">{totals}</p>{drawn}'
+            '<p class="lead">Rows: what is injected. Columns: in which manoeuvre. Four fields each: with the encoder on the '
+            "paper's rig (h) and the bare motor (l), sensorless on both. A field has the letter of what the drive did: "
+            f'{letters}; large and red where that is not what it promised. A field leads to its numbers.</p>'
+            f'<div class="wide">{overview(matrix, places)}</div>'
+            f'<details><summary>the manoeuvres</summary><dl>{manoeuvres}</dl></details>{sections(matrix)}</body></html>\n')
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Writes the page of `lagless matrix`.")
+    parser.add_argument("json", type=pathlib.Path)
+    parser.add_argument("html", type=pathlib.Path)
+    parser.add_argument("--title", default="Fault matrix", help="of the page")
+    options = parser.parse_args()
+    if options.html.suffix != ".html":
+        parser.error(f"{options.html}: the page's name must end in .html")
+    try:
+        matrix = read_matrix(options.json)
+    except InputError as error:
+        print(f"matrix.py: {error}", file=sys.stderr)
+        return 2
+    try:
+        options.html.parent.mkdir(parents=True, exist_ok=True)
+        options.html.write_text(page(matrix, options.title), encoding="utf-8")
+    except OSError as error:
+        print(f"matrix.py: {error}", file=sys.stderr)
+        return 3
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

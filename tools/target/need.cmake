@@ -1,0 +1,15 @@
+# What a preset cannot do without, and the package that brings it.
+function(lagless_need preset program package)
+    find_program(found ${program} NO_CACHE)
+    if(NOT found)
+        message(FATAL_ERROR "preset ${preset}: ${program} is missing: install ${package} (Debian, Ubuntu), or run tools/setup")
+    endif()
+endfunction()
+
+# A file that this compiler brings with its library.
+function(lagless_need_library preset compiler file package)
+    execute_process(COMMAND ${compiler} -print-file-name=${file} OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE)
+    if(NOT IS_ABSOLUTE "${found}")
+        message(FATAL_ERROR "preset ${preset}: ${compiler}'s ${file} is missing: install ${package} (Debian, Ubuntu), or run tools/setup")
+    endif()
+endfunction()

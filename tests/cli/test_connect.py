@@ -1,6 +1,7 @@
 """`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS FOLDER"""
 
 import csv
+import faulthandler
 import json
 import os
 import pty
@@ -16,6 +17,7 @@ import time
 import unittest
 
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+STUCK = 120  # [s] after which a test that still waits says where, and the program ends
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # Nothing runs, the shaft is lightly loaded; mean voltages, so that real time is kept on a busy machine.
@@ -84,6 +86,8 @@ def recording(folder, name):
 
 class Case(unittest.TestCase):
     def setUp(self):
+        faulthandler.dump_traceback_later(STUCK, exit=True)
+        self.addCleanup(faulthandler.cancel_dump_traceback_later)
         self.servers = []
         self.folder = os.path.join(FOLDER, self._testMethodName)
         shutil.rmtree(self.folder, ignore_errors=True)

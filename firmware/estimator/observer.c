@@ -7,8 +7,7 @@ void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params
 {
     smo_prepare(&tuning->smo, &params->smo);
     tuning->lag = (int32_t)params->lag;
-    tuning->paper = params->lag != LAG_EXACT || params->smo.switching != SMO_SIGMOID_VECTOR ||
-                    params->smo.emf_cutoff > 0.0f;
+    tuning->paper = params->lag != LAG_EXACT || params->smo.switching != SMO_SIGMOID_VECTOR;
 }
 
 /* The switching functions of the paper. */

@@ -20,7 +20,7 @@ typedef struct {
 typedef struct {
     smo_tuning_t smo;
     int32_t lag;    /* lag_mode_t */
-    uint32_t paper; /* [-] 1: with a switching function, a filter or a lag of the paper's */
+    uint32_t paper; /* [-] 1: with a switching function or a lag of the paper's */
 } observer_tuning_t;
 
 typedef struct {

@@ -146,6 +146,7 @@ static inline bool twin_skips(const char *test)
         "test_gain_of_the_sign_is_the_same_in_all_quadrants",
         "test_filter_lets_its_share_of_a_turn_through",
         "test_filter_lets_its_share_of_a_length_through",
+        "test_filter_is_switched_while_it_runs",
         "test_without_feedforward_it_is_conventional_bit_for_bit",
         /* samples beyond the formats: ESTIMATOR_SAMPLE here */
         "test_integrators_end_at_their_limits",

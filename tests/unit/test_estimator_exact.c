@@ -434,6 +434,33 @@ static void test_filter_smooths_the_speed(void)
     check_below(noise_behind(2000.0f).speed, 0.33 * noise_behind(0.0f).speed, "SD of the speed");
 }
 
+/* A filter that is switched on, set to another cutoff and off again while the motor turns: the angle never
+ * feels it, for the filter goes on from the EMF that it is at; and what an EMF that is longer by 5 V then
+ * adds to it is the new one's share, 1 - exp(-cutoff T). */
+static void test_filter_is_switched_while_it_runs(void)
+{
+    static const double cutoffs[] = {2000.0, 600.0, 0.0, 5000.0};
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        const double omega = way * 1000.0 * RAD_PER_RPM;
+        estimator_params_t params = params_of(0);
+        params.smo.emf_cutoff = 0.0f;
+        estimator_oracle_case_t rig = rig_of(0, omega, way * RATED);
+        (void)settled(&params, &rig);
+        for (long n = 0; n < 4; n++) {
+            params.smo.emf_cutoff = (float)cutoffs[n];
+            retune(&params);
+            check_below(deviation(&rig, 11001 + 200 * n, 0, 200).peak, FLOAT_PEAK, "peak");
+            pll_t pll = est.tracker.pll;
+            const double before = (double)pll.emf.q;
+            const double q = before + 5.0;
+            const ab_t emf = {(float)(-q * (double)pll.rotation.sin), (float)(q * (double)pll.rotation.cos)};
+            (void)pll_step(&pll, emf, (float)(1.0 / PSI), 0.0f);
+            const double share = cutoffs[n] > 0.0 ? 1.0 - exp(-cutoffs[n] * T) : 1.0;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5 * fabs(q), before + share * 5.0, (double)pll.emf.q);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -458,6 +485,7 @@ int main(void)
     RUN_TEST(test_filter_smooths_the_amplitude);
     RUN_TEST(test_filter_smooths_the_detector);
     RUN_TEST(test_filter_smooths_the_speed);
+    RUN_TEST(test_filter_is_switched_while_it_runs);
     RUN_TEST(test_voltage_one_period_off_is_seen_forward);
     RUN_TEST(test_voltage_one_period_off_is_seen_backward);
     RUN_TEST(test_angle_one_period_off_is_seen);

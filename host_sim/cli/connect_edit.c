@@ -39,7 +39,11 @@ void connect_edit_end(void)
 #include "host_sim/cli/connect.h"
 #include "host_sim/rig/rig.h"
 
-#define PROMPT "lagless> "
+#define PROMPT          "lagless> "
+
+/* While a command runs the terminal has its own line discipline, which makes a NUL of a Ctrl-D that is typed
+ * meanwhile: it means what a Ctrl-D at the prompt means. */
+#define END_TYPED_AHEAD "bind ^@ em-delete-or-list"
 
 static struct {
     bool (*line)(void *context, const char *line);
@@ -168,6 +172,7 @@ void connect_edit_begin(bool (*line)(void *context, const char *line), void *con
     edit.goes_on = true;
     rl_attempted_completion_function = complete;
     rl_callback_handler_install(PROMPT, take_line);
+    rl_parse_and_bind(END_TYPED_AHEAD);
 }
 
 void connect_edit_read(void)

@@ -1,7 +1,6 @@
 """`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS FOLDER"""
 
 import csv
-import faulthandler
 import json
 import os
 import pty
@@ -16,8 +15,10 @@ import threading
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-STUCK = 120  # [s] after which a test that still waits says where, and the program ends
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # Nothing runs, the shaft is lightly loaded; mean voltages, so that real time is kept on a busy machine.
@@ -84,10 +85,8 @@ def recording(folder, name):
     return list(csv.reader(lines))
 
 
-class Case(unittest.TestCase):
+class Case(stuck.TestCase):
     def setUp(self):
-        faulthandler.dump_traceback_later(STUCK, exit=True)
-        self.addCleanup(faulthandler.cancel_dump_traceback_later)
         self.servers = []
         self.folder = os.path.join(FOLDER, self._testMethodName)
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -394,7 +393,7 @@ class BrokenLines(Case):
                 connection.recv(100)
                 connection.close()
 
-            thread = threading.Thread(target=answer)
+            thread = threading.Thread(target=answer, daemon=True)
             thread.start()
             result = connect(f"tcp://127.0.0.1:{other.getsockname()[1]}", "status\n")
             thread.join()
@@ -473,6 +472,19 @@ class BrokenLines(Case):
         self.assertEqual(client.returncode, 1)
         self.assertIn("wait: interrupted", errors)
 
+    def test_ctrl_c_between_two_lines_ends_a_script(self):
+        server = self.serve()
+        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True)
+        client.stdin.write("get state\n")
+        client.stdin.flush()
+        while not client.stdout.readline().startswith("state"):
+            pass
+        time.sleep(0.3)  # until it waits for the next line
+        client.send_signal(signal.SIGINT)
+        self.assertEqual(client.wait(5), 1)
+        self.assertIn("interrupted", client.communicate()[1])
+
 
 class Terminal(Case):
     """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
@@ -528,6 +540,28 @@ class Terminal(Case):
         _, status = os.waitpid(child, 0)
         os.close(terminal)
         self.assertEqual(os.waitstatus_to_exitcode(status), 0)
+
+    def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
+        server = self.serve()
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TERM"] = "vt100"
+            os.execv(LAGLESS, [LAGLESS, "connect", server.target])
+        self.addCleanup(os.close, terminal)
+        self.read_until(terminal, "lagless> ")
+        os.write(terminal, b"wait 0.5 s\n")
+        time.sleep(0.2)  # in the midst of it
+        os.write(terminal, b"\x04")
+        self.read_until(terminal, "lagless> ")
+        end = time.monotonic() + 10.0
+        ended = (0, 0)
+        while ended[0] == 0 and time.monotonic() < end:
+            select.select([terminal], [], [], 0.1)
+            ended = os.waitpid(child, os.WNOHANG)
+        if ended[0] == 0:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        self.assertEqual(ended, (child, 0))
 
     def test_completion(self):
         linked = subprocess.run(["ldd", LAGLESS], capture_output=True, text=True).stdout

@@ -13,6 +13,9 @@ import sys
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, PYTHON, FOLDER, SECONDS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3], float(sys.argv[4])
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXTENSIONS = {"signals": 0, "params": 1, "requests": 2, "services": 3}
@@ -84,7 +87,7 @@ def float32(value):
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
-class Pyxcp(unittest.TestCase):
+class Pyxcp(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "pyxcp_work", self.id().rsplit(".", 1)[1])
         shutil.rmtree(self.folder, ignore_errors=True)

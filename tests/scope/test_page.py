@@ -15,7 +15,8 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / "report"), str(pathlib.Path(__file__).resolve().parent.parent)]
+import stuck  # noqa: E402
 from test_browser import SKIPPED, Browser, Fault, expect  # noqa: E402
 
 PICTURES_MIN = 25  # [1/s] with six signals
@@ -308,7 +309,9 @@ def main():
             bench = Bench(sys.argv[1], folder, work)
             bench.browser = Browser(driver, chromium, work, "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
             for check in Bench.CHECKS:
+                watching = stuck.watch(check.__name__)
                 check(bench)
+                watching.cancel()
                 print(f"good: {check.__name__}")
         except Fault as fault:
             if "uPlot" in str(fault):

@@ -14,6 +14,9 @@ import threading
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 RPM = 30 / 3.141592653589793
 BENCH = """schema = 1
@@ -75,7 +78,7 @@ class Page:
         self.connection.close()
 
 
-class Scope(unittest.TestCase):
+class Scope(stuck.TestCase):
     def setUp(self):
         os.makedirs(FOLDER, exist_ok=True)
         self.scenario = os.path.join(FOLDER, "bench.toml")

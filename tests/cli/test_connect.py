@@ -384,6 +384,20 @@ class BrokenLines(Case):
         self.assertEqual(first.returncode, 0)
         self.does(server, "get state\n")
 
+    def test_who_comes_when_another_one_has_just_gone_is_served(self):
+        server = self.serve()
+        place = ("127.0.0.1", int(server.target.rsplit(":", 1)[1]))
+        connects = bytes.fromhex("02000000ff00")
+        with socket.create_connection(place, timeout=5) as first:
+            first.sendall(connects)
+            self.assertNotEqual(first.recv(1), b"")
+            server.process.send_signal(signal.SIGSTOP)  # as on a machine that has other work
+            first.sendall(bytes.fromhex("01000100fe"))
+        with socket.create_connection(place, timeout=5) as second:
+            second.sendall(connects)
+            server.process.send_signal(signal.SIGCONT)
+            self.assertNotEqual(second.recv(1), b"")
+
     def test_who_serves_something_else_is_found_out(self):
         with socket.create_server(("127.0.0.1", 0)) as other:
 

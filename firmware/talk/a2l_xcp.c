@@ -1,5 +1,6 @@
 #include "talk/a2l_xcp.h"
 
+#include "contract/line.h"
 #include "talk/xcp_parts.h"
 
 /* Of both transports, in hundredths. */
@@ -85,7 +86,7 @@ static void protocol_layer(text_t *text)
     text_put(text, "      /begin PROTOCOL_LAYER");
     hex(text, XCP_VERSION << 8u);
     for (uint32_t n = 0; n < TIMEOUTS; n++) {
-        number(text, FRAME_ANSWER);
+        number(text, LINE_ANSWER);
     }
     number(text, FRAME_MAX_CTO);
     number(text, FRAME_MAX_DTO);
@@ -142,6 +143,6 @@ void a2l_xcp(const a2l_line_t *line, text_t *text)
     }
     text_put(text, "      /begin XCP_ON_TCP_IP");
     hex(text, TRANSPORT_VERSION);
-    number(text, FRAME_PORT);
+    number(text, LINE_PORT);
     text_put(text, " ADDRESS \"127.0.0.1\" /end XCP_ON_TCP_IP\n    /end IF_DATA\n");
 }

@@ -12,11 +12,8 @@
 #include <stdint.h>
 
 #define FRAME_HEADER  4u
-#define FRAME_MAX_CTO 64u   /* [octets] of a packet that comes, and of its answer */
-#define FRAME_MAX_DTO 128u  /* [octets] of a packet of samples */
-#define FRAME_PORT    5555u /* of TCP, where the desk's drive listens unless it is told otherwise */
-#define FRAME_ANSWER  1000u /* [ms] that a master waits for an answer; where flash is erased it takes longer \
-                             */
+#define FRAME_MAX_CTO 64u  /* [octets] of a packet that comes, and of its answer */
+#define FRAME_MAX_DTO 128u /* [octets] of a packet of samples */
 
 typedef struct {
     uint32_t silence;  /* [periods] */

@@ -15,10 +15,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/line.h"
 #include "contract/table.h"
-#include "talk/frame.h"
 
-#define MASTER_PATIENCE       (1e-3 * FRAME_ANSWER) /* [s] for an answer */
+#define MASTER_PATIENCE       (1e-3 * LINE_ANSWER) /* [s] for an answer */
 #define MASTER_PATIENCE_ORDER 30.0 /* [s] for that of an order: erasing flash takes its time */
 #define MASTER_SYNCHS         3u   /* [-] of them in a row without an answer: the line is lost */
 #define MASTER_ALIVE          0.1  /* [s] the longest silence of this side */

@@ -151,7 +151,9 @@ typedef struct {
     uint32_t *slots;                             /* periods x count, oldest first; free() */
 } master_capture_t;
 
-/* The held buffer. false: nothing is held, or `error`. */
+/* The held buffer, or what there is to know of it without its slots, which are NULL then. false: nothing is
+ * held, or `error`. */
+bool master_capture_head(master_t *master, master_capture_t *capture, master_error_t *error);
 bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error);
 
 typedef struct {

@@ -312,10 +312,22 @@ static bool edit_line(void *session, const char *line)
     return !((session_t *)session)->quit && master_descriptor(((session_t *)session)->master) >= 0;
 }
 
+/* Until a key is pressed; false: the line is lost, or Ctrl-C. */
+static bool edit_wait(void *session)
+{
+    bool ready = false;
+    while (!ready) {
+        if (connect_stopped() || !await_input(session, &ready)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static int run_terminal(session_t *session)
 {
     bool ready;
-    connect_edit_begin(edit_line, session);
+    connect_edit_begin(edit_line, edit_wait, session);
     stop = 0;
     while (connect_edit_goes_on() && !connect_stopped()) {
         if (!await_input(session, &ready)) {

@@ -9,9 +9,11 @@ bool connect_edit_has(void)
     return false;
 }
 
-void connect_edit_begin(bool (*line)(void *context, const char *line), void *context)
+void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
+                        void *context)
 {
     (void)line;
+    (void)wait;
     (void)context;
 }
 
@@ -34,6 +36,7 @@ void connect_edit_end(void)
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "drive/reasons.h"
 #include "host_sim/cli/connect.h"
@@ -47,6 +50,7 @@ void connect_edit_end(void)
 
 static struct {
     bool (*line)(void *context, const char *line);
+    bool (*wait)(void *context);
     void *context;
     bool goes_on;
 } edit;
@@ -165,12 +169,24 @@ bool connect_edit_has(void)
     return true;
 }
 
-void connect_edit_begin(bool (*line)(void *context, const char *line), void *context)
+/* Within a sequence of keys, after Esc or while history is searched, libedit waits for the next one itself.
+ */
+static int next_octet(FILE *from)
+{
+    unsigned char octet;
+    (void)from;
+    return edit.wait(edit.context) && read(STDIN_FILENO, &octet, 1u) == 1 ? (int)octet : EOF;
+}
+
+void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
+                        void *context)
 {
     edit.line = line;
+    edit.wait = wait;
     edit.context = context;
     edit.goes_on = true;
     rl_attempted_completion_function = complete;
+    rl_getc_function = next_octet;
     rl_callback_handler_install(PROMPT, take_line);
     rl_parse_and_bind(END_TYPED_AHEAD);
 }

@@ -555,27 +555,52 @@ class Terminal(Case):
         os.close(terminal)
         self.assertEqual(os.waitstatus_to_exitcode(status), 0)
 
-    def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
-        server = self.serve()
+    def session(self, server):
+        """A session at a terminal: its process and the terminal, which end with the test."""
         child, terminal = pty.fork()
         if child == 0:
             os.environ["TERM"] = "vt100"
             os.execv(LAGLESS, [LAGLESS, "connect", server.target])
         self.addCleanup(os.close, terminal)
         self.read_until(terminal, "lagless> ")
+        return child, terminal
+
+    def ends(self, child, terminal):
+        """Its exit code, soon; None: it goes on, and is ended."""
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                try:
+                    os.read(terminal, 4096)
+                except OSError:  # the other side is closed
+                    time.sleep(0.05)
+            ended, status = os.waitpid(child, os.WNOHANG)
+            if ended:
+                return os.waitstatus_to_exitcode(status)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return None
+
+    def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
+        child, terminal = self.session(self.serve())
         os.write(terminal, b"wait 0.5 s\n")
         time.sleep(0.2)  # in the midst of it
         os.write(terminal, b"\x04")
-        self.read_until(terminal, "lagless> ")
-        end = time.monotonic() + 10.0
-        ended = (0, 0)
-        while ended[0] == 0 and time.monotonic() < end:
-            select.select([terminal], [], [], 0.1)
-            ended = os.waitpid(child, os.WNOHANG)
-        if ended[0] == 0:
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
-        self.assertEqual(ended, (child, 0))
+        self.assertEqual(self.ends(child, terminal), 0)
+
+    def test_a_key_that_begins_a_sequence_leaves_the_motor_running_and_a_loss_is_told(self):
+        server = self.serve()
+        child, terminal = self.session(server)
+        os.write(terminal, b"go 300 r/min\n")
+        self.read_until(terminal, "on, going to 300 r/min\r\nlagless> ")
+        os.write(terminal, b"\x1b")
+        time.sleep(2.5)  # more than command_timeout
+        os.write(terminal, b"\x07\nget state\n")
+        self.read_until(terminal, "operation_enabled\r\nlagless> ")
+        os.write(terminal, b"\x1b")
+        time.sleep(0.3)
+        server.end(signal.SIGKILL)
+        self.assertEqual(self.ends(child, terminal), 3)
 
     def test_completion(self):
         linked = subprocess.run(["ldd", LAGLESS], capture_output=True, text=True).stdout

@@ -84,6 +84,13 @@ static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count,
 /* Carrier in whole kHz for a name; the period itself is in the event's data. */
 #define CARRIER_KHZ ((uint32_t)(1e-3f / DRIVE_PERIOD + 0.5f))
 
+static void write_event(text_t *text)
+{
+    text_put(text, "isr_");
+    text_whole(text, (int32_t)CARRIER_KHZ);
+    text_put(text, "kHz");
+}
+
 static void write_text(uint32_t extension, text_t *text)
 {
     static const a2l_table_t described[] = {
@@ -97,14 +104,13 @@ static void write_text(uint32_t extension, text_t *text)
             .tables = described,
             .count = (uint32_t)(sizeof described / sizeof described[0]),
             .hash = app_tables_hash(),
+            .line = {talk_access.period, BOARD_SERIAL_BAUD, write_event},
         };
         a2l_write(&a2l, &app->talk.a2l, text);
     } else if (extension == XCP_EXTENSION_EPK) {
         a2l_epk(app_tables_hash(), text);
     } else {
-        text_put(text, "isr_");
-        text_whole(text, (int32_t)CARRIER_KHZ);
-        text_put(text, "kHz");
+        write_event(text);
     }
 }
 

@@ -167,9 +167,7 @@ static void layout(const char *type, text_t *text)
 
 static void head(const a2l_t *a2l, text_t *text)
 {
-    text_put(text,
-             "ASAP2_VERSION 1 61\n/begin PROJECT lagless \"\"\n  /begin MODULE drive \"lagless drive\"\n"
-             "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"");
+    text_put(text, "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"");
     a2l_epk(a2l->hash, text);
     text_put(text, "\" /end MOD_PAR\n    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 "
                    "ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 ALIGNMENT_FLOAT32_IEEE 4 /end MOD_COMMON\n");
@@ -178,15 +176,30 @@ static void head(const a2l_t *a2l, text_t *text)
     layout("ULONG", text);
 }
 
-/* The file's parts, in their order: its head, each table's rows and behind them its group, its end. false:
- * there is no such part. */
-static bool part(const a2l_t *a2l, uint32_t number, text_t *text)
+#define PARTS_BEFORE 3u /* those before the tables */
+
+static void beginning(const a2l_t *a2l, uint32_t number, text_t *text)
 {
     if (number == 0u) {
+        text_put(text, "ASAP2_VERSION 1 61\n/begin PROJECT lagless \"\"\n"
+                       "  /begin MODULE drive \"lagless drive\"\n");
+        a2l_xcp_grammar(text);
+    } else if (number == 1u) {
         head(a2l, text);
+    } else {
+        a2l_xcp(&a2l->line, text);
+    }
+}
+
+/* The file's parts, in their order: the grammar, its head, the protocol, each table's rows and behind them
+ * its group, its end. false: there is no such part. */
+static bool part(const a2l_t *a2l, uint32_t number, text_t *text)
+{
+    if (number < PARTS_BEFORE) {
+        beginning(a2l, number, text);
         return true;
     }
-    uint32_t first = 1u;
+    uint32_t first = PARTS_BEFORE;
     for (uint32_t n = 0; n < a2l->count; n++) {
         const table_t *of = a2l->tables[n].table;
         if (number < first + of->count) {

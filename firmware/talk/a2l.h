@@ -1,12 +1,13 @@
 /* The description of the tables for calibration tools: an ASAP2 file (A2L 1.6). Each row is a MEASUREMENT, or
  * a CHARACTERISTIC where it can be set, with unit, limits, text and named values; its address is 4 x id, its
- * address extension that of its table. */
+ * address extension that of its table. How the drive is reached, and what it samples, is IF_DATA XCP. */
 #ifndef TALK_A2L_H
 #define TALK_A2L_H
 
 #include <stdint.h>
 
 #include "contract/table.h"
+#include "talk/a2l_xcp.h"
 #include "talk/text.h"
 
 typedef struct {
@@ -18,6 +19,7 @@ typedef struct {
     const a2l_table_t *tables;
     uint32_t count;
     uint32_t hash; /* over all tables: a file that does not fit to a drive is known by it */
+    a2l_line_t line;
 } a2l_t;
 
 /* Where a part of the file begins, so that who reads on need not begin at its beginning. All zero: there. */

@@ -32,8 +32,8 @@ static uint32_t connect(xcp_call_t *call)
     call->answer[2] = COMM_OPTIONAL;
     call->answer[3] = FRAME_MAX_CTO;
     xcp_put_word(&call->answer[4], FRAME_MAX_DTO);
-    call->answer[6] = 1u; /* versions of protocol and transport layer */
-    call->answer[7] = 1u;
+    call->answer[6] = XCP_VERSION;
+    call->answer[7] = XCP_VERSION;
     call->length = 8u;
     return XCP_OK;
 }
@@ -177,25 +177,34 @@ static const xcp_row_t *among(const xcp_commands_t *commands, uint16_t code)
     return NULL;
 }
 
-static const xcp_row_t *row_of(uint16_t code)
+const xcp_commands_t *xcp_commands(uint32_t part)
 {
     static const xcp_row_t rows[] = {
-        {0xFF, 2u, connect},
-        {0xFE, 1u, disconnect},
-        {0xFD, 1u, get_status},
-        {0xFC, 1u, synch},
-        {0xFB, 1u, get_comm_mode_info},
-        {0xFA, 2u, get_id},
-        {0xF6, 8u, set_mta},
-        {0xF5, 2u, upload},
-        {0xF4, 8u, short_upload},
-        {0xF3, 8u, build_checksum},
-        {0xF0, 2u, download},
+        {0xFF, 2u, NULL, connect},
+        {0xFE, 1u, NULL, disconnect},
+        {0xFD, 1u, NULL, get_status},
+        {0xFC, 1u, NULL, synch},
+        {0xFB, 1u, "GET_COMM_MODE_INFO", get_comm_mode_info},
+        {0xFA, 2u, "GET_ID", get_id},
+        {0xF6, 8u, "SET_MTA", set_mta},
+        {0xF5, 2u, "UPLOAD", upload},
+        {0xF4, 8u, "SHORT_UPLOAD", short_upload},
+        {0xF3, 8u, "BUILD_CHECKSUM", build_checksum},
+        {0xF0, 2u, "DOWNLOAD", download},
     };
-    const xcp_commands_t own = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};
-    const xcp_row_t *row = among(&own, code);
-    row = row != NULL ? row : among(&xcp_page_commands, code);
-    return row != NULL ? row : among(&xcp_daq_commands, code);
+    static const xcp_commands_t own = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};
+    static const xcp_commands_t *const parts[XCP_COMMAND_PARTS] = {&own, &xcp_page_commands,
+                                                                   &xcp_daq_commands};
+    return parts[part];
+}
+
+static const xcp_row_t *row_of(uint16_t code)
+{
+    const xcp_row_t *row = NULL;
+    for (uint32_t n = 0; row == NULL && n < XCP_COMMAND_PARTS; n++) {
+        row = among(xcp_commands(n), code);
+    }
+    return row;
 }
 
 void xcp_init(xcp_t *xcp)

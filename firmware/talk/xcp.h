@@ -27,6 +27,8 @@
 #define XCP_DAQ_CONFIG        0x2Au
 #define XCP_MEMORY_OVERFLOW   0x30u
 
+#define XCP_VERSION 1u /* of protocol and transport layer */
+
 /* Pages of the one segment. */
 #define XCP_PAGE_ACTIVE 0u /* what the drive runs on; read only */
 #define XCP_PAGE_STAGED 1u /* written value by value; to set page 0 for the drive takes it over */

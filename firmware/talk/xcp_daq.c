@@ -10,9 +10,7 @@
 #define STAMP_OCTETS 4u
 #define STAMP_FIXED  0x08u /* they cannot be switched off */
 
-#define EVENT_CHANNEL 0u
 #define EVENT_FOR_DAQ 0x84u /* all that is copied in a period belongs together */
-#define PRIORITY_MAX  0xFFu
 
 /* Modes of lists: what of them is not offered. */
 #define MODE_ALTERNATING 0x01u
@@ -38,24 +36,17 @@ static uint32_t error_of(daq_result_t result)
     return XCP_DAQ_CONFIG;
 }
 
-/* A time as the standard writes it: so many of a unit, 0: 1 ns, and each next one ten times it. */
-typedef struct {
-    uint32_t count;
-    uint32_t unit;
-} span_t;
-
-static span_t span_of(uint32_t nanoseconds)
+xcp_span_t xcp_span(uint32_t nanoseconds)
 {
-    span_t span = {nanoseconds, 0u};
-    while (span.count % 10u == 0u && span.unit < 9u) {
+    xcp_span_t span = {nanoseconds, 0u};
+    while (span.count % 10u == 0u && span.unit + 1u < XCP_UNITS) {
         span.count /= 10u;
         span.unit++;
     }
     return span;
 }
 
-/* The same in an octet, rounded where it must be. */
-static span_t rough(span_t span)
+xcp_span_t xcp_span_rough(xcp_span_t span)
 {
     while (span.count > 255u) {
         span.count = (span.count + 5u) / 10u;
@@ -64,18 +55,27 @@ static span_t rough(span_t span)
     return span;
 }
 
+const char *xcp_unit(uint32_t unit)
+{
+    static const char *const names[XCP_UNITS] = {"UNIT_1NS",   "UNIT_10NS",  "UNIT_100NS", "UNIT_1US",
+                                                 "UNIT_10US",  "UNIT_100US", "UNIT_1MS",   "UNIT_10MS",
+                                                 "UNIT_100MS", "UNIT_1S"};
+    return names[unit];
+}
+
 static uint32_t get_processor_info(xcp_call_t *call)
 {
     call->answer[1] = PROPERTY_DYNAMIC | PROPERTY_PRESCALER | PROPERTY_STAMPS | PROPERTY_EVENT;
     xcp_put_word(&call->answer[2], call->daq->lists);
-    xcp_put_word(&call->answer[4], 1u); /* event channels; no list is predefined; absolute ODT numbers */
+    xcp_put_word(&call->answer[4],
+                 XCP_EVENTS); /* event channels; no list is predefined; absolute ODT numbers */
     call->length = 8u;
     return XCP_OK;
 }
 
 static uint32_t get_resolution_info(xcp_call_t *call)
 {
-    const span_t stamp = span_of(call->access->period);
+    const xcp_span_t stamp = xcp_span(call->access->period);
     call->answer[1] = DAQ_ENTRY_SIZE;
     call->answer[2] = DAQ_ENTRY_SIZE;
     call->answer[3] = 1u; /* of stimulation, which there is not: granularity must be something */
@@ -87,16 +87,16 @@ static uint32_t get_resolution_info(xcp_call_t *call)
 
 static uint32_t get_event_info(xcp_call_t *call)
 {
-    if (xcp_word(&call->command[2]) != EVENT_CHANNEL) {
+    if (xcp_word(&call->command[2]) != XCP_EVENT_CHANNEL) {
         return XCP_OUT_OF_RANGE;
     }
-    const span_t cycle = rough(span_of(call->access->period));
+    const xcp_span_t cycle = xcp_span_rough(xcp_span(call->access->period));
     call->answer[1] = EVENT_FOR_DAQ;
     call->answer[2] = DAQ_LISTS;
     call->answer[3] = (uint16_t)call->access->text_length(XCP_EXTENSION_EVENT);
     call->answer[4] = (uint16_t)cycle.count;
     call->answer[5] = (uint16_t)cycle.unit;
-    call->answer[6] = PRIORITY_MAX;
+    call->answer[6] = XCP_EVENT_PRIORITY;
     call->xcp->extension = XCP_EXTENSION_EVENT;
     call->xcp->address = 0u;
     call->length = 7u;
@@ -167,7 +167,7 @@ static uint32_t set_list_mode(xcp_call_t *call)
     if ((call->command[1] & (MODE_ALTERNATING | MODE_STIM | MODE_NO_PID)) != 0u) {
         return XCP_MODE_NOT_VALID;
     }
-    if (xcp_word(&call->command[4]) != EVENT_CHANNEL) {
+    if (xcp_word(&call->command[4]) != XCP_EVENT_CHANNEL) {
         return XCP_OUT_OF_RANGE;
     }
     return error_of(daq_set_prescaler(call->daq, xcp_word(&call->command[2]), call->command[6]));
@@ -219,10 +219,18 @@ static uint32_t start_stop_synch(xcp_call_t *call)
 }
 
 static const xcp_row_t rows[] = {
-    {0xE2, 6u, set_daq_ptr},        {0xE1, 8u, write_daq},           {0xE0, 8u, set_list_mode},
-    {0xDE, 4u, start_stop_list},    {0xDD, 2u, start_stop_synch},    {0xDC, 1u, get_clock},
-    {0xDA, 1u, get_processor_info}, {0xD9, 1u, get_resolution_info}, {0xD7, 4u, get_event_info},
-    {0xD6, 1u, free_daq},           {0xD5, 4u, alloc_daq},           {0xD4, 5u, alloc_odt},
-    {0xD3, 6u, alloc_odt_entry},
+    {0xE2, 6u, "SET_DAQ_PTR", set_daq_ptr},
+    {0xE1, 8u, "WRITE_DAQ", write_daq},
+    {0xE0, 8u, "SET_DAQ_LIST_MODE", set_list_mode},
+    {0xDE, 4u, "START_STOP_DAQ_LIST", start_stop_list},
+    {0xDD, 2u, "START_STOP_SYNCH", start_stop_synch},
+    {0xDC, 1u, "GET_DAQ_CLOCK", get_clock},
+    {0xDA, 1u, "GET_DAQ_PROCESSOR_INFO", get_processor_info},
+    {0xD9, 1u, "GET_DAQ_RESOLUTION_INFO", get_resolution_info},
+    {0xD7, 4u, "GET_DAQ_EVENT_INFO", get_event_info},
+    {0xD6, 1u, "FREE_DAQ", free_daq},
+    {0xD5, 4u, "ALLOC_DAQ", alloc_daq},
+    {0xD4, 5u, "ALLOC_ODT", alloc_odt},
+    {0xD3, 6u, "ALLOC_ODT_ENTRY", alloc_odt_entry},
 };
 const xcp_commands_t xcp_daq_commands = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};

@@ -98,7 +98,10 @@ static uint32_t get_page_info(xcp_call_t *call)
 }
 
 static const xcp_row_t rows[] = {
-    {0xEB, 4u, set_page},         {0xEA, 3u, get_page},      {0xE9, 1u, get_processor_info},
-    {0xE8, 5u, get_segment_info}, {0xE7, 4u, get_page_info},
+    {0xEB, 4u, "SET_CAL_PAGE", set_page},
+    {0xEA, 3u, "GET_CAL_PAGE", get_page},
+    {0xE9, 1u, "GET_PAG_PROCESSOR_INFO", get_processor_info},
+    {0xE8, 5u, "GET_SEGMENT_INFO", get_segment_info},
+    {0xE7, 4u, "GET_PAGE_INFO", get_page_info},
 };
 const xcp_commands_t xcp_page_commands = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};

@@ -15,10 +15,12 @@ typedef struct {
     uint32_t length;  /* [octets] of the answer, 1 unless changed */
 } xcp_call_t;
 
-/* A command: its code, octets that it has at least, and what carries it out: XCP_OK or the error. */
+/* A command: its code, octets that it has at least, its name by the standard if a slave need not have it,
+ * else NULL, and what carries it out: XCP_OK or the error. */
 typedef struct {
     uint16_t code;
     uint16_t octets;
+    const char *optional;
     uint32_t (*act)(xcp_call_t *call);
 } xcp_row_t;
 
@@ -29,6 +31,27 @@ typedef struct {
 
 extern const xcp_commands_t xcp_page_commands;
 extern const xcp_commands_t xcp_daq_commands;
+
+/* All of them, part by part. */
+#define XCP_COMMAND_PARTS 3u
+const xcp_commands_t *xcp_commands(uint32_t part);
+
+/* ---- of data acquisition, as commands and description tell it ---- */
+
+#define XCP_EVENTS         1u
+#define XCP_EVENT_CHANNEL  0u
+#define XCP_EVENT_PRIORITY 0xFFu
+
+/* A time as the standard writes it: so many of a unit, 0: 1 ns, and each next one ten times it. */
+typedef struct {
+    uint32_t count;
+    uint32_t unit; /* [-] below XCP_UNITS */
+} xcp_span_t;
+#define XCP_UNITS 10u
+
+xcp_span_t xcp_span(uint32_t nanoseconds);
+xcp_span_t xcp_span_rough(xcp_span_t span); /* the same in an octet, rounded where it must be */
+const char *xcp_unit(uint32_t unit);        /* its name in a description */
 
 static inline uint32_t xcp_word(const uint16_t *octets)
 {

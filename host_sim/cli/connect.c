@@ -188,7 +188,6 @@ static bool run_line(session_t *session, const char *text)
     char line[CONNECT_LINE];
     char *words[CONNECT_WORDS];
     session->line++;
-    stop = 0;
     if (snprintf(line, sizeof line, "%s", text) >= (int)sizeof line) {
         connect_fail(session, "more than %u octets", CONNECT_LINE - 1u);
         fprintf(stderr, "lagless connect: line %u: %s\n", (unsigned)session->line, session->error.text);
@@ -266,6 +265,10 @@ static int run_script(session_t *session, bool terminal)
     }
     while (!session->quit) {
         bool ready = false;
+        if (!terminal && connect_stopped()) { /* in a line or between two: it ends the script */
+            fprintf(stderr, "lagless connect: interrupted\n");
+            return EXIT_FAILED;
+        }
         if (take_line(&input, line)) {
             if (!terminal && !session->json && line[strspn(line, " \t\r")] != '\0') {
                 printf("> %s\n", line);
@@ -275,17 +278,19 @@ static int run_script(session_t *session, bool terminal)
             if (master_descriptor(session->master) < 0) {
                 return EXIT_INTERNAL;
             }
-            if (!terminal && (connect_stopped() || (!good && !session->keep_going))) {
+            if (!terminal && !good && !session->keep_going) {
                 return EXIT_FAILED;
             }
-            stop = 0;
+            if (terminal) {
+                stop = 0; /* what it interrupted has ended */
+            }
             if (terminal && !session->quit) {
                 printf("lagless> ");
                 fflush(stdout);
             }
             continue;
         }
-        if (input.ended || (terminal && connect_stopped())) {
+        if (input.ended || connect_stopped()) {
             break;
         }
         if (!await_input(session, &ready)) {
@@ -307,10 +312,22 @@ static bool edit_line(void *session, const char *line)
     return !((session_t *)session)->quit && master_descriptor(((session_t *)session)->master) >= 0;
 }
 
+/* Until a key is pressed; false: the line is lost, or Ctrl-C. */
+static bool edit_wait(void *session)
+{
+    bool ready = false;
+    while (!ready) {
+        if (connect_stopped() || !await_input(session, &ready)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static int run_terminal(session_t *session)
 {
     bool ready;
-    connect_edit_begin(edit_line, session);
+    connect_edit_begin(edit_line, edit_wait, session);
     stop = 0;
     while (connect_edit_goes_on() && !connect_stopped()) {
         if (!await_input(session, &ready)) {

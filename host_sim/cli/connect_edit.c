@@ -9,9 +9,11 @@ bool connect_edit_has(void)
     return false;
 }
 
-void connect_edit_begin(bool (*line)(void *context, const char *line), void *context)
+void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
+                        void *context)
 {
     (void)line;
+    (void)wait;
     (void)context;
 }
 
@@ -34,15 +36,21 @@ void connect_edit_end(void)
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "drive/reasons.h"
 #include "host_sim/cli/connect.h"
 #include "host_sim/rig/rig.h"
 
-#define PROMPT "lagless> "
+#define PROMPT          "lagless> "
+
+/* While a command runs the terminal has its own line discipline, which makes a NUL of a Ctrl-D that is typed
+ * meanwhile: it means what a Ctrl-D at the prompt means. */
+#define END_TYPED_AHEAD "bind ^@ em-delete-or-list"
 
 static struct {
     bool (*line)(void *context, const char *line);
+    bool (*wait)(void *context);
     void *context;
     bool goes_on;
 } edit;
@@ -161,13 +169,26 @@ bool connect_edit_has(void)
     return true;
 }
 
-void connect_edit_begin(bool (*line)(void *context, const char *line), void *context)
+/* Within a sequence of keys, after Esc or while history is searched, libedit waits for the next one itself.
+ */
+static int next_octet(FILE *from)
+{
+    unsigned char octet;
+    (void)from;
+    return edit.wait(edit.context) && read(STDIN_FILENO, &octet, 1u) == 1 ? (int)octet : EOF;
+}
+
+void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
+                        void *context)
 {
     edit.line = line;
+    edit.wait = wait;
     edit.context = context;
     edit.goes_on = true;
     rl_attempted_completion_function = complete;
+    rl_getc_function = next_octet;
     rl_callback_handler_install(PROMPT, take_line);
+    rl_parse_and_bind(END_TYPED_AHEAD);
 }
 
 void connect_edit_read(void)

@@ -6,8 +6,10 @@
 
 bool connect_edit_has(void); /* false: the rest does nothing */
 
-/* Each whole line goes to `line`, which tells whether there shall be another one. */
-void connect_edit_begin(bool (*line)(void *context, const char *line), void *context);
+/* Each whole line goes to `line`, which tells whether there shall be another one. `wait` lasts until a key is
+ * pressed; false: none will be. */
+void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
+                        void *context);
 void connect_edit_read(void); /* stdin has something */
 bool connect_edit_goes_on(void);
 void connect_edit_end(void);

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "contract/line.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/flash_file.h"
@@ -16,7 +17,6 @@
 #include "host_sim/lab/units.h"
 #include "host_sim/lab/wire.h"
 
-#define PORT           5555u               /* if none is given */
 #define LOOK_PERIODS   rig_periods(1e-3)   /* [periods] between two looks at line and clock */
 #define SERIAL_PERIODS rig_periods(0.5e-3) /* [periods] between two looks at the chip's serial line */
 #define SERIAL_OCTETS  128u                /* [octets] that the serial line is given at once */
@@ -289,7 +289,7 @@ int command_serve(int argc, char **argv)
         NULL,
         NULL};
     options_t options = {0};
-    numbers_t numbers = {.port = PORT};
+    numbers_t numbers = {.port = LINE_PORT};
     if (!arguments_parse(&argp, argc, argv, &options) ||
         !read_whole("--port", options.port, 65535u, &numbers.port) ||
         !read_whole("--seed", options.of.seed, INT64_MAX, &numbers.seed) ||

@@ -155,10 +155,24 @@ static void take_client(wire_t *wire, int client)
     wire->client = client;
 }
 
-/* The first one stays; all others see an end at once. */
+#ifndef POLLRDHUP
+#define POLLRDHUP 0 /* POLLHUP alone says it there */
+#endif
+
+static bool happens(int file, short what)
+{
+    struct pollfd look = {.fd = file, .events = what};
+    return poll(&look, 1, 0) == 1 && (look.revents & (what | POLLHUP)) != 0;
+}
+
+/* The first one stays; all others see an end at once. Who came after the first one had closed waits until
+ * what that one still said is read. */
 static void look_for_clients(wire_t *wire)
 {
-    while (!is_terminal(wire) && wire->leaving == 0u) {
+    while (!is_terminal(wire) && wire->leaving == 0u && happens(wire->listener, POLLIN)) {
+        if (wire->client >= 0 && happens(wire->client, POLLRDHUP)) {
+            return;
+        }
         const int client = accept4(wire->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
         if (client < 0) {
             return;

@@ -15,9 +15,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "contract/line.h"
 #include "contract/table.h"
 
-#define MASTER_PATIENCE       1.0  /* [s] for an answer */
+#define MASTER_PATIENCE       (1e-3 * LINE_ANSWER) /* [s] for an answer */
 #define MASTER_PATIENCE_ORDER 30.0 /* [s] for that of an order: erasing flash takes its time */
 #define MASTER_SYNCHS         3u   /* [-] of them in a row without an answer: the line is lost */
 #define MASTER_ALIVE          0.1  /* [s] the longest silence of this side */
@@ -150,7 +151,9 @@ typedef struct {
     uint32_t *slots;                             /* periods x count, oldest first; free() */
 } master_capture_t;
 
-/* The held buffer. false: nothing is held, or `error`. */
+/* The held buffer, or what there is to know of it without its slots, which are NULL then. false: nothing is
+ * held, or `error`. */
+bool master_capture_head(master_t *master, master_capture_t *capture, master_error_t *error);
 bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error);
 
 typedef struct {

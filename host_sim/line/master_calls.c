@@ -504,7 +504,7 @@ static bool capture_columns(master_t *master, master_capture_t *capture, master_
     return true;
 }
 
-bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error)
+bool master_capture_head(master_t *master, master_capture_t *capture, master_error_t *error)
 {
     double state;
     double periods;
@@ -523,6 +523,14 @@ bool master_capture(master_t *master, master_capture_t *capture, master_error_t 
     capture->periods = (uint32_t)periods;
     capture->at = (uint32_t)at;
     capture->after = (uint32_t)after;
+    return true;
+}
+
+bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error)
+{
+    if (!master_capture_head(master, capture, error)) {
+        return false;
+    }
     const uint32_t octets = 4u * capture->periods * capture->count;
     uint8_t *data = malloc(octets);
     capture->slots = malloc(octets);

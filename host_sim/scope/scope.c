@@ -12,6 +12,7 @@
 #include "host_sim/line/transport.h"
 #include "host_sim/rig/rig.h"
 #include "host_sim/scope/http.h"
+#include "host_sim/scope/scope_capture.h"
 #include "host_sim/scope/scope_text.h"
 
 #define FRAME       0.025 /* [s] from one picture to the next */
@@ -55,14 +56,15 @@ struct scope {
     uint32_t first, last, sample_count;
     double sample_at; /* [s] of the last one, or of the start */
     uint32_t slots[SAMPLES_MAX * SCOPE_SIGNALS];
+    scope_capture_t capture;
 };
 
 static const char *const first_signals[] = {"omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"};
 
 /* What the head of the page shows. */
-static const char *const fast_rows[] = {"state",     "fault_reason", "refusal",      "warnings",
-                                        "manoeuvre", "u_dc",         "omega_m",      "enable",
-                                        "i_q",       "warnings_2",   "order_refusal"};
+static const char *const fast_rows[] = {"state",     "fault_reason", "refusal",       "warnings",
+                                        "manoeuvre", "u_dc",         "omega_m",       "enable",
+                                        "i_q",       "warnings_2",   "order_refusal", "capture_state"};
 
 static double now(void)
 {
@@ -301,6 +303,32 @@ static void ask_next(scope_t *scope)
     }
 }
 
+static void tell_capture(scope_t *scope)
+{
+    text_t text;
+    if (scope_capture_is_over(&scope->capture)) {
+        if (text_begin(&text)) {
+            scope_capture_text(text.file, &scope->capture, scope->master);
+            tell(scope, &text, HTTP_ALL, "capture", false);
+        }
+        scope_capture_end(&scope->capture);
+    }
+}
+
+/* One question at a time. */
+static void ask(scope_t *scope, double time)
+{
+    if (scope->asking || scope->capture.asking) {
+        return;
+    }
+    if (time >= scope->next_ask) {
+        scope->next_ask = time + ASK;
+        ask_next(scope);
+    } else {
+        scope_capture_ask(&scope->capture, scope->master);
+    }
+}
+
 /* Of a row that was just written: its neighbours may have been changed with it. */
 static void look_again(scope_t *scope, const table_row_t *row)
 {
@@ -491,6 +519,10 @@ static void handle_post(scope_t *scope, uint32_t client, const http_request_t *r
         good = set(scope, request->body, why, sizeof why);
     } else if (strcmp(request->path, "/order") == 0) {
         good = order(scope, request->body, why, sizeof why);
+    } else if (strcmp(request->path, "/capture") == 0) {
+        master_error_t error = {{0}};
+        good = scope_capture_begin(&scope->capture, scope->master, &error);
+        snprintf(why, sizeof why, "%s", error.text);
     } else if (strcmp(request->path, "/signals") == 0) {
         good = choose(scope, request->body, why, sizeof why);
     } else {
@@ -557,13 +589,12 @@ static void work_line(scope_t *scope, double time)
         scope->asking = false;
         scope->next_again = time + AGAIN;
         tell_samples(scope);
+        tell_capture(scope);
         tell_state(scope);
         return;
     }
-    if (!scope->asking && time >= scope->next_ask) {
-        scope->next_ask = time + ASK;
-        ask_next(scope);
-    }
+    ask(scope, time);
+    tell_capture(scope);
     if (scope->row_count > 0u && time - scope->sample_at > SILENT) {
         master_error_t ignored;
         (void)start_samples(scope, &ignored);
@@ -647,5 +678,6 @@ void scope_close(scope_t *scope)
     }
     master_close(scope->master);
     http_close(scope->http);
+    scope_capture_end(&scope->capture);
     free(scope);
 }

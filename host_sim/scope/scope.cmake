@@ -15,6 +15,7 @@ add_library(lagless_scope STATIC
     scope/http.c
     scope/page.c
     scope/scope.c
+    scope/scope_capture.c
     scope/scope_text.c
     ${CMAKE_CURRENT_BINARY_DIR}/scope_texts.c
 )

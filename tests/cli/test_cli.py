@@ -12,6 +12,9 @@ import sys
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER, FAULT_ROWS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
 
 KEPT = 341  # periods of the twelve rows that explain a fault: CAPTURE_SLOTS / 12
@@ -44,7 +47,7 @@ def runs_under_valgrind():
         return False
 
 
-class CommandLine(unittest.TestCase):
+class CommandLine(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "cli_work")
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -629,7 +632,7 @@ class CommandLine(unittest.TestCase):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 
-class Readme(unittest.TestCase):
+class Readme(stuck.TestCase):
     """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):

@@ -1,7 +1,6 @@
 """`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS FOLDER"""
 
 import csv
-import faulthandler
 import json
 import os
 import pty
@@ -16,8 +15,10 @@ import threading
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-STUCK = 120  # [s] after which a test that still waits says where, and the program ends
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 # Nothing runs, the shaft is lightly loaded; mean voltages, so that real time is kept on a busy machine.
@@ -84,10 +85,8 @@ def recording(folder, name):
     return list(csv.reader(lines))
 
 
-class Case(unittest.TestCase):
+class Case(stuck.TestCase):
     def setUp(self):
-        faulthandler.dump_traceback_later(STUCK, exit=True)
-        self.addCleanup(faulthandler.cancel_dump_traceback_later)
         self.servers = []
         self.folder = os.path.join(FOLDER, self._testMethodName)
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -385,6 +384,20 @@ class BrokenLines(Case):
         self.assertEqual(first.returncode, 0)
         self.does(server, "get state\n")
 
+    def test_who_comes_when_another_one_has_just_gone_is_served(self):
+        server = self.serve()
+        place = ("127.0.0.1", int(server.target.rsplit(":", 1)[1]))
+        connects = bytes.fromhex("02000000ff00")
+        with socket.create_connection(place, timeout=5) as first:
+            first.sendall(connects)
+            self.assertNotEqual(first.recv(1), b"")
+            server.process.send_signal(signal.SIGSTOP)  # as on a machine that has other work
+            first.sendall(bytes.fromhex("01000100fe"))
+        with socket.create_connection(place, timeout=5) as second:
+            second.sendall(connects)
+            server.process.send_signal(signal.SIGCONT)
+            self.assertNotEqual(second.recv(1), b"")
+
     def test_who_serves_something_else_is_found_out(self):
         with socket.create_server(("127.0.0.1", 0)) as other:
 
@@ -394,7 +407,7 @@ class BrokenLines(Case):
                 connection.recv(100)
                 connection.close()
 
-            thread = threading.Thread(target=answer)
+            thread = threading.Thread(target=answer, daemon=True)
             thread.start()
             result = connect(f"tcp://127.0.0.1:{other.getsockname()[1]}", "status\n")
             thread.join()
@@ -473,6 +486,19 @@ class BrokenLines(Case):
         self.assertEqual(client.returncode, 1)
         self.assertIn("wait: interrupted", errors)
 
+    def test_ctrl_c_between_two_lines_ends_a_script(self):
+        server = self.serve()
+        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True)
+        client.stdin.write("get state\n")
+        client.stdin.flush()
+        while not client.stdout.readline().startswith("state"):
+            pass
+        time.sleep(0.3)  # until it waits for the next line
+        client.send_signal(signal.SIGINT)
+        self.assertEqual(client.wait(5), 1)
+        self.assertIn("interrupted", client.communicate()[1])
+
 
 class Terminal(Case):
     """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
@@ -528,6 +554,53 @@ class Terminal(Case):
         _, status = os.waitpid(child, 0)
         os.close(terminal)
         self.assertEqual(os.waitstatus_to_exitcode(status), 0)
+
+    def session(self, server):
+        """A session at a terminal: its process and the terminal, which end with the test."""
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TERM"] = "vt100"
+            os.execv(LAGLESS, [LAGLESS, "connect", server.target])
+        self.addCleanup(os.close, terminal)
+        self.read_until(terminal, "lagless> ")
+        return child, terminal
+
+    def ends(self, child, terminal):
+        """Its exit code, soon; None: it goes on, and is ended."""
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                try:
+                    os.read(terminal, 4096)
+                except OSError:  # the other side is closed
+                    time.sleep(0.05)
+            ended, status = os.waitpid(child, os.WNOHANG)
+            if ended:
+                return os.waitstatus_to_exitcode(status)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return None
+
+    def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
+        child, terminal = self.session(self.serve())
+        os.write(terminal, b"wait 0.5 s\n")
+        time.sleep(0.2)  # in the midst of it
+        os.write(terminal, b"\x04")
+        self.assertEqual(self.ends(child, terminal), 0)
+
+    def test_a_key_that_begins_a_sequence_leaves_the_motor_running_and_a_loss_is_told(self):
+        server = self.serve()
+        child, terminal = self.session(server)
+        os.write(terminal, b"go 300 r/min\n")
+        self.read_until(terminal, "on, going to 300 r/min\r\nlagless> ")
+        os.write(terminal, b"\x1b")
+        time.sleep(2.5)  # more than command_timeout
+        os.write(terminal, b"\x07\nget state\n")
+        self.read_until(terminal, "operation_enabled\r\nlagless> ")
+        os.write(terminal, b"\x1b")
+        time.sleep(0.3)
+        server.end(signal.SIGKILL)
+        self.assertEqual(self.ends(child, terminal), 3)
 
     def test_completion(self):
         linked = subprocess.run(["ldd", LAGLESS], capture_output=True, text=True).stdout

@@ -11,6 +11,9 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, ROOT = sys.argv[1], os.path.abspath(sys.argv[2])
 with open(os.path.join(ROOT, "docs", "experiments.md"), encoding="utf-8") as page:
     PAGE = page.read()
@@ -44,7 +47,7 @@ def claim(name, value, printed=None, tolerance=1e-9, more=""):
     return f'[[claim]]\nid = "{name}"\ntext = "t"\nunit = "-"\nvalue = "{value}"\n{told}{more}'
 
 
-class Test(unittest.TestCase):
+class Test(stuck.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp()
 

@@ -10,6 +10,9 @@ import sys
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 
 STEP = """schema = 1
@@ -39,7 +42,7 @@ def document(path):
         return file.read()
 
 
-class FirstHour(unittest.TestCase):
+class FirstHour(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "work")
         shutil.rmtree(self.folder, ignore_errors=True)

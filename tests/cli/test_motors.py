@@ -8,6 +8,9 @@ import subprocess
 import sys
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER, ROOT = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
 LIBRARY = os.path.join(ROOT, "host_sim", "motors")
 PAGE = open(os.path.join(ROOT, "docs", "motors.md"), encoding="utf-8").read()
@@ -17,7 +20,7 @@ def lagless(*arguments):
     return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL)
 
 
-class Motors(unittest.TestCase):
+class Motors(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "motors_work")
         shutil.rmtree(self.folder, ignore_errors=True)

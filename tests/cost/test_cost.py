@@ -9,6 +9,7 @@ import json
 import pathlib
 import struct
 import tempfile
+import types
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -196,6 +197,24 @@ class Log(unittest.TestCase):
         rest = (self.STEP + 8, ["bx       lr"])
         (interrupt,) = self.trace(call, inner, rest, staying=[(self.INNER, 0x280)])
         self.assertEqual(cost.mixed(interrupt.blocks)[cost.FLASH], 3)
+
+    def test_another_function_than_the_step_is_counted_by_itself(self):
+        step = (self.STEP, ["nop      ", "bl       #0x200"])
+        inner = (self.INNER, ["nop      ", "nop      ", "bx       lr"])
+        rest = (self.STEP + 8, ["bx       lr"])
+        trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280)}, {}, [], None, "inner")
+        for text in log(step, inner, rest, step, inner, rest):
+            trace.line(text)
+        trace.finish()
+        self.assertEqual([i.count for i in trace.interrupts], [3, 3])
+
+    def test_adaptations_are_what_learning_adds_to_the_mean_with_the_bridge_on(self):
+        def interrupts(*counts):
+            return [types.SimpleNamespace(count=count, calls={"estimator_step": 1} if count else {}) for count in counts]
+
+        learnt, not_learnt = cost.LEARNING
+        drive = types.SimpleNamespace(parts={learnt: interrupts(0, 110, 130), not_learnt: interrupts(100, 0, 90)}, steps={"estimator_step"})
+        self.assertEqual(cost.Measured.adaptations(drive), 25.0)
 
     def test_stretch_is_counted_from_the_entry_of_one_function_to_that_of_another(self):
         off, between, on = (0x100, ["nop      ", "bx       lr"]), (0x200, ["nop      "] * 5), (0x300, ["bx       lr"])

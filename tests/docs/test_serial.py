@@ -37,9 +37,11 @@ class Serial(unittest.TestCase):
 
     def test_commands_are_those_of_the_slave(self):
         rows = "".join((TALK / name).read_text(encoding="utf-8") for name in ("xcp.c", "xcp_page.c", "xcp_daq.c"))
-        slave = re.findall(r"\{(0x[0-9A-F]{2}), \d+u, \w+\}", rows)
+        slave = re.findall(r'\{(0x[0-9A-F]{2}), \d+u, (?:NULL|"(\w+)"), \w+\}', rows)
         page = self.tables[("code", "command", "answer beside the standard's")]
-        self.assertEqual(sorted(slave, reverse=True), [row[0] for row in page])
+        self.assertEqual(sorted((code for code, _ in slave), reverse=True), [row[0] for row in page])
+        names = {row[0]: row[1] for row in page}
+        self.assertEqual({}, {code: name for code, name in slave if name and name != names[code]})
         self.assertEqual(len(page), len({row[1] for row in page}))
 
     def test_errors_are_those_of_the_slave(self):

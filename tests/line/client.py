@@ -1,5 +1,5 @@
 """What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
-working folder). Prints a JSON object. usage: client.py refusals | record SECONDS EVERY FILE ID..."""
+working folder). Prints a JSON object. usage: client.py facts | refusals | record SECONDS EVERY FILE ID..."""
 
 import json
 import struct
@@ -52,6 +52,45 @@ def record(seconds, every, path, ids):
     for a, b in zip(policy.stamps, policy.stamps[1:]):
         steps[b - a] = steps.get(b - a, 0) + 1
     return {"rows": len(policy.values), "steps": steps, "lost": lost}
+
+
+def facts():
+    """What the drive says of itself, by the names of pyxcp."""
+    with ArgumentParser(description="").run() as x:
+        connected = x.connect()
+        x.allocDaq(2)
+        processor = x.getDaqProcessorInfo()
+        resolution = x.getDaqResolutionInfo()
+        event = x.getDaqEventInfo(0)
+        done = {
+            "version": int(connected.protocolLayerVersion),
+            "max_cto": int(connected.maxCto),
+            "max_dto": int(connected.maxDto),
+            "byte_order": str(connected.commModeBasic.byteOrder),
+            "address_granularity": str(connected.commModeBasic.addressGranularity),
+            "daq_config_type": str(processor.daqProperties.daqConfigType),
+            "prescaler": bool(processor.daqProperties.prescalerSupported),
+            "overload_event": bool(processor.daqProperties.overloadEvent),
+            "max_daq": int(processor.maxDaq),
+            "max_event_channel": int(processor.maxEventChannel),
+            "min_daq": int(processor.minDaq),
+            "optimisation": str(processor.daqKeyByte.Optimisation_Type),
+            "address_extension": str(processor.daqKeyByte.Address_Extension),
+            "identification_field": str(processor.daqKeyByte.Identification_Field),
+            "granularity": int(resolution.granularityOdtEntrySizeDaq),
+            "max_entry": int(resolution.maxOdtEntrySizeDaq),
+            "stamp_ticks": int(resolution.timestampTicks),
+            "stamp_size": str(resolution.timestampMode.size),
+            "stamp_fixed": bool(resolution.timestampMode.fixed),
+            "stamp_unit": str(resolution.timestampMode.unit),
+            "event_lists": int(event.maxDaqList),
+            "event_cycle": int(event.eventChannelTimeCycle),
+            "event_unit": str(event.eventChannelTimeUnit),
+            "event_priority": int(event.eventChannelPriority),
+            "event_name": bytes(x.upload(event.eventChannelNameLength)).decode(),
+        }
+        x.disconnect()
+    return done
 
 
 def refusals():
@@ -121,5 +160,5 @@ def refusals():
 if arguments[0] == "record":
     done = record(float(arguments[1]), int(arguments[2]), arguments[3], [int(i) for i in arguments[4:]])
 else:
-    done = refusals()
+    done = {"facts": facts, "refusals": refusals}[arguments[0]]()
 print(json.dumps(done))

@@ -13,6 +13,9 @@ import sys
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, PYTHON, FOLDER, SECONDS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3], float(sys.argv[4])
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXTENSIONS = {"signals": 0, "params": 1, "requests": 2, "services": 3}
@@ -79,12 +82,33 @@ epk = session.query(model.Epk).first().identifier
 print(json.dumps({"rows": rows, "epk": epk}))
 """
 
+# IF_DATA by a grammar: that of the file itself, and that of the association's example, which is the standard's as a whole.
+IF_DATA_READER = """
+import json, pathlib, re, sys
+import pya2l
+from pya2l import model
+from pya2l.aml.ifdata_parser import IfDataParser
+GRAMMAR = re.compile(r"/begin\\s+A2ML.*?/end\\s+A2ML", re.S)
+own = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8")
+example = pathlib.Path(pya2l.__file__).parent / "examples" / "ASAP2_Demo_V161.a2l"
+whole = GRAMMAR.search(example.read_text(encoding="latin-1"))[0]
+read = []
+for text in (own, GRAMMAR.sub(lambda _: whole, own)):
+    path = pathlib.Path("if_data.a2l")
+    path.write_text(text, encoding="utf-8")
+    session = pya2l.import_a2l(str(path), in_memory=True, progress_bar=False, loglevel="ERROR", encoding="utf-8")
+    [data] = session.query(model.Module).first().if_data
+    read.append(IfDataParser(session).parse(data.raw))
+commands = re.search(r'"OPTIONAL_CMD"\\s+enum\\s*{(.*?)}', whole, re.S)[1]
+print(json.dumps({"read": read, "commands": {name: int(code, 0) for name, code in re.findall(r'"(\\w+)"\\s*=\\s*(\\w+)', commands)}}))
+"""
+
 
 def float32(value):
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
-class Pyxcp(unittest.TestCase):
+class Pyxcp(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "pyxcp_work", self.id().rsplit(".", 1)[1])
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -175,6 +199,70 @@ class Pyxcp(unittest.TestCase):
                         self.assertEqual(as_it_is(row[end]), as_it_is(entry[end]))
                 if row["kind"] == "choice":
                     self.assertEqual(list(enumerate(row["choices"].split("|"))), [tuple(c) for c in entry["choices"]])
+
+    def test_description_says_of_the_line_what_the_drive_says(self):
+        """IF_DATA XCP, read by two grammars alike, against the answers of the drive, and what each transport is by its test."""
+        self.serve("cold_start")
+        self.tool("xcp-fetch-a2l")
+        reader = os.path.join(self.folder, "if_data_reader.py")
+        with open(reader, "w") as file:
+            file.write(IF_DATA_READER)
+        done = json.loads(self.python(reader, "lagless.a2l").stdout.splitlines()[-1])
+        self.assertEqual(done["read"][0], done["read"][1])
+        [blocks] = done["read"][0]["XCP"]
+        says = self.client("facts")
+
+        layer = blocks["PROTOCOL_LAYER"]
+        self.assertEqual([0x100 * says["version"], says["max_cto"], says["max_dto"]], [layer[0], *layer[8:10]])
+        self.assertEqual([("INTEL", "BYTE"), ("BYTE_ORDER_MSB_LAST", "ADDRESS_GRANULARITY_BYTE")],
+                         [(says["byte_order"], says["address_granularity"]), tuple(layer[10:12])])
+        self.assertEqual({name for name, code in done["commands"].items() if self.knows(code)}, set(layer[12]["OPTIONAL_CMD"]))
+
+        daq = blocks["DAQ"]
+        self.assertEqual([says["daq_config_type"], says["max_daq"], says["max_event_channel"], says["min_daq"]], daq[:4])
+        self.assertEqual(("OM_DEFAULT", "AE_DIFFERENT_WITHIN_ODT", "IDF_ABS_ODT_NUMBER"),
+                         (says["optimisation"], says["address_extension"], says["identification_field"]))
+        self.assertEqual(["OPTIMISATION_TYPE_DEFAULT", "ADDRESS_EXTENSION_FREE", "IDENTIFICATION_FIELD_TYPE_ABSOLUTE"], daq[4:7])
+        self.assertEqual((4, "GRANULARITY_ODT_ENTRY_SIZE_DAQ_DWORD"), (says["granularity"], daq[7]))
+        self.assertEqual(says["max_entry"], daq[8])
+        self.assertEqual((True, "OVERLOAD_INDICATION_EVENT"), (says["overload_event"], daq[9]))
+        more = daq[10]
+        self.assertEqual(says["prescaler"], more["PRESCALER_SUPPORTED"])
+        self.assertEqual(("S4", True), (says["stamp_size"], says["stamp_fixed"]))
+        self.assertEqual([says["stamp_ticks"], "SIZE_DWORD", says["stamp_unit"].replace("DAQ_TIMESTAMP_", ""), {"TIMESTAMP_FIXED": True}],
+                         more["TIMESTAMP_SUPPORTED"])
+        [event] = more["EVENT"]
+        self.assertEqual([says["event_name"], 0, "DAQ", says["event_lists"], says["event_cycle"], says["event_priority"]],
+                         [event[0], *event[2:6], event[7]])
+        units = ["1NS", "10NS", "100NS", "1US", "10US", "100US", "1MS", "10MS", "100MS", "1S"]
+        self.assertEqual(says["event_unit"], "EVENT_CHANNEL_TIME_UNIT_" + units[event[6]])
+
+        self.assertIn("c.Transport.SxI.bitrate = %d\n" % blocks["XCP_ON_SxI"][1], SERIAL_CONFIGURATION)
+        self.assertEqual([{"ASYNCH_FULL_DUPLEX_MODE": ["PARITY_NONE", "ONE_STOP_BIT"]}, "HEADER_LEN_CTR_WORD", "NO_CHECKSUM"],
+                         blocks["XCP_ON_SxI"][2:])
+        port = blocks["XCP_ON_TCP_IP"][1]
+        self.assertEqual([0x100, port, {"ADDRESS": "127.0.0.1"}], blocks["XCP_ON_TCP_IP"])
+        told = subprocess.run([LAGLESS, "serve", "--help"], capture_output=True, text=True, check=True).stdout
+        self.assertIn("default %d;" % port, told)
+
+    def knows(self, code):
+        """Has the drive this command? Zeros behind it ask for nothing that there is."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=5) as line:
+            line.sendall(bytes.fromhex("02000000ff00"))
+            self.assertEqual(12, len(self.exactly(line, 12)))
+            line.sendall(bytes([8, 0, 1, 0, code, *[0] * 7]))
+            answer = self.exactly(line, self.exactly(line, 4)[0])
+            line.sendall(bytes([1, 0, 2, 0, 0xFE]))
+            self.exactly(line, 5)
+        return answer != b"\xfe\x20"
+
+    def exactly(self, line, count):
+        octets = b""
+        while len(octets) < count:
+            more = line.recv(count - len(octets))
+            self.assertNotEqual(b"", more)
+            octets += more
+        return octets
 
     def test_what_is_refused_changes_nothing(self):
         self.serve("cold_start")

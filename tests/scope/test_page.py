@@ -15,7 +15,8 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / "report"), str(pathlib.Path(__file__).resolve().parent.parent)]
+import stuck  # noqa: E402
 from test_browser import SKIPPED, Browser, Fault, expect  # noqa: E402
 
 PICTURES_MIN = 25  # [1/s] with six signals
@@ -64,6 +65,14 @@ for (let k = Math.max(1, ring.total - ring.stamps.length + 1); k < ring.total; k
     seen[step] = (seen[step] || 0) + 1;
 }
 return {seen, total: ring.total}"""
+
+# What is drawn of the drive's own buffer, as the page keeps it.
+KEPT = """
+const {kept} = scope.state, {picture} = kept, names = kept.signals.map(id => scope.rows.get(id).name);
+const speed = picture.columns[names.indexOf('omega_m')], at = picture.zero - picture.begin;
+const steps = new Set(Array.from(picture.stamps).slice(1).map((stamp, n) => stamp - picture.stamps[n]));
+return {names, periods: picture.stamps.length, steps: [...steps], at, before: speed[at - 1], here: speed[at],
+        first: speed[0], axis: [scope.panels()[0].plot.scales.x.min, scope.panels()[0].plot.scales.x.max]}"""
 
 RECORD = """
 const record = scope.trigger.record, source = scope.trigger.source;
@@ -233,6 +242,45 @@ class Bench:
         self.browser.pointer(over, (0, 0), "down", "up", "down", "up")
         self.wait("!scope.state.zoom && scope.panels()[2].plot.scales.x.max > 0.37", "the whole window")
 
+    def shows_what_the_drive_has_kept(self):
+        """A ramp down through a level: 512 periods of every chosen signal around the very period in which it was passed."""
+        self.pick("#capture_on", "falls below")
+        self.pick("#capture_source", "omega_m")
+        self.write("#capture_level", "400")
+        self.write("#capture_after", "20")
+        self.click("#capture_arm")
+        self.wait("document.getElementById('capture_state').textContent === 'armed'", "arming")
+        self.write("#speed_value", "300\n")
+        self.wait("document.getElementById('capture_state').textContent === 'held'", "the edge")
+        self.click("#capture_show")
+        self.wait("scope.state.kept && scope.panels()[0].plot.data[0].length > 100", "the drive's buffer")
+        time.sleep(0.3)
+        kept = self.run(KEPT)
+        expect(kept["names"], self.run("return scope.state.choice.signals.map(id => scope.rows.get(id).name)"), "signals of the buffer")
+        expect([kept["periods"], kept["steps"], kept["at"]], [512, [1], 512 - 1 - 200], "periods, their steps, the trigger's place")
+        if not kept["here"] < 400 <= kept["before"]:
+            raise Fault(f"no edge at the trigger: {kept}")
+        expect([round(x, 6) for x in kept["axis"]], [-0.0311, 0.02], "axis")
+        for panel in self.run(TRACES):
+            if min(panel) < 50:
+                raise Fault(f"traces of the buffer with too few pixels: {panel}")
+        self.shoot("buffer")
+        self.browser.size(390, 844)
+        for selector, name in (("#from_drive", "buffer_narrow"), ("#buffer", "buffer_card_narrow")):
+            self.run("const at = document.querySelector(arguments[0]).getBoundingClientRect().top + scrollY;"
+                     "scrollTo({top: at - 100, behavior: 'instant'}); return new Promise(d => setTimeout(d, 400))", selector)
+            page, window = self.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
+            if page > window:
+                raise Fault(f"the page is {page} px wide in a window of {window} px")
+            self.shoot(name)
+        self.browser.size(1400, 1000)
+        self.run("scrollTo({top: 0, behavior: 'instant'})")
+        self.click("#live")
+        self.wait("!scope.state.kept && document.getElementById('from_drive').hidden", "back to live")
+        self.click("#capture_release")
+        self.wait("document.getElementById('capture_state').textContent === 'idle'", "release")
+        expect(self.run("return document.getElementById('capture_show').disabled"), True, "nothing to show")
+
     def stop_is_in_reach_and_nothing_overflows(self):
         for width, height in ((1400, 1000), (390, 844)):
             self.browser.size(width, height)
@@ -286,7 +334,7 @@ class Bench:
         expect(self.scope.wait(20), 0, "exit code of the scope")
 
     CHECKS = (opens_and_is_linked, starts_the_motor_and_sees_it_turn, draws_as_often_as_promised, keeps_every_sample, changes_a_gain,
-              chooses_signals, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back, stop_is_in_reach_and_nothing_overflows,
+              chooses_signals, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back, shows_what_the_drive_has_kept, stop_is_in_reach_and_nothing_overflows,
               stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
 
 
@@ -308,7 +356,9 @@ def main():
             bench = Bench(sys.argv[1], folder, work)
             bench.browser = Browser(driver, chromium, work, "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
             for check in Bench.CHECKS:
+                watching = stuck.watch(check.__name__)
                 check(bench)
+                watching.cancel()
                 print(f"good: {check.__name__}")
         except Fault as fault:
             if "uPlot" in str(fault):

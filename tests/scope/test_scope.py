@@ -14,6 +14,9 @@ import threading
 import time
 import unittest
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 RPM = 30 / 3.141592653589793
 BENCH = """schema = 1
@@ -32,7 +35,7 @@ class Page:
 
     def __init__(self, url):
         self.host = re.fullmatch(r"http://([^/]+)/", url)[1]
-        self.hello, self.values, self.state, self.samples = None, {}, {}, []
+        self.hello, self.values, self.state, self.samples, self.captures = None, {}, {}, [], []
         self.connection = http.client.HTTPConnection(self.host, timeout=30)
         self.connection.request("GET", "/events")
         self.answer = self.connection.getresponse()
@@ -58,6 +61,8 @@ class Page:
             self.state = data
         elif name == "samples":
             self.samples.append(data)
+        elif name == "capture":
+            self.captures.append(data)
 
     def value(self, name):
         row = next(row for row in self.hello["rows"] if row["name"] == name)
@@ -75,7 +80,7 @@ class Page:
         self.connection.close()
 
 
-class Scope(unittest.TestCase):
+class Scope(stuck.TestCase):
     def setUp(self):
         os.makedirs(FOLDER, exist_ok=True)
         self.scenario = os.path.join(FOLDER, "bench.toml")
@@ -178,6 +183,38 @@ class Scope(unittest.TestCase):
         self.wait(lambda: page.state.get("staged"), "staged")
         self.assertTrue(page.ask("/order", "apply")["ok"])
         self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
+
+    def brings_the_buffer(self, target):
+        """All that the drive has kept, by the numbers of the periods themselves; nothing of one that is not held."""
+        page = self.scope(target)
+        self.assertIn("holds nothing yet", page.ask("/capture")["text"])
+        for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):
+            self.assertTrue(page.ask("/set", wish)["ok"], wish)
+        self.assertTrue(page.ask("/order", "capture_arm")["ok"])
+        time.sleep(0.3)  # 512 periods are 51 ms
+        self.assertTrue(page.ask("/order", "capture_trigger")["ok"])
+        self.wait(lambda: page.value("capture_state") == 3, "held")
+        self.assertTrue(page.ask("/capture")["ok"])
+        begun = time.monotonic()
+        self.assertIn("already", page.ask("/capture")["text"])
+        self.assertTrue(page.ask("/stop")["ok"])  # not behind the whole of it
+        took = time.monotonic() - begun
+        self.wait(lambda: page.captures, "the buffer")
+        [kept] = page.captures
+        self.assertEqual((100, 512, [2000, 2024, 2044]), (kept["after"], kept["periods"], kept["signals"]))
+        slots = struct.unpack("<1536I", base64.b64decode(kept["d"]))
+        self.assertEqual(list(range(kept["at"] + 100 - 511, kept["at"] + 101)), list(slots[::3]))
+        volts = [struct.unpack("<f", struct.pack("<I", slot))[0] for slot in slots[1::3]]
+        self.assertTrue(all(abs(each - 311) < 2 for each in volts), volts[:9])
+        self.assertTrue(page.ask("/order", "capture_release")["ok"])
+        self.assertIn("holds nothing yet", page.ask("/capture")["text"])
+        return took
+
+    def test_drives_own_buffer_comes_to_the_page(self):
+        self.assertLess(self.brings_the_buffer(self.serve("--port", "0")), 0.5)
+
+    def test_drives_own_buffer_comes_over_the_serial_line(self):
+        self.assertLess(self.brings_the_buffer(self.serve("--serial")), 0.5)
 
     def stops_soon(self, target):
         page = self.scope(target)

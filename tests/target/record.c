@@ -242,6 +242,44 @@ static void ordinary(void)
     expect(operating());
 }
 
+/* The same in short, while all is learnt that can be, or nothing: their difference is what learning costs. */
+static void learning(bool on)
+{
+    static const struct {
+        const char *name;
+        double rate;
+    } rows[] = {{"flux_adaptation", 2.0},
+                {"inductance_adaptation", 3.0},
+                {"dead_time_adaptation", 6.0},
+                {"inertia_adaptation", 1.0},
+                {"offset_trim", 0.05}};
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        set(rows[n].name, on ? rows[n].rate : 0.0);
+    }
+    set("position_source", 1.0);
+    set("torque_feedforward", 1.0);
+    apply();
+    rig_set_motion(rig, 0.0, 500.0 * RPM);
+    set("speed_request", 500.0 * RPM);
+    set("enable", 1.0);
+    run(seconds(0.15));
+    set("speed_request", 1000.0 * RPM);
+    run(seconds(0.15));
+    set("load_torque", 5.0);
+    run(seconds(0.1));
+    expect(operating());
+}
+
+static void all_learnt(void)
+{
+    learning(true);
+}
+
+static void nothing_learnt(void)
+{
+    learning(false);
+}
+
 /* The loop is locked at the speed where that takes longest. */
 static void catch_it(void)
 {
@@ -456,6 +494,8 @@ static const struct {
     {"doubtful voltage", 840, true, doubt},
     {"everything at once", 1260, true, everything},
     {"relock and start anew", 1600, true, fault_and_reset},
+    {"all learnt", 4000, true, all_learnt},
+    {"nothing learnt", 4000, true, nothing_learnt},
     {"paper sign", 540, false, paper_sign},
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };

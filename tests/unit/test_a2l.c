@@ -9,8 +9,8 @@
 
 #include "math/float_bits.h"
 
-static uint16_t octets[4096];
-static char string[4096];
+static uint16_t octets[8192];
+static char string[8192];
 
 void setUp(void)
 {
@@ -127,19 +127,92 @@ static const table_row_t shown_rows[] = {
 static const table_t set = {"params", set_rows, 3u};
 static const table_t shown = {"signals", shown_rows, 2u};
 static const a2l_table_t tables[] = {{&shown, 0u}, {&set, 1u}};
-static const a2l_t a2l = {tables, 2u, UINT32_C(0x01234567)};
 
-static const char expected[] =
+static void write_event(text_t *text)
+{
+    text_put(text, "isr_8kHz");
+}
+
+static const a2l_t a2l = {tables, 2u, UINT32_C(0x01234567), {125000u, 115200u, write_event}};
+
+/* By ASAM MCD-1 XCP 1.0, part 2: the blocks in their order, names and numbers of enumerations, codes of
+ * commands. */
+static const char expected_grammar[] =
     "ASAP2_VERSION 1 61\n"
     "/begin PROJECT lagless \"\"\n"
     "  /begin MODULE drive \"lagless drive\"\n"
+    "    /begin A2ML\n"
+    "block \"IF_DATA\" taggedunion if_data{\"XCP\" struct{taggedstruct{\n"
+    "block \"PROTOCOL_LAYER\" struct{uint;uint;uint;uint;uint;uint;uint;uint;uchar;uint;\n"
+    "enum{\"BYTE_ORDER_MSB_LAST\"=0,\"BYTE_ORDER_MSB_FIRST\"=1};\n"
+    "enum{\"ADDRESS_GRANULARITY_BYTE\"=1,\"ADDRESS_GRANULARITY_WORD\"=2,\"ADDRESS_GRANULARITY_DWORD\"=4};\n"
+    "taggedstruct{(\"OPTIONAL_CMD\" enum{"
+    "\"GET_COMM_MODE_INFO\"=251,\"GET_ID\"=250,\"SET_MTA\"=246,\"UPLOAD\"=245,\"SHORT_UPLOAD\"=244,"
+    "\"BUILD_CHECKSUM\"=243,\"DOWNLOAD\"=240,\"SET_CAL_PAGE\"=235,\"GET_CAL_PAGE\"=234,"
+    "\"GET_PAG_PROCESSOR_INFO\"=233,\"GET_SEGMENT_INFO\"=232,\"GET_PAGE_INFO\"=231,\"SET_DAQ_PTR\"=226,"
+    "\"WRITE_DAQ\"=225,\"SET_DAQ_LIST_MODE\"=224,\"START_STOP_DAQ_LIST\"=222,\"START_STOP_SYNCH\"=221,"
+    "\"GET_DAQ_CLOCK\"=220,\"GET_DAQ_PROCESSOR_INFO\"=218,\"GET_DAQ_RESOLUTION_INFO\"=217,"
+    "\"GET_DAQ_EVENT_INFO\"=215,\"FREE_DAQ\"=214,\"ALLOC_DAQ\"=213,\"ALLOC_ODT\"=212,\"ALLOC_ODT_ENTRY\"=211"
+    "})*;};};\n"
+    "block \"DAQ\" struct{enum{\"STATIC\"=0,\"DYNAMIC\"=1};uint;uint;uchar;\n"
+    "enum{\"OPTIMISATION_TYPE_DEFAULT\"=0};enum{\"ADDRESS_EXTENSION_FREE\"=0};\n"
+    "enum{\"IDENTIFICATION_FIELD_TYPE_ABSOLUTE\"=0};\n"
+    "enum{\"GRANULARITY_ODT_ENTRY_SIZE_DAQ_DWORD\"=4};uchar;\n"
+    "enum{\"NO_OVERLOAD_INDICATION\"=0,\"OVERLOAD_INDICATION_PID\"=1,\"OVERLOAD_INDICATION_EVENT\"=2};\n"
+    "taggedstruct{\"PRESCALER_SUPPORTED\";\n"
+    "block \"TIMESTAMP_SUPPORTED\" struct{uint;enum{\"SIZE_DWORD\"=4};\n"
+    "enum{\"UNIT_1NS\"=0,\"UNIT_10NS\"=1,\"UNIT_100NS\"=2,\"UNIT_1US\"=3,\"UNIT_10US\"=4,\"UNIT_100US\"=5,"
+    "\"UNIT_1MS\"=6,\"UNIT_10MS\"=7,\"UNIT_100MS\"=8,\"UNIT_1S\"=9};taggedstruct{\"TIMESTAMP_FIXED\";};};\n"
+    "(block \"EVENT\" struct{char[101];char[9];uint;enum{\"DAQ\"=1,\"STIM\"=2,\"DAQ_STIM\"=3};"
+    "uchar;uchar;uchar;uchar;})*;};};\n"
+    "block \"XCP_ON_SxI\" struct{uint;ulong;taggedstruct{\"ASYNCH_FULL_DUPLEX_MODE\" struct{\n"
+    "enum{\"PARITY_NONE\"=0,\"PARITY_ODD\"=1,\"PARITY_EVEN\"=2};enum{\"ONE_STOP_BIT\"=1,\"TWO_STOP_BITS\"=2};"
+    "};};\n"
+    "enum{\"HEADER_LEN_CTR_WORD\"=4};enum{\"NO_CHECKSUM\"=0};};\n"
+    "block \"XCP_ON_TCP_IP\" struct{uint;uint;taggedunion{\"HOST_NAME\" char[256];\"ADDRESS\" char[15];};};\n"
+    "};};};\n"
+    "    /end A2ML\n";
+
+static const char expected_head[] =
     "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"lagless-01234567\" /end MOD_PAR\n"
     "    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 "
     "ALIGNMENT_FLOAT32_IEEE 4 /end MOD_COMMON\n"
     "    /begin RECORD_LAYOUT RL.FLOAT32_IEEE FNC_VALUES 1 FLOAT32_IEEE COLUMN_DIR DIRECT /end "
     "RECORD_LAYOUT\n"
     "    /begin RECORD_LAYOUT RL.SLONG FNC_VALUES 1 SLONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n"
-    "    /begin RECORD_LAYOUT RL.ULONG FNC_VALUES 1 ULONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n"
+    "    /begin RECORD_LAYOUT RL.ULONG FNC_VALUES 1 ULONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n";
+
+/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, in one octet 125.
+ */
+static const char expected_protocol[] =
+    "    /begin IF_DATA XCP\n"
+    "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1000 64 128 BYTE_ORDER_MSB_LAST "
+    "ADDRESS_GRANULARITY_BYTE\n"
+    "        OPTIONAL_CMD GET_COMM_MODE_INFO\n        OPTIONAL_CMD GET_ID\n        OPTIONAL_CMD SET_MTA\n"
+    "        OPTIONAL_CMD UPLOAD\n        OPTIONAL_CMD SHORT_UPLOAD\n        OPTIONAL_CMD BUILD_CHECKSUM\n"
+    "        OPTIONAL_CMD DOWNLOAD\n        OPTIONAL_CMD SET_CAL_PAGE\n        OPTIONAL_CMD GET_CAL_PAGE\n"
+    "        OPTIONAL_CMD GET_PAG_PROCESSOR_INFO\n        OPTIONAL_CMD GET_SEGMENT_INFO\n"
+    "        OPTIONAL_CMD GET_PAGE_INFO\n        OPTIONAL_CMD SET_DAQ_PTR\n        OPTIONAL_CMD WRITE_DAQ\n"
+    "        OPTIONAL_CMD SET_DAQ_LIST_MODE\n        OPTIONAL_CMD START_STOP_DAQ_LIST\n"
+    "        OPTIONAL_CMD START_STOP_SYNCH\n        OPTIONAL_CMD GET_DAQ_CLOCK\n"
+    "        OPTIONAL_CMD GET_DAQ_PROCESSOR_INFO\n        OPTIONAL_CMD GET_DAQ_RESOLUTION_INFO\n"
+    "        OPTIONAL_CMD GET_DAQ_EVENT_INFO\n        OPTIONAL_CMD FREE_DAQ\n        OPTIONAL_CMD ALLOC_DAQ\n"
+    "        OPTIONAL_CMD ALLOC_ODT\n        OPTIONAL_CMD ALLOC_ODT_ENTRY\n"
+    "      /end PROTOCOL_LAYER\n"
+    "      /begin DAQ DYNAMIC 2 1 0 OPTIMISATION_TYPE_DEFAULT ADDRESS_EXTENSION_FREE "
+    "IDENTIFICATION_FIELD_TYPE_ABSOLUTE GRANULARITY_ODT_ENTRY_SIZE_DAQ_DWORD 4 OVERLOAD_INDICATION_EVENT "
+    "PRESCALER_SUPPORTED\n"
+    "        /begin TIMESTAMP_SUPPORTED 125 SIZE_DWORD UNIT_1US TIMESTAMP_FIXED /end TIMESTAMP_SUPPORTED\n"
+    "        /begin EVENT \"isr_8kHz\" \"isr\" 0 DAQ 2 125 3 255 /end EVENT\n"
+    "      /end DAQ\n";
+static const char expected_serial[] = "      /begin XCP_ON_SxI 0x0100 115200 ASYNCH_FULL_DUPLEX_MODE "
+                                      "PARITY_NONE ONE_STOP_BIT HEADER_LEN_CTR_WORD "
+                                      "NO_CHECKSUM /end XCP_ON_SxI\n";
+static const char expected_tcp[] =
+    "      /begin XCP_ON_TCP_IP 0x0100 5555 ADDRESS \"127.0.0.1\" /end XCP_ON_TCP_IP\n"
+    "    /end IF_DATA\n";
+
+static const char expected_rows[] =
     "    /begin MEASUREMENT period \"clock\" ULONG NO_COMPU_METHOD 0 0 0 4294967295 ECU_ADDRESS 0x00001f40 "
     "ECU_ADDRESS_EXTENSION 0 PHYS_UNIT \"periods\" /end MEASUREMENT\n"
     "    /begin MEASUREMENT i_a \"current\" FLOAT32_IEEE NO_COMPU_METHOD 0 0 -3.4028235e38 3.4028235e38 "
@@ -161,18 +234,37 @@ static const char expected[] =
     "  /end MODULE\n"
     "/end PROJECT\n";
 
+static char expected[8192]; /* all of it; the standard of C has no literals of that length */
+
+static const char *whole(const char *serial)
+{
+    snprintf(expected, sizeof expected, "%s%s%s%s%s%s", expected_grammar, expected_head, expected_protocol,
+             serial, expected_tcp, expected_rows);
+    return expected;
+}
+
 static void test_every_row_is_described(void)
 {
     a2l_place_t place = {0u, 0u};
     text_t text = text_window(0u, sizeof octets / sizeof octets[0], octets);
     a2l_write(&a2l, &place, &text);
-    TEST_ASSERT_EQUAL_STRING(expected, string_of(&text));
+    TEST_ASSERT_EQUAL_STRING(whole(expected_serial), string_of(&text));
+}
+
+static void test_a_board_without_a_serial_line_is_reached_by_tcp_alone(void)
+{
+    a2l_t without = a2l;
+    without.line.baud = 0u;
+    a2l_place_t place = {0u, 0u};
+    text_t text = text_window(0u, sizeof octets / sizeof octets[0], octets);
+    a2l_write(&without, &place, &text);
+    TEST_ASSERT_EQUAL_STRING(whole(""), string_of(&text));
 }
 
 /* In pieces of any size, one behind the other or from any place, it is the same file. */
 static void test_any_window_shows_its_part_of_the_whole(void)
 {
-    const uint32_t length = (uint32_t)(sizeof expected - 1u);
+    const uint32_t length = (uint32_t)strlen(whole(expected_serial));
     a2l_place_t place = {0u, 0u};
     for (uint32_t piece = 1u; piece <= 63u; piece += 31u) {
         for (uint32_t n = 0; n < length; n += piece) {
@@ -192,14 +284,15 @@ static void test_any_window_shows_its_part_of_the_whole(void)
 
 static void test_beyond_its_end_nothing_is_written_and_all_is_counted(void)
 {
+    const uint32_t length = (uint32_t)strlen(whole(expected_serial));
     a2l_place_t place = {0u, 0u};
     text_t text = text_window(UINT32_MAX, 0u, octets);
     octets[0] = 0xFFFFu;
     a2l_write(&a2l, &place, &text);
-    TEST_ASSERT_EQUAL_UINT32(sizeof expected - 1u, text.at);
-    text = text_window(sizeof expected - 1u, 63u, octets);
+    TEST_ASSERT_EQUAL_UINT32(length, text.at);
+    text = text_window(length, 63u, octets);
     a2l_write(&a2l, &place, &text);
-    TEST_ASSERT_EQUAL_UINT32(sizeof expected - 1u, text.at);
+    TEST_ASSERT_EQUAL_UINT32(length, text.at);
     text = text_window(UINT32_MAX - 10u, 63u, octets); /* its end would wrap */
     a2l_write(&a2l, &place, &text);
     TEST_ASSERT_EQUAL_HEX16(0xFFFF, octets[0]);
@@ -213,6 +306,7 @@ int main(void)
     RUN_TEST(test_whole_numbers_and_hex);
     RUN_TEST(test_quotes_are_escaped);
     RUN_TEST(test_every_row_is_described);
+    RUN_TEST(test_a_board_without_a_serial_line_is_reached_by_tcp_alone);
     RUN_TEST(test_any_window_shows_its_part_of_the_whole);
     RUN_TEST(test_beyond_its_end_nothing_is_written_and_all_is_counted);
     return UNITY_END();

@@ -27,7 +27,10 @@ const scope = (() => {
     const state = {
         hello: null, link: false, choice: null, held: false, zoom: null, cursors: [], frames: 0, gaps: 0, armed: "roll",
         pictures: 0, dirty: true, undo: new Map(), started: performance.now(),
+        kept: null, // what the drive's own buffer held, while it is shown: its signals, and the picture
     };
+
+    const signalsShown = () => state.kept ? state.kept.signals : state.choice.signals;
 
     /* ---- numbers ---- */
 
@@ -215,6 +218,9 @@ const scope = (() => {
 
         /* Which samples are drawn, [begin, end] of the axis and its zero [periods]. */
         picture() {
+            if (state.kept) {
+                return state.kept.picture;
+            }
             const span = periods(windowSeconds());
             const stale = performance.now() - this.seen > 1000 * (AUTO_AFTER + windowSeconds());
             if (this.record && this.mode !== "roll" && !(this.mode === "auto" && stale && !state.held)) {
@@ -273,7 +279,7 @@ const scope = (() => {
 
     function group() {
         const groups = new Map();
-        state.choice.signals.forEach((id, index) => {
+        signalsShown().forEach((id, index) => {
             const row = rows.get(id);
             const key = row.kind === "enum" ? `enum ${id}` : row.shown === "-" ? `number ${id}` : row.shown;
             if (!groups.has(key)) {
@@ -290,6 +296,8 @@ const scope = (() => {
         return Math.round(Math.min(320, Math.max(innerWidth > 600 ? 118 : 112, free / count)));
     }
 
+    const showsLevel = panel => !state.kept && trigger.mode !== "roll" && panel.traces.some(trace => trace.index === trigger.source);
+
     function niceRange(panel) {
         let [low, high] = [Infinity, -Infinity];
         for (const trace of panel.traces) {
@@ -299,7 +307,7 @@ const scope = (() => {
                 high = Math.max(high, most);
             }
         }
-        if (trigger.mode !== "roll" && panel.traces.some(trace => trace.index === trigger.source)) {
+        if (showsLevel(panel)) {
             low = Math.min(low, trigger.level);
             high = Math.max(high, trigger.level);
         }
@@ -366,10 +374,10 @@ const scope = (() => {
             ctx.font = `600 ${11 * ratio}px system-ui, sans-serif`;
             ctx.textAlign = "left";
             ctx.textBaseline = "alphabetic";
-            if (state.picture && state.picture === trigger.record) {
+            if (state.picture && (state.kept || state.picture === trigger.record)) {
                 upright(0, css("--soft"), "trigger", [3 * ratio, 3 * ratio]);
             }
-            if (trigger.mode !== "roll" && panel.traces.some(trace => trace.index === trigger.source)) {
+            if (showsLevel(panel)) {
                 const at = Math.round(plot.valToPos(trigger.level, "y", true)) + 0.5;
                 ctx.strokeStyle = traceColour(trigger.source);
                 ctx.setLineDash([2 * ratio, 3 * ratio]);
@@ -414,7 +422,7 @@ const scope = (() => {
                     const {left, width} = plot.select;
                     if (width > 0) {
                         state.zoom = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
-                        if (trigger.mode === "roll") {
+                        if (trigger.mode === "roll" && !state.kept) {
                             hold(true);
                         }
                         plot.setSelect({left: 0, width: 0, top: 0, height: 0}, false);
@@ -488,7 +496,7 @@ const scope = (() => {
             let last = null;
             for (let k = from; k < to; k++) {
                 const stamp = picture.stamps[k & picture.mask];
-                if (last !== null && stamp - last > 1.5 * (state.choice.every || 1)) {
+                if (last !== null && stamp - last > 1.5 * (picture.every || state.choice.every || 1)) {
                     x.push(seconds((stamp + last) / 2 - picture.zero));
                     ys.forEach(y => y.push(null));
                 }
@@ -609,7 +617,7 @@ const scope = (() => {
     function showNumbers() {
         const hovered = panels.find(panel => panel.plot.cursor.left >= 0);
         const at = hovered ? hovered.plot.posToVal(hovered.plot.cursor.left, "x") : Infinity;
-        const now = ring.total || trigger.record ? sampleAt(Number.isFinite(at) ? at : 1e9) : null;
+        const now = ring.total || trigger.record || state.kept ? sampleAt(Number.isFinite(at) ? at : 1e9) : null;
         for (const panel of panels) {
             panel.traces.forEach(({row, index}, k) => {
                 panel.numbers[k].textContent = now ? inPanel(panel, row, now[index]) : "–";
@@ -634,7 +642,7 @@ const scope = (() => {
         const head = make("tr", {}, cell("", "th"), cell("A", "th"), ...both ? [cell("B", "th"), cell("B − A", "th")] : []);
         const times = make("tr", {}, cell("time", "th"), cell(time(a)), ...both
             ? [cell(time(b)), cell(`${time(b - a)}  (${b === a ? "–" : digits(1 / Math.abs(b - a), 4)} Hz)`)] : []);
-        const lines = state.choice.signals.map((id, index) => {
+        const lines = signalsShown().map((id, index) => {
             const row = rows.get(id);
             return make("tr", {}, cell(row.name, "th"), cell(first ? inShown(row, first[index]) : "–"), ...both
                 ? [cell(inShown(row, second[index])), cell(row.kind === "enum" ? "" : inShown(row, second[index] - first[index]))] : []);
@@ -1007,12 +1015,115 @@ const scope = (() => {
         state.choice = choice;
         clearRing(choice.signals.length);
         trigger.arm();
-        if (!same) {
+        if (!same && !state.kept) {
             state.zoom = null;
             state.cursors = [];
             buildPanels();
         }
         showChosen();
+    }
+
+    /* ---- the drive's own buffer ---- */
+
+    const captureSource = () => rows.get(Number($("capture_source").value));
+    const decimal = field => Number(field.value.trim().replace("−", "-") || NaN);
+
+    function showCaptureSettings() {
+        $("buffer").dataset.on = $("capture_on").value;
+        const row = captureSource();
+        $("capture_level").nextElementSibling.textContent = row ? unitOf(row) : "";
+    }
+
+    /* As they stand in the drive, which another client may have set. */
+    function takeCaptureSettings() {
+        const at = state.hello.values;
+        const of = name => at[named.get(name).id];
+        $("capture_source").replaceChildren(...[...rows.values()].filter(row => row.table === "signals")
+            .map(row => make("option", {value: row.id, textContent: row.name})));
+        if (of("capture_on") !== undefined) {
+            $("capture_on").value = named.get("capture_on").choices[of("capture_on")];
+        }
+        if (of("capture_source") !== undefined) {
+            $("capture_source").value = of("capture_source");
+        }
+        showCaptureSettings();
+    }
+
+    function showCaptureState() {
+        const row = named.get("capture_state"), number = value("capture_state");
+        const name = row && number !== undefined ? row.choices[number] : "";
+        $("capture_state").textContent = name || "–";
+        $("capture_state").className = `pill ${name === "held" ? "good" : name === "armed" || name === "triggered" ? "kind" : ""}`;
+        $("capture_show").disabled = name !== "held";
+        $("capture_trigger").disabled = name !== "armed";
+        $("capture_release").disabled = name === "idle";
+    }
+
+    const sayCapture = (answer, good) => say($("capture_said"), answer, good);
+
+    /* Each value in turn; the first one that is refused ends it. */
+    async function armCapture() {
+        const source = captureSource(), level = decimal($("capture_level")), after = decimal($("capture_after"));
+        const signals = state.choice.signals;
+        if (!Number.isFinite(level) || !Number.isFinite(after)) {
+            sayCapture({ok: false, text: `${Number.isFinite(level) ? "and then" : "level"}: a number is needed`});
+            return;
+        }
+        const wishes = [...signals.map((id, index) => [`capture_${index + 1}`, id]), ["capture_signals", signals.length],
+                        ["capture_source", source.id], ["capture_level", level / source.factor],
+                        ["capture_after", Math.round(periods(after / 1000))], ["capture_on", $("capture_on").value]];
+        for (const [name, wish] of wishes) {
+            const answer = await set(name, String(wish));
+            if (!answer.ok) {
+                sayCapture(answer);
+                return;
+            }
+        }
+        sayCapture(await ask("/order", "capture_arm"), `armed: ${signals.length} signals`);
+    }
+
+    async function askCapture() {
+        state.wantsKept = true;
+        const answer = await ask("/capture", "");
+        if (!answer.ok) {
+            state.wantsKept = false;
+            sayCapture(answer);
+        }
+    }
+
+    function takeCapture(data) {
+        if (!state.wantsKept) {
+            return; // another page has asked
+        }
+        state.wantsKept = false;
+        if (data.why) {
+            sayCapture({ok: false, text: data.why});
+            return;
+        }
+        const octets = Uint8Array.from(atob(data.d), letter => letter.charCodeAt(0));
+        const slots = {
+            float: new Float32Array(octets.buffer), uint: new Uint32Array(octets.buffer), int: new Int32Array(octets.buffer),
+        };
+        const count = data.signals.length, oldest = data.at + data.after - (data.periods - 1);
+        const columns = data.signals.map((id, s) => {
+            const row = rows.get(id), from = slots[row.kind === "enum" ? "int" : row.kind];
+            return Float64Array.from({length: data.periods}, (_, n) => from[n * count + s] * row.factor);
+        });
+        const stamps = Float64Array.from({length: data.periods}, (_, n) => oldest + n);
+        const end = oldest + data.periods - 1;
+        showKept({signals: data.signals, picture: {stamps, columns, mask: -1, from: 0, to: data.periods, begin: oldest, end, zero: data.at,
+                                                   every: 1}});
+        $("from_drive").firstElementChild.textContent = `From the drive's buffer: ${count} signals, ${data.periods} periods, ` +
+            `triggered in period ${data.at}`;
+    }
+
+    function showKept(kept) {
+        state.kept = kept;
+        state.zoom = null;
+        state.cursors = [];
+        $("from_drive").hidden = !kept;
+        $("tools").hidden = Boolean(kept);
+        buildPanels();
     }
 
     function readTrigger() {
@@ -1051,6 +1162,7 @@ const scope = (() => {
         buildParams();
         takeValues(data.values);
         takeChoice({g: data.g, every: data.every, given: data.given, signals: data.signals});
+        takeCaptureSettings();
         takeLine(data);
     }
 
@@ -1067,6 +1179,7 @@ const scope = (() => {
         $("staged").hidden = !data.staged && !state.undo.size;
         state.line = data;
         showState();
+        showCaptureState();
         showTiles();
     }
 
@@ -1088,6 +1201,7 @@ const scope = (() => {
         on("hello", hello);
         on("samples", take);
         on("choice", takeChoice);
+        on("capture", takeCapture);
         on("state", data => {
             takeValues(data.values);
             takeLine(data);
@@ -1133,6 +1247,12 @@ const scope = (() => {
         $("find_param").oninput = $("changed").onchange = filterParams;
         $("apply").onclick = () => order("apply");
         $("undo").onclick = undo;
+        $("capture_on").onchange = $("capture_source").onchange = showCaptureSettings;
+        $("capture_arm").onclick = armCapture;
+        $("capture_trigger").onclick = async () => sayCapture(await ask("/order", "capture_trigger"), "triggered");
+        $("capture_release").onclick = async () => sayCapture(await ask("/order", "capture_release"), "released");
+        $("capture_show").onclick = askCapture;
+        $("live").onclick = () => showKept(null);
         document.querySelectorAll("[data-order]").forEach(each => { each.onclick = () => order(each.dataset.order); });
         addEventListener("keydown", event => {
             const typing = /INPUT|SELECT|TEXTAREA/.test(event.target.tagName);

@@ -1,0 +1,55 @@
+"""No test waits for ever: one that does says where, and its program ends with all that it has started.
+
+A test's time-out of ctest would name neither the test nor the line, and who has an end of its pipes would outlive it."""
+
+import faulthandler
+import os
+import signal
+import sys
+import threading
+import unittest
+
+SECONDS = 240  # [s] of one test; the longest takes a fraction of it, and no program of tests has less of ctest
+
+
+def descendants(process):
+    """Of this process, the youngest first. Where the system does not list them, none."""
+    found = []
+    try:
+        for thread in os.listdir(f"/proc/{process}/task"):
+            with open(f"/proc/{process}/task/{thread}/children") as file:
+                for child in map(int, file.read().split()):
+                    found += [*descendants(child), child]
+    except OSError:
+        pass
+    return found
+
+
+def end(what):
+    print(f"{what} has not ended within {SECONDS} s; it waits here:", file=sys.stderr, flush=True)
+    faulthandler.dump_traceback(all_threads=True)
+    for child in descendants(os.getpid()):
+        try:
+            os.kill(child, signal.SIGKILL)
+        except OSError:
+            pass
+    os._exit(1)
+
+
+def watch(what):
+    """Ends the program if `cancel()` of what is returned does not come in time."""
+    timer = threading.Timer(SECONDS, end, [what])
+    timer.daemon = True
+    timer.start()
+    return timer
+
+
+class TestCase(unittest.TestCase):
+    """Each test, with its set-up, has that long."""
+
+    def run(self, result=None):
+        watching = watch(self.id())
+        try:
+            return super().run(result)
+        finally:
+            watching.cancel()

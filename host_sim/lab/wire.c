@@ -20,7 +20,7 @@
 #define KERNEL_OUT   65536 /* [octets] of the kernel's own: what lies there delays what comes after it */
 #define SILENCE      7u    /* [calls of wire_poll] longer than a half frame is waited for */
 #define STOP_LOOK_MS 100   /* [ms] of waiting, then a look at *stop */
-#define STALE        200u  /* [calls of wire_poll] of a terminal that takes nothing: nobody is there */
+#define STALE        2000u /* [calls of wire_poll] of a terminal that takes nothing: nobody is there */
 
 /* LEN 1, CTR 0, DISCONNECT */
 static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};

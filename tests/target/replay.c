@@ -1,5 +1,6 @@
 /* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the
- * command with what the desk got, bit for bit. 0: no bit differs. */
+ * command with what the desk got, bit for bit; where floats are software, the beginning of each part. 0: no
+ * bit differs. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,6 +10,10 @@
 static FILE *input;
 #else
 #define input stdin /* the simulator's second argument */
+#endif
+
+#ifndef REPLAY_MOST
+#define REPLAY_MOST UINT32_MAX /* [periods] of a part, from its power-on */
 #endif
 
 static drive_t drive;
@@ -52,6 +57,24 @@ static void compare(const char *name, uint32_t here)
     }
     for (uint32_t bits = here ^ there; bits != 0u; bits &= bits - 1u) {
         differing++;
+    }
+}
+
+static void leave_out(uint32_t words)
+{
+    for (uint32_t n = 0; n < words; n++) {
+        (void)take();
+    }
+}
+
+/* Periods of the recording that this target does not run. */
+static void pass_over(uint32_t periods)
+{
+    for (uint32_t n = 0; n < periods; n++) {
+        if (take() != 0u) {
+            leave_out(params_table.count + RECORDING_BELIEVED);
+        }
+        leave_out(requests_table.count + RECORDING_SAMPLES + signals_table.count + RECORDING_COMMAND);
     }
 }
 
@@ -113,8 +136,10 @@ int main(void)
         (void)take();
     }
     for (uint32_t part = 0; part < parts; part++) {
-        replay(periods[part]);
-        all += periods[part];
+        const uint32_t count = periods[part] < REPLAY_MOST ? periods[part] : REPLAY_MOST;
+        replay(count);
+        pass_over(periods[part] - count);
+        all += count;
     }
     printf("%lu interrupts, " RECORDING_ESTIMATOR ", %lu values compared, %lu bits differ\n",
            (unsigned long)all, (unsigned long)values, (unsigned long)differing);

@@ -242,14 +242,14 @@ static void ordinary(void)
     expect(operating());
 }
 
-/* The same in short, while all is learnt that can be, or nothing: their difference is what learning costs. */
+/* The same in short, while what the drive learns by default is learnt, or nothing: their difference is what
+ * learning costs. */
 static void learning(bool on)
 {
     static const struct {
         const char *name;
         double rate;
-    } rows[] = {{"flux_adaptation", 2.0},
-                {"inductance_adaptation", 3.0},
+    } rows[] = {{"inductance_adaptation", 3.0},
                 {"dead_time_adaptation", 6.0},
                 {"inertia_adaptation", 1.0},
                 {"offset_trim", 0.05}};

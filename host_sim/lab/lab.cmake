@@ -54,7 +54,11 @@ add_library(lagless_lab STATIC
     lab/experiment.c
     lab/experiment_curves.c
     lab/experiment_functions.c
+    lab/experiment_grid.c
     lab/experiment_read.c
+    lab/experiment_read_claims.c
+    lab/experiment_read_measures.c
+    lab/experiment_read_sweeps.c
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c

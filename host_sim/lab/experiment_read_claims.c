@@ -1,0 +1,240 @@
+/* Reading the claims of an experiment, and judging what can be judged of them without a run. */
+#include "host_sim/lab/experiment_read.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A number, or an expression. */
+static bool read_number(const file_t *file, const toml_entry_t *entry, double *number, const char **text)
+{
+    if (entry->type == TOML_INTEGER || entry->type == TOML_FLOAT) {
+        *number = entry->number;
+        return isfinite(*number) || file_fail(file, entry, "it is no finite number");
+    }
+    if (text == NULL) {
+        return file_fail(file, entry, "accepted: a number in the unit of the claim");
+    }
+    if (!reading_is_text(&file->reading, entry, false)) {
+        return false;
+    }
+    *text = entry->text;
+    return true;
+}
+
+static bool read_tolerance(const file_t *file, const toml_entry_t *table, claim_t *claim)
+{
+    const experiment_t *experiment = file->experiment;
+    const toml_entry_t *tolerance = reading_find(&file->reading, table, "tolerance");
+    for (uint32_t n = 0; n < experiment->each_count && tolerance != NULL; n++) {
+        const toml_entry_t *entry = tolerance;
+        if (tolerance->type == TOML_TABLE && experiment->each_sweep < experiment->sweep_count) {
+            const sweep_t *sweep = &experiment->sweeps[experiment->each_sweep];
+            const char *name = sweep->points[experiment->each[n]].name;
+            entry = reading_find(&file->reading, tolerance, name);
+            if (entry == NULL) {
+                return reading_missing(&file->reading, tolerance, name, "tolerance = {real = 4, ideal = 1}");
+            }
+        }
+        if (!read_number(file, entry, &claim->tolerance[n], NULL)) {
+            return false;
+        }
+        if (claim->tolerance[n] < 0.0) {
+            return file_fail(file, entry, "it is negative; accepted: 0 or more");
+        }
+    }
+    return true;
+}
+
+/* The points of one sweep: as `at` says, else the only one, else that of the flavour. */
+static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, claim_t *claim)
+{
+    const experiment_t *experiment = file->experiment;
+    const sweep_t *sweep = &experiment->sweeps[s];
+    const toml_entry_t *at = reading_find(&file->reading, table, "at");
+    const toml_entry_t *entry = at != NULL ? reading_find(&file->reading, at, sweep->name) : NULL;
+    claim->at[s] = file_take(file, sweep->count, sizeof *claim->at[s]);
+    const toml_entry_t **names = file_take(file, sweep->count, sizeof *names);
+    if (claim->at[s] == NULL || names == NULL) {
+        return false;
+    }
+    claim->at_count[s] = 1u;
+    if (s == experiment->each_sweep) {
+        return entry == NULL ||
+               file_fail(file, entry, "this sweep is that of `each`; accepted: the other sweeps");
+    }
+    if (entry == NULL) {
+        return sweep->count == 1u ||
+               scenario_fail(file->reading.error, reading_place(table), "at",
+                             "it says nothing of the sweep %s; write for example at = {%s = \"%s\"}",
+                             sweep->name, sweep->name, sweep->points[0].name);
+    }
+    claim->at_count[s] = file_list(file, entry, names, sweep->count);
+    for (uint32_t n = 0; n < claim->at_count[s]; n++) {
+        claim->at[s][n] = sweep_point(sweep, names[n]->text);
+        if (claim->at[s][n] == sweep->count) {
+            return file_no_point(file, names[n], sweep);
+        }
+    }
+    return claim->at_count[s] > 0u;
+}
+
+/* All sweeps, and nothing else. */
+static bool read_points(const file_t *file, const toml_entry_t *table, claim_t *claim)
+{
+    const experiment_t *experiment = file->experiment;
+    const toml_entry_t *at = reading_find(&file->reading, table, "at");
+    char names[200] = "";
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", s > 0u ? "|" : "", experiment->sweeps[s].name);
+    }
+    if (at != NULL &&
+        (!reading_is_type(&file->reading, at, TOML_TABLE) ||
+         !reading_only_keys(&file->reading, at, names, names[0] != '\0' ? names : "nothing: no [[sweep]]"))) {
+        return false;
+    }
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        if (!read_at(file, table, s, claim)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* What is measured: value, or `of` a measure. */
+static bool read_value(const file_t *file, const toml_entry_t *table, claim_t *claim)
+{
+    const reading_t *reading = &file->reading;
+    const toml_entry_t *measure = reading_find(reading, table, "measure");
+    const toml_entry_t *of = reading_find(reading, table, "of");
+    const toml_entry_t *value = reading_find(reading, table, "value");
+    if ((value == NULL) == (measure == NULL) || (measure == NULL) != (of == NULL)) {
+        return file_fail(file, table, "accepted: measure and of, or value");
+    }
+    if (value != NULL) {
+        claim->value = value->text;
+        return reading_is_text(reading, value, false);
+    }
+    if (!reading_is_text(reading, measure, false) || !reading_statistic(reading, of, &claim->of)) {
+        return false;
+    }
+    claim->measure = experiment_measure_of(file->experiment, measure->text, strlen(measure->text));
+    if (claim->measure == file->experiment->measure_count) {
+        names_search_t search = names_search(measure->text);
+        for (uint32_t n = 0; n < file->experiment->measure_count; n++) {
+            names_consider(&search, file->experiment->measures[n].look.name);
+        }
+        const char *near = names_found(&search);
+        return scenario_fail(reading->error, reading_place(measure), "measure",
+                             "no [[measure]] is called \"%.60s\"%s%s", measure->text,
+                             near != NULL ? "; nearest: " : "", near != NULL ? near : "");
+    }
+    return true;
+}
+
+static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *claim)
+{
+    const reading_t *reading = &file->reading;
+    if (!reading_is_type(reading, entry, TOML_TABLE) ||
+        !reading_only_keys(
+            reading, entry,
+            "id|text|unit|measure|of|value|at|printed|theory|tolerance|holds_if|why_not|where",
+            "id, text, unit, measure, of, value, at, printed, theory, tolerance, holds_if, why_not, "
+            "where")) {
+        return false;
+    }
+    const toml_entry_t *printed = reading_find(reading, entry, "printed");
+    const toml_entry_t *theory = reading_find(reading, entry, "theory");
+    const toml_entry_t *const expressions[] = {reading_find(reading, entry, "value"), theory,
+                                               reading_find(reading, entry, "holds_if")};
+    scenario_place_t *const places[] = {&claim->value_place, &claim->theory_place, &claim->holds_if_place};
+    for (size_t n = 0; n < 3u; n++) {
+        *places[n] = reading_place(expressions[n] != NULL ? expressions[n] : entry);
+    }
+    claim->why_not = printed != NULL ? "the number is another" : "the source has no number";
+    claim->where = "";
+    claim->printed = (double)NAN;
+    claim->theory_number = (double)INFINITY;
+    if (!file_needed(file, entry, "id", "id = \"accelerating\"", &claim->id) ||
+        !file_needed(file, entry, "text", "text = \"error while accelerating\"", &claim->text) ||
+        !file_needed(file, entry, "unit", "unit = \"mrad\"", &claim->unit) ||
+        !read_value(file, entry, claim) ||
+        (printed != NULL && !read_number(file, printed, &claim->printed, NULL)) ||
+        (theory != NULL && !read_number(file, theory, &claim->theory_number, &claim->theory)) ||
+        !file_text(file, entry, "holds_if", &claim->holds_if) ||
+        !file_text(file, entry, "why_not", &claim->why_not) ||
+        !file_text(file, entry, "where", &claim->where)) {
+        return false;
+    }
+    if (printed != NULL && theory != NULL) {
+        return file_fail(file, theory, "the claim has a printed number; accepted: one of them");
+    }
+    if (printed == NULL && theory == NULL && claim->holds_if == NULL) {
+        return reading_missing(reading, entry, "printed",
+                               "printed = 355, or theory = 350, or holds_if = \"...\"");
+    }
+    if ((printed != NULL || theory != NULL) && reading_find(reading, entry, "tolerance") == NULL) {
+        return reading_missing(reading, entry, "tolerance", "tolerance = 10");
+    }
+    return read_tolerance(file, entry, claim) && read_points(file, entry, claim);
+}
+
+bool file_read_claims(const file_t *file)
+{
+    experiment_t *experiment = file->experiment;
+    bool good;
+    uint32_t count;
+    const toml_entry_t *array = reading_tables(&file->reading, file_top(file), "claim", &count, &good);
+    experiment->claims = good ? file_take(file, count, sizeof *experiment->claims) : NULL;
+    if (good && array == NULL) {
+        return reading_missing(&file->reading, file_top(file), "claim",
+                               "[[claim]] with id, text, measure, of, printed");
+    }
+    for (const toml_entry_t *entry = experiment->claims != NULL ? reading_first(&file->reading, array) : NULL;
+         entry != NULL; entry = reading_next(&file->reading, array, entry)) {
+        claim_t *claim = &experiment->claims[experiment->claim_count];
+        if (!read_claim(file, entry, claim) || !file_is_first(file, array, entry, "id")) {
+            return false;
+        }
+        experiment->claim_count++;
+        if (experiment_row_count(experiment) > EXPERIMENT_ROWS_MAX) {
+            return scenario_fail(file->reading.error, reading_place(entry), "claim",
+                                 "claims of all flavours make more than %u rows; accepted: up to that",
+                                 EXPERIMENT_ROWS_MAX);
+        }
+    }
+    return experiment->claims != NULL;
+}
+
+bool file_check_claims(const file_t *file)
+{
+    const experiment_t *experiment = file->experiment;
+    for (uint32_t n = 0; n < experiment->claim_count; n++) {
+        const claim_t *claim = &experiment->claims[n];
+        const char *const texts[] = {claim->value, claim->theory, claim->holds_if};
+        static const char *const keys[] = {"value", "theory", "holds_if"};
+        const scenario_place_t places[] = {claim->value_place, claim->theory_place, claim->holds_if_place};
+        uint32_t point[SWEEPS_MAX] = {0};
+        char condition[640];
+        for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+            point[s] = s == experiment->each_sweep ? experiment->each[0] : claim->at[s][0];
+        }
+        for (size_t t = 0; t < 3u; t++) {
+            value_t value = {.experiment = experiment, .point = point, .own = 1.0};
+            if (texts[t] != NULL) {
+                (void)experiment_evaluate(&value, texts[t]);
+            }
+            if (value.why[0] != '\0') {
+                return scenario_fail(file->reading.error, places[t], keys[t], "of claim %s: %s", claim->id,
+                                     value.why);
+            }
+        }
+        char why[WHY_MAX];
+        if (!experiment_condition(experiment, point, condition, sizeof condition, why)) {
+            const toml_entry_t *table = reading_find(&file->reading, file_top(file), "experiment");
+            return file_fail(file, reading_find(&file->reading, table, "condition"), why);
+        }
+    }
+    return true;
+}

@@ -228,8 +228,8 @@ static bool read_experiment(const file_t *file)
         return name_by_file(file) && read_each(file, NULL);
     }
     if (!reading_is_type(&file->reading, table, TOML_TABLE) ||
-        !reading_only_keys(&file->reading, table, "id|claim|source|use|each|condition|curve",
-                           "id, claim, source, use, each, condition, curve") ||
+        !reading_only_keys(&file->reading, table, "id|claim|source|use|each|condition|curve|whole_turns",
+                           "id, claim, source, use, each, condition, curve, whole_turns") ||
         !file_text(file, table, "id", &experiment->id) ||
         (experiment->id != NULL && !file_is_name(file, reading_find(&file->reading, table, "id"))) ||
         !file_text(file, table, "claim", &experiment->claim) ||
@@ -248,6 +248,11 @@ static bool read_experiment(const file_t *file)
             return file_no_such(file, curve, "curve", experiment_curve_names);
         }
     }
+    const toml_entry_t *turns = reading_find(&file->reading, table, "whole_turns");
+    if (turns != NULL && !reading_is_type(&file->reading, turns, TOML_BOOL)) {
+        return false;
+    }
+    experiment->whole_turns = turns != NULL && turns->integer != 0;
     return (experiment->id != NULL || name_by_file(file)) &&
            read_each(file, reading_find(&file->reading, table, "each"));
 }
@@ -256,7 +261,8 @@ static bool read_all(const file_t *file)
 {
     return file_read_begin(file, file_top(file), false, &file->experiment->begin) && file_read_sweeps(file) &&
            read_experiment(file) && file_read_measures(file) && file_read_trace(file) &&
-           file_read_claims(file) && file_read_runs(file) && file_check_claims(file);
+           file_read_table(file) && file_read_lets(file) && file_read_claims(file) && file_read_runs(file) &&
+           file_check_lets(file) && file_check_claims(file) && file_check_table(file);
 }
 
 /* ---- the file ---- */
@@ -277,6 +283,7 @@ static experiment_t *read_file(const char *path, const char *text, size_t octets
     }
     experiment->base = base;
     const file_t file = {{base->memory->file, base, error, false, &more}, experiment};
+    experiment->idle = reading_find(&file.reading, file_top(&file), "run") == NULL;
     if (!read_all(&file)) {
         snprintf(error->file, sizeof error->file, "%s", path);
         experiment_free(experiment);

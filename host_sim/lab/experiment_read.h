@@ -6,9 +6,10 @@
 
 #define EXPERIMENT_KEYS                                                                                      \
     "schema|title|text|run|start|motor|params|requests|plant|rig|at|profile|expect|experiment|begin|sweep|"  \
-    "measure|claim|trace"
+    "let|measure|claim|trace|table"
 #define EXPERIMENT_ACCEPTED                                                                                  \
-    "those of a scenario, and [experiment], [begin], [[sweep]], [[measure]], [[claim]], [trace]"
+    "those of a scenario, and [experiment], [begin], [[sweep]], [let], [[measure]], [[claim]], [trace], "    \
+    "[table]"
 
 typedef struct {
     reading_t reading;
@@ -31,12 +32,18 @@ bool file_needed(const file_t *file, const toml_entry_t *table, const char *key,
 /* A list of names, or one name: how many; 0: wrong. */
 uint32_t file_list(const file_t *file, const toml_entry_t *entry, const toml_entry_t **names, uint32_t most);
 
+/* A number, or an expression unless text is NULL. */
+bool file_number(const file_t *file, const toml_entry_t *entry, double *number, const char **text);
+
 /* Returns false: none of these choices, "a|b", is called so. */
 bool file_no_such(const file_t *file, const toml_entry_t *entry, const char *what, const char *choices);
 bool file_no_point(const file_t *file, const toml_entry_t *entry, const sweep_t *sweep);
 
 /* May the text be part of the name of a file and of rows? */
 bool file_is_name(const file_t *file, const toml_entry_t *entry);
+
+/* Can an expression have this name? */
+bool file_is_word(const file_t *file, const toml_entry_t *entry, const char *name);
 
 /* Is this the first table of the array with this text of the key? */
 bool file_is_first(const file_t *file, const toml_entry_t *array, const toml_entry_t *table, const char *key);
@@ -48,11 +55,15 @@ bool file_read_begin(const file_t *file, const toml_entry_t *table, bool of_poin
 bool file_read_sweeps(const file_t *file);
 bool file_read_measures(const file_t *file);
 bool file_read_trace(const file_t *file);
+bool file_read_table(const file_t *file);
+bool file_read_lets(const file_t *file);
 bool file_read_claims(const file_t *file);
 bool file_read_runs(const file_t *file);
 
-/* Every expression and condition, on runs that have not been made. */
+/* Every expression and text, on runs that have not been made. */
+bool file_check_lets(const file_t *file);
 bool file_check_claims(const file_t *file);
+bool file_check_table(const file_t *file);
 
 /* The point of this name; count: none. */
 uint32_t sweep_point(const sweep_t *sweep, const char *name);

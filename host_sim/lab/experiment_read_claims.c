@@ -5,8 +5,48 @@
 #include <stdio.h>
 #include <string.h>
 
+/* ---- [let] ---- */
+
+bool file_read_lets(const file_t *file)
+{
+    experiment_t *experiment = file->experiment;
+    const toml_entry_t *table = reading_find(&file->reading, file_top(file), "let");
+    if (table == NULL) {
+        return true;
+    }
+    if (!reading_is_type(&file->reading, table, TOML_TABLE)) {
+        return false;
+    }
+    experiment->lets = file_take(file, reading_count(&file->reading, table), sizeof *experiment->lets);
+    for (const toml_entry_t *entry = reading_first(&file->reading, table);
+         entry != NULL && experiment->lets != NULL; entry = reading_next(&file->reading, table, entry)) {
+        if (!reading_is_text(&file->reading, entry, false) || !file_is_word(file, entry, entry->key)) {
+            return false;
+        }
+        experiment->lets[experiment->let_count++] = (named_t){entry->key, entry->text, reading_place(entry)};
+    }
+    return experiment->lets != NULL;
+}
+
+bool file_check_lets(const file_t *file)
+{
+    const experiment_t *experiment = file->experiment;
+    for (uint32_t n = 0; n < experiment->let_count; n++) {
+        const named_t *let = &experiment->lets[n];
+        value_t value = {
+            .experiment = experiment, .point = experiment->runs[0].point, .own = 1.0, .unmeasured = true};
+        (void)experiment_evaluate(&value, let->text);
+        if (value.why[0] != '\0') {
+            return scenario_fail(file->reading.error, let->place, let->name, "%s", value.why);
+        }
+    }
+    return true;
+}
+
+/* ---- [[claim]] ---- */
+
 /* A number, or an expression. */
-static bool read_number(const file_t *file, const toml_entry_t *entry, double *number, const char **text)
+bool file_number(const file_t *file, const toml_entry_t *entry, double *number, const char **text)
 {
     if (entry->type == TOML_INTEGER || entry->type == TOML_FLOAT) {
         *number = entry->number;
@@ -28,6 +68,9 @@ static bool read_tolerance(const file_t *file, const toml_entry_t *table, claim_
     const toml_entry_t *tolerance = reading_find(&file->reading, table, "tolerance");
     for (uint32_t n = 0; n < experiment->each_count && tolerance != NULL; n++) {
         const toml_entry_t *entry = tolerance;
+        if (!claim->each[n]) {
+            continue;
+        }
         if (tolerance->type == TOML_TABLE && experiment->each_sweep < experiment->sweep_count) {
             const sweep_t *sweep = &experiment->sweeps[experiment->each_sweep];
             const char *name = sweep->points[experiment->each[n]].name;
@@ -36,7 +79,7 @@ static bool read_tolerance(const file_t *file, const toml_entry_t *table, claim_
                 return reading_missing(&file->reading, tolerance, name, "tolerance = {real = 4, ideal = 1}");
             }
         }
-        if (!read_number(file, entry, &claim->tolerance[n], NULL)) {
+        if (!file_number(file, entry, &claim->tolerance[n], NULL)) {
             return false;
         }
         if (claim->tolerance[n] < 0.0) {
@@ -63,11 +106,9 @@ static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, c
         return entry == NULL ||
                file_fail(file, entry, "this sweep is that of `each`; accepted: the other sweeps");
     }
-    if (entry == NULL) {
-        return sweep->count == 1u ||
-               scenario_fail(file->reading.error, reading_place(table), "at",
-                             "it says nothing of the sweep %s; write for example at = {%s = \"%s\"}",
-                             sweep->name, sweep->name, sweep->points[0].name);
+    if (entry == NULL) { /* its first, if it has others that `value` goes over: file_check_claims */
+        claim->unsaid |= sweep->count > 1u ? UINT32_C(1) << s : 0u;
+        return true;
     }
     claim->at_count[s] = file_list(file, entry, names, sweep->count);
     for (uint32_t n = 0; n < claim->at_count[s]; n++) {
@@ -133,25 +174,50 @@ static bool read_value(const file_t *file, const toml_entry_t *table, claim_t *c
     return true;
 }
 
+/* The claim's own `each`: some of the experiment's. */
+static bool read_judged(const file_t *file, const toml_entry_t *table, claim_t *claim)
+{
+    const experiment_t *experiment = file->experiment;
+    const toml_entry_t *each = reading_find(&file->reading, table, "each");
+    const toml_entry_t *names[EACH_MAX];
+    if (each == NULL) {
+        for (uint32_t n = 0; n < experiment->each_count; n++) {
+            claim->each[n] = true;
+        }
+        return true;
+    }
+    if (experiment->each_sweep == experiment->sweep_count) {
+        return file_fail(file, each, "[experiment] has no each; accepted: some of its names");
+    }
+    const sweep_t *sweep = &experiment->sweeps[experiment->each_sweep];
+    const uint32_t count = file_list(file, each, names, EACH_MAX);
+    for (uint32_t n = 0; n < count; n++) {
+        uint32_t of = 0;
+        while (of < experiment->each_count &&
+               strcmp(sweep->points[experiment->each[of]].name, names[n]->text) != 0) {
+            of++;
+        }
+        if (of == experiment->each_count) {
+            return file_fail(file, names[n], "it is none of [experiment] each; accepted: some of its names");
+        }
+        claim->each[of] = true;
+    }
+    return count > 0u;
+}
+
 static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *claim)
 {
     const reading_t *reading = &file->reading;
     if (!reading_is_type(reading, entry, TOML_TABLE) ||
         !reading_only_keys(
             reading, entry,
-            "id|text|unit|measure|of|value|at|printed|theory|tolerance|holds_if|why_not|where",
-            "id, text, unit, measure, of, value, at, printed, theory, tolerance, holds_if, why_not, "
+            "id|text|unit|each|measure|of|value|at|printed|theory|tolerance|holds_if|why_not|where",
+            "id, text, unit, each, measure, of, value, at, printed, theory, tolerance, holds_if, why_not, "
             "where")) {
         return false;
     }
     const toml_entry_t *printed = reading_find(reading, entry, "printed");
     const toml_entry_t *theory = reading_find(reading, entry, "theory");
-    const toml_entry_t *const expressions[] = {reading_find(reading, entry, "value"), theory,
-                                               reading_find(reading, entry, "holds_if")};
-    scenario_place_t *const places[] = {&claim->value_place, &claim->theory_place, &claim->holds_if_place};
-    for (size_t n = 0; n < 3u; n++) {
-        *places[n] = reading_place(expressions[n] != NULL ? expressions[n] : entry);
-    }
     claim->why_not = printed != NULL ? "the number is another" : "the source has no number";
     claim->where = "";
     claim->printed = (double)NAN;
@@ -160,8 +226,8 @@ static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *c
         !file_needed(file, entry, "text", "text = \"error while accelerating\"", &claim->text) ||
         !file_needed(file, entry, "unit", "unit = \"mrad\"", &claim->unit) ||
         !read_value(file, entry, claim) ||
-        (printed != NULL && !read_number(file, printed, &claim->printed, NULL)) ||
-        (theory != NULL && !read_number(file, theory, &claim->theory_number, &claim->theory)) ||
+        (printed != NULL && !file_number(file, printed, &claim->printed, NULL)) ||
+        (theory != NULL && !file_number(file, theory, &claim->theory_number, &claim->theory)) ||
         !file_text(file, entry, "holds_if", &claim->holds_if) ||
         !file_text(file, entry, "why_not", &claim->why_not) ||
         !file_text(file, entry, "where", &claim->where)) {
@@ -177,7 +243,8 @@ static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *c
     if ((printed != NULL || theory != NULL) && reading_find(reading, entry, "tolerance") == NULL) {
         return reading_missing(reading, entry, "tolerance", "tolerance = 10");
     }
-    return read_tolerance(file, entry, claim) && read_points(file, entry, claim);
+    return read_judged(file, entry, claim) && read_tolerance(file, entry, claim) &&
+           read_points(file, entry, claim);
 }
 
 bool file_read_claims(const file_t *file)
@@ -207,34 +274,100 @@ bool file_read_claims(const file_t *file)
     return experiment->claims != NULL;
 }
 
-bool file_check_claims(const file_t *file)
+/* Runs at all points of the claim? */
+static bool check_points(const file_t *file, const claim_t *claim, const toml_entry_t *entry)
 {
     const experiment_t *experiment = file->experiment;
-    for (uint32_t n = 0; n < experiment->claim_count; n++) {
-        const claim_t *claim = &experiment->claims[n];
-        const char *const texts[] = {claim->value, claim->theory, claim->holds_if};
-        static const char *const keys[] = {"value", "theory", "holds_if"};
-        const scenario_place_t places[] = {claim->value_place, claim->theory_place, claim->holds_if_place};
-        uint32_t point[SWEEPS_MAX] = {0};
-        char condition[640];
-        for (uint32_t s = 0; s < experiment->sweep_count; s++) {
-            point[s] = s == experiment->each_sweep ? experiment->each[0] : claim->at[s][0];
-        }
-        for (size_t t = 0; t < 3u; t++) {
-            value_t value = {.experiment = experiment, .point = point, .own = 1.0};
-            if (texts[t] != NULL) {
-                (void)experiment_evaluate(&value, texts[t]);
+    for (uint32_t each = 0; each < experiment->each_count; each++) {
+        for (size_t n = 0; claim->each[each] && n < experiment_claim_points(experiment, claim); n++) {
+            uint32_t point[SWEEPS_MAX] = {0};
+            experiment_claim_point(experiment, claim, each, n, point);
+            if (experiment_run_at(experiment, point) == NULL) {
+                char names[200] = "";
+                for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+                    const size_t used = strlen(names);
+                    snprintf(names + used, sizeof names - used, "%s%s", s > 0u ? ", " : "",
+                             experiment->sweeps[s].points[point[s]].name);
+                }
+                return scenario_fail(file->reading.error, reading_place(entry), "at",
+                                     "of claim %s: nothing runs at %s; accepted: points that go together, "
+                                     "and of `each` those that go with them: each = [...]",
+                                     claim->id, names);
             }
-            if (value.why[0] != '\0') {
-                return scenario_fail(file->reading.error, places[t], keys[t], "of claim %s: %s", claim->id,
-                                     value.why);
-            }
-        }
-        char why[WHY_MAX];
-        if (!experiment_condition(experiment, point, condition, sizeof condition, why)) {
-            const toml_entry_t *table = reading_find(&file->reading, file_top(file), "experiment");
-            return file_fail(file, reading_find(&file->reading, table, "condition"), why);
         }
     }
     return true;
+}
+
+/* A sweep of many points that neither `at` nor a `for` of the value says anything of. */
+static bool check_said(const file_t *file, const claim_t *claim, const toml_entry_t *entry, uint32_t ranged)
+{
+    const experiment_t *experiment = file->experiment;
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        const sweep_t *sweep = &experiment->sweeps[s];
+        if ((claim->unsaid & ~ranged & (UINT32_C(1) << s)) != 0u) {
+            return scenario_fail(file->reading.error, reading_place(entry), "at",
+                                 "it says nothing of the sweep %s; write for example at = {%s = \"%s\"}",
+                                 sweep->name, sweep->name, sweep->points[0].name);
+        }
+    }
+    return true;
+}
+
+static bool check_claim(const file_t *file, const claim_t *claim, const toml_entry_t *entry)
+{
+    const experiment_t *experiment = file->experiment;
+    const char *const texts[] = {claim->value, claim->theory, claim->holds_if, claim->why_not, claim->where};
+    static const char *const keys[] = {"value", "theory", "holds_if", "why_not", "where"};
+    uint32_t point[SWEEPS_MAX] = {0};
+    uint32_t ranged = 0;
+    uint32_t each = 0;
+    if (!check_points(file, claim, entry)) {
+        return false;
+    }
+    while (each + 1u < experiment->each_count && !claim->each[each]) {
+        each++;
+    }
+    experiment_claim_point(experiment, claim, each, 0, point);
+    for (size_t n = 0; n < sizeof texts / sizeof texts[0]; n++) {
+        value_t value = {.experiment = experiment, .point = point, .own = 1.0, .unmeasured = true};
+        char filled[TEXT_MAX];
+        const toml_entry_t *place = reading_find(&file->reading, entry, keys[n]);
+        if (n < 3u && texts[n] != NULL) {
+            (void)experiment_evaluate(&value, texts[n]);
+        } else if (texts[n] != NULL) {
+            (void)experiment_text(&value, texts[n], filled, sizeof filled);
+        }
+        ranged |= n == 0u ? value.ranged : 0u;
+        if (value.why[0] != '\0') {
+            return scenario_fail(file->reading.error, reading_place(place != NULL ? place : entry), keys[n],
+                                 "of claim %s: %s", claim->id, value.why);
+        }
+    }
+    return check_said(file, claim, entry, ranged);
+}
+
+static bool check_condition(const file_t *file)
+{
+    const experiment_t *experiment = file->experiment;
+    char filled[TEXT_MAX];
+    value_t value = {.experiment = experiment, .point = experiment->runs[0].point, .unmeasured = true};
+    if (experiment_text(&value, experiment->condition, filled, sizeof filled)) {
+        return true;
+    }
+    const toml_entry_t *table = reading_find(&file->reading, file_top(file), "experiment");
+    return file_fail(file, reading_find(&file->reading, table, "condition"), value.why);
+}
+
+bool file_check_claims(const file_t *file)
+{
+    const toml_entry_t *array = reading_find(&file->reading, file_top(file), "claim");
+    const toml_entry_t *entry = reading_first(&file->reading, array);
+    for (uint32_t n = 0; n < file->experiment->claim_count; n++) {
+        if (!check_claim(file, &file->experiment->claims[n], entry)) {
+            return false;
+        }
+        entry = reading_next(&file->reading, array, entry);
+    }
+    return check_condition(file);
 }

@@ -1,4 +1,4 @@
-/* Reading what an experiment looks at: measures and the trace. */
+/* Reading what an experiment looks at and writes: measures, trace, table. */
 #include "host_sim/lab/experiment_read.h"
 
 #include <stdio.h>
@@ -55,14 +55,12 @@ static bool read_look(const file_t *file, const toml_entry_t *entry, look_t *loo
                      look->through != NULL ? look->through->unit : units_of_row(look->row), look);
 }
 
-/* A name that an expression can have. */
-static bool is_word(const file_t *file, const toml_entry_t *table, const char *name)
+bool file_is_word(const file_t *file, const toml_entry_t *entry, const char *name)
 {
     const size_t length = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_");
     return (length > 0u && name[length] == '\0' && !(name[0] >= '0' && name[0] <= '9')) ||
-           scenario_fail(file->reading.error, reading_place(reading_find(&file->reading, table, "name")),
-                         "name", "\"%.60s\" is no plain word; accepted: letters, digits, _, a letter first",
-                         name);
+           scenario_fail(file->reading.error, reading_place(entry), reading_key(entry),
+                         "\"%.60s\" is no plain word; accepted: letters, digits, _, a letter first", name);
 }
 
 static bool read_between(const file_t *file, const toml_entry_t *entry, measure_t *measure)
@@ -99,7 +97,8 @@ static bool read_measure(const file_t *file, const toml_entry_t *entry, measure_
         !reading_only_keys(reading, entry, "name|signal|minus|through|unit|from|to|between",
                            "name, signal, minus, through, unit, from, to, between") ||
         !file_needed(file, entry, "name", "name = \"up\"", &measure->look.name) ||
-        !is_word(file, entry, measure->look.name) || !read_look(file, entry, &measure->look)) {
+        !file_is_word(file, reading_find(reading, entry, "name"), measure->look.name) ||
+        !read_look(file, entry, &measure->look)) {
         return false;
     }
     const toml_entry_t *from = reading_find(reading, entry, "from");
@@ -117,7 +116,7 @@ static bool read_measure(const file_t *file, const toml_entry_t *entry, measure_
         return false;
     }
     measure->begin = rig_periods(measure->from);
-    measure->end = rig_periods(measure->to);
+    measure->end = to != NULL ? rig_periods(measure->to) : UINT32_MAX;
     return measure->begin < measure->end ||
            file_fail(file, entry, "its window holds no period; accepted: from below to, within the duration");
 }
@@ -188,4 +187,114 @@ bool file_read_trace(const file_t *file)
            (experiment->reference.row->access != TABLE_READ ||
             file_fail(file, reference,
                       "its signal is shown, not set; accepted: a row of params, requests, plant, rig"));
+}
+
+/* ---- [table] ---- */
+
+/* A sweep by its name; sweep_count: wrong. */
+static uint32_t find_sweep(const file_t *file, const toml_entry_t *name)
+{
+    const experiment_t *experiment = file->experiment;
+    char names[200] = "";
+    uint32_t s = 0;
+    while (s < experiment->sweep_count && strcmp(experiment->sweeps[s].name, name->text) != 0) {
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", s > 0u ? "|" : "", experiment->sweeps[s].name);
+        s++;
+    }
+    if (s == experiment->sweep_count) {
+        (void)file_no_such(file, name, "sweep", names);
+    }
+    return s;
+}
+
+static bool read_cell(const file_t *file, const toml_entry_t *entry, cell_t *cell)
+{
+    const reading_t *reading = &file->reading;
+    if (!reading_is_type(reading, entry, TOML_TABLE) ||
+        !reading_only_keys(reading, entry, "name|unit|value|sweep", "name; unit and value, or sweep") ||
+        !file_needed(file, entry, "name", "name = \"peak\"", &cell->name)) {
+        return false;
+    }
+    const toml_entry_t *value = reading_find(reading, entry, "value");
+    const toml_entry_t *sweep = reading_find(reading, entry, "sweep");
+    cell->place = reading_place(value != NULL ? value : entry);
+    if ((value == NULL) == (sweep == NULL)) {
+        return file_fail(file, entry, "accepted: unit and value, or sweep");
+    }
+    if (value != NULL) {
+        return file_needed(file, entry, "unit", "unit = \"mrad\"", &cell->unit) &&
+               file_text(file, entry, "value", &cell->value);
+    }
+    cell->unit = "text";
+    cell->sweep =
+        reading_is_text(reading, sweep, false) ? find_sweep(file, sweep) : file->experiment->sweep_count;
+    return cell->sweep < file->experiment->sweep_count;
+}
+
+/* The sweeps whose points make its lines. */
+static bool read_lines(const file_t *file, const toml_entry_t *lines)
+{
+    experiment_t *experiment = file->experiment;
+    const toml_entry_t *names[SWEEPS_MAX];
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        experiment->lines[s] = lines == NULL;
+    }
+    const uint32_t count = lines != NULL ? file_list(file, lines, names, SWEEPS_MAX) : 0u;
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t s = find_sweep(file, names[n]);
+        if (s == experiment->sweep_count) {
+            return false;
+        }
+        experiment->lines[s] = true;
+    }
+    return lines == NULL || count > 0u;
+}
+
+bool file_read_table(const file_t *file)
+{
+    const reading_t *reading = &file->reading;
+    experiment_t *experiment = file->experiment;
+    const toml_entry_t *table = reading_find(reading, file_top(file), "table");
+    bool good;
+    uint32_t count;
+    if (table == NULL) {
+        return true;
+    }
+    if (!reading_is_type(reading, table, TOML_TABLE) ||
+        !reading_only_keys(reading, table, "lines|column", "lines, column")) {
+        return false;
+    }
+    if (experiment->column_count > 0u) {
+        return file_fail(file, table, "the file has a [trace]; accepted: one of them");
+    }
+    const toml_entry_t *columns = reading_tables(reading, table, "column", &count, &good);
+    if (good && (columns == NULL || count == 0u || count > COLUMNS_MAX)) {
+        return scenario_fail(reading->error, reading_place(table), "column", "they are %u; accepted: 1 to %u",
+                             (unsigned)count, COLUMNS_MAX);
+    }
+    for (const toml_entry_t *entry = good ? reading_first(reading, columns) : NULL; entry != NULL;
+         entry = reading_next(reading, columns, entry)) {
+        if (!read_cell(file, entry, &experiment->cells[experiment->cell_count++])) {
+            return false;
+        }
+    }
+    return good && read_lines(file, reading_find(reading, table, "lines"));
+}
+
+bool file_check_table(const file_t *file)
+{
+    const experiment_t *experiment = file->experiment;
+    for (uint32_t n = 0; n < experiment->cell_count; n++) {
+        const cell_t *cell = &experiment->cells[n];
+        value_t value = {.experiment = experiment, .point = experiment->runs[0].point, .unmeasured = true};
+        if (cell->value != NULL) {
+            (void)experiment_evaluate(&value, cell->value);
+        }
+        if (value.why[0] != '\0') {
+            return scenario_fail(file->reading.error, cell->place, "value", "of the column %s: %s",
+                                 cell->name, value.why);
+        }
+    }
+    return true;
 }

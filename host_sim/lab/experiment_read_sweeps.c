@@ -9,15 +9,18 @@ static bool read_point(const file_t *file, const toml_entry_t *entry, point_t *p
 {
     const reading_t *reading = &file->reading;
     if (!reading_is_type(reading, entry, TOML_TABLE) ||
-        !reading_only_keys(
-            reading, entry, "name|text|use|begin|at|params|requests|plant|rig",
-            "name, text, use, begin, at, and rows as params.ROW, requests.ROW, plant.ROW, rig.ROW") ||
+        !reading_only_keys(reading, entry, "name|text|number|only|use|begin|at|params|requests|plant|rig",
+                           "name, text, number, only, use, begin, at, and rows as params.ROW, requests.ROW, "
+                           "plant.ROW, rig.ROW") ||
         !file_needed(file, entry, "name", "name = \"ideal\"", &point->name)) {
         return false;
     }
+    const toml_entry_t *number = reading_find(reading, entry, "number");
     point->text = point->name;
     point->entry = (uint32_t)(entry - reading->file->entries);
-    return file_text(file, entry, "text", &point->text) && file_read_uses(file, entry, point) &&
+    point->number = (double)NAN;
+    return (number == NULL || file_number(file, number, &point->number, NULL)) &&
+           file_text(file, entry, "text", &point->text) && file_read_uses(file, entry, point) &&
            file_read_begin(file, entry, true, point);
 }
 
@@ -44,7 +47,7 @@ static bool name_points(const file_t *file, const toml_entry_t *entry, sweep_t *
     return true;
 }
 
-/* The value as it is written. */
+/* A value as it is written; of a seed: row NULL. */
 static const char *written(const file_t *file, const toml_entry_t *entry, const table_row_t *row,
                            double value)
 {
@@ -52,6 +55,10 @@ static const char *written(const file_t *file, const toml_entry_t *entry, const 
         return entry->text;
     }
     char *text = file_take(file, UNITS_TEXT_SIZE, 1u);
+    if (text != NULL && row == NULL) {
+        snprintf(text, UNITS_TEXT_SIZE, "%.0f", value);
+        return text;
+    }
     return text != NULL ? units_row_text(text, value, row) : "";
 }
 
@@ -61,8 +68,24 @@ static bool set_point(const file_t *file, const toml_entry_t *entry, const toml_
     point->setting = (scenario_setting_t){row, value, reading_place(place)};
     point->name = written(file, entry, row, value);
     point->text = point->name;
+    point->number = value;
     point->settle = (double)NAN;
+    if (row == NULL) {
+        return value == floor(value) ||
+               file_fail(file, place, "a step is no whole number; accepted: seeds, as 1, 2, 3");
+    }
     return scenario_row_accepts(row, value, reading_place(place), file->reading.error);
+}
+
+#define SEED_MAX (INT64_C(1) << 53) /* that a double tells from its neighbours */
+
+static bool read_one(const file_t *file, const toml_entry_t *entry, const table_row_t *row, double *value)
+{
+    if (row != NULL) {
+        return reading_row_value(&file->reading, entry, row, value);
+    }
+    *value = entry->number;
+    return reading_is_whole(&file->reading, entry, 0, SEED_MAX);
 }
 
 static bool read_values(const file_t *file, const toml_entry_t *values, const table_row_t *row,
@@ -75,7 +98,7 @@ static bool read_values(const file_t *file, const toml_entry_t *values, const ta
     for (const toml_entry_t *entry = reading_first(&file->reading, values);
          entry != NULL && sweep->points != NULL; entry = reading_next(&file->reading, values, entry)) {
         double value = 0.0;
-        if (!reading_row_value(&file->reading, entry, row, &value) ||
+        if (!read_one(file, entry, row, &value) ||
             !set_point(file, entry, entry, row, value, &sweep->points[sweep->count++])) {
             return false;
         }
@@ -96,10 +119,10 @@ static bool read_steps(const file_t *file, const toml_entry_t *entry, const tabl
         return reading_missing(reading, entry, "values",
                                "values = [1, 2, 3], or from = 1, to = 3, steps = 3");
     }
-    if (row->kind == SLOT_ENUM) {
+    if (row != NULL && row->kind == SLOT_ENUM) {
         return file_fail(file, from, "the row has choices; accepted: values = [...] of them");
     }
-    if (!reading_row_value(reading, from, row, &first) || !reading_row_value(reading, to, row, &last) ||
+    if (!read_one(file, from, row, &first) || !read_one(file, to, row, &last) ||
         !reading_is_whole(reading, steps, 2, EXPERIMENT_RUNS_MAX)) {
         return false;
     }
@@ -133,7 +156,8 @@ static bool read_sweep(const file_t *file, const toml_entry_t *entry, sweep_t *s
     }
     if (row != NULL) {
         const table_row_t *of = NULL;
-        return reading_signal(reading, row, &of) &&
+        sweep->of_seed = row->type == TOML_TEXT && strcmp(row->text, "run.seed") == 0;
+        return (sweep->of_seed || reading_signal(reading, row, &of)) &&
                (values != NULL ? read_values(file, values, of, sweep) : read_steps(file, entry, of, sweep)) &&
                name_points(file, entry, sweep);
     }
@@ -157,6 +181,62 @@ uint32_t sweep_point(const sweep_t *sweep, const char *name)
         n++;
     }
     return n;
+}
+
+/* only = {SWEEP = POINTS}: what the point goes with. */
+static bool read_only(const file_t *file, const toml_entry_t *only, const sweep_t *own, point_t *point)
+{
+    const experiment_t *experiment = file->experiment;
+    if (!reading_is_type(&file->reading, only, TOML_TABLE)) {
+        return false;
+    }
+    for (const toml_entry_t *entry = reading_first(&file->reading, only); entry != NULL;
+         entry = reading_next(&file->reading, only, entry)) {
+        uint32_t s = 0;
+        while (s < experiment->sweep_count && strcmp(experiment->sweeps[s].name, entry->key) != 0) {
+            s++;
+        }
+        const sweep_t *sweep = &experiment->sweeps[s];
+        if (s == experiment->sweep_count || sweep == own) {
+            return file_fail(file, entry,
+                             "accepted: names of the other sweeps, each with names of its points");
+        }
+        const toml_entry_t **names = file_take(file, sweep->count, sizeof *names);
+        point->only[s] = file_take(file, sweep->count, sizeof *point->only[s]);
+        if (names == NULL || point->only[s] == NULL) {
+            return false;
+        }
+        const uint32_t count = file_list(file, entry, names, sweep->count);
+        for (uint32_t n = 0; n < count; n++) {
+            const uint32_t with = sweep_point(sweep, names[n]->text);
+            if (with == sweep->count) {
+                return file_no_point(file, names[n], sweep);
+            }
+            point->only[s][with] = true;
+        }
+        if (count == 0u) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* When all sweeps are known. */
+static bool read_onlies(const file_t *file)
+{
+    const experiment_t *experiment = file->experiment;
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        const sweep_t *sweep = &experiment->sweeps[s];
+        for (uint32_t n = 0; n < sweep->count; n++) {
+            const toml_entry_t *entry = &file->reading.file->entries[sweep->points[n].entry];
+            const toml_entry_t *only =
+                sweep->points[n].entry != 0u ? reading_find(&file->reading, entry, "only") : NULL;
+            if (only != NULL && !read_only(file, only, sweep, &sweep->points[n])) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 bool file_read_sweeps(const file_t *file)
@@ -194,7 +274,7 @@ bool file_read_sweeps(const file_t *file)
                                  EXPERIMENT_RUNS_MAX);
         }
     }
-    return true;
+    return read_onlies(file);
 }
 
 bool file_no_point(const file_t *file, const toml_entry_t *entry, const sweep_t *sweep)

@@ -14,6 +14,7 @@ typedef struct {
     value_t *value;
     const char *at;
     unsigned depth;
+    unsigned ranging; /* so many `for` around it */
 } parser_t;
 
 const experiment_run_t *experiment_run_at(const experiment_t *experiment, const uint32_t *point)
@@ -22,7 +23,40 @@ const experiment_run_t *experiment_run_at(const experiment_t *experiment, const 
     for (uint32_t s = experiment->sweep_count; s-- > 0u;) {
         n = n * experiment->sweeps[s].count + point[s];
     }
-    return &experiment->runs[n];
+    return experiment->run_of[n] != NO_RUN ? &experiment->runs[experiment->run_of[n]] : NULL;
+}
+
+bool experiment_next(const experiment_t *experiment, uint32_t sweeps, uint32_t *point)
+{
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        if ((sweeps & (UINT32_C(1) << s)) == 0u) {
+            continue;
+        }
+        if (++point[s] < experiment->sweeps[s].count) {
+            return true;
+        }
+        point[s] = 0;
+    }
+    return false;
+}
+
+size_t experiment_claim_points(const experiment_t *experiment, const claim_t *claim)
+{
+    size_t count = 1;
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        count *= claim->at_count[s];
+    }
+    return count;
+}
+
+void experiment_claim_point(const experiment_t *experiment, const claim_t *claim, uint32_t each, size_t n,
+                            uint32_t point[SWEEPS_MAX])
+{
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        point[s] =
+            s == experiment->each_sweep ? experiment->each[each] : claim->at[s][n % claim->at_count[s]];
+        n /= claim->at_count[s];
+    }
 }
 
 uint32_t experiment_measure_of(const experiment_t *experiment, const char *name, size_t length)
@@ -81,6 +115,146 @@ static size_t word(const char *text)
 }
 
 static double condition(parser_t *parser);
+static double whole(parser_t *parser);
+
+/* ---- functions ---- */
+
+/* Where in these arguments `for` stands; NULL: nowhere. */
+static const char *find_for(const char *text)
+{
+    unsigned depth = 0;
+    bool in_word = false;
+    for (const char *c = text; *c != '\0' && (*c != ')' || depth > 0u); c++) {
+        if (*c == '\'') {
+            const size_t length = strcspn(c + 1, "'");
+            c += length + (c[length + 1u] == '\'' ? 1u : 0u);
+        } else if (depth == 0u && !in_word && strncmp(c, "for ", 4) == 0) {
+            return c;
+        }
+        depth += *c == '(';
+        depth -= *c == ')';
+        in_word = isalnum((unsigned char)*c) || *c == '_' || *c == '.' || *c == '@';
+    }
+    return NULL;
+}
+
+static uint32_t sweep_of(const experiment_t *experiment, const char *name, size_t length)
+{
+    uint32_t s = 0;
+    while (s < experiment->sweep_count && (strlen(experiment->sweeps[s].name) != length ||
+                                           strncmp(experiment->sweeps[s].name, name, length) != 0)) {
+        s++;
+    }
+    return s;
+}
+
+/* The sweeps behind `for`, a bit each; 0: wrong. */
+static uint32_t ranges(parser_t *parser)
+{
+    const experiment_t *experiment = parser->value->experiment;
+    uint32_t sweeps = 0;
+    parser->at += 3; /* for */
+    do {
+        skip(parser);
+        const size_t length = word(parser->at);
+        const uint32_t s = sweep_of(experiment, parser->at, length);
+        if (s == experiment->sweep_count) {
+            wrong(parser, "no sweep is called \"%.*s\"; accepted: (... for SWEEP, SWEEP if ...)", (int)length,
+                  parser->at);
+            return 0u;
+        }
+        sweeps |= UINT32_C(1) << s;
+        parser->at += length;
+    } while (take(parser, ","));
+    parser->value->ranged |= sweeps;
+    return sweeps;
+}
+
+typedef struct {
+    const experiment_function_t *function;
+    const char *numbers, *condition, *end; /* behind (, behind if or NULL, the ) */
+    double *arguments;
+    uint32_t count, most;
+    bool empty; /* nothing runs at any of its points */
+} range_t;
+
+/* The numbers of one point, if its condition holds. */
+static bool add_point(parser_t *parser, range_t *range)
+{
+    range->empty = false;
+    if (range->condition != NULL) {
+        parser->at = range->condition;
+        const bool holds = condition(parser) != 0.0;
+        skip(parser);
+        range->end = parser->at;
+        if (!holds && !parser->value->unmeasured) {
+            return true;
+        }
+    }
+    parser->at = range->numbers;
+    for (uint32_t n = 0; n < range->function->each && range->count < range->most; n++) {
+        if (n > 0u && !take(parser, ",")) {
+            break;
+        }
+        range->arguments[range->count++] = condition(parser);
+    }
+    skip(parser);
+    if (range->count % range->function->each != 0u || strncmp(parser->at, "for ", 4) != 0) {
+        wrong(parser, "%s takes %u number%s of each point; accepted: %s(%s for SWEEP)", range->function->name,
+              range->function->each, range->function->each > 1u ? "s" : "", range->function->name,
+              range->function->each > 1u ? "X, Y" : "X");
+        return false;
+    }
+    return true;
+}
+
+/* Of all points of these sweeps that run, the others as they are. */
+static void add_points(parser_t *parser, range_t *range, uint32_t sweeps)
+{
+    const experiment_t *experiment = parser->value->experiment;
+    const uint32_t *outer = parser->value->point;
+    uint32_t point[SWEEPS_MAX] = {0};
+    memcpy(point, outer, experiment->sweep_count * sizeof point[0]);
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        point[s] = (sweeps & (UINT32_C(1) << s)) != 0u ? 0u : point[s];
+    }
+    parser->value->point = point;
+    parser->ranging++;
+    bool more = true;
+    while (more && parser->value->why[0] == '\0') {
+        more = (experiment_run_at(experiment, point) == NULL || add_point(parser, range)) &&
+               experiment_next(experiment, sweeps, point);
+    }
+    parser->ranging--;
+    parser->value->point = outer;
+}
+
+/* NAME(NUMBERS for SWEEPS if CONDITION), from `for` on. */
+static double call_for(parser_t *parser, const experiment_function_t *function, const char *behind)
+{
+    range_t range = {
+        .function = function, .numbers = parser->at, .most = 2u * EXPERIMENT_RUNS_MAX, .empty = true};
+    if (function->each == 0u) {
+        return wrong(parser, "%s goes over no points; accepted: sum, mean, max, min, worst, lowest_at",
+                     function->name);
+    }
+    parser->at = behind;
+    const uint32_t sweeps = ranges(parser);
+    range.condition = sweeps != 0u && take(parser, "if ") ? parser->at : NULL;
+    range.end = parser->at;
+    range.arguments = sweeps != 0u ? calloc(range.most, sizeof *range.arguments) : NULL;
+    if (range.arguments == NULL) {
+        return wrong(parser, "no memory");
+    }
+    add_points(parser, &range, sweeps);
+    if (range.empty) {
+        (void)wrong(parser, "nothing runs at the points of \"%.40s\"", behind);
+    }
+    const double result = range.count > 0u ? function->of(range.arguments, range.count) : function->none;
+    free(range.arguments);
+    parser->at = range.end;
+    return take(parser, ")") ? result : wrong(parser, "a ) is missing at \"%.20s\"", parser->at);
+}
 
 static double call(parser_t *parser, const char *name, size_t length)
 {
@@ -94,6 +268,10 @@ static double call(parser_t *parser, const char *name, size_t length)
     if (function->most == 0u) {
         return take(parser, ")") ? function->of(arguments, 0u)
                                  : wrong(parser, "%s takes no numbers", function->name);
+    }
+    const char *behind = find_for(parser->at);
+    if (behind != NULL) {
+        return call_for(parser, function, behind);
     }
     do {
         if (count == ARGUMENTS_MAX) {
@@ -111,31 +289,68 @@ static double call(parser_t *parser, const char *name, size_t length)
     return function->of(arguments, count);
 }
 
-/* @POINT, as often as there are: what it names replaces the claim's own. */
-static bool other_points(parser_t *parser, uint32_t *point)
+/* ---- what runs and rows say ---- */
+
+typedef enum { POINT_WRONG, POINT_NONE, POINT_THERE } point_found_t;
+
+/* before(SWEEP): the point before in that sweep. */
+static point_found_t point_before(parser_t *parser, uint32_t *point)
 {
     const experiment_t *experiment = parser->value->experiment;
-    while (*parser->at == '@') {
-        const bool quoted = parser->at[1] == '\'';
-        const char *name = parser->at + (quoted ? 2 : 1);
-        const size_t length = quoted ? strcspn(name, "'") : word(name);
-        bool known = false;
-        for (uint32_t s = 0; s < experiment->sweep_count; s++) {
-            for (uint32_t p = 0; p < experiment->sweeps[s].count; p++) {
-                const char *of = experiment->sweeps[s].points[p].name;
-                if (!known && strlen(of) == length && strncmp(of, name, length) == 0) {
-                    point[s] = p;
-                    known = true;
-                }
+    const char *name = parser->at + strlen("before(");
+    const size_t length = word(name);
+    const uint32_t s = sweep_of(experiment, name, length);
+    if (s == experiment->sweep_count || name[length] != ')') {
+        wrong(parser, "no sweep is called \"%.*s\"; accepted: @before(SWEEP)", (int)length, name);
+        return POINT_WRONG;
+    }
+    parser->at = name + length + 1;
+    if (point[s] == 0u) {
+        return POINT_NONE;
+    }
+    point[s]--;
+    return POINT_THERE;
+}
+
+static point_found_t point_named(parser_t *parser, uint32_t *point)
+{
+    const experiment_t *experiment = parser->value->experiment;
+    const bool quoted = *parser->at == '\'';
+    const char *name = parser->at + (quoted ? 1 : 0);
+    const size_t length = quoted ? strcspn(name, "'") : word(name);
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        for (uint32_t p = 0; p < experiment->sweeps[s].count; p++) {
+            const char *of = experiment->sweeps[s].points[p].name;
+            if (strlen(of) == length && strncmp(of, name, length) == 0) {
+                point[s] = p;
+                parser->at = name + length + (quoted && name[length] == '\'' ? 1 : 0);
+                return POINT_THERE;
             }
         }
-        if (!known) {
-            wrong(parser, "no point of a sweep is called %.*s", (int)length, name);
-            return false;
-        }
-        parser->at = name + length + (quoted && name[length] == '\'' ? 1 : 0);
     }
-    return true;
+    wrong(parser, "no point of a sweep is called %.*s", (int)length, name);
+    return POINT_WRONG;
+}
+
+/* @POINT, @before(SWEEP), as often as there are: what is named replaces the point of the claim. NULL: there
+ * is no such run, or the text is wrong. */
+static const experiment_run_t *run_of(parser_t *parser)
+{
+    const experiment_t *experiment = parser->value->experiment;
+    uint32_t point[SWEEPS_MAX] = {0};
+    point_found_t found = POINT_THERE;
+    memcpy(point, parser->value->point, experiment->sweep_count * sizeof point[0]);
+    while (*parser->at == '@' && found != POINT_WRONG) {
+        parser->at++;
+        const point_found_t next =
+            strncmp(parser->at, "before(", 7) == 0 ? point_before(parser, point) : point_named(parser, point);
+        found = next != POINT_THERE ? next : found;
+    }
+    const experiment_run_t *run = found == POINT_THERE ? experiment_run_at(experiment, point) : NULL;
+    if (run == NULL && found == POINT_THERE && parser->ranging == 0u) {
+        wrong(parser, "nothing runs at these points: one of them goes only with others");
+    }
+    return run;
 }
 
 static statistic_t statistic_of(const char *name, size_t length)
@@ -154,13 +369,8 @@ static double reference(parser_t *parser, const char *name, size_t length)
     const experiment_t *experiment = parser->value->experiment;
     const char *part = parser->at + 1;
     const size_t size = word(part);
-    uint32_t point[SWEEPS_MAX];
-    memcpy(point, parser->value->point, experiment->sweep_count * sizeof point[0]);
     parser->at = part + size;
-    if (!other_points(parser, point)) {
-        return (double)NAN;
-    }
-    const experiment_run_t *run = experiment_run_at(experiment, point);
+    const experiment_run_t *run = run_of(parser);
     const uint32_t measure = experiment_measure_of(experiment, name, length);
     if (measure < experiment->measure_count) {
         const statistic_t statistic = statistic_of(part, size);
@@ -169,8 +379,8 @@ static double reference(parser_t *parser, const char *name, size_t length)
                          "no statistic is called \"%.*s\"; accepted: mean, min, max, peak, sd, rms, last",
                          (int)size, part);
         }
-        parser->value->lost = parser->value->lost || run->lost;
-        return tally_value(&run->tallies[measure], statistic);
+        parser->value->lost = parser->value->lost || (run != NULL && run->lost);
+        return run != NULL ? tally_value(&run->tallies[measure], statistic) : (double)NAN;
     }
     char row_name[2u * NAMES_LENGTH_MAX];
     scenario_error_t error;
@@ -181,7 +391,48 @@ static double reference(parser_t *parser, const char *name, size_t length)
                      "%.60s is neither a [[measure]] with a statistic nor a row that has a value at t = 0",
                      row_name);
     }
-    return experiment_initial(run, row);
+    return run != NULL ? experiment_initial(run, row) : (double)NAN;
+}
+
+static const named_t *let_of(const experiment_t *experiment, const char *name, size_t length)
+{
+    for (uint32_t n = 0; n < experiment->let_count; n++) {
+        if (strlen(experiment->lets[n].name) == length &&
+            strncmp(experiment->lets[n].name, name, length) == 0) {
+            return &experiment->lets[n];
+        }
+    }
+    return NULL;
+}
+
+/* Its expression in the place of its name, at the points of @. */
+static double number_of_let(parser_t *parser, const named_t *let)
+{
+    const uint32_t *outer = parser->value->point;
+    const experiment_run_t *run = run_of(parser);
+    if (run == NULL) {
+        return (double)NAN;
+    }
+    parser_t inner = {
+        .value = parser->value, .at = let->text, .depth = parser->depth, .ranging = parser->ranging};
+    parser->value->point = run->point;
+    const double number = whole(&inner);
+    parser->value->point = outer;
+    return number;
+}
+
+/* The number that the point of a sweep stands for. */
+static double number_of(parser_t *parser, uint32_t s)
+{
+    const sweep_t *sweep = &parser->value->experiment->sweeps[s];
+    const experiment_run_t *run = run_of(parser);
+    if (run == NULL) {
+        return (double)NAN;
+    }
+    const double number = sweep->points[run->point[s]].number;
+    return isnan(number) ? wrong(parser, "the point %.60s of the sweep %.60s has no number",
+                                 sweep->points[run->point[s]].name, sweep->name)
+                         : number;
 }
 
 static double named(parser_t *parser)
@@ -207,9 +458,23 @@ static double named(parser_t *parser)
     if (length == 5u && strncmp(name, "value", 5) == 0) {
         return parser->value->own;
     }
-    return wrong(parser,
-                 "\"%.*s\" is no number; accepted: MEASURE.STATISTIC, TABLE.ROW, pi, rpm, mrad, value",
-                 (int)length, name);
+    if (length == 4u && strncmp(name, "lost", 4) == 0) {
+        const experiment_run_t *run = run_of(parser);
+        return run == NULL ? (double)NAN : run->lost ? 1.0 : 0.0;
+    }
+    const named_t *let = let_of(parser->value->experiment, name, length);
+    if (let != NULL) {
+        return number_of_let(parser, let);
+    }
+    const uint32_t s = sweep_of(parser->value->experiment, name, length);
+    if (s < parser->value->experiment->sweep_count) {
+        return number_of(parser, s);
+    }
+    return wrong(
+        parser,
+        "\"%.*s\" is no number; accepted: MEASURE.STATISTIC, TABLE.ROW, a sweep, one of [let], pi, rpm, "
+        "mrad, value, lost",
+        (int)length, name);
 }
 
 static double factor(parser_t *parser)
@@ -295,51 +560,65 @@ static double condition(parser_t *parser)
     return result;
 }
 
+static double whole(parser_t *parser)
+{
+    const double result = condition(parser);
+    skip(parser);
+    if (*parser->at != '\0') {
+        return wrong(parser, "it is not understood from \"%.20s\" on", parser->at);
+    }
+    return parser->value->why[0] == '\0' ? result : (double)NAN;
+}
+
 double experiment_evaluate(value_t *value, const char *text)
 {
     parser_t parser = {.value = value, .at = text};
-    const double result = condition(&parser);
-    skip(&parser);
-    if (*parser.at != '\0') {
-        return wrong(&parser, "it is not understood from \"%.20s\" on", parser.at);
-    }
-    return value->why[0] == '\0' ? result : (double)NAN;
+    return whole(&parser);
 }
 
-/* ---- conditions ---- */
+/* ---- texts ---- */
 
-static bool fill(const experiment_t *experiment, const uint32_t *point, const char *name, char *to,
-                 size_t size, char why[WHY_MAX])
+static bool fill(value_t *value, const char *name, char *to, size_t size)
 {
+    const experiment_t *experiment = value->experiment;
     scenario_error_t error;
     for (uint32_t s = 0; s < experiment->sweep_count; s++) {
         if (strcmp(experiment->sweeps[s].name, name) == 0) {
-            snprintf(to, size, "%s", experiment->sweeps[s].points[point[s]].text);
-            return true;
+            if (value->nested == SWEEPS_MAX) {
+                snprintf(value->why, sizeof value->why, "the texts of points refer to each other in a ring");
+                return false;
+            }
+            value->nested++;
+            const bool filled =
+                experiment_text(value, experiment->sweeps[s].points[value->point[s]].text, to, size);
+            value->nested--;
+            return filled;
         }
     }
     const table_row_t *row = scenario_row(name, &error);
-    if (row == NULL || row->access == TABLE_READ) {
-        snprintf(why, WHY_MAX, "{%.60s} is neither a sweep nor a row that has a value at t = 0", name);
+    const experiment_run_t *run = experiment_run_at(experiment, value->point);
+    if (row != NULL && row->access != TABLE_READ && row->kind == SLOT_ENUM && run != NULL) {
+        char text[UNITS_TEXT_SIZE];
+        snprintf(to, size, "%s", units_row_text(text, experiment_initial(run, row), row));
+        return true;
+    }
+    const double number = experiment_evaluate(value, name);
+    if (value->why[0] != '\0') {
+        char why[WHY_MAX];
+        snprintf(why, sizeof why, "{%.60s}: %.300s", name, value->why);
+        memcpy(value->why, why, sizeof why);
         return false;
     }
-    const double value = experiment_initial(experiment_run_at(experiment, point), row);
-    if (row->kind == SLOT_ENUM) {
-        char text[UNITS_TEXT_SIZE];
-        snprintf(to, size, "%s", units_row_text(text, value, row));
-    } else {
-        snprintf(to, size, "%g", value);
-    }
+    snprintf(to, size, "%g", number);
     return true;
 }
 
-bool experiment_condition(const experiment_t *experiment, const uint32_t *point, char *to, size_t size,
-                          char why[WHY_MAX])
+bool experiment_text(value_t *value, const char *text, char *to, size_t size)
 {
     size_t used = 0;
     to[0] = '\0';
-    for (const char *c = experiment->condition; *c != '\0' && used + 1u < size; c++) {
-        char name[128];
+    for (const char *c = text; *c != '\0' && used + 1u < size; c++) {
+        char name[TEXT_MAX];
         const size_t length = strcspn(c, "}");
         if (*c != '{' || c[length] == '\0' || length > sizeof name) {
             to[used++] = *c;
@@ -347,7 +626,7 @@ bool experiment_condition(const experiment_t *experiment, const uint32_t *point,
             continue;
         }
         snprintf(name, sizeof name, "%.*s", (int)(length - 1u), c + 1);
-        if (!fill(experiment, point, name, to + used, size - used, why)) {
+        if (!fill(value, name, to + used, size - used)) {
             return false;
         }
         used += strlen(to + used);

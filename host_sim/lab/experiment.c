@@ -52,6 +52,11 @@ size_t experiment_run_count(const experiment_t *experiment)
     return experiment->idle ? 0u : experiment->run_count;
 }
 
+uint32_t experiment_each_count(const experiment_t *experiment)
+{
+    return experiment->each_count;
+}
+
 size_t experiment_row_count(const experiment_t *experiment)
 {
     size_t count = 0;

@@ -132,6 +132,8 @@ typedef struct {
     char condition[640], why_not[200];
 } experiment_row_t;
 
+uint32_t experiment_each_count(const experiment_t *experiment); /* >= 1 */
+
 /* Rows: each flavour's claims in the order of the file. All runs must have been measured. */
 size_t experiment_row_count(const experiment_t *experiment);
 void experiment_row(const experiment_t *experiment, size_t n, experiment_row_t *row);

@@ -39,19 +39,29 @@ static void tell(void *context, size_t done)
     }
 }
 
+static size_t runs_of(const experiment_t *file)
+{
+    return file != NULL ? experiment_run_count(file) : 0u;
+}
+
+static void list_runs(work_t *work, experiment_t *file)
+{
+    for (size_t k = 0; k < runs_of(file); k++) {
+        work->filed[work->filed_count++] = (filed_t){file, k};
+    }
+}
+
 /* Those of all files; false: no memory. */
 static bool list_filed(work_t *work)
 {
     size_t count = 0;
     for (size_t n = 0; n <= PAPER_FIGURES; n++) {
-        count += work->paper->files[n] != NULL ? experiment_run_count(work->paper->files[n]) : 0u;
+        count += runs_of(work->paper->files[n]) + runs_of(work->paper->more[n]);
     }
     work->filed = calloc(count + 1u, sizeof *work->filed);
     for (size_t n = 0; n <= PAPER_FIGURES && work->filed != NULL; n++) {
-        experiment_t *file = work->paper->files[n];
-        for (size_t k = 0; file != NULL && k < experiment_run_count(file); k++) {
-            work->filed[work->filed_count++] = (filed_t){file, k};
-        }
+        list_runs(work, work->paper->files[n]);
+        list_runs(work, work->paper->more[n]);
     }
     return work->filed != NULL;
 }
@@ -99,27 +109,40 @@ static bool lay_out(paper_t *paper)
     return done;
 }
 
-static void judge_file(paper_t *paper, size_t figure)
+/* Those of this one of the experiment's `each`. */
+static void judge_file(paper_t *paper, size_t figure, const experiment_t *file, uint32_t each)
 {
-    const size_t count = experiment_row_count(paper->files[figure]);
-    for (size_t n = 0; n < count; n++) {
+    for (size_t n = 0; n < experiment_row_count(file); n++) {
         experiment_row_t row;
-        experiment_row(paper->files[figure], n, &row);
-        paper_row_of_file(paper, figure, &row);
+        experiment_row(file, n, &row);
+        if (row.each == each) {
+            paper_row_of_file(paper, figure, &row);
+        }
+    }
+}
+
+static void judge_files(paper_t *paper, size_t figure)
+{
+    const uint32_t flavours = experiment_each_count(paper->files[figure]);
+    for (uint32_t each = 0; each < flavours; each++) {
+        judge_file(paper, figure, paper->files[figure], each);
+        if (paper->more[figure] != NULL) {
+            judge_file(paper, figure, paper->more[figure], each);
+        }
     }
 }
 
 static void judge(paper_t *paper)
 {
     if (paper->files[PAPER_OWN] != NULL) {
-        judge_file(paper, PAPER_OWN);
+        judge_files(paper, PAPER_OWN);
     }
     for (figure_t figure = FIG04; figure <= BEYOND_MAP; figure++) {
         if (!paper->wanted[figure]) {
             continue;
         }
         if (paper->files[figure] != NULL) {
-            judge_file(paper, figure);
+            judge_files(paper, figure);
         } else if (paper_figures[figure].paper != NULL) {
             paper_judge_measured(paper, figure);
         } else {
@@ -135,30 +158,49 @@ const paper_figure_t *paper_about(const paper_t *paper, size_t figure)
 
 static void tell_of(paper_figure_t *about, const experiment_t *file)
 {
-    *about = (paper_figure_t){experiment_id(file), experiment_title(file), experiment_claim(file),
-                              experiment_source(file)};
+    *about = (paper_figure_t){.id = experiment_id(file),
+                              .title = experiment_title(file),
+                              .claim = experiment_claim(file),
+                              .paper = experiment_source(file)};
+}
+
+/* The experiment NAME_MORE of the paper's; more NULL: NAME. */
+static experiment_t *read_file(const char *name, const char *more, paper_error_t *why)
+{
+    const char *folder = getenv("LAGLESS_EXPERIMENTS");
+    folder = folder != NULL && folder[0] != '\0' ? folder : LAGLESS_EXPERIMENTS;
+    char path[4096];
+    scenario_error_t error;
+    snprintf(path, sizeof path, "%s/%s%s%s.toml", folder, name, more != NULL ? "_" : "",
+             more != NULL ? more : "");
+    experiment_t *file = experiment_read(path, &error);
+    if (file == NULL) {
+        char text[1200];
+        snprintf(why->text, sizeof why->text, "%.300s", scenario_error_text(&error, text, sizeof text));
+    }
+    return file;
 }
 
 /* The figures of files, read. */
 static bool read_files(paper_t *paper, paper_error_t *why)
 {
-    const char *folder = getenv("LAGLESS_EXPERIMENTS");
-    folder = folder != NULL && folder[0] != '\0' ? folder : LAGLESS_EXPERIMENTS;
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
-        char path[4096];
-        scenario_error_t error;
-        paper->about[n] = paper_figures[n];
-        if (!paper->wanted[n] || paper_figures[n].title != NULL) {
+        const paper_figure_t *figure = &paper_figures[n];
+        paper->about[n] = *figure;
+        if (!paper->wanted[n] || figure->title != NULL) {
             continue;
         }
-        snprintf(path, sizeof path, "%s/%s.toml", folder, paper_figures[n].id);
-        paper->files[n] = experiment_read(path, &error);
+        paper->files[n] = read_file(figure->id, NULL, why);
         if (paper->files[n] == NULL) {
-            char text[1200];
-            snprintf(why->text, sizeof why->text, "%.300s", scenario_error_text(&error, text, sizeof text));
             return false;
         }
         tell_of(&paper->about[n], paper->files[n]);
+        if (figure->more != NULL) {
+            paper->more[n] = read_file(figure->id, figure->more, why);
+            if (paper->more[n] == NULL) {
+                return false;
+            }
+        }
     }
     return true;
 }
@@ -240,6 +282,7 @@ void paper_free(paper_t *paper)
         }
         for (size_t n = 0; n <= PAPER_FIGURES; n++) {
             experiment_free(paper->files[n]);
+            experiment_free(paper->more[n]);
         }
         free(paper->results);
         free(paper->points);
@@ -258,7 +301,7 @@ size_t paper_figure(const char *id)
 
 bool paper_of_figure(const result_t *result, size_t figure)
 {
-    return (size_t)result->run.figure == figure && !result->run.sweep;
+    return (size_t)result->run.figure == figure;
 }
 
 const result_t *paper_find(const paper_t *paper, figure_t figure, const char *name, bool real)
@@ -271,13 +314,6 @@ const result_t *paper_find(const paper_t *paper, figure_t figure, const char *na
     }
     assert(false);
     return NULL;
-}
-
-const result_t *paper_dead_time_run(const paper_t *paper, int loop, int dead_time, int seed)
-{
-    char name[32];
-    snprintf(name, sizeof name, "%s_%d_%d", loops_15[loop], dead_time, seed);
-    return paper_find(paper, FIG15, name, true);
 }
 
 size_t paper_row_count(const paper_t *paper)

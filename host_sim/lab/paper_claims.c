@@ -4,127 +4,6 @@
 
 #include "host_sim/lab/paper_parts.h"
 
-/* ---- measured figures ---- */
-
-/* The largest error while accelerating of the feed-forward loops of a sweep, by magnitude. */
-static const result_t *worst_of_sweep(const paper_t *paper, figure_t figure, int b, const char *load,
-                                      bool real, bool *stopped)
-{
-    const result_t *worst = NULL;
-    *stopped = false;
-    for (int c = 1; c < 4; c++) {
-        char name[40];
-        snprintf(name, sizeof name, "%s_%s", sweep_14[b][c], load);
-        const result_t *result = paper_find(paper, figure, name, real);
-        *stopped = *stopped || result->lost;
-        if (worst == NULL || fabs(result->numbers[UP].plateau) > fabs(worst->numbers[UP].plateau)) {
-            worst = result;
-        }
-    }
-    return worst;
-}
-
-static void judge_sweep(paper_t *paper, figure_t figure, const char *load, bool real)
-{
-    for (int b = 0; b < 2; b++) {
-        char name[40];
-        char condition[80];
-        bool stopped = false;
-        snprintf(name, sizeof name, "%s_%s", sweep_14[b][0], load);
-        const result_t *conventional = paper_find(paper, figure, name, real);
-        const result_t *worst = worst_of_sweep(paper, figure, b, load, real, &stopped);
-        double kp = 0.0;
-        double ki = 0.0;
-        (void)paper_loop(conventional->run.bandwidth, 0.0, &kp, &ki);
-        const claim_t none =
-            paper_claim(figure, b == 0 ? "b100_feedforward" : "b200_feedforward",
-                        b == 0 ? "100 rad/s: largest error while accelerating over omega_c"
-                               : "200 rad/s: largest error while accelerating over omega_c",
-                        "mrad", 0.0, real ? 6.0 : 3.0,
-                        "a slow pole (small omega_c or k_i) has not settled in the time of the acceleration");
-        const claim_t late = paper_claim_of_theory(
-            figure, b == 0 ? "b100_conventional" : "b200_conventional",
-            b == 0 ? "100 rad/s: the conventional PLL's error" : "200 rad/s: the conventional PLL's error",
-            "mrad", paper_tracking_error(ki, conventional->numbers[UP].acceleration) / MRAD,
-            0.03 * 355.0 / (b == 0 ? 1.0 : 4.0), "the print has no number here; this is a/k_i");
-        snprintf(condition, sizeof condition, "worst of omega_c %s rad/s",
-                 b == 0 ? "12, 25, 40" : "25, 50, 81");
-        const double error = worst->numbers[UP].plateau;
-        paper_row_of_several(paper, &none, worst, stopped, error,
-                             fabs(error) < 0.1 * fabs(conventional->numbers[UP].plateau), condition);
-        paper_row_of(paper, &late, conventional, conventional->numbers[UP].plateau, false);
-    }
-}
-
-/* How many of the dead times, from the least, the loop holds with every seed. */
-static int held_dead_times(const paper_t *paper, int loop)
-{
-    for (int n = 0; n < DEAD_TIMES_15; n++) {
-        for (int seed = 0; seed < SEEDS_15; seed++) {
-            if (paper_dead_time_run(paper, loop, n, seed)->lost) {
-                return n;
-            }
-        }
-    }
-    return DEAD_TIMES_15;
-}
-
-static void judge_losses(paper_t *paper)
-{
-    static const struct {
-        const char *id, *name, *claim, *because;
-        double paper;
-    } at_once[] = {
-        {"conventional", "b200_wc0_uncompensated",
-         "200 rad/s, conventional, not compensated: loses the rotor (1)", "it holds", 1.0},
-        {"feedforward", "b200_wc25_uncompensated",
-         "200 rad/s, omega_c 25, not compensated: loses the rotor (1)", "it is lost too", 0.0},
-        {"moderate", "b100_wc0_uncompensated",
-         "100 rad/s, conventional, not compensated: loses the rotor (1)",
-         "it is lost too: not the k_i is the cause", 0.0},
-    };
-    for (size_t n = 0; n < sizeof at_once / sizeof at_once[0]; n++) {
-        const claim_t claim = paper_claim(FIG15, at_once[n].id, at_once[n].claim, "-", at_once[n].paper, 0.0,
-                                          at_once[n].because);
-        paper_row_of_loss(paper, &claim, paper_find(paper, FIG15, at_once[n].name, true));
-    }
-
-    int held[LOOPS_15];
-    for (int n = 0; n < LOOPS_15; n++) {
-        held[n] = held_dead_times(paper, n);
-    }
-    const char *none = "the print does not say how long the dead time was";
-    const char *condition = "eight dead times from 2.5 to 4.75 us, each with three seeds";
-    /* docs/theory.md, 21: held at 3.0 us, lost at 3.25 (see dead_times_15). */
-    const claim_t lost =
-        paper_claim_of_theory(FIG15, "b200_wc0_dead_time",
-                              "200 rad/s, conventional: lost from this dead time on", "us", 3.25, 0.25, none);
-    paper_row_of_several(paper, &lost, paper_dead_time_run(paper, 0, 0, 0), false,
-                         held[0] < DEAD_TIMES_15 ? dead_times_15[held[0]] : (double)NAN, false, condition);
-    static const char *const ids[LOOPS_15] = {NULL, "b200_wc25_dead_time", "b100_wc0_dead_time"};
-    static const char *const texts[LOOPS_15] = {
-        NULL, "200 rad/s, omega_c 25: holds where the conventional loop is lost, up to",
-        "100 rad/s, conventional: holds where that of 200 rad/s is lost, up to"};
-    for (int n = 1; n < LOOPS_15; n++) {
-        const claim_t longer = paper_claim_of_theory(FIG15, ids[n], texts[n], "us", INFINITY, 0.0, none);
-        paper_row_of_several(paper, &longer, paper_dead_time_run(paper, n, 0, 0), false,
-                             held[n] > 0 ? dead_times_15[held[n] - 1] : (double)NAN, held[n] > held[0],
-                             condition);
-    }
-}
-
-static void judge_fig15(paper_t *paper, bool real)
-{
-    judge_sweep(paper, FIG15, "rated", real);
-    const claim_t compensated = paper_claim(
-        FIG15, "compensated", "200 rad/s, conventional, inverter compensated: loses the rotor (1)", "-", 1.0,
-        0.0, "it holds: no k_i of this size loses the rotor if the dead time is compensated");
-    paper_row_of_loss(paper, &compensated, paper_find(paper, FIG15, "b200_wc0_rated", real));
-    if (real) { /* the ideal drive has no dead time */
-        judge_losses(paper);
-    }
-}
-
 static const result_t *of_16(const paper_t *paper, int b, int c, int load, bool real)
 {
     char name[40];
@@ -290,9 +169,7 @@ static void judge_fig16(paper_t *paper, bool real)
 void paper_judge_measured(paper_t *paper, figure_t figure)
 {
     for (int real = 1; real >= 0; real--) {
-        if (figure == FIG15) {
-            judge_fig15(paper, real != 0);
-        } else {
+        if (figure == FIG16) {
             judge_fig16(paper, real != 0);
         }
     }

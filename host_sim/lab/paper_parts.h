@@ -66,16 +66,8 @@ typedef struct {
 } flavoured_t;
 size_t paper_plan(const bool wanted[PAPER_FIGURES], flavoured_t *to);
 
-/* fig15 over the dead time. */
-#define LOOPS_15      3
-#define DEAD_TIMES_15 8
-#define SEEDS_15      3
-extern const char *const loops_15[LOOPS_15];
-extern const double dead_times_15[DEAD_TIMES_15]; /* [us] ascending */
-/* fig14 to fig16, by bandwidth (100, 200 rad/s) and omega_c, ascending. */
-#define SWEEP_14 4
+/* fig16, by bandwidth (100, 200 rad/s) and omega_c, ascending. */
 #define SWEEP_16 6
-extern const char *const sweep_14[2][SWEEP_14];
 extern const char *const sweep_16[2][SWEEP_16];
 extern const char *const load_names[2]; /* of no load and RATED */
 /* Beyond the paper. */
@@ -166,6 +158,7 @@ struct paper {
     bool wanted[PAPER_FIGURES + 1u];
     paper_figure_t about[PAPER_FIGURES + 1u];
     experiment_t *files[PAPER_FIGURES + 1u]; /* NULL: the figure is none of a file */
+    experiment_t *more[PAPER_FIGURES + 1u];  /* their second files; NULL: none */
     uint64_t seed;
     bool traced; /* the traces of files are kept */
     result_t *results;
@@ -178,9 +171,6 @@ struct paper {
 
 /* The run must be there. */
 const result_t *paper_find(const paper_t *paper, figure_t figure, const char *name, bool real);
-
-/* Of fig15's dead times. */
-const result_t *paper_dead_time_run(const paper_t *paper, int loop, int dead_time, int seed);
 
 /* Of beyond_speed or beyond_bandwidth: which of its variants this is. */
 const char *paper_variant(const run_t *run);

@@ -6,10 +6,6 @@
 
 #define OMEGA_S 2500.0 /* [rad/s] of the EMF filter (11); the print has none */
 
-/* Between the dead times that lose the conventional loop of 200 rad/s and the feed-forward one (see
- * dead_times_15). */
-#define DEAD_TIME_15 3.6 /* [us] */
-
 const paper_figure_t paper_figures[PAPER_FIGURES] = {
     [FIG04] = {.id = "fig04"},
     [FIG05] = {.id = "fig05"},
@@ -19,27 +15,29 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
     [FIG12] = {.id = "fig12"},
     [FIG13] = {.id = "fig13"},
     [FIG14] = {.id = "fig14"},
-    [FIG15] = {"fig15", "feed-forward PLL through speed steps, rated load; loss of lock",
-               "the same under load, where a conventional PLL of large k_i loses the rotor", "Fig. 15"},
-    [FIG16] = {"fig16", "deviations and overshoots over bandwidth, omega_c and load",
-               "deviations fall with omega_c and grow with bandwidth; the overshoot has a least omega_c",
-               "Fig. 16"},
+    [FIG15] = {.id = "fig15", .more = "dead_time"},
+    [FIG16] = {.id = "fig16",
+               .title = "deviations and overshoots over bandwidth, omega_c and load",
+               .claim =
+                   "deviations fall with omega_c and grow with bandwidth; the overshoot has a least omega_c",
+               .paper = "Fig. 16"},
     [FIG17] = {.id = "fig17"},
-    [BEYOND_SPEED] = {"beyond_speed", "what each lag compensation leaves over speed",
-                      "lagless leaves less than a milliradian where the paper's formula leaves tens", NULL},
-    [BEYOND_BANDWIDTH] = {"beyond_bandwidth", "tracking error through speed steps over bandwidth",
-                          "feed-forward needs no bandwidth to track; told the torque, the loop hardly errs",
-                          NULL},
+    [BEYOND_SPEED] = {.id = "beyond_speed",
+                      .title = "what each lag compensation leaves over speed",
+                      .claim =
+                          "lagless leaves less than a milliradian where the paper's formula leaves tens"},
+    [BEYOND_BANDWIDTH] =
+        {.id = "beyond_bandwidth",
+         .title = "tracking error through speed steps over bandwidth",
+         .claim = "feed-forward needs no bandwidth to track; told the torque, the loop hardly errs"},
     [BEYOND_MAP] =
-        {"beyond_map", "what wrong beliefs about machine and sensors cost",
-         "a wrong L turns the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what the drive "
-         "learns takes L and dead time away",
-         NULL},
+        {.id = "beyond_map",
+         .title = "what wrong beliefs about machine and sensors cost",
+         .claim = "a wrong L turns the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what the "
+                  "drive learns takes L and dead time away"},
 };
 
 const char *const load_names[2] = {"nl", "rated"};
-const char *const sweep_14[2][SWEEP_14] = {{"b100_wc0", "b100_wc12", "b100_wc25", "b100_wc40"},
-                                           {"b200_wc0", "b200_wc25", "b200_wc50", "b200_wc81"}};
 const char *const sweep_16[2][SWEEP_16] = {
     {"b100_wc0", "b100_wc8", "b100_wc16", "b100_wc25", "b100_wc40", "b100_wc60"},
     {"b200_wc0", "b200_wc16", "b200_wc33", "b200_wc50", "b200_wc81", "b200_wc121"}};
@@ -53,19 +51,8 @@ const char *const sweep_16[2][SWEEP_16] = {
         .figure = fig, .name = "b" #b "_wc" #wc "_" at, .profile = STEPS, .load = torque, LOOP(b, wc)        \
     }
 #define STEPPED_BOTH(fig, b, wc) STEPPED(fig, b, wc, "nl", 0.0), STEPPED(fig, b, wc, "rated", RATED)
-#define UNCOMPENSATED(b, wc)                                                                                 \
-    {                                                                                                        \
-        .figure = FIG15, .name = "b" #b "_wc" #wc "_uncompensated", .profile = STEPS, .flavours = REAL,      \
-        .load = RATED, .dead_time = DEAD_TIME_15, LOOP(b, wc)                                                \
-    }
 /* clang-format off */
 static const run_t runs[] = {
-    STEPPED(FIG15, 100,  0, "rated", RATED), STEPPED(FIG15, 200,  0, "rated", RATED),
-    STEPPED(FIG15, 100, 12, "rated", RATED), STEPPED(FIG15, 200, 25, "rated", RATED),
-    STEPPED(FIG15, 100, 25, "rated", RATED), STEPPED(FIG15, 200, 50, "rated", RATED),
-    STEPPED(FIG15, 100, 40, "rated", RATED), STEPPED(FIG15, 200, 81, "rated", RATED),
-    UNCOMPENSATED(200, 0), UNCOMPENSATED(200, 25), UNCOMPENSATED(100, 0),
-
     STEPPED_BOTH(FIG16, 100,  0), STEPPED_BOTH(FIG16, 200,   0),
     STEPPED_BOTH(FIG16, 100,  8), STEPPED_BOTH(FIG16, 200,  16),
     STEPPED_BOTH(FIG16, 100, 16), STEPPED_BOTH(FIG16, 200,  33),
@@ -77,36 +64,11 @@ static const run_t runs[] = {
 
 /* ---- sweeps ---- */
 
-const char *const loops_15[LOOPS_15] = {"b200_wc0", "b200_wc25", "b100_wc0"};
-/* Around 3.37 us, where the conventional loop of 200 rad/s is lost, in small steps. The simulation of
- * docs/theory.md, 21 held it at 3.0 us and lost it at 3.25. Its devices drop 1.1 V; these drop 0.98 V at this
- * load, and with 1.1 V the loop is lost from 3.28 us here. Drops that the drive knows of, or none, make
- * it 3.63 us; 5.5 N m 3.15 us; half the current control's bandwidth 3.55 us. Seed, zero-current zone, sensor
- * errors, EMF filters from 2000 rad/s up and gate edges instead of mean voltages move it by 0.06 us at most.
- */
-const double dead_times_15[DEAD_TIMES_15] = {2.5, 3.0, 3.25, 3.4, 3.5, 3.75, 4.0, 4.75};
-
 /* None is a whole number of samples per revolution (see map_setup_default). */
 const double speeds_beyond[SPEEDS_BEYOND] = {101.0, 203.0, 307.0, 503.0, 757.0, 1013.0, 1259.0, 1490.0};
 const double bandwidths_beyond[BANDWIDTHS_BEYOND] = {50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 400.0};
 const char *const speed_variants[VARIANTS_BEYOND] = {"uncompensated", "printed", "lagless"};
 const char *const bandwidth_variants[VARIANTS_BEYOND] = {"conventional", "feedforward", "torque_feedforward"};
-
-static run_t dead_time_run(int loop, int dead_time, int seed)
-{
-    run_t run = {.figure = FIG15,
-                 .profile = HOLD,
-                 .rpm = 100.0,
-                 .length = 1.0,
-                 .flavours = REAL,
-                 .load = RATED,
-                 LOOP(loop == 2 ? 100.0 : 200.0, loop == 1 ? 25.0 : 0.0),
-                 .dead_time = dead_times_15[dead_time],
-                 .reseed = (uint64_t)seed,
-                 .sweep = true};
-    snprintf(run.name, sizeof run.name, "%s_%d_%d", loops_15[loop], dead_time, seed);
-    return run;
-}
 
 static run_t speed_run(int variant, int speed, int load)
 {
@@ -174,11 +136,6 @@ size_t paper_plan(const bool wanted[PAPER_FIGURES], flavoured_t *to)
     plan_t all = {.wanted = wanted, .to = to};
     for (size_t n = 0; n < sizeof runs / sizeof runs[0]; n++) {
         plan(&all, &runs[n]);
-    }
-    for (int n = 0; n < LOOPS_15 * DEAD_TIMES_15 * SEEDS_15; n++) {
-        const run_t run =
-            dead_time_run(n / (DEAD_TIMES_15 * SEEDS_15), n / SEEDS_15 % DEAD_TIMES_15, n % SEEDS_15);
-        plan(&all, &run);
     }
     for (int n = 0; n < VARIANTS_BEYOND * 2 * SPEEDS_BEYOND; n++) {
         const run_t run = speed_run(n / (2 * SPEEDS_BEYOND), n % SPEEDS_BEYOND, n / SPEEDS_BEYOND % 2);

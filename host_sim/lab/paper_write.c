@@ -98,20 +98,10 @@ static void write_beyond_map(const paper_t *paper, FILE *file)
     }
 }
 
-void paper_write_dead_time(const paper_t *paper, FILE *file)
+void paper_write_more(const paper_t *paper, size_t figure, FILE *file)
 {
-    if (!paper->wanted[FIG15]) {
-        return;
-    }
-    fprintf(file, "run[text],dead_time[us],lost[-]\n");
-    for (int loop = 0; loop < LOOPS_15; loop++) {
-        for (int n = 0; n < DEAD_TIMES_15; n++) {
-            double lost = 0.0;
-            for (int seed = 0; seed < SEEDS_15; seed++) {
-                lost += paper_dead_time_run(paper, loop, n, seed)->lost;
-            }
-            fprintf(file, "%s,%g,%.3g\n", loops_15[loop], dead_times_15[n], lost / SEEDS_15);
-        }
+    if (paper->more[figure] != NULL) {
+        experiment_write_csv(paper->more[figure], file);
     }
 }
 

@@ -75,7 +75,6 @@ add_library(lagless_lab STATIC
     lab/names.c
     lab/paper.c
     lab/paper_beyond.c
-    lab/paper_claims.c
     lab/paper_drive.c
     lab/paper_manifest.c
     lab/paper_measure.c

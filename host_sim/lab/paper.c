@@ -143,8 +143,6 @@ static void judge(paper_t *paper)
         }
         if (paper->files[figure] != NULL) {
             judge_files(paper, figure);
-        } else if (paper_figures[figure].paper != NULL) {
-            paper_judge_measured(paper, figure);
         } else {
             paper_judge_beyond(paper, figure);
         }

@@ -66,9 +66,6 @@ typedef struct {
 } flavoured_t;
 size_t paper_plan(const bool wanted[PAPER_FIGURES], flavoured_t *to);
 
-/* fig16, by bandwidth (100, 200 rad/s) and omega_c, ascending. */
-#define SWEEP_16 6
-extern const char *const sweep_16[2][SWEEP_16];
 extern const char *const load_names[2]; /* of no load and RATED */
 /* Beyond the paper. */
 #define SPEEDS_BEYOND     8
@@ -212,8 +209,7 @@ void paper_row_of_file(paper_t *paper, size_t figure, const experiment_row_t *of
 /* Of the map. */
 void paper_row_of_map(paper_t *paper, const claim_t *claim, bool stopped, double ours, const char *condition);
 
-/* Judges figures: the paper's as measured, and those beyond it. */
-void paper_judge_measured(paper_t *paper, figure_t figure);
+/* Judges what is beyond the paper. */
 void paper_judge_beyond(paper_t *paper, figure_t figure);
 
 #endif

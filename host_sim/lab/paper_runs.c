@@ -16,11 +16,7 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
     [FIG13] = {.id = "fig13"},
     [FIG14] = {.id = "fig14"},
     [FIG15] = {.id = "fig15", .more = "dead_time"},
-    [FIG16] = {.id = "fig16",
-               .title = "deviations and overshoots over bandwidth, omega_c and load",
-               .claim =
-                   "deviations fall with omega_c and grow with bandwidth; the overshoot has a least omega_c",
-               .paper = "Fig. 16"},
+    [FIG16] = {.id = "fig16"},
     [FIG17] = {.id = "fig17"},
     [BEYOND_SPEED] = {.id = "beyond_speed",
                       .title = "what each lag compensation leaves over speed",
@@ -38,29 +34,8 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
 };
 
 const char *const load_names[2] = {"nl", "rated"};
-const char *const sweep_16[2][SWEEP_16] = {
-    {"b100_wc0", "b100_wc8", "b100_wc16", "b100_wc25", "b100_wc40", "b100_wc60"},
-    {"b200_wc0", "b200_wc16", "b200_wc33", "b200_wc50", "b200_wc81", "b200_wc121"}};
-
-/* ---- one by one ---- */
-
 #define SMOOTH(ks, cutoff) .switching = SIGMOID, .gain = ks, .omega_s = cutoff
 #define LOOP(b, wc)        SMOOTH(KS, OMEGA_S), .lag = LAG_EXACT, .bandwidth = b, .omega_c = wc
-#define STEPPED(fig, b, wc, at, torque)                                                                      \
-    {                                                                                                        \
-        .figure = fig, .name = "b" #b "_wc" #wc "_" at, .profile = STEPS, .load = torque, LOOP(b, wc)        \
-    }
-#define STEPPED_BOTH(fig, b, wc) STEPPED(fig, b, wc, "nl", 0.0), STEPPED(fig, b, wc, "rated", RATED)
-/* clang-format off */
-static const run_t runs[] = {
-    STEPPED_BOTH(FIG16, 100,  0), STEPPED_BOTH(FIG16, 200,   0),
-    STEPPED_BOTH(FIG16, 100,  8), STEPPED_BOTH(FIG16, 200,  16),
-    STEPPED_BOTH(FIG16, 100, 16), STEPPED_BOTH(FIG16, 200,  33),
-    STEPPED_BOTH(FIG16, 100, 25), STEPPED_BOTH(FIG16, 200,  50),
-    STEPPED_BOTH(FIG16, 100, 40), STEPPED_BOTH(FIG16, 200,  81),
-    STEPPED_BOTH(FIG16, 100, 60), STEPPED_BOTH(FIG16, 200, 121),
-};
-/* clang-format on */
 
 /* ---- sweeps ---- */
 
@@ -134,9 +109,6 @@ static void plan(plan_t *plan, const run_t *run)
 size_t paper_plan(const bool wanted[PAPER_FIGURES], flavoured_t *to)
 {
     plan_t all = {.wanted = wanted, .to = to};
-    for (size_t n = 0; n < sizeof runs / sizeof runs[0]; n++) {
-        plan(&all, &runs[n]);
-    }
     for (int n = 0; n < VARIANTS_BEYOND * 2 * SPEEDS_BEYOND; n++) {
         const run_t run = speed_run(n / (2 * SPEEDS_BEYOND), n % SPEEDS_BEYOND, n / SPEEDS_BEYOND % 2);
         plan(&all, &run);

@@ -19,24 +19,6 @@ static const char *flavour(const result_t *result)
 
 /* ---- tables, a line a run ---- */
 
-static void write_fig16(const paper_t *paper, FILE *file)
-{
-    fprintf(file, "flavour[text],bandwidth[rad/s],omega_c[rad/s],load[N m],lost[-],sd_100[mrad],"
-                  "sd_1500[mrad],speed_sd_100[r/min],speed_sd_1500[r/min],overshoot_accelerating[mrad],"
-                  "overshoot_decelerating[mrad],speed_overshoot_accelerating[r/min],"
-                  "speed_overshoot_decelerating[r/min],steady_accelerating[mrad]\n");
-    for (size_t n = 0; n < paper->result_count; n++) {
-        const result_t *result = &paper->results[n];
-        if (paper_of_figure(result, FIG16)) {
-            const numbers_t *to = result->numbers;
-            fprintf(file, "%s,%g,%g,%g,%d,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g\n", flavour(result),
-                    result->run.bandwidth, result->run.omega_c, result->run.load, result->lost, to[SLOW].sd,
-                    to[FAST].sd, to[SLOW].speed_sd, to[FAST].speed_sd, to[UP].peak, to[DOWN].peak,
-                    to[UP].speed_peak, to[DOWN].speed_peak, to[UP].plateau);
-        }
-    }
-}
-
 /* A number that a lost run may not have is left out. */
 static void write_number(FILE *file, double number)
 {
@@ -196,8 +178,6 @@ void paper_write_csv(const paper_t *paper, size_t figure, FILE *file)
     }
     if (paper->files[figure] != NULL) {
         experiment_write_csv(paper->files[figure], file);
-    } else if (figure == FIG16) {
-        write_fig16(paper, file);
     } else if (figure == BEYOND_SPEED) {
         write_beyond_speed(paper, file);
     } else if (figure == BEYOND_BANDWIDTH) {

@@ -74,14 +74,11 @@ add_library(lagless_lab STATIC
     lab/motor_trial.c
     lab/names.c
     lab/paper.c
-    lab/paper_beyond.c
     lab/paper_drive.c
     lab/paper_manifest.c
-    lab/paper_measure.c
+    lab/paper_map.c
     lab/paper_rows.c
-    lab/paper_runs.c
     lab/paper_theory.c
-    lab/paper_write.c
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c

@@ -6,6 +6,29 @@
 #include <string.h>
 
 #include "host_sim/lab/paper_parts.h"
+#include "host_sim/lab/paper_theory.h"
+#include "host_sim/rig/rig.h"
+
+const paper_figure_t paper_figures[PAPER_FIGURES] = {
+    {.id = "fig04"},
+    {.id = "fig05"},
+    {.id = "fig08"},
+    {.id = "fig10"},
+    {.id = "fig11"},
+    {.id = "fig12"},
+    {.id = "fig13"},
+    {.id = "fig14"},
+    {.id = "fig15", .more = "dead_time"},
+    {.id = "fig16"},
+    {.id = "fig17"},
+    {.id = "beyond_speed"},
+    {.id = "beyond_bandwidth"},
+    [PAPER_MAP] = {.id = "beyond_map",
+                   .title = "what wrong beliefs about machine and sensors cost",
+                   .claim =
+                       "a wrong L turns the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what "
+                       "the drive learns takes L and dead time away"},
+};
 
 /* Run n of those of files: which of which. */
 typedef struct {
@@ -25,10 +48,8 @@ typedef struct {
 static bool measure(void *context, size_t n, char why[POOL_WHY])
 {
     const work_t *work = context;
-    const size_t count = work->paper->result_count;
-    return n < count ? paper_measure(&work->paper->results[n], work->paper->seed, why)
-                     : experiment_measure(work->filed[n - count].experiment, work->filed[n - count].n,
-                                          work->paper->seed, work->paper->traced, why);
+    return experiment_measure(work->filed[n].experiment, work->filed[n].n, work->paper->seed,
+                              work->paper->traced, why);
 }
 
 static void tell(void *context, size_t done)
@@ -70,43 +91,18 @@ static bool list_filed(work_t *work)
 static bool run_all(work_t *work, unsigned threads, char why[POOL_WHY])
 {
     paper_t *paper = work->paper;
-    const pool_t pool = {
-        .count = paper->result_count + work->filed_count, .piece = measure, .progress = tell, .work = work};
-    work->total = pool.count + (paper->wanted[BEYOND_MAP] ? 1u : 0u);
+    const pool_t pool = {.count = work->filed_count, .piece = measure, .progress = tell, .work = work};
+    work->total = pool.count + (paper->wanted[PAPER_MAP] ? 1u : 0u);
     if (!pool_run(&pool, threads, why)) {
         return false;
     }
-    if (paper->wanted[BEYOND_MAP]) {
-        map_error_t refused;
-        map_setup_t setup = map_setup_default();
-        setup.seed = paper->seed;
-        if (!map_run(&setup, paper->points, threads, &refused)) {
-            memcpy(why, refused.text, sizeof refused.text);
+    if (paper->wanted[PAPER_MAP]) {
+        if (!paper_map_run(paper, threads, why)) {
             return false;
         }
         tell(work, work->total);
     }
     return true;
-}
-
-static bool lay_out(paper_t *paper)
-{
-    const map_setup_t setup = map_setup_default();
-    const size_t count = paper_plan(paper->wanted, NULL);
-    flavoured_t *planned = calloc(count + 1u, sizeof *planned);
-    paper->results = calloc(count + 1u, sizeof *paper->results);
-    paper->points = calloc(map_count(&setup), sizeof *paper->points);
-    const bool done = planned != NULL && paper->results != NULL && paper->points != NULL;
-    if (done) {
-        paper->point_count = map_count(&setup);
-        paper->result_count = paper_plan(paper->wanted, planned);
-        for (size_t n = 0; n < count; n++) {
-            paper->results[n].run = planned[n].run;
-            paper->results[n].real = planned[n].real;
-        }
-    }
-    free(planned);
-    return done;
 }
 
 /* Those of this one of the experiment's `each`. */
@@ -116,7 +112,7 @@ static void judge_file(paper_t *paper, size_t figure, const experiment_t *file, 
         experiment_row_t row;
         experiment_row(file, n, &row);
         if (row.each == each) {
-            paper_row_of_file(paper, figure, &row);
+            paper_row_add(paper, figure, &row);
         }
     }
 }
@@ -134,18 +130,13 @@ static void judge_files(paper_t *paper, size_t figure)
 
 static void judge(paper_t *paper)
 {
-    if (paper->files[PAPER_OWN] != NULL) {
-        judge_files(paper, PAPER_OWN);
+    for (size_t n = 0; n <= PAPER_OWN; n++) {
+        if (paper->files[n] != NULL) {
+            judge_files(paper, n);
+        }
     }
-    for (figure_t figure = FIG04; figure <= BEYOND_MAP; figure++) {
-        if (!paper->wanted[figure]) {
-            continue;
-        }
-        if (paper->files[figure] != NULL) {
-            judge_files(paper, figure);
-        } else {
-            paper_judge_beyond(paper, figure);
-        }
+    if (paper->wanted[PAPER_MAP]) {
+        paper_map_judge(paper);
     }
 }
 
@@ -185,7 +176,7 @@ static bool read_files(paper_t *paper, paper_error_t *why)
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
         const paper_figure_t *figure = &paper_figures[n];
         paper->about[n] = *figure;
-        if (!paper->wanted[n] || figure->title != NULL) {
+        if (!paper->wanted[n] || n == PAPER_MAP) {
             continue;
         }
         paper->files[n] = read_file(figure->id, NULL, why);
@@ -218,7 +209,7 @@ static bool run_and_judge(paper_t *paper, unsigned threads, paper_progress_t pro
                           paper_error_t *why)
 {
     work_t work = {.paper = paper, .progress = progress, .context = context};
-    bool done = lay_out(paper) && list_filed(&work);
+    bool done = list_filed(&work);
     if (!done) {
         snprintf(why->text, sizeof why->text, "no memory");
     }
@@ -275,14 +266,10 @@ paper_t *paper_run_file(experiment_t *own, bool traced, unsigned threads, paper_
 void paper_free(paper_t *paper)
 {
     if (paper != NULL) {
-        for (size_t n = 0; n < paper->result_count; n++) {
-            free(paper->results[n].trace);
-        }
         for (size_t n = 0; n <= PAPER_FIGURES; n++) {
             experiment_free(paper->files[n]);
             experiment_free(paper->more[n]);
         }
-        free(paper->results);
         free(paper->points);
         free(paper);
     }
@@ -295,23 +282,6 @@ size_t paper_figure(const char *id)
         n++;
     }
     return n;
-}
-
-bool paper_of_figure(const result_t *result, size_t figure)
-{
-    return (size_t)result->run.figure == figure;
-}
-
-const result_t *paper_find(const paper_t *paper, figure_t figure, const char *name, bool real)
-{
-    for (size_t n = 0; n < paper->result_count; n++) {
-        const result_t *result = &paper->results[n];
-        if (result->run.figure == figure && result->real == real && strcmp(result->run.name, name) == 0) {
-            return result;
-        }
-    }
-    assert(false);
-    return NULL;
 }
 
 size_t paper_row_count(const paper_t *paper)
@@ -333,4 +303,21 @@ const paper_row_t *paper_row_by_id(const paper_t *paper, const char *id)
         }
     }
     return NULL;
+}
+
+void paper_write_csv(const paper_t *paper, size_t figure, FILE *file)
+{
+    assert(figure <= PAPER_OWN);
+    if (paper->files[figure] != NULL) {
+        experiment_write_csv(paper->files[figure], file);
+    } else if (figure == PAPER_MAP && paper->wanted[figure]) {
+        paper_map_write(paper, file);
+    }
+}
+
+void paper_write_more(const paper_t *paper, size_t figure, FILE *file)
+{
+    if (paper->more[figure] != NULL) {
+        experiment_write_csv(paper->more[figure], file);
+    }
 }

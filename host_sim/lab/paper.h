@@ -2,10 +2,9 @@
  * the formulas (experiment_curves.c), in double and independent of the firmware; the others on the real
  * interrupt code in the rig, one run per curve.
  *
- * The conditions of every run are files (host_sim/experiments, their language: experiment.h) or, of fig15,
- * fig16 and what is beyond the paper, the tables of paper_runs.c: what is not in the print (inertia,
- * friction, bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers (docs/theory.md, 19;
- * errata 5, 11, 13). Two flavours of each, where both mean something:
+ * All but beyond_map (map.h) are files of host_sim/experiments, their language: experiment.h. What is not in
+ * the print (inertia, friction, bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers
+ * (docs/theory.md, 19; errata 5, 11, 13). Two flavours of each, where both mean something:
  *
  *     ideal  inverter and sensors without error, as the theory assumes
  *     real   inverter of the plant's defaults (2.5 us dead time, delays, drops), compensated, 12-bit ADC,

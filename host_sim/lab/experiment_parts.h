@@ -181,7 +181,7 @@ struct experiment {
 
 #define NO_RUN UINT32_MAX
 
-/* ---- values (experiment_value.c) ---- */
+/* ---- values (experiment_value.c, experiment_expression.c) ---- */
 
 /* Of a row at t = 0 [unit of the row], as it is written: not rounded to what the drive has. */
 double experiment_initial(const experiment_run_t *run, const table_row_t *row);

@@ -7,6 +7,22 @@
 
 /* ---- [let] ---- */
 
+/* Has the name a meaning in expressions already? */
+static bool is_taken(const file_t *file, const toml_entry_t *entry)
+{
+    static const char *const words[] = {"pi", "rpm", "mrad", "value", "lost", "for", "if", "and"};
+    const experiment_t *experiment = file->experiment;
+    bool taken = false;
+    for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {
+        taken = taken || strcmp(words[n], entry->key) == 0;
+    }
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        taken = taken || strcmp(experiment->sweeps[s].name, entry->key) == 0;
+    }
+    return taken &&
+           !file_fail(file, entry, "the name means something in expressions already; accepted: another");
+}
+
 bool file_read_lets(const file_t *file)
 {
     experiment_t *experiment = file->experiment;
@@ -20,7 +36,8 @@ bool file_read_lets(const file_t *file)
     experiment->lets = file_take(file, reading_count(&file->reading, table), sizeof *experiment->lets);
     for (const toml_entry_t *entry = reading_first(&file->reading, table);
          entry != NULL && experiment->lets != NULL; entry = reading_next(&file->reading, table, entry)) {
-        if (!reading_is_text(&file->reading, entry, false) || !file_is_word(file, entry, entry->key)) {
+        if (!reading_is_text(&file->reading, entry, false) || !file_is_word(file, entry, entry->key) ||
+            is_taken(file, entry)) {
             return false;
         }
         experiment->lets[experiment->let_count++] = (named_t){entry->key, entry->text, reading_place(entry)};

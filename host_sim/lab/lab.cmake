@@ -53,6 +53,7 @@ add_library(lagless_lab STATIC
     lab/dynamometer.c
     lab/experiment.c
     lab/experiment_curves.c
+    lab/experiment_expression.c
     lab/experiment_functions.c
     lab/experiment_grid.c
     lab/experiment_read.c

@@ -351,6 +351,8 @@ class Test(unittest.TestCase):
                 (table.replace("column = [", "column = [] #"), "[table]", ("they are 0", "1 to 16")),
                 (table + '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n', "[table]", ("the file has a [trace]", "one of them")),
                 (let.replace("mine", '"5 N m"'), '"5 N m" =', ("no plain word",)),
+                (let.replace("mine =", "lost ="), "lost = ", ("lost", "means something in expressions already")),
+                (let.replace("mine =", "end ="), "end = \"load", ("end", "means something in expressions already")),
                 (let.replace('mine = "load.mean"', "mine = 5"), "mine = ", ("mine", "accepted: text")),
                 (let.replace('mine = "load.mean"', 'mine = "lod.mean"'), "mine = ", ("mine", "lod.mean is neither")),
                 (let.replace('mine = "load.mean"', 'mine = "mine + 1"'), "mine = ", ("mine", "too deep")),

@@ -15,7 +15,7 @@
  *   curve = "loop_filters"                 # a curve of theory is the CSV (experiment_curves.c)
  *   condition = "{load}, J {plant.inertia} kg m^2"  # of a row; {SWEEP}: the point's text, {ROW}: its value at t = 0,
  *                                          # {EXPRESSION}: its number; also in where, why_not and the text of a point
- *   whole_turns = true                     # durations are rounded up to whole electrical turns at the speed_request of t = 0
+ *   whole_turns = true                     # durations are rounded up to whole electrical turns at the first speed_request
  *
  *   [begin]                                # what comes before t = 0; without: power-on
  *   by = "dynamometer"                     # turned until the drive holds speed_request and plant.load_torque of t = 0,
@@ -66,8 +66,8 @@
  *   each = ["real"]                        # optional: of which of the experiment's `each`
  *   measure = "up"                         # `of` which statistic of it: mean, min, max, peak, sd, rms, last; or
  *   of = "mean"                            # value = "abs(up.mean)": an expression (below)
- *   at = {load = "none"}                   # the point of each sweep that `each` is not of, that has more than one and that
- *                                          # no `for` goes over; a list of names: the one at which the number is largest
+ *   at = {load = "none"}                   # the point of each sweep that `each` is not of, that has more than one and
+ *                                          # that no `for` goes over; a list: the one at which the number is largest
  *   printed = 355                          # what the source says; if it has no number:
  *   theory = 350                           # number or expression; without both, holds_if alone judges
  *   tolerance = 10                         # or one a flavour: {real = 4, ideal = 1}

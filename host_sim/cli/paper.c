@@ -253,36 +253,34 @@ static int prepare(const options_t *options, char data[PATH_SIZE])
     return replaces_nothing(options, data) ? EXIT_DONE : EXIT_USAGE;
 }
 
-static bool write_traces(const options_t *options, const char *data, const paper_t *paper)
+/* data/ID.csv, and data/ID_MORE.csv of what it has more. */
+static bool write_data(const char *data, const paper_t *paper, size_t figure, const char *more)
+{
+    char name[120];
+    char path[PATH_SIZE];
+    snprintf(name, sizeof name, "%.80s%s%s.csv", paper_about(paper, figure)->id, more != NULL ? "_" : "",
+             more != NULL ? more : "");
+    FILE *file = output_open_in(path, data, name);
+    if (file != NULL && more == NULL) {
+        paper_write_csv(paper, figure, file);
+    } else if (file != NULL) {
+        paper_write_more(paper, figure, file);
+    }
+    return output_close(file, path);
+}
+
+static bool write_all_data(const options_t *options, const char *data, const paper_t *paper)
 {
     bool done = true;
     for (size_t n = 0; n <= PAPER_OWN; n++) {
-        char name[120];
-        char path[PATH_SIZE];
         if (n == PAPER_OWN ? options->file != NULL : options->wanted[n]) {
-            snprintf(name, sizeof name, "%.100s.csv", paper_about(paper, n)->id);
-            FILE *file = output_open_in(path, data, name);
-            if (file != NULL) {
-                paper_write_csv(paper, n, file);
+            done = write_data(data, paper, n, NULL) && done;
+            if (n < PAPER_FIGURES && paper_figures[n].more != NULL) {
+                done = write_data(data, paper, n, paper_figures[n].more) && done;
             }
-            done = output_close(file, path) && done;
         }
     }
     return done;
-}
-
-/* What fig15 has besides its traces. */
-static bool write_dead_time(const options_t *options, const char *data, const paper_t *paper)
-{
-    char path[PATH_SIZE];
-    if (!options->wanted[paper_figure("fig15")]) {
-        return true;
-    }
-    FILE *file = output_open_in(path, data, "fig15_dead_time.csv");
-    if (file != NULL) {
-        paper_write_dead_time(paper, file);
-    }
-    return output_close(file, path);
 }
 
 static bool write_rows(const options_t *options, const paper_t *paper)
@@ -308,8 +306,7 @@ static bool write_manifest(const options_t *options, const paper_t *paper, doubl
 /* Data first: they stay, whatever becomes of the pictures. */
 static bool report(const options_t *options, const char *data, const paper_t *paper, double seconds)
 {
-    bool written = write_traces(options, data, paper);
-    written = write_dead_time(options, data, paper) && written;
+    bool written = write_all_data(options, data, paper);
     written = write_rows(options, paper) && written;
     written = write_manifest(options, paper, seconds) && written;
     if (!written) {

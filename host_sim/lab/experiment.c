@@ -1,6 +1,7 @@
 /* What an experiment is, and its rows. */
 #include "host_sim/lab/experiment.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,35 +49,26 @@ uint64_t experiment_seed(const experiment_t *experiment)
 
 size_t experiment_run_count(const experiment_t *experiment)
 {
-    return experiment->measure_count > 0u || experiment->column_count > 0u ? experiment->run_count : 0u;
+    return experiment->idle ? 0u : experiment->run_count;
+}
+
+uint32_t experiment_each_count(const experiment_t *experiment)
+{
+    return experiment->each_count;
 }
 
 size_t experiment_row_count(const experiment_t *experiment)
 {
-    return (size_t)experiment->each_count * experiment->claim_count;
-}
-
-/* ---- a row ---- */
-
-/* The points of a claim one after the other, the first sweep the fastest. */
-static size_t point_count(const experiment_t *experiment, const claim_t *claim)
-{
-    size_t count = 1;
-    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
-        count *= claim->at_count[s];
+    size_t count = 0;
+    for (uint32_t n = 0; n < experiment->claim_count; n++) {
+        for (uint32_t each = 0; each < experiment->each_count; each++) {
+            count += experiment->claims[n].each[each];
+        }
     }
     return count;
 }
 
-static void point_of(const experiment_t *experiment, const claim_t *claim, uint32_t each, size_t n,
-                     uint32_t point[SWEEPS_MAX])
-{
-    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
-        point[s] =
-            s == experiment->each_sweep ? experiment->each[each] : claim->at[s][n % claim->at_count[s]];
-        n /= claim->at_count[s];
-    }
-}
+/* ---- a row ---- */
 
 static double number_of(value_t *value, const claim_t *claim)
 {
@@ -92,32 +84,53 @@ static double number_of(value_t *value, const claim_t *claim)
 static void find_worst(const experiment_t *experiment, const claim_t *claim, uint32_t each,
                        uint32_t point[SWEEPS_MAX], experiment_row_t *row)
 {
-    for (size_t n = 0; n < point_count(experiment, claim); n++) {
+    for (size_t n = 0; n < experiment_claim_points(experiment, claim); n++) {
         uint32_t here[SWEEPS_MAX] = {0};
-        point_of(experiment, claim, each, n, here);
+        experiment_claim_point(experiment, claim, each, n, here);
         value_t value = {.experiment = experiment, .point = here, .own = (double)NAN};
         const double number = number_of(&value, claim);
         row->stopped = row->stopped || value.lost;
         if (n == 0u || fabs(number) > fabs(row->ours)) {
-            row->ours = number;
+            row->ours = isfinite(number) ? number : (double)NAN;
             memcpy(point, here, sizeof here);
         }
     }
 }
 
+static void fill_in(const experiment_t *experiment, const uint32_t *point, const char *text,
+                    const experiment_row_t *row, char *to, size_t size)
+{
+    value_t value = {.experiment = experiment, .point = point, .own = row->ours};
+    (void)experiment_text(&value, text, to, size);
+}
+
+/* Row n: `claim` and which of each. */
+static const claim_t *find_row(const experiment_t *experiment, size_t n, uint32_t *each)
+{
+    for (*each = 0; *each < experiment->each_count; (*each)++) {
+        for (uint32_t c = 0; c < experiment->claim_count; c++) {
+            if (experiment->claims[c].each[*each] && n-- == 0u) {
+                return &experiment->claims[c];
+            }
+        }
+    }
+    assert(false);
+    return NULL;
+}
+
 void experiment_row(const experiment_t *experiment, size_t n, experiment_row_t *row)
 {
-    const uint32_t each = (uint32_t)(n / experiment->claim_count);
-    const claim_t *claim = &experiment->claims[n % experiment->claim_count];
+    uint32_t each;
+    const claim_t *claim = find_row(experiment, n, &each);
     uint32_t point[SWEEPS_MAX] = {0};
+    char where[160];
     char condition[480];
-    char why[WHY_MAX];
     *row = (experiment_row_t){
         .id = claim->id,
         .text = claim->text,
         .unit = claim->unit,
-        .why_not = claim->why_not,
-        .flavour = experiment_run_count(experiment) == 0u ? "formula" : "run",
+        .flavour = experiment->idle ? "formula" : "run",
+        .each = each,
         .printed = claim->printed,
         .expected = isnan(claim->printed) ? claim->theory_number : claim->printed,
         .tolerance = claim->tolerance[each],
@@ -134,7 +147,9 @@ void experiment_row(const experiment_t *experiment, size_t n, experiment_row_t *
         value_t value = {.experiment = experiment, .point = point, .own = row->ours};
         row->kind = experiment_evaluate(&value, claim->holds_if) == 1.0;
     }
-    (void)experiment_condition(experiment, point, condition, sizeof condition, why);
-    snprintf(row->condition, sizeof row->condition, "%.150s%s%s", claim->where,
-             claim->where[0] != '\0' && condition[0] != '\0' ? "; " : "", condition);
+    fill_in(experiment, point, claim->why_not, row, row->why_not, sizeof row->why_not);
+    fill_in(experiment, point, claim->where, row, where, sizeof where);
+    fill_in(experiment, point, experiment->condition, row, condition, sizeof condition);
+    snprintf(row->condition, sizeof row->condition, "%.150s%s%s", where,
+             where[0] != '\0' && condition[0] != '\0' ? "; " : "", condition);
 }

@@ -176,6 +176,40 @@ static double f_worst(const double *x, uint32_t count)
     return worst;
 }
 
+static double f_sum(const double *x, uint32_t count)
+{
+    double sum = 0.0;
+    for (uint32_t n = 0; n < count; n++) {
+        sum += x[n];
+    }
+    return sum;
+}
+
+static double f_mean(const double *x, uint32_t count)
+{
+    return f_sum(x, count) / count;
+}
+
+/* Of pairs x, y, x ascending: the x of the least y, between the points by the parabola through the three
+ * about the lowest. NAN: it is at an end. */
+static double f_lowest_at(const double *pair, uint32_t count)
+{
+    uint32_t low = 0;
+    for (uint32_t n = 0; n < count; n += 2u) {
+        low = pair[n + 1u] < pair[low + 1u] ? n : low;
+    }
+    if (low == 0u || low + 2u >= count) {
+        return (double)NAN;
+    }
+    const double *left = &pair[low - 2u];
+    const double *middle = &pair[low];
+    const double *right = &pair[low + 2u];
+    const double slope_left = (middle[1] - left[1]) / (middle[0] - left[0]);
+    const double slope_right = (right[1] - middle[1]) / (right[0] - middle[0]);
+    const double curvature = (slope_right - slope_left) / (right[0] - left[0]);
+    return 0.5 * (left[0] + middle[0]) - 0.5 * slope_left / curvature;
+}
+
 static double f_lag_sampled(const double *x, uint32_t count)
 {
     (void)count;
@@ -219,28 +253,32 @@ static double f_tracking_error_at_limit(const double *x, uint32_t count)
 }
 
 const char *const experiment_function_names =
-    "abs|sqrt|sin|cos|tan|asin|max|min|worst|lag_sampled|lag_printed|loop_kp|loop_ki|tracking_error|"
+    "abs|sqrt|sin|cos|tan|asin|max|min|worst|sum|mean|lowest_at|lag_sampled|lag_printed|loop_kp|loop_ki|"
+    "tracking_error|"
     "tracking_error_at_limit|sigmoid_gain_most|sign_gain_most|loop_filter_not_lower|loop_filter_lower";
 static const experiment_function_t functions[] = {
-    {"abs", 1, 1, f_abs},
-    {"sqrt", 1, 1, f_sqrt},
-    {"sin", 1, 1, f_sin},
-    {"cos", 1, 1, f_cos},
-    {"tan", 1, 1, f_tan},
-    {"asin", 1, 1, f_asin},
-    {"max", 1, ARGUMENTS_MAX, f_max},
-    {"min", 1, ARGUMENTS_MAX, f_min},
-    {"worst", 1, ARGUMENTS_MAX, f_worst},
-    {"lag_sampled", 3, 3, f_lag_sampled},
-    {"lag_printed", 3, 3, f_lag_printed},
-    {"loop_kp", 2, 2, f_loop_kp},
-    {"loop_ki", 2, 2, f_loop_ki},
-    {"tracking_error", 2, 2, f_tracking_error},
-    {"tracking_error_at_limit", 2, 2, f_tracking_error_at_limit},
-    {"sigmoid_gain_most", 0, 0, experiment_sigmoid_gain_most},
-    {"sign_gain_most", 0, 0, experiment_sign_gain_most},
-    {"loop_filter_not_lower", 1, 1, experiment_loop_filter_not_lower},
-    {"loop_filter_lower", 2, 2, experiment_loop_filter_lower},
+    {"abs", 1, 1, f_abs, 0, 0.0},
+    {"sqrt", 1, 1, f_sqrt, 0, 0.0},
+    {"sin", 1, 1, f_sin, 0, 0.0},
+    {"cos", 1, 1, f_cos, 0, 0.0},
+    {"tan", 1, 1, f_tan, 0, 0.0},
+    {"asin", 1, 1, f_asin, 0, 0.0},
+    {"max", 1, ARGUMENTS_MAX, f_max, 1, -(double)INFINITY},
+    {"min", 1, ARGUMENTS_MAX, f_min, 1, (double)INFINITY},
+    {"worst", 1, ARGUMENTS_MAX, f_worst, 1, (double)NAN},
+    {"sum", 1, ARGUMENTS_MAX, f_sum, 1, 0.0},
+    {"mean", 1, ARGUMENTS_MAX, f_mean, 1, (double)NAN},
+    {"lowest_at", 6, ARGUMENTS_MAX, f_lowest_at, 2, (double)NAN},
+    {"lag_sampled", 3, 3, f_lag_sampled, 0, 0.0},
+    {"lag_printed", 3, 3, f_lag_printed, 0, 0.0},
+    {"loop_kp", 2, 2, f_loop_kp, 0, 0.0},
+    {"loop_ki", 2, 2, f_loop_ki, 0, 0.0},
+    {"tracking_error", 2, 2, f_tracking_error, 0, 0.0},
+    {"tracking_error_at_limit", 2, 2, f_tracking_error_at_limit, 0, 0.0},
+    {"sigmoid_gain_most", 0, 0, experiment_sigmoid_gain_most, 0, 0.0},
+    {"sign_gain_most", 0, 0, experiment_sign_gain_most, 0, 0.0},
+    {"loop_filter_not_lower", 1, 1, experiment_loop_filter_not_lower, 0, 0.0},
+    {"loop_filter_lower", 2, 2, experiment_loop_filter_lower, 0, 0.0},
 };
 
 const experiment_function_t *experiment_function(const char *name, size_t length)

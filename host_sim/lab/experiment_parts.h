@@ -11,6 +11,7 @@
 #define COLUMNS_MAX 16u
 #define NAME_MAX    96u
 #define WHY_MAX     400u /* [octets] of what is wrong with a text */
+#define TEXT_MAX    640u /* [octets] of a text that is filled in */
 
 /* ---- what a file may name (experiment_functions.c) ---- */
 
@@ -32,12 +33,14 @@ typedef struct {
 const experiment_through_t *experiment_through(const char *name);
 extern const char *const experiment_through_names;
 
-/* Of numbers to a number. */
+/* Of numbers to a number; of those of many points, too: NAME(... for SWEEP). */
 #define ARGUMENTS_MAX 16u
 typedef struct {
     const char *name;
     uint32_t least, most; /* arguments */
     double (*of)(const double *arguments, uint32_t count);
+    uint32_t each; /* arguments of each point; 0: of no points */
+    double none;   /* of no point at all */
 } experiment_function_t;
 const experiment_function_t *experiment_function(const char *name, size_t length);
 extern const char *const experiment_function_names;
@@ -69,12 +72,15 @@ typedef struct {
     uint32_t use_count;
     scenario_event_t ready; /* rows of its begin */
     double settle;          /* [s]; NAN: not given */
+    double number;          /* that it stands for in expressions; NAN: none */
+    bool *only[SWEEPS_MAX]; /* the points of another sweep that it goes with; NULL: all */
 } point_t;
 
 typedef struct {
     const char *name;
     point_t *points;
     uint32_t count;
+    bool of_seed; /* the numbers are seeds */
     scenario_place_t place;
 } sweep_t;
 
@@ -90,8 +96,7 @@ typedef struct {
 typedef struct {
     look_t look;
     double from, to;     /* [s] */
-    bool to_the_end;     /* [-] */
-    uint32_t begin, end; /* [periods] */
+    uint32_t begin, end; /* [periods]; end UINT32_MAX: that of the run */
     const table_row_t *progress;
     double past, until; /* [unit of progress] */
     scenario_place_t place;
@@ -106,15 +111,31 @@ typedef struct {
     statistic_t of;
     double printed, theory_number;
     double tolerance[EACH_MAX];
+    bool each[EACH_MAX];      /* judged of this one of the experiment's `each` */
+    uint32_t unsaid;          /* a bit a sweep that `at` says nothing of */
     uint32_t *at[SWEEPS_MAX]; /* the points */
     uint32_t at_count[SWEEPS_MAX];
-    scenario_place_t value_place, theory_place, holds_if_place;
 } claim_t;
+
+/* An expression with a name. */
+typedef struct {
+    const char *name, *text;
+    scenario_place_t place;
+} named_t;
+
+/* A column of the table. */
+typedef struct {
+    const char *name, *unit;
+    const char *value; /* expression; NULL: the name of the point of `sweep` */
+    uint32_t sweep;
+    scenario_place_t place;
+} cell_t;
 
 typedef struct experiment_run {
     uint32_t point[SWEEPS_MAX];
     char name[NAME_MAX];    /* of the points but for the flavour */
     const char *flavour;    /* "" if there is no `each` */
+    uint64_t reseed;        /* added to the seed of the noise */
     scenario_t *scenario;   /* of this point */
     scenario_event_t ready; /* rows that change when the drive is ready */
     double settle;          /* [s] */
@@ -132,25 +153,35 @@ struct experiment {
     const char *id, *claim, *source, *condition;
     const experiment_curve_t *curve; /* NULL: none */
     bool dynamometer;
-    point_t begin; /* settle and rows of [begin]; uses of [experiment] */
+    bool whole_turns; /* durations are rounded up to them, electrical */
+    point_t begin;    /* settle and rows of [begin]; uses of [experiment] */
     sweep_t *sweeps;
     uint32_t sweep_count;
     uint32_t each_sweep; /* sweep_count: none */
     uint32_t each[EACH_MAX];
     uint32_t each_count; /* >= 1 */
+    named_t *lets;
+    uint32_t let_count;
     measure_t *measures;
     uint32_t measure_count;
     claim_t *claims;
     uint32_t claim_count;
     look_t columns[COLUMNS_MAX];
     uint32_t column_count;
-    uint32_t every;   /* [periods] of the trace */
-    look_t reference; /* row NULL: none */
+    uint32_t every;            /* [periods] of the trace */
+    look_t reference;          /* row NULL: none */
+    cell_t cells[COLUMNS_MAX]; /* of the table */
+    uint32_t cell_count;       /* 0: no table */
+    bool lines[SWEEPS_MAX];    /* the sweeps whose points make its lines */
     experiment_run_t *runs;
     uint32_t run_count;
+    uint32_t *run_of; /* by place in the grid, the first sweep the fastest; NO_RUN: none there */
+    bool idle;        /* nothing runs */
 };
 
-/* ---- values (experiment_value.c) ---- */
+#define NO_RUN UINT32_MAX
+
+/* ---- values (experiment_value.c, experiment_expression.c) ---- */
 
 /* Of a row at t = 0 [unit of the row], as it is written: not rounded to what the drive has. */
 double experiment_initial(const experiment_run_t *run, const table_row_t *row);
@@ -159,6 +190,9 @@ typedef struct {
     const experiment_t *experiment;
     const uint32_t *point; /* [sweep_count] */
     double own;            /* `value`; NAN: there is none yet */
+    bool unmeasured;       /* only the text is judged: nothing has run */
+    uint32_t nested;       /* texts of points in each other */
+    uint32_t ranged;       /* comes out: a bit a sweep that a `for` goes over */
     bool lost;             /* comes out: a run that was needed is */
     char why[WHY_MAX];     /* comes out: what is wrong with the text, "" if nothing is */
 } value_t;
@@ -166,14 +200,22 @@ typedef struct {
 /* The number of an expression; NAN if it is wrong, which `why` tells. */
 double experiment_evaluate(value_t *value, const char *text);
 
-/* The run at these points. */
+/* The run at these points; NULL: there is none. */
 const experiment_run_t *experiment_run_at(const experiment_t *experiment, const uint32_t *point);
 
 /* The measure of this name; measure_count: none. */
 uint32_t experiment_measure_of(const experiment_t *experiment, const char *name, size_t length);
 
-/* A condition with its {...} filled in, of the run at these points. false: `why` names what is none. */
-bool experiment_condition(const experiment_t *experiment, const uint32_t *point, char *to, size_t size,
-                          char why[WHY_MAX]);
+/* A text with its {...} filled in: {SWEEP} by the text of its point, {EXPRESSION} by its number. false:
+ * value->why. */
+bool experiment_text(value_t *value, const char *text, char *to, size_t size);
+
+/* The points of a claim for one of `each`, one after the other, the first sweep the fastest. */
+size_t experiment_claim_points(const experiment_t *experiment, const claim_t *claim);
+void experiment_claim_point(const experiment_t *experiment, const claim_t *claim, uint32_t each, size_t n,
+                            uint32_t point[SWEEPS_MAX]);
+
+/* The next of the points of these sweeps, a bit a sweep, the first the fastest; false: that was the last. */
+bool experiment_next(const experiment_t *experiment, uint32_t sweeps, uint32_t *point);
 
 #endif

@@ -323,7 +323,7 @@ bool experiment_measure(experiment_t *experiment, size_t n, uint64_t seed, bool 
         run->rows_max = (run->scenario->periods + experiment->every - 1u) / experiment->every;
         run->trace = calloc(run->rows_max * experiment->column_count, sizeof run->trace[0]);
     }
-    rig_t *rig = rig_create(seed);
+    rig_t *rig = rig_create(seed + run->reseed);
     const bool good =
         rig != NULL && (run->rows_max == 0u || run->trace != NULL) && measure_on(&w, rig, &error);
     if (!good) {

@@ -140,12 +140,51 @@ static void write_table(const experiment_t *experiment, FILE *file)
     }
 }
 
+/* A line of the table: at these points, those of other sweeps being the first. */
+static void write_line(const experiment_t *experiment, const uint32_t *point, FILE *file)
+{
+    for (uint32_t n = 0; n < experiment->cell_count; n++) {
+        const cell_t *cell = &experiment->cells[n];
+        fprintf(file, "%s", n > 0u ? "," : "");
+        if (cell->value == NULL) {
+            fprintf(file, "%s", experiment->sweeps[cell->sweep].points[point[cell->sweep]].name);
+            continue;
+        }
+        value_t value = {.experiment = experiment, .point = point, .own = (double)NAN};
+        const double number = experiment_evaluate(&value, cell->value);
+        if (isfinite(number)) {
+            fprintf(file, "%.5g", number);
+        }
+    }
+    fprintf(file, "\n");
+}
+
+static void write_own_table(const experiment_t *experiment, FILE *file)
+{
+    uint32_t lines = 0;
+    uint32_t point[SWEEPS_MAX] = {0};
+    for (uint32_t n = 0; n < experiment->cell_count; n++) {
+        fprintf(file, "%s%s[%s]", n > 0u ? "," : "", experiment->cells[n].name, experiment->cells[n].unit);
+    }
+    fprintf(file, "\n");
+    for (uint32_t s = 0; s < experiment->sweep_count; s++) {
+        lines |= experiment->lines[s] ? UINT32_C(1) << s : 0u;
+    }
+    do {
+        if (experiment_run_at(experiment, point) != NULL) {
+            write_line(experiment, point, file);
+        }
+    } while (experiment_next(experiment, lines, point));
+}
+
 void experiment_write_csv(const experiment_t *experiment, FILE *file)
 {
     if (experiment->curve != NULL) {
         experiment->curve->write(file);
     } else if (experiment->column_count > 0u) {
         write_traces(experiment, file);
+    } else if (experiment->cell_count > 0u) {
+        write_own_table(experiment, file);
     } else {
         write_table(experiment, file);
     }
@@ -228,11 +267,11 @@ static void write_run(const experiment_t *experiment, const experiment_run_t *ru
                    {"omega_s", "params.observer_emf_cutoff"}};
     double loop[2] = {(double)NAN, (double)NAN};
     size_t next = 0;
-    char condition[640];
-    char why[WHY_MAX];
+    char condition[TEXT_MAX];
+    value_t value = {.experiment = experiment, .point = run->point, .own = (double)NAN};
     (void)paper_loop(initial(run, "params.pll_bandwidth"), initial(run, "params.feedforward_cutoff"),
                      &loop[0], &loop[1]);
-    (void)experiment_condition(experiment, run->point, condition, sizeof condition, why);
+    (void)experiment_text(&value, experiment->condition, condition, sizeof condition);
     fputs("{\"name\": ", file);
     json_text(file, run->name);
     key(file, "flavour");

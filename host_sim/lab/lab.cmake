@@ -53,8 +53,13 @@ add_library(lagless_lab STATIC
     lab/dynamometer.c
     lab/experiment.c
     lab/experiment_curves.c
+    lab/experiment_expression.c
     lab/experiment_functions.c
+    lab/experiment_grid.c
     lab/experiment_read.c
+    lab/experiment_read_claims.c
+    lab/experiment_read_measures.c
+    lab/experiment_read_sweeps.c
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
@@ -70,15 +75,11 @@ add_library(lagless_lab STATIC
     lab/motor_trial.c
     lab/names.c
     lab/paper.c
-    lab/paper_beyond.c
-    lab/paper_claims.c
     lab/paper_drive.c
     lab/paper_manifest.c
-    lab/paper_measure.c
+    lab/paper_map.c
     lab/paper_rows.c
-    lab/paper_runs.c
     lab/paper_theory.c
-    lab/paper_write.c
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c

@@ -6,6 +6,29 @@
 #include <string.h>
 
 #include "host_sim/lab/paper_parts.h"
+#include "host_sim/lab/paper_theory.h"
+#include "host_sim/rig/rig.h"
+
+const paper_figure_t paper_figures[PAPER_FIGURES] = {
+    {.id = "fig04"},
+    {.id = "fig05"},
+    {.id = "fig08"},
+    {.id = "fig10"},
+    {.id = "fig11"},
+    {.id = "fig12"},
+    {.id = "fig13"},
+    {.id = "fig14"},
+    {.id = "fig15", .more = "dead_time"},
+    {.id = "fig16"},
+    {.id = "fig17"},
+    {.id = "beyond_speed"},
+    {.id = "beyond_bandwidth"},
+    [PAPER_MAP] = {.id = "beyond_map",
+                   .title = "what wrong beliefs about machine and sensors cost",
+                   .claim =
+                       "a wrong L turns the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what "
+                       "the drive learns takes L and dead time away"},
+};
 
 /* Run n of those of files: which of which. */
 typedef struct {
@@ -25,10 +48,8 @@ typedef struct {
 static bool measure(void *context, size_t n, char why[POOL_WHY])
 {
     const work_t *work = context;
-    const size_t count = work->paper->result_count;
-    return n < count ? paper_measure(&work->paper->results[n], work->paper->seed, why)
-                     : experiment_measure(work->filed[n - count].experiment, work->filed[n - count].n,
-                                          work->paper->seed, work->paper->traced, why);
+    return experiment_measure(work->filed[n].experiment, work->filed[n].n, work->paper->seed,
+                              work->paper->traced, why);
 }
 
 static void tell(void *context, size_t done)
@@ -39,19 +60,29 @@ static void tell(void *context, size_t done)
     }
 }
 
+static size_t runs_of(const experiment_t *file)
+{
+    return file != NULL ? experiment_run_count(file) : 0u;
+}
+
+static void list_runs(work_t *work, experiment_t *file)
+{
+    for (size_t k = 0; k < runs_of(file); k++) {
+        work->filed[work->filed_count++] = (filed_t){file, k};
+    }
+}
+
 /* Those of all files; false: no memory. */
 static bool list_filed(work_t *work)
 {
     size_t count = 0;
     for (size_t n = 0; n <= PAPER_FIGURES; n++) {
-        count += work->paper->files[n] != NULL ? experiment_run_count(work->paper->files[n]) : 0u;
+        count += runs_of(work->paper->files[n]) + runs_of(work->paper->more[n]);
     }
     work->filed = calloc(count + 1u, sizeof *work->filed);
     for (size_t n = 0; n <= PAPER_FIGURES && work->filed != NULL; n++) {
-        experiment_t *file = work->paper->files[n];
-        for (size_t k = 0; file != NULL && k < experiment_run_count(file); k++) {
-            work->filed[work->filed_count++] = (filed_t){file, k};
-        }
+        list_runs(work, work->paper->files[n]);
+        list_runs(work, work->paper->more[n]);
     }
     return work->filed != NULL;
 }
@@ -60,18 +91,13 @@ static bool list_filed(work_t *work)
 static bool run_all(work_t *work, unsigned threads, char why[POOL_WHY])
 {
     paper_t *paper = work->paper;
-    const pool_t pool = {
-        .count = paper->result_count + work->filed_count, .piece = measure, .progress = tell, .work = work};
-    work->total = pool.count + (paper->wanted[BEYOND_MAP] ? 1u : 0u);
+    const pool_t pool = {.count = work->filed_count, .piece = measure, .progress = tell, .work = work};
+    work->total = pool.count + (paper->wanted[PAPER_MAP] ? 1u : 0u);
     if (!pool_run(&pool, threads, why)) {
         return false;
     }
-    if (paper->wanted[BEYOND_MAP]) {
-        map_error_t refused;
-        map_setup_t setup = map_setup_default();
-        setup.seed = paper->seed;
-        if (!map_run(&setup, paper->points, threads, &refused)) {
-            memcpy(why, refused.text, sizeof refused.text);
+    if (paper->wanted[PAPER_MAP]) {
+        if (!paper_map_run(paper, threads, why)) {
             return false;
         }
         tell(work, work->total);
@@ -79,52 +105,38 @@ static bool run_all(work_t *work, unsigned threads, char why[POOL_WHY])
     return true;
 }
 
-static bool lay_out(paper_t *paper)
+/* Those of this one of the experiment's `each`. */
+static void judge_file(paper_t *paper, size_t figure, const experiment_t *file, uint32_t each)
 {
-    const map_setup_t setup = map_setup_default();
-    const size_t count = paper_plan(paper->wanted, NULL);
-    flavoured_t *planned = calloc(count + 1u, sizeof *planned);
-    paper->results = calloc(count + 1u, sizeof *paper->results);
-    paper->points = calloc(map_count(&setup), sizeof *paper->points);
-    const bool done = planned != NULL && paper->results != NULL && paper->points != NULL;
-    if (done) {
-        paper->point_count = map_count(&setup);
-        paper->result_count = paper_plan(paper->wanted, planned);
-        for (size_t n = 0; n < count; n++) {
-            paper->results[n].run = planned[n].run;
-            paper->results[n].real = planned[n].real;
+    for (size_t n = 0; n < experiment_row_count(file); n++) {
+        experiment_row_t row;
+        experiment_row(file, n, &row);
+        if (row.each == each) {
+            paper_row_add(paper, figure, &row);
         }
     }
-    free(planned);
-    return done;
 }
 
-static void judge_file(paper_t *paper, size_t figure)
+static void judge_files(paper_t *paper, size_t figure)
 {
-    const size_t count = experiment_row_count(paper->files[figure]);
-    for (size_t n = 0; n < count; n++) {
-        experiment_row_t row;
-        experiment_row(paper->files[figure], n, &row);
-        paper_row_of_file(paper, figure, &row);
+    const uint32_t flavours = experiment_each_count(paper->files[figure]);
+    for (uint32_t each = 0; each < flavours; each++) {
+        judge_file(paper, figure, paper->files[figure], each);
+        if (paper->more[figure] != NULL) {
+            judge_file(paper, figure, paper->more[figure], each);
+        }
     }
 }
 
 static void judge(paper_t *paper)
 {
-    if (paper->files[PAPER_OWN] != NULL) {
-        judge_file(paper, PAPER_OWN);
+    for (size_t n = 0; n <= PAPER_OWN; n++) {
+        if (paper->files[n] != NULL) {
+            judge_files(paper, n);
+        }
     }
-    for (figure_t figure = FIG04; figure <= BEYOND_MAP; figure++) {
-        if (!paper->wanted[figure]) {
-            continue;
-        }
-        if (paper->files[figure] != NULL) {
-            judge_file(paper, figure);
-        } else if (paper_figures[figure].paper != NULL) {
-            paper_judge_measured(paper, figure);
-        } else {
-            paper_judge_beyond(paper, figure);
-        }
+    if (paper->wanted[PAPER_MAP]) {
+        paper_map_judge(paper);
     }
 }
 
@@ -135,30 +147,49 @@ const paper_figure_t *paper_about(const paper_t *paper, size_t figure)
 
 static void tell_of(paper_figure_t *about, const experiment_t *file)
 {
-    *about = (paper_figure_t){experiment_id(file), experiment_title(file), experiment_claim(file),
-                              experiment_source(file)};
+    *about = (paper_figure_t){.id = experiment_id(file),
+                              .title = experiment_title(file),
+                              .claim = experiment_claim(file),
+                              .paper = experiment_source(file)};
+}
+
+/* The experiment NAME_MORE of the paper's; more NULL: NAME. */
+static experiment_t *read_file(const char *name, const char *more, paper_error_t *why)
+{
+    const char *folder = getenv("LAGLESS_EXPERIMENTS");
+    folder = folder != NULL && folder[0] != '\0' ? folder : LAGLESS_EXPERIMENTS;
+    char path[4096];
+    scenario_error_t error;
+    snprintf(path, sizeof path, "%s/%s%s%s.toml", folder, name, more != NULL ? "_" : "",
+             more != NULL ? more : "");
+    experiment_t *file = experiment_read(path, &error);
+    if (file == NULL) {
+        char text[1200];
+        snprintf(why->text, sizeof why->text, "%.300s", scenario_error_text(&error, text, sizeof text));
+    }
+    return file;
 }
 
 /* The figures of files, read. */
 static bool read_files(paper_t *paper, paper_error_t *why)
 {
-    const char *folder = getenv("LAGLESS_EXPERIMENTS");
-    folder = folder != NULL && folder[0] != '\0' ? folder : LAGLESS_EXPERIMENTS;
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
-        char path[4096];
-        scenario_error_t error;
-        paper->about[n] = paper_figures[n];
-        if (!paper->wanted[n] || paper_figures[n].title != NULL) {
+        const paper_figure_t *figure = &paper_figures[n];
+        paper->about[n] = *figure;
+        if (!paper->wanted[n] || n == PAPER_MAP) {
             continue;
         }
-        snprintf(path, sizeof path, "%s/%s.toml", folder, paper_figures[n].id);
-        paper->files[n] = experiment_read(path, &error);
+        paper->files[n] = read_file(figure->id, NULL, why);
         if (paper->files[n] == NULL) {
-            char text[1200];
-            snprintf(why->text, sizeof why->text, "%.300s", scenario_error_text(&error, text, sizeof text));
             return false;
         }
         tell_of(&paper->about[n], paper->files[n]);
+        if (figure->more != NULL) {
+            paper->more[n] = read_file(figure->id, figure->more, why);
+            if (paper->more[n] == NULL) {
+                return false;
+            }
+        }
     }
     return true;
 }
@@ -178,7 +209,7 @@ static bool run_and_judge(paper_t *paper, unsigned threads, paper_progress_t pro
                           paper_error_t *why)
 {
     work_t work = {.paper = paper, .progress = progress, .context = context};
-    bool done = lay_out(paper) && list_filed(&work);
+    bool done = list_filed(&work);
     if (!done) {
         snprintf(why->text, sizeof why->text, "no memory");
     }
@@ -235,13 +266,10 @@ paper_t *paper_run_file(experiment_t *own, bool traced, unsigned threads, paper_
 void paper_free(paper_t *paper)
 {
     if (paper != NULL) {
-        for (size_t n = 0; n < paper->result_count; n++) {
-            free(paper->results[n].trace);
-        }
         for (size_t n = 0; n <= PAPER_FIGURES; n++) {
             experiment_free(paper->files[n]);
+            experiment_free(paper->more[n]);
         }
-        free(paper->results);
         free(paper->points);
         free(paper);
     }
@@ -254,30 +282,6 @@ size_t paper_figure(const char *id)
         n++;
     }
     return n;
-}
-
-bool paper_of_figure(const result_t *result, size_t figure)
-{
-    return (size_t)result->run.figure == figure && !result->run.sweep;
-}
-
-const result_t *paper_find(const paper_t *paper, figure_t figure, const char *name, bool real)
-{
-    for (size_t n = 0; n < paper->result_count; n++) {
-        const result_t *result = &paper->results[n];
-        if (result->run.figure == figure && result->real == real && strcmp(result->run.name, name) == 0) {
-            return result;
-        }
-    }
-    assert(false);
-    return NULL;
-}
-
-const result_t *paper_dead_time_run(const paper_t *paper, int loop, int dead_time, int seed)
-{
-    char name[32];
-    snprintf(name, sizeof name, "%s_%d_%d", loops_15[loop], dead_time, seed);
-    return paper_find(paper, FIG15, name, true);
 }
 
 size_t paper_row_count(const paper_t *paper)
@@ -299,4 +303,21 @@ const paper_row_t *paper_row_by_id(const paper_t *paper, const char *id)
         }
     }
     return NULL;
+}
+
+void paper_write_csv(const paper_t *paper, size_t figure, FILE *file)
+{
+    assert(figure <= PAPER_OWN);
+    if (paper->files[figure] != NULL) {
+        experiment_write_csv(paper->files[figure], file);
+    } else if (figure == PAPER_MAP && paper->wanted[figure]) {
+        paper_map_write(paper, file);
+    }
+}
+
+void paper_write_more(const paper_t *paper, size_t figure, FILE *file)
+{
+    if (paper->more[figure] != NULL) {
+        experiment_write_csv(paper->more[figure], file);
+    }
 }

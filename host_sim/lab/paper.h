@@ -2,10 +2,9 @@
  * the formulas (experiment_curves.c), in double and independent of the firmware; the others on the real
  * interrupt code in the rig, one run per curve.
  *
- * The conditions of every run are files (host_sim/experiments, their language: experiment.h) or, of fig15,
- * fig16 and what is beyond the paper, the tables of paper_runs.c: what is not in the print (inertia,
- * friction, bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers (docs/theory.md, 19;
- * errata 5, 11, 13). Two flavours of each, where both mean something:
+ * All but beyond_map (map.h) are files of host_sim/experiments, their language: experiment.h. What is not in
+ * the print (inertia, friction, bandwidth's meaning, k_s, omega_c) is inferred from the paper's numbers
+ * (docs/theory.md, 19; errata 5, 11, 13). Two flavours of each, where both mean something:
  *
  *     ideal  inverter and sensors without error, as the theory assumes
  *     real   inverter of the plant's defaults (2.5 us dead time, delays, drops), compensated, 12-bit ADC,
@@ -42,6 +41,7 @@ typedef struct {
     const char *title; /* one line; NULL in paper_figures: its file says (paper_about) */
     const char *claim; /* what the paper's figure says; beyond the paper, what ours does; one line */
     const char *paper; /* "Fig. 4"; NULL: beyond the paper */
+    const char *more; /* "dead_time": the figure has a second file, ID_dead_time.toml, with data of its own */
 } paper_figure_t;
 
 extern const paper_figure_t paper_figures[PAPER_FIGURES];
@@ -122,8 +122,8 @@ const paper_row_t *paper_row_by_id(const paper_t *paper, const char *id); /* NUL
  * shorter than another. Nothing for a figure that was not wanted. */
 void paper_write_csv(const paper_t *paper, size_t figure, FILE *file);
 
-/* Likewise what fig15 has besides: which uncompensated loops are lost over the dead time. */
-void paper_write_dead_time(const paper_t *paper, FILE *file);
+/* Likewise of the figure's second file, if it has one. */
+void paper_write_more(const paper_t *paper, size_t figure, FILE *file);
 
 /* What was run and what came of it, as one JSON object: conditions, figures with their runs, rows. The CSV of
  * a figure is named data/ID.csv. seconds: that the run took. */

@@ -3,7 +3,9 @@
 #include <stdio.h>
 
 #include "host_sim/lab/json.h"
+#include "host_sim/lab/paper_drive.h"
 #include "host_sim/lab/paper_parts.h"
+#include "host_sim/lab/paper_theory.h"
 
 static void key(FILE *file, const char *before, const char *name)
 {
@@ -78,71 +80,6 @@ static void write_conditions(FILE *file)
 
 /* ---- figures ---- */
 
-static void write_event(FILE *file, const char *before, const event_t *event)
-{
-    char text[40];
-    snprintf(text, sizeof text, "%g r/min", event->speed);
-    fprintf(file, "%s{\"time\": %g", before, event->time);
-    text_of(file, "text", text);
-    fputc('}', file);
-}
-
-/* Those of its first run: all have the same. */
-static void write_events(const paper_t *paper, size_t figure, FILE *file)
-{
-    fputc('[', file);
-    for (size_t n = 0; n < paper->result_count; n++) {
-        if (paper_of_figure(&paper->results[n], figure)) {
-            const course_t course = paper_course(&paper->results[n].run);
-            for (size_t e = 0; e < course.event_count; e++) {
-                write_event(file, e == 0 ? "" : ", ", &course.events[e]);
-            }
-            break;
-        }
-    }
-    fputc(']', file);
-}
-
-static void write_run(const result_t *result, FILE *file)
-{
-    const run_t *run = &result->run;
-    double kp = (double)NAN;
-    double ki = (double)NAN;
-    char condition[640];
-    (void)paper_loop(run->bandwidth, run->omega_c, &kp, &ki);
-    paper_describe(condition, sizeof condition, run, result->real);
-    fputs("{\"name\": ", file);
-    json_text(file, run->name);
-    text_of(file, "flavour", result->real ? "real" : "ideal");
-    number_of(file, "bandwidth", run->bandwidth);
-    number_of(file, "omega_c", run->omega_c);
-    number_of(file, "kp", kp);
-    number_of(file, "ki", ki);
-    number_of(file, "load", run->load);
-    number_of(file, "gain", run->gain);
-    number_of(file, "omega_s", run->omega_s);
-    text_of(file, "switching", paper_switching_names[run->switching]);
-    text_of(file, "lag", paper_lag_names[run->lag]);
-    flag_of(file, "encoder", false);
-    flag_of(file, "lost", result->lost);
-    text_of(file, "condition", condition);
-    fputc('}', file);
-}
-
-static void write_runs(const paper_t *paper, size_t figure, FILE *file)
-{
-    const char *before = "\n    ";
-    fputc('[', file);
-    for (size_t n = 0; n < paper->result_count; n++) {
-        if (paper_of_figure(&paper->results[n], figure)) {
-            fputs(before, file);
-            write_run(&paper->results[n], file);
-            before = ",\n    ";
-        }
-    }
-    fputc(']', file);
-}
-
 static void write_figure(const paper_t *paper, size_t figure, FILE *file)
 {
     const paper_figure_t *about = &paper->about[figure];
@@ -157,14 +94,10 @@ static void write_figure(const paper_t *paper, size_t figure, FILE *file)
     key(file, ",\n   ", "events");
     if (paper->files[figure] != NULL) {
         experiment_write_events(paper->files[figure], file);
-    } else {
-        write_events(paper, figure, file);
-    }
-    key(file, ",\n   ", "runs");
-    if (paper->files[figure] != NULL) {
+        key(file, ",\n   ", "runs");
         experiment_write_runs(paper->files[figure], file);
     } else {
-        write_runs(paper, figure, file);
+        fputs("[],\n   \"runs\": []", file);
     }
     fputc('}', file);
 }

@@ -23,11 +23,6 @@ static double torque_per_ampere(void)
     return 1.5 * paper_machine.pole_pairs * paper_machine.flux_linkage;
 }
 
-double paper_holding_current(double load)
-{
-    return (load + paper_machine.friction) / torque_per_ampere();
-}
-
 /* ---- PLL ---- */
 
 /* |Phi_1(j omega)| of (22). */

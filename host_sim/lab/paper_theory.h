@@ -23,9 +23,6 @@ typedef struct {
 
 extern const paper_machine_t paper_machine;
 
-/* The current i_q [A] that holds this load [N m] and the friction. */
-double paper_holding_current(double load);
-
 /* ---- PLL ---- */
 
 /* k_p [rad/s], k_i [rad/s^2] of the loop (22) with damping 1 whose -3 dB bandwidth [rad/s] this is. false: no

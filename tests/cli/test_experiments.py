@@ -147,6 +147,98 @@ class Test(stuck.TestCase):
         self.assertEqual("low: 0.02", rows["grid.j.low"]["condition"])
         self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
 
+    # Of three inertias 1, 2, 4 kg m^2 and two ends of the load.
+    GRID = STANDING.replace("[[measure]]", '[[sweep]]\nname = "j"\nrow = "plant.inertia"\nvalues = [1, 2, 4]\nnames = ["a", "b", "c"]\n'
+                            '[[sweep]]\nname = "end"\n[[sweep.point]]\nname = "low"\nnumber = 3\n[[sweep.point]]\nname = "high"\nnumber = 5\n'
+                            'at = [{time = "0.9 ms", plant.load_torque = 9}]\n[[measure]]', 1)
+
+    def test_functions_go_over_points(self):
+        cases = {"sum(j for j)": 7.0, "sum(j for j, end)": 14.0, "mean(j for j)": 7 / 3, "max(j for j if j < 3)": 2.0, "min(-j for j)": -4.0,
+                 "worst(j - 3 for j)": -2.0, "sum(load.last for end)": 13.5, "sum(load.last > 5 for j, end)": 3.0,
+                 "sum(end * j for j, end if j <= 2 and end > 4)": 15.0, "j@c - j + end@high": 8.0,
+                 "sum(j - j@before(j) for j if j > 1)": 3.0, "sum(j >= j@before(j) for j)": 2.0, "sum(j@before(j)@before(j) < 2 for j)": 1.0,
+                 "lowest_at(j, (j - 2.2) * (j - 2.2) for j)": 2.2, "lowest_at(1, 4, 2, 1, 5, 10)": 2.5,
+                 "max(j for j if j < max(j for j))": 2.0, "sum(plant.inertia@a for j)": 3.0, "sum(lost for j, end)": 0.0,
+                 "sum(1 for j if 1 > 2)": 0.0}
+        text = self.GRID + "".join(claim(f"c{n}", text, number, more='at = {j = "a", end = "low"}\n') for n, (text, number) in enumerate(cases.items()))
+        rows = self.rows(text)
+        for n, (text, number) in enumerate(cases.items()):
+            self.assertAlmostEqual(number, rows[f"my.c{n}.run"]["ours"], places=6, msg=text)
+            self.assertEqual("holds", rows[f"my.c{n}.run"]["verdict"], text)
+
+    def test_of_no_points_and_at_the_grid_s_end_there_is_nothing_to_measure(self):
+        for value in ("min(j for j if 1 > 2)", "max(j for j if 1 > 2)", "mean(j for j if 1 > 2)", "worst(j for j if 1 > 2)", "lowest_at(j, j for j)",
+                      "j@before(j)", "load.mean@before(j)", "sum(j - j@before(j) for j)"):
+            row, = self.rows(self.GRID + claim("a", value, 1.0, more='at = {j = "a", end = "low"}\n'), 1).values()
+            self.assertEqual((None, "does not hold, because there is nothing to measure"), (row["ours"], row["verdict"]), value)
+
+    def test_what_a_for_goes_over_needs_no_point(self):
+        row, = self.rows(self.GRID + claim("a", "sum(j for j, end)", 14.0)).values()
+        self.assertEqual("holds", row["verdict"])
+        self.refused(self.GRID + claim("a", "sum(j for j)", 7.0), "[[claim]]", "it says nothing of the sweep end", 'at = {end = "low"}')
+
+    def test_lost_runs_are_counted_and_stop_no_claim(self):
+        text = self.GRID + '[[expect]]\nsignal = "plant.load_torque"\nstatistic = "max"\nat_most = "8 N m"\n'
+        rows = self.rows(text + claim("count", "sum(lost for j, end)", 3.0) + claim("one", "lost", 1.0, more='at = {j = "a", end = "high"}\n')
+                         + claim("which", "min(end for j, end if lost)", 5.0)
+                         + claim("needs", "load.last", 9.0, more='at = {j = "a", end = "high"}\n'), 1)
+        self.assertEqual(["holds"] * 3 + ["does not hold, because the drive stopped or lost the rotor"], [row["verdict"] for row in rows.values()])
+
+    def test_points_go_only_with_those_they_name(self):
+        text = self.GRID.replace("number = 5", 'number = 5\nonly = {j = ["a", "c"]}').replace("[run]", '[experiment]\neach = ["high", "low"]\n[run]')
+        text += claim("runs", "sum(1 for j, end)", 5.0) + claim("low", "load.last", 4.5, more='each = "low"\nat = {j = "b"}\n')
+        text += claim("before", "sum(load.last@before(j) for j if j > 3)", 4.5, more='each = ["low"]\n')
+        rows = self.rows(text)
+        self.assertEqual(["my.runs.high", "my.runs.low", "my.low.low", "my.before.low"], list(rows))
+        self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
+        done = self.lagless("paper", self.write(text), "--out", "there")
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertEqual([("a", "low"), ("b", "low"), ("c", "low"), ("a", "high"), ("c", "high")],
+                         [(run["name"], run["flavour"]) for run in json.loads(self.read("there/report.json"))["figures"][0]["runs"]])
+        self.refused(text + claim("none", "load.last", 9.0, more='at = {j = "b"}\n'), None, "nothing runs at b, high", "each = [...]")
+        self.refused(text + claim("none", "load.last@high", 9.0, more='each = "low"\nat = {j = "b"}\n'), "load.last@high", "nothing runs at these points")
+
+    def test_seeds_are_a_sweep(self):
+        measure = '[[measure]]\nname = "noise"\nsignal = "i_a"\n'
+        sweep = '[[sweep]]\nname = "seed"\nrow = "run.seed"\nvalues = [3, 1, 7]\n'
+        swept = self.rows(STANDING + measure + sweep + "".join(claim(f"s{n}", "noise.sd", 0.0, 1e9, f'at = {{seed = "{n}"}}\n') for n in (1, 3, 7)))
+        for seed in (1, 3, 7):
+            alone, = self.rows(STANDING.replace("[run]\n", f"[run]\nseed = {seed}\n") + measure + claim("a", "noise.sd", 0.0, 1e9)).values()
+            self.assertEqual(alone["ours"], swept[f"my.s{seed}.run"]["ours"])
+        self.assertEqual(3, len({row["ours"] for row in swept.values()}))
+        steps = sweep.replace("values = [3, 1, 7]", "from = 1\nto = 9\nsteps = 5")
+        self.assertEqual([25.0], [row["ours"] for row in self.rows(STANDING + measure + steps + claim("a", "sum(seed for seed)", 25.0)).values()])
+
+    def test_durations_of_whole_turns(self):
+        # 100 r/min, four pole pairs: 0.15 s a turn; 0.2 s become two of them, 0.3 s stay. 1013 r/min: 34 turns are 0.503455 s.
+        for speed, duration, periods in (("100 r/min", "0.2 s", 3000), ("100 r/min", "0.3 s", 3000), ("-1013 r/min", "0.5 s", 5035)):
+            text = STANDING.replace('"1 ms"', f'"{duration}"').replace("[[at]]", f'[experiment]\nwhole_turns = true\n[requests]\nspeed_request = "{speed}"\n[[at]]', 1)
+            text += '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n' + claim("a", "load.last", 4.5)
+            done = self.lagless("paper", self.write(text), "--out", "turns")
+            self.assertEqual(0, done.returncode, done.stderr + done.stdout)
+            self.assertEqual(periods, len(self.read("turns/data/my.csv").splitlines()) - 1)
+
+    def test_a_table_of_expressions(self):
+        table = ('[table]\nlines = ["j"]\ncolumn = [{name = "inertia", sweep = "j"}, {name = "J", unit = "kg m^2", value = "j"},'
+                 ' {name = "most", unit = "N m", value = "max(load.last for end)"}, {name = "step", unit = "kg m^2", value = "j - j@before(j)"}]\n')
+        done = self.lagless("paper", self.write(self.GRID + table + claim("a", "1", 1.0, more='at = {j = "a", end = "low"}\n')), "--out", "table")
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertEqual(["inertia[text],J[kg m^2],most[N m],step[kg m^2]", "a,1,9,", "b,2,9,1", "c,4,9,2"], self.read("table/data/my.csv").splitlines())
+
+    def test_texts_are_filled_in(self):
+        text = self.GRID.replace('number = 3', 'number = 3\ntext = "J {j}, {plant.inertia} kg m^2"').replace(
+            "[run]", '[experiment]\nsource = "p. 3"\ncondition = "{end}; {position_source}; {load.last} N m"\n[run]')
+        row, = self.rows(text + claim("a", "load.last", 1.0, more='at = {j = "b", end = "low"}\nholds_if = "value > 1"\n'
+                                      'where = "of {sum(1 for j)}"\nwhy_not = "it is {value - 1} more"\n')).values()
+        self.assertEqual("of 3; J 2 kg m^2, 2 kg m^2; sensorless; 4.5 N m", row["condition"])
+        self.assertEqual("reproduced in kind, because it is 3.5 more", row["verdict"])
+
+    def test_named_expressions(self):
+        let = '[let]\ntwice = "2 * j"\nall = "sum(twice for j)"\n'
+        rows = self.rows(self.GRID + let + "".join(claim(f"c{n}", text, number, more='at = {j = "b", end = "low"}\n') for n, (text, number) in enumerate(
+            {"twice": 4.0, "twice@c": 8.0, "all": 14.0, "all / twice@a": 7.0, "sum(twice@before(j) for j if j > 1)": 6.0}.items())))
+        self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
+
     def test_claims_of_theory_alone_need_no_run(self):
         head = 'schema = 1\ntitle = "theory"\n[experiment]\nsource = "p. 3"\n'
         rows = self.rows(head + claim("corner", "sqrt(loop_ki(100, 0))", 100 / math.sqrt(3 + math.sqrt(10)), more='where = "damping 1"\n'))
@@ -218,6 +310,59 @@ class Test(stuck.TestCase):
                 (good.replace("[run]", '[experiment]\nid = "../x"\n[run]'), "id =", ("part of a row's name",)),
                 (good.replace("[run]", '[[sweep]]\nname = "j"\nrow = "plant.inertia"\nvalues = [1, 1]\n[run]'), "[[sweep]]", ("each name once",)),
                 (good.replace('[[claim]]', '[[clam]]'), '[[clam]]', ("clam", "nearest: claim"))):
+            with self.subTest(fragments=fragments):
+                self.refused(text, line, *fragments)
+        good = self.GRID + claim("a", "load.mean", 2.25, 1e-3, 'at = {j = "a", end = "low"}\n')
+        seeds = '[[sweep]]\nname = "s"\nrow = "run.seed"\n%s\n[run]'
+        table = good + '[table]\nlines = ["j"]\ncolumn = [{name = "J", unit = "kg m^2", value = "j"}]\n'
+        let = good + '[let]\nmine = "load.mean"\n'
+        turns = good.replace("[run]", "[experiment]\nwhole_turns = true\n[run]")
+        text = good.replace("[run]", '[experiment]\ncondition = "{end}"\n[run]').replace("number = 3", 'number = 3\ntext = "{j}"')
+        for text, line, fragments in (
+                (good.replace("load.mean", "sum(1 for jj)"), "value = ", ('no sweep is called "jj"', "for SWEEP, SWEEP if")),
+                (good.replace("load.mean", "sum(1, 2 for j)"), "value = ", ("sum takes 1 number of each point", "sum(X for SWEEP)")),
+                (good.replace("load.mean", "lowest_at(1 for j)"), "value = ", ("lowest_at takes 2 numbers of each point", "lowest_at(X, Y for SWEEP)")),
+                (good.replace("load.mean", "lowest_at(1, 2)"), "value = ", ("lowest_at takes 6 or more numbers, not 2",)),
+                (good.replace("load.mean", "sqrt(1 for j)"), "value = ", ("sqrt goes over no points", "sum, mean, max, min, worst, lowest_at")),
+                (good.replace("load.mean", "sum(1 for j"), "value = ", ("a ) is missing",)),
+                (good.replace("load.mean", "sum(1 for j if)"), "value = ", ("a ) is missing",)),
+                (good.replace("load.mean", "sum(nothing for j if 1 > 2)"), "value = ", ('"nothing" is no number', "a sweep", "lost")),
+                (good.replace("load.mean", "load.mean@before(jj)"), "value = ", ('no sweep is called "jj"', "@before(SWEEP)")),
+                (good.replace("number = 3\n", "").replace("load.mean", "end"), "value = ", ("the point low of the sweep end has no number",)),
+                (good.replace("number = 3", 'number = "3"'), "number = ", ("number", "accepted: a number")),
+                (good.replace("number = 3", "only = 3"), "only = ", ("only", "a table")),
+                (good.replace("number = 3", 'only = {k = "a"}'), "only = ", ("names of the other sweeps",)),
+                (good.replace("number = 3", 'only = {end = "low"}'), "only = ", ("names of the other sweeps",)),
+                (good.replace("number = 3", 'only = {j = "d"}'), "only = ", ("no point of the sweep", "a, b, c")),
+                (good.replace("number = 3", 'only = {k = "x"}').replace("[[sweep]]", '[[sweep]]\nname = "k"\n[[sweep.point]]\nname = "x"\nonly = {end = "high"}\n[[sweep]]', 1).replace(
+                    "number = 5", 'only = {k = "y"}').replace('only = {end = "high"}\n', 'only = {end = "high"}\n[[sweep.point]]\nname = "y"\nonly = {end = "low"}\n'),
+                 "[[sweep]]", ("nothing runs: no points go together",)),
+                (good.replace('at = {j = "a"', 'each = "low"\nat = {j = "a"'), "each = ", ("[experiment] has no each",)),
+                (good.replace("[run]", '[experiment]\neach = "low"\n[run]').replace('at = {j = "a", end = "low"}', 'each = "high"\nat = {j = "a"}'), 'each = "high"',
+                 ("it is none of [experiment] each",)),
+                (good.replace('name = "end"', 'name = "j"'), 'name = "j"\n[[sweep.point]]', ("another [[sweep]] has this name", "each name once")),
+                (good.replace("[run]", seeds % "values = [1.5]"), "values = [1.5]", ("whole number",)),
+                (good.replace("[run]", seeds % "values = [-1]"), "values = [-1]", ("0 to",)),
+                (good.replace("[run]", seeds % "from = 1\nto = 2\nsteps = 3"), "from = 1", ("a step is no whole number", "seeds, as 1, 2, 3")),
+                (turns.replace("= true", "= 1"), "whole_turns", ("whole_turns", "accepted: a bool")),
+                (turns, "whole_turns", ("speed_request is 0 at t = 0", "a speed that makes turns")),
+                (table.replace('lines = ["j"]', 'lines = ["jj"]'), "lines = ", ('no sweep is called "jj"', "j, end")),
+                (table.replace('unit = "kg m^2", ', ""), "column = ", ("unit", "missing")),
+                (table.replace('value = "j"', 'sweep = "k"').replace('unit = "kg m^2", ', ""), "column = ", ('no sweep is called "k"', "j, end")),
+                (table.replace(', value = "j"', ""), "column = ", ("unit and value, or sweep",)),
+                (table.replace('value = "j"', 'value = "k"'), "column = ", ("of the column J", '"k" is no number')),
+                (table.replace("column = [", "column = [] #"), "[table]", ("they are 0", "1 to 16")),
+                (table + '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n', "[table]", ("the file has a [trace]", "one of them")),
+                (let.replace("mine", '"5 N m"'), '"5 N m" =', ("no plain word",)),
+                (let.replace("mine =", "lost ="), "lost = ", ("lost", "means something in expressions already")),
+                (let.replace("mine =", "end ="), "end = \"load", ("end", "means something in expressions already")),
+                (let.replace('mine = "load.mean"', "mine = 5"), "mine = ", ("mine", "accepted: text")),
+                (let.replace('mine = "load.mean"', 'mine = "lod.mean"'), "mine = ", ("mine", "lod.mean is neither")),
+                (let.replace('mine = "load.mean"', 'mine = "mine + 1"'), "mine = ", ("mine", "too deep")),
+                (text.replace('values = [1, 2, 4]\nnames = ["a", "b", "c"]', '').replace('row = "plant.inertia"', '[[sweep.point]]\nname = "a"\ntext = "{end}"'),
+                 "condition = ", ("refer to each other in a ring",)),
+                (good.replace('at = {j', 'where = "{load.men}"\nat = {j'), "where = ", ("of claim a", "{load.men}", "no statistic")),
+                (good.replace('at = {j', 'why_not = "{nothing}"\nat = {j'), "why_not = ", ("of claim a", "{nothing}"))):
             with self.subTest(fragments=fragments):
                 self.refused(text, line, *fragments)
         self.refused(good.replace("[run]", '[[sweep]]\nname = "load"\nrow = "position_source"\nvalues = ["encoder", "sensorles"]\n[run]'), "values =", "nearest: sensorless")

@@ -186,7 +186,7 @@ static void write_manifest(FILE *file)
 static void write_others(FILE *file)
 {
     paper_write_csv(paper, paper_figure("fig13"), file);
-    paper_write_dead_time(paper, file);
+    paper_write_more(paper, paper_figure("fig15"), file);
 }
 
 static void test_manifest_tells_conditions_figures_and_rows(void)

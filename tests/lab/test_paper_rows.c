@@ -148,7 +148,7 @@ static size_t figure;
 static paper_t *measured;                /* whose texts the rows point at; NULL: a report's */
 static paper_row_t rows[PAPER_ROWS_MAX]; /* of the figure */
 static size_t row_count;
-static char *tables[2];             /* CSV: of the figure; what fig15 has besides, else NULL */
+static char *tables[2];             /* CSV: of the figure; of its second file, else NULL */
 static const paper_row_t *row;      /* of the test that runs */
 static const expected_t *should_be; /* likewise */
 
@@ -259,14 +259,14 @@ static bool belongs(const char *id)
 
 /* ---- measured here ---- */
 
-static char *written(const paper_t *paper, bool dead_time)
+static char *written(const paper_t *paper, bool more)
 {
     char *text = NULL;
     size_t size = 0;
     FILE *file = open_memstream(&text, &size);
     if (file != NULL) {
-        if (dead_time) {
-            paper_write_dead_time(paper, file);
+        if (more) {
+            paper_write_more(paper, figure, file);
         } else {
             paper_write_csv(paper, figure, file);
         }
@@ -275,7 +275,7 @@ static char *written(const paper_t *paper, bool dead_time)
     return text;
 }
 
-static bool measure(bool dead_time)
+static bool measure(const char *more)
 {
     bool wanted[PAPER_FIGURES] = {false};
     paper_error_t why;
@@ -289,9 +289,9 @@ static bool measure(bool dead_time)
         rows[row_count] = *paper_row(paper, row_count);
     }
     tables[0] = written(paper, false);
-    tables[1] = dead_time ? written(paper, true) : NULL;
+    tables[1] = more != NULL ? written(paper, true) : NULL;
     measured = paper;
-    return tables[0] != NULL && (tables[1] != NULL || !dead_time);
+    return tables[0] != NULL && (tables[1] != NULL || more == NULL);
 }
 
 /* ---- taken from a report ---- */
@@ -403,7 +403,7 @@ static bool read_row(const char *object, paper_row_t *into)
     return known && into->verdict != PAPER_VERDICTS;
 }
 
-static bool take(const char *report, bool dead_time)
+static bool take(const char *report, const char *more)
 {
     static const char begin[] = "\"rows\": [";
     bool taken = true;
@@ -411,8 +411,11 @@ static bool take(const char *report, bool dead_time)
     char name[60];
     snprintf(name, sizeof name, "data/%s", paper_figures[figure].id);
     tables[0] = read_text(report, name, ".csv");
-    tables[1] = dead_time ? read_text(report, name, "_dead_time.csv") : NULL;
-    if (manifest == NULL || tables[0] == NULL || (dead_time && tables[1] == NULL)) {
+    if (more != NULL) {
+        snprintf(name, sizeof name, "data/%s_%s", paper_figures[figure].id, more);
+        tables[1] = read_text(report, name, ".csv");
+    }
+    if (manifest == NULL || tables[0] == NULL || (more != NULL && tables[1] == NULL)) {
         free(manifest);
         return false;
     }
@@ -437,8 +440,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: test_paper FIGURE [REPORT], figures as in `lagless paper`\n");
         return 2;
     }
-    const bool dead_time = figure == paper_figure("fig15");
-    if (!(argc == 3 ? take(argv[2], dead_time) : measure(dead_time))) {
+    const char *more = paper_figures[figure].more;
+    if (!(argc == 3 ? take(argv[2], more) : measure(more))) {
         return 1;
     }
     UNITY_BEGIN();

@@ -262,11 +262,11 @@ static void learning(bool on)
     rig_set_motion(rig, 0.0, 500.0 * RPM);
     set("speed_request", 500.0 * RPM);
     set("enable", 1.0);
-    run(seconds(0.15));
+    run(seconds(0.06));
     set("speed_request", 1000.0 * RPM);
-    run(seconds(0.15));
+    run(seconds(0.06));
     set("load_torque", 5.0);
-    run(seconds(0.1));
+    run(seconds(0.04));
     expect(operating());
 }
 
@@ -494,8 +494,8 @@ static const struct {
     {"doubtful voltage", 840, true, doubt},
     {"everything at once", 1260, true, everything},
     {"relock and start anew", 1600, true, fault_and_reset},
-    {"all learnt", 4000, true, all_learnt},
-    {"nothing learnt", 4000, true, nothing_learnt},
+    {"all learnt", 1600, true, all_learnt},
+    {"nothing learnt", 1600, true, nothing_learnt},
     {"paper sign", 540, false, paper_sign},
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };

@@ -193,9 +193,14 @@ const xcp_commands_t *xcp_commands(uint32_t part)
         {0xF0, 2u, "DOWNLOAD", download},
     };
     static const xcp_commands_t own = {rows, (uint32_t)(sizeof rows / sizeof rows[0])};
-    static const xcp_commands_t *const parts[XCP_COMMAND_PARTS] = {&own, &xcp_page_commands,
-                                                                   &xcp_daq_commands};
-    return parts[part];
+    switch (part) {
+    case 0u:
+        return &own;
+    case 1u:
+        return &xcp_page_commands;
+    default:
+        return &xcp_daq_commands;
+    }
 }
 
 static const xcp_row_t *row_of(uint16_t code)

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""No number of the documents is by hand: a program that prints others makes the check of each of them red.
+
+The program stands in front of the real one and turns every 1 of what that prints into a 7, or runs it with another seed; what tests
+and report have printed is copied and turned likewise. Each check is first run with what there is, where it must be green: a check
+that is red for another reason proves nothing.
+
+usage: test_red.py LAGLESS BUILD [unittest options]
+"""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+LAGLESS, BUILD = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SKIPPED = 77
+
+TURNS = """#!{python}
+import subprocess
+import sys
+done = subprocess.run([{lagless!r}, *sys.argv[1:]], stdout=subprocess.PIPE)
+sys.stdout.buffer.write(done.stdout.replace(b"1", b"7"))
+sys.exit(done.returncode)
+"""
+ANOTHER_SEED = """#!/bin/sh
+command=$1
+shift
+exec '{lagless}' "$command" --seed 99 "$@"
+"""
+
+
+def turned(text):
+    return text.replace("1", "7")
+
+
+class Documents(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def instead(self, script):
+        program = self.folder / "lagless"
+        program.write_text(script.format(python=sys.executable, lagless=str(LAGLESS)))
+        program.chmod(0o755)
+        return program
+
+    def code(self, *command):
+        done = subprocess.run([str(word) for word in command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              check=False)
+        return done.returncode, done.stdout
+
+    def seen(self, check, as_it_is, otherwise):
+        """`check` makes the command of a program or folder. Green as it is, red otherwise, and not by a crash."""
+        code, said = self.code(*check(as_it_is))
+        if code == SKIPPED:
+            self.skipTest(said)
+        self.assertEqual(0, code, said)
+        code, said = self.code(*check(otherwise))
+        self.assertEqual(1, code, said)
+        self.assertNotIn("Error", said.replace("AssertionError", "").replace("CMake Error", ""), said)
+
+    def test_table_beside_others(self):
+        self.seen(lambda program: (sys.executable, "-B", "tools/peers", "--lagless", program), LAGLESS, self.instead(TURNS))
+
+    def test_tables_of_motors(self):
+        self.seen(lambda program: (sys.executable, "-B", "tools/motors-docs", "--check", program), LAGLESS, self.instead(TURNS))
+
+    def test_reference(self):
+        self.seen(lambda program: ("cmake", f"-DLAGLESS={program}", "-DREFERENCE=docs/reference.md", f"-DFRESH={self.folder / 'fresh.md'}",
+                                   "-P", "tests/cli/compare_reference.cmake"), LAGLESS, self.instead(TURNS))
+
+    def test_runs_that_documents_show(self):
+        self.seen(lambda program: (sys.executable, "-B", "tests/cli/test_cli.py", program, self.folder / "cli", "-",
+                                   "Readme.test_runs_that_are_shown_are_what_they_print"), LAGLESS, self.instead(TURNS))
+
+    def test_picture_of_the_cold_start(self):
+        python = ROOT / "build/venv/bin/python3"
+        python = python if python.exists() else sys.executable
+        self.seen(lambda program: (python, "-B", "tools/plot/docs.py", program, "--check"), LAGLESS, self.instead(ANOTHER_SEED))
+
+    def test_tables_of_accuracy(self):
+        printed = BUILD / "tests/rig"
+        for text in printed.glob("test_rig_sensorless_*.txt"):
+            (self.folder / text.stem).symlink_to(printed / text.stem)  # what is older than its program counts for nothing
+            (self.folder / text.name).write_text(turned(text.read_text()))
+        self.assertTrue(list(self.folder.iterdir()), "no test has printed anything")
+        self.seen(lambda folder: (sys.executable, "-B", "tools/accuracy", "--printed", "--tests", folder), printed, self.folder)
+
+    def test_rows_of_the_report(self):
+        report = self.folder / "report"
+        shutil.copytree(BUILD / "report", report)
+        for path in (report / "rows.json", *report.glob("data/*.csv")):
+            path.write_text(turned(path.read_text()))
+        self.seen(lambda folder: (sys.executable, "-B", "tools/plot/documents.py", "--check", folder, "docs"), BUILD / "report", report)
+
+    def test_rows_that_are_quoted(self):
+        """docs/not_there.md quotes what docs/accuracy.md says: of a tree whose table has other numbers it is no quotation."""
+        tree = self.folder / "tree"
+        for name in ("README.md", "docs", "host_sim/lab", "tools"):
+            source, target = ROOT / name, tree / name
+            if source.is_dir():
+                shutil.copytree(source, target)
+            else:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(source, target)
+        self.assertEqual(0, self.code(sys.executable, "-B", tree / "tools/not-there")[0])
+        accuracy = tree / "docs/accuracy.md"
+        accuracy.write_text(turned(accuracy.read_text()))
+        code, said = self.code(sys.executable, "-B", tree / "tools/not-there")
+        self.assertEqual(1, code, said)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

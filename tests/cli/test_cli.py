@@ -312,7 +312,6 @@ class CommandLine(stuck.TestCase):
 
     def test_map_that_contradicts_theory_gives_1(self):
         # 10 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
-        self.expect(1, lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off"), "FAILED")
         done = lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED")
         self.assertNotIn("FAILED", done.stdout)

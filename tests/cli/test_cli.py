@@ -311,8 +311,8 @@ class CommandLine(stuck.TestCase):
         self.expect(3, self.campaign("--out", "/dev/null/x"), "/dev/null")
 
     def test_map_that_contradicts_theory_gives_1(self):
-        # 10 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
-        done = lagless("map", "--ideal", "--speeds", "10", "--adaptation", "off", "--json")
+        # 25 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
+        done = lagless("map", "--ideal", "--speeds", "25", "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED")
         self.assertNotIn("FAILED", done.stdout)
         self.assertIn(False, [point["locked"] for point in json.loads(done.stdout)])

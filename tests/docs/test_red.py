@@ -70,7 +70,7 @@ class Documents(unittest.TestCase):
         self.seen(lambda program: (sys.executable, "-B", "tools/motors-docs", "--check", program), LAGLESS, self.instead(TURNS))
 
     def test_reference(self):
-        self.seen(lambda program: ("cmake", f"-DLAGLESS={program}", "-DREFERENCE=docs/reference.md", f"-DFRESH={self.folder / 'fresh.md'}",
+        self.seen(lambda program: ("cmake", f"-DLAGLESS={program}", "-DREFERENCE=docs/reference.md", f"-DFRESH={self.folder / 'fresh'}",
                                    "-P", "tests/cli/compare_reference.cmake"), LAGLESS, self.instead(TURNS))
 
     def test_runs_that_documents_show(self):

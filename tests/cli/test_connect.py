@@ -101,6 +101,14 @@ class Case(stuck.TestCase):
         self.servers.append(server)
         return server
 
+    def typing(self, server, lines):
+        """A client that was given these lines and waits for more."""
+        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True)
+        client.stdin.write(lines)
+        client.stdin.flush()
+        return client
+
     def does(self, server, script, *options):
         result = connect(server.target, script, *options)
         self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
@@ -416,10 +424,7 @@ class BrokenLines(Case):
 
     def test_server_killed_in_the_midst_of_a_script(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        client.stdin.write("go 300 r/min\nwait 20 s\n")
-        client.stdin.flush()
+        client = self.typing(server, "go 300 r/min\nwait 20 s\n")
         time.sleep(1.0)
         server.end(signal.SIGKILL)
         started = time.monotonic()
@@ -431,10 +436,7 @@ class BrokenLines(Case):
 
     def test_server_killed_while_nobody_types(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        client.stdin.write("get state\n")
-        client.stdin.flush()
+        client = self.typing(server, "get state\n")
         time.sleep(0.5)
         server.end(signal.SIGKILL)
         self.assertEqual(client.wait(timeout=5), 3)
@@ -442,10 +444,7 @@ class BrokenLines(Case):
 
     def test_server_that_stands_still_is_given_up(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        client.stdin.write("get state\n")
-        client.stdin.flush()
+        client = self.typing(server, "get state\n")
         time.sleep(0.5)
         server.process.send_signal(signal.SIGSTOP)
         client.stdin.write("get state\n")
@@ -476,10 +475,7 @@ class BrokenLines(Case):
 
     def test_ctrl_c_ends_a_wait(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        client.stdin.write("wait 100 s\n")
-        client.stdin.flush()
+        client = self.typing(server, "wait 100 s\n")
         time.sleep(0.7)
         client.send_signal(signal.SIGINT)
         _, errors = client.communicate(timeout=5)
@@ -488,10 +484,7 @@ class BrokenLines(Case):
 
     def test_ctrl_c_between_two_lines_ends_a_script(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        client.stdin.write("get state\n")
-        client.stdin.flush()
+        client = self.typing(server, "get state\n")
         while not client.stdout.readline().startswith("state"):
             pass
         time.sleep(0.3)  # until it waits for the next line

@@ -78,10 +78,10 @@ static void print_json(const motor_sheet_t *sheet, const motor_t *motor, const c
         const char *key;
         motor_quantity_t quantity;
     } columns[] = {{"pole_pairs", MOTOR_POLE_PAIRS},       {"resistance_ohm", MOTOR_RESISTANCE},
-                   {"inductance_d_H", MOTOR_INDUCTANCE_D}, {"inductance_q_H", MOTOR_INDUCTANCE_Q},
-                   {"flux_linkage_Wb", MOTOR_FLUX},        {"rated_current_peak_A", MOTOR_CURRENT},
-                   {"rated_speed_rad_s", MOTOR_SPEED},     {"rated_torque_Nm", MOTOR_TORQUE},
-                   {"link_voltage_V", MOTOR_LINK},         {"inertia_kg_m2", MOTOR_INERTIA}};
+                   {"inductance_d_h", MOTOR_INDUCTANCE_D}, {"inductance_q_h", MOTOR_INDUCTANCE_Q},
+                   {"flux_linkage_wb", MOTOR_FLUX},        {"rated_current_peak_a", MOTOR_CURRENT},
+                   {"rated_speed_rad_s", MOTOR_SPEED},     {"rated_torque_nm", MOTOR_TORQUE},
+                   {"link_voltage_v", MOTOR_LINK},         {"inertia_kg_m2", MOTOR_INERTIA}};
     for (size_t n = 0; n < sizeof columns / sizeof columns[0]; n++) {
         const motor_quantity_t quantity = columns[n].quantity;
         const bool known = motor->has[quantity] || quantity == MOTOR_TORQUE;
@@ -266,7 +266,7 @@ static void print_tune_json(const motor_sheet_t *sheet, const tune_t *tune)
 {
     printf("{\"motor\": ");
     json_text(stdout, sheet->name);
-    printf(", \"link_V\": %.9g, \"top_speed_rad_s\": %.9g, \"torque_Nm\": %.9g, \"rows\": [", tune->link,
+    printf(", \"link_v\": %.9g, \"top_speed_rad_s\": %.9g, \"torque_nm\": %.9g, \"rows\": [", tune->link,
            tune->speed_top, tune->torque_top);
     for (uint32_t n = 0; n < tune->count; n++) {
         const table_row_t *row = tune->rows[n].row;

@@ -465,6 +465,26 @@ class Progress(FirstHour):
         drawn = self.seen(["paper", "fig12"], lambda text: self.BAR.search(text.partition(b"drawing")[2]), {"LAGLESS_PYTHON": script})
         self.assertRegex(drawn.partition(b"drawing")[2], self.BAR)
 
+    def long_recording(self):
+        """Of a short one, its samples again and again."""
+        lagless("run", self.scenario(), "--out", self.out())
+        path = self.out() + "/a.csv"
+        with open(path) as file:
+            lines = file.read().splitlines()
+        head = [line for line in lines if not line[:1].isdigit()]
+        ends = [line.partition(",")[2] for line in lines if line[:1].isdigit()]
+        with open(path, "w") as file:
+            file.write("\n".join(head) + "\n")
+            file.writelines("%.4f,%s\n" % (1e-4 * n, ends[n % len(ends)]) for n in range(250000))
+        return path
+
+    def test_plot_and_compare_show_a_bar_while_they_read_a_long_recording(self):
+        path = self.long_recording()
+        self.assertRegex(self.seen(["compare", path, path], self.BAR.search), self.BAR)
+        plot = self.seen(["plot", path], lambda text: False)
+        self.assertRegex(plot, self.BAR)
+        self.assertRegex(plot, rb"[\r\n]page: ")  # not behind the bar
+
     def test_the_report_tells_how_far_its_pictures_have_come(self):
         reading, writing = os.pipe()
         done = subprocess.run([sys.executable, "-B", "-c", "import progress; progress.tell(0.25)"], pass_fds=[writing],

@@ -46,8 +46,8 @@ class Motors(stuck.TestCase):
     def test_a_motor_is_shown_with_its_source_and_in_json(self):
         self.expect(0, lagless("motors", "estun-emj-04apb22"), "pole_pairs", "source: TI, MotorControl SDK")
         motor = json.loads(lagless("motors", "estun-emj-04apb22", "--json").stdout)
-        self.assertAlmostEqual(0.377903223 / 6.283185307, motor["flux_linkage_Wb"], 7)
-        self.assertAlmostEqual(3.82, motor["rated_current_peak_A"])
+        self.assertAlmostEqual(0.377903223 / 6.283185307, motor["flux_linkage_wb"], 7)
+        self.assertAlmostEqual(3.82, motor["rated_current_peak_a"])
 
     def test_an_unknown_motor_is_told_with_the_nearest(self):
         self.expect(2, lagless("motors", "teknik-m2310p-ln-04k"), "nearest: teknic-m2310p-ln-04k")

@@ -247,16 +247,16 @@ class Both(drive.Drawn):
 
 def run(look):
     """The command. 0: equal; 1: not."""
-    a = recordings.read(look.options.recordings[0])
-    progress.tell(0.3)
-    b = recordings.read(look.options.recordings[1])
-    progress.tell(0.6)
+    a, b = (recordings.read(path, progress.part(0.3 * n, 0.3 * (n + 1))) for n, path in enumerate(look.options.recordings))
     comparison = Comparison(a, b)
     report = list(comparison.lines())
     progress.tell(0.7)
-    print("\n".join(report), flush=True)
-    if look.options.out:
-        draw(look, comparison, report)
+    try:
+        if look.options.out:
+            draw(look, comparison, report)
+    finally:
+        progress.end()
+        print("\n".join(report), flush=True)
     return 0 if comparison.equal else 1
 
 

@@ -47,10 +47,12 @@ class Look:
         self.written = []
 
     def say(self, text):
+        progress.clear()
         print(f"{self.name}: {text}", file=sys.stderr)
 
     def tell(self):
         """Where the pictures are."""
+        progress.end()
         for path in self.written:
             kind = "page: " if path.suffix == ".html" else "picture: "
             print(f"{kind}{path}", file=sys.stderr)
@@ -119,10 +121,9 @@ def plot(look):
     import drive
     import recording as recordings
     options = look.options
-    whole = recordings.read(options.recordings[0])
+    whole = recordings.read(options.recordings[0], progress.part(0.0, 0.4))  # of a long one; reading is most of it
     if len(whole.time) < 2:
         raise InputError(f"{whole.path}: 1 sample: a plot needs two or more")
-    progress.tell(0.4)  # of a long one; reading is most of it
     recording, thinned = look.thinned(whole)
     drawn = look.drawn(recording)
     progress.tell(0.5)

@@ -1,12 +1,38 @@
 """How far a drawing has come, for who started it: `lagless` shows it on a terminal. Nobody asked: nothing."""
 import os
+import sys
+
+ASKED = "LAGLESS_PROGRESS"
+BAR = 60  # [columns] that the bar takes
 
 
 def tell(fraction):
     """So much of it is done, 0 to 1."""
-    descriptor = os.environ.get("LAGLESS_PROGRESS", "")
+    descriptor = os.environ.get(ASKED, "")
     if descriptor.isdigit():
         try:
             os.write(int(descriptor), f"{fraction:.4f}\n".encode())
+        except OSError:
+            pass  # who asked is gone
+
+
+def part(begin, end):
+    """A function that tells of a part of the work, 0 to 1 of it, which goes from begin to end of the whole."""
+    return lambda fraction: tell(begin + (end - begin) * fraction)
+
+
+def clear():
+    """What is written next has the bar's line to itself."""
+    if ASKED in os.environ and sys.stderr.isatty():
+        print(f"\r{'':{BAR}}\r", end="", file=sys.stderr, flush=True)
+
+
+def end():
+    """Nothing more is told."""
+    clear()
+    descriptor = os.environ.pop(ASKED, "")
+    if descriptor.isdigit():
+        try:
+            os.close(int(descriptor))
         except OSError:
             pass  # who asked is gone

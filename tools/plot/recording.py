@@ -41,14 +41,15 @@ class Recording:
         return numpy.rint(self.time / self.period).astype(numpy.int64)
 
 
-def read(path):
-    """Every problem is an InputError that names the file, and the line if there is one."""
+def read(path, tell=lambda fraction: None):
+    """Every problem is an InputError that names the file, and the line if there is one. `tell` hears how far it has come, 0 to 1."""
     path = pathlib.Path(path)
     try:
         octets = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    recording = of_mat(path, octets) if octets[:10] == b"MATLAB 5.0" else of_csv(path, octets)
+    recording = of_mat(path, octets) if octets[:10] == b"MATLAB 5.0" else of_csv(path, octets, tell)
+    tell(1.0)
     time = recording.time
     if not len(time):
         raise InputError(f"{path}: no samples")
@@ -63,7 +64,7 @@ def unescaped(text):
     return ESCAPED.sub(lambda m: chr(int(m[1], 16)) if m[1] else "\\", text)
 
 
-def of_csv(path, octets):
+def of_csv(path, octets, tell):
     try:
         text = octets.decode("utf-8")
     except UnicodeDecodeError:
@@ -100,21 +101,28 @@ def of_csv(path, octets):
             raise InputError(f"{path}:{count + 1}: column `{name}`: a unit in brackets is expected")
     if units.pop("time", None) != "s":
         raise InputError(f"{path}:{count + 1}: column time[s] is missing")
-    columns = numbers(path, data, 1 + len(units), count + 2)
+    columns = numbers(path, data, 1 + len(units), count + 2, tell)
     return Recording(path, meta, units, dict(zip(("time", *units), columns)), choices, values, notes, "\n".join(lines))
 
 
-def numbers(path, data, count, first):
+AT_ONCE = 20000  # [lines] read before it is told how far
+
+
+def numbers(path, data, count, first, tell):
     """Columns of lines of numbers; `first` is the line they begin at."""
-    if not data.strip():
+    lines = data.rstrip().splitlines()
+    if not lines:
         return [numpy.zeros(0)] * count
+    tables = []
     try:
-        table = numpy.loadtxt(data.splitlines(), delimiter=",", comments=None, ndmin=2)
-        if table.shape[1] == count:
-            return [numpy.ascontiguousarray(column) for column in table.T]
+        for begin in range(0, len(lines), AT_ONCE):
+            tables.append(numpy.loadtxt(lines[begin:begin + AT_ONCE], delimiter=",", comments=None, ndmin=2))
+            tell((begin + AT_ONCE) / (len(lines) + AT_ONCE))
+        if {table.shape[1] for table in tables} == {count}:
+            return [numpy.concatenate([table[:, n] for table in tables]) for n in range(count)]
     except ValueError:
         pass
-    for line, row in enumerate(data.splitlines(), first):
+    for line, row in enumerate(lines, first):
         cells = row.split(",")
         if len(cells) != count:
             raise InputError(f"{path}:{line}: {len(cells)} values, but {count} columns")

@@ -56,10 +56,12 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t
     }
 }
 
-/* The lock is lost: caught again, unless that has been done too often. */
+/* The lock is lost: caught again, unless that has been done too often, or no start has led to a run that
+ * lasted. */
 static void lose(manoeuvres_t *m, float omega_e)
 {
-    if (m->lock_losses >= 2u && m->clock - m->loss_clock[1] < LOSS_PERIODS) {
+    const bool often = m->lock_losses >= 2u && m->clock - m->loss_clock[1] < LOSS_PERIODS;
+    if (often || m->start_try >= m->limits.start_tries) {
         m->failed |= MANOEUVRE_LOST;
     }
     m->lock_losses++;
@@ -83,8 +85,8 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 }
 
 /* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track, or while the
- * loop has a speed at which there is one? It is the mean along the axis that tells: noise has a length, too.
- * While the loop coasts it is old and says nothing. */
+ * loop has a speed at which there is one, or does not settle? It is the mean along the axis that tells: noise
+ * has a length, too. While the loop coasts it is old and says nothing. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -97,7 +99,8 @@ static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
         m->slow_periods++;
     }
     const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), slow);
-    const bool astray = !bounds_within(input->estimate->omega_smooth, slow) && lock_is_off(&m->lock);
+    const bool astray = lock_is_scattered(&m->lock) ||
+                        (!bounds_within(input->estimate->omega_smooth, slow) && lock_is_off(&m->lock));
     return m->slow_periods >= (stays || astray ? SLOW_PERIODS : limits->fallback_periods);
 }
 

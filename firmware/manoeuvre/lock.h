@@ -77,11 +77,17 @@ static inline bool lock_is_off(const lock_t *lock)
     return lock->projection < LOCK_PROJECTION_MIN * lock->expected;
 }
 
+/* Does the loop not settle? */
+static inline bool lock_is_scattered(const lock_t *lock)
+{
+    return lock->scatter > LOCK_SCATTER_MAX;
+}
+
 /* Does a sign of a lost rotor stand, at this electrical speed estimate and reference [rad/s]? The scatter is
  * asked for in a loop that is `settled`: one that has just been locked is still finding its speed. */
 static inline bool lock_is_lost(const lock_t *lock, float omega_smooth, float omega_ref, bool settled)
 {
-    return lock_is_off(lock) || (settled && lock->scatter > LOCK_SCATTER_MAX) ||
+    return lock_is_off(lock) || (settled && lock_is_scattered(lock)) ||
            (bounds_within(omega_smooth, lock->tuning.speed_slow) &&
             !bounds_within(omega_ref, lock->tuning.speed_asked));
 }

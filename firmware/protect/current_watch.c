@@ -10,22 +10,24 @@
 #define STUCK_SHARE   0.05f       /* [-] of the range: limit of what must have flowed */
 #define STUCK_PERIODS 4u          /* [periods] in all of which a value that is stuck has not moved */
 #define STILL_PERIODS 12u         /* [periods] likewise, of a value near zero ... */
-#define JUMP_PERIODS  6u          /* [periods] ... that no current can have come to */
-#define SURPRISE      0.15f       /* [-] of the range: what the observer may miss a current by */
-#define JUMP_SHARE    0.5f        /* [-] of p, which may be wrong by L */
-#define GAIN_SHARE    0.03f       /* [-] of the range: shortest Dp */
-#define GAIN_MIN      0.65f       /* [-] L believed 30 % too small: 0.7 */
-#define GAIN_MAX      1.45f       /* [-] L believed 30 % too large: 1.3 */
-#define GAIN_RATIO    1.2f        /* [-] of two sensors, where L is the same along all axes */
-#define GAIN_SWING    3.0f        /* [-] Dp over what the EMF of a rotor that swings may pretend */
-#define GAIN_PAIR     2.5f        /* [-] of the shortest Dp^2, that one sensor's must have to be compared */
-#define NONE_SHARE    0.0075f     /* [-] of the range: what a phase without current may show */
-#define CARRIES_SHARE 0.02f       /* [-] of the range: what another must carry, and what is asked for */
-#define ASKED_SHARE   0.25f       /* [-] of what the largest phase carries, that another must be asked for */
-#define LOSS_TIME     3.2e-3f     /* [s] */
-#define FLUX_TURN     2.6f        /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
-#define FED_SHARE     0.1f        /* [-] of its limit, from which on nothing else is believed */
-#define SUM_SHARE     0.08f       /* [-] of the range */
+#define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
+#define BESIDE_SHARE  0.002f      /* [-] of the range: what another has moved by then, four codes */
+#define JUMP_PERIODS  6u      /* [periods] ... that no current can have come to */
+#define SURPRISE      0.15f   /* [-] of the range: what the observer may miss a current by */
+#define JUMP_SHARE    0.5f    /* [-] of p, which may be wrong by L */
+#define GAIN_SHARE    0.03f   /* [-] of the range: shortest Dp */
+#define GAIN_MIN      0.65f   /* [-] L believed 30 % too small: 0.7 */
+#define GAIN_MAX      1.45f   /* [-] L believed 30 % too large: 1.3 */
+#define GAIN_RATIO    1.2f    /* [-] of two sensors, where L is the same along all axes */
+#define GAIN_SWING    3.0f    /* [-] Dp over what the EMF of a rotor that swings may pretend */
+#define GAIN_PAIR     2.5f    /* [-] of the shortest Dp^2, that one sensor's must have to be compared */
+#define NONE_SHARE    0.0075f /* [-] of the range: what a phase without current may show */
+#define CARRIES_SHARE 0.02f   /* [-] of the range: what another must carry, and what is asked for */
+#define ASKED_SHARE   0.25f   /* [-] of what the largest phase carries, that another must be asked for */
+#define LOSS_TIME     3.2e-3f /* [s] */
+#define FLUX_TURN     2.6f    /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
+#define FED_SHARE     0.1f    /* [-] of its limit, from which on nothing else is believed */
+#define SUM_SHARE     0.08f   /* [-] of the range */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
@@ -46,6 +48,8 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .per_current = WRONG_R * winding.per_volt * params->resistance,
         .flux = FLUX_TURN * params->flux_linkage / inductance,
         .stuck = STUCK_SHARE * params->range,
+        .beside = BESIDE_SHARE * params->range,
+        .long_still = periods_of(LONG_STILL, params->period),
         .surprise = SURPRISE * params->range,
         .gain_least = least * least,
         .gain_pair = GAIN_PAIR * least * least,
@@ -142,19 +146,31 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
 
 /* The value that a sensor shows from here on is suspected. It must not move for so long: the noise of a wire
  * without current is a code or two. */
-static void suspect(current_watch_t *watch, uint32_t n, float value, float p, uint32_t near_zero)
+static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p,
+                    uint32_t near_zero)
 {
     current_watch_phase_t *phase = &watch->phase[n];
     watch->suspected |= UINT32_C(1) << n;
+    phase->beside = beside;
+    phase->path = 0.0f;
     phase->stuck = 0.0f;
     phase->still = 0u;
     phase->held = p;
     phase->sure = bounds_within(value, watch->tuning.none) ? near_zero : STUCK_PERIODS;
 }
 
+/* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
+ * down? A wrong belief moves p as well, but then the current follows something else, and its value moves. */
+static bool stands(const current_watch_tuning_t *tuning, const current_watch_phase_t *phase, float beside)
+{
+    return phase->still >= tuning->long_still && phase->path > tuning->stuck &&
+           !bounds_within(beside - phase->beside, tuning->beside);
+}
+
 /* A value that has not moved by a bit, between a window's ends, and then in all of its periods: p stands
- * beyond its doubt, or has changed by more than what is uncertain of its change while the current stays. A
- * value that has jumped, whatever the EMF, or that surprises the observer, is suspected too. */
+ * beyond its doubt, or has changed by more than what is uncertain of its change while the current stays, or
+ * it does not for long. A value that has jumped, whatever the EMF, or that surprises the observer, is
+ * suspected too. */
 static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
@@ -162,27 +178,29 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const bool before = (watch->suspected >> n & 1u) != 0u;
     const float p = window->moved[n];
     const float change = window->change[n];
+    const float beside = window->value[n == 0u ? 1u : 0u];
     if (!before && change != 0.0f) {
         const float given = window->given[n];
         const float doubt =
             window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
         if (bounds_magnitude(change - given) > doubt + 2.0f * tuning->stuck ||
             !bounds_within(window->error[n], tuning->surprise)) {
-            suspect(watch, n, window->value[n], 0.0f, JUMP_PERIODS);
+            suspect(watch, n, window->value[n], beside, 0.0f, JUMP_PERIODS);
         }
         return false;
     }
     if (!before) {
-        suspect(watch, n, phase->value, p / window->periods, STILL_PERIODS);
+        suspect(watch, n, phase->value, beside, p / window->periods, STILL_PERIODS);
     } else {
         phase->still += (uint32_t)(int32_t)window->periods;
     }
+    const float off = bounds_magnitude(p - window->periods * phase->held);
     const float beyond = bounds_magnitude(p) - window->dead - window->resistive - window->emf;
-    const float changed =
-        bounds_magnitude(p - window->periods * phase->held) - HELD_SHARE * window->dead - 2.0f * window->emf;
+    const float changed = off - HELD_SHARE * window->dead - 2.0f * window->emf;
     const float more = beyond > changed ? beyond : changed;
     phase->stuck += more > 0.0f ? more : 0.0f;
-    return phase->still >= phase->sure && phase->stuck > tuning->stuck;
+    phase->path += off;
+    return (phase->still >= phase->sure && phase->stuck > tuning->stuck) || stands(tuning, phase, beside);
 }
 
 /* Has a value not moved for longer than noise ever lets it? */

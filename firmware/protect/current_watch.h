@@ -8,6 +8,7 @@
  *
  *     stuck   a sensor's value has not moved by a bit, and p goes beyond what wrong beliefs explain,
  *                 d = T_w/L (U_dead + R/2 |i| + share psi_f |omega_e|);   sum of |p| - d above the limit
+ *             or it has not for so long, while another sensor's has and p went up and down
  *     gain    of what is new of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one beside another by more than GAIN_RATIO
  *     loss    a phase that is asked for current, on a window's mean, has next to none for so long, while
@@ -56,27 +57,29 @@ typedef struct {
 } current_watch_params_t;
 
 typedef struct {
-    uint32_t judged;   /* [-] 1 */
-    winding_t winding; /* of R and the mean of L_d and L_q */
-    float per_speed;   /* psi_f T/L [A s] */
-    float back;        /* -T/2 [s] */
-    float dead_link;   /* of what dead time and drops may take of the current in a period, per volt [A/V] */
-    float dead;        /* of it at no link [A] */
-    float per_current; /* of d per ampere, for a period [-] */
-    float flux;        /* largest change of the magnets' flux in a phase over L [A] */
-    float stuck;       /* limit of what is beyond d [A] */
-    float surprise;    /* largest error of the observer that is none [A] */
-    float gain_least;  /* shortest Dp that is judged, squared [A^2] */
-    float gain_pair;   /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
-    float gain_ratio;  /* most of one sensor's over the other's [-] */
-    float gain_swing;  /* shortest Dp that is judged, per ampere and squared period [-] */
-    float gain_min;    /* of the sensors together [-] */
-    float gain_max;    /* likewise */
-    float none;        /* largest current of a phase that has none [A] */
-    float carries;     /* least of one that does [A] */
-    uint32_t absent;   /* [periods] without current that are a loss */
-    float sum;         /* largest sum of three currents [A] */
-    uint32_t sensors;  /* [-] 2 or 3 */
+    uint32_t judged;     /* [-] 1 */
+    winding_t winding;   /* of R and the mean of L_d and L_q */
+    float per_speed;     /* psi_f T/L [A s] */
+    float back;          /* -T/2 [s] */
+    float dead_link;     /* of what dead time and drops may take of the current in a period, per volt [A/V] */
+    float dead;          /* of it at no link [A] */
+    float per_current;   /* of d per ampere, for a period [-] */
+    float flux;          /* largest change of the magnets' flux in a phase over L [A] */
+    float stuck;         /* limit of what is beyond d [A] */
+    float beside;        /* least that another sensor's value has moved by meanwhile [A] */
+    uint32_t long_still; /* [periods] in which no value that belongs to a current stays, where others move */
+    float surprise;      /* largest error of the observer that is none [A] */
+    float gain_least;    /* shortest Dp that is judged, squared [A^2] */
+    float gain_pair;     /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
+    float gain_ratio;    /* most of one sensor's over the other's [-] */
+    float gain_swing;    /* shortest Dp that is judged, per ampere and squared period [-] */
+    float gain_min;      /* of the sensors together [-] */
+    float gain_max;      /* likewise */
+    float none;          /* largest current of a phase that has none [A] */
+    float carries;       /* least of one that does [A] */
+    uint32_t absent;     /* [periods] without current that are a loss */
+    float sum;           /* largest sum of three currents [A] */
+    uint32_t sensors;    /* [-] 2 or 3 */
 } current_watch_tuning_t;
 
 /* Of one phase. */
@@ -86,6 +89,8 @@ typedef struct {
     float expected;  /* p of the last window [A] */
     float stuck;     /* sum of what p is beyond its doubt since the value has not moved [A] */
     float held;      /* p of a period when it did not for the first time [A] */
+    float path;      /* how far p has gone from that since, up and down [A] */
+    float beside;    /* another sensor's value then [A] */
     float fed;       /* sum of p without the EMF, beyond its doubt, while next to no current flows [A] */
     uint32_t absent; /* [periods] asked for current, and without */
     uint32_t still;  /* [periods] in all of which it has not moved */

@@ -171,11 +171,16 @@ typedef enum {
     CAMPAIGN_OF_STATE    /* it is the share of the drive's state before the bit */
 } campaign_scale_t;
 
+/* What no phase ever carries because a sensor lies, with the pm50rl1a060's board [A]. */
+#define CAMPAIGN_CEILING 25.0
+
 /* For how long a fault excuses what it breaks. */
 typedef enum {
     CAMPAIGN_ALWAYS,
-    CAMPAIGN_UNTIL_TOLD, /* 2.1 ms: a sensor that stands is told by then at worst (docs/theory.md, 27) */
-    CAMPAIGN_WHILE_SLOW, /* below handover_speed: no EMF tells of an encoder (docs/theory.md, 28) */
+    CAMPAIGN_UNTIL_TOLD, /* 20 ms with the bridge on, in which no phase carries more than the ceiling */
+    CAMPAIGN_TO_CEILING, /* while no phase carries more than the ceiling */
+    CAMPAIGN_WHILE_SLOW, /* below handover_speed, where the EMF is too small to tell (docs/theory.md, 28) */
+    CAMPAIGN_UNCODED,    /* without the encoder */
 } campaign_excuse_t;
 
 /* One row of plant or rig that breaks. */

@@ -4,9 +4,9 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define CURRENT_SAMPLES 3u     /* two periods from the first to the last */
-#define ANGLE_SECONDS   50e-3  /* [s] */
-#define TOLD_SECONDS    2.1e-3 /* [s] a sensor that stands is told by then */
+#define CURRENT_SAMPLES 3u    /* two periods from the first to the last */
+#define ANGLE_SECONDS   50e-3 /* [s] */
+#define TOLD_SECONDS    20e-3 /* [s] with the bridge on: a sensor that stands is told by then */
 
 /* Rows that are judged one by one, in this order behind the floats among the signals. Those that come first
  * are floats, too. */
@@ -54,20 +54,35 @@ static uint32_t choice(const char *row, const char *name)
     return (uint32_t)table_choice(rig_row_by_name(row), name);
 }
 
+static bool asks_for(const campaign_case_t *drawn, campaign_event_kind_t kind)
+{
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        if (drawn->events[n].kind == kind) {
+            return true;
+        }
+    }
+    return false;
+}
+
 void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
                           const volatile sig_atomic_t *asked)
 {
     const campaign_fault_t *fault = &campaign_faults[drawn->fault];
+    const bool until_told = fault->excuse == CAMPAIGN_UNTIL_TOLD;
+    const bool while_slow = fault->excuse == CAMPAIGN_WHILE_SLOW;
+    const bool never_coded =
+        drawn->quantities[CAMPAIGN_Q_encoder] == 0.0 && !asks_for(drawn, CAMPAIGN_V_SOURCE);
     const double told = drawn->fault_time + TOLD_SECONDS;
     *watch = (campaign_watch_t){
         .result = result,
         .asked = asked,
         .trip = campaign_invariants[CAMPAIGN_I_CURRENT].limit * campaign_trip(drawn),
         .overspeed = campaign_overspeed(drawn),
-        .blind = fault->excuse == CAMPAIGN_WHILE_SLOW ? campaign_handover_speed(drawn) : 0.0,
-        .excused = fault->excuse == CAMPAIGN_WHILE_SLOW ? 0u : fault->excused,
-        .told =
-            fault->excuse == CAMPAIGN_UNTIL_TOLD ? (uint32_t)(told / RIG_PERIOD_SECONDS + 0.5) : UINT32_MAX,
+        .ceiling = until_told || fault->excuse == CAMPAIGN_TO_CEILING ? CAMPAIGN_CEILING : (double)INFINITY,
+        .blind = while_slow ? campaign_handover_speed(drawn) : 0.0,
+        .excused = while_slow || (fault->excuse == CAMPAIGN_UNCODED && !never_coded) ? 0u : fault->excused,
+        .told = until_told ? (uint32_t)(told / RIG_PERIOD_SECONDS + 0.5) : UINT32_MAX,
+        .notice = until_told ? (uint32_t)(TOLD_SECONDS / RIG_PERIOD_SECONDS + 0.5) : 0u,
         .enabled = choice("state", "operation_enabled"),
         .fault = choice("state", "fault"),
         .run = choice("manoeuvre", "run"),
@@ -133,12 +148,17 @@ static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint3
     const bool fast =
         fabs((double)number_in(rows[AT_true_omega_m])) > watch->overspeed && rows[AT_manoeuvre] != watch->run;
     for (uint32_t phase = 0; phase < 3u; phase++) {
-        const bool over = fabs((double)number_in(rows[AT_true_i_a + phase])) > watch->trip;
+        const double amount = fabs((double)number_in(rows[AT_true_i_a + phase]));
+        const bool over = amount > watch->trip;
         const bool acts = watch->gates_seen && !fast;
         watch->over[phase] = over && acts ? watch->over[phase] + 1u : 0u;
+        watch->far[phase] = over && acts && amount > watch->ceiling ? watch->far[phase] + 1u : 0u;
         watch->over_off[phase] = over && !acts ? watch->over_off[phase] + 1u : 0u;
         if (watch->over_off[phase] >= CURRENT_SAMPLES) {
             watch->result->excused |= CAMPAIGN_BIT(CURRENT);
+        }
+        if (watch->far[phase] >= CURRENT_SAMPLES) {
+            watch->excused &= ~CAMPAIGN_BIT(CURRENT);
         }
         if (watch->over[phase] >= CURRENT_SAMPLES) {
             violated(watch, CAMPAIGN_I_CURRENT, period, watch->over[phase],
@@ -190,6 +210,10 @@ void campaign_watch_sample(void *context, uint32_t period, const uint32_t *slots
     }
     if (!all_finite(slots, count - JUDGED_ROWS + JUDGED_FLOATS)) {
         judge_numbers(watch, period, slots);
+    }
+    /* with the bridge off nothing is at stake, and a sensor at zero shows what is right */
+    if (watch->notice > 0u && !watch->gates_seen && watch->told < period + watch->notice) {
+        watch->told = period + watch->notice;
     }
     judge_currents(watch, period, rows);
     judge_angle(watch, period, rows);

@@ -50,16 +50,19 @@ typedef struct {
     uint32_t run;            /* [-] of `manoeuvre` */
     double trip;             /* [A] limit of the true current */
     double overspeed;        /* [rad/s] overspeed_trip */
-    double blind;     /* [rad/s] mechanical: a slower rotor does not tell of the encoder's fault; 0: none */
-    uint32_t excused; /* bits of invariants that the injected fault breaks by itself */
-    uint32_t told;    /* [periods] when it excuses them no more */
-    uint32_t over[3]; /* [periods] so long has this phase's current been beyond the limit */
-    uint32_t over_off[3]; /* [periods] likewise with all gates off */
-    uint32_t wrong;       /* [periods] so long has the angle been wrong */
-    uint32_t latched;     /* [periods] since the fault was latched */
-    uint32_t gates;       /* now on, bit for bit */
-    bool gates_seen;      /* one was on in this period */
-    bool reset;           /* the chip was, by a fault that is excused for it */
+    double ceiling;          /* [A] beyond it a true current is not excused */
+    double blind;            /* [rad/s] mechanical: a slower rotor does not tell of the fault; 0: none */
+    uint32_t excused;        /* bits of invariants that the injected fault breaks by itself */
+    uint32_t told;           /* [periods] when it excuses them no more */
+    uint32_t notice;         /* [periods] with the bridge on, after which it is told; 0: whenever */
+    uint32_t over[3];        /* [periods] so long has this phase's current been beyond the limit */
+    uint32_t far[3];         /* [periods] likewise beyond the ceiling */
+    uint32_t over_off[3];    /* [periods] likewise with all gates off */
+    uint32_t wrong;          /* [periods] so long has the angle been wrong */
+    uint32_t latched;        /* [periods] since the fault was latched */
+    uint32_t gates;          /* now on, bit for bit */
+    bool gates_seen;         /* one was on in this period */
+    bool reset;              /* the chip was, by a fault that is excused for it */
 } campaign_watch_t;
 
 /* Rows that are watched, the floats among the signals first; how many, and how many of them are floats that

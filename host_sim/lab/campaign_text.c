@@ -69,6 +69,8 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
 
 /* docs/theory.md, 23: 1.15 times what could be mistaken for an EMF, the dead time's voltage or R I, but 0.3
  * of overspeed_trip at most. */
+#define THIRD_OF_A_TURN (2.0 * 3.14159265358979323846 / 3.0) /* [rad] electrical */
+
 double campaign_handover_speed(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
@@ -77,6 +79,21 @@ double campaign_handover_speed(const campaign_case_t *drawn)
     const double drop = motor.resistance * CAMPAIGN_VALUE(drawn, resistance_belief) * motor.current;
     const double flux = motor.flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
     return fmin(1.15 * fmax(dead, drop) / (flux * motor.pole_pairs), 0.3 * 1.4 * motor.speed);
+}
+
+double campaign_blind_speed(const campaign_case_t *drawn)
+{
+    const double turns = THIRD_OF_A_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
+    return fmax(campaign_handover_speed(drawn), turns);
+}
+
+bool campaign_is_coded(const campaign_case_t *drawn, double time)
+{
+    bool coded = CAMPAIGN_VALUE(drawn, encoder) != 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        coded = coded != (drawn->events[n].kind == CAMPAIGN_V_SOURCE && drawn->events[n].time <= time);
+    }
+    return coded;
 }
 
 /* ---- rows ---- */

@@ -84,7 +84,7 @@
       "the back-EMF was not where the estimate put it: the rotor is lost",                                   \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
     F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                       \
-      "the rotor was lost three times within 2 s",                                                           \
+      "the rotor was lost three times within 2 s, or at once after start_tries starts",                      \
       "look for a shaft that is held, a load beyond current_limit, or wrong motor data")                     \
     F(40, START_STALLED, "start_stalled", start_stalled, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,           \
       "the rotor did not follow the start, in start_tries tries",                                            \

@@ -11,8 +11,9 @@
 #define STUCK_PERIODS 4u          /* [periods] in all of which a value that is stuck has not moved */
 #define STILL_PERIODS 12u         /* [periods] likewise, of a value near zero ... */
 #define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
-#define BESIDE_SHARE  0.002f      /* [-] of the range: what another has moved by then, four codes */
+#define BESIDE_SHARE  0.002f  /* [-] of the range: what another has moved by then, four codes */
 #define JUMP_PERIODS  6u      /* [periods] ... that no current can have come to */
+#define URGENT        3.0f    /* [-] limits, beyond which it is told after those of a jump, whatever it is */
 #define SURPRISE      0.15f   /* [-] of the range: what the observer may miss a current by */
 #define JUMP_SHARE    0.5f    /* [-] of p, which may be wrong by L */
 #define GAIN_SHARE    0.03f   /* [-] of the range: shortest Dp */
@@ -200,7 +201,9 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const float more = beyond > changed ? beyond : changed;
     phase->stuck += more > 0.0f ? more : 0.0f;
     phase->path += off;
-    return (phase->still >= phase->sure && phase->stuck > tuning->stuck) || stands(tuning, phase, beside);
+    const uint32_t sure =
+        phase->stuck > URGENT * tuning->stuck && phase->sure > JUMP_PERIODS ? JUMP_PERIODS : phase->sure;
+    return (phase->still >= sure && phase->stuck > tuning->stuck) || stands(tuning, phase, beside);
 }
 
 /* Has a value not moved for longer than noise ever lets it? */

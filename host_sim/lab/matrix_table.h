@@ -331,7 +331,6 @@
     N("open_phase_a/forced/sensorless/h", SLOW_SWITCH) \
     N("open_phase_b/off/sensorless/l", "told as current_stuck after 2.5 ms") \
     N("open_switch_a/braking/sensorless/l", "told after 83 ms; the cause is not looked into") \
-    N("stuck_a_zero/catch/encoder/h", "told after 1.9 s, at 3.4 A at most; the cause is not looked into") \
     N("current_inverse/catch/encoder/l", "opens as encoder_direction after 0.24 s; the heavy shaft's is told as overcurrent") \
     N("open_phase_c/off/encoder/l", "opens as encoder_mismatch after 28 ms, at 0.4 A, before the phase is known to be lost") \
     N("open_switch_a/align/sensorless/h", SLOW_SWITCH) \

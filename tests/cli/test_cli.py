@@ -123,7 +123,7 @@ class CommandLine(stuck.TestCase):
                    "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart",
                    "SUPPLIED": "while the gates shall be on and no lost supply is ridden through"}
         reactions = {"WARN": "shown in warnings while it holds",
-                     "CATCH": "the rotor is caught again; lost three times within 2 s, it is a fault",
+                     "CATCH": "the rotor is caught again; lost three times within 2 s, or at once after start_tries starts, it is a fault",
                      "STOP": "the motor is braked to standstill, then the bridge opens, the fault is latched",
                      "OPEN": "the bridge opens, the fault is latched"}
         self.assertEqual(set(moments), {row[10] for row in rows})

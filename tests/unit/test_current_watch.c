@@ -126,6 +126,26 @@ static void test_a_value_that_stays_is_stuck_within_two_windows(void)
     TEST_ASSERT_TRUE(periods <= 20u);
 }
 
+/* Near zero a wire without current looks alike, and 12 periods are asked for; but 100 V make 3 A beyond all
+ * doubt in five of them, and then six are enough. 30 V make 0.15 A a period. */
+static void test_a_value_near_zero_is_stuck_sooner_where_much_must_flow(void)
+{
+    for (int n = 0; n < 2; n++) {
+        setUp();
+        for (uint32_t k = 0; k < 16u; k++) {
+            judge((ab_t){0.0f, 0.0f}, (abc_t){0.01f * (float)(k & 1u), 0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(0u, seen);
+        periods = 0u;
+        for (uint32_t k = 0; k < 100u; k++) {
+            const float b = -0.4f * (float)(k + 1u);
+            judge((ab_t){n == 0 ? 100.0f : 30.0f, 0.0f}, (abc_t){0.01f, b, -0.01f - b}, (ab_t){5.0f, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
+        TEST_ASSERT_TRUE(n == 0 ? periods <= 16u : periods >= 20u);
+    }
+}
+
 /* 8 A, and then a sensor that says 0, or a wire whose current is gone, a code of noise left: the observer
  * misses it by 8 A, 15 % of the range are 3. In two periods at most the sensor is suspected, and told after
  * six in which nothing moves; the wire is not. 100 V are 0.8 A a period. */
@@ -305,6 +325,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_sound_sensors_and_wrong_beliefs_raise_nothing);
     RUN_TEST(test_a_value_that_stays_is_stuck_within_two_windows);
+    RUN_TEST(test_a_value_near_zero_is_stuck_sooner_where_much_must_flow);
     RUN_TEST(test_a_value_that_jumps_to_zero_is_stuck_within_eight_periods);
     RUN_TEST(test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck);
     RUN_TEST(test_an_observer_is_surprised_by_15_percent_of_the_range);

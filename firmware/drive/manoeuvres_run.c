@@ -84,9 +84,10 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
     m->omega_ref = omega_ref;
 }
 
-/* Was the EMF gone for longer than a reversal may take, or at a wish that is too slow to track, or while the
- * loop has a speed at which there is one, or does not settle? It is the mean along the axis that tells: noise
- * has a length, too. While the loop coasts it is old and says nothing. */
+/* Was the EMF gone for longer than a reversal may take, or half of that without a change of direction, or at
+ * a wish that is too slow to track, or while the loop has a speed at which there is one, or does not settle?
+ * It is the mean along the axis that tells: noise has a length, too. While the loop coasts it is old and says
+ * nothing. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -101,7 +102,9 @@ static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
     const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), slow);
     const bool astray = lock_is_scattered(&m->lock) ||
                         (!bounds_within(input->estimate->omega_smooth, slow) && lock_is_off(&m->lock));
-    return m->slow_periods >= (stays || astray ? SLOW_PERIODS : limits->fallback_periods);
+    const bool lags = input->estimate->omega_smooth * m->omega_ref < 0.0f;
+    const uint32_t most = lags ? limits->fallback_periods / 2u : limits->fallback_periods;
+    return m->slow_periods >= (stays || astray ? SLOW_PERIODS : most);
 }
 
 /* Is the loop that tracks beside the encoder on the rotor? Its filtered EMF lies on its q axis, in the

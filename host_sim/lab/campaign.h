@@ -177,7 +177,8 @@ typedef enum {
 /* When a fault excuses what it breaks; several bits. */
 typedef enum {
     CAMPAIGN_ALWAYS = 0,
-    CAMPAIGN_UNTIL_TOLD = 1, /* the current for 20 ms with the bridge on, up to the ceiling */
+    CAMPAIGN_UNTIL_TOLD =
+        1, /* the current up to the ceiling, for 20 ms with the bridge on or a third of a turn */
     CAMPAIGN_TO_CEILING = 2, /* the current up to the ceiling */
     CAMPAIGN_WHILE_SLOW = 4, /* the angle below campaign_blind_speed */
     CAMPAIGN_UNCODED = 8,    /* the angle without the encoder */

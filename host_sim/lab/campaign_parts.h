@@ -39,6 +39,8 @@ void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn,
 /* The drive's handover_speed by its rule, of what it believes of the motor [rad/s], mechanical. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
+#define THIRD_OF_A_TURN (2.0 * 3.14159265358979323846 / 3.0) /* [rad] electrical */
+
 /* How long an angle may be wrong [s]. */
 #define CAMPAIGN_ANGLE_SECONDS 50e-3
 
@@ -67,6 +69,8 @@ typedef struct {
     uint32_t excused;        /* bits of invariants that the injected fault breaks by itself */
     uint32_t told;           /* [periods] when it excuses them no more */
     uint32_t notice;         /* [periods] with the bridge on, after which it is told; 0: whenever */
+    double per_omega;        /* [rad s/rad] electrical angle of a period per mechanical speed */
+    double turned;           /* [rad] electrical, since the fault, or since the bridge came on with it */
     uint32_t over[3];        /* [periods] so long has this phase's current been beyond the limit */
     uint32_t far[3];         /* [periods] likewise beyond the ceiling */
     uint32_t over_off[3];    /* [periods] likewise with all gates off */

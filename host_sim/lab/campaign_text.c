@@ -69,8 +69,6 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
 
 /* docs/theory.md, 23: 1.15 times what could be mistaken for an EMF, the dead time's voltage or R I, but 0.3
  * of overspeed_trip at most. */
-#define THIRD_OF_A_TURN (2.0 * 3.14159265358979323846 / 3.0) /* [rad] electrical */
-
 double campaign_handover_speed(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

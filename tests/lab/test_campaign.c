@@ -380,10 +380,19 @@ static void test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bri
     pass(500u); /* off: nothing is at stake yet */
     campaign_watch_edge(&watch, 1u, (uint32_t)RIG_EDGE_GATES, 1u);
     put("true_i_b", over);
+    put("true_omega_m", 100.0f); /* a third of a turn is 5 ms */
     pass(told);
     expect_held();
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(CURRENT), result.excused);
     pass(3u);
+    expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
+
+    judge_anew(fault_of("stuck_near_zero_a"));
+    put("true_i_b", over);
+    put("true_omega_m", 10.0f); /* of four pole pairs: 52.4 ms */
+    pass((uint32_t)(52e-3 / RIG_PERIOD_SECONDS));
+    expect_held();
+    pass((uint32_t)(1e-3 / RIG_PERIOD_SECONDS));
     expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
 
     judge_anew(fault_of("stuck_near_zero_a"));

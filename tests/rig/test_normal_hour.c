@@ -1,0 +1,109 @@
+/* An hour of normal running on both shafts: stops and starts, reversals, slow speeds, loads that come and go,
+ * with the sensors as they are. Nothing is wrong: no fault, no warning, no lost rotor, each start at the
+ * first try. */
+#include "tests/rig/start.h"
+
+#define SEGMENTS (START_THINNED > 1 ? 30u : 600u) /* of six seconds */
+#define SPEEDS   9u
+
+static rig_t *rig;
+static uint32_t warned;   /* bits of the warnings that were told */
+static uint32_t wrong[3]; /* [periods] in a fault; with a rotor that was lost; in a further try of a start */
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)period;
+    (void)count;
+    warned |= slots[0];
+    wrong[0] += slots[1] != 0u ? 1u : 0u;
+    wrong[1] += slots[2] != 0u ? 1u : 0u;
+    wrong[2] += slots[3] > 1u ? 1u : 0u;
+}
+
+static void watch(void)
+{
+    static const char *const rows[] = {"warnings", "fault_reason", "lock_losses", "start_try"};
+    uint32_t ids[4];
+    for (size_t n = 0; n < 4u; n++) {
+        ids[n] = rig_row_by_name(rows[n])->id;
+    }
+    warned = 0u;
+    memset(wrong, 0, sizeof wrong);
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, 4u, 1u, see, NULL));
+}
+
+/* A generator of its own (Park and Miller 1988), that an hour is the same everywhere. */
+static uint32_t drawn(uint32_t *state, uint32_t below)
+{
+    *state = (uint32_t)((uint64_t)*state * 48271u % 2147483647u);
+    return *state % below;
+}
+
+/* What a light rotor is stopped by is no normal load (test_lock_loss.c): at speeds that are slow for it none
+ * comes. */
+static void segment(start_shaft_t shaft, uint32_t *state)
+{
+    static const double speeds[SPEEDS] = {-1500.0, -700.0, -300.0, -100.0, 0.0, 60.0, 200.0, 500.0, 1200.0};
+    const double rpm = speeds[drawn(state, SPEEDS)];
+    const bool loaded = fabs(rpm) > (shaft == HEAVY ? 50.0 : 400.0);
+    const double load = loaded ? 0.25 * RATED_TORQUE * drawn(state, 5u) : 0.0;
+    run_put(rig, "speed_request", rpm * RPM);
+    run_seconds(rig, 3.0);
+    run_load(rig, load, 1.0);
+    run_seconds(rig, 1.0);
+    run_load(rig, 0.0, 0.5);
+    run_seconds(rig, 0.5);
+    if (drawn(state, 10u) == 0u) {
+        run_put(rig, "enable", drawn(state, 2u) == 0u ? 0.0 : 2.0); /* off, or a quick stop */
+        run_seconds(rig, 2.0);
+        run_put(rig, "enable", 1.0);
+    }
+}
+
+static void an_hour_of(start_shaft_t shaft)
+{
+    uint32_t state = 20261123u;
+    rig = start_on_desk(shaft, 17u);
+    run_put(rig, "speed_ramp", 1500.0 * RPM);
+    start_ready(rig, 1.0);
+    watch();
+    run_on(rig, 300.0);
+    for (uint32_t n = 0; n < SEGMENTS; n++) {
+        segment(shaft, &state);
+    }
+    printf("normal running %c, %.0f s and more: faults %u, lost %u, tries %u periods, warnings 0x%x\n",
+           START_SHAFT_NAMES[shaft], 6.0 * SEGMENTS, wrong[0], wrong[1], wrong[2], warned);
+    TEST_ASSERT_EQUAL_UINT32(0u, wrong[0]);
+    TEST_ASSERT_EQUAL_UINT32(0u, wrong[1]);
+    TEST_ASSERT_EQUAL_UINT32(0u, wrong[2]);
+    TEST_ASSERT_EQUAL_HEX32(0u, warned);
+}
+
+static void test_an_hour_on_the_heavy_shaft_raises_nothing(void)
+{
+    an_hour_of(HEAVY);
+}
+
+static void test_an_hour_on_the_bare_motor_raises_nothing(void)
+{
+    an_hour_of(LIGHT);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_hour_on_the_heavy_shaft_raises_nothing);
+    RUN_TEST(test_an_hour_on_the_bare_motor_raises_nothing);
+    return UNITY_END();
+}

@@ -45,7 +45,8 @@ double campaign_handover_speed(const campaign_case_t *drawn);
 #define CAMPAIGN_ANGLE_SECONDS 50e-3
 
 /* Mechanical speed [rad/s] below which a wrong angle need not be noticed within that time: below
- * handover_speed the EMF is too small to tell, and a third of an electrical turn takes longer. */
+ * handover_speed the EMF is too small to tell, of magnets that are weaker than believed up to a larger speed,
+ * and a third of an electrical turn takes longer. */
 double campaign_blind_speed(const campaign_case_t *drawn);
 
 /* Does control turn with the encoder at this time [s]? */

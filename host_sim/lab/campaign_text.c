@@ -82,7 +82,8 @@ double campaign_handover_speed(const campaign_case_t *drawn)
 double campaign_blind_speed(const campaign_case_t *drawn)
 {
     const double turns = THIRD_OF_A_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
-    return fmax(campaign_handover_speed(drawn), turns);
+    const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_belief), 1.0);
+    return fmax(weak * campaign_handover_speed(drawn), turns);
 }
 
 bool campaign_is_coded(const campaign_case_t *drawn, double time)

@@ -327,23 +327,14 @@
 #define START_WITH_OFFSET    "lost and caught again and again: at the end it is on its way, or coasts faster than it may; the cause is not looked into"
 #define REVERSAL_WITH_OFFSET "lost and caught again at the other side of zero; the cause is not looked into"
 #define SLOW_SWITCH          "later than promised, by up to 0.17 s; the cause is not looked into"
-#define SWITCH_WHILE_BRAKING "opens as encoder_direction after 4 to 18 ms, before the phase has lacked its current at two looks"
 
 #define MATRIX_NOT_YET(N) \
     N("offset_a/reversal/sensorless/h", REVERSAL_WITH_OFFSET) \
     N("offset_a/reversal/sensorless/l", REVERSAL_WITH_OFFSET) \
-    N("open_phase_a/forced/sensorless/h", SLOW_SWITCH) \
-    N("open_phase_b/off/sensorless/l", "told as current_stuck after 2.5 ms") \
     N("open_switch_a/braking/sensorless/l", "told after 83 ms; the cause is not looked into") \
-    N("stuck_a_zero/catch/encoder/h", "told after 1.9 s, at 3.4 A at most; the cause is not looked into") \
     N("current_inverse/catch/encoder/l", "opens as encoder_direction after 0.24 s; the heavy shaft's is told as overcurrent") \
     N("offset_a/align/sensorless/l", START_WITH_OFFSET) \
-    N("open_phase_c/off/encoder/l", "opens as encoder_mismatch after 28 ms, at 0.4 A, before the phase is known to be lost") \
-    N("open_switch_a/align/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_a/forced/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_b/align/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_a/braking/encoder/h", SWITCH_WHILE_BRAKING) \
-    N("open_switch_b/braking/encoder/h", SWITCH_WHILE_BRAKING)
+    N("open_switch_a/align/sensorless/h", SLOW_SWITCH)
 /* clang-format on */
 
 /* Index of each. */

@@ -64,6 +64,7 @@ static void watch_currents(drive_t *drive)
             .rotor = drive->rotor.rotation,
             .omega_e = known ? omega_e : 0.0f,
             .doubt = (known ? EMF_KNOWN : EMF_UNKNOWN) * bounds_magnitude(omega_e),
+            .contradicted = drive->encoder_watch.of_a_phase != 0u,
             .comparable = is_comparable(m),
         };
         drive->current_faults = current_watch_step(watch, &input);

@@ -25,6 +25,7 @@
 #define NONE_SHARE    0.0075f /* [-] of the range: what a phase without current may show */
 #define CARRIES_SHARE 0.02f   /* [-] of the range: what another must carry, and what is asked for */
 #define ASKED_SHARE   0.25f   /* [-] of what the largest phase carries, that another must be asked for */
+#define LITTLE_SHARE  0.5f    /* [-] of what is asked for: no more where the EMF contradicts */
 #define LOSS_TIME     3.2e-3f /* [s] */
 #define FLUX_TURN     2.6f    /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
 #define FED_SHARE     0.1f    /* [-] of its limit, from which on nothing else is believed */
@@ -142,6 +143,7 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     window->dead = periods * (tuning->dead + tuning->dead_link * input->u_dc);
     window->resistive = tuning->per_current * periods * window->largest;
     window->emf = per_speed * input->doubt;
+    window->little = input->contradicted ? LITTLE_SHARE : 0.0f;
     window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
 }
 
@@ -157,7 +159,7 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->stuck = 0.0f;
     phase->still = 0u;
     phase->held = p;
-    phase->sure = bounds_within(value, watch->tuning.none) ? near_zero : STUCK_PERIODS;
+    phase->sure = bounds_within(value, watch->tuning.carries) ? near_zero : STUCK_PERIODS;
 }
 
 /* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
@@ -213,14 +215,20 @@ static inline bool is_still(const current_watch_t *watch, uint32_t n)
 }
 
 /* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
- * in all of the window's periods [A]. */
+ * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
+ * half of what is asked for is none, too. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, float asked)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
-    if (window->largest > tuning->carries &&
-        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest)) &&
-        !is_still(watch, n)) {
+    const bool much =
+        window->largest > tuning->carries &&
+        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
+    const float value = window->value[n];
+    if (!bounds_within(value, tuning->none) &&
+        !(much && bounds_within(value * window->periods, window->little * bounds_magnitude(asked)))) {
+        phase->absent = 0u;
+    } else if (much && !is_still(watch, n)) {
         phase->absent += (uint32_t)(int32_t)window->periods;
     }
     return phase->absent >= tuning->absent;
@@ -231,19 +239,20 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_wi
 static float feed(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
 {
     current_watch_phase_t *phase = &watch->phase[n];
-    const bool none = bounds_within(phase->value, watch->tuning.none) && !is_still(watch, n);
+    const bool none = bounds_within(phase->value, watch->tuning.none) &&
+                      bounds_within(window->value[n], watch->tuning.none) && !is_still(watch, n);
     phase->fed = none ? shrunk(phase->fed + window->given[n], window->dead) : 0.0f;
     return bounds_magnitude(phase->fed);
 }
 
-/* The wires: phases with next to no current. */
+/* The wires: phases with next to no current, or with less than they are asked for. */
 static uint32_t judge_wires(current_watch_t *watch, const current_watch_input_t *input,
                             const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
-        if (!bounds_within(window->value[n], tuning->none)) {
+        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
             watch->phase[n].absent = 0u;
             watch->phase[n].fed = 0.0f;
             continue;

@@ -124,15 +124,16 @@ typedef struct {
 
 /* What a window's end brings. */
 typedef struct {
-    abc_t current;    /* measured at t_k, offsets removed [A] */
-    ab_t error;       /* what the observer expects there, less that [A] */
-    dq_t reference;   /* what control asks for [A] ... */
-    rotation_t frame; /* ... in this frame at t_k */
-    float u_dc;       /* [V] */
-    rotation_t rotor; /* where it is believed at t_k */
-    float omega_e;    /* [rad/s] likewise; 0 where only its speed is known */
-    float doubt;      /* speed whose EMF may be wrong [rad/s] */
-    bool comparable;  /* does the EMF go on smoothly in this window, or as it is believed? */
+    abc_t current;     /* measured at t_k, offsets removed [A] */
+    ab_t error;        /* what the observer expects there, less that [A] */
+    dq_t reference;    /* what control asks for [A] ... */
+    rotation_t frame;  /* ... in this frame at t_k */
+    float u_dc;        /* [V] */
+    rotation_t rotor;  /* where it is believed at t_k */
+    float omega_e;     /* [rad/s] likewise; 0 where only its speed is known */
+    float doubt;       /* speed whose EMF may be wrong [rad/s] */
+    bool contradicted; /* does the EMF along a phase's axis contradict where the rotor is believed? */
+    bool comparable;   /* does the EMF go on smoothly in this window, or as it is believed? */
 } current_watch_input_t;
 
 /* Coefficients. Divisions: for the background. */

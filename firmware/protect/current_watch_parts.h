@@ -17,6 +17,7 @@ typedef struct {
     float resistive; /* what of R i may be wrong [A] */
     float emf;       /* what of the EMF may be wrong [A] */
     float reverse;   /* likewise if the rotor is anywhere [A] */
+    float little;    /* what a phase without current shows at most of what it is asked for [-] */
     float largest;   /* amount of the phase currents [A] */
 } current_watch_window_t;
 

@@ -10,6 +10,8 @@
 /* [windows] after a rest until two of them are known: the EMF's turn from one to the other. */
 #define FOR_A_TURN 2u
 
+#define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
+
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
     const float every = (float)params->every;
@@ -88,6 +90,21 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
                     tuning->flux_linkage * bounds_magnitude(omega_e)};
 }
 
+/* Is what the window's EMF has beside the rotor's along the axis of one phase alone? `off` is turned until a
+ * phase's axis, in either direction, has a sine of three times its angle of 0. */
+static bool is_of_a_phase(const encoder_watch_t *watch, const encoder_watch_input_t *input)
+{
+    const encoder_watch_tuning_t *tuning = &watch->tuning;
+    const dq_t beside = {watch->last.d, watch->last.q - tuning->flux_linkage * input->omega_e};
+    const ab_t off =
+        frames_inverse_park(beside, trig_advance(input->encoder, tuning->middle * input->omega_e));
+    const float alpha = off.alpha * off.alpha;
+    const float beta = off.beta * off.beta;
+    const float sine = off.beta * (3.0f * alpha - beta);
+    const float square = alpha + beta;
+    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square;
+}
+
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
@@ -96,13 +113,15 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         watch->windows++;
         return 0u;
     }
-    if (input->doubtful && watch->waited < tuning->waits) {
+    const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
+    const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
+    const bool wrong = aside || gone;
+    watch->of_a_phase = wrong && is_of_a_phase(watch, input) ? 1u : 0u;
+    if (watch->waited < tuning->waits && (input->doubtful || watch->of_a_phase != 0u)) {
         watch->waited++;
         return 0u;
     }
-    const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
-    const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
-    if (!aside && !gone) {
+    if (!wrong) {
         watch->held *= 0.5f;
         watch->count >>= 1;
         watch->waited >>= 1;

@@ -83,14 +83,15 @@ typedef struct {
 
 typedef struct {
     encoder_watch_tuning_t tuning;
-    ab_t voltage;     /* sum in this window [V] */
-    ab_t current;     /* where it begins [A] */
-    dq_t last;        /* <e> of the last window [V] */
-    float omega_emf;  /* LP of the EMF's speed, positive where the encoder's sign is its own [rad/s] */
-    float held;       /* sum of EMFs that a sign has lasted [V] */
-    uint32_t count;   /* judgements that it has [-] */
-    uint32_t windows; /* since a rest [-], up to what a judgement needs */
-    uint32_t waited;  /* judgements that were put off [-]; each without the sign halves them */
+    ab_t voltage;        /* sum in this window [V] */
+    ab_t current;        /* where it begins [A] */
+    dq_t last;           /* <e> of the last window [V] */
+    float omega_emf;     /* LP of the EMF's speed, positive where the encoder's sign is its own [rad/s] */
+    float held;          /* sum of EMFs that a sign has lasted [V] */
+    uint32_t count;      /* judgements that it has [-] */
+    uint32_t windows;    /* since a rest [-], up to what a judgement needs */
+    uint32_t waited;     /* judgements that were put off [-]; each without the sign halves them */
+    uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
 } encoder_watch_t;
 
 /* What it takes, all of t_k. */
@@ -120,6 +121,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->held = 0.0f;
     watch->count = 0u;
     watch->waited = 0u;
+    watch->of_a_phase = 0u;
 }
 
 /* The voltage that acted on [t_k-1, t_k) [V]. */

@@ -141,7 +141,8 @@ typedef struct {
     double reference;  /* [rad/s] in force at the end */
     double fastest;    /* [rad/s] largest magnitude of the true speed */
     double started;    /* [rad/s] true speed at the injection */
-    double turning; /* [rad/s] electrical speed at the injection, of the frame in force if that is faster */
+    double turning;    /* [rad/s] mean electrical speed until it was noticed: of the rotor, or of the frame in
+                          force if that has turned by more */
 } matrix_seen_t;
 
 /* A scenario in the place of a manoeuvre. */

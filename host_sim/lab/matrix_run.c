@@ -174,12 +174,29 @@ static bool come_to(rig_t *rig, const matrix_manoeuvre_t *m)
 
 /* ---- watching ---- */
 
-enum { STATE, FAULT, REFUSAL, WARNINGS, WARNINGS_2, MANOEUVRE, LOSSES, TRY, I_A, I_B, I_C, OMEGA, TAPPED };
+enum {
+    STATE,
+    FAULT,
+    REFUSAL,
+    WARNINGS,
+    WARNINGS_2,
+    MANOEUVRE,
+    LOSSES,
+    TRY,
+    I_A,
+    I_B,
+    I_C,
+    OMEGA,
+    OMEGA_E,
+    FRAME,
+    TAPPED
+};
 static const char *const tapped[TAPPED] = {
-    [STATE] = "state",        [FAULT] = "fault_reason",    [REFUSAL] = "refusal",
-    [WARNINGS] = "warnings",  [WARNINGS_2] = "warnings_2", [MANOEUVRE] = "manoeuvre",
-    [LOSSES] = "lock_losses", [TRY] = "start_try",         [I_A] = "true_i_a",
-    [I_B] = "true_i_b",       [I_C] = "true_i_c",          [OMEGA] = "true_omega_m",
+    [STATE] = "state",          [FAULT] = "fault_reason",    [REFUSAL] = "refusal",
+    [WARNINGS] = "warnings",    [WARNINGS_2] = "warnings_2", [MANOEUVRE] = "manoeuvre",
+    [LOSSES] = "lock_losses",   [TRY] = "start_try",         [I_A] = "true_i_a",
+    [I_B] = "true_i_b",         [I_C] = "true_i_c",          [OMEGA] = "true_omega_m",
+    [OMEGA_E] = "true_omega_e", [FRAME] = "omega_e",
 };
 
 /* What is known of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
@@ -191,6 +208,8 @@ typedef struct {
     double warned, lost, stopping, latched;   /* [s] first time that ... */
     double off;                               /* [s] since when all legs are held off */
     bool was_on;                              /* [-] the gates were on, be it at the injection */
+    double rotor, frame;                      /* [rad] electrical, turned until it was noticed ... */
+    uint32_t turns;                           /* [periods] ... in so many */
     uint32_t losses, try;                     /* [-] at the injection */
     int32_t state, refusal;                   /* [-] of the last period */
     bool ending;                              /* [-] the rotor's end is being looked at */
@@ -227,6 +246,17 @@ static bool warns_of(const watch_t *watch, uint64_t warnings)
     return false;
 }
 
+/* What rotor and frame turn by until the drive shows that it knows: that is how fast the currents pass the
+ * phases. A forced frame is on its way to another speed, and the rotor swings about it. */
+static void watch_turn(watch_t *watch, double rotor, double frame)
+{
+    if (isnan(watch->latched) && isnan(watch->lost) && isnan(watch->stopping)) {
+        watch->rotor += rotor * RIG_PERIOD_SECONDS;
+        watch->frame += fabs(frame) * RIG_PERIOD_SECONDS;
+        watch->turns++;
+    }
+}
+
 static void watch_period(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     watch_t *watch = context;
@@ -238,6 +268,9 @@ static void watch_period(void *context, uint32_t period, const uint32_t *slots, 
         seen->current = fmax(seen->current, fabs((double)value[n]));
     }
     seen->fastest = fmax(seen->fastest, fabs((double)value[OMEGA]));
+    if (period > watch->since) {
+        watch_turn(watch, (double)value[OMEGA_E], (double)value[FRAME]);
+    }
     if (watch->ending) {
         watch->speed_sum += (double)value[OMEGA];
         watch->speed_count++;
@@ -269,7 +302,6 @@ static bool begin_watch(rig_t *rig, watch_t *watch)
     watch->in_quick_stop = (int32_t)choice("state", "quick_stop");
     watch->relocks = (int32_t)choice("manoeuvre", "relock");
     watch->seen->started = rig_value(rig, "true_omega_m");
-    watch->seen->turning = fmax(fabs(rig_value(rig, "true_omega_e")), fabs(rig_value(rig, "omega_e")));
     rig_watch_edges(rig, watch_edge, watch);
     return rig_tap(rig, ids, TAPPED, 1u, watch_period, watch);
 }
@@ -280,6 +312,7 @@ static void tell_reaction(watch_t *watch)
 {
     matrix_seen_t *seen = watch->seen;
     seen->gates_off = watch->off;
+    seen->turning = fmax(fabs(watch->rotor), watch->frame) / (fmax(watch->turns, 1.0) * RIG_PERIOD_SECONDS);
     if (seen->reason != 0) {
         seen->reaction = isnan(watch->stopping) ? MATRIX_OPENS : MATRIX_STOPS;
         seen->noticed = !isnan(watch->stopping) ? watch->stopping

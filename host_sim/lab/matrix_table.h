@@ -325,19 +325,11 @@
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
 #define SLOW_SWITCH          "later than promised, by up to 0.17 s; the cause is not looked into"
-#define SWITCH_WHILE_BRAKING "opens as encoder_direction after 4 to 18 ms, before the phase has lacked its current at two looks"
 
 #define MATRIX_NOT_YET(N) \
-    N("open_phase_a/forced/sensorless/h", SLOW_SWITCH) \
-    N("open_phase_b/off/sensorless/l", "told as current_stuck after 2.5 ms") \
     N("open_switch_a/braking/sensorless/l", "told after 83 ms; the cause is not looked into") \
     N("current_inverse/catch/encoder/l", "opens as encoder_direction after 0.24 s; the heavy shaft's is told as overcurrent") \
-    N("open_phase_c/off/encoder/l", "opens as encoder_mismatch after 28 ms, at 0.4 A, before the phase is known to be lost") \
-    N("open_switch_a/align/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_a/forced/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_b/align/sensorless/h", SLOW_SWITCH) \
-    N("open_switch_a/braking/encoder/h", SWITCH_WHILE_BRAKING) \
-    N("open_switch_b/braking/encoder/h", SWITCH_WHILE_BRAKING)
+    N("open_switch_a/align/sensorless/h", SLOW_SWITCH)
 /* clang-format on */
 
 /* Index of each. */

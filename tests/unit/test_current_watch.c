@@ -62,7 +62,8 @@ static void judge(ab_t voltage, abc_t measured, ab_t reference)
 {
     const current_watch_input_t input = {measured,     error,        {reference.alpha, reference.beta},
                                          {0.0f, 1.0f}, (float)LINK,  {0.0f, 1.0f},
-                                         0.0f,         (float)doubt, true};
+                                         0.0f,         (float)doubt, false,
+                                         true};
     ticks++;
     const bool surprised = ticks % CURRENT_WATCH_QUICK == 0u && current_watch_is_surprised(&watch, error);
     const bool due = current_watch_add(&watch, voltage, input.reference, &measured,

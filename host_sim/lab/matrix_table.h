@@ -139,6 +139,7 @@
 #define ENCODER    (MATRIX_ENCODER_H | MATRIX_ENCODER_L)
 #define SENSORLESS (MATRIX_SENSORLESS_H | MATRIX_SENSORLESS_L)
 #define BARE       (MATRIX_ENCODER_L | MATRIX_SENSORLESS_L)
+#define HEAVY      (MATRIX_ENCODER_H | MATRIX_SENSORLESS_H)
 #define BOTH       (ENCODER | SENSORLESS)
 
 #define NEVER   0u
@@ -178,6 +179,9 @@
 #define STANDS_AT_ONCE   "the load stops the bare rotor within 20 ms, and its EMF with it: a stall, by its own time"
 #define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, by its own time"
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a rotor that stands is not told from one that follows"
+#define TWO_WINDOWS      "a value that is suspected at a window's end is told by the next one's, and 0.4 ms (docs/theory.md, 27)"
+#define WITHOUT_CURRENT  "3.2 ms of the time in which it is asked for current, its own zero of 2 ms, a window (docs/theory.md, 27)"
+#define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 
 #define MATRIX_PROMISES(P) \
@@ -196,8 +200,10 @@
     P(STUCK_C_ZERO,     EVERYWHERE, BOTH, BOARD_HAS_C(OPENS), SENSOR_REASONS " current_sum", SOON, LIMIT, OUT, NO_SENSOR_C) \
     P(STUCK_C_ZERO,     AT(OFF),    BOTH, BOARD_HAS_C(OPENS), SENSOR_REASONS " current_sum", 0.5, LIMIT, OUT, NO_SENSOR_C) \
     P(STUCK_A_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_A_2A,       AT(CATCH),  ENCODER, OPENS, "current_stuck", 2e-3, LIMIT, OUT, TWO_WINDOWS) \
     P(STUCK_A_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "rotor_too_fast", SOON, LIMIT, OUT, "") \
     P(STUCK_B_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_B_2A,       AT(CATCH),  ENCODER, OPENS, "current_stuck", 2e-3, LIMIT, OUT, TWO_WINDOWS) \
     P(STUCK_B_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "rotor_too_fast", SOON, LIMIT, OUT, "") \
     P(CURRENT_RANGE,    EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(CURRENT_RANGE,    AT(OFF) | AT(CATCH), BOTH, RIDES | OPENS, "current_gain", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
@@ -216,12 +222,15 @@
     P(NOISE_BURST,      EVERYWHERE & ~AT(OFF), SENSORLESS, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     \
     P(OPEN_PHASE_A,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
+    P(OPEN_PHASE_A,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
     P(OPEN_PHASE_A,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_A,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_PHASE_B,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
+    P(OPEN_PHASE_B,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
     P(OPEN_PHASE_B,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_B,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_PHASE_C,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
+    P(OPEN_PHASE_C,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
     P(OPEN_PHASE_C,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_C,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(SWAP_PHASES,      EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
@@ -267,10 +276,12 @@
     P(ENCODER_SLIPS,    AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion nothing tells") \
     P(ENCODER_SLIPS,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_STANDS,   EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
+    P(ENCODER_STANDS, AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
     P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
     P(ENCODER_STANDS,   AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "a rotor that stands has an encoder that stands: a torque without motion is a stall, by its own time") \
     P(ENCODER_STANDS,   EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_TRACK,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
+    P(ENCODER_TRACK,  AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
     P(ENCODER_TRACK,    AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
     P(ENCODER_TRACK,    AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "like encoder_stands") \
     P(ENCODER_TRACK,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \

@@ -3,8 +3,8 @@
 usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
 
 Each mutation is one file of the firmware, compiled anew and linked before the others: a limit of the fault table twice as
-large; what a row compares exchanged with what its neighbour does, so that each sets the other's bit; a limit of a watch four
-times as large, since what the matrix promises leaves some watches twice theirs. The cells that are run are those in which the
+large; what a row compares exchanged with what its neighbour does, so that each sets the other's bit; a limit of a watch twice
+as large. The cells that are run are those in which the
 row is the reason, or those that are named; of them those count that are green without the mutation. `few` are representatives,
 for every day; `all` looks for the cells itself in a whole run.
 """
@@ -107,15 +107,15 @@ def exchanged(a, b):
 
 # Limits that are no row of the fault table's: row, file, what is written there, what instead.
 WATCHES = [
-    ("stalled", "drive/params.c", "drive/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>8.0f"),
-    ("encoder_mismatch", "protect/encoder_watch.c", "protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
-    ("current_stuck", "protect/current_watch.c", "protect/current_watch.c", r"(define STUCK_SHARE\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
-    ("phase_loss", "protect/current_watch.c", "protect/current_watch.c", r"(define LOSS_TIME\s+)(\S+)", r"\g<1>(4.0f * \g<2>)"),
+    ("stalled", "drive/params.c", "drive/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
+    ("encoder_mismatch", "protect/encoder_watch.c", "protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
+    ("current_stuck", "protect/current_watch.c", "protect/current_watch.c", r"(define STUCK_SHARE\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
+    ("phase_loss", "protect/current_watch.c", "protect/current_watch.c", r"(define LOSS_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
 ]
 
 
 def watch(row, compiled, path, old, new):
-    return Mutant(f"{row}: its watch's limit four times as large", compiled, {path: replaced(path, old, new)})
+    return Mutant(f"{row}: its watch's limit twice as large", compiled, {path: replaced(path, old, new)})
 
 
 # A rotor that is lost is caught, and no reason is latched: the cells of a row whose reaction that is.

@@ -49,6 +49,27 @@ static uint32_t index_of_manoeuvre(const char *name)
 
 /* ---- the data ---- */
 
+/* The size that docs/faults.md tells. */
+static void test_the_document_tells_the_size(void)
+{
+    static char text[65536];
+    char told[200];
+    size_t occur = 0;
+    const size_t count = lay_out((matrix_choice_t){0});
+    for (size_t n = 0; n < count; n++) {
+        occur += cells[n].occurs ? 1u : 0u;
+    }
+    snprintf(
+        told, sizeof told,
+        "%zu faults, %zu manoeuvres, two sources of the angle, two shafts: %zu cells, of which %zu can occur",
+        matrix_fault_count, matrix_manoeuvre_count, count, occur);
+    FILE *file = fopen(LAGLESS_SCENARIOS "/../../docs/faults.md", "r");
+    TEST_ASSERT_NOT_NULL(file);
+    text[fread(text, 1u, sizeof text - 1u, file)] = '\0';
+    fclose(file);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, told), told);
+}
+
 static void test_every_cell_has_a_promise(void)
 {
     char name[MATRIX_NAME_SIZE];
@@ -497,6 +518,7 @@ static void test_threads_do_not_change_a_bit(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_the_document_tells_the_size);
     RUN_TEST(test_every_cell_has_a_promise);
     RUN_TEST(test_every_promise_decides_a_cell);
     RUN_TEST(test_names_of_faults_and_manoeuvres_differ_and_have_no_slash);

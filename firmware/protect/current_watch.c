@@ -24,11 +24,8 @@
 #define GAIN_PAIR     2.5f    /* [-] of the shortest Dp^2, that one sensor's must have to be compared */
 #define NONE_SHARE    0.0075f /* [-] of the range: what a phase without current may show */
 #define CARRIES_SHARE 0.02f   /* [-] of the range: what another must carry, and what is asked for */
-#define ASKED_SHARE   0.25f   /* [-] of what the largest phase carries, that another must be asked for */
-#define LITTLE_SHARE  0.5f    /* [-] of what is asked for: no more where the EMF contradicts */
 #define LOSS_TIME     3.2e-3f /* [s] */
 #define FLUX_TURN     2.6f    /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
-#define FED_SHARE     0.1f    /* [-] of its limit, from which on nothing else is believed */
 #define SUM_SHARE     0.08f   /* [-] of the range */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
@@ -77,14 +74,6 @@ void current_watch_begin(current_watch_t *watch)
     *watch = (current_watch_t){.tuning = watch->tuning};
 }
 
-/* One after the other. */
-static inline void spread(float out[3], abc_t phases)
-{
-    out[0] = phases.a;
-    out[1] = phases.b;
-    out[2] = phases.c;
-}
-
 void current_watch_clear(current_watch_t *watch, const abc_t *current)
 {
     float value[3];
@@ -109,12 +98,6 @@ bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t aske
                           !bounds_within(wanted[n], none));
     }
     return lacks;
-}
-
-/* Towards zero by no more than `step`. */
-static inline float shrunk(float value, float step)
-{
-    return value - bounds_clamp(value, step);
 }
 
 static void see_window(current_watch_window_t *window, const current_watch_t *watch,
@@ -143,7 +126,6 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     window->dead = periods * (tuning->dead + tuning->dead_link * input->u_dc);
     window->resistive = tuning->per_current * periods * window->largest;
     window->emf = per_speed * input->doubt;
-    window->little = input->contradicted ? LITTLE_SHARE : 0.0f;
     window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
 }
 
@@ -159,7 +141,7 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->stuck = 0.0f;
     phase->still = 0u;
     phase->held = p;
-    phase->sure = bounds_within(value, watch->tuning.carries) ? near_zero : STUCK_PERIODS;
+    phase->sure = bounds_within(value, watch->tuning.none) ? near_zero : STUCK_PERIODS;
 }
 
 /* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
@@ -205,69 +187,9 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     phase->path += off;
     const uint32_t sure =
         phase->stuck > URGENT * tuning->stuck && phase->sure > JUMP_PERIODS ? JUMP_PERIODS : phase->sure;
-    return (phase->still >= sure && phase->stuck > tuning->stuck) || stands(tuning, phase, beside);
-}
-
-/* Has a value not moved for longer than noise ever lets it? */
-static inline bool is_still(const current_watch_t *watch, uint32_t n)
-{
-    return (watch->suspected >> n & 1u) != 0u && watch->phase[n].still >= STUCK_PERIODS + 2u;
-}
-
-/* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
- * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
- * half of what is asked for is none, too. */
-static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, float asked)
-{
-    const current_watch_tuning_t *tuning = &watch->tuning;
-    current_watch_phase_t *phase = &watch->phase[n];
-    const bool much =
-        window->largest > tuning->carries &&
-        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
-    const float value = window->value[n];
-    if (!bounds_within(value, tuning->none) &&
-        !(much && bounds_within(value * window->periods, window->little * bounds_magnitude(asked)))) {
-        phase->absent = 0u;
-    } else if (much && !is_still(watch, n)) {
-        phase->absent += (uint32_t)(int32_t)window->periods;
-    }
-    return phase->absent >= tuning->absent;
-}
-
-/* How much more a phase without current is fed than the magnets' flux can make of it, wherever the rotor is;
- * over that. */
-static float feed(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
-{
-    current_watch_phase_t *phase = &watch->phase[n];
-    const bool none = bounds_within(phase->value, watch->tuning.none) &&
-                      bounds_within(window->value[n], watch->tuning.none) && !is_still(watch, n);
-    phase->fed = none ? shrunk(phase->fed + window->given[n], window->dead) : 0.0f;
-    return bounds_magnitude(phase->fed);
-}
-
-/* The wires: phases with next to no current, or with less than they are asked for. */
-static uint32_t judge_wires(current_watch_t *watch, const current_watch_input_t *input,
-                            const current_watch_window_t *window)
-{
-    const current_watch_tuning_t *tuning = &watch->tuning;
-    uint32_t bits = 0u;
-    for (uint32_t n = 0; n < 3u; n++) {
-        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
-            watch->phase[n].absent = 0u;
-            watch->phase[n].fed = 0.0f;
-            continue;
-        }
-        float asked[3];
-        spread(asked, frames_inverse_clarke(frames_inverse_park(watch->asked_for, input->frame)));
-        const float fed = feed(watch, n, window);
-        if (is_absent(watch, n, window, asked[n]) || fed > tuning->flux) {
-            bits |= CURRENT_WATCH_LOSS;
-        }
-        if (fed > FED_SHARE * tuning->flux) {
-            bits |= CURRENT_WATCH_MAYBE;
-        }
-    }
-    return bits;
+    const bool long_enough = phase->still >= STILL_PERIODS || !current_watch_feeds_another(watch, n);
+    return (phase->still >= sure && phase->stuck > tuning->stuck && long_enough) ||
+           stands(tuning, phase, beside);
 }
 
 /* The sensors one by one, and the wires. */
@@ -280,7 +202,7 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
             bits |= CURRENT_WATCH_STUCK;
         }
     }
-    bits |= judge_wires(watch, input, window);
+    bits |= current_watch_wires(watch, input, window);
     return watch->suspected != 0u ? bits | CURRENT_WATCH_MAYBE : bits;
 }
 

@@ -12,7 +12,7 @@
  *     gain    of what is new of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one beside another by more than GAIN_RATIO
  *     loss    a phase that is asked for current, on a window's mean, has next to none for so long, while
- *             another carries some
+ *             another carries some; or it is fed more than any rotor's flux takes
  *     sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and what is not seen: docs/theory.md, 27. What is summed in each period is the voltage;
@@ -132,6 +132,7 @@ typedef struct {
     rotation_t rotor;  /* where it is believed at t_k */
     float omega_e;     /* [rad/s] likewise; 0 where only its speed is known */
     float doubt;       /* speed whose EMF may be wrong [rad/s] */
+    bool forced;       /* does a forced frame take the rotor along? */
     bool contradicted; /* does the EMF along a phase's axis contradict where the rotor is believed? */
     bool comparable;   /* does the EMF go on smoothly in this window, or as it is believed? */
 } current_watch_input_t;

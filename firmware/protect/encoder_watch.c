@@ -10,6 +10,15 @@
 /* [windows] after a rest until two of them are known: the EMF's turn from one to the other. */
 #define FOR_A_TURN 2u
 
+/* A rotor that turns the other way: by so much of the encoder's speed, and with an EMF as long. */
+#define BACKWARD       0.5f   /* [-] */
+#define BACKWARD_MOST  300.0f /* [rad/s] faster, the sine of its turn says less */
+#define BACKWARD_ERROR 0.3f   /* [-] of psi_f |omega| */
+
+/* Of psi_f |omega|, for a rotor that turns the other way: it may be a current that runs away, and has to last
+ * twice as long. */
+#define TOO_LONG 1.5f /* [-] */
+
 #define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
@@ -90,8 +99,9 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
                     tuning->flux_linkage * bounds_magnitude(omega_e)};
 }
 
-/* Is what the window's EMF has beside the rotor's along the axis of one phase alone? `off` is turned until a
- * phase's axis, in either direction, has a sine of three times its angle of 0. */
+/* Is what the window's EMF has beside the rotor's along the axis of one phase alone? On each of them, in
+ * either direction, the sine of three times its angle is 0. That of a rotor that turns the other way stands,
+ * and may do so there. */
 static bool is_of_a_phase(const encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
@@ -116,7 +126,11 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
     const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
     const bool wrong = aside || gone;
-    watch->of_a_phase = wrong && is_of_a_phase(watch, input) ? 1u : 0u;
+    const bool turns = seen.expected > 0.5f * tuning->emf_least;
+    const bool backward =
+        turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&
+        watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
+    watch->of_a_phase = wrong && !backward && is_of_a_phase(watch, input) ? 1u : 0u;
     if (watch->waited < tuning->waits && (input->doubtful || watch->of_a_phase != 0u)) {
         watch->waited++;
         return 0u;
@@ -132,10 +146,12 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     if (watch->held < tuning->holds || watch->count < ENCODER_WATCH_LEAST) {
         return 0u;
     }
+    const bool against =
+        aside && turns && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
+    if (against && seen.length > TOO_LONG * seen.expected && watch->count < 2u * ENCODER_WATCH_LEAST) {
+        return 0u;
+    }
     watch->held = tuning->holds;
     watch->count = ENCODER_WATCH_LEAST;
-    const bool both_turn = aside && seen.expected > 0.5f * tuning->emf_least;
-    return both_turn && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least
-               ? ENCODER_WATCH_DIRECTION
-               : ENCODER_WATCH_MISMATCH;
+    return against ? ENCODER_WATCH_DIRECTION : ENCODER_WATCH_MISMATCH;
 }

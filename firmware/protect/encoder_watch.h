@@ -21,11 +21,12 @@
  *
  * A sign must last until the EMF that it rests on, or that is missing, has made ENCODER_WATCH_TIME psi_f
  * omega_least of volt seconds, and three judgements at least: the larger the EMF, the less an error of the
- * voltage can do. A judgement without the sign halves them. While the EMF is doubtful, a wire or a current
- * sensor may be wrong, the judgement waits for ENCODER_WATCH_WAIT in all until a judgement without the sign:
- * what it has seen stays. Below omega_least the EMF is not judged: there it drowns in dead time and R i
- * (docs/theory.md, 28). An angle that moves from one period to the next by more than 0.5 rad and two counts
- * beside what the speed explains is no rotor at all: told in the same period.
+ * voltage can do. A judgement without the sign halves them. While the EMF is doubtful, for a wire or a
+ * current sensor may be wrong, or what it has beside psi_f omega lies along the axis of one phase, as that of
+ * an open wire or switch does, the judgement waits for ENCODER_WATCH_WAIT in all until a judgement without
+ * the sign: what it has seen stays. Below omega_least the EMF is not judged: there it drowns in dead time and
+ * R i (docs/theory.md, 28). An angle that moves from one period to the next by more than 0.5 rad and two
+ * counts beside what the speed explains is no rotor at all: told in the same period.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
  * Does not handle: an encoder whose angle is wrong by less than 37 degrees; direction above 1/T_j = 1250

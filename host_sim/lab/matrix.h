@@ -64,7 +64,7 @@
 #define MATRIX_BY_PROFILE  32u /* the manoeuvre was never come to: nothing could be injected */
 #define MATRIX_KINDS       6u
 
-/* Within which time: max(20 ms, a third of an electrical turn), a second at most; see matrix_noticed().
+/* Within which time: max(20 ms, a third of the turn of the currents), a second at most; see matrix_noticed().
  */
 #define MATRIX_NOTICED (-1.0)
 /* The same from half a turn on (a second at most, too): so long it may take until the fault shows at all. */
@@ -141,8 +141,8 @@ typedef struct {
     double reference;  /* [rad/s] in force at the end */
     double fastest;    /* [rad/s] largest magnitude of the true speed */
     double started;    /* [rad/s] true speed at the injection */
-    double turning;    /* [rad/s] mean electrical speed until it was noticed: of the rotor, or of the frame in
-                          force if that has turned by more */
+    double turning;    /* [rad/s] mean electrical speed until it was noticed: of the rotor, or of a forced
+                          frame if that has turned by more */
 } matrix_seen_t;
 
 /* A scenario in the place of a manoeuvre. */

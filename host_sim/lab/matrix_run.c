@@ -204,18 +204,19 @@ static const char *const tapped[TAPPED] = {
 typedef struct {
     matrix_seen_t *seen;
     const matrix_promise_t *promise;
-    uint32_t since;                           /* [periods] when time begins */
-    double warned, lost, stopping, latched;   /* [s] first time that ... */
-    double off;                               /* [s] since when all legs are held off */
-    bool was_on;                              /* [-] the gates were on, be it at the injection */
-    double rotor, frame;                      /* [rad] electrical, turned until it was noticed ... */
-    uint32_t turns;                           /* [periods] ... in so many */
-    uint32_t losses, try;                     /* [-] at the injection */
-    int32_t state, refusal;                   /* [-] of the last period */
-    bool ending;                              /* [-] the rotor's end is being looked at */
-    double speed_sum;                         /* [rad/s] meanwhile */
-    uint32_t speed_count;                     /* [-] */
-    int32_t in_ready, in_quick_stop, relocks; /* [-] choices of state and manoeuvre */
+    uint32_t since;                         /* [periods] when time begins */
+    double warned, lost, stopping, latched; /* [s] first time that ... */
+    double off;                             /* [s] since when all legs are held off */
+    bool was_on;                            /* [-] the gates were on, be it at the injection */
+    double rotor, frame;                    /* [rad] electrical, of rotor and forced frame ... */
+    uint32_t turns;                         /* [periods] ... in so many, until it was noticed */
+    uint32_t losses, try;                   /* [-] at the injection */
+    int32_t state, refusal;                 /* [-] of the last period */
+    bool ending;                            /* [-] the rotor's end is being looked at */
+    double speed_sum;                       /* [rad/s] meanwhile */
+    uint32_t speed_count;                   /* [-] */
+    int32_t in_ready, in_quick_stop;        /* [-] choices of state ... */
+    int32_t relocks, runs;                  /* [-] ... and manoeuvre */
 } watch_t;
 
 static void at_first(double *time, bool is, double now)
@@ -246,13 +247,13 @@ static bool warns_of(const watch_t *watch, uint64_t warnings)
     return false;
 }
 
-/* What rotor and frame turn by until the drive shows that it knows: that is how fast the currents pass the
- * phases. A forced frame is on its way to another speed, and the rotor swings about it. */
-static void watch_turn(watch_t *watch, double rotor, double frame)
+/* How far the currents turn until the drive shows that it knows: with the rotor, in whose frame control runs,
+ * wherever that is believed; or with a forced frame, about which the rotor swings. */
+static void watch_turn(watch_t *watch, double rotor, double frame, int32_t manoeuvre)
 {
     if (isnan(watch->latched) && isnan(watch->lost) && isnan(watch->stopping)) {
         watch->rotor += rotor * RIG_PERIOD_SECONDS;
-        watch->frame += fabs(frame) * RIG_PERIOD_SECONDS;
+        watch->frame += manoeuvre != watch->runs ? fabs(frame) * RIG_PERIOD_SECONDS : 0.0;
         watch->turns++;
     }
 }
@@ -269,7 +270,7 @@ static void watch_period(void *context, uint32_t period, const uint32_t *slots, 
     }
     seen->fastest = fmax(seen->fastest, fabs((double)value[OMEGA]));
     if (period > watch->since) {
-        watch_turn(watch, (double)value[OMEGA_E], (double)value[FRAME]);
+        watch_turn(watch, (double)value[OMEGA_E], (double)value[FRAME], (int32_t)slots[MANOEUVRE]);
     }
     if (watch->ending) {
         watch->speed_sum += (double)value[OMEGA];
@@ -301,6 +302,7 @@ static bool begin_watch(rig_t *rig, watch_t *watch)
     watch->in_ready = (int32_t)choice("state", "ready");
     watch->in_quick_stop = (int32_t)choice("state", "quick_stop");
     watch->relocks = (int32_t)choice("manoeuvre", "relock");
+    watch->runs = (int32_t)choice("manoeuvre", "run");
     watch->seen->started = rig_value(rig, "true_omega_m");
     rig_watch_edges(rig, watch_edge, watch);
     return rig_tap(rig, ids, TAPPED, 1u, watch_period, watch);

@@ -20,7 +20,9 @@ static uint32_t seen;               /* [-] bits so far */
 static uint32_t periods;            /* [periods] until the first of them */
 static double per_ampere;           /* [rad/s^2 per A] of the rotor */
 static double salience;             /* [-] L_q over L_d, their mean as believed */
-static double doubt;                /* [rad/s] whose EMF may be wrong */
+static bool forced;                 /* a forced frame takes the rotor along */
+static bool contradicted;           /* the EMF along a phase's axis is wrong */
+static float doubt;                 /* [rad/s] of the rotor's speed */
 
 static void prepare(bool three, double l_believed, double r_believed)
 {
@@ -50,7 +52,8 @@ void setUp(void)
 {
     per_ampere = 0.0;
     salience = 1.0;
-    doubt = 0.0;
+    forced = contradicted = false;
+    doubt = 0.0f;
     prepare(false, 1.0, 1.0);
 }
 
@@ -60,10 +63,10 @@ void tearDown(void)
 
 static void judge(ab_t voltage, abc_t measured, ab_t reference)
 {
-    const current_watch_input_t input = {measured,     error,        {reference.alpha, reference.beta},
-                                         {0.0f, 1.0f}, (float)LINK,  {0.0f, 1.0f},
-                                         0.0f,         (float)doubt, false,
-                                         true};
+    const current_watch_input_t input = {measured,     error,       {reference.alpha, reference.beta},
+                                         {0.0f, 1.0f}, (float)LINK, {0.0f, 1.0f},
+                                         0.0f,         doubt,       forced,
+                                         contradicted, true};
     ticks++;
     const bool surprised = ticks % CURRENT_WATCH_QUICK == 0u && current_watch_is_surprised(&watch, error);
     const bool due = current_watch_add(&watch, voltage, input.reference, &measured,
@@ -187,7 +190,7 @@ static void test_an_observer_is_surprised_by_15_percent_of_the_range(void)
  * a at one value, then a code more; b moves by `swing` [A]. */
 static void stand(uint32_t still, float swing)
 {
-    doubt = 40.0 / 0.183;
+    doubt = 40.0f / 0.183f;
     for (uint32_t n = 0; n < 400u; n++) {
         const float a = n < still ? -0.5f : -0.5f + 0.01f * (float)(n & 1u);
         const float b = swing * (float)((n / 4u) % 5u) / 4.0f;
@@ -258,6 +261,23 @@ static void test_a_phase_without_current_is_lost(void)
     TEST_ASSERT_TRUE(periods >= 32u && periods <= 48u);
 }
 
+/* A diode carries 1.2 A of the 3 A that a is asked for, the switch none: where the EMF along a phase's axis
+ * contradicts the rotor that is less than half, and a loss; else, and from 1.6 A on, it is none. */
+static void test_a_phase_with_less_than_half_is_lost_where_the_emf_contradicts(void)
+{
+    const float carried[] = {1.2f, 1.2f, 1.6f};
+    for (uint32_t n = 0; n < 3u; n++) {
+        setUp();
+        contradicted = n != 1u;
+        for (uint32_t m = 0; m < 60u; m++) {
+            const float noise = 0.02f * (float)(m % 3u);
+            judge((ab_t){0.0f, 0.0f}, (abc_t){carried[n] + noise, 2.0f, -2.0f - carried[n] - noise},
+                  (ab_t){3.0f, 3.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(n == 0u ? CURRENT_WATCH_LOSS : 0u, seen);
+    }
+}
+
 /* Speed control that chatters asks for 6 A and -5.9 A in turn, on the mean for what flows; a is near its
  * zero. */
 static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void)
@@ -280,6 +300,38 @@ static void test_a_phase_that_takes_more_than_any_flux_is_lost(void)
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
     const double expected = 2.6 * 0.183 / (100.0 - 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
     TEST_ASSERT_TRUE(periods >= (uint32_t)expected && periods <= (uint32_t)expected + 17u);
+}
+
+/* Half of it is enough where a forced frame takes the rotor along: 2.7 ms. */
+static void test_a_rotor_in_a_forced_frame_has_half_the_flux_to_change(void)
+{
+    forced = true;
+    for (uint32_t n = 0; n < 100u; n++) {
+        const float noise = 0.02f * (float)(n % 3u);
+        judge((ab_t){100.0f, 0.0f}, (abc_t){noise, -0.02f * (float)(n % 5u), 0.0f}, (ab_t){0.3f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
+    const double expected = 1.3 * 0.183 / (100.0 - 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
+    TEST_ASSERT_TRUE(periods >= (uint32_t)expected && periods <= (uint32_t)expected + 17u);
+}
+
+/* 0.2 A that a catch lets flow past b's open wire are the same at two windows' ends, and for 6 periods after
+ * that, by chance: no stuck sensor, for b is fed and carries none. 14 periods are one, and so are 6 where b
+ * is not fed. */
+static void test_a_current_past_an_open_wire_may_stay_for_some_periods(void)
+{
+    const uint32_t stays[] = {6u, 14u, 6u};
+    for (uint32_t n = 0; n < 3u; n++) {
+        setUp();
+        const float beta = n == 2u ? 29.0f : -60.0f; /* b: minus 25 V and 0.87 of it */
+        for (uint32_t m = 0; m < 60u; m++) {
+            const bool still = m >= 31u && m < 40u + stays[n];
+            const float noise = still ? 0.0f : 0.02f * (float)(1u + m % 3u);
+            judge((ab_t){50.0f, beta}, (abc_t){0.2f + noise, 0.02f * (float)(m % 3u), -0.2f - noise},
+                  (ab_t){0.3f, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(n == 0u ? 0u : CURRENT_WATCH_STUCK, seen);
+    }
 }
 
 static void test_three_currents_must_add_up_to_zero(void)
@@ -338,6 +390,9 @@ int main(void)
     RUN_TEST(test_a_phase_without_current_is_lost);
     RUN_TEST(test_a_phase_near_zero_is_not_lost_while_the_reference_chatters);
     RUN_TEST(test_a_phase_that_takes_more_than_any_flux_is_lost);
+    RUN_TEST(test_a_rotor_in_a_forced_frame_has_half_the_flux_to_change);
+    RUN_TEST(test_a_phase_with_less_than_half_is_lost_where_the_emf_contradicts);
+    RUN_TEST(test_a_current_past_an_open_wire_may_stay_for_some_periods);
     RUN_TEST(test_three_currents_must_add_up_to_zero);
     return UNITY_END();
 }

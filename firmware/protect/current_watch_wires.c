@@ -1,0 +1,90 @@
+/* The wires: phases with next to no current, or with less than they are asked for. */
+#include "protect/current_watch_parts.h"
+
+#include "math/bounds.h"
+
+#define ASKED_SHARE  0.25f /* [-] of what the largest phase carries, that another must be asked for */
+#define LITTLE_SHARE 0.5f  /* [-] of what is asked for: no more where the EMF contradicts */
+#define FED_SHARE    0.1f  /* [-] of its limit, from which on nothing else is believed */
+/* Likewise, where a forced frame takes the rotor along: it does not turn by 80 degrees. */
+#define FORCED_SHARE 0.5f /* [-] */
+#define NEVER_STILL  6u   /* [periods] in all of which noise lets no value stay */
+
+/* Has a value not moved for longer than noise ever lets it? */
+static inline bool is_still(const current_watch_t *watch, uint32_t n)
+{
+    return (watch->suspected >> n & 1u) != 0u && watch->phase[n].still >= NEVER_STILL;
+}
+
+/* Towards zero by no more than `step`. */
+static inline float shrunk(float value, float step)
+{
+    return value - bounds_clamp(value, step);
+}
+
+/* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
+ * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
+ * half of what is asked for is none, too. */
+static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, float asked,
+                      bool contradicted)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    current_watch_phase_t *phase = &watch->phase[n];
+    const bool much =
+        window->largest > tuning->carries &&
+        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
+    const float value = window->value[n];
+    const float half = contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
+    if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
+        phase->absent = 0u;
+    } else if (much && !is_still(watch, n)) {
+        phase->absent += (uint32_t)(int32_t)window->periods;
+    }
+    return phase->absent >= tuning->absent;
+}
+
+/* How much more a phase without current is fed than the magnets' flux can make of it, wherever the rotor is;
+ * over that. */
+static float feed(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
+{
+    current_watch_phase_t *phase = &watch->phase[n];
+    const bool none = bounds_within(phase->value, watch->tuning.none) &&
+                      bounds_within(window->value[n], watch->tuning.none) && !is_still(watch, n);
+    phase->fed = none ? shrunk(phase->fed + window->given[n], window->dead) : 0.0f;
+    return bounds_magnitude(phase->fed);
+}
+
+bool current_watch_feeds_another(const current_watch_t *watch, uint32_t n)
+{
+    const float most = FED_SHARE * watch->tuning.flux;
+    bool feeds = false;
+    for (uint32_t m = 0; m < 3u; m++) {
+        feeds = feeds || (m != n && !bounds_within(watch->phase[m].fed, most));
+    }
+    return feeds;
+}
+
+uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
+                             const current_watch_window_t *window)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
+    uint32_t bits = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
+            watch->phase[n].absent = 0u;
+            watch->phase[n].fed = 0.0f;
+            continue;
+        }
+        float asked[3];
+        spread(asked, frames_inverse_clarke(frames_inverse_park(watch->asked_for, input->frame)));
+        const float fed = feed(watch, n, window);
+        if (is_absent(watch, n, window, asked[n], input->contradicted) || fed > flux) {
+            bits |= CURRENT_WATCH_LOSS;
+        }
+        if (fed > FED_SHARE * tuning->flux) {
+            bits |= CURRENT_WATCH_MAYBE;
+        }
+    }
+    return bits;
+}

@@ -71,7 +71,20 @@ void current_watch_init(current_watch_t *watch, const current_watch_tuning_t *tu
 
 void current_watch_begin(current_watch_t *watch)
 {
-    *watch = (current_watch_t){.tuning = watch->tuning};
+    watch->voltage = (ab_t){0.0f, 0.0f};
+    watch->asked_for = (dq_t){0.0f, 0.0f};
+    watch->periods = 0u;
+    watch->suspected = 0u;
+    watch->current = (ab_t){0.0f, 0.0f};
+    watch->asked = 0.0f;
+    watch->steered = 0u;
+    watch->windows = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        watch->phase[n] = (current_watch_phase_t){.value = 0.0f};
+    }
+    watch->noise = 0.0f;
+    watch->all = (current_watch_gain_t){.side = 0};
+    watch->pair = (current_watch_gain_t){.side = 0};
 }
 
 void current_watch_clear(current_watch_t *watch, const abc_t *current)
@@ -187,8 +200,8 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     phase->path += off;
     const uint32_t sure =
         phase->stuck > URGENT * tuning->stuck && phase->sure > JUMP_PERIODS ? JUMP_PERIODS : phase->sure;
-    const bool long_enough = phase->still >= STILL_PERIODS || !current_watch_feeds_another(watch, n);
-    return (phase->still >= sure && phase->stuck > tuning->stuck && long_enough) ||
+    return (phase->still >= sure && phase->stuck > tuning->stuck &&
+            (phase->still >= STILL_PERIODS || !current_watch_feeds_another(watch, n))) ||
            stands(tuning, phase, beside);
 }
 

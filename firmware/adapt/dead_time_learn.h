@@ -44,8 +44,9 @@
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
 #define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
-#define DEAD_TIME_LEARN_RANGE     1.7f  /* [-] T_e over dead band or T_e of the parameters, at most: gates delay it by less */
-#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f  /* [V], [A] what is longer is no measurement */
+#define DEAD_TIME_LEARN_RANGE                                                                                \
+    1.7f /* [-] T_e over dead band or T_e of the parameters, at most: gates delay it by less */
+#define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f

@@ -130,8 +130,9 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool backward =
         turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&
         watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
-    watch->of_a_phase = wrong && !backward && is_of_a_phase(watch, input) ? 1u : 0u;
-    if (watch->waited < tuning->waits && (input->doubtful || watch->of_a_phase != 0u)) {
+    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input);
+    watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
+    if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;
     }

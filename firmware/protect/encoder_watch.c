@@ -21,6 +21,8 @@
 
 #define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
+#define SAME_AXIS 0.1f /* [-] square of the sine between two looks: 18 degrees */
+
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
     const float every = (float)params->every;
@@ -101,18 +103,23 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
 
 /* Is what the window's EMF has beside the rotor's along the axis of one phase alone? On each of them, in
  * either direction, the sine of three times its angle is 0. That of a rotor that turns the other way stands,
- * and may do so there. */
-static bool is_of_a_phase(const encoder_watch_t *watch, const encoder_watch_input_t *input)
+ * and may do so there; that of a rotor whose encoder does not turn is elsewhere a look later. */
+static bool is_of_a_phase(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const dq_t beside = {watch->last.d, watch->last.q - tuning->flux_linkage * input->omega_e};
     const ab_t off =
         frames_inverse_park(beside, trig_advance(input->encoder, tuning->middle * input->omega_e));
+    const ab_t before = watch->off;
+    watch->off = off;
     const float alpha = off.alpha * off.alpha;
     const float beta = off.beta * off.beta;
     const float sine = off.beta * (3.0f * alpha - beta);
     const float square = alpha + beta;
-    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square;
+    const float cross = off.alpha * before.beta - off.beta * before.alpha;
+    const float squares = square * (before.alpha * before.alpha + before.beta * before.beta);
+    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square &&
+           cross * cross < SAME_AXIS * squares;
 }
 
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)

@@ -92,6 +92,7 @@ typedef struct {
     uint32_t count;      /* judgements that it has [-] */
     uint32_t windows;    /* since a rest [-], up to what a judgement needs */
     uint32_t waited;     /* judgements that were put off [-]; each without the sign halves them */
+    ab_t off;            /* of the last look that was wrong: what its EMF has beside the rotor's [V] */
     uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
 } encoder_watch_t;
 

@@ -10,9 +10,9 @@
 #define STUCK_SHARE   0.05f       /* [-] of the range: limit of what must have flowed */
 #define STUCK_PERIODS 4u          /* [periods] in all of which a value that is stuck has not moved */
 #define STILL_PERIODS 12u         /* [periods] likewise, of a value near zero ... */
+#define JUMP_PERIODS  6u          /* [periods] ... that no current can have come to */
 #define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
 #define BESIDE_SHARE  0.002f  /* [-] of the range: what another has moved by then, four codes */
-#define JUMP_PERIODS  6u      /* [periods] ... that no current can have come to */
 #define URGENT        3.0f    /* [-] limits, beyond which it is told after those of a jump, whatever it is */
 #define SURPRISE      0.15f   /* [-] of the range: what the observer may miss a current by */
 #define JUMP_SHARE    0.5f    /* [-] of p, which may be wrong by L */

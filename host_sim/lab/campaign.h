@@ -171,15 +171,11 @@ typedef enum {
     CAMPAIGN_OF_STATE    /* it is the share of the drive's state before the bit */
 } campaign_scale_t;
 
-/* What no phase ever carries because a sensor lies, with the pm50rl1a060's board [A]. */
-#define CAMPAIGN_CEILING 25.0
-
 /* When a fault excuses what it breaks; several bits. */
 typedef enum {
     CAMPAIGN_ALWAYS = 0,
-    CAMPAIGN_UNTIL_TOLD =
-        1, /* the current up to the ceiling, for 20 ms with the bridge on or a third of a turn */
-    CAMPAIGN_TO_CEILING = 2, /* the current up to the ceiling */
+    CAMPAIGN_UNTIL_TOLD = 1, /* the current up to the promised one, until it is noticed with the bridge on */
+    CAMPAIGN_TO_CEILING = 2, /* the current up to the promised one */
     CAMPAIGN_WHILE_SLOW = 4, /* the angle below campaign_blind_speed */
     CAMPAIGN_UNCODED = 8,    /* the angle without the encoder */
 } campaign_excuse_t;

@@ -6,7 +6,6 @@
 
 #define CURRENT_SAMPLES 3u    /* two periods from the first to the last */
 #define ANGLE_SECONDS   50e-3 /* [s] */
-#define TOLD_SECONDS    20e-3 /* [s] with the bridge on: a sensor that stands is told by then */
 
 /* Rows that are judged one by one, in this order behind the floats among the signals. Those that come first
  * are floats, too. */
@@ -62,21 +61,21 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
     const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
-    const double told = drawn->fault_time + TOLD_SECONDS;
+    const double told = drawn->fault_time + PROMISED_NOTICE;
     *watch = (campaign_watch_t){
         .drawn = drawn,
         .result = result,
         .asked = asked,
         .trip = campaign_invariants[CAMPAIGN_I_CURRENT].limit * campaign_trip(drawn),
         .overspeed = campaign_overspeed(drawn),
-        .ceiling = limited ? CAMPAIGN_CEILING : (double)INFINITY,
+        .ceiling = limited ? PROMISED_CURRENT : (double)INFINITY,
         .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
         .uncoded = uncoded,
         .excused = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .told = until_told ? (uint32_t)(told / RIG_PERIOD_SECONDS + 0.5) : UINT32_MAX,
         .per_omega = campaign_motor(drawn).pole_pairs * RIG_PERIOD_SECONDS,
-        .turned = until_told ? 0.0 : THIRD_OF_A_TURN,
-        .notice = until_told ? (uint32_t)(TOLD_SECONDS / RIG_PERIOD_SECONDS + 0.5) : 0u,
+        .turned = until_told ? 0.0 : CAMPAIGN_TURN,
+        .notice = until_told ? (uint32_t)(PROMISED_NOTICE / RIG_PERIOD_SECONDS + 0.5) : 0u,
         .enabled = choice("state", "operation_enabled"),
         .fault = choice("state", "fault"),
         .run = choice("manoeuvre", "run"),
@@ -89,7 +88,7 @@ static void violated(campaign_watch_t *watch, campaign_invariant_t invariant, ui
 {
     campaign_result_t *result = watch->result;
     const uint32_t bit = UINT32_C(1) << (uint32_t)invariant;
-    if ((watch->excused & bit) != 0u && (period <= watch->told || watch->turned < THIRD_OF_A_TURN)) {
+    if ((watch->excused & bit) != 0u && (period <= watch->told || watch->turned < CAMPAIGN_TURN)) {
         result->excused |= bit;
     } else if (result->end != CAMPAIGN_VIOLATED) {
         result->end = CAMPAIGN_VIOLATED;

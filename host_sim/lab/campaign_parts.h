@@ -3,6 +3,7 @@
 #define HOST_SIM_LAB_CAMPAIGN_PARTS_H
 
 #include "host_sim/lab/campaign.h"
+#include "host_sim/lab/promised.h"
 #include "host_sim/lab/runner.h"
 
 /* The quantity of this name in a case. */
@@ -39,7 +40,8 @@ void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn,
 /* The drive's handover_speed by its rule, of what it believes of the motor [rad/s], mechanical. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
-#define THIRD_OF_A_TURN (2.0 * 3.14159265358979323846 / 3.0) /* [rad] electrical */
+/* In which a fault is noticed [rad], electrical. */
+#define CAMPAIGN_TURN (2.0 * 3.14159265358979323846 * PROMISED_TURN)
 
 /* How long an angle may be wrong [s]. */
 #define CAMPAIGN_ANGLE_SECONDS 50e-3

@@ -81,7 +81,7 @@ double campaign_handover_speed(const campaign_case_t *drawn)
 
 double campaign_blind_speed(const campaign_case_t *drawn)
 {
-    const double turns = THIRD_OF_A_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
+    const double turns = CAMPAIGN_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
     const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_belief), 1.0);
     return fmax(weak * campaign_handover_speed(drawn), turns);
 }

@@ -9,13 +9,12 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/matrix_table.h"
+#include "host_sim/lab/promised.h"
 #include "host_sim/rig/rig.h"
 
-#define NOTICED_LEAST 20e-3       /* [s] */
-#define NOTICED_MOST  1.0         /* [s] */
-#define THIRD         (1.0 / 3.0) /* [-] of a turn */
-#define HALF          0.5
-#define PI            3.14159265358979323846
+#define NOTICED_MOST 1.0 /* [s] */
+#define HALF         0.5
+#define PI           3.14159265358979323846
 /* [r/min] ... by this; the bare rotor by what 5 A make of it in the 20 ms in which a fault is noticed. */
 #define AWAY_HEAVY 100.0
 #define AWAY_LIGHT 400.0
@@ -252,7 +251,7 @@ double matrix_current(const matrix_cell_t *cell)
 double matrix_noticed(double omega_e, double hidden)
 {
     const double turn = 2.0 * PI / fmax(fabs(omega_e), 1e-3);
-    return fmin(hidden * turn + fmax(NOTICED_LEAST, THIRD * turn), NOTICED_MOST);
+    return fmin(hidden * turn + fmax(PROMISED_NOTICE, PROMISED_TURN * turn), NOTICED_MOST);
 }
 
 bool matrix_accepts(const char *accepted, int32_t reason)

@@ -9,6 +9,7 @@
 #include <math.h>
 
 #include "host_sim/lab/matrix.h"
+#include "host_sim/lab/promised.h"
 #include "host_sim/rig/rig.h"
 
 /* clang-format off */
@@ -155,7 +156,7 @@
 #define AT_ONCE  1e-3
 #define ONE_CHECK 0.05 /* [s] two rounds of the background's look at the memory of the simulated chip */
 #define ANY_TIME NAN
-#define LIMIT    25.0 /* [A] what no phase may ever carry */
+#define LIMIT    PROMISED_CURRENT
 
 #define FOLLOWS MATRIX_FOLLOWS
 #define STRAYS  MATRIX_STRAYS
@@ -278,12 +279,12 @@
     P(ENCODER_SLIPS,    AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion nothing tells") \
     P(ENCODER_SLIPS,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_STANDS,   EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
-    P(ENCODER_STANDS, AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
+    P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
     P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
     P(ENCODER_STANDS,   AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "a rotor that stands has an encoder that stands: a torque without motion is a stall, by its own time") \
     P(ENCODER_STANDS,   EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_TRACK,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
-    P(ENCODER_TRACK,  AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
+    P(ENCODER_TRACK,    AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
     P(ENCODER_TRACK,    AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
     P(ENCODER_TRACK,    AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "like encoder_stands") \
     P(ENCODER_TRACK,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \

@@ -90,7 +90,7 @@ static bool is_near(float frequency, float omega, bool torque)
 {
     const float apart = TWO_PI * INDUCTANCE_NEAR;
     return bounds_within(frequency - omega, apart) || bounds_within(frequency - 2.0f * omega, apart) ||
-           bounds_within(frequency - 6.0f * omega, torque ? apart : apart + omega);
+           bounds_within(frequency - 6.0f * omega, torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : apart + omega);
 }
 
 /* The frequency at this speed [rad/s]: the first that is not near. */
@@ -99,7 +99,7 @@ static uint32_t frequency_at(float omega, bool torque)
     if (!is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, omega, torque)) {
         return 0u;
     }
-    return (torque || !is_near(TWO_PI * INDUCTANCE_FREQUENCY_2, omega, torque)) ? 1u : 2u;
+    return is_near(TWO_PI * INDUCTANCE_FREQUENCY_2, omega, torque) ? 2u : 1u;
 }
 
 /* A cycle begins. false: there is nothing to see. */
@@ -135,15 +135,22 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     return true;
 }
 
-/* Did the rotor turn steadily, and the loop with it, in the cycle that ends now? */
+/* Did the speed stay within this share of it in the cycle that ends now? */
+static bool keeps(const inductance_t *x, float omega, float share)
+{
+    return bounds_within(omega - x->omega, share * bounds_magnitude(omega));
+}
+
+/* Did the rotor turn steadily, and the loop with it, in that cycle? */
 static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, float omega)
 {
     const float speed = bounds_magnitude(omega);
     const bool turns = speed > INDUCTANCE_SPEED_MIN &&
                        bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
-    const bool keeps = bounds_within(omega - x->omega, INDUCTANCE_SPEED_DRIFT * speed);
+    const bool known = x->voltage_known != 0u && loaded(x, x->mean.q);
+    const float drift = known ? INDUCTANCE_SPEED_DRIFT : INDUCTANCE_R_SPEED_DRIFT;
     const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
-    return turns && keeps && locked;
+    return turns && keeps(x, omega, drift) && locked;
 }
 
 /* L_q as the cycle that ends now says [H]; 0: it says nothing. */
@@ -206,7 +213,8 @@ static void end(inductance_t *x, float omega_smooth)
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+        if (x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX) &&
+            keeps(x, omega_smooth, INDUCTANCE_R_SPEED_DRIFT)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
         }
         if (is_trusted(x, said) && loaded(x, x->mean.q)) {

@@ -48,16 +48,18 @@
 #define INDUCTANCE_FREQUENCY_3 57.0f /* [Hz] where the second is, too */
 #define INDUCTANCE_FREQUENCIES 3u
 #define INDUCTANCE_NEAR        4.0f  /* [Hz] */
+#define INDUCTANCE_NEAR_SIXTH  6.5f  /* [Hz] to six times the electrical one, under torque */
 #define INDUCTANCE_SPEED_MIN   30.0f /* [rad/s] electrical */
 #define INDUCTANCE_R_SPEED_MAX                                                                               \
-    100.0f                             /* [rad/s] up to which R is looked for: the dead time is known there  \
-                                        */
-#define INDUCTANCE_SPEED_DRIFT  0.01f  /* [-] of the speed, over a cycle: more is not steady */
-#define INDUCTANCE_DETECTOR_MAX 0.1f   /* [-] */
-#define INDUCTANCE_CUTOFF       100.0f /* [rad/s] of the low-pass that is taken off */
-#define INDUCTANCE_MIN          0.5f   /* [-] of the parameter, R likewise */
-#define INDUCTANCE_MAX          2.0f   /* [-] of the parameter, R likewise */
-#define INDUCTANCE_AGREES       0.2f   /* [-] of L: two cycles that say the same */
+    100.0f                              /* [rad/s] up to which R is looked for: the dead time is known there \
+                                         */
+#define INDUCTANCE_SPEED_DRIFT   0.03f  /* [-] of the speed, over a cycle: more is not steady ... */
+#define INDUCTANCE_R_SPEED_DRIFT 0.01f  /* [-] ... nor is that, without torque and for R */
+#define INDUCTANCE_DETECTOR_MAX  0.1f   /* [-] */
+#define INDUCTANCE_CUTOFF        100.0f /* [rad/s] of the low-pass that is taken off */
+#define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, R likewise */
+#define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, R likewise */
+#define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles that say the same */
 
 typedef struct {
     float inductance_d;    /* L_d, believed [H], above 0 */

@@ -32,10 +32,10 @@ static void learn_inertia(drive_t *drive)
 }
 
 /* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
- * more than a frame that turns like the rotor, forced or tracked: not a catch. */
+ * more than a frame that turns evenly and like the rotor, forced or tracked: not a catch. */
 static void learn_dead_time(drive_t *drive, float link)
 {
-    if (!manoeuvres_knows(&drive->manoeuvres)) {
+    if (!manoeuvres_knows(&drive->manoeuvres) || !manoeuvres_even(&drive->manoeuvres)) {
         dead_time_learn_pause(&drive->dead_time_learn);
         return;
     }

@@ -59,19 +59,21 @@ typedef enum {
 
 /* When one ends. */
 typedef struct {
-    uint32_t sensorless;       /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
-    float pole_pairs;          /* p [-] */
-    float pole_pairs_inverse;  /* 1/p [-] */
-    float handover_speed;      /* [rad/s] electrical */
-    float fallback_speed;      /* [rad/s] electrical */
-    float flux_linkage;        /* psi_f [Wb] */
-    float speed_per_volt;      /* 1/psi_f [rad/s/V] */
-    float ramp;                /* of the forced frame a period [rad/s] */
-    float current_rise;        /* of the forced current a period [A] */
-    float current_max;         /* longest current vector [A] */
-    float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
-    float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
-    uint32_t align_periods;    /* [periods] of it */
+    uint32_t sensorless;      /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
+    float pole_pairs;         /* p [-] */
+    float pole_pairs_inverse; /* 1/p [-] */
+    float handover_speed;     /* [rad/s] electrical */
+    float fallback_speed;     /* [rad/s] electrical */
+    float flux_linkage;       /* psi_f [Wb] */
+    float speed_per_volt;     /* 1/psi_f [rad/s/V] */
+    float ramp;               /* of the forced frame a period [rad/s] */
+    float current_rise;       /* of the forced current a period [A] */
+    float current_max;        /* longest current vector [A] */
+    float doubtful;           /* current below which the loss of a leg is in doubt [A]; 0: never */
+    float align_speed;        /* of the forced frame in an alignment [rad/s] electrical */
+    float swing_square;     /* square of the speed, per ampere of a forced frame, below which the rotor in it
+                               answers a ripple of the currents [rad^2/s^2/A] electrical */
+    uint32_t align_periods; /* [periods] of it */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
@@ -215,6 +217,14 @@ static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *roto
     const bool tracked = m->sensorless != 0u && m->limits.smooth != 0u && m->tracking != 0u &&
                          m->now != (int32_t)MANOEUVRE_OFF;
     return tracked ? estimate->omega_smooth : rotor->omega_e;
+}
+
+/* Does the rotor turn so evenly that a ripple of the EMF is not its own? In a forced frame it is a pendulum:
+ * near its w_n it answers the sixth harmonic of the currents with a swing. */
+static inline bool manoeuvres_even(const manoeuvres_t *m)
+{
+    const float omega_e = m->forced.frame.omega_e;
+    return !manoeuvres_forces(m) || omega_e * omega_e > m->limits.swing_square * m->forced.current;
 }
 
 /* Is anything known of the rotor's speed? Not in a catch. */

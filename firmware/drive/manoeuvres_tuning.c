@@ -16,6 +16,7 @@
 #define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
 #define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
 #define ALIGN_TIME_MAX     2.0f    /* [s] by the rule */
+#define SWING_SPEED        0.333f  /* [-] of w_n: six times that is 2 w_n */
 #define FALLBACK_MARGIN    1.4f    /* [-] over the time that the limit of current needs to pass zero */
 #define FALLBACK_MIN       20e-3f  /* [s] */
 #define FALLBACK_MAX       0.1f    /* [s] what the model of the loop bridges */
@@ -85,9 +86,10 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .damping = params->start_damping,
         .period = DRIVE_PERIOD,
     };
+    const float natural = forced_natural(&forced);
     const float align = params->start_align_time > 0.0f
                             ? params->start_align_time
-                            : within(ALIGN_NATURAL / forced_natural(&forced), ALIGN_TIME_MIN, ALIGN_TIME_MAX);
+                            : within(ALIGN_NATURAL / natural, ALIGN_TIME_MIN, ALIGN_TIME_MAX);
     const float slowly = 2.0f * ANGLE_PI / align;
     const float fallback_speed = pole_pairs * start.fallback_speed;
     const float torque = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
@@ -109,6 +111,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .current_max = params->current_limit,
         .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
+        .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,
         .align_periods = DRIVE_PERIODS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,

@@ -130,6 +130,23 @@ static void test_l_a_fifth_wrong_is_put_right(void)
     }
 }
 
+/* Where a light rotor swings with the sixth harmonic, 33 to 46 Hz, all the frequencies of the dither are
+ * near: slower there, and not as exact. */
+static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
+{
+    static const double speeds[] = {84.0, 88.0, 92.0, 96.0, 104.0, 108.0, 112.0, 116.0};
+    for (int n = 0; n < 16; n++) {
+        const double rpm = speeds[n / 2];
+        to_speed(true, rpm, n % 2 ? 1.2 : 0.8, NULL);
+        run_real(rig);
+        learn();
+        run_seconds(rig, 6.0);
+        printf("light, %5.0f r/min, L x %.1f: L %+.2f %%\n", rpm, n % 2 ? 1.2 : 0.8, 100.0 * (ratio() - 1.0));
+        TEST_ASSERT_DOUBLE_WITHIN(0.045, 1.0, ratio());
+        again();
+    }
+}
+
 /* Asked: with a wrong R or psi_f 5 mrad; the leg's loss, 2.3 us and 0.875 V, a fifth too small and too
  * large: 6. */
 static void test_what_else_is_wrong_has_no_part_in_it(void)
@@ -262,6 +279,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_l_a_fifth_wrong_is_put_right);
+    RUN_TEST(test_a_light_rotor_teaches_it_beside_its_own_swing);
     RUN_TEST(test_what_else_is_wrong_has_no_part_in_it);
     RUN_TEST(test_errors_of_the_current_sensors_have_no_part_in_it);
     RUN_TEST(test_a_load_that_toggles_does_not_move_it);

@@ -36,6 +36,9 @@ static void begin(const rotor_t *rotor)
 {
     rig_free(rig);
     rig = start_on_desk(rotor->shaft, 1);
+    if (rotor->shaft == LIGHT) {
+        run_put(rig, "pll_bandwidth", 500.0); /* by the rule: four times feedforward_cutoff */
+    }
     sign = rotor->sign;
     run_put(rig, "motor_inertia", rotor->believed * start_shaft_data[rotor->shaft].inertia);
     run_put(rig, "inertia_adaptation", rotor->learns ? 1.0 : 0.0);
@@ -152,7 +155,7 @@ static void test_what_is_learnt_takes_the_error_of_acceleration_away(void)
         TEST_ASSERT_TRUE(told.up < cases[n / 2].up && told.down < cases[n / 2].down);
         TEST_ASSERT_TRUE(told.up < 0.3 * plain.up && told.down < 0.3 * plain.down);
         TEST_ASSERT_TRUE(told.load < 1.05 * plain.load);
-        TEST_ASSERT_TRUE(told.load < (shaft == HEAVY ? 32.0 : 170.0)); /* asked: 30, 120: not reached */
+        TEST_ASSERT_TRUE(told.load < (shaft == HEAVY ? 32.0 : 115.0)); /* asked: 30, not quite reached; 120 */
     }
 }
 

@@ -141,13 +141,13 @@ static void test_step_from_100_to_1500_rpm(void)
 }
 
 /* Load and friction change their signs at zero, which nobody tells the loop: its bandwidth alone follows,
- * twice the default's. 90 mrad were asked for; the worst has 91. */
+ * two and a half times the default's. Asked: 90. */
 static void test_reversal_under_a_passive_load(void)
 {
     static const start_row_t rows[] = {{"torque_feedforward", 1.0},
                                        {"inertia_adaptation", 0.0},
-                                       {"pll_bandwidth", 400.0},
-                                       {"feedforward_cutoff", 100.0}};
+                                       {"pll_bandwidth", 500.0},
+                                       {"feedforward_cutoff", 125.0}};
     double worst = 0.0;
     for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
         const double rpm = n % 2u == 0u ? 500.0 : -500.0;
@@ -167,7 +167,7 @@ static void test_reversal_under_a_passive_load(void)
         TEST_ASSERT_DOUBLE_WITHIN(10.0, -rpm, seen.speed);
     }
     printf("500 to -500 r/min, 5 N m: peak %.1f mrad of %u\n", worst, RUNS_OF_ALL);
-    TEST_ASSERT_TRUE(worst <= 100.0);
+    TEST_ASSERT_TRUE(worst <= 88.0);
 }
 
 /* Of the angle's error over six turns, the part that goes with the rotor [mrad]. */

@@ -546,6 +546,30 @@ static void test_reference_too_slow_to_track_is_forced(void)
 }
 
 /* The d axis goes ahead by the load angle: the torque is the one that was there. */
+/* On I the rotor's pendulum has w_n^2 = p K_t I/J: six times the electrical speed has to be twice that. */
+static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(void)
+{
+    make_heavy();
+    machine.omega_m = 0.0;
+    begin();
+    (void)steps_until(MANOEUVRE_ALIGN, 1.0);
+    for (int n = 1; n <= 10; n++) {
+        const double current = n;
+        const double natural =
+            sqrt(POLE_PAIRS * 1.5 * POLE_PAIRS * PSI * current / (double)params.motor_inertia);
+        m.forced.current = (float)current;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            m.forced.frame.omega_e = (float)(sign * 0.98 * natural / 3.0);
+            TEST_ASSERT_FALSE(manoeuvres_even(&m));
+            m.forced.frame.omega_e = (float)(sign * 1.02 * natural / 3.0);
+            TEST_ASSERT_TRUE(manoeuvres_even(&m));
+        }
+    }
+    m.forced.frame.omega_e = 0.0f;
+    m.now = (int32_t)MANOEUVRE_RUN;
+    TEST_ASSERT_TRUE(manoeuvres_even(&m));
+}
+
 static void test_fall_back_keeps_the_torque(void)
 {
     static const double loads[] = {0.05, 2.0, 5.0, 8.0};
@@ -839,6 +863,7 @@ int main(void)
     RUN_TEST(test_current_of_a_retry_stays_within_the_limit);
     RUN_TEST(test_load_beyond_the_first_current_is_started_by_a_retry);
     RUN_TEST(test_reference_too_slow_to_track_is_forced);
+    RUN_TEST(test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency);
     RUN_TEST(test_fall_back_keeps_the_torque);
     RUN_TEST(test_quick_reversal_stays_in_run_and_is_not_judged_near_zero);
     RUN_TEST(test_slow_reversal_goes_through_zero_in_a_forced_frame);

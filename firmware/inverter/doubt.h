@@ -25,7 +25,7 @@
 #define DOUBT_EMF          4.0f /* [-] of a leg's loss: a longer EMF is tracked even by a wrong sign */
 #define DOUBT_SHARE        0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
 #define DOUBT_ANGLE        0.005f /* [rad] */
-#define DOUBT_SPEED_STEADY 30.0f  /* [rad/s] slower, a current is near zero for too long to coast */
+#define DOUBT_SPEED_STEADY 8.0f   /* [rad/s] slower, a current is near zero for too long to coast */
 #define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
 #define DOUBT_SPEED_HEAVY                                                                                    \
     0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */

@@ -143,12 +143,11 @@ static void test_too_large_is_learnt_by_the_estimate_at_150_rpm(void)
     expect_learnt(&lesson, 1.4);
 }
 
-/* What the angle is off at 50 r/min is not the dead time's any more: a drive that knows it from the beginning
- * and does not learn has a mean of up to 10 mrad and an SD of up to 27 there in the first seconds, while the
- * offsets of the sensors are not trimmed. */
+/* By the estimate it would be lost before it is learnt; after that it is the estimate that turns the frame.
+ * The kit's mean is 2.2. */
 static void test_at_50_rpm_beside_the_encoder(void)
 {
-    static const lesson_t lesson = {50.0, ENCODER, {2.2, 1.9}, 6.6, 25.5};
+    static const lesson_t lesson = {50.0, ENCODER, {2.2, 1.9}, 2.9, 4.6};
     expect_learnt(&lesson, 0.6);
     expect_learnt(&lesson, 1.4);
 }
@@ -171,8 +170,8 @@ static void test_staircase_to_20_rpm(void)
             snprintf(message, sizeof message, "from %.1f, %.0f r/min: mean %.2f, SD %.2f mrad, V %.3f",
                      factors[n], stairs[k], err.mean, err.sd, learnt_share(rig));
             printf("%s\n", message);
-            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 4.2, message); /* asked: 20 */
-            TEST_ASSERT_TRUE_MESSAGE(err.sd <= 18.5, message);
+            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 2.5, message); /* asked: 20 */
+            TEST_ASSERT_TRUE_MESSAGE(err.sd <= 8.5, message);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * stairs[k], stairs[k], err.speed_mean);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
         }

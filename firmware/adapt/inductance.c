@@ -84,22 +84,24 @@ static bool loaded(const inductance_t *x, float i_q)
     return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
 }
 
-/* Is a frequency near one, two or six times the electrical one, without torque five or seven times, too? In
- * [rad/s]. */
-static bool is_near(float frequency, float omega, bool torque)
+/* Is a frequency near one or two times the electrical one? In [rad/s]. */
+static bool is_near_first(float frequency, float omega)
 {
-    const float apart = TWO_PI * INDUCTANCE_NEAR;
-    return bounds_within(frequency - omega, apart) || bounds_within(frequency - 2.0f * omega, apart) ||
-           bounds_within(frequency - 6.0f * omega, torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : apart + omega);
+    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR);
 }
 
-/* The frequency at this speed [rad/s]: the first that is not near. */
+/* The frequency at this speed [rad/s]: the first that is not near one, two or six times that, without torque
+ * five or seven times, too. Where the first is near, the second may be near the sixth alone. */
 static uint32_t frequency_at(float omega, bool torque)
 {
-    if (!is_near(TWO_PI * INDUCTANCE_FREQUENCY_1, omega, torque)) {
+    const float sixth = 6.0f * omega;
+    const float reach = torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : TWO_PI * INDUCTANCE_NEAR + omega;
+    if (!bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
+        !is_near_first(TWO_PI * INDUCTANCE_FREQUENCY_1, omega)) {
         return 0u;
     }
-    return is_near(TWO_PI * INDUCTANCE_FREQUENCY_2, omega, torque) ? 2u : 1u;
+    return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
 }
 
 /* A cycle begins. false: there is nothing to see. */
@@ -135,28 +137,18 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     return true;
 }
 
-/* Did the speed stay within this share of it in the cycle that ends now? */
-static bool keeps(const inductance_t *x, float omega, float share)
+/* Did the rotor turn, and the loop with it, in the cycle that ends now? */
+static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
-    return bounds_within(omega - x->omega, share * bounds_magnitude(omega));
-}
-
-/* Did the rotor turn steadily, and the loop with it, in that cycle? */
-static bool is_steady(const inductance_t *x, const inductance_wave_t *wave, float omega)
-{
-    const float speed = bounds_magnitude(omega);
     const bool turns = speed > INDUCTANCE_SPEED_MIN &&
                        bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
-    const bool known = x->voltage_known != 0u && loaded(x, x->mean.q);
-    const float drift = known ? INDUCTANCE_SPEED_DRIFT : INDUCTANCE_R_SPEED_DRIFT;
-    const bool locked = x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
-    return turns && keeps(x, omega, drift) && locked;
+    return turns && x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
 /* L_q as the cycle that ends now says [H]; 0: it says nothing. */
 static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
 {
-    if (x->follows == 0u || !is_steady(x, wave, omega)) {
+    if (x->follows == 0u || !is_locked(x, wave, bounds_magnitude(omega))) {
         return 0.0f;
     }
     const inductance_tuning_t *tuning = &x->tuning;
@@ -202,19 +194,34 @@ static float resistance_said(const inductance_t *x)
     return x->tuning.resistance + bounds_clamp(x->drop_sum / x->answer_sum, x->resistance.from);
 }
 
+/* How steady the speed was in a cycle: as all need it, or as it may be of a light rotor. */
+typedef enum { UNSTEADY, RIPPLED, STEADY } steadiness_t;
+
+static steadiness_t steadiness(const inductance_t *x, float omega)
+{
+    const float drift = bounds_magnitude(omega - x->omega);
+    const float speed = bounds_magnitude(omega);
+    if (drift <= INDUCTANCE_R_SPEED_DRIFT * speed) {
+        return STEADY;
+    }
+    return drift <= INDUCTANCE_SPEED_DRIFT * speed && x->voltage_known != 0u && loaded(x, x->mean.q)
+               ? RIPPLED
+               : UNSTEADY;
+}
+
 static void end(inductance_t *x, float omega_smooth)
 {
     const inductance_wave_t *wave = &x->tuning.wave[x->which];
     const float told = x->tuning.current;
     const float answer = wave->per_sum * x->answer_sum;
+    const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
-    const float said = said_by(x, wave, omega_smooth);
+    const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX) &&
-            keeps(x, omega_smooth, INDUCTANCE_R_SPEED_DRIFT)) {
+        if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
         }
         if (is_trusted(x, said) && loaded(x, x->mean.q)) {

@@ -27,6 +27,7 @@ typedef struct {
     float theta;        /* of the rotor at their end [rad] */
     float omega;        /* likewise, smooth [rad/s] */
     uint32_t unsound;   /* [-] not 0: one of the periods may not be believed */
+    uint32_t even;      /* [-] 1: the rotor turns so evenly that a ripple of the EMF is not its own */
 } means_t;
 
 static inline void sums_clear(sums_t *sums)

@@ -35,7 +35,7 @@ static void learn_inertia(drive_t *drive)
  * more than a frame that turns evenly and like the rotor, forced or tracked: not a catch. */
 static void learn_dead_time(drive_t *drive, float link)
 {
-    if (!manoeuvres_knows(&drive->manoeuvres) || !manoeuvres_even(&drive->manoeuvres)) {
+    if (drive->means.even == 0u) {
         dead_time_learn_pause(&drive->dead_time_learn);
         return;
     }
@@ -95,6 +95,7 @@ void drive_learn(drive_t *drive, const inverter_acted_t *acted)
     sums_close(sums, 1.0f / (float)DRIVE_LEARN_PERIODS, estimate->frame.rotation, estimate->omega_smooth,
                TO_MIDDLE, &drive->means);
     drive->means.theta = estimate->frame.theta_e;
+    drive->means.even = manoeuvres_even(&drive->manoeuvres) ? 1u : 0u;
 }
 
 void drive_learn_pause(drive_t *drive)
@@ -103,5 +104,5 @@ void drive_learn_pause(drive_t *drive)
     inductance_rest(&drive->inductance);
     dead_time_learn_pause(&drive->dead_time_learn);
     sums_clear(&drive->sums);
-    drive->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u};
+    drive->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }

@@ -220,11 +220,12 @@ static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *roto
 }
 
 /* Does the rotor turn so evenly that a ripple of the EMF is not its own? In a forced frame it is a pendulum:
- * near its w_n it answers the sixth harmonic of the currents with a swing. */
+ * near its w_n it answers the sixth harmonic of the currents with a swing. In a catch nobody knows. */
 static inline bool manoeuvres_even(const manoeuvres_t *m)
 {
     const float omega_e = m->forced.frame.omega_e;
-    return !manoeuvres_forces(m) || omega_e * omega_e > m->limits.swing_square * m->forced.current;
+    return m->now == (int32_t)MANOEUVRE_RUN ||
+           (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced.current);
 }
 
 /* Is anything known of the rotor's speed? Not in a catch. */

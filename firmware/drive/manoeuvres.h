@@ -59,21 +59,20 @@ typedef enum {
 
 /* When one ends. */
 typedef struct {
-    uint32_t sensorless;      /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
-    float pole_pairs;         /* p [-] */
-    float pole_pairs_inverse; /* 1/p [-] */
-    float handover_speed;     /* [rad/s] electrical */
-    float fallback_speed;     /* [rad/s] electrical */
-    float flux_linkage;       /* psi_f [Wb] */
-    float speed_per_volt;     /* 1/psi_f [rad/s/V] */
-    float ramp;               /* of the forced frame a period [rad/s] */
-    float current_rise;       /* of the forced current a period [A] */
-    float current_max;        /* longest current vector [A] */
-    float doubtful;           /* current below which the loss of a leg is in doubt [A]; 0: never */
-    float align_speed;        /* of the forced frame in an alignment [rad/s] electrical */
-    float swing_square;     /* square of the speed, per ampere of a forced frame, below which the rotor in it
-                               answers a ripple of the currents [rad^2/s^2/A] electrical */
-    uint32_t align_periods; /* [periods] of it */
+    uint32_t sensorless;       /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
+    float pole_pairs;          /* p [-] */
+    float pole_pairs_inverse;  /* 1/p [-] */
+    float handover_speed;      /* [rad/s] electrical */
+    float fallback_speed;      /* [rad/s] electrical */
+    float flux_linkage;        /* psi_f [Wb] */
+    float speed_per_volt;      /* 1/psi_f [rad/s/V] */
+    float ramp;                /* of the forced frame a period [rad/s] */
+    float current_rise;        /* of the forced current a period [A] */
+    float current_max;         /* longest current vector [A] */
+    float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
+    float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
+    float swing_square;        /* omega_e^2 per ampere up to which a forced rotor swings [rad^2/s^2/A] */
+    uint32_t align_periods;    /* [periods] of it */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */

@@ -195,6 +195,33 @@ static void light(rig_t *rig)
     run_put(rig, "feedforward_cutoff", 125.0);
 }
 
+/* The rig's rotor or the light one, standing; nothing applied yet. */
+static rig_t *standing(bool is_light)
+{
+    rig_t *rig = rig_create(7);
+    TEST_ASSERT_NOT_NULL(rig);
+    if (is_light) {
+        light(rig);
+    } else {
+        run_times(rig, "inertia", RUN_LIMIT_SHARE);
+        run_times(rig, "motor_inertia", RUN_LIMIT_SHARE);
+        run_times(rig, "friction_coulomb", RUN_LIMIT_SHARE);
+    }
+    return rig;
+}
+
+/* From this angle [rad] to this speed under this load, without an encoder, learning. */
+static void start(rig_t *rig, double theta, double rpm, double load)
+{
+    run_put(rig, "dead_time_adaptation", 6.0);
+    run_parameter(rig, "position_source", SENSORLESS);
+    rig_set_motion(rig, theta, 0.0);
+    run_to_ready(rig);
+    run_real(rig);
+    run_put(rig, "load_torque", load);
+    run_on(rig, rpm);
+}
+
 /* From standstill without an encoder: it learns in the ramp, where the frame is forced. */
 static void test_start_with_a_wrong_dead_time(void)
 {
@@ -203,23 +230,9 @@ static void test_start_with_a_wrong_dead_time(void)
         const double share = shares[n % 3];
         const bool is_light = n / 3 % 2 != 0;
         char message[160];
-        rig_t *rig = rig_create(7);
-        TEST_ASSERT_NOT_NULL(rig);
+        rig_t *rig = standing(is_light);
         believe(rig, share);
-        if (is_light) {
-            light(rig);
-        } else {
-            run_times(rig, "inertia", RUN_LIMIT_SHARE);
-            run_times(rig, "motor_inertia", RUN_LIMIT_SHARE);
-            run_times(rig, "friction_coulomb", RUN_LIMIT_SHARE);
-        }
-        run_put(rig, "dead_time_adaptation", 6.0);
-        run_parameter(rig, "position_source", SENSORLESS);
-        rig_set_motion(rig, 0.4 * n, 0.0);
-        run_to_ready(rig);
-        run_real(rig);
-        run_put(rig, "load_torque", n / 6 != 0 ? RATED : 0.0);
-        run_on(rig, 200.0);
+        start(rig, 0.4 * n, 200.0, n / 6 != 0 ? RATED : 0.0);
         run_seconds(rig, 4.0);
         const run_error_t err = run_error(rig, 0.5);
         snprintf(message, sizeof message,
@@ -248,22 +261,9 @@ static void test_a_start_to_100_rpm_learns_it(void)
             continue; /* not every try of the kit's 6.3 A brings such a load up by a dead time so wrong */
         }
         char message[160];
-        rig_t *rig = rig_create(7);
-        TEST_ASSERT_NOT_NULL(rig);
+        rig_t *rig = standing(is_light);
         believe(rig, factors[n % 2]);
-        if (is_light) {
-            light(rig);
-        } else {
-            run_times(rig, "inertia", RUN_LIMIT_SHARE);
-            run_times(rig, "motor_inertia", RUN_LIMIT_SHARE);
-            run_times(rig, "friction_coulomb", RUN_LIMIT_SHARE);
-        }
-        run_put(rig, "dead_time_adaptation", 6.0);
-        run_parameter(rig, "position_source", SENSORLESS);
-        run_to_ready(rig);
-        run_real(rig);
-        run_put(rig, "load_torque", load);
-        run_on(rig, rpm);
+        start(rig, 0.0, rpm, load);
         for (int32_t k = 0; k < 600 && fabs(rig_value(rig, "true_omega_m") / (rpm * RPM) - 1.0) > 0.1; k++) {
             run_seconds(rig, 0.01);
         }
@@ -290,16 +290,9 @@ static void test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong(void
     static const double speeds[] = {50.0, 60.0, 70.0, 80.0};
     for (int32_t n = 0; n < 8; n++) {
         const double rpm = speeds[n / 2];
-        rig_t *rig = rig_create(7);
-        TEST_ASSERT_NOT_NULL(rig);
-        light(rig);
+        rig_t *rig = standing(true);
         run_put(rig, "handover_speed", 200.0 * RPM);
-        run_put(rig, "dead_time_adaptation", 6.0);
-        run_parameter(rig, "position_source", SENSORLESS);
-        run_to_ready(rig);
-        run_real(rig);
-        run_put(rig, "load_torque", n % 2 != 0 ? RATED : 0.0);
-        run_on(rig, rpm);
+        start(rig, 0.0, rpm, n % 2 != 0 ? RATED : 0.0);
         run_seconds(rig, 6.0);
         char message[120];
         snprintf(message, sizeof message, "light rotor forced at %.0f r/min, %g N m: V %.3f", rpm,

@@ -545,7 +545,6 @@ static void test_reference_too_slow_to_track_is_forced(void)
     }
 }
 
-/* The d axis goes ahead by the load angle: the torque is the one that was there. */
 /* On I the rotor's pendulum has w_n^2 = p K_t I/J: six times the electrical speed has to be twice that. */
 static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(void)
 {
@@ -570,6 +569,7 @@ static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(
     TEST_ASSERT_TRUE(manoeuvres_even(&m));
 }
 
+/* The d axis goes ahead by the load angle: the torque is the one that was there. */
 static void test_fall_back_keeps_the_torque(void)
 {
     static const double loads[] = {0.05, 2.0, 5.0, 8.0};

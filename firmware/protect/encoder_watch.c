@@ -65,13 +65,14 @@ static float slip(const encoder_watch_t *watch, dq_t emf)
 
 /* What a judgement sees, of one window or the mean of two. */
 typedef struct {
-    float along;    /* e_q in the direction of rotation [V] */
-    float length;   /* |e| [V] */
-    float expected; /* psi_f |omega| [V] */
+    float along;       /* e_q in the direction of rotation [V] */
+    float length;      /* |e| [V] */
+    float expected;    /* psi_f |omega| [V] */
+    rotation_t middle; /* the encoder's angle in the middle of the window */
 } seen_t;
 
-/* The mean EMF of the window, which the next one begins with, in the encoder's frame in its middle. */
-static dq_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
+/* The mean EMF of the window, which the next one begins with [V]. */
+static ab_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const ab_t given =
@@ -80,14 +81,15 @@ static dq_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
                       tuning->volts * (given.beta - input->current.beta + watch->current.beta)};
     watch->voltage = (ab_t){0.0f, 0.0f};
     watch->current = input->current;
-    return frames_park(emf, trig_advance(input->encoder, tuning->middle * input->omega_e));
+    return emf;
 }
 
 static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const float omega_e = input->omega_e;
-    const dq_t emf = emf_of(watch, input);
+    const rotation_t middle = trig_advance(input->encoder, tuning->middle * omega_e);
+    const dq_t emf = frames_park(emf_of(watch, input), middle);
     const dq_t last = watch->last;
     const float omega_emf = omega_e + slip(watch, emf);
     const bool backward = omega_e < 0.0f;
@@ -98,18 +100,16 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     const dq_t judged = {emf.d + share * (last.d - emf.d), emf.q + share * (last.q - emf.q)};
     const float square = judged.d * judged.d + judged.q * judged.q;
     return (seen_t){backward ? -judged.q : judged.q, square * inverse_root(square),
-                    tuning->flux_linkage * bounds_magnitude(omega_e)};
+                    tuning->flux_linkage * bounds_magnitude(omega_e), middle};
 }
 
 /* Is what the window's EMF has beside the rotor's along the axis of one phase alone? On each of them, in
  * either direction, the sine of three times its angle is 0. That of a rotor that turns the other way stands,
  * and may do so there; that of a rotor whose encoder does not turn is elsewhere a look later. */
-static bool is_of_a_phase(encoder_watch_t *watch, const encoder_watch_input_t *input)
+static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t middle)
 {
-    const encoder_watch_tuning_t *tuning = &watch->tuning;
-    const dq_t beside = {watch->last.d, watch->last.q - tuning->flux_linkage * input->omega_e};
-    const ab_t off =
-        frames_inverse_park(beside, trig_advance(input->encoder, tuning->middle * input->omega_e));
+    const dq_t beside = {watch->last.d, watch->last.q - watch->tuning.flux_linkage * omega_e};
+    const ab_t off = frames_inverse_park(beside, middle);
     const ab_t before = watch->off;
     watch->off = off;
     const float alpha = off.alpha * off.alpha;
@@ -137,7 +137,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool backward =
         turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&
         watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
-    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input);
+    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input->omega_e, seen.middle);
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;

@@ -4,7 +4,6 @@ import glob
 import json
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -12,31 +11,17 @@ import sys
 import time
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
+from command_line import LAGLESS, TestCase, lagless
 
-LAGLESS, FOLDER, FAULT_ROWS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
+FAULT_ROWS = sys.argv[3]
 
 KEPT = 341  # periods of the twelve rows that explain a fault: CAPTURE_SLOTS / 12
 
-STEP = """schema = 1
-title = "a test"
-[run]
-duration = "%s"
-[params]
-position_source = "encoder"
-[requests]
-enable = "on"
-speed_request = "300 r/min"
-[[expect]]
+REACHED = """[[expect]]
 signal = "true_omega_m"
 statistic = "last"
 at_least = "%s"
 """
-
-
-def lagless(*arguments, **settings):
-    return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, **settings)
 
 
 def runs_under_valgrind():
@@ -47,22 +32,9 @@ def runs_under_valgrind():
         return False
 
 
-class CommandLine(stuck.TestCase):
-    def setUp(self):
-        self.folder = os.path.join(FOLDER, "cli_work")
-        shutil.rmtree(self.folder, ignore_errors=True)
-        os.makedirs(self.folder)
-
-    def scenario(self, duration="0.2 s", at_least="-10 r/min", name="a.toml"):
-        path = os.path.join(self.folder, name)
-        with open(path, "w") as file:
-            file.write(STEP % (duration, at_least))
-        return path
-
-    def expect(self, code, done, *fragments):
-        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
-        for fragment in fragments:
-            self.assertIn(fragment, done.stdout + done.stderr)
+class CommandLine(TestCase):
+    def scenario(self, at_least="-10 r/min", **settings):
+        return super().scenario(REACHED % at_least, **settings)
 
     def test_met_expectations_give_0_and_failed_ones_1(self):
         self.expect(0, lagless("run", self.scenario()), "met")
@@ -631,7 +603,7 @@ class CommandLine(stuck.TestCase):
             self.expect(0, lagless(command, "--help"), "Usage: lagless " + command)
 
 
-class Readme(stuck.TestCase):
+class Readme(TestCase):
     """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):

@@ -10,29 +10,7 @@ import sys
 import time
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
-
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
-
-STEP = """schema = 1
-title = "a test"
-[run]
-duration = "%s"
-[params]
-position_source = "encoder"
-[requests]
-enable = "on"
-speed_request = "300 r/min"
-"""
-
-
-def lagless(*arguments, **settings):
-    settings = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
-    if "input" in settings:
-        del settings["stdin"]
-    return subprocess.run([LAGLESS, *arguments], text=True, **settings)
-
+from command_line import LAGLESS, TestCase, lagless
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -42,25 +20,9 @@ def document(path):
         return file.read()
 
 
-class FirstHour(stuck.TestCase):
-    def setUp(self):
-        self.folder = os.path.join(FOLDER, "work")
-        shutil.rmtree(self.folder, ignore_errors=True)
-        os.makedirs(self.folder)
-
-    def scenario(self, *more, duration="0.2 s", name="a.toml"):
-        path = os.path.join(self.folder, name)
-        with open(path, "w") as file:
-            file.write(STEP % duration + "".join(more))
-        return path
-
+class FirstHour(TestCase):
     def out(self, name="out"):
         return os.path.join(self.folder, name)
-
-    def expect(self, code, done, *fragments):
-        self.assertEqual(code, done.returncode, "%s %s" % (done.stderr, done.stdout))
-        for fragment in fragments:
-            self.assertIn(fragment, (done.stdout or "") + (done.stderr or ""))
 
     def under_way(self, *arguments):
         """A program that is running, with a file in its folder."""

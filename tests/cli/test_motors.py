@@ -8,35 +8,14 @@ import subprocess
 import sys
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
+from command_line import LAGLESS, TestCase, lagless
 
-LAGLESS, FOLDER, ROOT = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3]
+ROOT = sys.argv[3]
 LIBRARY = os.path.join(ROOT, "host_sim", "motors")
 PAGE = open(os.path.join(ROOT, "docs", "motors.md"), encoding="utf-8").read()
 
 
-def lagless(*arguments):
-    return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-
-
-class Motors(stuck.TestCase):
-    def setUp(self):
-        self.folder = os.path.join(FOLDER, "motors_work")
-        shutil.rmtree(self.folder, ignore_errors=True)
-        os.makedirs(self.folder)
-
-    def file(self, name, text):
-        path = os.path.join(self.folder, name)
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        return path
-
-    def expect(self, code, done, *fragments):
-        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
-        for fragment in fragments:
-            self.assertIn(fragment, done.stdout + done.stderr)
-
+class Motors(TestCase):
     def test_the_list_and_its_json_have_every_file_of_the_library(self):
         names = sorted(name[:-5] for name in os.listdir(LIBRARY) if name.endswith(".toml"))
         done = lagless("motors")
@@ -56,7 +35,7 @@ class Motors(stuck.TestCase):
         self.expect(2, lagless("tune"), "which motor?")
 
     def test_a_file_without_what_must_be_known_names_it(self):
-        path = self.file("short.toml", "pole_pairs = 4\nresistance = 1\n")
+        path = self.write("short.toml", "pole_pairs = 4\nresistance = 1\n")
         self.expect(2, lagless("tune", path), "short.toml", "missing: inductance", "rated_current_peak", "flux_linkage")
 
     def test_tune_prints_toml_with_a_reason_each_that_a_scenario_takes(self):
@@ -66,15 +45,15 @@ class Motors(stuck.TestCase):
         self.assertGreater(len(rows), 30)
         for row in rows:
             self.assertRegex(row, r"^[a-z_]+ = \S+ # \S")
-        scenario = self.file("rows.toml", 'schema = 1\ntitle = "rows"\n[run]\nduration = 0.01\n' + done.stdout)
+        scenario = self.write("rows.toml", 'schema = 1\ntitle = "rows"\n[run]\nduration = 0.01\n' + done.stdout)
         self.expect(0, lagless("run", scenario))
 
     def test_rows_and_a_motor_block_make_the_same_bits(self):
         rows = lagless("tune", "maxon-ec45-flat-50w").stdout
         head = 'schema = 1\ntitle = "t"\n[run]\nduration = 0.2\nrecord = ["i_q"]\n[requests]\nenable = "on"\nspeed_request = 90\n'
-        by_rows = self.file("a.toml", head + rows)
-        by_name = self.file("b.toml", head + '[motor]\nname = "maxon-ec45-flat-50w"\n')
-        by_file = self.file("c.toml", head + '[motor]\nfile = "m.toml"\n')
+        by_rows = self.write("a.toml", head + rows)
+        by_name = self.write("b.toml", head + '[motor]\nname = "maxon-ec45-flat-50w"\n')
+        by_file = self.write("c.toml", head + '[motor]\nfile = "m.toml"\n')
         shutil.copy(os.path.join(LIBRARY, "maxon-ec45-flat-50w.toml"), os.path.join(self.folder, "m.toml"))
         hashes = {json.loads(lagless("run", path, "--json").stdout)["state_hash"] for path in (by_rows, by_name, by_file)}
         self.assertEqual(1, len(hashes))
@@ -96,7 +75,7 @@ class Motors(stuck.TestCase):
     def test_the_five_lines_of_the_page_are_a_motor_that_runs(self):
         lines = re.search(r"    # my_motor.toml\n((?:    .*\n)+)", PAGE)[1]
         self.assertEqual(5, len(lines.splitlines()))
-        motor = self.file("my_motor.toml", "\n".join(line.strip() for line in lines.splitlines()))
+        motor = self.write("my_motor.toml", "\n".join(line.strip() for line in lines.splitlines()))
         written = os.path.join(self.folder, "my.toml")
         self.expect(0, lagless("tune", motor, "--write", written), "inertia is not given")
         self.expect(0, lagless("run", written), "met         never lost")
@@ -108,7 +87,7 @@ class Motors(stuck.TestCase):
         belief = next(block for block in blocks if block.startswith("[params]"))
         loads = next(block for block in blocks if block.startswith("load_torque"))
         profile = next(block for block in blocks if block.startswith("[[profile]]"))
-        path = self.file("page.toml", head + motor + belief + "[plant]\n" + loads + profile)
+        path = self.write("page.toml", head + motor + belief + "[plant]\n" + loads + profile)
         self.expect(0, lagless("run", path, "--set", "run.duration=3.1"))
 
     def test_the_ripple_of_the_page_is_that_of_its_formula(self):

@@ -1,0 +1,55 @@
+"""What the tests of the command line share: the program, a folder of a test's own, a short scenario, what is expected of a
+run. usage of every such test: test_*.py LAGLESS FOLDER ..."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+import stuck  # noqa: E402
+
+LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+
+STEP = """schema = 1
+title = "a test"
+[run]
+duration = "%s"
+[params]
+position_source = "encoder"
+[requests]
+enable = "on"
+speed_request = "300 r/min"
+"""
+
+
+def lagless(*arguments, **settings):
+    """A run of the program to its end; `settings` are those of subprocess.run."""
+    settings = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
+    if "input" in settings:
+        del settings["stdin"]
+    return subprocess.run([LAGLESS, *arguments], text=True, **settings)
+
+
+class TestCase(stuck.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(FOLDER, "work")
+        shutil.rmtree(self.folder, ignore_errors=True)
+        os.makedirs(self.folder)
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def scenario(self, *more, duration="0.2 s", name="a.toml"):
+        """A file of a scenario that goes to 300 r/min with an encoder, and with `more` tables."""
+        return self.write(name, STEP % duration + "".join(more))
+
+    def expect(self, code, done, *fragments):
+        """That a run ended with this exit code and told these fragments, on either stream."""
+        told = (done.stdout or "") + (done.stderr or "")
+        self.assertEqual(code, done.returncode, told)
+        for fragment in fragments:
+            self.assertIn(fragment, told)

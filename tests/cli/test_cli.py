@@ -171,7 +171,7 @@ class CommandLine(TestCase):
             self.assertIn("not counted: this build does not run under valgrind", said)
 
     def test_map_is_a_list_of_points_with_these_keys(self):
-        done = lagless("map", "--ideal", "--speeds", "1013,300", "--json")
+        done = lagless("map", "--ideal", "--averaged", "--speeds", "1013,300", "--json")
         self.expect(0, done)
         points = json.loads(done.stdout)
         self.assertEqual(7 * 2 * 2 * 2 * 2, len(points))
@@ -284,7 +284,7 @@ class CommandLine(TestCase):
 
     def test_map_that_contradicts_theory_gives_1(self):
         # 25 r/min is below estimate_speed_min: the drive gives up, and nothing can be judged
-        done = lagless("map", "--ideal", "--speeds", "25", "--adaptation", "off", "--json")
+        done = lagless("map", "--ideal", "--averaged", "--speeds", "25", "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED")
         self.assertNotIn("FAILED", done.stdout)
         self.assertIn(False, [point["locked"] for point in json.loads(done.stdout)])

@@ -13,7 +13,7 @@
  * record; the committed one with the largest is in force. A new record goes behind it, and where there is no
  * room into the other page, which is erased first: the set in force is never touched.
  *
- * What a cut can leave, and what is made of it: a record without commit, which is passed over; a header that
+ * What a cut can leave, and what is made of it: a record without commit, which is skipped; a header that
  * does not agree with its check and nothing behind it, after which the other page is written; a page half
  * erased, while the other holds the set in force. Whatever else is found was not left by a cut, and is told
  * as corrupt: a committed record that does not agree with its check and would be in force; something behind

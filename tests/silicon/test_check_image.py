@@ -18,6 +18,7 @@ import sys
 import tempfile
 import unittest
 
+import graphs
 import stand_in
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -27,6 +28,7 @@ CC = os.environ.get("CC", "gcc")
 loader = importlib.machinery.SourceFileLoader("check_image", str(TOOL))
 checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_image", loader))
 loader.exec_module(checker)
+graphs.remember(checker.linker)
 
 ALLOC, WRITE, EXEC = 2, 1, 4
 CODE, CONST, VARIABLE = ALLOC | EXEC, ALLOC, ALLOC | WRITE

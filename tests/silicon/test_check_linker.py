@@ -18,10 +18,13 @@ import sys
 import tempfile
 import unittest
 
+import graphs
 import stand_in
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FLASH = "linker/f28335_flash.cmd"
+IN_FLASH = "linker/interrupt_in_flash.txt"
+COMMANDS = "compile_commands.json"
 CC = os.environ.get("CC", "gcc")
 
 loader = importlib.machinery.SourceFileLoader("check_linker", str(ROOT / "tools/check-linker"))
@@ -29,20 +32,7 @@ checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check
 loader.exec_module(checker)
 
 
-def remember(graph_of):
-    """One call graph a source and text: most tests change none. No test changes a header."""
-    known = {}
-
-    def remembered(root, source, compiler, lister, output):
-        key = (source.name, (root / source.name).read_text(encoding="utf-8"))
-        if key not in known:
-            known[key] = graph_of(root, source, compiler, lister, output)
-        return known[key]
-
-    return remembered
-
-
-checker.graph_of = remember(checker.graph_of)
+graphs.remember(checker)
 
 
 class CheckLinker(unittest.TestCase):
@@ -50,31 +40,39 @@ class CheckLinker(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         folder = pathlib.Path(cls.temporary.name).resolve()
-        cls.commands = folder / "build/compile_commands.json"
+        cls.root = folder / "tree"
         subprocess.run(["cmake", "--preset", "f28335-flash", "-B", folder / "build", "-DLAGLESS_GATES=active_high"],
                        cwd=ROOT, env=stand_in.install(folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+        for name in ("firmware", "hal", "linker"):
+            shutil.copytree(ROOT / name, cls.root / name)
+        commands = (folder / "build" / COMMANDS).read_text(encoding="utf-8").replace(str(ROOT), str(cls.root))
+        (cls.root / COMMANDS).write_text(commands, encoding="utf-8")
 
     @classmethod
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
-    def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.root = pathlib.Path(temporary.name).resolve()
-        for name in ("firmware", "hal", "linker"):
-            shutil.copytree(ROOT / name, self.root / name)
-        commands = self.commands.read_text(encoding="utf-8").replace(str(ROOT), str(self.root))
-        (self.root / "compile_commands.json").write_text(commands, encoding="utf-8")
+    def write(self, name, text):
+        """Until this case ends."""
+        path = self.root / name
+        if path.exists():
+            self.addCleanup(path.write_text, path.read_text(encoding="utf-8"), encoding="utf-8")
+        else:
+            self.addCleanup(path.unlink)
+        path.write_text(text, encoding="utf-8")
+
+    def remove(self, name):
+        """Likewise."""
+        self.write(name, "")
+        (self.root / name).unlink()
 
     def change(self, name, old, new):
-        path = self.root / name
-        text = path.read_text(encoding="utf-8")
+        text = (self.root / name).read_text(encoding="utf-8")
         self.assertEqual(len(re.findall(old, text)), 1, f"{name} has not one {old}")
-        path.write_text(re.sub(old, lambda _: new, text), encoding="utf-8")
+        self.write(name, re.sub(old, lambda _: new, text))
 
     def words(self):
-        return ["--commands", str(self.root / "compile_commands.json"), "--root", str(self.root), "--cc", CC]
+        return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", CC]
 
     def check(self):
         """(exit status, what it printed)"""
@@ -254,11 +252,10 @@ class CheckLinker(unittest.TestCase):
     # The interrupt's call tree
 
     def in_ram(self, name, option=" --ramfunc=on"):
-        path = self.root / "compile_commands.json"
         line = rf'(_file={re.escape(str(self.root / name))} [^\n]*?)( --ramfunc=on)?( --output_file)'
-        text, changed = re.subn(line, rf"\1{option}\3", path.read_text(encoding="utf-8"))
+        text, changed = re.subn(line, rf"\1{option}\3", (self.root / COMMANDS).read_text(encoding="utf-8"))
         self.assertEqual(changed, 1)
-        path.write_text(text, encoding="utf-8")
+        self.write(COMMANDS, text)
 
     def test_a_function_of_the_interrupt_in_flash(self):
         self.in_ram("firmware/math/trig.c", "")
@@ -266,8 +263,7 @@ class CheckLinker(unittest.TestCase):
                            "app_interrupt -> drive_step -> ")
 
     def listed_in_flash(self, text):
-        path = self.root / "linker/interrupt_in_flash.txt"
-        path.write_text(path.read_text(encoding="utf-8") + text + "\n", encoding="utf-8")
+        self.write(IN_FLASH, (self.root / IN_FLASH).read_text(encoding="utf-8") + text + "\n")
 
     def test_a_source_that_is_to_stay_in_flash_and_does_not(self):
         self.in_ram("firmware/manoeuvre/catch.c")
@@ -322,9 +318,8 @@ class CheckLinker(unittest.TestCase):
 
     def append(self, name, text):
         """The line where it begins."""
-        path = self.root / name
-        before = path.read_text(encoding="utf-8")
-        path.write_text(before + text, encoding="utf-8")
+        before = (self.root / name).read_text(encoding="utf-8")
+        self.write(name, before + text)
         return before.count("\n") + 1
 
     def test_an_abort_of_our_own(self):
@@ -391,7 +386,7 @@ class CheckLinker(unittest.TestCase):
     # Sources and files
 
     def test_a_source_that_is_not_built(self):
-        (self.root / "hal/f28335/sci.c").write_text("int sci;\n", encoding="utf-8")
+        self.write("hal/f28335/sci.c", "int sci;\n")
         self.assert_breach("hal/f28335/sci.c:1: build: is not compiled")
 
     def test_a_source_that_is_no_c(self):
@@ -403,7 +398,7 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach("f28335_flash.cmd:", "'GROUP' where MEMORY or SECTIONS should stand")
 
     def test_a_linker_file_that_is_not_there(self):
-        (self.root / FLASH).unlink()
+        self.remove(FLASH)
         self.assert_breach("f28335_flash.cmd")
 
 

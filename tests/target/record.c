@@ -224,9 +224,9 @@ static uint32_t seconds(double time)
     return rig_periods(time);
 }
 
-/* Power-on, a rotor turning at 500 r/min is caught, a speed step to 1000 r/min at 0.3 s, a load step
- * of 5 N m at 0.6 s. */
-static void ordinary(void)
+/* Power-on, a rotor turning at 500 r/min is caught; a speed step to 1000 r/min and a load step of 5 N m, so
+ * many seconds each. */
+static void speed_and_load(double caught, double faster, double loaded)
 {
     set("position_source", 1.0);
     set("torque_feedforward", 1.0);
@@ -234,16 +234,21 @@ static void ordinary(void)
     rig_set_motion(rig, 0.0, 500.0 * RPM);
     set("speed_request", 500.0 * RPM);
     set("enable", 1.0);
-    run(seconds(0.3));
+    run(seconds(caught));
     set("speed_request", 1000.0 * RPM);
-    run(seconds(0.3));
+    run(seconds(faster));
     set("load_torque", 5.0);
-    run(seconds(0.4));
+    run(seconds(loaded));
     expect(operating());
 }
 
-/* The same in short, while what the drive learns by default is learnt, or nothing: their difference is what
- * learning costs. */
+static void ordinary(void)
+{
+    speed_and_load(0.3, 0.3, 0.4);
+}
+
+/* In short, while what the drive learns by default is learnt, or nothing: their difference is what learning
+ * costs. */
 static void learning(bool on)
 {
     static const struct {
@@ -256,18 +261,7 @@ static void learning(bool on)
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         set(rows[n].name, on ? rows[n].rate : 0.0);
     }
-    set("position_source", 1.0);
-    set("torque_feedforward", 1.0);
-    apply();
-    rig_set_motion(rig, 0.0, 500.0 * RPM);
-    set("speed_request", 500.0 * RPM);
-    set("enable", 1.0);
-    run(seconds(0.06));
-    set("speed_request", 1000.0 * RPM);
-    run(seconds(0.06));
-    set("load_torque", 5.0);
-    run(seconds(0.04));
-    expect(operating());
+    speed_and_load(0.06, 0.06, 0.04);
 }
 
 static void all_learnt(void)

@@ -44,17 +44,24 @@ int32_t chip_pin_out(const chip_t *chip, uint32_t gpio)
 }
 
 /* DAT shows the pin whatever its function; a stopped input clock freezes what comes from outside. */
-void gpio_refresh(chip_t *chip)
+static uint32_t level_of(const chip_t *chip, uint32_t port)
 {
     bool clocked = (chip->registers.sysctrl.PCLKCR3 & PCLKCR3_GPIOIN) != 0u;
-    for (uint32_t n = 0u; n < GPIO_PORTS; n++) {
-        uint32_t driven = chip->registers.gpio_control[n].DIR;
-        uint32_t outside = clocked ? chip->gpio_input[n] : chip->registers.gpio_data[n].DAT;
-        uint32_t level = (chip->gpio_latch[n] & driven) | (outside & ~driven);
-        if (n == 0u) {
-            level = (level & ~chip->pins.driven) | chip->pins.level;
-        }
-        chip->registers.gpio_data[n].DAT = level;
+    uint32_t driven = chip->registers.gpio_control[port].DIR;
+    uint32_t outside = clocked ? chip->gpio_input[port] : chip->registers.gpio_data[port].DAT;
+    return (chip->gpio_latch[port] & driven) | (outside & ~driven);
+}
+
+void gpio_show(chip_t *chip)
+{
+    chip->registers.gpio_data[0].DAT = (level_of(chip, 0u) & ~chip->pins.driven) | chip->pins.level;
+}
+
+void gpio_refresh(chip_t *chip)
+{
+    gpio_show(chip);
+    for (uint32_t n = 1u; n < GPIO_PORTS; n++) {
+        chip->registers.gpio_data[n].DAT = level_of(chip, n);
     }
 }
 

@@ -161,7 +161,7 @@ void outputs_show(chip_t *chip)
     pins->level = level;
     pins->driven = driven;
     pins->hidden = 0u;
-    gpio_refresh(chip);
+    gpio_show(chip);
     if (chip == chip_bound) {
         chip_world->gates(chip_world->context, chip->tick, level, driven);
     }

@@ -92,6 +92,7 @@ void timer_debug(chip_t *chip); /* a debugger's halt began or ended */
 void gpio_reset(chip_t *chip);
 void gpio_write(chip_t *chip, uint32_t address, uint32_t value);
 void gpio_refresh(chip_t *chip);
+void gpio_show(chip_t *chip); /* the pins that PWM modules may drive: the first port alone */
 uint32_t gpio_mux(const chip_t *chip, uint32_t pin);
 uint32_t gpio_trip_low(const chip_t *chip); /* bit n-1: TZn pulled low */
 

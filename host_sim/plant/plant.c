@@ -336,15 +336,13 @@ void plant_gates(plant_t *plant, uint64_t tick, uint32_t on)
         return;
     }
     run_edges(plant, tick);
-    uint32_t changed = on ^ plant->commanded;
-    plant->commanded = on;
-    for (uint32_t gate = 0; changed; gate++, changed >>= 1) {
-        if (changed & 1u) {
-            uint32_t rises = on >> gate & 1u;
-            push_edge(plant, tick + (rises ? plant->turn_on_ticks[gate >> 1] : plant->turn_off_ticks), gate,
-                      rises);
-        }
+    for (uint32_t changes = on ^ plant->commanded; changes != 0u; changes &= changes - 1u) {
+        uint32_t gate = (uint32_t)__builtin_ctz(changes); /* the lowest of them */
+        uint32_t rises = on >> gate & 1u;
+        push_edge(plant, tick + (rises ? plant->turn_on_ticks[gate >> 1] : plant->turn_off_ticks), gate,
+                  rises);
     }
+    plant->commanded = on;
 }
 
 void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,

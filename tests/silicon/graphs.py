@@ -1,6 +1,7 @@
 """What tests of tools/check-linker and tools/check-image work out once and not for each of their cases: the compiler's call
 graph of a source, its text without comments, the words of its command line. A case changes next to none of them."""
 import functools
+import types
 
 
 def remember(linker):
@@ -15,4 +16,4 @@ def remember(linker):
 
     linker.graph_of = remembered
     linker.without_comments = functools.cache(linker.without_comments)
-    linker.shlex.split = functools.cache(linker.shlex.split)
+    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name: no one else's split

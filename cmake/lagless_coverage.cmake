@@ -1,6 +1,6 @@
 # Beside the sanitizers, the lines of firmware/ and hal/ that are executed. Target `coverage`: builds everything, runs the
 # tests of both, prints their line coverage, and fails below the limit.   cmake --build --preset asan --target coverage
-foreach(room lagless_firmware lagless_app lagless_hal lagless_hal_active_low)
+foreach(room lagless_core lagless_firmware lagless_app lagless_hal lagless_hal_active_low)
     if(TARGET ${room})
         target_compile_options(${room} PRIVATE --coverage)
     endif()

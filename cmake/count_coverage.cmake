@@ -15,11 +15,18 @@ endif()
 
 file(MAKE_DIRECTORY "${BUILD}/html")
 execute_process(COMMAND "${GCOVR}" --root "${SOURCE}" --filter "${SOURCE}/firmware/" --filter "${SOURCE}/hal/" -j ${jobs}
-        --html-details "${BUILD}/html/index.html" --txt --print-summary --fail-under-line ${LIMIT} "${BUILD}"
-    WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed)
+        --html-details "${BUILD}/html/index.html" --txt --print-summary --json-summary "${BUILD}/coverage.json"
+        --fail-under-line ${LIMIT} "${BUILD}"
+    WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed TIMEOUT 300)
 if(failed EQUAL 2) # gcovr's own code for it
     message(FATAL_ERROR "coverage: fewer than ${LIMIT} % of the lines were reached")
 elseif(failed)
     message(FATAL_ERROR "coverage: gcovr failed (${failed})")
+endif()
+file(READ "${BUILD}/coverage.json" summary)
+string(JSON functions GET "${summary}" function_percent)
+message(STATUS "functions reached: ${functions} %")
+if(functions LESS LIMIT)
+    message(FATAL_ERROR "coverage: fewer than ${LIMIT} % of the functions were reached")
 endif()
 message(STATUS "line by line: ${BUILD}/html/index.html")

@@ -2,15 +2,12 @@
 """tools/check-image on images made here, word by word: a good one, which must pass, and images with one fault, which must
 be named. No linker of TI's is needed; the files are as its files are.
 
-usage: test_check_image.py [unittest options]
+usage: test_check_image.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
 CC names a GCC, for the call graph.
 """
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
-import os
 import pathlib
 import struct
 import subprocess
@@ -18,16 +15,12 @@ import sys
 import tempfile
 import unittest
 
+import chip_build
 import graphs
-import stand_in
+from chip_build import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL = ROOT / "tools/check-image"
-CC = os.environ.get("CC", "gcc")
-
-loader = importlib.machinery.SourceFileLoader("check_image", str(TOOL))
-checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_image", loader))
-loader.exec_module(checker)
+checker = graphs.tool("check-image")
 graphs.remember(checker.linker)
 
 ALLOC, WRITE, EXEC = 2, 1, 4
@@ -631,8 +624,7 @@ class CallGraph(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name).resolve()
-        subprocess.run(["cmake", "--preset", "f28335-flash", "-B", cls.folder / "build", "-DLAGLESS_GATES=active_high"],
-                       cwd=ROOT, env=stand_in.install(cls.folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+        cls.commands = chip_build.Build(chip_build.folder()).folder
 
     @classmethod
     def tearDownClass(cls):
@@ -642,18 +634,18 @@ class CallGraph(unittest.TestCase):
         elf.write(self.folder / "lagless.out")
         told = io.StringIO()
         with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
-            status = checker.main([str(self.folder / "lagless.out"), "--call-graph", str(graph), "--cc", CC])
+            status = checker.main([str(self.folder / "lagless.out"), "--call-graph", str(graph), "--cc", graphs.CC])
         return status, told.getvalue()
 
     def test_the_functions_of_this_tree(self):
-        status, told = self.check(good(), self.folder / "build")
+        status, told = self.check(good(), self.commands)
         self.assertEqual(status, 0, told)
         self.assertRegex(told, r"17 of 17 checks passed; 4 of the interrupt's \d{3} functions have a symbol")
 
     def test_a_function_of_this_tree_in_flash(self):
         elf = good()
         elf.define("drive_step", 0x300008, place=1)
-        status, told = self.check(elf, self.folder / "build/compile_commands.json")
+        status, told = self.check(elf, self.commands / "compile_commands.json")
         self.assertEqual(status, 1, told)
         self.assertIn("interrupt: drive_step at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", told)
 
@@ -663,9 +655,9 @@ class CallGraph(unittest.TestCase):
         elf.define("drive.asm", 0, FILE, LOCAL)
         elf.define("unexpected", 0x300008, FUNC, LOCAL, 1, 8)
         elf.define("interrupts.asm", 0, FILE, LOCAL)
-        self.assertEqual(self.check(elf, self.folder / "build")[0], 0)
+        self.assertEqual(self.check(elf, self.commands)[0], 0)
         elf.define("unexpected", 0x300010, FUNC, LOCAL, 1, 8)
-        status, told = self.check(elf, self.folder / "build")
+        status, told = self.check(elf, self.commands)
         self.assertEqual(status, 1, told)
         self.assertIn("interrupt: unexpected of hal/f28335/interrupts.c at 0x300010: .TI.ramfunc, ", told)
         self.assertNotIn("0x300008", told)
@@ -701,4 +693,4 @@ class CallGraph(unittest.TestCase):
 if __name__ == "__main__":
     if checker.ELFFile is None:
         sys.exit(f"pyelftools is missing for {sys.executable}: tools/setup installs it (Debian: python3-pyelftools)")
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

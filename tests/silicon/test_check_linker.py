@@ -1,37 +1,28 @@
 #!/usr/bin/env python3
 """tools/check-linker on this tree, which must pass, and on copies of it with one thing broken, which must be named.
 
-usage: test_check_linker.py [unittest options]
+usage: test_check_linker.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
 CC names a GCC, for the call graph.
 """
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
-import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
+import chip_build
 import graphs
-import stand_in
+from chip_build import ROOT, run
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 FLASH = "linker/f28335_flash.cmd"
 IN_FLASH = "linker/interrupt_in_flash.txt"
 COMMANDS = "compile_commands.json"
-CC = os.environ.get("CC", "gcc")
 
-loader = importlib.machinery.SourceFileLoader("check_linker", str(ROOT / "tools/check-linker"))
-checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_linker", loader))
-loader.exec_module(checker)
-
-
+checker = graphs.tool("check-linker")
 graphs.remember(checker)
 
 
@@ -39,13 +30,10 @@ class CheckLinker(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.temporary.name).resolve()
-        cls.root = folder / "tree"
-        subprocess.run(["cmake", "--preset", "f28335-flash", "-B", folder / "build", "-DLAGLESS_GATES=active_high"],
-                       cwd=ROOT, env=stand_in.install(folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+        cls.root = pathlib.Path(cls.temporary.name).resolve() / "tree"
         for name in ("firmware", "hal", "linker"):
             shutil.copytree(ROOT / name, cls.root / name)
-        commands = (folder / "build" / COMMANDS).read_text(encoding="utf-8").replace(str(ROOT), str(cls.root))
+        commands = (chip_build.Build(chip_build.folder()).folder / COMMANDS).read_text(encoding="utf-8").replace(str(ROOT), str(cls.root))
         (cls.root / COMMANDS).write_text(commands, encoding="utf-8")
 
     @classmethod
@@ -72,7 +60,7 @@ class CheckLinker(unittest.TestCase):
         self.write(name, re.sub(old, lambda _: new, text))
 
     def words(self):
-        return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", CC]
+        return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", graphs.CC]
 
     def check(self):
         """(exit status, what it printed)"""
@@ -88,12 +76,16 @@ class CheckLinker(unittest.TestCase):
             self.assertIn(text, told)
 
     def test_this_tree_passes(self):
-        told = subprocess.run([sys.executable, "-B", str(ROOT / "tools/check-linker"), *self.words()],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        self.assertEqual(told.returncode, 0, told.stdout)
-        self.assertRegex(told.stdout, r"^linker/f28335_flash.cmd: fits the chip; \d{3} functions of \d\d "
+        status, told = self.check()
+        self.assertEqual(status, 0, told)
+        self.assertRegex(told, r"^linker/f28335_flash.cmd: fits the chip; \d{3} functions of \d\d "
                          r"sources must run from RAM, and do; \d{3} of the interrupt's stay in flash, by linker/interrupt_in_flash.txt"
                          r"\nevery name is there once; of the library: _c_int00, ")
+
+    def test_the_program_itself_asks_for_the_command_lines(self):
+        told = run(sys.executable, "-B", ROOT / "tools/check-linker")
+        self.assertEqual(told.returncode, 2)
+        self.assertIn("--commands", told.stdout)
 
     # The memory map
 
@@ -403,4 +395,4 @@ class CheckLinker(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

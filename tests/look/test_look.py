@@ -15,6 +15,7 @@ import sys
 import unittest
 
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2])
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 DRAWS = importlib.util.find_spec("matplotlib") is not None
 UPLOT = (pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "lagless" / "uplot").is_dir() \
     or "UPLOT_DIR" in os.environ
@@ -268,7 +269,7 @@ class Document(Case):
     @unittest.skipUnless(DRAWS, "matplotlib is missing")
     def test_what_docs_plots_shows_is_what_is_printed(self):
         """`...` stands for lines that are left out."""
-        text = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "plots.md").read_text(encoding="utf-8")
+        text = (ROOT / "docs" / "plots.md").read_text(encoding="utf-8")
         blocks = re.findall(r"^    \$ build/host/lagless (.*)\n((?:    (?!\$ ).*\n)*)", text, re.M)
         self.assertEqual({"run", "plot", "compare"}, {command.split()[0] for command, _ in blocks})
         for command, shown in blocks:
@@ -296,10 +297,16 @@ class Refusals(Case):
                  (self.recording(("1.5", "one"), name="n.csv"), "n.csv:13: `one` is no number"),
                  (self.recording(("0.0002", "0.0001"), name="b.csv"), "b.csv: time does not increase"),
                  (self.recording((RECORDING[RECORDING.index("0.0000"):], ""), name="e.csv"), "e.csv: no samples"))
+        sys.path.insert(0, str(ROOT / "tools" / "plot"))
+        import recording
         for path, message in cases:
-            for command in (["plot", path], ["compare", path, path])[:1 + (path == other)]:
-                done = self.expect(2, lagless(*command), f"lagless {command[0]}: ", message)
-                self.assertEqual(1, len(done.stderr.splitlines()), done.stderr)
+            with self.assertRaises(recording.InputError) as refused:
+                recording.read(path)
+            self.assertIn(message, str(refused.exception))
+            self.assertEqual(1, len(str(refused.exception).splitlines()))
+        for command in (["plot", other], ["compare", other, other]):
+            done = self.expect(2, lagless(*command), f"lagless {command[0]}: ", cases[0][1])
+            self.assertEqual(1, len(done.stderr.splitlines()), done.stderr)
 
     def test_wrong_use_is_2_before_anything_runs(self):
         path = self.recording()

@@ -14,7 +14,7 @@
 
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/toml_reader.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 #define LINE_SIZE 1200u
 #define CASES     200u
@@ -33,14 +33,6 @@ static struct {
 } files[CASES];
 static size_t broken_count, file_count;
 static uint64_t state = SEED;
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static void append(const char *text)
 {
@@ -128,7 +120,7 @@ static void expect_refusal(const char *file, const char *begin, const char *part
     expect_message(&error, file, begin, parts);
 }
 
-static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
+TEST(test_every_broken_file_is_refused_with_place_name_and_reason)
 {
     TEST_ASSERT_TRUE_MESSAGE(broken_count >= 90u, "broken files are there");
     for (size_t n = 0; n < broken_count; n++) {
@@ -158,23 +150,23 @@ static void write_file(const char *name, const char *content, size_t octets)
     fclose(stream);
 }
 
-static void test_missing_file(void)
+TEST(test_missing_file)
 {
     snprintf(path, sizeof path, "%s/there_is_none.toml", folder);
     expect_refusal(path, " file: ", "cannot be read: No such file");
 }
 
-static void test_folder_instead_of_a_file(void)
+TEST(test_folder_instead_of_a_file)
 {
     expect_refusal(folder, " file: ", "cannot be read: it is a directory");
 }
 
-static void test_device_instead_of_a_file(void)
+TEST(test_device_instead_of_a_file)
 {
     expect_refusal("/dev/zero", " file: ", "cannot be read: it is not a plain file");
 }
 
-static void test_fifo_does_not_block(void)
+TEST(test_fifo_does_not_block)
 {
     snprintf(path, sizeof path, "%s/fifo", folder);
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
@@ -182,7 +174,7 @@ static void test_fifo_does_not_block(void)
     unlink(path);
 }
 
-static void test_file_without_permission(void)
+TEST(test_file_without_permission)
 {
     if (geteuid() == 0) {
         TEST_IGNORE_MESSAGE("root may read everything");
@@ -193,14 +185,14 @@ static void test_file_without_permission(void)
     unlink(path);
 }
 
-static void test_empty_file(void)
+TEST(test_empty_file)
 {
     write_file("empty.toml", "", 0u);
     expect_refusal(path, "1:1: schema: ", "it is missing & schema = 1");
     unlink(path);
 }
 
-static void test_file_of_nothing_but_a_nul(void)
+TEST(test_file_of_nothing_but_a_nul)
 {
     write_file("nul.toml", "\0", 1u);
     expect_refusal(path, "1:1: TOML: ", "not TOML");
@@ -217,7 +209,7 @@ static void expect_text_refused(const char *text, const char *expected)
 }
 
 /* Found by fuzzing: on these toml++ 3.3 fails an assertion or runs into undefined behaviour. */
-static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
+TEST(test_what_the_parser_can_not_stand_is_kept_from_it)
 {
     expect_text_refused("a = 1\n[.]\n", "x:2:2: TOML: not TOML: something else is expected here");
     expect_text_refused("[[ =\n", "x:1:4: TOML: not TOML: something else is expected here");
@@ -230,7 +222,7 @@ static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
                         "x:1:10: a: not TOML: a character outside of ASCII");
 }
 
-static void test_windows_lines_and_byte_order_mark_are_fine(void)
+TEST(test_windows_lines_and_byte_order_mark_are_fine)
 {
     const char content[] = "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n";
     scenario_error_t error;
@@ -239,7 +231,7 @@ static void test_windows_lines_and_byte_order_mark_are_fine(void)
     scenario_free(scenario);
 }
 
-static void test_file_that_is_too_large(void)
+TEST(test_file_that_is_too_large)
 {
     const size_t octets = TOML_OCTETS_MAX + 1u;
     char *content = malloc(octets);
@@ -264,7 +256,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
 }
 
 /* Either would overflow the stack of whoever takes the tree apart. */
-static void test_deep_nesting_is_refused(void)
+TEST(test_deep_nesting_is_refused)
 {
     const size_t octets = TOML_OCTETS_MAX;
     char *content = malloc(octets);
@@ -281,7 +273,7 @@ static void test_deep_nesting_is_refused(void)
     free(content);
 }
 
-static void test_brackets_and_dots_in_texts_and_comments_do_not_count(void)
+TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count)
 {
     const char content[] =
         "# [[[[[[[[[[[[[[[[[[ ......................................................................\n"
@@ -299,7 +291,7 @@ static void test_brackets_and_dots_in_texts_and_comments_do_not_count(void)
 }
 
 /* Each of these entries has the whole path in its messages; the paths of all would be 5 GB. */
-static void test_many_keys_below_a_long_one_fit_into_memory(void)
+TEST(test_many_keys_below_a_long_one_fit_into_memory)
 {
     const size_t octets = TOML_OCTETS_MAX;
     char *content = malloc(octets + 16u);
@@ -378,7 +370,7 @@ static size_t damage(char *text, size_t octets)
     return octets + length;
 }
 
-static void test_damaged_files_are_read_or_refused_in_one_line(void)
+TEST(test_damaged_files_are_read_or_refused_in_one_line)
 {
     char *text = malloc(2u * CASE_SIZE);
     unsigned accepted = 0;
@@ -423,22 +415,7 @@ int main(void)
     }
     load_broken();
     load_shipped();
-    UNITY_BEGIN();
-    RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
-    RUN_TEST(test_missing_file);
-    RUN_TEST(test_folder_instead_of_a_file);
-    RUN_TEST(test_device_instead_of_a_file);
-    RUN_TEST(test_fifo_does_not_block);
-    RUN_TEST(test_file_without_permission);
-    RUN_TEST(test_empty_file);
-    RUN_TEST(test_file_of_nothing_but_a_nul);
-    RUN_TEST(test_what_the_parser_can_not_stand_is_kept_from_it);
-    RUN_TEST(test_windows_lines_and_byte_order_mark_are_fine);
-    RUN_TEST(test_file_that_is_too_large);
-    RUN_TEST(test_deep_nesting_is_refused);
-    RUN_TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count);
-    RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);
-    RUN_TEST(test_damaged_files_are_read_or_refused_in_one_line);
+    const int failed = RUN_TESTS();
     rmdir(folder);
-    return UNITY_END();
+    return failed;
 }

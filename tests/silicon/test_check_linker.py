@@ -67,7 +67,7 @@ BREACHES = (
     (FLASH, "origin = 0x3FEBDC", "origin = 0x3FEB50",
      "place: section FPUmathTables is at 0x3feb50, the boot ROM has it at 0x3febdc"),
     (FLASH, "origin = 0x33FFF6, length = 0x000002", "origin = 0x337FFE, length = 0x000002",
-     "entry: codestart is at 0x337ffe, 2 words; the boot ROM jumps to 0x33fff6, " "where 2 words are free"),
+     "entry: codestart is at 0x337ffe, 2 words; the boot ROM jumps to 0x33fff6, where 2 words are free"),
     ("hal/f28335/codestart.asm", "code_start: LB ", "code_start: NOP\n            LB ",
      "entry: section codestart must be one long branch (LB), 2 words; it has 2 instructions"),
     ("hal/f28335/codestart.asm", "0068h", "0028h", "entry: watchdog_off does not stop the watchdog: WDCR 0x7029 = 0x0068"),

@@ -10,18 +10,14 @@
 #include "drive/sequence.h"
 #include "drive/signals.h"
 #include "host_sim/lab/campaign_parts.h"
-#include "unity.h"
-
-void setUp(void)
-{
-}
+#include "tests/tests.h"
 void tearDown(void)
 {
 }
 
 /* ---- what is drawn ---- */
 
-static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(void)
+TEST(test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds)
 {
     enum { BINS = 16, DRAWS = 16000 };
     for (uint32_t along = 0; along < 3u; along++) {
@@ -43,7 +39,7 @@ static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(v
 
 #define DRAWN 2000u
 
-static void test_every_quantity_reaches_over_its_range_and_not_beyond(void)
+TEST(test_every_quantity_reaches_over_its_range_and_not_beyond)
 {
     for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
         const campaign_quantity_row_t *row = &campaign_quantities[n];
@@ -69,7 +65,7 @@ static void test_every_quantity_reaches_over_its_range_and_not_beyond(void)
     }
 }
 
-static void test_half_of_the_runs_have_one_fault_and_every_fault_comes(void)
+TEST(test_half_of_the_runs_have_one_fault_and_every_fault_comes)
 {
     uint32_t seen[256] = {0};
     uint32_t injected = 0;
@@ -89,7 +85,7 @@ static void test_half_of_the_runs_have_one_fault_and_every_fault_comes(void)
     }
 }
 
-static void test_every_motor_can_be_driven_by_the_board(void)
+TEST(test_every_motor_can_be_driven_by_the_board)
 {
     for (uint32_t run = 0; run < DRAWN; run++) {
         campaign_case_t drawn;
@@ -113,7 +109,7 @@ static void test_every_motor_can_be_driven_by_the_board(void)
 }
 
 /* The share that is refused stays below a hundredth, and each is told by a row and with a reason. */
-static void test_what_is_drawn_is_accepted(void)
+TEST(test_what_is_drawn_is_accepted)
 {
     uint32_t refused = 0;
     for (uint32_t run = 0; run < DRAWN; run++) {
@@ -133,7 +129,7 @@ static void test_what_is_drawn_is_accepted(void)
     TEST_ASSERT_LESS_THAN_UINT32(DRAWN / 100u, refused);
 }
 
-static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
+TEST(test_a_case_of_defaults_sets_nothing_but_the_friction)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     scenario_error_t error;
@@ -225,7 +221,7 @@ static uint32_t fault_of(const char *name)
     return 0u;
 }
 
-static void test_every_float_among_the_signals_is_watched(void)
+TEST(test_every_float_among_the_signals_is_watched)
 {
     judge_anew(0u);
     for (uint32_t n = 0; n < signals_table.count; n++) {
@@ -236,7 +232,7 @@ static void test_every_float_among_the_signals_is_watched(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(RIG_TAP_MAX, count);
 }
 
-static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
+TEST(test_every_float_that_is_no_number_or_infinite_is_a_violation)
 {
     static const float bad[] = {(float)NAN, (float)INFINITY, -(float)INFINITY};
     judge_anew(0u);
@@ -255,7 +251,7 @@ static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
     }
 }
 
-static void test_current_beyond_1_2_times_the_trip_may_last_two_samples(void)
+TEST(test_current_beyond_1_2_times_the_trip_may_last_two_samples)
 {
     static const char *const names[] = {"true_i_a", "true_i_b", "true_i_c"};
     const double limit = 1.2 * rig_initial(rig_row_by_name("overcurrent_trip"));
@@ -277,7 +273,7 @@ static void test_current_beyond_1_2_times_the_trip_may_last_two_samples(void)
     }
 }
 
-static void test_current_with_all_gates_off_is_excused_and_told(void)
+TEST(test_current_with_all_gates_off_is_excused_and_told)
 {
     judge_anew(0u);
     campaign_watch_edge(&watch, 0u, (uint32_t)RIG_EDGE_GATES, 0u);
@@ -288,7 +284,7 @@ static void test_current_with_all_gates_off_is_excused_and_told(void)
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(CURRENT), result.excused);
 }
 
-static void test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run(void)
+TEST(test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(0u);
@@ -312,7 +308,7 @@ static void test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run(void)
     TEST_ASSERT_EQUAL_UINT32(result.period - most, result.from);
 }
 
-static void test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation(void)
+TEST(test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation)
 {
     judge_anew(0u);
     *slot("state") = (uint32_t)DRIVE_FAULT;
@@ -332,13 +328,13 @@ static void test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_vio
     expect_violated(CAMPAIGN_I_GATES, "state");
 }
 
-static void test_what_the_judge_knows_of_the_drive_is_so(void)
+TEST(test_what_the_judge_knows_of_the_drive_is_so)
 {
     TEST_ASSERT_EQUAL_UINT32(DRIVE_SAMPLE_LATE, CAMPAIGN_LATE_FLAG);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));
 }
 
-static void test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations(void)
+TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations)
 {
     judge_anew(0u);
     *slot("sample_flags") = DRIVE_SAMPLE_LATE - 1u;
@@ -357,7 +353,7 @@ static void test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_ar
     expect_violated(CAMPAIGN_I_CHIP, "chip_reports");
 }
 
-static void test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else(void)
+TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else)
 {
     judge_anew(fault_of("late_interrupt"));
     *slot("sample_flags") = DRIVE_SAMPLE_LATE;
@@ -370,7 +366,7 @@ static void test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else(void)
 }
 
 /* 0.5 A above the limit, and below the 25 A that no phase carries because a sensor lies. */
-static void test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A(void)
+TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A)
 {
     const float over = (float)(1.2 * rig_initial(rig_row_by_name("overcurrent_trip"))) + 0.5f;
     const uint32_t told = (uint32_t)(20e-3 / RIG_PERIOD_SECONDS);
@@ -403,7 +399,7 @@ static void test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bri
     expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
 }
 
-static void test_a_wrong_gain_excuses_the_current_up_to_25_A(void)
+TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A)
 {
     judge_anew(fault_of("current_range"));
     put("true_i_c", -24.9f);
@@ -415,7 +411,7 @@ static void test_a_wrong_gain_excuses_the_current_up_to_25_A(void)
 }
 
 /* Where the EMF is too small to tell, the time of a wrong angle does not run. */
-static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
+TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(fault_of("leg_drop_a"));
@@ -429,7 +425,7 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
     expect_violated(CAMPAIGN_I_ANGLE, "theta_err");
 }
 
-static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
+TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(fault_of("swap_phases"));
@@ -445,7 +441,7 @@ static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
     expect_violated(CAMPAIGN_I_ANGLE, "theta_err");
 }
 
-static void test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else(void)
+TEST(test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else)
 {
     judge_anew(fault_of("slow_background"));
     put("chip_reports", 1.0f);
@@ -497,7 +493,7 @@ static campaign_t small_campaign(void)
         .seed = 5u, .runs = RUNS, .seconds = SECONDS, .shard = 1u, .shards = 1u, .threads = 1u};
 }
 
-static void test_threads_and_shards_change_nothing(void)
+TEST(test_threads_and_shards_change_nothing)
 {
     char why[POOL_WHY];
     campaign_result_t alone[RUNS] = {{0}};
@@ -523,7 +519,7 @@ static void test_threads_and_shards_change_nothing(void)
     free(merged);
 }
 
-static void test_what_is_done_is_not_done_again(void)
+TEST(test_what_is_done_is_not_done_again)
 {
     char why[POOL_WHY];
     campaign_result_t results[RUNS] = {{0}};
@@ -541,7 +537,7 @@ static void test_what_is_done_is_not_done_again(void)
     TEST_ASSERT_NOT_EQUAL(CAMPAIGN_NOT_DONE, results[7].end);
 }
 
-static void test_a_campaign_that_is_stopped_keeps_nothing_half_done(void)
+TEST(test_a_campaign_that_is_stopped_keeps_nothing_half_done)
 {
     char why[POOL_WHY];
     campaign_result_t results[RUNS] = {{0}};
@@ -554,7 +550,7 @@ static void test_a_campaign_that_is_stopped_keeps_nothing_half_done(void)
     }
 }
 
-static void test_a_run_is_the_same_whatever_came_before_it(void)
+TEST(test_a_run_is_the_same_whatever_came_before_it)
 {
     campaign_case_t drawn;
     campaign_result_t first;
@@ -570,7 +566,7 @@ static void test_a_run_is_the_same_whatever_came_before_it(void)
 
 /* ---- results as text ---- */
 
-static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
+TEST(test_a_result_reads_back_from_its_line_and_a_torn_one_does_not)
 {
     const campaign_result_t told = {
         CAMPAIGN_VIOLATED, CAMPAIGN_I_ANGLE, 12345u, 3010u, 2u, 38, 33u, 11845u, 1u};
@@ -589,7 +585,7 @@ static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
     }
 }
 
-static void test_a_head_of_other_tables_is_refused(void)
+TEST(test_a_head_of_other_tables_is_refused)
 {
     char line[CAMPAIGN_LINE_SIZE];
     campaign_t read = {0};
@@ -607,32 +603,5 @@ static void test_a_head_of_other_tables_is_refused(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds);
-    RUN_TEST(test_every_quantity_reaches_over_its_range_and_not_beyond);
-    RUN_TEST(test_half_of_the_runs_have_one_fault_and_every_fault_comes);
-    RUN_TEST(test_every_motor_can_be_driven_by_the_board);
-    RUN_TEST(test_what_is_drawn_is_accepted);
-    RUN_TEST(test_a_case_of_defaults_sets_nothing_but_the_friction);
-    RUN_TEST(test_every_float_among_the_signals_is_watched);
-    RUN_TEST(test_every_float_that_is_no_number_or_infinite_is_a_violation);
-    RUN_TEST(test_current_beyond_1_2_times_the_trip_may_last_two_samples);
-    RUN_TEST(test_current_with_all_gates_off_is_excused_and_told);
-    RUN_TEST(test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run);
-    RUN_TEST(test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation);
-    RUN_TEST(test_what_the_judge_knows_of_the_drive_is_so);
-    RUN_TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations);
-    RUN_TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else);
-    RUN_TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A);
-    RUN_TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A);
-    RUN_TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor);
-    RUN_TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder);
-    RUN_TEST(test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else);
-    RUN_TEST(test_threads_and_shards_change_nothing);
-    RUN_TEST(test_what_is_done_is_not_done_again);
-    RUN_TEST(test_a_campaign_that_is_stopped_keeps_nothing_half_done);
-    RUN_TEST(test_a_run_is_the_same_whatever_came_before_it);
-    RUN_TEST(test_a_result_reads_back_from_its_line_and_a_torn_one_does_not);
-    RUN_TEST(test_a_head_of_other_tables_is_refused);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -9,7 +9,7 @@
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/tune.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 #define PI 3.14159265358979323846
 
@@ -17,10 +17,6 @@ static scenario_error_t error;
 static motor_sheet_t sheet;
 static motor_t motor;
 static tune_t tune;
-
-void setUp(void)
-{
-}
 void tearDown(void)
 {
 }
@@ -42,7 +38,7 @@ static bool given(const char *const *assignments)
 
 /* ---- the sheet ---- */
 
-static void test_every_way_to_say_the_flux_means_the_same_motor(void)
+TEST(test_every_way_to_say_the_flux_means_the_same_motor)
 {
     /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
      * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
@@ -66,7 +62,7 @@ static void test_every_way_to_say_the_flux_means_the_same_motor(void)
     }
 }
 
-static void test_lines_are_twice_a_phase_and_poles_twice_the_pairs(void)
+TEST(test_lines_are_twice_a_phase_and_poles_twice_the_pairs)
 {
     TEST_ASSERT_TRUE(GIVEN("poles=8", "resistance_line=2 ohm", "inductance_line=10 mH",
                            "rated_current_rms=2 A", "flux_linkage=0.1"));
@@ -87,7 +83,7 @@ static void say_too(motor_key_t key, double value)
     TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
 }
 
-static void test_a_contradiction_is_told_with_both_numbers(void)
+TEST(test_a_contradiction_is_told_with_both_numbers)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
     say_too(MOTOR_KEY_kt_rms, 0.87);
@@ -103,7 +99,7 @@ static void test_a_contradiction_is_told_with_both_numbers(void)
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));
 }
 
-static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
+TEST(test_what_is_missing_is_named_and_nothing_is_said_twice)
 {
     TEST_ASSERT_FALSE(GIVEN("pole_pairs=4", "inductance_d=1 mH"));
     const char *const missing[] = {"resistance or resistance_line", "inductance_q", "rated_current_peak",
@@ -146,7 +142,7 @@ static bool warns_of(const char *what)
 }
 
 /* The paper's motor in its rig: what the defaults of the drive have been made for by hand. */
-static void test_the_rules_make_the_paper_s_rows(void)
+TEST(test_the_rules_make_the_paper_s_rows)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=0.95", "inductance=12.5 mH", "flux_linkage=0.183",
                            "rated_current_peak=4.55", "rated_torque=5", "rated_speed=1500 r/min",
@@ -163,7 +159,7 @@ static void test_the_rules_make_the_paper_s_rows(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("speed_ramp"));
 }
 
-static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(void)
+TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of)
 {
     const char *const light[] = {USUAL, "flux_linkage=0.1", "rated_speed=2000 r/min", "inertia=2e-5", NULL};
     TEST_ASSERT_TRUE(given(light));
@@ -179,7 +175,7 @@ static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(v
     TEST_ASSERT_FALSE(warns_of("within"));
 }
 
-static void test_what_will_not_work_is_told_with_numbers(void)
+TEST(test_what_will_not_work_is_told_with_numbers)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
@@ -218,7 +214,7 @@ static double drawn(double low, double high)
     return low * pow(high / low, (double)(state >> 8) / 16777216.0);
 }
 
-static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
+TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some)
 {
     uint32_t with_rows = 0u;
     for (int n = 0; n < 400; n++) {
@@ -260,7 +256,7 @@ static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
 
 /* ---- the library ---- */
 
-static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void)
+TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw)
 {
     char **names;
     const int count = motor_library(&names);
@@ -285,7 +281,7 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
 /* From standstill, without an encoder, to the top speed and under all of the load: what the written scenario
  * expects (tune_scenario): never lost, the speed within 0.5 %, the angle within 30 mrad (50 of a salient
  * rotor), SD 50. */
-static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
+TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune)
 {
     static motor_trial_t trial;
     char **names;
@@ -304,7 +300,7 @@ static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
 }
 
 /* Wherever the rotor stands: the swings of a light one are no fault of the sensors. */
-static void test_every_motor_starts_from_wherever_it_stands(void)
+TEST(test_every_motor_starts_from_wherever_it_stands)
 {
     char **names;
     const int count = motor_library(&names);
@@ -347,7 +343,7 @@ static double initial(const scenario_t *scenario, const char *name)
     return scenario_initial(scenario, scenario_row(name, &error));
 }
 
-static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
+TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it)
 {
     scenario_t *scenario =
         read_text(HEAD "[params]\nmotor_resistance = 1.5\n[motor]\nname = \"estun-emj-04apb22\"\n"
@@ -373,7 +369,7 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
     scenario_free(scenario);
 }
 
-static void test_a_motor_that_is_none_is_refused_where_it_stands(void)
+TEST(test_a_motor_that_is_none_is_refused_where_it_stands)
 {
     static const struct {
         const char *text, *says;
@@ -418,7 +414,7 @@ static double at_time(const char *profile, double time)
     return value;
 }
 
-static void test_a_profile_goes_from_point_to_point(void)
+TEST(test_a_profile_goes_from_point_to_point)
 {
     const char *const linear =
         "[[profile]]\nrow = \"plant.load_torque\"\npoints = [[0.01, \"1 N m\"], [\"30 ms\", 5], "
@@ -438,7 +434,7 @@ static void test_a_profile_goes_from_point_to_point(void)
     }
 }
 
-static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
+TEST(test_a_profile_that_is_none_is_refused_where_it_stands)
 {
     static const struct {
         const char *text, *says;
@@ -470,21 +466,5 @@ static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_every_way_to_say_the_flux_means_the_same_motor);
-    RUN_TEST(test_lines_are_twice_a_phase_and_poles_twice_the_pairs);
-    RUN_TEST(test_a_contradiction_is_told_with_both_numbers);
-    RUN_TEST(test_what_is_missing_is_named_and_nothing_is_said_twice);
-    RUN_TEST(test_the_rules_make_the_paper_s_rows);
-    RUN_TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of);
-    RUN_TEST(test_what_will_not_work_is_told_with_numbers);
-    RUN_TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some);
-    RUN_TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw);
-    RUN_TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune);
-    RUN_TEST(test_every_motor_starts_from_wherever_it_stands);
-    RUN_TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it);
-    RUN_TEST(test_a_motor_that_is_none_is_refused_where_it_stands);
-    RUN_TEST(test_a_profile_goes_from_point_to_point);
-    RUN_TEST(test_a_profile_that_is_none_is_refused_where_it_stands);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -4,17 +4,9 @@
 
 #include "host_sim/lab/names.h"
 #include "host_sim/rig/rig.h"
-#include "unity.h"
+#include "tests/tests.h"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
-static void test_distances(void)
+TEST(test_distances)
 {
     TEST_ASSERT_EQUAL_UINT(0, names_distance("inertia", "inertia"));
     TEST_ASSERT_EQUAL_UINT(0, names_distance("Inertia", "iNERTIA"));
@@ -30,7 +22,7 @@ static void test_distances(void)
     TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, one more */
 }
 
-static void test_distance_is_symmetric(void)
+TEST(test_distance_is_symmetric)
 {
     const table_t *table = rig_table(0);
     for (uint32_t a = 0; a < table->count; a++) {
@@ -41,7 +33,7 @@ static void test_distance_is_symmetric(void)
     }
 }
 
-static void test_names_that_are_too_long_are_near_to_nothing(void)
+TEST(test_names_that_are_too_long_are_near_to_nothing)
 {
     char longest[NAMES_LENGTH_MAX + 1u];
     char longer[NAMES_LENGTH_MAX + 2u];
@@ -72,7 +64,7 @@ static void expect_nearest(const char *expected, const char *name)
     }
 }
 
-static void test_slips_find_the_row_that_was_meant(void)
+TEST(test_slips_find_the_row_that_was_meant)
 {
     expect_nearest("motor_resistance", "moter_resistence");
     expect_nearest("load_torque", "laod_torqe");
@@ -82,14 +74,14 @@ static void test_slips_find_the_row_that_was_meant(void)
     expect_nearest("true_omega_m", "true_omga_m");
 }
 
-static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
+TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer)
 {
     expect_nearest("load_kind", "load"); /* that and load_torque begin with it: the first wins */
     expect_nearest("shaft_locked", "locked");
     expect_nearest("calibration_periods", "calibration");
 }
 
-static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
+TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not)
 {
     names_search_t search = names_search("abcdef");
     names_consider(&search, "abcXYZ"); /* 3 of 6 */
@@ -103,14 +95,14 @@ static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
     TEST_ASSERT_EQUAL_STRING("abcdefghi", names_found(&search));
 }
 
-static void test_nothing_near_is_said(void)
+TEST(test_nothing_near_is_said)
 {
     expect_nearest(NULL, "xyzzy_frobnicate");
     expect_nearest(NULL, "");
     expect_nearest(NULL, "_____________");
 }
 
-static void test_choices(void)
+TEST(test_choices)
 {
     names_search_t search = names_search("quickstop");
     names_consider_choices(&search, "off|on|quick_stop");
@@ -125,14 +117,5 @@ static void test_choices(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_distances);
-    RUN_TEST(test_distance_is_symmetric);
-    RUN_TEST(test_names_that_are_too_long_are_near_to_nothing);
-    RUN_TEST(test_slips_find_the_row_that_was_meant);
-    RUN_TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer);
-    RUN_TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not);
-    RUN_TEST(test_nothing_near_is_said);
-    RUN_TEST(test_choices);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host_sim/lab/scenario.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 #define PI   3.14159265358979323846
 #define HEAD "schema = 1\ntitle = \"a test\"\n"
@@ -58,7 +58,7 @@ static const scenario_setting_t *setting_of(const scenario_event_t *event, const
 
 /* ---- files ---- */
 
-static void test_the_least_file_has_every_default(void)
+TEST(test_the_least_file_has_every_default)
 {
     given(RUN);
     TEST_ASSERT_EQUAL_STRING("test.toml", scenario->path);
@@ -75,7 +75,7 @@ static void test_the_least_file_has_every_default(void)
     TEST_ASSERT_FALSE(scenario->has_start);
 }
 
-static void test_every_key_arrives(void)
+TEST(test_every_key_arrives)
 {
     given("schema = 1\ntitle = \"t\"\ntext = \"\"\"two\nlines\"\"\"\n"
           "[run]\nduration = \"2.5 s\"\nseed = 9\nrecord = [\"i_q\", \"plant.encoder_lines\"]\nevery = 3\n"
@@ -117,7 +117,7 @@ static void test_every_key_arrives(void)
 }
 
 /* 0.151 ms is rounded up to period 2, which leaves 9998 periods for 9998.49. */
-static void test_ramp_may_fill_what_is_left_of_the_run(void)
+TEST(test_ramp_may_fill_what_is_left_of_the_run)
 {
     given(RUN "[[at]]\ntime = \"151 us\"\nramp = \"0.999849 s\"\nplant.load_torque = 1\n");
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].period);
@@ -130,7 +130,7 @@ static void test_ramp_may_fill_what_is_left_of_the_run(void)
                  "ramp: 999.9 ms is outside its range");
 }
 
-static void test_times_are_rounded_to_the_nearest_period(void)
+TEST(test_times_are_rounded_to_the_nearest_period)
 {
     given(
         RUN
@@ -141,7 +141,7 @@ static void test_times_are_rounded_to_the_nearest_period(void)
     TEST_ASSERT_EQUAL_UINT32(3000u, scenario->events[3].period); /* 0.3/1e-4 is below 3000 in binary */
 }
 
-static void test_durations_at_their_limits(void)
+TEST(test_durations_at_their_limits)
 {
     given(HEAD "[run]\nduration = \"100 us\"\n");
     TEST_ASSERT_EQUAL_UINT32(1u, scenario->periods);
@@ -151,7 +151,7 @@ static void test_durations_at_their_limits(void)
     expect_error(HEAD "[run]\nduration = 3600.0001\n", "duration: 3600 s is outside its range");
 }
 
-static void test_an_event_at_zero_and_in_the_last_period_is_fine(void)
+TEST(test_an_event_at_zero_and_in_the_last_period_is_fine)
 {
     given(RUN
           "[[at]]\ntime = 0\nplant.load_torque = 1\n[[at]]\ntime = \"999.9 ms\"\nplant.load_torque = 2\n");
@@ -159,7 +159,7 @@ static void test_an_event_at_zero_and_in_the_last_period_is_fine(void)
     TEST_ASSERT_EQUAL_UINT32(9999u, scenario->events[2].period);
 }
 
-static void test_events_are_sorted_and_those_of_one_time_stay_in_order(void)
+TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order)
 {
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 1\n[[at]]\ntime = 0.2\nplant.load_torque = 2\n"
               "[[at]]\ntime = 0.5\nplant.load_torque = 3\n[[at]]\ntime = 0.2\nplant.load_torque = 4\n");
@@ -169,7 +169,7 @@ static void test_events_are_sorted_and_those_of_one_time_stay_in_order(void)
     }
 }
 
-static void test_sub_tables_and_dotted_keys_mean_the_same(void)
+TEST(test_sub_tables_and_dotted_keys_mean_the_same)
 {
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\nrequests.speed_request = 10\n");
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].count);
@@ -182,7 +182,7 @@ static void test_sub_tables_and_dotted_keys_mean_the_same(void)
     TEST_ASSERT_TRUE(setting_of(&scenario->events[1], "speed_request")->value == 10.0);
 }
 
-static void test_settings_know_their_place(void)
+TEST(test_settings_know_their_place)
 {
     given(RUN "[plant]\n  inertia = 0.003\n");
     TEST_ASSERT_EQUAL_UINT32(6u, scenario->events[0].settings[0].place.line);
@@ -191,7 +191,7 @@ static void test_settings_know_their_place(void)
 
 /* ---- rules between rows ---- */
 
-static void test_a_parameter_set_is_judged_as_one(void)
+TEST(test_a_parameter_set_is_judged_as_one)
 {
     given(RUN "[params]\ncurrent_limit = 14\novercurrent_trip = 18\n"); /* in this order 14 breaks the old
                                                                           trip of 15 A */
@@ -199,14 +199,14 @@ static void test_a_parameter_set_is_judged_as_one(void)
     given(RUN "[params]\novercurrent_trip = 7\ncurrent_limit = 5\n");
 }
 
-static void test_a_broken_rule_points_at_the_row_that_breaks_it(void)
+TEST(test_a_broken_rule_points_at_the_row_that_breaks_it)
 {
     expect_error(RUN "[params]\nspeed_kp = 0.4\novercurrent_trip = 11\nspeed_ki = 2\n",
                  "test.toml:7:1: overcurrent_trip: 11 A");
 }
 
 /* As many rows as the tap holds, recorded; and one more expected. */
-static void test_recorded_and_expected_rows_share_the_tap(void)
+TEST(test_recorded_and_expected_rows_share_the_tap)
 {
     char text[8000] = HEAD "[run]\nduration = 1\nrecord = [\n";
     uint32_t count = 0;
@@ -231,13 +231,13 @@ static void test_recorded_and_expected_rows_share_the_tap(void)
                  "i_q: too many rows in record and [[expect]] together; accepted: up to 128 different ones");
 }
 
-static void test_the_first_mistake_of_a_file_is_told_first(void)
+TEST(test_the_first_mistake_of_a_file_is_told_first)
 {
     expect_error(RUN "zebra = 1\napple = 2\n", "test.toml:5:1: zebra: no such key");
     expect_error(RUN "[plant]\nzebra = 1\napple = 2\n", "test.toml:6:1: zebra: no such row in plant");
 }
 
-static void test_settings_that_wait_for_each_other_find_their_order(void)
+TEST(test_settings_that_wait_for_each_other_find_their_order)
 {
     /* a reference above the old limit, written before the limit */
     given(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 12\n");
@@ -256,7 +256,7 @@ static void test_settings_that_wait_for_each_other_find_their_order(void)
     TEST_ASSERT_EQUAL_STRING("load_torque", scenario->events[1].settings[0].row->name);
 }
 
-static void test_events_are_judged_in_the_order_of_time(void)
+TEST(test_events_are_judged_in_the_order_of_time)
 {
 #define FASTER "params.overspeed_trip = 320\nparams.observer_gain = 290\n"
     given(RUN "[[at]]\ntime = 0.8\nrequests.speed_request = 300\n[[at]]\ntime = 0.2\n" FASTER);
@@ -265,7 +265,7 @@ static void test_events_are_judged_in_the_order_of_time(void)
 #undef FASTER
 }
 
-static void test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not(void)
+TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not)
 {
     given(RUN "[params]\ndead_time = \"2 us\"\n");
     given(RUN "[params]\ndead_time = \"6.82 us\"\n");
@@ -274,7 +274,7 @@ static void test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not(void)
     expect_error(RUN "[params]\ndead_time = \"1.999 us\"\n", "6:1: dead_time: 1.999 us is outside its range");
 }
 
-static void test_a_ramp_is_tried_between_its_ends(void)
+TEST(test_a_ramp_is_tried_between_its_ends)
 {
     given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.load_torque = 5\nparams.current_limit = 5\n");
     /* the end is whole, what lies between is not */
@@ -286,14 +286,14 @@ static void test_a_ramp_is_tried_between_its_ends(void)
 
 /* ---- limits of expectations ---- */
 
-static void test_choices_are_limits_by_name(void)
+TEST(test_choices_are_limits_by_name)
 {
     given(RUN "[[expect]]\nsignal = \"state\"\nstatistic = \"last\"\nat_least = \"ready\"\nat_most = 3\n");
     TEST_ASSERT_TRUE(scenario->expects[0].at_least == 1.0);
     TEST_ASSERT_TRUE(scenario->expects[0].at_most == 3.0);
 }
 
-static void test_one_limit_leaves_the_other_side_open(void)
+TEST(test_one_limit_leaves_the_other_side_open)
 {
     given(RUN "[[expect]]\nsignal = \"i_q\"\nstatistic = \"max\"\nat_most = \"250 mA\"\n");
     TEST_ASSERT_TRUE(scenario->expects[0].at_least == -(double)INFINITY);
@@ -326,7 +326,7 @@ static double initial(const char *name)
     return scenario_initial(scenario, rig_row_by_name(name));
 }
 
-static void test_an_override_replaces_or_adds_a_setting(void)
+TEST(test_an_override_replaces_or_adds_a_setting)
 {
     given(RUN "[plant]\ninertia = 0.01\n");
     set("inertia=0.003");
@@ -346,7 +346,7 @@ static void test_an_override_replaces_or_adds_a_setting(void)
     TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* untouched: the default */
 }
 
-static void test_run_and_start_can_be_overridden(void)
+TEST(test_run_and_start_can_be_overridden)
 {
     given(RUN);
     set("run.duration=0.5 s");
@@ -369,7 +369,7 @@ static void test_run_and_start_can_be_overridden(void)
     TEST_ASSERT_EQUAL_UINT32(7u, scenario->every);
 }
 
-static void test_a_locked_shaft_has_a_start_angle_and_no_start_speed(void)
+TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed)
 {
     given(RUN "[start]\nangle = \"30 deg\"\n[plant]\nshaft_locked = 1\n");
     TEST_ASSERT_TRUE(scenario->has_start && !scenario->has_start_speed);
@@ -378,7 +378,7 @@ static void test_a_locked_shaft_has_a_start_angle_and_no_start_speed(void)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "plant.shaft_locked_speed"));
 }
 
-static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void)
+TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing)
 {
     given(RUN);
     expect_no_override("inertai=1", "inertai: no table has a row of this name; nearest: inertia");
@@ -403,14 +403,14 @@ static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-static void test_a_row_that_only_one_table_lets_be_set_needs_no_table(void)
+TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table)
 {
     given(RUN);
     set("sink_temperature=60"); /* signals shows it, plant sets it */
     TEST_ASSERT_TRUE(initial("plant.sink_temperature") == 60.0);
 }
 
-static void test_overrides_that_fit_only_together_are_judged_together(void)
+TEST(test_overrides_that_fit_only_together_are_judged_together)
 {
     char line[1200];
     given(RUN);
@@ -423,7 +423,7 @@ static void test_overrides_that_fit_only_together_are_judged_together(void)
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-static void test_an_override_that_breaks_an_event_is_found(void)
+TEST(test_an_override_that_breaks_an_event_is_found)
 {
     char line[1200];
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\n");
@@ -436,7 +436,7 @@ static void test_an_override_that_breaks_an_event_is_found(void)
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-static void test_every_settable_row_can_be_overridden_at_once(void)
+TEST(test_every_settable_row_can_be_overridden_at_once)
 {
     static const char *const tables[] = {"params", "requests", "plant", "rig"};
     char assignment[160];
@@ -458,7 +458,7 @@ static void test_every_settable_row_can_be_overridden_at_once(void)
     TEST_ASSERT_TRUE_MESSAGE(scenario_check(scenario, &error), error.message);
 }
 
-static void test_names_are_qualified_where_they_must(void)
+TEST(test_names_are_qualified_where_they_must)
 {
     char name[64];
     scenario_row_name(rig_row_by_name("i_q"), name, sizeof name);
@@ -471,34 +471,5 @@ static void test_names_are_qualified_where_they_must(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_the_least_file_has_every_default);
-    RUN_TEST(test_every_key_arrives);
-    RUN_TEST(test_ramp_may_fill_what_is_left_of_the_run);
-    RUN_TEST(test_times_are_rounded_to_the_nearest_period);
-    RUN_TEST(test_durations_at_their_limits);
-    RUN_TEST(test_an_event_at_zero_and_in_the_last_period_is_fine);
-    RUN_TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order);
-    RUN_TEST(test_sub_tables_and_dotted_keys_mean_the_same);
-    RUN_TEST(test_settings_know_their_place);
-    RUN_TEST(test_a_parameter_set_is_judged_as_one);
-    RUN_TEST(test_a_broken_rule_points_at_the_row_that_breaks_it);
-    RUN_TEST(test_recorded_and_expected_rows_share_the_tap);
-    RUN_TEST(test_the_first_mistake_of_a_file_is_told_first);
-    RUN_TEST(test_settings_that_wait_for_each_other_find_their_order);
-    RUN_TEST(test_events_are_judged_in_the_order_of_time);
-    RUN_TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not);
-    RUN_TEST(test_a_ramp_is_tried_between_its_ends);
-    RUN_TEST(test_choices_are_limits_by_name);
-    RUN_TEST(test_one_limit_leaves_the_other_side_open);
-    RUN_TEST(test_an_override_replaces_or_adds_a_setting);
-    RUN_TEST(test_run_and_start_can_be_overridden);
-    RUN_TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed);
-    RUN_TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing);
-    RUN_TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table);
-    RUN_TEST(test_overrides_that_fit_only_together_are_judged_together);
-    RUN_TEST(test_an_override_that_breaks_an_event_is_found);
-    RUN_TEST(test_every_settable_row_can_be_overridden_at_once);
-    RUN_TEST(test_names_are_qualified_where_they_must);
-    return UNITY_END();
+    return RUN_TESTS();
 }

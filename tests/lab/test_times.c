@@ -5,15 +5,7 @@
 
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
-#include "unity.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
+#include "tests/tests.h"
 
 static const char *text_of(uint32_t period, uint64_t period_ticks)
 {
@@ -24,7 +16,7 @@ static const char *text_of(uint32_t period, uint64_t period_ticks)
     return text;
 }
 
-static void test_10_khz_has_four_decimals(void)
+TEST(test_10_khz_has_four_decimals)
 {
     TEST_ASSERT_EQUAL_STRING("0.0000", text_of(0u, 15000u));
     TEST_ASSERT_EQUAL_STRING("0.0001", text_of(1u, 15000u));
@@ -34,7 +26,7 @@ static void test_10_khz_has_four_decimals(void)
     TEST_ASSERT_EQUAL_STRING("429496.7295", text_of(UINT32_MAX, 15000u));
 }
 
-static void test_other_carriers_have_as_many_as_are_exact(void)
+TEST(test_other_carriers_have_as_many_as_are_exact)
 {
     TEST_ASSERT_EQUAL_STRING("0.0002", text_of(1u, 30000u)); /* 5 kHz */
     TEST_ASSERT_EQUAL_STRING("1.0000", text_of(5000u, 30000u));
@@ -48,7 +40,7 @@ static void test_other_carriers_have_as_many_as_are_exact(void)
     TEST_ASSERT_EQUAL_STRING("1.00032000", text_of(16000u, 9378u));
 }
 
-static void test_period_without_end_has_nanoseconds(void)
+TEST(test_period_without_end_has_nanoseconds)
 {
     TEST_ASSERT_EQUAL_STRING("0.000000000", text_of(0u, 9374u)); /* 62.4933.. us */
     TEST_ASSERT_EQUAL_STRING("0.000062493", text_of(1u, 9374u));
@@ -58,7 +50,7 @@ static void test_period_without_end_has_nanoseconds(void)
 }
 
 /* Digits of the text as nanoseconds: 3 x it is within 1 of 20 x tick, which no other tick is. */
-static void test_every_text_tells_its_tick(void)
+TEST(test_every_text_tells_its_tick)
 {
     for (uint64_t ticks = 7500u; ticks <= 30000u; ticks += 101u) {
         for (uint32_t period = 0; period < 4200000000u; period += 99991111u) {
@@ -78,7 +70,7 @@ static void test_every_text_tells_its_tick(void)
     }
 }
 
-static void test_10_khz_reads_back_as_period_through_a_division(void)
+TEST(test_10_khz_reads_back_as_period_through_a_division)
 {
     for (uint32_t period = 0; period < 4000000000u; period += 9973u) {
         TEST_ASSERT_TRUE(times_seconds(period, 15000u) == period / 10000.0);
@@ -91,7 +83,7 @@ static void expect_period(const char *expected, uint64_t period_ticks)
     TEST_ASSERT_EQUAL_STRING(expected, times_period_text(text, period_ticks));
 }
 
-static void test_length_of_a_period_is_exact_or_has_18_decimals(void)
+TEST(test_length_of_a_period_is_exact_or_has_18_decimals)
 {
     expect_period("0.0001", 15000u);
     expect_period("0.0002", 30000u);
@@ -101,7 +93,7 @@ static void test_length_of_a_period_is_exact_or_has_18_decimals(void)
     expect_period("0.000062506666666667", 9376u);
 }
 
-static void test_nanoseconds_are_the_nearest(void)
+TEST(test_nanoseconds_are_the_nearest)
 {
     TEST_ASSERT_TRUE(times_nanoseconds(0u) == 0u);
     TEST_ASSERT_TRUE(times_nanoseconds(1u) == 7u);  /* 6.67 */
@@ -110,7 +102,7 @@ static void test_nanoseconds_are_the_nearest(void)
     TEST_ASSERT_TRUE(times_nanoseconds(9374u) == 62493u);
 }
 
-static void test_text_of_the_rig_is_that_of_its_period(void)
+TEST(test_text_of_the_rig_is_that_of_its_period)
 {
     char text[TIMES_TEXT_SIZE];
     TEST_ASSERT_EQUAL_STRING(text_of(123456u, RIG_PERIOD_TICKS), times_text(text, 123456u));
@@ -118,7 +110,7 @@ static void test_text_of_the_rig_is_that_of_its_period(void)
     TEST_ASSERT_EQUAL_UINT32(123456u, rig_periods(123456u * RIG_PERIOD_SECONDS));
 }
 
-static void test_time_is_rounded_to_the_nearest_period(void)
+TEST(test_time_is_rounded_to_the_nearest_period)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, rig_periods_of(0.0, 9378u));
     TEST_ASSERT_EQUAL_UINT32(1u, rig_periods_of(93e-6, 9378u));   /* 1.49 of 62.52 us */
@@ -141,15 +133,5 @@ static void test_time_is_rounded_to_the_nearest_period(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_10_khz_has_four_decimals);
-    RUN_TEST(test_other_carriers_have_as_many_as_are_exact);
-    RUN_TEST(test_period_without_end_has_nanoseconds);
-    RUN_TEST(test_every_text_tells_its_tick);
-    RUN_TEST(test_10_khz_reads_back_as_period_through_a_division);
-    RUN_TEST(test_length_of_a_period_is_exact_or_has_18_decimals);
-    RUN_TEST(test_nanoseconds_are_the_nearest);
-    RUN_TEST(test_text_of_the_rig_is_that_of_its_period);
-    RUN_TEST(test_time_is_rounded_to_the_nearest_period);
-    return UNITY_END();
+    return RUN_TESTS();
 }

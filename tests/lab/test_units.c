@@ -7,17 +7,9 @@
 
 #include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 #define PI 3.14159265358979323846
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static double value_of(const char *text, const char *unit)
 {
@@ -44,7 +36,7 @@ static void expect_refused(const char *text, const char *unit, const char *part)
 
 /* The prefix goes into the number's exponent, so the result is the very double that a compiler makes of the
  * literal. */
-static void test_prefixes_are_exact(void)
+TEST(test_prefixes_are_exact)
 {
     expect_exact(3e-6, "3 us", "s");
     expect_exact(2.5e-6, "2.5us", "s");
@@ -63,7 +55,7 @@ static void test_prefixes_are_exact(void)
     expect_exact(0.3, "30%", "-");
 }
 
-static void test_every_form_of_a_number_is_read(void)
+TEST(test_every_form_of_a_number_is_read)
 {
     expect_exact(-5.0, "-5 N m", "N m");
     expect_exact(5.0, "+5 N m", "N m");
@@ -77,7 +69,7 @@ static void test_every_form_of_a_number_is_read(void)
     TEST_ASSERT_TRUE(signbit(value_of("-0 A", "A")));
 }
 
-static void test_spaces_inside_a_unit_are_optional(void)
+TEST(test_spaces_inside_a_unit_are_optional)
 {
     expect_exact(5.0, "5 Nm", "N m");
     expect_exact(5.0, "5N m", "N m");
@@ -86,7 +78,7 @@ static void test_spaces_inside_a_unit_are_optional(void)
     expect_exact(0.5, "0.5 As/rad", "A s/rad");
 }
 
-static void test_factors_round_once(void)
+TEST(test_factors_round_once)
 {
     /* correctly rounded products of the correctly rounded factor */
     expect_exact(1500.0 * (PI / 30.0), "1500 r/min", UNITS_SPEED);
@@ -100,7 +92,7 @@ static void test_factors_round_once(void)
     expect_exact(1000.0, "1 krad/s", "rad/s");
 }
 
-static void test_other_writings_mean_the_same(void)
+TEST(test_other_writings_mean_the_same)
 {
     expect_exact(3e-6, "3 \xC2\xB5s", "s"); /* micro sign */
     expect_exact(3e-6, "3 \xCE\xBCs", "s"); /* mu */
@@ -114,14 +106,14 @@ static void test_other_writings_mean_the_same(void)
     expect_exact(20.0, "20 rad/s\xC2\xB2", UNITS_ACCELERATION);
 }
 
-static void test_units_without_a_list_are_read_as_they_are_spelled(void)
+TEST(test_units_without_a_list_are_read_as_they_are_spelled)
 {
     expect_exact(12.0, "12 periods", "periods");
     expect_exact(7.0, "7 counts", "counts");
     expect_refused("12 period", "periods", "accepted: a number with periods");
 }
 
-static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
+TEST(test_a_wrong_unit_is_refused_with_those_that_fit)
 {
     expect_refused("5 kg", "N m", "\"5 kg\" is no quantity in N m; accepted: a number with N m, mN m, kN m");
     expect_refused("1500", UNITS_SPEED,
@@ -135,7 +127,7 @@ static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
     expect_refused("2 h", "s", "s, ms, us, ns, min");
 }
 
-static void test_a_text_without_a_number_is_refused(void)
+TEST(test_a_text_without_a_number_is_refused)
 {
     expect_refused("", "s", "does not begin with a number");
     expect_refused("s", "s", "does not begin with a number");
@@ -148,7 +140,7 @@ static void test_a_text_without_a_number_is_refused(void)
     expect_refused("5 e3 s", "s", "is no quantity in s");
 }
 
-static void test_numbers_beyond_a_double_are_refused(void)
+TEST(test_numbers_beyond_a_double_are_refused)
 {
     char text[600];
     expect_refused("1e400 s", "s", "is too large");
@@ -163,7 +155,7 @@ static void test_numbers_beyond_a_double_are_refused(void)
 }
 
 /* r/min on an electrical speed would be wrong by the pole pairs. */
-static void test_r_min_is_for_mechanical_speeds_only(void)
+TEST(test_r_min_is_for_mechanical_speeds_only)
 {
     expect_refused("1500 r/min", "rad/s", "accepted: a number with rad/s, krad/s, Hz, kHz");
     expect_refused("200 r/min/s", "rad/s^2", "accepted: a number with rad/s^2");
@@ -171,7 +163,7 @@ static void test_r_min_is_for_mechanical_speeds_only(void)
 }
 
 /* The rows that say "mechanical" in their text; a new one of that kind belongs into this list. */
-static void test_mechanical_speeds_are_known_by_their_text(void)
+TEST(test_mechanical_speeds_are_known_by_their_text)
 {
     static const char *const mechanical[] = {"omega_m",        "omega_m_ref",        "true_omega_m",
                                              "speed_request",  "overspeed_trip",     "shaft_locked_speed",
@@ -193,7 +185,7 @@ static void test_mechanical_speeds_are_known_by_their_text(void)
     TEST_ASSERT_EQUAL_UINT(sizeof mechanical / sizeof mechanical[0], found);
 }
 
-static void test_accelerations_are_mechanical(void)
+TEST(test_accelerations_are_mechanical)
 {
     static const char *const rows[] = {"start_ramp", "speed_ramp", "quick_stop_ramp"};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
@@ -202,7 +194,7 @@ static void test_accelerations_are_mechanical(void)
 }
 
 /* What a table says of itself must be readable. */
-static void test_every_unit_of_every_table_reads_itself(void)
+TEST(test_every_unit_of_every_table_reads_itself)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
@@ -221,7 +213,7 @@ static void expect_text(const char *expected, double value, const char *unit)
     TEST_ASSERT_EQUAL_STRING(expected, units_text(text, value, unit));
 }
 
-static void test_values_are_written_in_the_unit_that_reads_best(void)
+TEST(test_values_are_written_in_the_unit_that_reads_best)
 {
     expect_text("1500 r/min", 1500.0 * PI / 30.0, UNITS_SPEED);
     expect_text("0.1 r/min", 0.1 * PI / 30.0, UNITS_SPEED);
@@ -240,13 +232,13 @@ static void test_values_are_written_in_the_unit_that_reads_best(void)
     expect_text("1e-12 A", 1e-15 * 1e3, "A");
 }
 
-static void test_values_that_are_no_number_are_written_as_such(void)
+TEST(test_values_that_are_no_number_are_written_as_such)
 {
     expect_text("nan A", (double)NAN, "A");
     expect_text("-inf A", -(double)INFINITY, "A");
 }
 
-static void test_both_ends_of_a_range_have_one_unit(void)
+TEST(test_both_ends_of_a_range_have_one_unit)
 {
     char text[UNITS_TEXT_SIZE];
     TEST_ASSERT_EQUAL_STRING("0.1 to 16 A", units_range_text(text, 0.1, 16.0, "A"));
@@ -256,7 +248,7 @@ static void test_both_ends_of_a_range_have_one_unit(void)
 
 /* Read again, in the unit that it is written in, each end is a 32-bit value of the range: for speeds, whose
  * factor is no decimal number, and for prefixes. */
-static void test_ends_of_a_range_are_read_as_values_of_it(void)
+TEST(test_ends_of_a_range_are_read_as_values_of_it)
 {
     static const char *const units[] = {UNITS_SPEED, "rad/s", "s", "A", "H", "-", "kg m^2", "degC"};
     uint32_t state = 5u;
@@ -293,7 +285,7 @@ static void test_ends_of_a_range_are_read_as_values_of_it(void)
     TEST_ASSERT_EQUAL_STRING("9.5493 to 95492.97 r/min", units_range_text(text, 1.0, 1e4, UNITS_SPEED));
 }
 
-static void test_choices_are_written_by_name(void)
+TEST(test_choices_are_written_by_name)
 {
     char text[UNITS_TEXT_SIZE];
     const table_row_t *row = rig_row_by_name("enable");
@@ -304,7 +296,7 @@ static void test_choices_are_written_by_name(void)
     TEST_ASSERT_EQUAL_STRING("3 A", units_row_text(text, 3.0, rig_row_by_name("i_q")));
 }
 
-static void test_reading_does_not_depend_on_the_locale(void)
+TEST(test_reading_does_not_depend_on_the_locale)
 {
     static const char *const comma[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE", "fr_FR.UTF-8", "fr_FR.utf8"};
     bool found = false;
@@ -320,25 +312,5 @@ static void test_reading_does_not_depend_on_the_locale(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_prefixes_are_exact);
-    RUN_TEST(test_every_form_of_a_number_is_read);
-    RUN_TEST(test_spaces_inside_a_unit_are_optional);
-    RUN_TEST(test_factors_round_once);
-    RUN_TEST(test_other_writings_mean_the_same);
-    RUN_TEST(test_units_without_a_list_are_read_as_they_are_spelled);
-    RUN_TEST(test_a_wrong_unit_is_refused_with_those_that_fit);
-    RUN_TEST(test_a_text_without_a_number_is_refused);
-    RUN_TEST(test_numbers_beyond_a_double_are_refused);
-    RUN_TEST(test_r_min_is_for_mechanical_speeds_only);
-    RUN_TEST(test_mechanical_speeds_are_known_by_their_text);
-    RUN_TEST(test_accelerations_are_mechanical);
-    RUN_TEST(test_every_unit_of_every_table_reads_itself);
-    RUN_TEST(test_values_are_written_in_the_unit_that_reads_best);
-    RUN_TEST(test_values_that_are_no_number_are_written_as_such);
-    RUN_TEST(test_both_ends_of_a_range_have_one_unit);
-    RUN_TEST(test_ends_of_a_range_are_read_as_values_of_it);
-    RUN_TEST(test_choices_are_written_by_name);
-    RUN_TEST(test_reading_does_not_depend_on_the_locale);
-    return UNITY_END();
+    return RUN_TESTS();
 }

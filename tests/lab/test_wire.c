@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "host_sim/lab/wire.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 static volatile sig_atomic_t stop;
 static wire_t *wire;
@@ -65,7 +65,7 @@ static uint32_t read_some(uint8_t *to, uint32_t room)
     return count;
 }
 
-static void test_octets_pass_both_ways_as_they_are(void)
+TEST(test_octets_pass_both_ways_as_they_are)
 {
     uint8_t all[256], got[256];
     for (uint32_t n = 0; n < 256u; n++) {
@@ -85,7 +85,7 @@ static void test_octets_pass_both_ways_as_they_are(void)
     close(client);
 }
 
-static void test_second_client_sees_an_end_and_the_first_goes_on(void)
+TEST(test_second_client_sees_an_end_and_the_first_goes_on)
 {
     uint8_t octet = 7u;
     open_port(false);
@@ -100,7 +100,7 @@ static void test_second_client_sees_an_end_and_the_first_goes_on(void)
     close(second);
 }
 
-static void test_only_this_machine_is_listened_to(void)
+TEST(test_only_this_machine_is_listened_to)
 {
     struct sockaddr_in other = {.sin_family = AF_INET, .sin_addr = {.s_addr = htonl(0x7f000002u)}};
     open_port(false);
@@ -111,7 +111,7 @@ static void test_only_this_machine_is_listened_to(void)
     close(client);
 }
 
-static void test_port_in_use_is_named(void)
+TEST(test_port_in_use_is_named)
 {
     wire_error_t error;
     char name[32];
@@ -123,7 +123,7 @@ static void test_port_in_use_is_named(void)
 }
 
 /* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's. */
-static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
+TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
     uint8_t octets[16];
@@ -152,7 +152,7 @@ static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_hear
     close(second);
 }
 
-static void test_nobody_there_takes_everything(void)
+TEST(test_nobody_there_takes_everything)
 {
     const uint8_t octets[100] = {0};
     open_port(true);
@@ -162,7 +162,7 @@ static void test_nobody_there_takes_everything(void)
 }
 
 /* A client that does not read: without waiting the line takes less and less. */
-static void test_without_waiting_a_slow_client_leaves_no_room(void)
+TEST(test_without_waiting_a_slow_client_leaves_no_room)
 {
     const uint8_t octets[100] = {0};
     open_port(false);
@@ -179,7 +179,7 @@ static void test_without_waiting_a_slow_client_leaves_no_room(void)
 }
 
 /* A child writes 10 MB of a count through a waiting line; all of it arrives, in order. */
-static void test_with_waiting_nothing_is_lost(void)
+TEST(test_with_waiting_nothing_is_lost)
 {
     enum { TOTAL = 10000000 };
     static uint8_t got[65536];
@@ -228,7 +228,7 @@ static void on_alarm(int number)
     stop = 1;
 }
 
-static void test_stop_ends_the_waiting(void)
+TEST(test_stop_ends_the_waiting)
 {
     const uint8_t octets[100] = {0};
     const struct itimerval soon = {.it_value = {.tv_usec = 300000}};
@@ -247,7 +247,7 @@ static void test_stop_ends_the_waiting(void)
 }
 
 /* Every octet value, among them what a terminal would take for a command or turn into another. */
-static void test_terminal_is_raw(void)
+TEST(test_terminal_is_raw)
 {
     wire_error_t error;
     uint8_t all[256], got[256];
@@ -280,16 +280,5 @@ static void test_terminal_is_raw(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_octets_pass_both_ways_as_they_are);
-    RUN_TEST(test_second_client_sees_an_end_and_the_first_goes_on);
-    RUN_TEST(test_only_this_machine_is_listened_to);
-    RUN_TEST(test_port_in_use_is_named);
-    RUN_TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard);
-    RUN_TEST(test_nobody_there_takes_everything);
-    RUN_TEST(test_without_waiting_a_slow_client_leaves_no_room);
-    RUN_TEST(test_with_waiting_nothing_is_lost);
-    RUN_TEST(test_stop_ends_the_waiting);
-    RUN_TEST(test_terminal_is_raw);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "host_sim/line/frames.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 #define SILENT (FRAMES_SILENCE * 1.01)
 
@@ -14,10 +14,6 @@ void setUp(void)
 {
     now = 100.0;
     frames_init(&frames, false);
-}
-
-void tearDown(void)
-{
 }
 
 static void receive(const uint8_t *octets, uint32_t count)
@@ -58,7 +54,7 @@ static void expect_none(void)
     TEST_ASSERT_NULL(frames_next(&frames, now, &length));
 }
 
-static void test_frames_come_in_order(void)
+TEST(test_frames_come_in_order)
 {
     receive_frame(7, 1);
     receive_frame(8, 2);
@@ -69,7 +65,7 @@ static void test_frames_come_in_order(void)
     TEST_ASSERT_EQUAL(0u, frames.dropped);
 }
 
-static void test_a_frame_may_come_octet_by_octet(void)
+TEST(test_a_frame_may_come_octet_by_octet)
 {
     uint8_t octets[7];
     frame(octets, 7, 1);
@@ -82,7 +78,7 @@ static void test_a_frame_may_come_octet_by_octet(void)
     expect(1);
 }
 
-static void test_counter_wraps_without_a_loss(void)
+TEST(test_counter_wraps_without_a_loss)
 {
     receive_frame(0xFFFF, 1);
     receive_frame(0, 2);
@@ -91,7 +87,7 @@ static void test_counter_wraps_without_a_loss(void)
     TEST_ASSERT_EQUAL(0u, frames.missing);
 }
 
-static void test_missing_frames_are_counted(void)
+TEST(test_missing_frames_are_counted)
 {
     receive_frame(10, 1);
     expect(1);
@@ -102,7 +98,7 @@ static void test_missing_frames_are_counted(void)
     TEST_ASSERT_EQUAL(4u, frames.missing);
 }
 
-static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
+TEST(test_a_half_frame_ends_with_silence_and_the_next_one_is_good)
 {
     uint8_t octets[7];
     receive_frame(1, 1);
@@ -119,7 +115,7 @@ static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
 }
 
 /* Without any silence: samples that never cease. */
-static void test_stream_is_found_again_after_a_lost_octet(void)
+TEST(test_stream_is_found_again_after_a_lost_octet)
 {
     uint8_t stream[7 * 20];
     for (uint16_t n = 0; n < 20u; n++) {
@@ -146,7 +142,7 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
     }
 }
 
-static void test_rubbish_before_the_first_frame_is_dropped(void)
+TEST(test_rubbish_before_the_first_frame_is_dropped)
 {
     static const uint8_t rubbish[] = {0x80, 0xFF, 0x00, 0x00, 0x11, 0xFF, 0xFF};
     receive(rubbish, sizeof rubbish);
@@ -157,7 +153,7 @@ static void test_rubbish_before_the_first_frame_is_dropped(void)
     TEST_ASSERT_EQUAL(sizeof rubbish, frames.dropped);
 }
 
-static void test_lengths_0_and_above_the_most_are_no_frames(void)
+TEST(test_lengths_0_and_above_the_most_are_no_frames)
 {
     static const uint8_t none[] = {0, 0, 1, 0};
     static const uint8_t more[] = {FRAMES_PACKET + 1u, 0, 1, 0};
@@ -170,7 +166,7 @@ static void test_lengths_0_and_above_the_most_are_no_frames(void)
     TEST_ASSERT_EQUAL(8u, frames.dropped);
 }
 
-static void test_over_a_lossless_line_rubbish_ends_it(void)
+TEST(test_over_a_lossless_line_rubbish_ends_it)
 {
     static const uint8_t http[] = "HTTP/1.1 400 Bad Request";
     frames_init(&frames, true);
@@ -179,7 +175,7 @@ static void test_over_a_lossless_line_rubbish_ends_it(void)
     TEST_ASSERT_TRUE(frames.broken);
 }
 
-static void test_over_a_lossless_line_silence_ends_no_frame(void)
+TEST(test_over_a_lossless_line_silence_ends_no_frame)
 {
     uint8_t octets[7];
     frames_init(&frames, true);
@@ -194,16 +190,5 @@ static void test_over_a_lossless_line_silence_ends_no_frame(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_frames_come_in_order);
-    RUN_TEST(test_a_frame_may_come_octet_by_octet);
-    RUN_TEST(test_counter_wraps_without_a_loss);
-    RUN_TEST(test_missing_frames_are_counted);
-    RUN_TEST(test_a_half_frame_ends_with_silence_and_the_next_one_is_good);
-    RUN_TEST(test_stream_is_found_again_after_a_lost_octet);
-    RUN_TEST(test_rubbish_before_the_first_frame_is_dropped);
-    RUN_TEST(test_lengths_0_and_above_the_most_are_no_frames);
-    RUN_TEST(test_over_a_lossless_line_rubbish_ends_it);
-    RUN_TEST(test_over_a_lossless_line_silence_ends_no_frame);
-    return UNITY_END();
+    return RUN_TESTS();
 }

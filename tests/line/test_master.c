@@ -11,7 +11,7 @@
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
 #include "tests/line/slave.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 static slave_t slave;
 static master_t *master;
@@ -91,14 +91,14 @@ static void took(double seconds, double started)
 
 /* ---- connecting ---- */
 
-static void test_connects_and_knows_the_tables(void)
+TEST(test_connects_and_knows_the_tables)
 {
     connect_with(true);
     TEST_ASSERT_EQUAL(1u, slave_count(&slave, 0xFF));
     TEST_ASSERT_EQUAL_STRING_LEN("lagless-", master_epk(master), 8);
 }
 
-static void test_other_tables_are_refused_with_both_names(void)
+TEST(test_other_tables_are_refused_with_both_names)
 {
     const int descriptor = begin();
     char both[128];
@@ -110,7 +110,7 @@ static void test_other_tables_are_refused_with_both_names(void)
     has_text(both);
 }
 
-static void test_a_slave_that_closes_at_once_has_another_client(void)
+TEST(test_a_slave_that_closes_at_once_has_another_client)
 {
     const int descriptor = begin();
     slave.close_next = true;
@@ -119,7 +119,7 @@ static void test_a_slave_that_closes_at_once_has_another_client(void)
     has_text("another one is connected");
 }
 
-static void test_a_slave_of_another_kind_is_refused(void)
+TEST(test_a_slave_of_another_kind_is_refused)
 {
     int descriptor = begin();
     slave.connect[2] = 0x02; /* WORD granularity */
@@ -132,7 +132,7 @@ static void test_a_slave_of_another_kind_is_refused(void)
     has_text("no drive of this kind");
 }
 
-static void test_a_slave_that_never_answers_is_given_up(void)
+TEST(test_a_slave_that_never_answers_is_given_up)
 {
     const int descriptor = begin();
     slave.mute = SLAVE_MUTE;
@@ -144,7 +144,7 @@ static void test_a_slave_that_never_answers_is_given_up(void)
     has_text("nothing that speaks XCP answers");
 }
 
-static void test_a_lost_connect_is_said_again(void)
+TEST(test_a_lost_connect_is_said_again)
 {
     const int descriptor = begin();
     slave.mute = 1;
@@ -153,7 +153,7 @@ static void test_a_lost_connect_is_said_again(void)
     TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xFF));
 }
 
-static void test_who_speaks_something_else_is_told(void)
+TEST(test_who_speaks_something_else_is_told)
 {
     const int descriptor = begin();
     slave_octets(&slave, (const uint8_t *)"SSH-2.0-OpenSSH_9.2\r\n", 21);
@@ -162,7 +162,7 @@ static void test_who_speaks_something_else_is_told(void)
 }
 
 /* A chip that begins anew answers nothing for a while, and then nothing but CONNECT. */
-static void test_connects_again_after_a_restart(void)
+TEST(test_connects_again_after_a_restart)
 {
     double value;
     connect_with(false);
@@ -179,7 +179,7 @@ static void test_connects_again_after_a_restart(void)
 
 /* ---- values ---- */
 
-static void test_values_of_every_kind(void)
+TEST(test_values_of_every_kind)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(-12.5f));
@@ -192,7 +192,7 @@ static void test_values_of_every_kind(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.5, value_of("motor_resistance"));
 }
 
-static void test_set_writes_the_slot_at_4_times_the_id(void)
+TEST(test_set_writes_the_slot_at_4_times_the_id)
 {
     connect_with(true);
     slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, 0u);
@@ -204,7 +204,7 @@ static void test_set_writes_the_slot_at_4_times_the_id(void)
     TEST_ASSERT_EQUAL(2u, slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
 }
 
-static void test_what_a_row_does_not_accept_is_not_sent(void)
+TEST(test_what_a_row_does_not_accept_is_not_sent)
 {
     connect_with(true);
     const uint32_t before = slave_count(&slave, 0xF0);
@@ -220,7 +220,7 @@ static void test_what_a_row_does_not_accept_is_not_sent(void)
     TEST_ASSERT_EQUAL(before, slave_count(&slave, 0xF0));
 }
 
-static void test_error_codes_become_texts(void)
+TEST(test_error_codes_become_texts)
 {
     double value;
     connect_with(true);
@@ -242,7 +242,7 @@ static void test_error_codes_become_texts(void)
     TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 1.0, &error));
 }
 
-static void test_long_reads_are_cut_into_packets(void)
+TEST(test_long_reads_are_cut_into_packets)
 {
     uint8_t data[4u * 40u];
     connect_with(true);
@@ -260,7 +260,7 @@ static void test_long_reads_are_cut_into_packets(void)
 
 /* ---- a line that is not well ---- */
 
-static void test_answers_in_single_octets_are_put_together(void)
+TEST(test_answers_in_single_octets_are_put_together)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -268,7 +268,7 @@ static void test_answers_in_single_octets_are_put_together(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-static void test_a_lost_answer_is_asked_for_again_after_synch(void)
+TEST(test_a_lost_answer_is_asked_for_again_after_synch)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -280,7 +280,7 @@ static void test_a_lost_answer_is_asked_for_again_after_synch(void)
 }
 
 /* DOWNLOAD moves the address: a second one alone would write beside it. */
-static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(void)
+TEST(test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on)
 {
     const uint32_t address = 4u * row("motor_resistance")->id;
     connect_with(false);
@@ -294,7 +294,7 @@ static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(vo
     TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xF0));
 }
 
-static void test_a_late_answer_is_not_taken_for_that_of_the_next_question(void)
+TEST(test_a_late_answer_is_not_taken_for_that_of_the_next_question)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -305,7 +305,7 @@ static void test_a_late_answer_is_not_taken_for_that_of_the_next_question(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(void)
+TEST(test_a_slave_that_falls_silent_is_given_up_and_everything_says_so)
 {
     double value;
     connect_with(false);
@@ -323,7 +323,7 @@ static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(vo
     TEST_ASSERT_FALSE(master_work(master));
 }
 
-static void test_a_line_that_is_closed_is_told(void)
+TEST(test_a_line_that_is_closed_is_told)
 {
     double value;
     connect_with(true);
@@ -332,7 +332,7 @@ static void test_a_line_that_is_closed_is_told(void)
     has_text("the other end closed the line");
 }
 
-static void test_rubbish_and_jumps_of_the_counter_do_no_harm(void)
+TEST(test_rubbish_and_jumps_of_the_counter_do_no_harm)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -343,7 +343,7 @@ static void test_rubbish_and_jumps_of_the_counter_do_no_harm(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-static void test_a_busy_slave_is_asked_again(void)
+TEST(test_a_busy_slave_is_asked_again)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -351,7 +351,7 @@ static void test_a_busy_slave_is_asked_again(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-static void test_pending_prolongs_the_patience(void)
+TEST(test_pending_prolongs_the_patience)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -360,7 +360,7 @@ static void test_pending_prolongs_the_patience(void)
     TEST_ASSERT_EQUAL(0u, slave_count(&slave, 0xFC));
 }
 
-static void test_an_idle_line_is_kept_alive(void)
+TEST(test_an_idle_line_is_kept_alive)
 {
     connect_with(true);
     const uint32_t before = slave_count(&slave, 0xDC);
@@ -382,7 +382,7 @@ static void count_answer(void *context, int result, const uint8_t *data, uint32_
     last_result = result;
 }
 
-static void test_questions_wait_in_the_queue_and_are_all_answered(void)
+TEST(test_questions_wait_in_the_queue_and_are_all_answered)
 {
     static const uint32_t kinds[3] = {0, 1, 2};
     memset(answers, 0, sizeof answers);
@@ -411,7 +411,7 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
 
 /* ---- orders ---- */
 
-static void test_an_order_that_is_refused_names_reason_and_row(void)
+TEST(test_an_order_that_is_refused_names_reason_and_row)
 {
     master_refusal_t refusal;
     connect_with(true);
@@ -479,7 +479,7 @@ static void sample(uint32_t stamp)
     slave_sample(&slave, stamp, slots);
 }
 
-static void test_samples_have_their_periods_and_gaps_are_found(void)
+TEST(test_samples_have_their_periods_and_gaps_are_found)
 {
     samples_t samples;
     connect_with(true);
@@ -503,7 +503,7 @@ static void test_samples_have_their_periods_and_gaps_are_found(void)
     TEST_ASSERT_FALSE(slave.running);
 }
 
-static void test_stamps_wrap(void)
+TEST(test_stamps_wrap)
 {
     samples_t samples;
     connect_with(true);
@@ -517,7 +517,7 @@ static void test_stamps_wrap(void)
 }
 
 /* 16 floats are 69 octets: with packets of 40 octets they take two. */
-static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(void)
+TEST(test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole)
 {
     samples_t samples;
     const int descriptor = begin();
@@ -541,7 +541,7 @@ static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(
     TEST_ASSERT_EQUAL(1u, master_daq(master).missing);
 }
 
-static void test_samples_come_while_a_question_waits(void)
+TEST(test_samples_come_while_a_question_waits)
 {
     samples_t samples;
     connect_with(true);
@@ -555,7 +555,7 @@ static void test_samples_come_while_a_question_waits(void)
     TEST_ASSERT_EQUAL(2u, samples.count);
 }
 
-static void test_what_cannot_be_sampled_is_refused(void)
+TEST(test_what_cannot_be_sampled_is_refused)
 {
     samples_t samples;
     const table_row_t *rows[MASTER_DAQ_MAX + 1u];
@@ -580,7 +580,7 @@ static void test_what_cannot_be_sampled_is_refused(void)
 
 /* ---- fault log ---- */
 
-static void test_fault_log(void)
+TEST(test_fault_log)
 {
     master_fault_t faults[MASTER_FAULTS_MAX];
     uint32_t count = 99;
@@ -601,37 +601,5 @@ static void test_fault_log(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_connects_and_knows_the_tables);
-    RUN_TEST(test_other_tables_are_refused_with_both_names);
-    RUN_TEST(test_a_slave_that_closes_at_once_has_another_client);
-    RUN_TEST(test_a_slave_of_another_kind_is_refused);
-    RUN_TEST(test_a_slave_that_never_answers_is_given_up);
-    RUN_TEST(test_a_lost_connect_is_said_again);
-    RUN_TEST(test_who_speaks_something_else_is_told);
-    RUN_TEST(test_connects_again_after_a_restart);
-    RUN_TEST(test_values_of_every_kind);
-    RUN_TEST(test_set_writes_the_slot_at_4_times_the_id);
-    RUN_TEST(test_what_a_row_does_not_accept_is_not_sent);
-    RUN_TEST(test_error_codes_become_texts);
-    RUN_TEST(test_long_reads_are_cut_into_packets);
-    RUN_TEST(test_answers_in_single_octets_are_put_together);
-    RUN_TEST(test_a_lost_answer_is_asked_for_again_after_synch);
-    RUN_TEST(test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on);
-    RUN_TEST(test_a_late_answer_is_not_taken_for_that_of_the_next_question);
-    RUN_TEST(test_a_slave_that_falls_silent_is_given_up_and_everything_says_so);
-    RUN_TEST(test_a_line_that_is_closed_is_told);
-    RUN_TEST(test_rubbish_and_jumps_of_the_counter_do_no_harm);
-    RUN_TEST(test_a_busy_slave_is_asked_again);
-    RUN_TEST(test_pending_prolongs_the_patience);
-    RUN_TEST(test_an_idle_line_is_kept_alive);
-    RUN_TEST(test_questions_wait_in_the_queue_and_are_all_answered);
-    RUN_TEST(test_an_order_that_is_refused_names_reason_and_row);
-    RUN_TEST(test_samples_have_their_periods_and_gaps_are_found);
-    RUN_TEST(test_stamps_wrap);
-    RUN_TEST(test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole);
-    RUN_TEST(test_samples_come_while_a_question_waits);
-    RUN_TEST(test_what_cannot_be_sampled_is_refused);
-    RUN_TEST(test_fault_log);
-    return UNITY_END();
+    return RUN_TESTS();
 }

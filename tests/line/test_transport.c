@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "host_sim/line/transport.h"
-#include "unity.h"
+#include "tests/tests.h"
 
 static transport_target_t parsed;
 static char why[320];
@@ -18,17 +18,13 @@ void setUp(void)
     why[0] = '\0';
 }
 
-void tearDown(void)
-{
-}
-
 static void refused(const char *target, const char *part)
 {
     TEST_ASSERT_FALSE(transport_parse(target, &parsed, why, sizeof why));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, part), why);
 }
 
-static void test_tcp_targets(void)
+TEST(test_tcp_targets)
 {
     TEST_ASSERT_TRUE(transport_parse("tcp://127.0.0.1:5555", &parsed, why, sizeof why));
     TEST_ASSERT_TRUE(parsed.tcp);
@@ -39,7 +35,7 @@ static void test_tcp_targets(void)
     TEST_ASSERT_EQUAL_STRING("1", parsed.port);
 }
 
-static void test_devices_with_and_without_a_baud(void)
+TEST(test_devices_with_and_without_a_baud)
 {
     TEST_ASSERT_TRUE(transport_parse("/dev/ttyUSB0", &parsed, why, sizeof why));
     TEST_ASSERT_FALSE(parsed.tcp);
@@ -52,7 +48,7 @@ static void test_devices_with_and_without_a_baud(void)
     TEST_ASSERT_EQUAL_STRING("/dev/serial/by-id/usb-a:b/x", parsed.place);
 }
 
-static void test_what_is_no_target_is_told_with_what_would_be(void)
+TEST(test_what_is_no_target_is_told_with_what_would_be)
 {
     refused("", "accepted");
     refused("drive", "accepted: tcp://HOST:PORT");
@@ -75,7 +71,7 @@ static int terminal(char name[64])
     return master;
 }
 
-static void test_a_serial_device_is_raw_both_ways(void)
+TEST(test_a_serial_device_is_raw_both_ways)
 {
     static const uint8_t octets[] = {0x00, 0x03, 0x04, 0x0A, 0x0D, 0x11, 0x13, 0x1A, 0x7F, 0xFF};
     char name[64];
@@ -96,7 +92,7 @@ static void test_a_serial_device_is_raw_both_ways(void)
     close(far);
 }
 
-static void test_a_serial_device_is_taken_by_one_program_alone(void)
+TEST(test_a_serial_device_is_taken_by_one_program_alone)
 {
     char name[64];
     bool lossless;
@@ -109,7 +105,7 @@ static void test_a_serial_device_is_taken_by_one_program_alone(void)
     close(far);
 }
 
-static void test_what_is_no_serial_device_is_told(void)
+TEST(test_what_is_no_serial_device_is_told)
 {
     bool lossless;
     TEST_ASSERT_EQUAL(-1, transport_open("/dev/null", &lossless, why, sizeof why));
@@ -119,7 +115,7 @@ static void test_what_is_no_serial_device_is_told(void)
 }
 
 /* A port that was free a moment ago. */
-static void test_a_port_where_nobody_listens_is_told_with_the_remedy(void)
+TEST(test_a_port_where_nobody_listens_is_told_with_the_remedy)
 {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
     socklen_t size = sizeof address;
@@ -137,13 +133,5 @@ static void test_a_port_where_nobody_listens_is_told_with_the_remedy(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_tcp_targets);
-    RUN_TEST(test_devices_with_and_without_a_baud);
-    RUN_TEST(test_what_is_no_target_is_told_with_what_would_be);
-    RUN_TEST(test_a_serial_device_is_raw_both_ways);
-    RUN_TEST(test_a_serial_device_is_taken_by_one_program_alone);
-    RUN_TEST(test_what_is_no_serial_device_is_told);
-    RUN_TEST(test_a_port_where_nobody_listens_is_told_with_the_remedy);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -1,7 +1,7 @@
 /* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
  * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. */
+#include "tests/tests.h"
 #include <string.h>
-#include <unity.h>
 
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
@@ -25,11 +25,7 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
-
-static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void)
+TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed)
 {
     uint16_t flash[ROOM];
     memcpy(flash, stand_in_flash, sizeof flash);
@@ -40,7 +36,7 @@ static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void
     }
 }
 
-static void test_the_end_of_the_stack_is_painted_and_nothing_else_of_it(void)
+TEST(test_the_end_of_the_stack_is_painted_and_nothing_else_of_it)
 {
     hal_boot();
     for (int32_t n = 0; n < STACK_WORDS + AROUND; n++) {
@@ -51,8 +47,5 @@ static void test_the_end_of_the_stack_is_painted_and_nothing_else_of_it(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_the_end_of_the_stack_is_painted_and_nothing_else_of_it);
-    RUN_TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -1,8 +1,8 @@
 /* What a failed check does on the chip: app/main.c as it is, above a board that writes down what it is asked.
  * Its loop has no end; the board leaves it after some turns. */
+#include "tests/tests.h"
 #include <setjmp.h>
 #include <string.h>
-#include <unity.h>
 
 int chip_main(void);
 #define main chip_main
@@ -66,11 +66,7 @@ void setUp(void)
     starts = false;
 }
 
-void tearDown(void)
-{
-}
-
-static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place(void)
+TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place)
 {
     if (setjmp(leave) == 0) {
         check_failed("pll_prepare", 67u);
@@ -79,7 +75,7 @@ static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog
     TEST_ASSERT_EQUAL_UINT32(TURNS, fed);
 }
 
-static void test_function_and_line_are_there_for_a_debugger(void)
+TEST(test_function_and_line_are_there_for_a_debugger)
 {
     if (setjmp(leave) == 0) {
         check_failed("pll_prepare", 67u);
@@ -88,7 +84,7 @@ static void test_function_and_line_are_there_for_a_debugger(void)
     TEST_ASSERT_EQUAL_UINT(67u, check_failure.line);
 }
 
-static void test_a_check_that_fails_in_the_start_never_reaches_the_background(void)
+TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background)
 {
     if (setjmp(leave) == 0) {
         (void)chip_main();
@@ -97,7 +93,7 @@ static void test_a_check_that_fails_in_the_start_never_reaches_the_background(vo
     TEST_ASSERT_EQUAL_STRING("app_start", check_failure.function);
 }
 
-static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
+TEST(test_a_check_is_evaluated_once_and_passes_without_a_word)
 {
     uint32_t n = 0u;
     if (setjmp(leave) == 0) {
@@ -110,10 +106,5 @@ static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place);
-    RUN_TEST(test_function_and_line_are_there_for_a_debugger);
-    RUN_TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background);
-    RUN_TEST(test_a_check_is_evaluated_once_and_passes_without_a_word);
-    return UNITY_END();
+    return RUN_TESTS();
 }

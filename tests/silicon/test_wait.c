@@ -1,6 +1,6 @@
 /* bus_wait() of the chip as it is, hal/f28335/wait.c, with a CPU timer that counts down by some cycles from
  * one look at it to the next, as code that runs takes time. */
-#include <unity.h>
+#include "tests/tests.h"
 
 #include "hal/f28335/bus.h"
 
@@ -20,14 +20,6 @@ static const volatile cpu_timer_regs_t *look(uint32_t number)
 #define CPU_TIMER(n) look(n)
 #include "hal/f28335/wait.c"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* What the timer has counted when bus_wait returns, begun at this count. */
 static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 {
@@ -40,7 +32,7 @@ static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 
 static const uint32_t lengths[] = {1u, 2u, 9u, 10u, 11u, 1000u, 150000u};
 
-static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
+TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         for (uint32_t turn = 2u; turn <= 12u; turn++) {
@@ -52,7 +44,7 @@ static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
 }
 
 /* hal_time() wraps after 28 s. */
-static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(void)
+TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference)
 {
     for (uint32_t from = 0u; from < 40u; from++) {
         TEST_ASSERT_EQUAL_UINT32(102u, waited(100u, from, 6u));
@@ -60,7 +52,7 @@ static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(vo
 }
 
 /* Before hal_init has started it, or after somebody stopped it: a turn takes a cycle and more. */
-static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
+TEST(test_a_timer_that_stands_ends_it_after_as_many_turns)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         (void)waited(lengths[n], 1234u, 0u);
@@ -68,17 +60,12 @@ static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
     }
 }
 
-static void test_no_cycles_are_no_wait(void)
+TEST(test_no_cycles_are_no_wait)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
 }
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more);
-    RUN_TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference);
-    RUN_TEST(test_a_timer_that_stands_ends_it_after_as_many_turns);
-    RUN_TEST(test_no_cycles_are_no_wait);
-    return UNITY_END();
+    return RUN_TESTS();
 }

@@ -326,6 +326,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
+    entry.enabled = False  # a program that ended between gate and entry left it on
     for breakpoint in (entry, gate, fault, written, begun):
         breakpoint.hit = False
     freed.periods = 0

@@ -1,0 +1,37 @@
+/* Tests that no list names: TEST(test_of_something) { ... }, and `return RUN_TESTS();` in main() runs all of
+ * its file, in their order. */
+#ifndef TESTS_TESTS_H
+#define TESTS_TESTS_H
+
+#include "unity.h"
+
+typedef struct test {
+    void (*run)(void);
+    const char *name;
+    int line;
+    struct test *next;
+} test_t;
+
+static test_t *tests_first;
+static test_t **tests_end = &tests_first;
+
+#define TEST(name)                                                                                           \
+    static void name(void);                                                                                  \
+    static test_t test_##name = {name, #name, __LINE__, NULL};                                               \
+    __attribute__((constructor)) static void test_add_##name(void)                                           \
+    {                                                                                                        \
+        *tests_end = &test_##name;                                                                           \
+        tests_end = &test_##name.next;                                                                       \
+    }                                                                                                        \
+    static void name(void)
+
+static inline void tests_run(void)
+{
+    for (const test_t *test = tests_first; test != NULL; test = test->next) {
+        UnityDefaultTestRun(test->run, test->name, test->line);
+    }
+}
+
+#define RUN_TESTS() (UNITY_BEGIN(), tests_run(), UNITY_END())
+
+#endif

@@ -9,6 +9,7 @@
 
 #include "drive/drive.h"
 #include "host_sim/rig/rig.h"
+#include "tests/rig/seed.h"
 #include "unity.h"
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
@@ -101,6 +102,7 @@ static inline void run_motor_of_board(rig_t *rig)
 /* From power-on to ready; offsets are measured with whatever the plant does. */
 static inline void run_to_ready(rig_t *rig)
 {
+    rig_run(rig, seed_phase());
     run_seconds(rig, 0.06);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }

@@ -23,7 +23,7 @@ static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t
 
 void setUp(void)
 {
-    rig = rig_create(18);
+    rig = run_rig(18);
     TEST_ASSERT_NOT_NULL(rig);
     run_parameter(rig, "position_source", 0.0);
     run_to_ready_at(rig, 300.0);

@@ -24,7 +24,7 @@ static harmonics_t measure(double compensation)
     double re[3] = {0.0};
     double im[3] = {0.0};
     double turned = 0.0;
-    rig_t *rig = rig_create(21);
+    rig_t *rig = run_rig(21);
     run_paper_drive(rig);
     run_put(rig, "dead_time", 3e-6);
     run_parameter(rig, "compensation_gain", compensation);

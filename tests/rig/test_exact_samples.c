@@ -32,7 +32,7 @@ void tearDown(void)
 /* Turning at this speed already, under 5 N m, not yet enabled. */
 static rig_t *turning(double rpm)
 {
-    rig_t *rig = rig_create(61);
+    rig_t *rig = run_rig(61);
     TEST_ASSERT_NOT_NULL(rig);
     run_paper_drive(rig);
     run_put(rig, "fidelity", 1.0);

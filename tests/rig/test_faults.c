@@ -10,7 +10,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(31);
+    rig = run_rig(31);
     run_paper_drive(rig);
     run_to_ready(rig);
     run_on(rig, 600.0);
@@ -345,7 +345,7 @@ static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runawa
 {
     /* half an electrical turn off: torque has the wrong sign, the speed control drives the wrong way */
     rig_free(rig);
-    rig = rig_create(33);
+    rig = run_rig(33);
     run_paper_drive(rig);
     run_put(rig, "inertia", 0.003);
     run_parameter(rig, "params.encoder_offset", 3.14159265358979);
@@ -360,7 +360,7 @@ static void test_encoder_mounted_wrong_way_round_ends_in_a_fault_not_in_a_runawa
 static void test_sensorless_start_from_rest_needs_one_try(void)
 {
     rig_free(rig);
-    rig = rig_create(34);
+    rig = run_rig(34);
     run_to_ready(rig);
     run_on(rig, 300.0);
     double tries = 0.0;
@@ -446,7 +446,7 @@ static void test_open_phase_is_survived_without_overcurrent(void)
 static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
 {
     rig_free(rig);
-    rig = rig_create(32);
+    rig = run_rig(32);
     run_put(rig, "current_offset_a", 0.2);
     run_put(rig, "current_offset_b", -0.15);
     run_put(rig, "current_offset_c", 0.1);

@@ -10,7 +10,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(3);
+    rig = run_rig(3);
     run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
@@ -181,9 +181,9 @@ static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
         signals = strcmp(rig_table(n)->name, "signals") == 0 ? rig_table(n) : signals;
     }
     TEST_ASSERT_NOT_NULL(signals);
-    rig_t *broken = rig_create(3);
+    rig_t *broken = run_rig(3);
     rig_free(rig);
-    rig = rig_create(3);
+    rig = run_rig(3);
     run_put(broken, "plant.encoder_lines", 1.0);
     run_to_ready(rig);
     run_to_ready(broken);
@@ -242,7 +242,7 @@ static void test_a_run_with_brake_jump_and_break_away_is_replayed_bit_for_bit(vo
     const uint64_t end = eventful();
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "true_omega_m"));
     rig_free(rig);
-    rig = rig_create(99);
+    rig = run_rig(99);
     TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
     free(state);
     TEST_ASSERT_EQUAL_HEX64(begin, rig_hash(rig));

@@ -47,7 +47,8 @@ static void test_staircase_through_standstill_is_held(void)
         printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s],
                furthest, ripple, current);
         TEST_ASSERT_TRUE(furthest <= 0.3);
-        TEST_ASSERT_TRUE(ripple <= (s == 0u ? 19.0 : 72.0)); /* the light one swings in the forced frame */
+        TEST_ASSERT_TRUE(ripple <=
+                         (s == 0u ? 25.0 : 72.0)); /* 16.7 +- 2; the light one swings in the forced frame */
     }
 }
 

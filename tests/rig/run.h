@@ -4,6 +4,7 @@
 #define TESTS_RIG_RUN_H
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -24,6 +25,19 @@
 
 /* Torque of the paper's motor [N m] at so many amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
+
+/* Prints what was measured, and returns the line as the message of what is asked of it, until the next one.
+ */
+__attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)
+{
+    static char text[240];
+    va_list values;
+    va_start(values, format);
+    (void)vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    printf("%s\n", text);
+    return text;
+}
 
 static inline void run_put(rig_t *rig, const char *name, double value)
 {

@@ -1,15 +1,8 @@
 /* Inductance and dead time learnt together, as the drive does by default, without encoder on the real
  * inverter: what it costs where all was known, what it is worth on other motors where all is wrong, and what
  * it must not learn from. */
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static rig_t *new_rig(uint32_t seed)
 {
@@ -67,11 +60,9 @@ static void test_nothing_is_lost_where_all_was_known(void)
                             loaded ? RUN_LIMIT_SHARE * 5.0 : 0.0);
         run_seconds(rig, 3.0);
         const run_error_t err = run_error(rig, 3.0);
-        char message[160];
-        snprintf(message, sizeof message, "%.0f r/min, %s: mean %.2f, SD %.2f mrad; dead time %.4f, L %.4f",
-                 rpm, loaded ? "loaded" : "no load", err.mean, err.sd, learnt_dead_time(rig),
-                 learnt_inductance(rig));
-        printf("%s\n", message);
+        const char *const message = run_say("%.0f r/min, %s: mean %.2f, SD %.2f mrad; dead time %.4f, L %.4f",
+                                            rpm, loaded ? "loaded" : "no load", err.mean, err.sd,
+                                            learnt_dead_time(rig), learnt_inductance(rig));
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= points[n / 4u].mean[loaded], message);
         TEST_ASSERT_TRUE_MESSAGE(err.sd <= points[n / 4u].sd, message);
@@ -157,11 +148,9 @@ static void expect_learnt(const other_t *o, double share, double direction)
     speed(rig, 0.5 * full, 0.8 * full, 0.7);
     run_seconds(rig, 2.0);
     const run_error_t err = run_error(rig, 1.0);
-    char message[160];
-    snprintf(message, sizeof message,
-             "%s, %.1f of all, %.0f r/min: mean %.2f, SD %.2f mrad; dead time %.3f, L %.3f", o->name, share,
-             0.8 * full / RPM, err.mean, err.sd, learnt_dead_time(rig), learnt_inductance(rig));
-    printf("%s\n", message);
+    const char *const message =
+        run_say("%s, %.1f of all, %.0f r/min: mean %.2f, SD %.2f mrad; dead time %.3f, L %.3f", o->name,
+                share, 0.8 * full / RPM, err.mean, err.sd, learnt_dead_time(rig), learnt_inductance(rig));
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= o->mean, message);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(o->inductance, 1.0, learnt_inductance(rig), message);

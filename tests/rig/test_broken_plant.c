@@ -6,18 +6,7 @@
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
+#include "tests/rig/the_rig.h"
 
 /* By the encoder at this speed, `seconds` after the switch was closed. */
 static void running(double fidelity, double rpm, double seconds)

@@ -2,6 +2,7 @@
  * ways; a slow one is brought to what is asked for; one beyond the DC link is refused. */
 #include "drive/reasons.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define ANGLES 12u  /* of an electrical turn */
 #define LOCKED 0.1  /* [rad] */
@@ -9,18 +10,7 @@
 #define MEAN   0.1  /* [s] at the end, over which speed and error are taken */
 #define READY  1.0  /* state */
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* Asked for of a turning rotor: locked after 60 ms. */
 typedef struct {
@@ -113,10 +103,9 @@ static void expect_caught(const catch_case_t *of, double wanted, const char *wha
             error += seen.error / mean;
         }
     }
-    char where[160];
-    (void)snprintf(where, sizeof where, "%s: %s after %.1f ms, inrush %.2f A, %.1f r/min, fault %d", what,
-                   started ? "started" : "caught", 1e3 * locked, inrush, speed, seen.fault);
-    printf("%s\n", where);
+    const char *const where =
+        run_say("%s: %s after %.1f ms, inrush %.2f A, %.1f r/min, fault %d", what,
+                started ? "started" : "caught", 1e3 * locked, inrush, speed, seen.fault);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.fault, where);
     TEST_ASSERT_EQUAL_INT_MESSAGE(RUNS, seen.manoeuvre, where);
     TEST_ASSERT_TRUE_MESSAGE(fabs(speed - wanted) < 2.0 && fabs(error) < LOCKED, where);
@@ -190,11 +179,9 @@ static void test_rotor_beyond_the_link_is_refused(void)
             off = off && rig_value(rig, "state") == READY;
             stopped = start_time(k + 1u);
         }
-        char where[120];
-        (void)snprintf(where, sizeof where, "%c, EMF %+.2f of the link: %s, fault %d after %.1f ms",
-                       START_SHAFT_NAMES[shaft], way * share, off ? "never on" : "on", seen.fault,
-                       1e3 * stopped);
-        printf("%s\n", where);
+        const char *const where =
+            run_say("%c, EMF %+.2f of the link: %s, fault %d after %.1f ms", START_SHAFT_NAMES[shaft],
+                    way * share, off ? "never on" : "on", seen.fault, 1e3 * stopped);
         if (off) {
             TEST_ASSERT_EQUAL_DOUBLE(REASON_ROTOR_TOO_FAST, rig_value(rig, "refusal"));
         } else {

@@ -2,15 +2,8 @@
  * what is learnt, how quickly, and what it is worth to the estimate. */
 #include <math.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.
  * Where the board's limit is lower, so is the load. Limits: of the means four standard deviations, of times
@@ -108,16 +101,13 @@ static void expect_learnt(const char *name, const lesson_t *lesson, double share
     for (uint32_t n; grid_next(&grid, &n);) {
         const double rpm = n % 2u != 0u ? -lesson->rpm : lesson->rpm;
         const double load = n / 2u != 0u ? RATED : 0.0;
-        char message[200];
         rig_t *rig = running(rpm, load, lesson->source);
         const double since = learn(rig, share, fmax(4.0, 1.2 * lesson->within[n / 2u]));
         trim(rig, rpm);
         const run_error_t err = run_error(rig, 4.0);
-        snprintf(
-            message, sizeof message,
+        const char *const message = run_say(
             "from %.1f at %.0f r/min, %g N m: 5 %% in %.2f s, then %.3f; mean %.2f, SD %.2f, peak %.0f mrad",
             share, rpm, load, since, learnt_share(rig), err.mean, err.sd, err.peak);
-        printf("%s\n", message);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= lesson->within[n / 2u], message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= lesson->mean, message);
@@ -174,10 +164,8 @@ static void test_staircase_to_20_rpm(void)
             run_put(rig, "speed_request", stairs[k] * RPM);
             run_seconds(rig, 3.0);
             const run_error_t err = run_error(rig, 3.0);
-            char message[160];
-            snprintf(message, sizeof message, "from %.1f, %.0f r/min: mean %.2f, SD %.2f mrad, V %.3f",
-                     factors[n], stairs[k], err.mean, err.sd, learnt_share(rig));
-            printf("%s\n", message);
+            const char *const message = run_say("from %.1f, %.0f r/min: mean %.2f, SD %.2f mrad, V %.3f",
+                                                factors[n], stairs[k], err.mean, err.sd, learnt_share(rig));
             TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 5.6, message); /* asked: 20 */
             TEST_ASSERT_TRUE_MESSAGE(err.sd <= 8.5, message);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * stairs[k], stairs[k], err.speed_mean);
@@ -233,17 +221,15 @@ static void test_start_with_a_wrong_dead_time(void)
     for (uint32_t n; grid_next(&grid, &n);) {
         const double share = shares[n % 3u];
         const bool is_light = n / 3u % 2u != 0u;
-        char message[160];
         rig_t *rig = standing(is_light);
         believe(rig, share);
         start(rig, 0.4 * n, 200.0, n / 6u != 0u ? RATED : 0.0);
         run_seconds(rig, 4.0);
         const run_error_t err = run_error(rig, 0.5);
-        snprintf(message, sizeof message,
-                 "%s rotor, %g N m, from %.1f: %.0f r/min, V %.3f, try %.0f, mean %.1f",
-                 is_light ? "light" : "rig's", n / 6u != 0u ? RATED : 0.0, share, err.speed_mean,
-                 learnt_share(rig), rig_value(rig, "start_try"), err.mean);
-        printf("%s\n", message);
+        const char *const message =
+            run_say("%s rotor, %g N m, from %.1f: %.0f r/min, V %.3f, try %.0f, mean %.1f",
+                    is_light ? "light" : "rig's", n / 6u != 0u ? RATED : 0.0, share, err.speed_mean,
+                    learnt_share(rig), rig_value(rig, "start_try"), err.mean);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.speed_mean - 200.0) <= 5.0, message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.0075, message);
@@ -265,7 +251,6 @@ static void test_a_start_to_100_rpm_learns_it(void)
         if (BOARD_CURRENT_LIMIT_MA < 10000 && load > 0.0 && factors[n % 2u] > 1.0) {
             continue; /* not every try of the kit's 6.3 A brings such a load up by a dead time so wrong */
         }
-        char message[160];
         rig_t *rig = standing(is_light);
         believe(rig, factors[n % 2u]);
         start(rig, 0.0, rpm, load);
@@ -275,10 +260,9 @@ static void test_a_start_to_100_rpm_learns_it(void)
         const double since = until_known(rig, 3.0);
         run_seconds(rig, 3.0);
         const run_error_t err = run_error(rig, 4.0);
-        snprintf(message, sizeof message,
-                 "%s rotor, from %.1f to %.0f r/min, %g N m: 5 %% in %.2f s; mean %.2f, SD %.2f",
-                 is_light ? "light" : "rig's", factors[n % 2u], rpm, load, since, err.mean, err.sd);
-        printf("%s\n", message);
+        const char *const message =
+            run_say("%s rotor, from %.1f to %.0f r/min, %g N m: 5 %% in %.2f s; mean %.2f, SD %.2f",
+                    is_light ? "light" : "rig's", factors[n % 2u], rpm, load, since, err.mean, err.sd);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= 2.0, message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 6.1, message);
@@ -300,10 +284,8 @@ static void test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong(void
         run_put(rig, "handover_speed", 200.0 * RPM);
         start(rig, 0.0, rpm, n % 2u != 0u ? RATED : 0.0);
         run_seconds(rig, 6.0);
-        char message[120];
-        snprintf(message, sizeof message, "light rotor forced at %.0f r/min, %g N m: V %.3f", rpm,
-                 n % 2u != 0u ? RATED : 0.0, learnt_share(rig));
-        printf("%s\n", message);
+        const char *const message = run_say("light rotor forced at %.0f r/min, %g N m: V %.3f", rpm,
+                                            n % 2u != 0u ? RATED : 0.0, learnt_share(rig));
         run_expect_no_fault(rig);
         TEST_ASSERT_EQUAL_DOUBLE((double)MANOEUVRE_FORCED, rig_value(rig, "manoeuvre"));
         TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.015, message);

@@ -2,24 +2,16 @@
  * directions. */
 #include <math.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define TRANSIENT_PERIODS 50u /* 5 ms after each step */
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* Runs one step and judges it: speed within 1 r/min at the end (0.2 s without leaving the band; the bare
  * motor within 1.3, for it ripples by 0.94 to 1.15 over seeds on the kit's board), i_d within 0.3 A of its
  * reference after 5 ms, no phase current above 1.2 times the limit. */
 static void step_to(rig_t *rig, double rpm, double seconds, const char *what)
 {
-    char message[160];
     double i_d_peak = 0.0;
     double i_peak = 0.0;
     double rpm_err = 0.0;
@@ -37,9 +29,9 @@ static void step_to(rig_t *rig, double rpm, double seconds, const char *what)
             rpm_err = fmax(rpm_err, fabs(rig_value(rig, "true_omega_m") / RPM - rpm));
         }
     }
-    snprintf(message, sizeof message, "%s to %.0f r/min: speed off by %.3f r/min, |i_d| %.3f A, peak %.2f A",
-             what, rpm, rpm_err, i_d_peak, i_peak);
-    printf("%s\n", message);
+    const char *const message =
+        run_say("%s to %.0f r/min: speed off by %.3f r/min, |i_d| %.3f A, peak %.2f A", what, rpm, rpm_err,
+                i_d_peak, i_peak);
     TEST_ASSERT_TRUE_MESSAGE(rpm_err <= (rig_value(rig, "inertia") < 0.01 ? 1.3 : 1.0), message);
     TEST_ASSERT_TRUE_MESSAGE(i_d_peak <= 0.3, message);
     TEST_ASSERT_TRUE_MESSAGE(i_peak <= 1.2 * rig_value(rig, "current_limit"), message);

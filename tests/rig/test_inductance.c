@@ -4,24 +4,13 @@
 #include <complex.h>
 
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define L_TRUE 12.5e-3                               /* [H] */
 #define LOAD   (5.0 * RUN_LIMIT_SHARE)               /* [N m] */
 #define DITHER (33.0 * 2.0 * 3.14159265358979323846) /* [rad/s] */
 
 #define J ((double complex)I)
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 typedef struct {
     const char *row;

@@ -2,18 +2,7 @@
  * large as it is, on a heavy and on a light rotor, in both directions; what the tracking loop gains by it
  * while the speed changes, and does not lose in a load step; and what must not teach anything. */
 #include "tests/rig/start.h"
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
+#include "tests/rig/the_rig.h"
 
 typedef struct {
     start_shaft_t shaft;

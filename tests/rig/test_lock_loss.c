@@ -1,21 +1,11 @@
 /* Is the rotor lost? Never told so in what is normal, soon where it is; caught again, or given up. */
 #include "drive/reasons.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define SEEDS 4u /* of normal running, and of a load that stops the rotor */
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- normal ---- */
 
@@ -189,14 +179,11 @@ static void expect_caught_again(start_shaft_t shaft, double rpm, double load)
         }
     }
     const bool stops = speed_left(shaft, rpm, load, noticed < 1.0 ? noticed : 30e-3) < 100.0;
-    char where[160];
-    (void)snprintf(
-        where, sizeof where,
-        "lock %c, jump of pi at %.0f r/min, %.0f N m: noticed after %.1f ms, locked after %.1f ms%s, "
-        "slowest %.0f r/min, losses %d, fault %d",
-        START_SHAFT_NAMES[shaft], rpm, load, 1e3 * noticed, 1e3 * locked, stops ? " (stops)" : "", slowest,
-        seen.losses, seen.fault);
-    printf("%s\n", where);
+    const char *const where =
+        run_say("lock %c, jump of pi at %.0f r/min, %.0f N m: noticed after %.1f ms, locked after %.1f ms%s, "
+                "slowest %.0f r/min, losses %d, fault %d",
+                START_SHAFT_NAMES[shaft], rpm, load, 1e3 * noticed, 1e3 * locked, stops ? " (stops)" : "",
+                slowest, seen.losses, seen.fault);
     TEST_ASSERT_TRUE_MESSAGE(seen.fault == 0 && seen.manoeuvre == RUNS, where);
     TEST_ASSERT_TRUE_MESSAGE(noticed <= 9e-3, where);
     TEST_ASSERT_TRUE_MESSAGE(locked <= (stops ? 1.1 : 55e-3), where);
@@ -219,14 +206,11 @@ static void expect_given_up(start_shaft_t shaft, double rpm, double load)
             noticed = start_time(k);
         }
     }
-    char where[160];
-    (void)snprintf(
-        where, sizeof where,
-        "lock %c, blocked at %.0f r/min, %.0f N m: standstill after %.1f ms, noticed %+.1f ms later, "
-        "fault %d after %.2f s",
-        START_SHAFT_NAMES[shaft], rpm, load, 1e3 * standstill, 1e3 * (noticed - standstill), seen.fault,
-        start_time(k));
-    printf("%s\n", where);
+    const char *const where =
+        run_say("lock %c, blocked at %.0f r/min, %.0f N m: standstill after %.1f ms, noticed %+.1f ms later, "
+                "fault %d after %.2f s",
+                START_SHAFT_NAMES[shaft], rpm, load, 1e3 * standstill, 1e3 * (noticed - standstill),
+                seen.fault, start_time(k));
     TEST_ASSERT_TRUE_MESSAGE(seen.fault == REASON_START_STALLED || seen.fault == REASON_LOCK_LOST, where);
     TEST_ASSERT_TRUE_MESSAGE(standstill < 0.0 || (noticed >= 0.0 && noticed - standstill <= 11.5e-3), where);
     TEST_ASSERT_TRUE_MESSAGE(start_time(k) <= 4.6, where);

@@ -1,19 +1,9 @@
 /* Without an encoder down to standstill and up again: every step of a staircase is held, and braking at the
  * limit of current to 100 r/min loses nothing. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 static void test_staircase_through_standstill_is_held(void)
 {
@@ -75,11 +65,9 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
             start_raise(&current, seen.current);
             left = left || seen.manoeuvre != RUNS;
         }
-        char where[160];
-        (void)snprintf(where, sizeof where,
-                       "braking %c, %.0f N m: undershoot %.1f r/min, error %.0f mrad, %.2f A",
-                       START_SHAFT_NAMES[shaft], load, under, peak, current);
-        printf("%s\n", where);
+        const char *const where =
+            run_say("braking %c, %.0f N m: undershoot %.1f r/min, error %.0f mrad, %.2f A",
+                    START_SHAFT_NAMES[shaft], load, under, peak, current);
         TEST_ASSERT_FALSE_MESSAGE(left || seen.losses > 0 || seen.fault != 0, where);
         TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - 100.0) <= 5.0, where);
         TEST_ASSERT_TRUE_MESSAGE(under <= 10.0, where);

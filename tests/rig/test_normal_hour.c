@@ -2,24 +2,14 @@
  * slow speeds, loads that come and go, with the sensors as they are. Nothing is wrong: no fault, no warning,
  * no lost rotor, each start at the first try. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define PARTS    60u /* of the hour, each on one shaft */
 #define SEGMENTS 10u /* of a part, of six seconds each */
 #define SPEEDS   9u
 
-static rig_t *rig;
 static uint32_t warned;   /* bits of the warnings that were told */
 static uint32_t wrong[3]; /* [periods] in a fault; with a rotor that was lost; in a further try of a start */
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {

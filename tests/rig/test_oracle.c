@@ -6,6 +6,7 @@
 
 #include "host_sim/rig/rig_state.h"
 #include "tests/oracle/oracle.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of run */
@@ -15,14 +16,6 @@ static size_t edge_count;
 static uint64_t ticks[PERIODS];
 static oracle_sample_t expected[PERIODS];
 static double seen[PERIODS][3];
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
@@ -65,10 +58,8 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
         far = fmax(far, fabs(seen[k][2] - expected[k].i_c));
         largest = fmax(largest, fabs(expected[k].i_a));
     }
-    char message[160];
-    snprintf(message, sizeof message, "largest difference %.2g mA of %.2f A, %zu gate edges, %u samples",
-             1e3 * far, largest, edge_count, PERIODS);
-    printf("%s\n", message);
+    const char *const message = run_say("largest difference %.2g mA of %.2f A, %zu gate edges, %u samples",
+                                        1e3 * far, largest, edge_count, PERIODS);
     TEST_ASSERT_TRUE_MESSAGE(largest > 0.9 * rig_value(rig, "current_limit"), message);
     TEST_ASSERT_TRUE_MESSAGE(far <= 1e-3, message);
     rig_free(rig);

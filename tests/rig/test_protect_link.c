@@ -3,6 +3,7 @@
  * shafts, with and without the encoder; every number is of every period. */
 #include "drive/reasons.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define OVER       (BOARD_OVERVOLTAGE_MV / 1e3)
 #define UNDER      (BOARD_UNDERVOLTAGE_MV / 1e3)
@@ -11,18 +12,7 @@
 #define ENCODER    0.0
 #define SENSORLESS 1.0
 
-static rig_t *rig;
 static const char *const sources[] = {"encoder", "sensorless"};
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- every period ---- */
 

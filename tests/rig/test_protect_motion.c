@@ -6,17 +6,10 @@
  * fault shows: an angle that has gone by 0.64 rad, or a shaft that has begun to move. Below the hand-over's
  * speed the EMF does not tell: there a torque that is gone is a stall, after its time. */
 #include "drive/reasons.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/start.h"
 
 #define CURRENT_MOST 25.0 /* [A] */
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* ---- what is seen ---- */
 

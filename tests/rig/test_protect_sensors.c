@@ -3,22 +3,11 @@
  * largest true phase current, which shall stay below 25 A. And that nothing of it stops a drive that is
  * sound. Largest and latest are printed. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #include "drive/reasons.h"
 
 #define CODES_PER_AMPERE 102.4
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- what is seen of every period ---- */
 

@@ -2,6 +2,7 @@
  * with an active one, on both shafts; and a reference that changes its mind twelve times. The tracking loop
  * knows the rotor's inertia (torque_feedforward 1): that carries the angle through the gap without an EMF. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define SPEED      500.0 /* [r/min] */
 #define LOCKED     100.0 /* [mrad] of the mean, as asked */
@@ -11,18 +12,7 @@
 #define PHASES     12u   /* of the electrical turn, at which the reference changes */
 #define TURN       0.030 /* [s] that it takes */
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 typedef struct {
     start_shaft_t shaft;
@@ -97,13 +87,11 @@ static void test_reversal_ends_locked_both_ways(void)
         prepare(&what, 1u);
         reverse(&to, -SPEED, seconds);
         reverse(&to, SPEED, seconds);
-        char where[200];
-        (void)snprintf(where, sizeof where,
-                       "reversal %c, %.0f N m %s, %.0f r/min/s: peak %.0f, mean at the end <= %.1f mrad, "
-                       "%.2f A, reached after %.2f s, %.2f s forced, losses %d, fault %d",
-                       START_SHAFT_NAMES[shaft], what.load, what.kind > 0.0 ? "active" : "passive", ramp,
-                       to.peak, to.mean, to.current, to.reached, to.forced, to.losses, to.fault);
-        printf("%s\n", where);
+        const char *const where =
+            run_say("reversal %c, %.0f N m %s, %.0f r/min/s: peak %.0f, mean at the end <= %.1f mrad, "
+                    "%.2f A, reached after %.2f s, %.2f s forced, losses %d, fault %d",
+                    START_SHAFT_NAMES[shaft], what.load, what.kind > 0.0 ? "active" : "passive", ramp,
+                    to.peak, to.mean, to.current, to.reached, to.forced, to.losses, to.fault);
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, to.fault, where);
         TEST_ASSERT_TRUE_MESSAGE(to.runs, where);
         TEST_ASSERT_TRUE_MESSAGE(to.mean < SETTLED, where);
@@ -172,11 +160,9 @@ static void passes_zero(void)
         for (int way = -1; way <= 1; way += 2) {
             reversed_t result = {.runs = true};
             reverse(&result, way * SPEED, 1.5);
-            char where[120];
-            (void)snprintf(where, sizeof where,
-                           "reversal %c, %.0f N m, J x %.1f, phase %u, %+d: peak %.0f mrad",
-                           START_SHAFT_NAMES[shaft], of->load, of->believed, (unsigned)n, way, result.peak);
-            printf("%s\n", where);
+            const char *const where =
+                run_say("reversal %c, %.0f N m, J x %.1f, phase %u, %+d: peak %.0f mrad",
+                        START_SHAFT_NAMES[shaft], of->load, of->believed, (unsigned)n, way, result.peak);
             TEST_ASSERT_TRUE_MESSAGE(result.runs, where);
             TEST_ASSERT_EQUAL_INT_MESSAGE(0, result.losses, where);
             TEST_ASSERT_TRUE_MESSAGE(result.mean < LOCKED, where);

@@ -4,15 +4,8 @@
 
 #include "host_sim/chip/chip.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static rig_t *started(uint64_t seed, double rpm)
 {

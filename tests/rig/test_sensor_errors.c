@@ -2,6 +2,7 @@
  * start into a turning rotor, the bare motor at 100 r/min, a step of the speed, a reversal under load; and
  * what was learnt of the offsets outlasts a stop. Seeds in both directions. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #include <complex.h>
 #include <stdlib.h>
@@ -9,18 +10,7 @@
 #define SEEDS     32u /* of both directions */
 #define RUNS_SLOW 8u  /* of the bare motor, of whose SD the median is judged */
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 typedef struct {
     double sd, peak; /* [mrad] while run lasts */

@@ -14,6 +14,7 @@
 
 #include "tests/oracle/pll_oracle.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define SEED         71u
 #define POLE_PAIRS   4.0
@@ -38,18 +39,6 @@
 #define STEP_ANGLES      4u  /* rotor angles over a turn that steps begin at */
 #define REVERSAL_ANGLES  6u  /* likewise reversals */
 #define SETTLING_SECONDS 3.0 /* of the offset trim, at 100 r/min */
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- drives ---- */
 

@@ -10,6 +10,7 @@
 #include "drive/reasons.h"
 #include "estimator/estimator.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define SEED         72u
 #define FLUX_LINKAGE 0.183 /* psi_f [Wb] */
@@ -25,18 +26,6 @@
 #define SLIPPED_IDEAL 0.083
 #define SLIPPED_REAL  0.15
 #define SLIPPED_FAST  0.032
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* On the desk and not yet started: sensorless, the estimate's defaults, the paper's motor with a shaft in
  * proportion to the board's current, or both in proportion. */

@@ -1,14 +1,7 @@
 /* The estimate closes the loop; inverter and sensors are ideal, so what is left is the method and its floats.
  */
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* ---- motors ---- */
 

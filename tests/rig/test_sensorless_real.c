@@ -4,15 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 #define AVERAGED 1.0
 #define SWITCHED 0.0
@@ -282,7 +275,6 @@ static void test_offsets_are_trimmed_while_turning(void)
         const double reckoned_c = DRIVE_CURRENT_SENSORS == 3 ? offset_c : -(offset_a + offset_b);
         const double alpha = (2.0 * offset_a - offset_b - reckoned_c) / 3.0;
         const double beta = (offset_b - reckoned_c) / sqrt(3.0);
-        char message[160];
         rig_t *rig = run_rig(7);
         TEST_ASSERT_NOT_NULL(rig);
         run_put(rig, "fidelity", AVERAGED);
@@ -296,11 +288,10 @@ static void test_offsets_are_trimmed_while_turning(void)
         run_on(rig, rpm);
         run_seconds(rig, 3.0);
         const offsets_t left = offset_left(rig);
-        snprintf(message, sizeof message,
-                 "%.0f r/min: trim (%.1f, %.1f) mA of (%.1f, %.1f), left (%.1f, %.1f)", rpm,
-                 1e3 * rig_value(rig, "trim_alpha"), 1e3 * rig_value(rig, "trim_beta"), 1e3 * alpha,
-                 1e3 * beta, 1e3 * left.alpha, 1e3 * left.beta);
-        printf("%s\n", message);
+        const char *const message =
+            run_say("%.0f r/min: trim (%.1f, %.1f) mA of (%.1f, %.1f), left (%.1f, %.1f)", rpm,
+                    1e3 * rig_value(rig, "trim_alpha"), 1e3 * rig_value(rig, "trim_beta"), 1e3 * alpha,
+                    1e3 * beta, 1e3 * left.alpha, 1e3 * left.beta);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_alpha") - alpha) <= 5e-3, message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_beta") - beta) <= 5e-3, message);

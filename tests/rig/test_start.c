@@ -4,6 +4,7 @@
 #include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define ABOVE_HANDOVER 1.0  /* [r/min] asked for beyond handover_speed: below it the frame stays forced */
 #define LONGEST        12.0 /* [s] that a start is watched, all its tries */
@@ -11,19 +12,8 @@
 #define TORQUE_WINDOW  20u  /* [periods] before hand-over, and after it */
 #define TORQUE_SKIPPED 5u   /* [periods] of those after it */
 
-static rig_t *rig;
 static start_seen_t seen;
 static double asked; /* [r/min] of the start under way */
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- the cases ---- */
 
@@ -217,14 +207,11 @@ static void expect_start(const start_case_t *of, start_shaft_t shaft, double loa
     run_on(rig, asked);
     start_end_t end = {0};
     const double current = watch_start(&end);
-    char where[200];
-    (void)snprintf(
-        where, sizeof where,
-        "start %c, %.2f N m, %s, %.0f deg: %.2f s, %.2f A, dip %.1f r/min, error %.0f mrad, torque "
-        "step %.2f N m, try %d, fault %d",
-        START_SHAFT_NAMES[shaft], load, wrongs[wrong].name, theta_e * 180.0 / PI, end.begin, current, end.dip,
-        1e3 * end.error, fabs(end.torque[1] - end.torque[0]), seen.start_try, seen.fault);
-    printf("%s\n", where);
+    const char *const where =
+        run_say("start %c, %.2f N m, %s, %.0f deg: %.2f s, %.2f A, dip %.1f r/min, error %.0f mrad, torque "
+                "step %.2f N m, try %d, fault %d",
+                START_SHAFT_NAMES[shaft], load, wrongs[wrong].name, theta_e * 180.0 / PI, end.begin, current,
+                end.dip, 1e3 * end.error, fabs(end.torque[1] - end.torque[0]), seen.start_try, seen.fault);
     const bool runs = end.judged && end.periods > rig_periods(SETTLED);
     if (of->promise == ENDS || !wrongs[wrong].promised) {
         TEST_ASSERT_TRUE_MESSAGE(runs || seen.fault != 0, where);
@@ -308,12 +295,10 @@ static void test_blocked_shaft_is_noticed_in_every_try_and_given_up(void)
         run_put(rig, by->name, by->value);
         start_watch(rig, &seen);
         const blocked_t blocked = start_blocked();
-        char where[160];
-        (void)snprintf(where, sizeof where,
-                       "%c, %s, %.0f deg: %.1f ms after 60 r/min, current for %.2f s, fault %d",
-                       START_SHAFT_NAMES[shaft], by->name, 360.0 * turn, 1e3 * blocked.noticed,
-                       blocked.energised, seen.fault);
-        printf("%s\n", where);
+        const char *const where =
+            run_say("%c, %s, %.0f deg: %.1f ms after 60 r/min, current for %.2f s, fault %d",
+                    START_SHAFT_NAMES[shaft], by->name, 360.0 * turn, 1e3 * blocked.noticed,
+                    blocked.energised, seen.fault);
         TEST_ASSERT_EQUAL_INT_MESSAGE(REASON_START_STALLED, seen.fault, where);
         TEST_ASSERT_EQUAL_INT_MESSAGE((int)rig_value(rig, "start_tries"), blocked.last_try, where);
         TEST_ASSERT_TRUE_MESSAGE(blocked.noticed <= 60e-3, where);

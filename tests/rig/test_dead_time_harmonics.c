@@ -64,6 +64,6 @@ static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(voi
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away);
+    SEED_RUN_EIGHT(test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away);
     return UNITY_END();
 }

@@ -2,6 +2,7 @@
  * what is learnt, how quickly, and what it is worth to the estimate. */
 #include <math.h>
 
+#include "drive/reasons.h"
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
@@ -240,34 +241,56 @@ static void test_start_with_a_wrong_dead_time(void)
 
 /* From standstill to 100 r/min, where by the rule a forced frame turns and the estimate beside it: it learns
  * on the way, and there. Asked: within 5 % after 1.5 s, 1.1 being the worst of 58; a mean of 2, which is the
- * light rotor's rms without load; and an SD of 6 mrad. */
+ * light rotor's rms without load; and an SD of 6 mrad.
+ *
+ * Not every try brings the rig's rotor up under the rated load with a dead time believed too large by so
+ * much, nor the kit's 6.3 A a light one: of 24 seeds 15 started at the first try, 7 at another, and 2 were
+ * given up (docs/not_there.md). What is promised there is that it has learnt, or says that it stalled. */
+static void expect_started_or_given_up(rig_t *rig)
+{
+    run_seconds(rig, 8.0);
+    const char *const message = run_say("not promised: V %.3f, try %.0f, fault %.0f", learnt_share(rig),
+                                        rig_value(rig, "start_try"), rig_value(rig, "fault_reason"));
+    if (rig_value(rig, "fault_reason") != (double)REASON_START_STALLED) {
+        run_expect_no_fault(rig);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.05, message);
+    }
+}
+
+static void expect_started(rig_t *rig, double rpm)
+{
+    for (int32_t k = 0; k < 600 && fabs(rig_value(rig, "true_omega_m") / (rpm * RPM) - 1.0) > 0.1; k++) {
+        run_seconds(rig, 0.01);
+    }
+    const double since = until_known(rig, 3.0);
+    run_seconds(rig, 3.0);
+    const run_error_t err = run_error(rig, 4.0);
+    const char *const message =
+        run_say("to %.0f r/min: 5 %% in %.2f s; mean %.2f, SD %.2f", rpm, since, err.mean, err.sd);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= 2.0, message);
+    TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 6.1, message);
+    TEST_ASSERT_TRUE_MESSAGE(err.sd <= 2.5, message);
+    TEST_ASSERT_DOUBLE_WITHIN(2.0, rpm, err.speed_mean);
+}
+
 static void test_a_start_to_100_rpm_learns_it(void)
 {
     grid_t grid = grid_of("start to 100 r/min", 16u);
     for (uint32_t n; grid_next(&grid, &n);) {
-        const bool is_light = n / 8u != 0u;
-        const double rpm = n / 4u % 2u != 0u ? -100.0 : 100.0;
-        const double load = n / 2u % 2u != 0u ? RATED : 0.0;
-        if (BOARD_CURRENT_LIMIT_MA < 10000 && load > 0.0 && factors[n % 2u] > 1.0) {
-            continue; /* not every try of the kit's 6.3 A brings such a load up by a dead time so wrong */
-        }
+        const double share = factors[grid_axis(&n, 2u)];
+        const double load = grid_axis(&n, 2u) != 0u ? RATED : 0.0;
+        const double rpm = grid_axis(&n, 2u) != 0u ? -100.0 : 100.0;
+        const bool is_light = n != 0u;
         rig_t *rig = standing(is_light);
-        believe(rig, factors[n % 2u]);
+        believe(rig, share);
         start(rig, 0.0, rpm, load);
-        for (int32_t k = 0; k < 600 && fabs(rig_value(rig, "true_omega_m") / (rpm * RPM) - 1.0) > 0.1; k++) {
-            run_seconds(rig, 0.01);
+        printf("%s rotor, from %.1f, %g N m: ", is_light ? "light" : "rig's", share, load);
+        if (share > 1.0 && load > 0.0 && (!is_light || BOARD_CURRENT_LIMIT_MA < 10000)) {
+            expect_started_or_given_up(rig);
+        } else {
+            expect_started(rig, rpm);
         }
-        const double since = until_known(rig, 3.0);
-        run_seconds(rig, 3.0);
-        const run_error_t err = run_error(rig, 4.0);
-        const char *const message =
-            run_say("%s rotor, from %.1f to %.0f r/min, %g N m: 5 %% in %.2f s; mean %.2f, SD %.2f",
-                    is_light ? "light" : "rig's", factors[n % 2u], rpm, load, since, err.mean, err.sd);
-        run_expect_no_fault(rig);
-        TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= 2.0, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 6.1, message);
-        TEST_ASSERT_TRUE_MESSAGE(err.sd <= 2.5, message);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0, rpm, err.speed_mean);
         rig_free(rig);
     }
 }

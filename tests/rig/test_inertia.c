@@ -130,13 +130,13 @@ static peaks_t peaks_of(const rotor_t *rotor, double weight)
 /* Told of the torque as far as it accelerates: next to nothing is left in a change of speed; and a load step,
  * of which nobody is told, is what it is without, but for the millisecond in which the load's share follows.
  * With the reference in the proportional part the torque steps by all of the limit, at 100 r/min, where the
- * dead time of the crossing is what is left. */
+ * dead time of the crossing is what is left. Limits: the mean and four standard deviations over six seeds. */
 static void test_what_is_learnt_takes_the_error_of_acceleration_away(void)
 {
     static const struct {
         start_shaft_t shaft;
         double weight, up, down; /* [mrad] */
-    } cases[] = {{HEAVY, 0.0, 5.8, 10.0}, {LIGHT, 0.0, 12.0, 12.0}, {LIGHT, 1.0, 26.0, 18.5}};
+    } cases[] = {{HEAVY, 0.0, 11.0, 12.0}, {LIGHT, 0.0, 12.0, 12.0}, {LIGHT, 1.0, 26.0, 18.5}};
     grid_t grid = grid_of("acceleration", 6u);
     for (uint32_t n; grid_next(&grid, &n);) {
         const start_shaft_t shaft = cases[n / 2u].shaft;
@@ -237,6 +237,6 @@ int main(void)
     RUN_TEST(test_what_is_learnt_takes_the_error_of_acceleration_away);
     RUN_TEST(test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing);
     RUN_TEST(test_a_load_that_comes_on_the_way_teaches_nothing);
-    RUN_TEST(test_gains_follow_without_a_jump);
+    SEED_RUN_EIGHT(test_gains_follow_without_a_jump);
     return UNITY_END();
 }

@@ -118,8 +118,8 @@ typedef struct {
  * off by no more than with none, and where that matters it does not coast: without any torque
  * (torque_feedforward 0) the medians are 82 mrad on the rig; on the bare motor 88 with twice the inertia and
  * 38 with half of it, as the speed control's gains go with it. Now and then a leg dwells at zero current and
- * a passage has two to four times as much, of 36 on the bare motor with half the inertia one 111 mrad:
- * hence the limits.
+ * a passage has two to four times as much, on the bare motor with half the inertia one of 36 with 111 mrad,
+ * with twice the inertia three of 48 with up to 160: hence the limits, 1.3 times that.
  *
  * A passive load of the rated torque turns round with the speed, on the bare motor from 15 A that accelerate
  * to 6: the loop is off by what the acceleration makes, 137 +- 9 and 197 +- 28 mrad; it is not lost. */
@@ -128,7 +128,7 @@ static const passage_t passages[] = {
     {"test_step_without_load_at_first", 0.0, INERTIA_ON, false, 1.0, {47.0, 32.0}},
     {"test_step_without_load_with_what_was_learnt", 0.0, INERTIA_ON, true, 1.0, {47.0, 32.0}},
     {"test_step_with_half_the_inertia_known", 0.0, INERTIA_ON, false, 0.5, {90.0, 145.0}},
-    {"test_step_with_twice_the_inertia_believed", 0.0, INERTIA_ON, false, 2.0, {57.0, 74.0}},
+    {"test_step_with_twice_the_inertia_believed", 0.0, INERTIA_ON, false, 2.0, {57.0, 210.0}},
     {"test_step_with_a_passive_load_is_not_lost", RATED_TORQUE, INERTIA_ON, false, 1.0, {200.0, 350.0}},
 };
 

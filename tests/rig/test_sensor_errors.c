@@ -205,6 +205,6 @@ int main(void)
     RUN_TEST(test_bare_motor_at_100_rpm);
     RUN_TEST(test_step_from_100_to_1500_rpm);
     RUN_TEST(test_reversal_under_a_passive_load);
-    RUN_TEST(test_offset_that_was_learnt_outlasts_a_stop);
+    SEED_RUN_EIGHT(test_offset_that_was_learnt_outlasts_a_stop);
     return UNITY_END();
 }

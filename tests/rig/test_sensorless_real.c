@@ -120,19 +120,29 @@ static void test_switched_inverter(void)
     }
 }
 
-/* The averaged inverter has the losses of the edges: the drive sees the same. At 100 r/min the scatter is
- * that of the noise. Limits: the worst on both boards, times 1.5. */
+/* The averaged inverter has the losses of the edges: the drive sees the same. What is left is that two runs
+ * do not have the same noise: four times the root of two of what a mean and an SD scatter over 18 seeds
+ * [mrad]. At 100 r/min that is more than the difference could be. */
 static void test_averaged_and_switched_agree(void)
 {
+    static const struct {
+        double mean[2], sd; /* without load and under it */
+    } scatter[SPEEDS] = {{{0.0, 0.0}, 0.0},
+                         {{0.05, 0.16}, 0.03},
+                         {{0.06, 0.25}, 0.027},
+                         {{0.05, 0.13}, 0.014},
+                         {{0.065, 0.09}, 0.017}};
     grid_t grid = grid_of("averaged and switched", 2u * SPEEDS - 2u);
     for (uint32_t n; grid_next(&grid, &n);) {
         const uint32_t point = n + 2u;
-        const double rpm = compensated[point / 2].rpm;
-        const double load = (point & 1u) != 0u ? LOAD_WITH_ROOM : 0.0;
+        const bool loaded = point % 2u != 0u;
+        const double rpm = compensated[point / 2u].rpm;
+        const double load = loaded ? LOAD_WITH_ROOM : 0.0;
         const run_error_t averaged = measure("compared", AVERAGED, NULL, 0, rpm, load, 2.0);
         const run_error_t switched = measure("compared", SWITCHED, NULL, 0, rpm, load, 2.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.12, switched.mean, averaged.mean);
-        TEST_ASSERT_DOUBLE_WITHIN(0.075, switched.sd, averaged.sd);
+        const double most = 4.0 * sqrt(2.0);
+        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].mean[loaded], switched.mean, averaged.mean);
+        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].sd, switched.sd, averaged.sd);
     }
 }
 
@@ -140,9 +150,9 @@ static void test_averaged_and_switched_agree(void)
 static void test_default_speed_control_and_low_speed_current(void)
 {
     static const limits_t by_rule[] = {
-        {100.0, {3.1, 5.4}, {2.0, 2.25}, {9.6, 10.7}},    {313.0, {0.36, 1.0}, {0.7, 0.8}, {2.9, 4.0}},
+        {100.0, {3.1, 5.4}, {2.0, 2.25}, {9.6, 10.7}},    {313.0, {0.36, 1.45}, {0.7, 0.8}, {2.9, 4.0}},
         {503.0, {1.8, 1.55}, {1.15, 0.6}, {5.6, 2.8}},    {1013.0, {0.38, 0.91}, {0.38, 0.42}, {1.7, 2.1}},
-        {1490.0, {0.43, 0.46}, {0.36, 0.41}, {1.6, 1.6}},
+        {1490.0, {0.43, 0.75}, {0.36, 0.41}, {1.6, 1.6}},
     };
     grid_t grid = grid_of("by rule", 8u * SPEEDS);
     for (uint32_t point; grid_next(&grid, &point);) {
@@ -209,7 +219,7 @@ static void test_without_trim_or_coasting_lock_is_kept(void)
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
     static const limits_t without[] = {
-        {100.0, {3.2, 4.9}, {6.3, 5.5}, {43.0, 30.0}},     {313.0, {1.65, 2.2}, {1.65, 0.95}, {8.5, 5.0}},
+        {100.0, {3.2, 4.9}, {6.3, 5.5}, {43.0, 43.0}},     {313.0, {1.65, 2.2}, {1.65, 0.95}, {8.5, 5.0}},
         {503.0, {0.64, 1.0}, {3.6, 1.16}, {8.5, 3.9}},     {1013.0, {0.53, 0.9}, {1.06, 0.55}, {3.0, 2.6}},
         {1490.0, {0.42, 0.83}, {0.57, 0.37}, {2.1, 1.85}},
     };

@@ -141,7 +141,7 @@ static void test_wires_and_encoder_the_other_way_round_together_turn_the_motor_b
         run_seconds(rig, 2.5);
         run_expect_no_fault(rig);
         TEST_ASSERT_DOUBLE_WITHIN(2.0, -300.0, rig_value(rig, "true_omega_m") / RPM);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0, 300.0, rig_value(rig, "omega_m") / RPM);
+        TEST_ASSERT_DOUBLE_WITHIN(6.0, 300.0, rig_value(rig, "omega_m") / RPM); /* of one instant */
     }
 }
 

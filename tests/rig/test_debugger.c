@@ -149,7 +149,7 @@ static void power_on(void (*how)(chip_t *, uint32_t))
 
 void setUp(void)
 {
-    rig = rig_create(41);
+    rig = run_rig(41);
     run_paper_drive(rig);
 }
 

@@ -10,6 +10,7 @@
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define SENSORS_ADC   0.0
@@ -21,18 +22,10 @@
 /* Half an ulp of a float below 8, as phase currents are here. */
 #define HALF_ULP 2.4e-7
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* Turning at this speed already, under 5 N m, not yet enabled. */
 static rig_t *turning(double rpm)
 {
-    rig_t *rig = rig_create(61);
+    rig_t *rig = run_rig(61);
     TEST_ASSERT_NOT_NULL(rig);
     run_paper_drive(rig);
     run_put(rig, "fidelity", 1.0);
@@ -210,12 +203,9 @@ static void expect_voltages_act_in_their_period(double rpm)
         now = next;
         torque = torque_next;
     }
-    char message[200];
-    snprintf(
-        message, sizeof message,
+    const char *const message = run_say(
         "%g r/min: off by %.2g A; a tick %.2g, a period early %.2g, late %.2g A; torque %.3f N m, steps %.2g",
         rpm, error, tick, early, late, torque_mean, torque_step);
-    printf("%s\n", message);
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN(5.0, rpm, rig_value(rig, "true_omega_m") / RPM);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1, copysign(6.32, rpm), torque_mean, message); /* load and friction */
@@ -409,11 +399,9 @@ static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
     const double dead = BOARD_DEAD_TIME_NS;
     const double half_pulse = fmax(dead + BOARD_SHUNT_SETTLED_NS, 0.5 * (dead + BOARD_MINIMUM_PULSE_NS));
     const double before = 1e9 * TICK * (double)seen.before;
-    char message[160];
-    snprintf(message, sizeof message,
-             "%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
-             before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
-    printf("%s\n", message);
+    const char *const message =
+        run_say("%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
+                before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
     TEST_ASSERT_TRUE_MESSAGE(seen.samples > 1990u, message);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.others, message);
     if (half_pulse > dead) {

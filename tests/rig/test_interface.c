@@ -11,7 +11,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(1);
+    rig = run_rig(1);
 }
 
 void tearDown(void)
@@ -220,7 +220,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
     };
     for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
         rig_free(rig);
-        rig = rig_create(1);
+        rig = run_rig(1);
         const uint32_t id = rig_row_by_name(wrong[n].row)->id;
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);

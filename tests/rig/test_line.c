@@ -31,7 +31,7 @@ static const rig_line_t elsewhere = {nothing_comes, nothing_goes, NULL};
 
 void setUp(void)
 {
-    rig = rig_create(1u);
+    rig = run_rig(1u);
     rig_line(rig, &elsewhere);
 }
 
@@ -256,7 +256,7 @@ static void test_the_flash_goes_through_a_file_of_octets(void)
     TEST_ASSERT_EQUAL_HEX8(0x12u, octets[1]);
     TEST_ASSERT_EQUAL_HEX8(0xCDu, octets[65536u + 18u]);
     TEST_ASSERT_EQUAL_HEX8(0xFFu, octets[RIG_FLASH_SIZE - 1u]);
-    rig_t *other = rig_create(2u);
+    rig_t *other = run_rig(2u);
     TEST_ASSERT_TRUE(rig_flash_load(other, octets, sizeof octets));
     rig_flash_save(other, again);
     TEST_ASSERT_EQUAL_MEMORY(octets, again, sizeof octets);

@@ -10,7 +10,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(70);
+    rig = run_rig(70);
     TEST_ASSERT_NOT_NULL(rig);
     run_to_ready(rig);
 }

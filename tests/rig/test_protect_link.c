@@ -3,6 +3,7 @@
  * shafts, with and without the encoder; every number is of every period. */
 #include "drive/reasons.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define OVER       (BOARD_OVERVOLTAGE_MV / 1e3)
 #define UNDER      (BOARD_UNDERVOLTAGE_MV / 1e3)
@@ -11,18 +12,7 @@
 #define ENCODER    0.0
 #define SENSORLESS 1.0
 
-static rig_t *rig;
 static const char *const sources[] = {"encoder", "sensorless"};
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- every period ---- */
 
@@ -172,11 +162,11 @@ static void brake(start_shaft_t shaft, double source, braking_t how)
 
 static void test_braking_into_a_link_without_chopper_stays_below_the_trip(void)
 {
-    for (int shaft = HEAVY; shaft <= LIGHT; shaft++) {
-        for (int how = SLOWER; how <= THE_OTHER_WAY; how++) {
-            brake((start_shaft_t)shaft, ENCODER, (braking_t)how);
-            brake((start_shaft_t)shaft, SENSORLESS, (braking_t)how);
-        }
+    grid_t grid = grid_of("braking into a link", 16u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double source = grid_axis(&n, 2u) == 0u ? ENCODER : SENSORLESS;
+        brake(shaft, source, (braking_t)n);
     }
 }
 

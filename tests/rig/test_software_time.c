@@ -29,7 +29,7 @@ static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 
 void setUp(void)
 {
-    rig = rig_create(5);
+    rig = run_rig(5);
     TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, RPM_ASKED);
@@ -94,7 +94,7 @@ static void test_within_the_period_no_bit_hangs_on_it(void)
     void *state = malloc(rig_state_size());
     TEST_ASSERT_NOT_NULL(state);
     rig_save(rig, state);
-    rig_t *quick = rig_create(1);
+    rig_t *quick = run_rig(1);
     TEST_ASSERT_TRUE(rig_load(quick, state, rig_state_size()));
     free(state);
     run_put(quick, "interrupt_time", 0.0);

@@ -188,7 +188,7 @@ void setUp(void)
     by_chip = false;
     counter = 0u;
     samples = 0u;
-    rig = rig_create(1u);
+    rig = run_rig(1u);
     plug_in();
     rig_run(rig, rig_periods(0.06)); /* ready */
 }

@@ -9,7 +9,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(1);
+    rig = run_rig(1);
     run_to_ready(rig);
     rig_bind(rig);
 }

@@ -13,22 +13,35 @@ typedef struct test {
 } test_t;
 
 static test_t *tests_first;
-static test_t **tests_end = &tests_first;
+
+/* By line: in which order a target calls constructors is its own affair. */
+static inline void tests_add(test_t *test)
+{
+    test_t **at = &tests_first;
+    while (*at != NULL && (*at)->line < test->line) {
+        at = &(*at)->next;
+    }
+    test->next = *at;
+    *at = test;
+}
 
 #define TEST(name)                                                                                           \
     static void name(void);                                                                                  \
     static test_t test_##name = {name, #name, __LINE__, NULL};                                               \
     __attribute__((constructor)) static void test_add_##name(void)                                           \
     {                                                                                                        \
-        *tests_end = &test_##name;                                                                           \
-        tests_end = &test_##name.next;                                                                       \
+        tests_add(&test_##name);                                                                             \
     }                                                                                                        \
     static void name(void)
+
+#ifndef RUN_ONE_TEST /* a target may leave some out */
+#define RUN_ONE_TEST UnityDefaultTestRun
+#endif
 
 static inline void tests_run(void)
 {
     for (const test_t *test = tests_first; test != NULL; test = test->next) {
-        UnityDefaultTestRun(test->run, test->name, test->line);
+        RUN_ONE_TEST(test->run, test->name, test->line);
     }
 }
 

@@ -15,7 +15,7 @@ def complaints(left_out, unit):
     for file, name in rows:
         if rows.count((file, name)) > 1:
             found.append(f"{file}: {name}: twice")
-        if f"RUN_TEST({name});" not in unit.get(file, ""):
+        if not re.search(rf"\bTEST\({name}\)|RUN_TEST\({name}\);", unit.get(file, "")):
             found.append(f"{file} has no test {name}")
     return found
 

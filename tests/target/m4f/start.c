@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 extern uint32_t bss_begin[], bss_end[], stack_top[];
+extern void (*const constructors_begin[])(void), (*const constructors_end[])(void);
 extern void initialise_monitor_handles(void); /* newlib: console and files by semihosting */
 int main(void);
 void reset(void);
@@ -26,10 +27,13 @@ void reset(void)
         *word = 0u;
     }
     initialise_monitor_handles();
+    for (void (*const *add)(void) = constructors_begin; add < constructors_end; add++) {
+        (*add)(); /* of tests/tests.h */
+    }
     exit(main());
 }
 
-/* newlib's exit asks for these; there are no constructors. */
+/* newlib's exit asks for these. */
 void _init(void);
 void _fini(void);
 void _init(void)

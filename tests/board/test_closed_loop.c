@@ -9,14 +9,6 @@
 #define AVERAGED 1.0
 #define SWITCHED 0.0
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void expect_at_most(double limit, double value, const char *what)
 {
     char message[120];
@@ -203,13 +195,4 @@ static void test_real_inverter_and_sensors_keep_the_limits(void)
                        err.sd, "SD [mrad]");
         TEST_ASSERT_TRUE(err.peak < 1000.0);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_speed_steps_by_the_encoder);
-    RUN_TEST(test_ideal_inverter_and_sensors_leave_no_error);
-    RUN_TEST(test_real_inverter_and_sensors_keep_the_limits);
-    return UNITY_END();
 }

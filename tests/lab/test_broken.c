@@ -14,7 +14,7 @@
 
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/toml_reader.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define LINE_SIZE 1200u
 #define CASES     200u
@@ -120,7 +120,7 @@ static void expect_refusal(const char *file, const char *begin, const char *part
     expect_message(&error, file, begin, parts);
 }
 
-TEST(test_every_broken_file_is_refused_with_place_name_and_reason)
+static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
 {
     TEST_ASSERT_TRUE_MESSAGE(broken_count >= 90u, "broken files are there");
     for (size_t n = 0; n < broken_count; n++) {
@@ -150,23 +150,23 @@ static void write_file(const char *name, const char *content, size_t octets)
     fclose(stream);
 }
 
-TEST(test_missing_file)
+static void test_missing_file(void)
 {
     snprintf(path, sizeof path, "%s/there_is_none.toml", folder);
     expect_refusal(path, " file: ", "cannot be read: No such file");
 }
 
-TEST(test_folder_instead_of_a_file)
+static void test_folder_instead_of_a_file(void)
 {
     expect_refusal(folder, " file: ", "cannot be read: it is a directory");
 }
 
-TEST(test_device_instead_of_a_file)
+static void test_device_instead_of_a_file(void)
 {
     expect_refusal("/dev/zero", " file: ", "cannot be read: it is not a plain file");
 }
 
-TEST(test_fifo_does_not_block)
+static void test_fifo_does_not_block(void)
 {
     snprintf(path, sizeof path, "%s/fifo", folder);
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
@@ -174,7 +174,7 @@ TEST(test_fifo_does_not_block)
     unlink(path);
 }
 
-TEST(test_file_without_permission)
+static void test_file_without_permission(void)
 {
     if (geteuid() == 0) {
         TEST_IGNORE_MESSAGE("root may read everything");
@@ -185,14 +185,14 @@ TEST(test_file_without_permission)
     unlink(path);
 }
 
-TEST(test_empty_file)
+static void test_empty_file(void)
 {
     write_file("empty.toml", "", 0u);
     expect_refusal(path, "1:1: schema: ", "it is missing & schema = 1");
     unlink(path);
 }
 
-TEST(test_file_of_nothing_but_a_nul)
+static void test_file_of_nothing_but_a_nul(void)
 {
     write_file("nul.toml", "\0", 1u);
     expect_refusal(path, "1:1: TOML: ", "not TOML");
@@ -209,7 +209,7 @@ static void expect_text_refused(const char *text, const char *expected)
 }
 
 /* Found by fuzzing: on these toml++ 3.3 fails an assertion or runs into undefined behaviour. */
-TEST(test_what_the_parser_can_not_stand_is_kept_from_it)
+static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
 {
     expect_text_refused("a = 1\n[.]\n", "x:2:2: TOML: not TOML: something else is expected here");
     expect_text_refused("[[ =\n", "x:1:4: TOML: not TOML: something else is expected here");
@@ -222,7 +222,7 @@ TEST(test_what_the_parser_can_not_stand_is_kept_from_it)
                         "x:1:10: a: not TOML: a character outside of ASCII");
 }
 
-TEST(test_windows_lines_and_byte_order_mark_are_fine)
+static void test_windows_lines_and_byte_order_mark_are_fine(void)
 {
     const char content[] = "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n";
     scenario_error_t error;
@@ -231,7 +231,7 @@ TEST(test_windows_lines_and_byte_order_mark_are_fine)
     scenario_free(scenario);
 }
 
-TEST(test_file_that_is_too_large)
+static void test_file_that_is_too_large(void)
 {
     const size_t octets = TOML_OCTETS_MAX + 1u;
     char *content = malloc(octets);
@@ -256,7 +256,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
 }
 
 /* Either would overflow the stack of whoever takes the tree apart. */
-TEST(test_deep_nesting_is_refused)
+static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;
     char *content = malloc(octets);
@@ -273,7 +273,7 @@ TEST(test_deep_nesting_is_refused)
     free(content);
 }
 
-TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count)
+static void test_brackets_and_dots_in_texts_and_comments_do_not_count(void)
 {
     const char content[] =
         "# [[[[[[[[[[[[[[[[[[ ......................................................................\n"
@@ -291,7 +291,7 @@ TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count)
 }
 
 /* Each of these entries has the whole path in its messages; the paths of all would be 5 GB. */
-TEST(test_many_keys_below_a_long_one_fit_into_memory)
+static void test_many_keys_below_a_long_one_fit_into_memory(void)
 {
     const size_t octets = TOML_OCTETS_MAX;
     char *content = malloc(octets + 16u);
@@ -370,7 +370,7 @@ static size_t damage(char *text, size_t octets)
     return octets + length;
 }
 
-TEST(test_damaged_files_are_read_or_refused_in_one_line)
+static void test_damaged_files_are_read_or_refused_in_one_line(void)
 {
     char *text = malloc(2u * CASE_SIZE);
     unsigned accepted = 0;
@@ -415,7 +415,23 @@ int main(void)
     }
     load_broken();
     load_shipped();
-    const int failed = RUN_TESTS();
+    UNITY_BEGIN();
+    RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
+    RUN_TEST(test_missing_file);
+    RUN_TEST(test_folder_instead_of_a_file);
+    RUN_TEST(test_device_instead_of_a_file);
+    RUN_TEST(test_fifo_does_not_block);
+    RUN_TEST(test_file_without_permission);
+    RUN_TEST(test_empty_file);
+    RUN_TEST(test_file_of_nothing_but_a_nul);
+    RUN_TEST(test_what_the_parser_can_not_stand_is_kept_from_it);
+    RUN_TEST(test_windows_lines_and_byte_order_mark_are_fine);
+    RUN_TEST(test_file_that_is_too_large);
+    RUN_TEST(test_deep_nesting_is_refused);
+    RUN_TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count);
+    RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);
+    RUN_TEST(test_damaged_files_are_read_or_refused_in_one_line);
+    const int failed = UNITY_END();
     rmdir(folder);
     return failed;
 }

@@ -10,14 +10,11 @@
 #include "drive/sequence.h"
 #include "drive/signals.h"
 #include "host_sim/lab/campaign_parts.h"
-#include "tests/tests.h"
-void tearDown(void)
-{
-}
+#include "unity.h"
 
 /* ---- what is drawn ---- */
 
-TEST(test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds)
+static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(void)
 {
     enum { BINS = 16, DRAWS = 16000 };
     for (uint32_t along = 0; along < 3u; along++) {
@@ -39,7 +36,7 @@ TEST(test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds)
 
 #define DRAWN 2000u
 
-TEST(test_every_quantity_reaches_over_its_range_and_not_beyond)
+static void test_every_quantity_reaches_over_its_range_and_not_beyond(void)
 {
     for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
         const campaign_quantity_row_t *row = &campaign_quantities[n];
@@ -65,7 +62,7 @@ TEST(test_every_quantity_reaches_over_its_range_and_not_beyond)
     }
 }
 
-TEST(test_half_of_the_runs_have_one_fault_and_every_fault_comes)
+static void test_half_of_the_runs_have_one_fault_and_every_fault_comes(void)
 {
     uint32_t seen[256] = {0};
     uint32_t injected = 0;
@@ -85,7 +82,7 @@ TEST(test_half_of_the_runs_have_one_fault_and_every_fault_comes)
     }
 }
 
-TEST(test_every_motor_can_be_driven_by_the_board)
+static void test_every_motor_can_be_driven_by_the_board(void)
 {
     for (uint32_t run = 0; run < DRAWN; run++) {
         campaign_case_t drawn;
@@ -109,7 +106,7 @@ TEST(test_every_motor_can_be_driven_by_the_board)
 }
 
 /* The share that is refused stays below a hundredth, and each is told by a row and with a reason. */
-TEST(test_what_is_drawn_is_accepted)
+static void test_what_is_drawn_is_accepted(void)
 {
     uint32_t refused = 0;
     for (uint32_t run = 0; run < DRAWN; run++) {
@@ -129,7 +126,7 @@ TEST(test_what_is_drawn_is_accepted)
     TEST_ASSERT_LESS_THAN_UINT32(DRAWN / 100u, refused);
 }
 
-TEST(test_a_case_of_defaults_sets_nothing_but_the_friction)
+static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     scenario_error_t error;
@@ -221,7 +218,7 @@ static uint32_t fault_of(const char *name)
     return 0u;
 }
 
-TEST(test_every_float_among_the_signals_is_watched)
+static void test_every_float_among_the_signals_is_watched(void)
 {
     judge_anew(0u);
     for (uint32_t n = 0; n < signals_table.count; n++) {
@@ -232,7 +229,7 @@ TEST(test_every_float_among_the_signals_is_watched)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(RIG_TAP_MAX, count);
 }
 
-TEST(test_every_float_that_is_no_number_or_infinite_is_a_violation)
+static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
 {
     static const float bad[] = {(float)NAN, (float)INFINITY, -(float)INFINITY};
     judge_anew(0u);
@@ -251,7 +248,7 @@ TEST(test_every_float_that_is_no_number_or_infinite_is_a_violation)
     }
 }
 
-TEST(test_current_beyond_1_2_times_the_trip_may_last_two_samples)
+static void test_current_beyond_1_2_times_the_trip_may_last_two_samples(void)
 {
     static const char *const names[] = {"true_i_a", "true_i_b", "true_i_c"};
     const double limit = 1.2 * rig_initial(rig_row_by_name("overcurrent_trip"));
@@ -273,7 +270,7 @@ TEST(test_current_beyond_1_2_times_the_trip_may_last_two_samples)
     }
 }
 
-TEST(test_current_with_all_gates_off_is_excused_and_told)
+static void test_current_with_all_gates_off_is_excused_and_told(void)
 {
     judge_anew(0u);
     campaign_watch_edge(&watch, 0u, (uint32_t)RIG_EDGE_GATES, 0u);
@@ -284,7 +281,7 @@ TEST(test_current_with_all_gates_off_is_excused_and_told)
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(CURRENT), result.excused);
 }
 
-TEST(test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run)
+static void test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run(void)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(0u);
@@ -308,7 +305,7 @@ TEST(test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run)
     TEST_ASSERT_EQUAL_UINT32(result.period - most, result.from);
 }
 
-TEST(test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation)
+static void test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation(void)
 {
     judge_anew(0u);
     *slot("state") = (uint32_t)DRIVE_FAULT;
@@ -328,13 +325,13 @@ TEST(test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation)
     expect_violated(CAMPAIGN_I_GATES, "state");
 }
 
-TEST(test_what_the_judge_knows_of_the_drive_is_so)
+static void test_what_the_judge_knows_of_the_drive_is_so(void)
 {
     TEST_ASSERT_EQUAL_UINT32(DRIVE_SAMPLE_LATE, CAMPAIGN_LATE_FLAG);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));
 }
 
-TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations)
+static void test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations(void)
 {
     judge_anew(0u);
     *slot("sample_flags") = DRIVE_SAMPLE_LATE - 1u;
@@ -353,7 +350,7 @@ TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_viola
     expect_violated(CAMPAIGN_I_CHIP, "chip_reports");
 }
 
-TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else)
+static void test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else(void)
 {
     judge_anew(fault_of("late_interrupt"));
     *slot("sample_flags") = DRIVE_SAMPLE_LATE;
@@ -366,7 +363,7 @@ TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else)
 }
 
 /* 0.5 A above the limit, and below the 25 A that no phase carries because a sensor lies. */
-TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A)
+static void test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A(void)
 {
     const float over = (float)(1.2 * rig_initial(rig_row_by_name("overcurrent_trip"))) + 0.5f;
     const uint32_t told = (uint32_t)(20e-3 / RIG_PERIOD_SECONDS);
@@ -399,7 +396,7 @@ TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_
     expect_violated(CAMPAIGN_I_CURRENT, "true_i_b");
 }
 
-TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A)
+static void test_a_wrong_gain_excuses_the_current_up_to_25_A(void)
 {
     judge_anew(fault_of("current_range"));
     put("true_i_c", -24.9f);
@@ -411,7 +408,7 @@ TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A)
 }
 
 /* Where the EMF is too small to tell, the time of a wrong angle does not run. */
-TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor)
+static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(fault_of("leg_drop_a"));
@@ -425,7 +422,7 @@ TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor)
     expect_violated(CAMPAIGN_I_ANGLE, "theta_err");
 }
 
-TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder)
+static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
 {
     const uint32_t most = (uint32_t)(50e-3 / RIG_PERIOD_SECONDS);
     judge_anew(fault_of("swap_phases"));
@@ -441,7 +438,7 @@ TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder)
     expect_violated(CAMPAIGN_I_ANGLE, "theta_err");
 }
 
-TEST(test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else)
+static void test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else(void)
 {
     judge_anew(fault_of("slow_background"));
     put("chip_reports", 1.0f);
@@ -493,7 +490,7 @@ static campaign_t small_campaign(void)
         .seed = 5u, .runs = RUNS, .seconds = SECONDS, .shard = 1u, .shards = 1u, .threads = 1u};
 }
 
-TEST(test_threads_and_shards_change_nothing)
+static void test_threads_and_shards_change_nothing(void)
 {
     char why[POOL_WHY];
     campaign_result_t alone[RUNS] = {{0}};
@@ -519,7 +516,7 @@ TEST(test_threads_and_shards_change_nothing)
     free(merged);
 }
 
-TEST(test_what_is_done_is_not_done_again)
+static void test_what_is_done_is_not_done_again(void)
 {
     char why[POOL_WHY];
     campaign_result_t results[RUNS] = {{0}};
@@ -537,7 +534,7 @@ TEST(test_what_is_done_is_not_done_again)
     TEST_ASSERT_NOT_EQUAL(CAMPAIGN_NOT_DONE, results[7].end);
 }
 
-TEST(test_a_campaign_that_is_stopped_keeps_nothing_half_done)
+static void test_a_campaign_that_is_stopped_keeps_nothing_half_done(void)
 {
     char why[POOL_WHY];
     campaign_result_t results[RUNS] = {{0}};
@@ -550,7 +547,7 @@ TEST(test_a_campaign_that_is_stopped_keeps_nothing_half_done)
     }
 }
 
-TEST(test_a_run_is_the_same_whatever_came_before_it)
+static void test_a_run_is_the_same_whatever_came_before_it(void)
 {
     campaign_case_t drawn;
     campaign_result_t first;
@@ -566,7 +563,7 @@ TEST(test_a_run_is_the_same_whatever_came_before_it)
 
 /* ---- results as text ---- */
 
-TEST(test_a_result_reads_back_from_its_line_and_a_torn_one_does_not)
+static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
 {
     const campaign_result_t told = {
         CAMPAIGN_VIOLATED, CAMPAIGN_I_ANGLE, 12345u, 3010u, 2u, 38, 33u, 11845u, 1u};
@@ -585,7 +582,7 @@ TEST(test_a_result_reads_back_from_its_line_and_a_torn_one_does_not)
     }
 }
 
-TEST(test_a_head_of_other_tables_is_refused)
+static void test_a_head_of_other_tables_is_refused(void)
 {
     char line[CAMPAIGN_LINE_SIZE];
     campaign_t read = {0};
@@ -599,9 +596,4 @@ TEST(test_a_head_of_other_tables_is_refused)
     TEST_ASSERT_NOT_NULL(tables);
     tables[7] = tables[7] == '0' ? '1' : '0';
     TEST_ASSERT_FALSE(campaign_read_head(line, &read));
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host_sim/lab/map.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define POINTS_MAX 450u
 
@@ -63,7 +63,7 @@ static void expect_within(double limit, double expected, double value, const cha
 
 /* ---- which points ---- */
 
-TEST(test_default_covers_every_deviation_load_column_speed_and_direction_once)
+static void test_default_covers_every_deviation_load_column_speed_and_direction_once(void)
 {
     setup = map_setup_default();
     const size_t count = map_count(&setup);
@@ -86,7 +86,7 @@ TEST(test_default_covers_every_deviation_load_column_speed_and_direction_once)
     TEST_ASSERT_EQUAL_DOUBLE(100.0, points[5].rpm);
 }
 
-TEST(test_ideal_map_has_the_machine_only)
+static void test_ideal_map_has_the_machine_only(void)
 {
     only(500.0, 0.0);
     TEST_ASSERT_EQUAL_UINT(MAP_DEVIATIONS * 2u, map_count(&setup));
@@ -94,7 +94,7 @@ TEST(test_ideal_map_has_the_machine_only)
     TEST_ASSERT_EQUAL_UINT(7u * 2u, map_count(&setup));
 }
 
-TEST(test_every_deviation_has_its_own_name)
+static void test_every_deviation_has_its_own_name(void)
 {
     TEST_ASSERT_EQUAL_STRING("nominal", map_deviation_name(MAP_NOMINAL));
     TEST_ASSERT_EQUAL_STRING("L +20 %", map_deviation_name(MAP_INDUCTANCE_HIGH));
@@ -107,7 +107,7 @@ TEST(test_every_deviation_has_its_own_name)
 }
 
 /* 100 r/min, four pole pairs, 10 kHz: 1500 samples a turn, and 0.38197 more. */
-TEST(test_window_is_whole_electrical_periods)
+static void test_window_is_whole_electrical_periods(void)
 {
     setup.window = 1.0;
     TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, 100.0).periods); /* 7 turns: 10502.67 */
@@ -123,7 +123,7 @@ TEST(test_window_is_whole_electrical_periods)
 /* The phases of a turn's first samples, n times the share, leave no gap wider than 2/N after N turns (three
  * gap theorem: of the golden section's shares none is wider than 1.9/N), where a turn of 1000 r/min itself is
  * 150 samples and always meets the same ones. */
-TEST(test_samples_of_a_window_meet_every_angle_at_any_speed)
+static void test_samples_of_a_window_meet_every_angle_at_any_speed(void)
 {
     static const double speeds[] = {100.0, 101.0, 300.0, 500.0, 750.0, 996.7, 1000.0, 1200.0, 1500.0, 1900.0};
     enum { TURNS = 60 };
@@ -157,7 +157,7 @@ static double i_q_of(double rpm, double load)
  * the current, whose part across the true EMF is i cos(error) = i_q: tan(error) = -dL i_q/(psi_f
  * cos^2(error)). The estimator's own error besides is within 0.3 mrad, 0.5 at its peak: a ripple, whose peak
  * is not ten times its deviation. */
-TEST(test_wrong_inductance_turns_the_angle_as_theory_says)
+static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
 {
     setup.ideal = true;
     setup.averaged = true; /* the ripple moves the sampled i_q against the mean torque */
@@ -195,7 +195,7 @@ TEST(test_wrong_inductance_turns_the_angle_as_theory_says)
 /* Each deviation must be seen in what it disturbs: twice the noise makes more of it, a dead time off by a
  * fifth a ripple that the right one does not have. The other direction is the mirror image but for offset and
  * gain error of one sensor. */
-TEST(test_noise_and_dead_time_act)
+static void test_noise_and_dead_time_act(void)
 {
     static const map_deviation_t disturbed[] = {MAP_NOISE, MAP_DEAD_TIME_LOW, MAP_DEAD_TIME_HIGH};
     only(307.0, 5.0);
@@ -217,7 +217,7 @@ TEST(test_noise_and_dead_time_act)
 
 /* Also those that leave the mean alone change the noise's way through the drive: no two rows have equal bits.
  */
-TEST(test_every_deviation_reaches_the_drive)
+static void test_every_deviation_reaches_the_drive(void)
 {
     only(307.0, 0.0);
     setup.settle = 0.0;
@@ -232,7 +232,7 @@ TEST(test_every_deviation_reaches_the_drive)
 }
 
 /* An offset of 50 instead of 30 mA makes a larger ripple until the drive has trimmed it away. */
-TEST(test_offset_is_seen_at_the_start)
+static void test_offset_is_seen_at_the_start(void)
 {
     only(1013.0, 0.0);
     setup.settle = 0.0;
@@ -247,7 +247,7 @@ TEST(test_offset_is_seen_at_the_start)
 
 /* 10 N m and the friction ask for 10.3 A, the limit is 10 A: the rotor slows down and is lost. 0.34 N m short
  * of 0.0636 kg m^2: 51 r/min a second, some 100 r/min by the middle of the window. */
-TEST(test_overloaded_point_is_not_locked_and_has_numbers)
+static void test_overloaded_point_is_not_locked_and_has_numbers(void)
 {
     only(300.0, 10.0);
     const size_t count = run(2);
@@ -265,7 +265,7 @@ TEST(test_overloaded_point_is_not_locked_and_has_numbers)
 
 /* Where each turn has the same 150 samples the mean is one draw of many: without the even spread R and psi_f
  * "moved" it by 2.3 mrad here. */
-TEST(test_what_has_no_effect_has_none_at_a_speed_of_whole_samples)
+static void test_what_has_no_effect_has_none_at_a_speed_of_whole_samples(void)
 {
     only(1000.0, 5.0);
     const size_t count = run(2);
@@ -276,7 +276,7 @@ TEST(test_what_has_no_effect_has_none_at_a_speed_of_whole_samples)
 
 /* 20 % of L are -asin(dL i/psi_f) = 79 mrad at 5 N m; with the adaptation the drive knows L to 3 %, of which
  * 12 mrad are left at most. Off is off: what it believes stays. */
-TEST(test_adaptation_takes_away_what_a_wrong_inductance_does)
+static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
 {
     only(300.0, 5.0);
     setup.columns[MAP_ADAPTATION_ON] = true;
@@ -299,7 +299,7 @@ TEST(test_adaptation_takes_away_what_a_wrong_inductance_does)
 }
 
 /* The dead time is learnt up to 223 r/min (docs/theory.md, 25); what a wrong one shakes there is gone. */
-TEST(test_adaptation_takes_away_what_a_wrong_dead_time_does)
+static void test_adaptation_takes_away_what_a_wrong_dead_time_does(void)
 {
     only(150.0, 5.0);
     setup.columns[MAP_ADAPTATION_ON] = true;
@@ -325,7 +325,7 @@ static scenario_t *scenario(const char *text)
 
 #define HEAD "schema = 1\ntitle = \"t\"\n[run]\nduration = \"1 s\"\n"
 
-TEST(test_scenario_gives_its_speeds_and_loads_once_each)
+static void test_scenario_gives_its_speeds_and_loads_once_each(void)
 {
     scenario_t *of = scenario(HEAD "[requests]\nspeed_request = \"-500 r/min\"\n[[at]]\ntime = \"0.2 s\"\n"
                                    "requests.speed_request = \"300 r/min\"\nplant.load_torque = 3\n[[at]]\n"
@@ -361,7 +361,7 @@ static void expect_no_map(const char *text, uint32_t line, const char *name, con
     scenario_free(of);
 }
 
-TEST(test_scenario_of_which_there_is_no_map_is_refused_with_its_line)
+static void test_scenario_of_which_there_is_no_map_is_refused_with_its_line(void)
 {
     expect_no_map(HEAD "[requests]\nenable = \"on\"\n", 0u, "speed_request", "other than 0");
     expect_no_map(HEAD "[requests]\nspeed_request = \"9 r/min\"\n", 6u, "speed_request",
@@ -375,7 +375,7 @@ TEST(test_scenario_of_which_there_is_no_map_is_refused_with_its_line)
 
 /* Another motor, six pole pairs: its torque balance, 2/(1.5 x 6 x 0.05) = 4.444 A, and its own law of a wrong
  * L, asin(0.2 x 2 mH x 4.46 A/0.05 Wb) = 35.7 mrad. */
-TEST(test_map_of_a_scenario_is_of_its_motor_and_parameters)
+static void test_map_of_a_scenario_is_of_its_motor_and_parameters(void)
 {
     scenario_t *of = scenario(
         HEAD
@@ -402,7 +402,7 @@ TEST(test_map_of_a_scenario_is_of_its_motor_and_parameters)
     scenario_free(of);
 }
 
-TEST(test_threads_do_not_change_a_bit)
+static void test_threads_do_not_change_a_bit(void)
 {
     static map_point_t alone[POINTS_MAX];
     only(700.0, 2.0);
@@ -421,7 +421,7 @@ TEST(test_threads_do_not_change_a_bit)
     TEST_ASSERT_TRUE(points[0].mean_mrad != alone[0].mean_mrad);
 }
 
-TEST(test_refused_setting_is_told_with_its_point)
+static void test_refused_setting_is_told_with_its_point(void)
 {
     only(2500.0, 0.0); /* beyond 95 % of the overspeed trip at 2100 r/min */
     TEST_ASSERT_FALSE(map_run(&setup, points, 2, &why));
@@ -462,7 +462,7 @@ static void expect_verdict(bool met, size_t count, map_claim_t claim, double wor
     TEST_ASSERT_TRUE((verdict.worst == NULL) == (judged == 0u));
 }
 
-TEST(test_no_effect_is_judged_against_the_nominal_point)
+static void test_no_effect_is_judged_against_the_nominal_point(void)
 {
     expect_verdict(true, made(1.0, 1.25, 0.0, 0.0), MAP_CLAIM_NO_EFFECT, 0.25, 1, 0);
     expect_verdict(true, made(0.0, -0.3, 0.0, 0.0), MAP_CLAIM_NO_EFFECT, 0.3, 1, 0); /* at the limit */
@@ -482,7 +482,7 @@ TEST(test_no_effect_is_judged_against_the_nominal_point)
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 1, 1);
 }
 
-TEST(test_inductance_is_judged_against_nominal_and_theory)
+static void test_inductance_is_judged_against_nominal_and_theory(void)
 {
     expect_verdict(true, made(0.0, 0.0, -15.0, -16.0), MAP_CLAIM_INDUCTANCE, 1.0, 1, 0);
     expect_verdict(true, made(3.0, 0.0, -15.0, -16.0), MAP_CLAIM_INDUCTANCE, 2.0, 1, 0); /* at the limit */
@@ -497,7 +497,7 @@ TEST(test_inductance_is_judged_against_nominal_and_theory)
     expect_verdict(false, count, MAP_CLAIM_INDUCTANCE, 0.0, 0, 1);
 }
 
-TEST(test_worst_point_is_named)
+static void test_worst_point_is_named(void)
 {
     const size_t count = made(0.0, 0.1, 0.0, 0.0);
     points[4] = points[2];
@@ -508,7 +508,7 @@ TEST(test_worst_point_is_named)
     TEST_ASSERT_EQUAL_PTR(&points[2], map_judge(points, count, MAP_CLAIM_NO_EFFECT).worst);
 }
 
-TEST(test_map_without_the_rows_of_a_claim_does_not_meet_it)
+static void test_map_without_the_rows_of_a_claim_does_not_meet_it(void)
 {
     const size_t count = made(0.0, 0.0, 0.0, 0.0);
     points[2].deviation = MAP_NOISE;
@@ -519,7 +519,7 @@ TEST(test_map_without_the_rows_of_a_claim_does_not_meet_it)
 }
 
 /* R of an i_d: 5 mrad by theory, of which a fifth is open. */
-TEST(test_what_an_i_d_makes_of_a_wrong_resistance_is_expected)
+static void test_what_an_i_d_makes_of_a_wrong_resistance_is_expected(void)
 {
     const size_t count = made(1.0, 7.25, 0.0, 0.0);
     points[2].theory_mrad = 5.0;
@@ -528,7 +528,7 @@ TEST(test_what_an_i_d_makes_of_a_wrong_resistance_is_expected)
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 4.0, 1, 0);
 }
 
-TEST(test_learnt_is_judged_against_nominal_where_the_drive_is_sure)
+static void test_learnt_is_judged_against_nominal_where_the_drive_is_sure(void)
 {
     const size_t count = made(1.0, 0.0, -15.0, -16.0);
     expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 0);
@@ -543,9 +543,4 @@ TEST(test_learnt_is_judged_against_nominal_where_the_drive_is_sure)
     points[0].adaptation = MAP_ADAPTATION_OFF; /* the other column's nominal is none */
     expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 1);
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 0);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -8,7 +8,7 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/rig/rig.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define CELLS_MAX 4096u
 #define RPM       (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
@@ -46,7 +46,7 @@ static uint32_t index_of_manoeuvre(const char *name)
 /* ---- the data ---- */
 
 /* The size that docs/faults.md tells. */
-TEST(test_the_document_tells_the_size)
+static void test_the_document_tells_the_size(void)
 {
     static char text[65536];
     char told[200];
@@ -66,7 +66,7 @@ TEST(test_the_document_tells_the_size)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, told), told);
 }
 
-TEST(test_every_cell_has_a_promise)
+static void test_every_cell_has_a_promise(void)
 {
     char name[MATRIX_NAME_SIZE];
     const size_t count = lay_out((matrix_choice_t){0});
@@ -76,7 +76,7 @@ TEST(test_every_cell_has_a_promise)
     }
 }
 
-TEST(test_every_promise_decides_a_cell)
+static void test_every_promise_decides_a_cell(void)
 {
     const size_t count = lay_out((matrix_choice_t){0});
     for (size_t p = 0; p < matrix_promise_count; p++) {
@@ -91,7 +91,7 @@ TEST(test_every_promise_decides_a_cell)
     }
 }
 
-TEST(test_names_of_faults_and_manoeuvres_differ_and_have_no_slash)
+static void test_names_of_faults_and_manoeuvres_differ_and_have_no_slash(void)
 {
     for (size_t a = 0; a < matrix_fault_count; a++) {
         TEST_ASSERT_NULL_MESSAGE(strchr(matrix_faults[a].name, '/'), matrix_faults[a].name);
@@ -108,7 +108,7 @@ TEST(test_names_of_faults_and_manoeuvres_differ_and_have_no_slash)
     }
 }
 
-TEST(test_what_a_fault_changes_can_be_changed)
+static void test_what_a_fault_changes_can_be_changed(void)
 {
     for (size_t n = 0; n < matrix_fault_count; n++) {
         const matrix_fault_t *fault = &matrix_faults[n];
@@ -137,7 +137,7 @@ static void expect_reasons(const char *names)
     }
 }
 
-TEST(test_promised_reasons_exist_and_are_there_where_one_is_needed)
+static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
 {
     for (size_t n = 0; n < matrix_promise_count; n++) {
         const matrix_promise_t *promise = &matrix_promises[n];
@@ -150,7 +150,7 @@ TEST(test_promised_reasons_exist_and_are_there_where_one_is_needed)
     }
 }
 
-TEST(test_more_than_25_A_needs_a_reason_of_physics)
+static void test_more_than_25_A_needs_a_reason_of_physics(void)
 {
     for (size_t n = 0; n < matrix_promise_count; n++) {
         const matrix_promise_t *promise = &matrix_promises[n];
@@ -224,7 +224,7 @@ static bool is_injected(const table_row_t *row)
 }
 
 /* Of the plant from open_phase_a on, where what can break begins, and of the rig. */
-TEST(test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none)
+static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none(void)
 {
     const uint32_t breaks = rig_row_by_name("open_phase_a")->id;
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -242,7 +242,7 @@ TEST(test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none)
 
 /* ---- which cells ---- */
 
-TEST(test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it)
+static void test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it(void)
 {
     TEST_ASSERT_EQUAL_UINT(1u, lay_out((matrix_choice_t){.cell = "stuck_a_zero/run_fast/sensorless/l"}));
     TEST_ASSERT_EQUAL_UINT(4u, lay_out((matrix_choice_t){.cell = "stuck_a_zero/run_fast"}));
@@ -252,7 +252,7 @@ TEST(test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it)
     TEST_ASSERT_EQUAL_UINT(4u * matrix_manoeuvre_count, lay_out((matrix_choice_t){.only = "jam"}));
 }
 
-TEST(test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur)
+static void test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur(void)
 {
     size_t occur = 0;
     const size_t all = lay_out((matrix_choice_t){0});
@@ -282,7 +282,7 @@ TEST(test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur)
     TEST_ASSERT_TRUE(both < first / 3u);
 }
 
-TEST(test_in_some_months_every_cell_has_had_its_turn)
+static void test_in_some_months_every_cell_has_had_its_turn(void)
 {
     static bool had[CELLS_MAX];
     const size_t all = lay_out((matrix_choice_t){0});
@@ -301,7 +301,7 @@ TEST(test_in_some_months_every_cell_has_had_its_turn)
 
 /* ---- judgement ---- */
 
-TEST(test_a_fault_is_noticed_in_20_ms_or_a_third_of_a_turn)
+static void test_a_fault_is_noticed_in_20_ms_or_a_third_of_a_turn(void)
 {
     const double e = 4.0 * RPM;                                              /* electrical, per r/min */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 20e-3, matrix_noticed(1200.0 * e, 0.0)); /* 4.2 ms */
@@ -341,12 +341,12 @@ static uint32_t red(matrix_cell_t cell)
     return cell.red;
 }
 
-TEST(test_a_kept_promise_is_green)
+static void test_a_kept_promise_is_green(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, red(kept()));
 }
 
-TEST(test_each_broken_part_of_a_promise_is_told)
+static void test_each_broken_part_of_a_promise_is_told(void)
 {
     matrix_cell_t cell = kept();
     cell.seen.reaction = MATRIX_RIDES;
@@ -369,7 +369,7 @@ TEST(test_each_broken_part_of_a_promise_is_told)
     TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_ROTOR, red(cell));
 }
 
-TEST(test_a_rotor_that_is_driven_away_is_red_wherever_it_ends)
+static void test_a_rotor_that_is_driven_away_is_red_wherever_it_ends(void)
 {
     matrix_cell_t cell = kept();
     cell.seen.fastest = 1.2 * 100.0 + 100.0 * RPM + 0.1;
@@ -383,7 +383,7 @@ TEST(test_a_rotor_that_is_driven_away_is_red_wherever_it_ends)
     TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_ROTOR, red(cell));
 }
 
-TEST(test_a_warning_of_something_else_is_a_wrong_reason)
+static void test_a_warning_of_something_else_is_a_wrong_reason(void)
 {
     static const matrix_promise_t warns = {.reactions = MATRIX_WARNS,
                                            .reasons = "sink_warm",
@@ -402,7 +402,7 @@ TEST(test_a_warning_of_something_else_is_a_wrong_reason)
     TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_REASON, red(cell));
 }
 
-TEST(test_reasons_are_whole_names)
+static void test_reasons_are_whole_names(void)
 {
     TEST_ASSERT_TRUE(matrix_accepts("late overcurrent", REASON_OVERCURRENT));
     TEST_ASSERT_TRUE(matrix_accepts("late  overcurrent ", REASON_LATE));
@@ -411,7 +411,7 @@ TEST(test_reasons_are_whole_names)
     TEST_ASSERT_FALSE(matrix_accepts("", REASON_OVERCURRENT));
 }
 
-TEST(test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_reason)
+static void test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_reason(void)
 {
     for (const matrix_not_yet_t *row = matrix_not_yet; row->cell != NULL; row++) {
         TEST_ASSERT_EQUAL_UINT_MESSAGE(1u, lay_out((matrix_choice_t){.cell = row->cell}), row->cell);
@@ -423,7 +423,7 @@ TEST(test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_reason)
     TEST_ASSERT_NULL(cells[0].not_yet);
 }
 
-TEST(test_another_colour_than_is_known_is_a_surprise_both_ways)
+static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
 {
     matrix_cell_t cell = kept();
     TEST_ASSERT_FALSE(matrix_surprises(&cell));
@@ -440,7 +440,7 @@ TEST(test_another_colour_than_is_known_is_a_surprise_both_ways)
 /* ---- runs ---- */
 
 /* Where nothing is injected the drive tells nothing: no false alarm in any manoeuvre. */
-TEST(test_nothing_wrong_is_green_in_every_manoeuvre)
+static void test_nothing_wrong_is_green_in_every_manoeuvre(void)
 {
     char name[MATRIX_NAME_SIZE];
     const size_t count = lay_out((matrix_choice_t){.only = "none"});
@@ -455,7 +455,7 @@ TEST(test_nothing_wrong_is_green_in_every_manoeuvre)
 }
 
 /* A sensor at its rail has been told since the drive can stop: green everywhere, the bridge open at once. */
-TEST(test_a_sensor_at_its_rail_is_green_in_every_manoeuvre)
+static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre(void)
 {
     char name[MATRIX_NAME_SIZE];
     const size_t count = lay_out((matrix_choice_t){.only = "stuck_a_rail"});
@@ -470,7 +470,7 @@ TEST(test_a_sensor_at_its_rail_is_green_in_every_manoeuvre)
 }
 
 /* The rotor turns as each manoeuvre says when the fault comes [r/min]. */
-TEST(test_a_fault_comes_in_its_manoeuvre)
+static void test_a_fault_comes_in_its_manoeuvre(void)
 {
     static const struct {
         const char *manoeuvre;
@@ -496,7 +496,7 @@ TEST(test_a_fault_comes_in_its_manoeuvre)
     }
 }
 
-TEST(test_threads_do_not_change_a_bit)
+static void test_threads_do_not_change_a_bit(void)
 {
     const matrix_choice_t choice = {.cell = "open_phase_a/run_slow"};
     const size_t count = matrix_lay_out(&choice, cells);
@@ -509,9 +509,4 @@ TEST(test_threads_do_not_change_a_bit)
         TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.speed, &again[n].seen.speed, sizeof(double));
         TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.noticed, &again[n].seen.noticed, sizeof(double));
     }
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -9,7 +9,7 @@
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/tune.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define PI 3.14159265358979323846
 
@@ -17,9 +17,6 @@ static scenario_error_t error;
 static motor_sheet_t sheet;
 static motor_t motor;
 static tune_t tune;
-void tearDown(void)
-{
-}
 
 /* A sheet from "key=value" texts; NULL ends them. */
 static bool given(const char *const *assignments)
@@ -38,7 +35,7 @@ static bool given(const char *const *assignments)
 
 /* ---- the sheet ---- */
 
-TEST(test_every_way_to_say_the_flux_means_the_same_motor)
+static void test_every_way_to_say_the_flux_means_the_same_motor(void)
 {
     /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
      * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
@@ -62,7 +59,7 @@ TEST(test_every_way_to_say_the_flux_means_the_same_motor)
     }
 }
 
-TEST(test_lines_are_twice_a_phase_and_poles_twice_the_pairs)
+static void test_lines_are_twice_a_phase_and_poles_twice_the_pairs(void)
 {
     TEST_ASSERT_TRUE(GIVEN("poles=8", "resistance_line=2 ohm", "inductance_line=10 mH",
                            "rated_current_rms=2 A", "flux_linkage=0.1"));
@@ -83,7 +80,7 @@ static void say_too(motor_key_t key, double value)
     TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
 }
 
-TEST(test_a_contradiction_is_told_with_both_numbers)
+static void test_a_contradiction_is_told_with_both_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
     say_too(MOTOR_KEY_kt_rms, 0.87);
@@ -99,7 +96,7 @@ TEST(test_a_contradiction_is_told_with_both_numbers)
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));
 }
 
-TEST(test_what_is_missing_is_named_and_nothing_is_said_twice)
+static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
 {
     TEST_ASSERT_FALSE(GIVEN("pole_pairs=4", "inductance_d=1 mH"));
     const char *const missing[] = {"resistance or resistance_line", "inductance_q", "rated_current_peak",
@@ -142,7 +139,7 @@ static bool warns_of(const char *what)
 }
 
 /* The paper's motor in its rig: what the defaults of the drive have been made for by hand. */
-TEST(test_the_rules_make_the_paper_s_rows)
+static void test_the_rules_make_the_paper_s_rows(void)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=0.95", "inductance=12.5 mH", "flux_linkage=0.183",
                            "rated_current_peak=4.55", "rated_torque=5", "rated_speed=1500 r/min",
@@ -159,7 +156,7 @@ TEST(test_the_rules_make_the_paper_s_rows)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("speed_ramp"));
 }
 
-TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of)
+static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(void)
 {
     const char *const light[] = {USUAL, "flux_linkage=0.1", "rated_speed=2000 r/min", "inertia=2e-5", NULL};
     TEST_ASSERT_TRUE(given(light));
@@ -175,7 +172,7 @@ TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of)
     TEST_ASSERT_FALSE(warns_of("within"));
 }
 
-TEST(test_what_will_not_work_is_told_with_numbers)
+static void test_what_will_not_work_is_told_with_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
@@ -214,7 +211,7 @@ static double drawn(double low, double high)
     return low * pow(high / low, (double)(state >> 8) / 16777216.0);
 }
 
-TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some)
+static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
 {
     uint32_t with_rows = 0u;
     for (int n = 0; n < 400; n++) {
@@ -256,7 +253,7 @@ TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some)
 
 /* ---- the library ---- */
 
-TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw)
+static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void)
 {
     char **names;
     const int count = motor_library(&names);
@@ -281,7 +278,7 @@ TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw)
 /* From standstill, without an encoder, to the top speed and under all of the load: what the written scenario
  * expects (tune_scenario): never lost, the speed within 0.5 %, the angle within 30 mrad (50 of a salient
  * rotor), SD 50. */
-TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune)
+static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
 {
     static motor_trial_t trial;
     char **names;
@@ -300,7 +297,7 @@ TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune)
 }
 
 /* Wherever the rotor stands: the swings of a light one are no fault of the sensors. */
-TEST(test_every_motor_starts_from_wherever_it_stands)
+static void test_every_motor_starts_from_wherever_it_stands(void)
 {
     char **names;
     const int count = motor_library(&names);
@@ -343,7 +340,7 @@ static double initial(const scenario_t *scenario, const char *name)
     return scenario_initial(scenario, scenario_row(name, &error));
 }
 
-TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it)
+static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
 {
     scenario_t *scenario =
         read_text(HEAD "[params]\nmotor_resistance = 1.5\n[motor]\nname = \"estun-emj-04apb22\"\n"
@@ -369,7 +366,7 @@ TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it)
     scenario_free(scenario);
 }
 
-TEST(test_a_motor_that_is_none_is_refused_where_it_stands)
+static void test_a_motor_that_is_none_is_refused_where_it_stands(void)
 {
     static const struct {
         const char *text, *says;
@@ -414,7 +411,7 @@ static double at_time(const char *profile, double time)
     return value;
 }
 
-TEST(test_a_profile_goes_from_point_to_point)
+static void test_a_profile_goes_from_point_to_point(void)
 {
     const char *const linear =
         "[[profile]]\nrow = \"plant.load_torque\"\npoints = [[0.01, \"1 N m\"], [\"30 ms\", 5], "
@@ -434,7 +431,7 @@ TEST(test_a_profile_goes_from_point_to_point)
     }
 }
 
-TEST(test_a_profile_that_is_none_is_refused_where_it_stands)
+static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
 {
     static const struct {
         const char *text, *says;
@@ -462,9 +459,4 @@ TEST(test_a_profile_that_is_none_is_refused_where_it_stands)
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(whole, wrong[n].says), whole);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, text);
     }
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -4,9 +4,9 @@
 
 #include "host_sim/lab/names.h"
 #include "host_sim/rig/rig.h"
-#include "tests/tests.h"
+#include "unity.h"
 
-TEST(test_distances)
+static void test_distances(void)
 {
     TEST_ASSERT_EQUAL_UINT(0, names_distance("inertia", "inertia"));
     TEST_ASSERT_EQUAL_UINT(0, names_distance("Inertia", "iNERTIA"));
@@ -22,7 +22,7 @@ TEST(test_distances)
     TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, one more */
 }
 
-TEST(test_distance_is_symmetric)
+static void test_distance_is_symmetric(void)
 {
     const table_t *table = rig_table(0);
     for (uint32_t a = 0; a < table->count; a++) {
@@ -33,7 +33,7 @@ TEST(test_distance_is_symmetric)
     }
 }
 
-TEST(test_names_that_are_too_long_are_near_to_nothing)
+static void test_names_that_are_too_long_are_near_to_nothing(void)
 {
     char longest[NAMES_LENGTH_MAX + 1u];
     char longer[NAMES_LENGTH_MAX + 2u];
@@ -64,7 +64,7 @@ static void expect_nearest(const char *expected, const char *name)
     }
 }
 
-TEST(test_slips_find_the_row_that_was_meant)
+static void test_slips_find_the_row_that_was_meant(void)
 {
     expect_nearest("motor_resistance", "moter_resistence");
     expect_nearest("load_torque", "laod_torqe");
@@ -74,14 +74,14 @@ TEST(test_slips_find_the_row_that_was_meant)
     expect_nearest("true_omega_m", "true_omga_m");
 }
 
-TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer)
+static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
 {
     expect_nearest("load_kind", "load"); /* that and load_torque begin with it: the first wins */
     expect_nearest("shaft_locked", "locked");
     expect_nearest("calibration_periods", "calibration");
 }
 
-TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not)
+static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
 {
     names_search_t search = names_search("abcdef");
     names_consider(&search, "abcXYZ"); /* 3 of 6 */
@@ -95,14 +95,14 @@ TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not)
     TEST_ASSERT_EQUAL_STRING("abcdefghi", names_found(&search));
 }
 
-TEST(test_nothing_near_is_said)
+static void test_nothing_near_is_said(void)
 {
     expect_nearest(NULL, "xyzzy_frobnicate");
     expect_nearest(NULL, "");
     expect_nearest(NULL, "_____________");
 }
 
-TEST(test_choices)
+static void test_choices(void)
 {
     names_search_t search = names_search("quickstop");
     names_consider_choices(&search, "off|on|quick_stop");
@@ -113,9 +113,4 @@ TEST(test_choices)
     search = names_search("of");
     names_consider_choices(&search, "");
     TEST_ASSERT_NULL(names_found(&search));
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -8,7 +8,7 @@
 
 #include "host_sim/lab/paper.h"
 #include "host_sim/lab/paper_theory.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static paper_t *paper; /* fig12, seed 1 */
 static paper_error_t why;
@@ -18,7 +18,7 @@ static paper_error_t why;
 /* Natural frequencies of docs/theory.md, 7, for omega_c in these ratios to that of the conventional loop,
  * 40.3 rad/s at 100 rad/s. Three digits: 0.05 of the result, and 0.05 x 1.5 of omega_c, which moves it by up
  * to 0.55 times as much. */
-TEST(test_loops_of_equal_bandwidth)
+static void test_loops_of_equal_bandwidth(void)
 {
     static const struct {
         double ratio, wn;
@@ -35,7 +35,7 @@ TEST(test_loops_of_equal_bandwidth)
 }
 
 /* Damping 1, omega_c 0: |Phi|^2 = 1/2 at wn sqrt(3 + sqrt(10)) = 2.4824 wn, from (19). */
-TEST(test_conventional_loop_in_closed_form)
+static void test_conventional_loop_in_closed_form(void)
 {
     double kp = 0.0;
     double ki = 0.0;
@@ -44,7 +44,7 @@ TEST(test_conventional_loop_in_closed_form)
 }
 
 /* The feed-forward alone has a bandwidth of omega_c: there is no loop of less. */
-TEST(test_loop_that_does_not_exist_is_refused)
+static void test_loop_that_does_not_exist_is_refused(void)
 {
     double kp = 7.0;
     double ki = 8.0;
@@ -54,7 +54,7 @@ TEST(test_loop_that_does_not_exist_is_refused)
 }
 
 /* Table of docs/theory.md, 4, rounded to 0.1 mrad; and the 0.08 rad of Fig. 11 for 162 V. */
-TEST(test_lag_of_the_sampled_observer)
+static void test_lag_of_the_sampled_observer(void)
 {
     static const double speeds[] = {100.0, 500.0, 1000.0, 1500.0};
     static const double lags[] = {-3.1, -15.8, -33.1, -54.1};
@@ -72,7 +72,7 @@ TEST(test_lag_of_the_sampled_observer)
 
 /* The three accelerations of the paper, from its own numbers: asin(a/k_i) and the equilibrium with the
  * torque's cosine (docs/theory.md, 19), k_i 1624, to the 1 % at which they fix the rig. */
-TEST(test_tracking_error_at_the_current_limit)
+static void test_tracking_error_at_the_current_limit(void)
 {
     const double ki = 1624.0;
     const double up = paper_tracking_error_at_limit(ki, -1.32);
@@ -86,7 +86,7 @@ TEST(test_tracking_error_at_the_current_limit)
 }
 
 /* The loop's k_p/(k_i/omega) at the corner: both parts equal, 45 degrees. */
-TEST(test_loop_filter_at_its_corner)
+static void test_loop_filter_at_its_corner(void)
 {
     double kp = 0.0;
     double ki = 0.0;
@@ -119,7 +119,7 @@ static paper_verdict_t judged(double number, double expected, double ours, bool 
     return judged_of("fig13", number, expected, ours, kind, stopped);
 }
 
-TEST(test_verdict_follows_from_the_numbers)
+static void test_verdict_follows_from_the_numbers(void)
 {
     const double none = (double)NAN;
     TEST_ASSERT_EQUAL_INT(PAPER_REPRODUCED, judged(4.0, 4.0, 3.75, false, false));
@@ -133,7 +133,7 @@ TEST(test_verdict_follows_from_the_numbers)
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(4.0, 4.0, 4.0, true, true)); /* the drive stopped */
 }
 
-TEST(test_beyond_the_paper_a_claim_holds_or_does_not)
+static void test_beyond_the_paper_a_claim_holds_or_does_not(void)
 {
     const double none = (double)NAN;
     TEST_ASSERT_EQUAL_INT(PAPER_HOLDS, judged_of("beyond_speed", none, 4.0, 4.5, false, false));
@@ -142,7 +142,7 @@ TEST(test_beyond_the_paper_a_claim_holds_or_does_not)
     TEST_ASSERT_EQUAL_INT(PAPER_DOES_NOT_HOLD, judged_of("beyond_speed", none, 4.0, 4.0, false, true));
 }
 
-TEST(test_figures_are_found_by_name)
+static void test_figures_are_found_by_name(void)
 {
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
         TEST_ASSERT_EQUAL_UINT(n, paper_figure(paper_figures[n].id));
@@ -181,7 +181,7 @@ static void write_others(FILE *file)
     paper_write_more(paper, paper_figure("fig15"), file);
 }
 
-TEST(test_manifest_tells_conditions_figures_and_rows)
+static void test_manifest_tells_conditions_figures_and_rows(void)
 {
     static const char *const parts[] = {
         "{\"commit\": \"abc\\\"123\", \"seed\": 1, \"seconds\": 1.5,",
@@ -218,7 +218,7 @@ TEST(test_manifest_tells_conditions_figures_and_rows)
     free(text);
 }
 
-TEST(test_board_with_another_carrier_is_refused_by_name)
+static void test_board_with_another_carrier_is_refused_by_name(void)
 {
     static const struct {
         uint64_t ticks;
@@ -234,14 +234,14 @@ TEST(test_board_with_another_carrier_is_refused_by_name)
     }
 }
 
-TEST(test_what_was_not_wanted_is_not_written)
+static void test_what_was_not_wanted_is_not_written(void)
 {
     char *text = written(write_others);
     TEST_ASSERT_EQUAL_STRING("", text);
     free(text);
 }
 
-TEST(test_threads_do_not_change_a_bit_and_seeds_do)
+static void test_threads_do_not_change_a_bit_and_seeds_do(void)
 {
     bool wanted[PAPER_FIGURES] = {false};
     wanted[paper_figure("fig12")] = true;
@@ -270,7 +270,21 @@ int main(void)
         fprintf(stderr, "%s\n", why.text);
         return 1;
     }
-    const int failed = RUN_TESTS();
+    UNITY_BEGIN();
+    RUN_TEST(test_loops_of_equal_bandwidth);
+    RUN_TEST(test_conventional_loop_in_closed_form);
+    RUN_TEST(test_loop_that_does_not_exist_is_refused);
+    RUN_TEST(test_lag_of_the_sampled_observer);
+    RUN_TEST(test_tracking_error_at_the_current_limit);
+    RUN_TEST(test_loop_filter_at_its_corner);
+    RUN_TEST(test_verdict_follows_from_the_numbers);
+    RUN_TEST(test_beyond_the_paper_a_claim_holds_or_does_not);
+    RUN_TEST(test_figures_are_found_by_name);
+    RUN_TEST(test_manifest_tells_conditions_figures_and_rows);
+    RUN_TEST(test_board_with_another_carrier_is_refused_by_name);
+    RUN_TEST(test_what_was_not_wanted_is_not_written);
+    RUN_TEST(test_threads_do_not_change_a_bit_and_seeds_do);
+    const int failed = UNITY_END();
     paper_free(paper);
     return failed;
 }

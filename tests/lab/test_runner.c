@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host_sim/lab/runner.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define PI        3.14159265358979323846
 #define ROWS_MAX  4u
@@ -87,7 +87,7 @@ static void put(rig_t *rig, const char *name, double value)
     }
 }
 
-TEST(test_a_scenario_is_what_its_calls_by_hand_are)
+static void test_a_scenario_is_what_its_calls_by_hand_are(void)
 {
     given(HEAD
           "[run]\nduration = \"0.2 s\"\nseed = 77\n[start]\nspeed = 30\nangle = 1\n"
@@ -124,7 +124,7 @@ TEST(test_a_scenario_is_what_its_calls_by_hand_are)
 }
 
 /* 200 deg mechanical are 4 times that electrical: 80 deg of a turn. */
-TEST(test_rotor_stands_at_the_start_angle_held_or_locked)
+static void test_rotor_stands_at_the_start_angle_held_or_locked(void)
 {
     static const char *const shafts[] = {
         "friction_breakaway = 2\nload_kind = 1\nload_torque = 1.9\n",
@@ -145,7 +145,7 @@ TEST(test_rotor_stands_at_the_start_angle_held_or_locked)
     }
 }
 
-TEST(test_same_seed_same_bits_another_seed_others)
+static void test_same_seed_same_bits_another_seed_others(void)
 {
     given(SHORT_RUN);
     run();
@@ -175,7 +175,7 @@ static void ignore_edge(void *context, uint64_t tick, uint32_t what, uint32_t va
     *(uint64_t *)context = tick;
 }
 
-TEST(test_onlookers_change_nothing)
+static void test_onlookers_change_nothing(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("i_q")->id, rig_row_by_name("true_omega_m")->id};
     const volatile sig_atomic_t stop = 0;
@@ -198,7 +198,7 @@ TEST(test_onlookers_change_nothing)
 
 /* ---- events ---- */
 
-TEST(test_an_event_acts_in_its_period_and_not_before)
+static void test_an_event_acts_in_its_period_and_not_before(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("load_torque")->id};
     given(HEAD "[run]\nduration = \"1 ms\"\n[[at]]\ntime = \"0.3 ms\"\nplant.load_torque = 5\n"
@@ -213,7 +213,7 @@ TEST(test_an_event_acts_in_its_period_and_not_before)
     }
 }
 
-TEST(test_of_two_events_at_one_time_the_later_in_the_file_wins)
+static void test_of_two_events_at_one_time_the_later_in_the_file_wins(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("load_torque")->id};
     given(HEAD "[run]\nduration = \"1 ms\"\n[[at]]\ntime = \"0.3 ms\"\nplant.load_torque = 5\n"
@@ -223,7 +223,7 @@ TEST(test_of_two_events_at_one_time_the_later_in_the_file_wins)
     TEST_ASSERT_TRUE(taken.value[2][0] == 0.0f && taken.value[3][0] == 7.0f);
 }
 
-TEST(test_a_ramp_is_straight_and_ends_on_its_value)
+static void test_a_ramp_is_straight_and_ends_on_its_value(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("load_torque")->id, rig_row_by_name("dc_voltage")->id};
     given(HEAD "[run]\nduration = \"3 ms\"\n[plant]\nload_torque = 1\n"
@@ -237,7 +237,7 @@ TEST(test_a_ramp_is_straight_and_ends_on_its_value)
     }
 }
 
-TEST(test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other)
+static void test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("load_torque")->id, rig_row_by_name("dc_voltage")->id};
     given(HEAD "[run]\nduration = \"3 ms\"\n"
@@ -256,7 +256,7 @@ TEST(test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other)
     TEST_ASSERT_TRUE(taken.value[29][1] == 301.0f);
 }
 
-TEST(test_a_ramp_replaces_a_longer_one_that_is_under_way)
+static void test_a_ramp_replaces_a_longer_one_that_is_under_way(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("load_torque")->id};
     given(HEAD "[run]\nduration = \"3 ms\"\n"
@@ -272,7 +272,7 @@ TEST(test_a_ramp_replaces_a_longer_one_that_is_under_way)
     TEST_ASSERT_TRUE(taken.value[29][0] == 2.0f);
 }
 
-TEST(test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch)
+static void test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("speed_request")->id,
                              rig_row_by_name("calibration_periods")->id};
@@ -289,7 +289,7 @@ TEST(test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch)
     TEST_ASSERT_TRUE(taken.value[19][0] == 9.0f);
 }
 
-TEST(test_parameters_can_ramp)
+static void test_parameters_can_ramp(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("speed_kp")->id};
     given(HEAD
@@ -302,7 +302,7 @@ TEST(test_parameters_can_ramp)
     TEST_ASSERT_TRUE(taken.value[14][0] == 0.9f);
 }
 
-TEST(test_what_the_rig_refuses_on_the_way_names_line_and_time)
+static void test_what_the_rig_refuses_on_the_way_names_line_and_time(void)
 {
     char line[1200];
     const uint32_t ids[1] = {rig_row_by_name("i_q")->id};
@@ -322,7 +322,7 @@ TEST(test_what_the_rig_refuses_on_the_way_names_line_and_time)
 
 /* ---- recording ---- */
 
-TEST(test_every_nth_period_is_recorded_from_the_first_on)
+static void test_every_nth_period_is_recorded_from_the_first_on(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("period")->id};
     given(HEAD "[run]\nduration = \"3.2 ms\"\n");
@@ -334,7 +334,7 @@ TEST(test_every_nth_period_is_recorded_from_the_first_on)
     }
 }
 
-TEST(test_expectations_leave_the_recording_as_it_is)
+static void test_expectations_leave_the_recording_as_it_is(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("i_q")->id, rig_row_by_name("i_d")->id};
     given(HEAD "[run]\nduration = \"3.2 ms\"\n[[expect]]\nsignal = \"i_d\"\nminus = \"i_q\"\nstatistic = "
@@ -347,7 +347,7 @@ TEST(test_expectations_leave_the_recording_as_it_is)
     TEST_ASSERT_EQUAL_UINT32(2u, taken.columns);
 }
 
-TEST(test_more_rows_than_the_tap_holds_are_refused)
+static void test_more_rows_than_the_tap_holds_are_refused(void)
 {
     uint32_t ids[RIG_TAP_MAX];
     uint32_t count = 0;
@@ -383,7 +383,7 @@ TEST(test_more_rows_than_the_tap_holds_are_refused)
     "[[expect]]\nsignal = \"true_i_a\"\nminus = \"true_i_b\"\nstatistic = \"rms\"\nat_most = 1e9\n" window   \
     "[[expect]]\nsignal = \"true_i_a\"\nminus = \"true_i_b\"\nstatistic = \"last\"\nat_most = 1e9\n" window
 
-TEST(test_statistics_are_those_of_the_samples_in_the_window)
+static void test_statistics_are_those_of_the_samples_in_the_window(void)
 {
     const uint32_t ids[2] = {rig_row_by_name("true_i_a")->id, rig_row_by_name("true_i_b")->id};
     given(SHORT_RUN SEVEN("from = 0.1\nto = 0.15\n"));
@@ -419,7 +419,7 @@ TEST(test_statistics_are_those_of_the_samples_in_the_window)
     }
 }
 
-TEST(test_a_window_holds_from_and_not_to)
+static void test_a_window_holds_from_and_not_to(void)
 {
     given(HEAD "[run]\nduration = \"1 ms\"\n"
                "[[expect]]\nsignal = \"period\"\nstatistic = \"min\"\nfrom = \"0.2 ms\"\nto = \"0.5 "
@@ -450,7 +450,7 @@ static void expect_judged(const char *limits, runner_judgement_t judgement)
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(judgement == RUNNER_MET ? 0u : 1u, result.failed, limits);
 }
 
-TEST(test_limits_are_accepted_themselves)
+static void test_limits_are_accepted_themselves(void)
 {
     expect_judged("at_most = 10\n", RUNNER_MET);
     expect_judged("at_most = 9.999999\n", RUNNER_FAILED);
@@ -474,7 +474,7 @@ static void expect_verdict_text(const char *expectation, const char *expected)
     TEST_ASSERT_EQUAL_STRING(expected, runner_verdict_text(&result.verdicts[0], text, sizeof text));
 }
 
-TEST(test_verdicts_in_words)
+static void test_verdicts_in_words(void)
 {
     expect_verdict_text(
         "[[expect]]\nsignal = \"true_omega_m\"\nstatistic = \"mean\"\nfrom = \"50 ms\"\nat_least = \"599 "
@@ -512,7 +512,7 @@ static void stop_at_half(void *context, double fraction)
     stop_now = fraction >= 0.5;
 }
 
-TEST(test_progress_is_told_every_thousand_periods)
+static void test_progress_is_told_every_thousand_periods(void)
 {
     progress_calls = 0;
     options.progress = on_progress;
@@ -523,7 +523,7 @@ TEST(test_progress_is_told_every_thousand_periods)
     TEST_ASSERT_TRUE(progress_last == 1.0);
 }
 
-TEST(test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over)
+static void test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over(void)
 {
     const uint32_t ids[1] = {rig_row_by_name("i_q")->id};
     stop_now = 0;
@@ -550,7 +550,7 @@ TEST(test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over)
                              runner_verdict_text(&result.verdicts[2], text, sizeof text));
 }
 
-TEST(test_a_fault_is_told)
+static void test_a_fault_is_told(void)
 {
     given(SHORT_RUN "[[at]]\ntime = 0.1\nplant.force_fault = 1\n");
     run();
@@ -559,7 +559,7 @@ TEST(test_a_fault_is_told)
     TEST_ASSERT_UINT32_WITHIN(1u, 1001u, result.fault_period);
 }
 
-TEST(test_overrides_are_run)
+static void test_overrides_are_run(void)
 {
     scenario_error_t error;
     given(HEAD "[run]\nduration = \"1 ms\"\n[[expect]]\nsignal = \"load_torque\"\nstatistic = "
@@ -574,9 +574,4 @@ TEST(test_overrides_are_run)
     runner_result_free(&result);
     TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));
     TEST_ASSERT_EQUAL_STRING("overcurrent_trip", result.error.name);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

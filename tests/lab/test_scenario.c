@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host_sim/lab/scenario.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define PI   3.14159265358979323846
 #define HEAD "schema = 1\ntitle = \"a test\"\n"
@@ -58,7 +58,7 @@ static const scenario_setting_t *setting_of(const scenario_event_t *event, const
 
 /* ---- files ---- */
 
-TEST(test_the_least_file_has_every_default)
+static void test_the_least_file_has_every_default(void)
 {
     given(RUN);
     TEST_ASSERT_EQUAL_STRING("test.toml", scenario->path);
@@ -75,7 +75,7 @@ TEST(test_the_least_file_has_every_default)
     TEST_ASSERT_FALSE(scenario->has_start);
 }
 
-TEST(test_every_key_arrives)
+static void test_every_key_arrives(void)
 {
     given("schema = 1\ntitle = \"t\"\ntext = \"\"\"two\nlines\"\"\"\n"
           "[run]\nduration = \"2.5 s\"\nseed = 9\nrecord = [\"i_q\", \"plant.encoder_lines\"]\nevery = 3\n"
@@ -117,7 +117,7 @@ TEST(test_every_key_arrives)
 }
 
 /* 0.151 ms is rounded up to period 2, which leaves 9998 periods for 9998.49. */
-TEST(test_ramp_may_fill_what_is_left_of_the_run)
+static void test_ramp_may_fill_what_is_left_of_the_run(void)
 {
     given(RUN "[[at]]\ntime = \"151 us\"\nramp = \"0.999849 s\"\nplant.load_torque = 1\n");
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].period);
@@ -130,7 +130,7 @@ TEST(test_ramp_may_fill_what_is_left_of_the_run)
                  "ramp: 999.9 ms is outside its range");
 }
 
-TEST(test_times_are_rounded_to_the_nearest_period)
+static void test_times_are_rounded_to_the_nearest_period(void)
 {
     given(
         RUN
@@ -141,7 +141,7 @@ TEST(test_times_are_rounded_to_the_nearest_period)
     TEST_ASSERT_EQUAL_UINT32(3000u, scenario->events[3].period); /* 0.3/1e-4 is below 3000 in binary */
 }
 
-TEST(test_durations_at_their_limits)
+static void test_durations_at_their_limits(void)
 {
     given(HEAD "[run]\nduration = \"100 us\"\n");
     TEST_ASSERT_EQUAL_UINT32(1u, scenario->periods);
@@ -151,7 +151,7 @@ TEST(test_durations_at_their_limits)
     expect_error(HEAD "[run]\nduration = 3600.0001\n", "duration: 3600 s is outside its range");
 }
 
-TEST(test_an_event_at_zero_and_in_the_last_period_is_fine)
+static void test_an_event_at_zero_and_in_the_last_period_is_fine(void)
 {
     given(RUN
           "[[at]]\ntime = 0\nplant.load_torque = 1\n[[at]]\ntime = \"999.9 ms\"\nplant.load_torque = 2\n");
@@ -159,7 +159,7 @@ TEST(test_an_event_at_zero_and_in_the_last_period_is_fine)
     TEST_ASSERT_EQUAL_UINT32(9999u, scenario->events[2].period);
 }
 
-TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order)
+static void test_events_are_sorted_and_those_of_one_time_stay_in_order(void)
 {
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 1\n[[at]]\ntime = 0.2\nplant.load_torque = 2\n"
               "[[at]]\ntime = 0.5\nplant.load_torque = 3\n[[at]]\ntime = 0.2\nplant.load_torque = 4\n");
@@ -169,7 +169,7 @@ TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order)
     }
 }
 
-TEST(test_sub_tables_and_dotted_keys_mean_the_same)
+static void test_sub_tables_and_dotted_keys_mean_the_same(void)
 {
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\nrequests.speed_request = 10\n");
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].count);
@@ -182,7 +182,7 @@ TEST(test_sub_tables_and_dotted_keys_mean_the_same)
     TEST_ASSERT_TRUE(setting_of(&scenario->events[1], "speed_request")->value == 10.0);
 }
 
-TEST(test_settings_know_their_place)
+static void test_settings_know_their_place(void)
 {
     given(RUN "[plant]\n  inertia = 0.003\n");
     TEST_ASSERT_EQUAL_UINT32(6u, scenario->events[0].settings[0].place.line);
@@ -191,7 +191,7 @@ TEST(test_settings_know_their_place)
 
 /* ---- rules between rows ---- */
 
-TEST(test_a_parameter_set_is_judged_as_one)
+static void test_a_parameter_set_is_judged_as_one(void)
 {
     given(RUN "[params]\ncurrent_limit = 14\novercurrent_trip = 18\n"); /* in this order 14 breaks the old
                                                                           trip of 15 A */
@@ -199,14 +199,14 @@ TEST(test_a_parameter_set_is_judged_as_one)
     given(RUN "[params]\novercurrent_trip = 7\ncurrent_limit = 5\n");
 }
 
-TEST(test_a_broken_rule_points_at_the_row_that_breaks_it)
+static void test_a_broken_rule_points_at_the_row_that_breaks_it(void)
 {
     expect_error(RUN "[params]\nspeed_kp = 0.4\novercurrent_trip = 11\nspeed_ki = 2\n",
                  "test.toml:7:1: overcurrent_trip: 11 A");
 }
 
 /* As many rows as the tap holds, recorded; and one more expected. */
-TEST(test_recorded_and_expected_rows_share_the_tap)
+static void test_recorded_and_expected_rows_share_the_tap(void)
 {
     char text[8000] = HEAD "[run]\nduration = 1\nrecord = [\n";
     uint32_t count = 0;
@@ -231,13 +231,13 @@ TEST(test_recorded_and_expected_rows_share_the_tap)
                  "i_q: too many rows in record and [[expect]] together; accepted: up to 128 different ones");
 }
 
-TEST(test_the_first_mistake_of_a_file_is_told_first)
+static void test_the_first_mistake_of_a_file_is_told_first(void)
 {
     expect_error(RUN "zebra = 1\napple = 2\n", "test.toml:5:1: zebra: no such key");
     expect_error(RUN "[plant]\nzebra = 1\napple = 2\n", "test.toml:6:1: zebra: no such row in plant");
 }
 
-TEST(test_settings_that_wait_for_each_other_find_their_order)
+static void test_settings_that_wait_for_each_other_find_their_order(void)
 {
     /* a reference above the old limit, written before the limit */
     given(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 12\n");
@@ -256,7 +256,7 @@ TEST(test_settings_that_wait_for_each_other_find_their_order)
     TEST_ASSERT_EQUAL_STRING("load_torque", scenario->events[1].settings[0].row->name);
 }
 
-TEST(test_events_are_judged_in_the_order_of_time)
+static void test_events_are_judged_in_the_order_of_time(void)
 {
 #define FASTER "params.overspeed_trip = 320\nparams.observer_gain = 290\n"
     given(RUN "[[at]]\ntime = 0.8\nrequests.speed_request = 300\n[[at]]\ntime = 0.2\n" FASTER);
@@ -265,7 +265,7 @@ TEST(test_events_are_judged_in_the_order_of_time)
 #undef FASTER
 }
 
-TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not)
+static void test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not(void)
 {
     given(RUN "[params]\ndead_time = \"2 us\"\n");
     given(RUN "[params]\ndead_time = \"6.82 us\"\n");
@@ -274,7 +274,7 @@ TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not)
     expect_error(RUN "[params]\ndead_time = \"1.999 us\"\n", "6:1: dead_time: 1.999 us is outside its range");
 }
 
-TEST(test_a_ramp_is_tried_between_its_ends)
+static void test_a_ramp_is_tried_between_its_ends(void)
 {
     given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.load_torque = 5\nparams.current_limit = 5\n");
     /* the end is whole, what lies between is not */
@@ -286,14 +286,14 @@ TEST(test_a_ramp_is_tried_between_its_ends)
 
 /* ---- limits of expectations ---- */
 
-TEST(test_choices_are_limits_by_name)
+static void test_choices_are_limits_by_name(void)
 {
     given(RUN "[[expect]]\nsignal = \"state\"\nstatistic = \"last\"\nat_least = \"ready\"\nat_most = 3\n");
     TEST_ASSERT_TRUE(scenario->expects[0].at_least == 1.0);
     TEST_ASSERT_TRUE(scenario->expects[0].at_most == 3.0);
 }
 
-TEST(test_one_limit_leaves_the_other_side_open)
+static void test_one_limit_leaves_the_other_side_open(void)
 {
     given(RUN "[[expect]]\nsignal = \"i_q\"\nstatistic = \"max\"\nat_most = \"250 mA\"\n");
     TEST_ASSERT_TRUE(scenario->expects[0].at_least == -(double)INFINITY);
@@ -326,7 +326,7 @@ static double initial(const char *name)
     return scenario_initial(scenario, rig_row_by_name(name));
 }
 
-TEST(test_an_override_replaces_or_adds_a_setting)
+static void test_an_override_replaces_or_adds_a_setting(void)
 {
     given(RUN "[plant]\ninertia = 0.01\n");
     set("inertia=0.003");
@@ -346,7 +346,7 @@ TEST(test_an_override_replaces_or_adds_a_setting)
     TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* untouched: the default */
 }
 
-TEST(test_run_and_start_can_be_overridden)
+static void test_run_and_start_can_be_overridden(void)
 {
     given(RUN);
     set("run.duration=0.5 s");
@@ -369,7 +369,7 @@ TEST(test_run_and_start_can_be_overridden)
     TEST_ASSERT_EQUAL_UINT32(7u, scenario->every);
 }
 
-TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed)
+static void test_a_locked_shaft_has_a_start_angle_and_no_start_speed(void)
 {
     given(RUN "[start]\nangle = \"30 deg\"\n[plant]\nshaft_locked = 1\n");
     TEST_ASSERT_TRUE(scenario->has_start && !scenario->has_start_speed);
@@ -378,7 +378,7 @@ TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "plant.shaft_locked_speed"));
 }
 
-TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing)
+static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void)
 {
     given(RUN);
     expect_no_override("inertai=1", "inertai: no table has a row of this name; nearest: inertia");
@@ -403,14 +403,14 @@ TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing)
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table)
+static void test_a_row_that_only_one_table_lets_be_set_needs_no_table(void)
 {
     given(RUN);
     set("sink_temperature=60"); /* signals shows it, plant sets it */
     TEST_ASSERT_TRUE(initial("plant.sink_temperature") == 60.0);
 }
 
-TEST(test_overrides_that_fit_only_together_are_judged_together)
+static void test_overrides_that_fit_only_together_are_judged_together(void)
 {
     char line[1200];
     given(RUN);
@@ -423,7 +423,7 @@ TEST(test_overrides_that_fit_only_together_are_judged_together)
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-TEST(test_an_override_that_breaks_an_event_is_found)
+static void test_an_override_that_breaks_an_event_is_found(void)
 {
     char line[1200];
     given(RUN "[[at]]\ntime = 0.5\nplant.load_torque = 5\n");
@@ -436,7 +436,7 @@ TEST(test_an_override_that_breaks_an_event_is_found)
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }
 
-TEST(test_every_settable_row_can_be_overridden_at_once)
+static void test_every_settable_row_can_be_overridden_at_once(void)
 {
     static const char *const tables[] = {"params", "requests", "plant", "rig"};
     char assignment[160];
@@ -458,7 +458,7 @@ TEST(test_every_settable_row_can_be_overridden_at_once)
     TEST_ASSERT_TRUE_MESSAGE(scenario_check(scenario, &error), error.message);
 }
 
-TEST(test_names_are_qualified_where_they_must)
+static void test_names_are_qualified_where_they_must(void)
 {
     char name[64];
     scenario_row_name(rig_row_by_name("i_q"), name, sizeof name);
@@ -467,9 +467,4 @@ TEST(test_names_are_qualified_where_they_must)
     TEST_ASSERT_EQUAL_STRING("plant.encoder_lines", name);
     scenario_row_name(rig_row_by_name("signals.sink_temperature"), name, sizeof name);
     TEST_ASSERT_EQUAL_STRING("signals.sink_temperature", name);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

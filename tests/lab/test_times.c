@@ -5,7 +5,7 @@
 
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static const char *text_of(uint32_t period, uint64_t period_ticks)
 {
@@ -16,7 +16,7 @@ static const char *text_of(uint32_t period, uint64_t period_ticks)
     return text;
 }
 
-TEST(test_10_khz_has_four_decimals)
+static void test_10_khz_has_four_decimals(void)
 {
     TEST_ASSERT_EQUAL_STRING("0.0000", text_of(0u, 15000u));
     TEST_ASSERT_EQUAL_STRING("0.0001", text_of(1u, 15000u));
@@ -26,7 +26,7 @@ TEST(test_10_khz_has_four_decimals)
     TEST_ASSERT_EQUAL_STRING("429496.7295", text_of(UINT32_MAX, 15000u));
 }
 
-TEST(test_other_carriers_have_as_many_as_are_exact)
+static void test_other_carriers_have_as_many_as_are_exact(void)
 {
     TEST_ASSERT_EQUAL_STRING("0.0002", text_of(1u, 30000u)); /* 5 kHz */
     TEST_ASSERT_EQUAL_STRING("1.0000", text_of(5000u, 30000u));
@@ -40,7 +40,7 @@ TEST(test_other_carriers_have_as_many_as_are_exact)
     TEST_ASSERT_EQUAL_STRING("1.00032000", text_of(16000u, 9378u));
 }
 
-TEST(test_period_without_end_has_nanoseconds)
+static void test_period_without_end_has_nanoseconds(void)
 {
     TEST_ASSERT_EQUAL_STRING("0.000000000", text_of(0u, 9374u)); /* 62.4933.. us */
     TEST_ASSERT_EQUAL_STRING("0.000062493", text_of(1u, 9374u));
@@ -50,7 +50,7 @@ TEST(test_period_without_end_has_nanoseconds)
 }
 
 /* Digits of the text as nanoseconds: 3 x it is within 1 of 20 x tick, which no other tick is. */
-TEST(test_every_text_tells_its_tick)
+static void test_every_text_tells_its_tick(void)
 {
     for (uint64_t ticks = 7500u; ticks <= 30000u; ticks += 101u) {
         for (uint32_t period = 0; period < 4200000000u; period += 99991111u) {
@@ -70,7 +70,7 @@ TEST(test_every_text_tells_its_tick)
     }
 }
 
-TEST(test_10_khz_reads_back_as_period_through_a_division)
+static void test_10_khz_reads_back_as_period_through_a_division(void)
 {
     for (uint32_t period = 0; period < 4000000000u; period += 9973u) {
         TEST_ASSERT_TRUE(times_seconds(period, 15000u) == period / 10000.0);
@@ -83,7 +83,7 @@ static void expect_period(const char *expected, uint64_t period_ticks)
     TEST_ASSERT_EQUAL_STRING(expected, times_period_text(text, period_ticks));
 }
 
-TEST(test_length_of_a_period_is_exact_or_has_18_decimals)
+static void test_length_of_a_period_is_exact_or_has_18_decimals(void)
 {
     expect_period("0.0001", 15000u);
     expect_period("0.0002", 30000u);
@@ -93,7 +93,7 @@ TEST(test_length_of_a_period_is_exact_or_has_18_decimals)
     expect_period("0.000062506666666667", 9376u);
 }
 
-TEST(test_nanoseconds_are_the_nearest)
+static void test_nanoseconds_are_the_nearest(void)
 {
     TEST_ASSERT_TRUE(times_nanoseconds(0u) == 0u);
     TEST_ASSERT_TRUE(times_nanoseconds(1u) == 7u);  /* 6.67 */
@@ -102,7 +102,7 @@ TEST(test_nanoseconds_are_the_nearest)
     TEST_ASSERT_TRUE(times_nanoseconds(9374u) == 62493u);
 }
 
-TEST(test_text_of_the_rig_is_that_of_its_period)
+static void test_text_of_the_rig_is_that_of_its_period(void)
 {
     char text[TIMES_TEXT_SIZE];
     TEST_ASSERT_EQUAL_STRING(text_of(123456u, RIG_PERIOD_TICKS), times_text(text, 123456u));
@@ -110,7 +110,7 @@ TEST(test_text_of_the_rig_is_that_of_its_period)
     TEST_ASSERT_EQUAL_UINT32(123456u, rig_periods(123456u * RIG_PERIOD_SECONDS));
 }
 
-TEST(test_time_is_rounded_to_the_nearest_period)
+static void test_time_is_rounded_to_the_nearest_period(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, rig_periods_of(0.0, 9378u));
     TEST_ASSERT_EQUAL_UINT32(1u, rig_periods_of(93e-6, 9378u));   /* 1.49 of 62.52 us */
@@ -129,9 +129,4 @@ TEST(test_time_is_rounded_to_the_nearest_period)
             TEST_ASSERT_EQUAL_UINT32(period, rig_periods_of(times_seconds(period, lengths[n]), lengths[n]));
         }
     }
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

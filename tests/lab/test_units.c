@@ -7,7 +7,7 @@
 
 #include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define PI 3.14159265358979323846
 
@@ -36,7 +36,7 @@ static void expect_refused(const char *text, const char *unit, const char *part)
 
 /* The prefix goes into the number's exponent, so the result is the very double that a compiler makes of the
  * literal. */
-TEST(test_prefixes_are_exact)
+static void test_prefixes_are_exact(void)
 {
     expect_exact(3e-6, "3 us", "s");
     expect_exact(2.5e-6, "2.5us", "s");
@@ -55,7 +55,7 @@ TEST(test_prefixes_are_exact)
     expect_exact(0.3, "30%", "-");
 }
 
-TEST(test_every_form_of_a_number_is_read)
+static void test_every_form_of_a_number_is_read(void)
 {
     expect_exact(-5.0, "-5 N m", "N m");
     expect_exact(5.0, "+5 N m", "N m");
@@ -69,7 +69,7 @@ TEST(test_every_form_of_a_number_is_read)
     TEST_ASSERT_TRUE(signbit(value_of("-0 A", "A")));
 }
 
-TEST(test_spaces_inside_a_unit_are_optional)
+static void test_spaces_inside_a_unit_are_optional(void)
 {
     expect_exact(5.0, "5 Nm", "N m");
     expect_exact(5.0, "5N m", "N m");
@@ -78,7 +78,7 @@ TEST(test_spaces_inside_a_unit_are_optional)
     expect_exact(0.5, "0.5 As/rad", "A s/rad");
 }
 
-TEST(test_factors_round_once)
+static void test_factors_round_once(void)
 {
     /* correctly rounded products of the correctly rounded factor */
     expect_exact(1500.0 * (PI / 30.0), "1500 r/min", UNITS_SPEED);
@@ -92,7 +92,7 @@ TEST(test_factors_round_once)
     expect_exact(1000.0, "1 krad/s", "rad/s");
 }
 
-TEST(test_other_writings_mean_the_same)
+static void test_other_writings_mean_the_same(void)
 {
     expect_exact(3e-6, "3 \xC2\xB5s", "s"); /* micro sign */
     expect_exact(3e-6, "3 \xCE\xBCs", "s"); /* mu */
@@ -106,14 +106,14 @@ TEST(test_other_writings_mean_the_same)
     expect_exact(20.0, "20 rad/s\xC2\xB2", UNITS_ACCELERATION);
 }
 
-TEST(test_units_without_a_list_are_read_as_they_are_spelled)
+static void test_units_without_a_list_are_read_as_they_are_spelled(void)
 {
     expect_exact(12.0, "12 periods", "periods");
     expect_exact(7.0, "7 counts", "counts");
     expect_refused("12 period", "periods", "accepted: a number with periods");
 }
 
-TEST(test_a_wrong_unit_is_refused_with_those_that_fit)
+static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
 {
     expect_refused("5 kg", "N m", "\"5 kg\" is no quantity in N m; accepted: a number with N m, mN m, kN m");
     expect_refused("1500", UNITS_SPEED,
@@ -127,7 +127,7 @@ TEST(test_a_wrong_unit_is_refused_with_those_that_fit)
     expect_refused("2 h", "s", "s, ms, us, ns, min");
 }
 
-TEST(test_a_text_without_a_number_is_refused)
+static void test_a_text_without_a_number_is_refused(void)
 {
     expect_refused("", "s", "does not begin with a number");
     expect_refused("s", "s", "does not begin with a number");
@@ -140,7 +140,7 @@ TEST(test_a_text_without_a_number_is_refused)
     expect_refused("5 e3 s", "s", "is no quantity in s");
 }
 
-TEST(test_numbers_beyond_a_double_are_refused)
+static void test_numbers_beyond_a_double_are_refused(void)
 {
     char text[600];
     expect_refused("1e400 s", "s", "is too large");
@@ -155,7 +155,7 @@ TEST(test_numbers_beyond_a_double_are_refused)
 }
 
 /* r/min on an electrical speed would be wrong by the pole pairs. */
-TEST(test_r_min_is_for_mechanical_speeds_only)
+static void test_r_min_is_for_mechanical_speeds_only(void)
 {
     expect_refused("1500 r/min", "rad/s", "accepted: a number with rad/s, krad/s, Hz, kHz");
     expect_refused("200 r/min/s", "rad/s^2", "accepted: a number with rad/s^2");
@@ -163,7 +163,7 @@ TEST(test_r_min_is_for_mechanical_speeds_only)
 }
 
 /* The rows that say "mechanical" in their text; a new one of that kind belongs into this list. */
-TEST(test_mechanical_speeds_are_known_by_their_text)
+static void test_mechanical_speeds_are_known_by_their_text(void)
 {
     static const char *const mechanical[] = {"omega_m",        "omega_m_ref",        "true_omega_m",
                                              "speed_request",  "overspeed_trip",     "shaft_locked_speed",
@@ -185,7 +185,7 @@ TEST(test_mechanical_speeds_are_known_by_their_text)
     TEST_ASSERT_EQUAL_UINT(sizeof mechanical / sizeof mechanical[0], found);
 }
 
-TEST(test_accelerations_are_mechanical)
+static void test_accelerations_are_mechanical(void)
 {
     static const char *const rows[] = {"start_ramp", "speed_ramp", "quick_stop_ramp"};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
@@ -194,7 +194,7 @@ TEST(test_accelerations_are_mechanical)
 }
 
 /* What a table says of itself must be readable. */
-TEST(test_every_unit_of_every_table_reads_itself)
+static void test_every_unit_of_every_table_reads_itself(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
@@ -213,7 +213,7 @@ static void expect_text(const char *expected, double value, const char *unit)
     TEST_ASSERT_EQUAL_STRING(expected, units_text(text, value, unit));
 }
 
-TEST(test_values_are_written_in_the_unit_that_reads_best)
+static void test_values_are_written_in_the_unit_that_reads_best(void)
 {
     expect_text("1500 r/min", 1500.0 * PI / 30.0, UNITS_SPEED);
     expect_text("0.1 r/min", 0.1 * PI / 30.0, UNITS_SPEED);
@@ -232,13 +232,13 @@ TEST(test_values_are_written_in_the_unit_that_reads_best)
     expect_text("1e-12 A", 1e-15 * 1e3, "A");
 }
 
-TEST(test_values_that_are_no_number_are_written_as_such)
+static void test_values_that_are_no_number_are_written_as_such(void)
 {
     expect_text("nan A", (double)NAN, "A");
     expect_text("-inf A", -(double)INFINITY, "A");
 }
 
-TEST(test_both_ends_of_a_range_have_one_unit)
+static void test_both_ends_of_a_range_have_one_unit(void)
 {
     char text[UNITS_TEXT_SIZE];
     TEST_ASSERT_EQUAL_STRING("0.1 to 16 A", units_range_text(text, 0.1, 16.0, "A"));
@@ -248,7 +248,7 @@ TEST(test_both_ends_of_a_range_have_one_unit)
 
 /* Read again, in the unit that it is written in, each end is a 32-bit value of the range: for speeds, whose
  * factor is no decimal number, and for prefixes. */
-TEST(test_ends_of_a_range_are_read_as_values_of_it)
+static void test_ends_of_a_range_are_read_as_values_of_it(void)
 {
     static const char *const units[] = {UNITS_SPEED, "rad/s", "s", "A", "H", "-", "kg m^2", "degC"};
     uint32_t state = 5u;
@@ -285,7 +285,7 @@ TEST(test_ends_of_a_range_are_read_as_values_of_it)
     TEST_ASSERT_EQUAL_STRING("9.5493 to 95492.97 r/min", units_range_text(text, 1.0, 1e4, UNITS_SPEED));
 }
 
-TEST(test_choices_are_written_by_name)
+static void test_choices_are_written_by_name(void)
 {
     char text[UNITS_TEXT_SIZE];
     const table_row_t *row = rig_row_by_name("enable");
@@ -296,7 +296,7 @@ TEST(test_choices_are_written_by_name)
     TEST_ASSERT_EQUAL_STRING("3 A", units_row_text(text, 3.0, rig_row_by_name("i_q")));
 }
 
-TEST(test_reading_does_not_depend_on_the_locale)
+static void test_reading_does_not_depend_on_the_locale(void)
 {
     static const char *const comma[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE", "fr_FR.UTF-8", "fr_FR.utf8"};
     bool found = false;
@@ -308,9 +308,4 @@ TEST(test_reading_does_not_depend_on_the_locale)
     }
     expect_exact(2.5e-6, "2.5 us", "s");
     setlocale(LC_ALL, "C");
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "host_sim/lab/wire.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static volatile sig_atomic_t stop;
 static wire_t *wire;
@@ -65,7 +65,7 @@ static uint32_t read_some(uint8_t *to, uint32_t room)
     return count;
 }
 
-TEST(test_octets_pass_both_ways_as_they_are)
+static void test_octets_pass_both_ways_as_they_are(void)
 {
     uint8_t all[256], got[256];
     for (uint32_t n = 0; n < 256u; n++) {
@@ -85,7 +85,7 @@ TEST(test_octets_pass_both_ways_as_they_are)
     close(client);
 }
 
-TEST(test_second_client_sees_an_end_and_the_first_goes_on)
+static void test_second_client_sees_an_end_and_the_first_goes_on(void)
 {
     uint8_t octet = 7u;
     open_port(false);
@@ -100,7 +100,7 @@ TEST(test_second_client_sees_an_end_and_the_first_goes_on)
     close(second);
 }
 
-TEST(test_only_this_machine_is_listened_to)
+static void test_only_this_machine_is_listened_to(void)
 {
     struct sockaddr_in other = {.sin_family = AF_INET, .sin_addr = {.s_addr = htonl(0x7f000002u)}};
     open_port(false);
@@ -111,7 +111,7 @@ TEST(test_only_this_machine_is_listened_to)
     close(client);
 }
 
-TEST(test_port_in_use_is_named)
+static void test_port_in_use_is_named(void)
 {
     wire_error_t error;
     char name[32];
@@ -123,7 +123,7 @@ TEST(test_port_in_use_is_named)
 }
 
 /* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's. */
-TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard)
+static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
     uint8_t octets[16];
@@ -152,7 +152,7 @@ TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard)
     close(second);
 }
 
-TEST(test_nobody_there_takes_everything)
+static void test_nobody_there_takes_everything(void)
 {
     const uint8_t octets[100] = {0};
     open_port(true);
@@ -162,7 +162,7 @@ TEST(test_nobody_there_takes_everything)
 }
 
 /* A client that does not read: without waiting the line takes less and less. */
-TEST(test_without_waiting_a_slow_client_leaves_no_room)
+static void test_without_waiting_a_slow_client_leaves_no_room(void)
 {
     const uint8_t octets[100] = {0};
     open_port(false);
@@ -179,7 +179,7 @@ TEST(test_without_waiting_a_slow_client_leaves_no_room)
 }
 
 /* A child writes 10 MB of a count through a waiting line; all of it arrives, in order. */
-TEST(test_with_waiting_nothing_is_lost)
+static void test_with_waiting_nothing_is_lost(void)
 {
     enum { TOTAL = 10000000 };
     static uint8_t got[65536];
@@ -228,7 +228,7 @@ static void on_alarm(int number)
     stop = 1;
 }
 
-TEST(test_stop_ends_the_waiting)
+static void test_stop_ends_the_waiting(void)
 {
     const uint8_t octets[100] = {0};
     const struct itimerval soon = {.it_value = {.tv_usec = 300000}};
@@ -247,7 +247,7 @@ TEST(test_stop_ends_the_waiting)
 }
 
 /* Every octet value, among them what a terminal would take for a command or turn into another. */
-TEST(test_terminal_is_raw)
+static void test_terminal_is_raw(void)
 {
     wire_error_t error;
     uint8_t all[256], got[256];
@@ -276,9 +276,4 @@ TEST(test_terminal_is_raw)
     TEST_ASSERT_EQUAL(3, write(again, "abc", 3));
     TEST_ASSERT_EQUAL_UINT32(3u, read_some(got, 3u));
     close(again);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

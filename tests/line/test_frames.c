@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "host_sim/line/frames.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 #define SILENT (FRAMES_SILENCE * 1.01)
 
@@ -54,7 +54,7 @@ static void expect_none(void)
     TEST_ASSERT_NULL(frames_next(&frames, now, &length));
 }
 
-TEST(test_frames_come_in_order)
+static void test_frames_come_in_order(void)
 {
     receive_frame(7, 1);
     receive_frame(8, 2);
@@ -65,7 +65,7 @@ TEST(test_frames_come_in_order)
     TEST_ASSERT_EQUAL(0u, frames.dropped);
 }
 
-TEST(test_a_frame_may_come_octet_by_octet)
+static void test_a_frame_may_come_octet_by_octet(void)
 {
     uint8_t octets[7];
     frame(octets, 7, 1);
@@ -78,7 +78,7 @@ TEST(test_a_frame_may_come_octet_by_octet)
     expect(1);
 }
 
-TEST(test_counter_wraps_without_a_loss)
+static void test_counter_wraps_without_a_loss(void)
 {
     receive_frame(0xFFFF, 1);
     receive_frame(0, 2);
@@ -87,7 +87,7 @@ TEST(test_counter_wraps_without_a_loss)
     TEST_ASSERT_EQUAL(0u, frames.missing);
 }
 
-TEST(test_missing_frames_are_counted)
+static void test_missing_frames_are_counted(void)
 {
     receive_frame(10, 1);
     expect(1);
@@ -98,7 +98,7 @@ TEST(test_missing_frames_are_counted)
     TEST_ASSERT_EQUAL(4u, frames.missing);
 }
 
-TEST(test_a_half_frame_ends_with_silence_and_the_next_one_is_good)
+static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
 {
     uint8_t octets[7];
     receive_frame(1, 1);
@@ -115,7 +115,7 @@ TEST(test_a_half_frame_ends_with_silence_and_the_next_one_is_good)
 }
 
 /* Without any silence: samples that never cease. */
-TEST(test_stream_is_found_again_after_a_lost_octet)
+static void test_stream_is_found_again_after_a_lost_octet(void)
 {
     uint8_t stream[7 * 20];
     for (uint16_t n = 0; n < 20u; n++) {
@@ -142,7 +142,7 @@ TEST(test_stream_is_found_again_after_a_lost_octet)
     }
 }
 
-TEST(test_rubbish_before_the_first_frame_is_dropped)
+static void test_rubbish_before_the_first_frame_is_dropped(void)
 {
     static const uint8_t rubbish[] = {0x80, 0xFF, 0x00, 0x00, 0x11, 0xFF, 0xFF};
     receive(rubbish, sizeof rubbish);
@@ -153,7 +153,7 @@ TEST(test_rubbish_before_the_first_frame_is_dropped)
     TEST_ASSERT_EQUAL(sizeof rubbish, frames.dropped);
 }
 
-TEST(test_lengths_0_and_above_the_most_are_no_frames)
+static void test_lengths_0_and_above_the_most_are_no_frames(void)
 {
     static const uint8_t none[] = {0, 0, 1, 0};
     static const uint8_t more[] = {FRAMES_PACKET + 1u, 0, 1, 0};
@@ -166,7 +166,7 @@ TEST(test_lengths_0_and_above_the_most_are_no_frames)
     TEST_ASSERT_EQUAL(8u, frames.dropped);
 }
 
-TEST(test_over_a_lossless_line_rubbish_ends_it)
+static void test_over_a_lossless_line_rubbish_ends_it(void)
 {
     static const uint8_t http[] = "HTTP/1.1 400 Bad Request";
     frames_init(&frames, true);
@@ -175,7 +175,7 @@ TEST(test_over_a_lossless_line_rubbish_ends_it)
     TEST_ASSERT_TRUE(frames.broken);
 }
 
-TEST(test_over_a_lossless_line_silence_ends_no_frame)
+static void test_over_a_lossless_line_silence_ends_no_frame(void)
 {
     uint8_t octets[7];
     frames_init(&frames, true);
@@ -186,9 +186,4 @@ TEST(test_over_a_lossless_line_silence_ends_no_frame)
     receive(octets + 3, 4);
     expect(2);
     TEST_ASSERT_EQUAL(0u, frames.dropped);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

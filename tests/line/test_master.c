@@ -11,7 +11,7 @@
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
 #include "tests/line/slave.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static slave_t slave;
 static master_t *master;
@@ -91,14 +91,14 @@ static void took(double seconds, double started)
 
 /* ---- connecting ---- */
 
-TEST(test_connects_and_knows_the_tables)
+static void test_connects_and_knows_the_tables(void)
 {
     connect_with(true);
     TEST_ASSERT_EQUAL(1u, slave_count(&slave, 0xFF));
     TEST_ASSERT_EQUAL_STRING_LEN("lagless-", master_epk(master), 8);
 }
 
-TEST(test_other_tables_are_refused_with_both_names)
+static void test_other_tables_are_refused_with_both_names(void)
 {
     const int descriptor = begin();
     char both[128];
@@ -110,7 +110,7 @@ TEST(test_other_tables_are_refused_with_both_names)
     has_text(both);
 }
 
-TEST(test_a_slave_that_closes_at_once_has_another_client)
+static void test_a_slave_that_closes_at_once_has_another_client(void)
 {
     const int descriptor = begin();
     slave.close_next = true;
@@ -119,7 +119,7 @@ TEST(test_a_slave_that_closes_at_once_has_another_client)
     has_text("another one is connected");
 }
 
-TEST(test_a_slave_of_another_kind_is_refused)
+static void test_a_slave_of_another_kind_is_refused(void)
 {
     int descriptor = begin();
     slave.connect[2] = 0x02; /* WORD granularity */
@@ -132,7 +132,7 @@ TEST(test_a_slave_of_another_kind_is_refused)
     has_text("no drive of this kind");
 }
 
-TEST(test_a_slave_that_never_answers_is_given_up)
+static void test_a_slave_that_never_answers_is_given_up(void)
 {
     const int descriptor = begin();
     slave.mute = SLAVE_MUTE;
@@ -144,7 +144,7 @@ TEST(test_a_slave_that_never_answers_is_given_up)
     has_text("nothing that speaks XCP answers");
 }
 
-TEST(test_a_lost_connect_is_said_again)
+static void test_a_lost_connect_is_said_again(void)
 {
     const int descriptor = begin();
     slave.mute = 1;
@@ -153,7 +153,7 @@ TEST(test_a_lost_connect_is_said_again)
     TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xFF));
 }
 
-TEST(test_who_speaks_something_else_is_told)
+static void test_who_speaks_something_else_is_told(void)
 {
     const int descriptor = begin();
     slave_octets(&slave, (const uint8_t *)"SSH-2.0-OpenSSH_9.2\r\n", 21);
@@ -162,7 +162,7 @@ TEST(test_who_speaks_something_else_is_told)
 }
 
 /* A chip that begins anew answers nothing for a while, and then nothing but CONNECT. */
-TEST(test_connects_again_after_a_restart)
+static void test_connects_again_after_a_restart(void)
 {
     double value;
     connect_with(false);
@@ -179,7 +179,7 @@ TEST(test_connects_again_after_a_restart)
 
 /* ---- values ---- */
 
-TEST(test_values_of_every_kind)
+static void test_values_of_every_kind(void)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(-12.5f));
@@ -192,7 +192,7 @@ TEST(test_values_of_every_kind)
     TEST_ASSERT_EQUAL_DOUBLE(0.5, value_of("motor_resistance"));
 }
 
-TEST(test_set_writes_the_slot_at_4_times_the_id)
+static void test_set_writes_the_slot_at_4_times_the_id(void)
 {
     connect_with(true);
     slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, 0u);
@@ -204,7 +204,7 @@ TEST(test_set_writes_the_slot_at_4_times_the_id)
     TEST_ASSERT_EQUAL(2u, slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
 }
 
-TEST(test_what_a_row_does_not_accept_is_not_sent)
+static void test_what_a_row_does_not_accept_is_not_sent(void)
 {
     connect_with(true);
     const uint32_t before = slave_count(&slave, 0xF0);
@@ -220,7 +220,7 @@ TEST(test_what_a_row_does_not_accept_is_not_sent)
     TEST_ASSERT_EQUAL(before, slave_count(&slave, 0xF0));
 }
 
-TEST(test_error_codes_become_texts)
+static void test_error_codes_become_texts(void)
 {
     double value;
     connect_with(true);
@@ -242,7 +242,7 @@ TEST(test_error_codes_become_texts)
     TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 1.0, &error));
 }
 
-TEST(test_long_reads_are_cut_into_packets)
+static void test_long_reads_are_cut_into_packets(void)
 {
     uint8_t data[4u * 40u];
     connect_with(true);
@@ -260,7 +260,7 @@ TEST(test_long_reads_are_cut_into_packets)
 
 /* ---- a line that is not well ---- */
 
-TEST(test_answers_in_single_octets_are_put_together)
+static void test_answers_in_single_octets_are_put_together(void)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -268,7 +268,7 @@ TEST(test_answers_in_single_octets_are_put_together)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-TEST(test_a_lost_answer_is_asked_for_again_after_synch)
+static void test_a_lost_answer_is_asked_for_again_after_synch(void)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -280,7 +280,7 @@ TEST(test_a_lost_answer_is_asked_for_again_after_synch)
 }
 
 /* DOWNLOAD moves the address: a second one alone would write beside it. */
-TEST(test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on)
+static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(void)
 {
     const uint32_t address = 4u * row("motor_resistance")->id;
     connect_with(false);
@@ -294,7 +294,7 @@ TEST(test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on)
     TEST_ASSERT_EQUAL(2u, slave_count(&slave, 0xF0));
 }
 
-TEST(test_a_late_answer_is_not_taken_for_that_of_the_next_question)
+static void test_a_late_answer_is_not_taken_for_that_of_the_next_question(void)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -305,7 +305,7 @@ TEST(test_a_late_answer_is_not_taken_for_that_of_the_next_question)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-TEST(test_a_slave_that_falls_silent_is_given_up_and_everything_says_so)
+static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(void)
 {
     double value;
     connect_with(false);
@@ -323,7 +323,7 @@ TEST(test_a_slave_that_falls_silent_is_given_up_and_everything_says_so)
     TEST_ASSERT_FALSE(master_work(master));
 }
 
-TEST(test_a_line_that_is_closed_is_told)
+static void test_a_line_that_is_closed_is_told(void)
 {
     double value;
     connect_with(true);
@@ -332,7 +332,7 @@ TEST(test_a_line_that_is_closed_is_told)
     has_text("the other end closed the line");
 }
 
-TEST(test_rubbish_and_jumps_of_the_counter_do_no_harm)
+static void test_rubbish_and_jumps_of_the_counter_do_no_harm(void)
 {
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -343,7 +343,7 @@ TEST(test_rubbish_and_jumps_of_the_counter_do_no_harm)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-TEST(test_a_busy_slave_is_asked_again)
+static void test_a_busy_slave_is_asked_again(void)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -351,7 +351,7 @@ TEST(test_a_busy_slave_is_asked_again)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
 }
 
-TEST(test_pending_prolongs_the_patience)
+static void test_pending_prolongs_the_patience(void)
 {
     connect_with(true);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
@@ -360,7 +360,7 @@ TEST(test_pending_prolongs_the_patience)
     TEST_ASSERT_EQUAL(0u, slave_count(&slave, 0xFC));
 }
 
-TEST(test_an_idle_line_is_kept_alive)
+static void test_an_idle_line_is_kept_alive(void)
 {
     connect_with(true);
     const uint32_t before = slave_count(&slave, 0xDC);
@@ -382,7 +382,7 @@ static void count_answer(void *context, int result, const uint8_t *data, uint32_
     last_result = result;
 }
 
-TEST(test_questions_wait_in_the_queue_and_are_all_answered)
+static void test_questions_wait_in_the_queue_and_are_all_answered(void)
 {
     static const uint32_t kinds[3] = {0, 1, 2};
     memset(answers, 0, sizeof answers);
@@ -411,7 +411,7 @@ TEST(test_questions_wait_in_the_queue_and_are_all_answered)
 
 /* ---- orders ---- */
 
-TEST(test_an_order_that_is_refused_names_reason_and_row)
+static void test_an_order_that_is_refused_names_reason_and_row(void)
 {
     master_refusal_t refusal;
     connect_with(true);
@@ -479,7 +479,7 @@ static void sample(uint32_t stamp)
     slave_sample(&slave, stamp, slots);
 }
 
-TEST(test_samples_have_their_periods_and_gaps_are_found)
+static void test_samples_have_their_periods_and_gaps_are_found(void)
 {
     samples_t samples;
     connect_with(true);
@@ -503,7 +503,7 @@ TEST(test_samples_have_their_periods_and_gaps_are_found)
     TEST_ASSERT_FALSE(slave.running);
 }
 
-TEST(test_stamps_wrap)
+static void test_stamps_wrap(void)
 {
     samples_t samples;
     connect_with(true);
@@ -517,7 +517,7 @@ TEST(test_stamps_wrap)
 }
 
 /* 16 floats are 69 octets: with packets of 40 octets they take two. */
-TEST(test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole)
+static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(void)
 {
     samples_t samples;
     const int descriptor = begin();
@@ -541,7 +541,7 @@ TEST(test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole)
     TEST_ASSERT_EQUAL(1u, master_daq(master).missing);
 }
 
-TEST(test_samples_come_while_a_question_waits)
+static void test_samples_come_while_a_question_waits(void)
 {
     samples_t samples;
     connect_with(true);
@@ -555,7 +555,7 @@ TEST(test_samples_come_while_a_question_waits)
     TEST_ASSERT_EQUAL(2u, samples.count);
 }
 
-TEST(test_what_cannot_be_sampled_is_refused)
+static void test_what_cannot_be_sampled_is_refused(void)
 {
     samples_t samples;
     const table_row_t *rows[MASTER_DAQ_MAX + 1u];
@@ -580,7 +580,7 @@ TEST(test_what_cannot_be_sampled_is_refused)
 
 /* ---- fault log ---- */
 
-TEST(test_fault_log)
+static void test_fault_log(void)
 {
     master_fault_t faults[MASTER_FAULTS_MAX];
     uint32_t count = 99;
@@ -597,9 +597,4 @@ TEST(test_fault_log)
     TEST_ASSERT_EQUAL(16u, count);
     TEST_ASSERT_EQUAL(35, faults[15].reason);
     TEST_ASSERT_EQUAL(4985u, faults[15].period);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

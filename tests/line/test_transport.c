@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "host_sim/line/transport.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static transport_target_t parsed;
 static char why[320];
@@ -24,7 +24,7 @@ static void refused(const char *target, const char *part)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, part), why);
 }
 
-TEST(test_tcp_targets)
+static void test_tcp_targets(void)
 {
     TEST_ASSERT_TRUE(transport_parse("tcp://127.0.0.1:5555", &parsed, why, sizeof why));
     TEST_ASSERT_TRUE(parsed.tcp);
@@ -35,7 +35,7 @@ TEST(test_tcp_targets)
     TEST_ASSERT_EQUAL_STRING("1", parsed.port);
 }
 
-TEST(test_devices_with_and_without_a_baud)
+static void test_devices_with_and_without_a_baud(void)
 {
     TEST_ASSERT_TRUE(transport_parse("/dev/ttyUSB0", &parsed, why, sizeof why));
     TEST_ASSERT_FALSE(parsed.tcp);
@@ -48,7 +48,7 @@ TEST(test_devices_with_and_without_a_baud)
     TEST_ASSERT_EQUAL_STRING("/dev/serial/by-id/usb-a:b/x", parsed.place);
 }
 
-TEST(test_what_is_no_target_is_told_with_what_would_be)
+static void test_what_is_no_target_is_told_with_what_would_be(void)
 {
     refused("", "accepted");
     refused("drive", "accepted: tcp://HOST:PORT");
@@ -71,7 +71,7 @@ static int terminal(char name[64])
     return master;
 }
 
-TEST(test_a_serial_device_is_raw_both_ways)
+static void test_a_serial_device_is_raw_both_ways(void)
 {
     static const uint8_t octets[] = {0x00, 0x03, 0x04, 0x0A, 0x0D, 0x11, 0x13, 0x1A, 0x7F, 0xFF};
     char name[64];
@@ -92,7 +92,7 @@ TEST(test_a_serial_device_is_raw_both_ways)
     close(far);
 }
 
-TEST(test_a_serial_device_is_taken_by_one_program_alone)
+static void test_a_serial_device_is_taken_by_one_program_alone(void)
 {
     char name[64];
     bool lossless;
@@ -105,7 +105,7 @@ TEST(test_a_serial_device_is_taken_by_one_program_alone)
     close(far);
 }
 
-TEST(test_what_is_no_serial_device_is_told)
+static void test_what_is_no_serial_device_is_told(void)
 {
     bool lossless;
     TEST_ASSERT_EQUAL(-1, transport_open("/dev/null", &lossless, why, sizeof why));
@@ -115,7 +115,7 @@ TEST(test_what_is_no_serial_device_is_told)
 }
 
 /* A port that was free a moment ago. */
-TEST(test_a_port_where_nobody_listens_is_told_with_the_remedy)
+static void test_a_port_where_nobody_listens_is_told_with_the_remedy(void)
 {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
     socklen_t size = sizeof address;
@@ -129,9 +129,4 @@ TEST(test_a_port_where_nobody_listens_is_told_with_the_remedy)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "nobody listens there"), why);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "lagless serve"), why);
     close(held);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

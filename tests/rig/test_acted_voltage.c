@@ -114,10 +114,3 @@ static void test_the_observer_is_told_what_was_on_the_winding(void)
         TEST_ASSERT_TRUE_MESSAGE(missed.rms <= points[n / 2u].share * missed.one_current, message);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_observer_is_told_what_was_on_the_winding);
-    return UNITY_END();
-}

@@ -364,23 +364,3 @@ static void test_the_drive_turns_an_elastic_load(void)
         TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, now.omega_load / RPM);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_rows_that_are_none_change_no_bit);
-    RUN_TEST(test_single_switches_and_mean_voltages_refuse_each_other);
-    RUN_TEST(test_a_switch_that_shorts_trips_the_module_within_the_tick);
-    RUN_TEST(test_an_open_switch_takes_a_half_wave_and_gives_it_back);
-    RUN_TEST(test_wires_and_encoder_the_other_way_round_together_turn_the_motor_backwards);
-    RUN_TEST(test_current_signals_come_in_as_they_are_wired);
-    RUN_TEST(test_a_burst_of_noise_is_in_the_samples_while_it_lasts);
-    RUN_TEST(test_the_counter_of_the_chip_sees_what_the_encoder_is);
-    RUN_TEST(test_an_encoder_that_slips_once_is_off_by_that_from_then_on);
-    RUN_TEST(test_ripple_of_the_supply_is_in_what_the_drive_measures);
-    RUN_TEST(test_a_lost_supply_drains_the_link_by_what_the_drive_takes);
-    RUN_TEST(test_missing_samples_are_as_many_as_asked_for);
-    RUN_TEST(test_a_flipped_bit_is_that_bit_alone_and_flips_back);
-    RUN_TEST(test_the_drive_turns_an_elastic_load);
-    return UNITY_END();
-}

@@ -198,15 +198,3 @@ static void test_fault_leaves_what_is_held_already(void)
     expect_held(at, 0u);
     TEST_ASSERT_FALSE(rig_history_held(rig));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_rise_of_a_signal_triggers_in_its_own_period);
-    RUN_TEST(test_fall_of_a_signal_triggers_in_its_own_period);
-    RUN_TEST(test_command_triggers_at_once_and_holds_until_released);
-    RUN_TEST(test_fault_triggers_and_its_reset_leaves_the_capture);
-    RUN_TEST(test_trip_triggers_with_the_step_before_it);
-    RUN_TEST(test_fault_leaves_what_is_held_already);
-    return UNITY_END();
-}

@@ -330,18 +330,3 @@ static void test_off_is_what_is_set(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.6, learnt_share(rig));
     rig_free(rig);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_too_small_is_learnt_by_the_estimate_at_100_rpm);
-    RUN_TEST(test_too_large_is_learnt_beside_the_encoder_at_100_rpm);
-    RUN_TEST(test_too_large_is_learnt_by_the_estimate_at_150_rpm);
-    RUN_TEST(test_at_50_rpm_beside_the_encoder);
-    RUN_TEST(test_staircase_to_20_rpm);
-    RUN_TEST(test_start_with_a_wrong_dead_time);
-    RUN_TEST(test_a_start_to_100_rpm_learns_it);
-    RUN_TEST(test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong);
-    RUN_TEST(test_off_is_what_is_set);
-    return UNITY_END();
-}

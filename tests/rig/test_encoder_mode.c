@@ -108,12 +108,3 @@ static void test_salient_machine_keeps_both_axes(void)
     step_to(rig, 1200.0, 3.0, "L_d 8 mH, L_q 16 mH, i_d -2 A,");
     rig_free(rig);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_speed_steps_of_both_shafts_in_both_directions);
-    RUN_TEST(test_another_number_of_lines_reaches_the_counter);
-    RUN_TEST(test_salient_machine_keeps_both_axes);
-    return UNITY_END();
-}

@@ -580,22 +580,3 @@ static void test_timing_the_interrupt_changes_nothing(void)
         rig_free(plain);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_each_voltage_acts_from_the_second_carrier_zero_after_its_sample_to_the_third);
-    RUN_TEST(test_each_voltage_acts_in_its_period_in_reverse_too);
-    RUN_TEST(test_exact_samples_are_past_all_sensor_errors);
-    RUN_TEST(test_adc_samples_are_off_by_quantisation_and_noise_at_most);
-    RUN_TEST(test_currents_of_each_sensor_are_within_a_code_of_the_truth);
-    RUN_TEST(test_currents_are_held_in_the_zero_vector_that_the_board_needs);
-    RUN_TEST(test_sensors_may_change_while_the_drive_runs_and_back);
-    RUN_TEST(test_sensors_may_change_while_offsets_are_measured);
-    RUN_TEST(test_unknown_sensors_are_refused_and_those_in_force_stay);
-    RUN_TEST(test_switching_is_no_misuse_of_the_chip);
-    RUN_TEST(test_rigs_in_turn_get_each_its_own_truth);
-    RUN_TEST(test_a_saved_state_goes_on_with_its_own_sensors);
-    RUN_TEST(test_timing_the_interrupt_changes_nothing);
-    return UNITY_END();
-}

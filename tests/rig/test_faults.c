@@ -419,25 +419,3 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
     TEST_ASSERT_TRUE_MESSAGE(
         peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_module_fault_stops_in_the_same_period_and_can_be_reset);
-    RUN_TEST(test_hot_heat_sink);
-    RUN_TEST(test_hot_motor);
-    RUN_TEST(test_warm_heat_sink_warns_and_the_drive_runs_on);
-    RUN_TEST(test_warm_heat_sink_that_gets_hot_stops_the_drive);
-    RUN_TEST(test_history_goes_with_the_run_and_ends_with_the_period_of_the_fault);
-    RUN_TEST(test_history_before_a_trip_ends_with_the_step_before_it_and_a_reset_begins_anew);
-    RUN_TEST(test_encoder_tracks_that_change_both_at_once_stop_the_drive);
-    RUN_TEST(test_encoder_tracks_may_jump_while_the_bridge_is_off);
-    RUN_TEST(test_seized_shaft_is_started_three_times_and_then_stops_the_drive);
-    RUN_TEST(test_late_interrupt_is_noticed);
-    RUN_TEST(test_interrupt_that_is_delayed_but_in_time_does_no_harm);
-    RUN_TEST(test_offsets_of_the_sensors_are_measured_at_the_start);
-    RUN_TEST(test_quick_stop_brings_the_motor_to_standstill);
-    RUN_TEST(test_quick_stop_without_the_encoder_ends_ready_too);
-    RUN_TEST(test_switching_on_at_speed_makes_no_current_surge);
-    return UNITY_END();
-}

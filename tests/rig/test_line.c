@@ -313,21 +313,3 @@ static void test_state_as_bytes_holds_line_and_pages(void)
     TEST_ASSERT_TRUE(rig_hash(rig) == after);
     free(state);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_octets_come_through_at_the_line_s_rate);
-    RUN_TEST(test_octets_go_out_at_the_line_s_rate);
-    RUN_TEST(test_a_break_is_counted_and_the_line_goes_on);
-    RUN_TEST(test_an_overrun_leaves_the_newest_sixteen);
-    RUN_TEST(test_the_pages_outlive_the_supply_and_the_drive_begins_anew);
-    RUN_TEST(test_a_power_cycle_with_the_bridge_on_opens_the_gates);
-    RUN_TEST(test_the_pages_are_refused_while_the_bridge_is_on);
-    RUN_TEST(test_an_erase_takes_its_time_and_the_drive_stands_it);
-    RUN_TEST(test_a_cut_of_the_power_is_undone_by_the_next_cycle_only);
-    RUN_TEST(test_the_flash_goes_through_a_file_of_octets);
-    RUN_TEST(test_a_restart_that_the_drive_asks_for_boots_the_chip);
-    RUN_TEST(test_state_as_bytes_holds_line_and_pages);
-    return UNITY_END();
-}

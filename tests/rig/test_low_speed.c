@@ -73,11 +73,3 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
         TEST_ASSERT_TRUE_MESSAGE(under <= 10.0, where);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_staircase_through_standstill_is_held);
-    RUN_TEST(test_braking_at_the_limit_to_100_rpm_is_never_lost);
-    return UNITY_END();
-}

@@ -85,10 +85,3 @@ static void test_an_hour_raises_nothing(void)
         TEST_ASSERT_TRUE_MESSAGE((wrong[0] | wrong[1] | wrong[2] | warned) == 0u, where);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_hour_raises_nothing);
-    return UNITY_END();
-}

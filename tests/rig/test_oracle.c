@@ -102,11 +102,3 @@ static void test_energy_is_conserved_within_a_thousandth(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * t.energy_dc, t.energy_dc, out);
     rig_free(rig);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_of_a_run_up_are_the_oracles_within_1_mA);
-    RUN_TEST(test_energy_is_conserved_within_a_thousandth);
-    return UNITY_END();
-}

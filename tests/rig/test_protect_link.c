@@ -432,17 +432,3 @@ static void test_who_does_not_heed_the_limit_is_stopped(void)
         rig = NULL;
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_braking_into_a_link_without_chopper_stays_below_the_trip);
-    RUN_TEST(test_a_rotor_rides_through_300_ms_without_supply);
-    RUN_TEST(test_a_link_that_falls_opens_the_bridge_until_it_is_back);
-    RUN_TEST(test_a_supply_that_stays_away_is_a_fault_after_its_time);
-    RUN_TEST(test_ripple_of_a_lost_phase_is_told);
-    RUN_TEST(test_an_overload_is_derated_and_does_not_trip);
-    RUN_TEST(test_defaults_give_ten_amperes_for_half_a_minute);
-    RUN_TEST(test_who_does_not_heed_the_limit_is_stopped);
-    return UNITY_END();
-}

@@ -481,16 +481,3 @@ static void test_healthy_runs_raise_nothing(void)
         printf("%s: %d healthy runs, no alarm\n", own[source], runs);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_wrong_encoder_is_noticed_under_way);
-    RUN_TEST(test_a_wrong_encoder_is_noticed_at_a_start);
-    RUN_TEST(test_a_motor_whose_encoder_fails_goes_on_without);
-    RUN_TEST(test_a_held_or_overloaded_shaft_stops_the_drive_after_its_time);
-    RUN_TEST(test_current_mode_may_hold_a_standing_rotor);
-    RUN_TEST(test_a_rotor_stalled_by_a_load_step_is_caught);
-    RUN_TEST(test_healthy_runs_raise_nothing);
-    return UNITY_END();
-}

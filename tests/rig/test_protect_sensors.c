@@ -258,14 +258,3 @@ static void test_a_sound_drive_is_never_stopped(void)
         sound(encoder, shaft, beliefs[n], 3u);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_stuck_sensor_stops_the_drive_before_25_A_flow);
-    RUN_TEST(test_a_broken_wire_is_told_while_running);
-    RUN_TEST(test_a_broken_wire_is_told_at_the_start);
-    RUN_TEST(test_a_wrong_gain_is_told_by_the_rise_of_the_forced_current);
-    RUN_TEST(test_a_sound_drive_is_never_stopped);
-    return UNITY_END();
-}

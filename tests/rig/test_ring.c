@@ -258,21 +258,3 @@ static void test_run_stops_in_the_period_that_meets_the_condition(void)
     TEST_ASSERT_FALSE(rig_stop_when(rig, 999999, RIG_EQUAL, 0.0));
     rig_free(rig);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_board_comes_up_without_a_report_of_the_chip);
-    RUN_TEST(test_one_step_is_one_interrupt);
-    RUN_TEST(test_same_seed_same_bits_other_seed_other_bits);
-    RUN_TEST(test_two_rigs_in_turn_do_not_disturb_each_other);
-    RUN_TEST(test_saved_at_one_second_and_restored_ends_the_same_switched);
-    RUN_TEST(test_saved_at_one_second_and_restored_ends_the_same_averaged);
-    RUN_TEST(test_a_state_of_another_size_is_refused);
-    RUN_TEST(test_averaged_follows_switched);
-    RUN_TEST(test_samples_are_those_of_t_k);
-    RUN_TEST(test_a_plant_row_acts_from_the_instant_at_which_it_is_set);
-    RUN_TEST(test_tap_hands_over_the_chosen_slots_every_nth_period);
-    RUN_TEST(test_run_stops_in_the_period_that_meets_the_condition);
-    return UNITY_END();
-}

@@ -112,13 +112,3 @@ static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_QUICK_STOP, rig_value(rig, "state"));
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.1, taken);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_healthy_drive_finds_nothing_in_ten_seconds_and_a_thousand_changes);
-    RUN_TEST(test_changed_memory_opens_the_bridge_and_no_reset_helps);
-    RUN_TEST(test_a_changed_parameter_opens_the_bridge_until_a_set_is_taken_over);
-    RUN_TEST(test_a_background_that_stalls_brings_the_motor_to_a_stop);
-    return UNITY_END();
-}

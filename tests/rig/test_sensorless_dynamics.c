@@ -726,25 +726,3 @@ static void test_reversal_without_torque_feed_forward(void)
     }
     TEST_ASSERT_TRUE(above <= runs);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_conventional_loop_is_late_by_acceleration_over_ki);
-    RUN_TEST(test_conventional_loop_gives_the_numbers_of_fig_13);
-    RUN_TEST(test_feed_forward_loop_has_no_steady_error_while_accelerating);
-    RUN_TEST(test_wrong_flux_linkage_leaves_its_share_of_the_conventional_lag);
-    RUN_TEST(test_flux_adaptation_takes_the_lag_away_within_two_seconds);
-    RUN_TEST(test_steps_without_torque_feed_forward);
-    RUN_TEST(test_steps_with_torque_feed_forward);
-    RUN_TEST(test_steps_of_the_bare_motor);
-    RUN_TEST(test_steps_of_the_bare_motor_with_a_real_inverter);
-    RUN_TEST(test_bare_motor_is_calm_at_100_rpm);
-    RUN_TEST(test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks);
-    RUN_TEST(test_inertia_wrong_by_30_percent_on_the_bare_motor);
-    RUN_TEST(test_steps_before_the_offset_trim_has_settled);
-    RUN_TEST(test_reversal_through_zero);
-    RUN_TEST(test_reversal_through_zero_with_a_real_inverter);
-    RUN_TEST(test_reversal_without_torque_feed_forward);
-    return UNITY_END();
-}

@@ -633,27 +633,3 @@ static void test_invalid_estimate_does_not_stop_a_drive_with_encoder(void)
     run_expect_no_fault(rig);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "estimator_invalid"));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_dc_link_at_zero_stops_the_drive);
-    RUN_TEST(test_dc_link_that_sinks_is_followed_until_the_limit);
-    RUN_TEST(test_sensor_at_its_rail_stops_the_drive);
-    RUN_TEST(test_current_sensor_stuck_within_its_range);
-    RUN_TEST(test_dc_link_sensor_stuck_within_its_range_is_survived);
-    RUN_TEST(test_stalled_rotor_is_started_three_times_and_given_up);
-    RUN_TEST(test_stalled_rotor_is_told_wherever_it_stops);
-    RUN_TEST(test_flux_linkage_off_by_2_2_is_told);
-    RUN_TEST(test_flux_linkage_too_small_is_told_too);
-    RUN_TEST(test_slow_crossing_of_zero_goes_by_a_forced_frame);
-    RUN_TEST(test_slow_crossing_of_zero_with_a_real_inverter);
-    RUN_TEST(test_fast_crossing_is_not_stopped);
-    RUN_TEST(test_amplitude_is_not_judged_when_off);
-    RUN_TEST(test_detector);
-    RUN_TEST(test_current_error);
-    RUN_TEST(test_speed);
-    RUN_TEST(test_debounce);
-    RUN_TEST(test_invalid_estimate_does_not_stop_a_drive_with_encoder);
-    return UNITY_END();
-}

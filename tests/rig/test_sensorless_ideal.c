@@ -517,24 +517,3 @@ static void test_sign_chatters_where_the_sigmoid_rests(void)
         TEST_ASSERT_TRUE(sign.sd >= 20.0 * sigmoid.sd);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_paper_motor_from_100_to_1500_rpm);
-    RUN_TEST(test_spindle_up_to_0_3_rad_per_sample);
-    RUN_TEST(test_hub_motor_up_to_0_3_rad_per_sample);
-    RUN_TEST(test_slow_motor_of_large_inductance);
-    RUN_TEST(test_motor_of_large_resistance);
-    RUN_TEST(test_steps_of_the_counter_do_not_show);
-    RUN_TEST(test_late_edges_turn_the_estimate_by_what_theory_says);
-    RUN_TEST(test_paper_uncompensated);
-    RUN_TEST(test_paper_corrected_leaves_half_a_sample);
-    RUN_TEST(test_paper_exact_leaves_nothing);
-    RUN_TEST(test_paper_printed_over_compensates);
-    RUN_TEST(test_paper_deviation_of_its_fig_10);
-    RUN_TEST(test_the_filter_of_the_emf_may_change_while_the_drive_runs);
-    RUN_TEST(test_a_filter_that_comes_back_has_forgotten_another_speed);
-    RUN_TEST(test_sign_chatters_where_the_sigmoid_rests);
-    return UNITY_END();
-}

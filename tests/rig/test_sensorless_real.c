@@ -310,17 +310,3 @@ static void test_offsets_are_trimmed_while_turning(void)
         rig_free(rig);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_averaged_inverter);
-    RUN_TEST(test_switched_inverter);
-    RUN_TEST(test_averaged_and_switched_agree);
-    RUN_TEST(test_default_speed_control_and_low_speed_current);
-    RUN_TEST(test_dead_time_believed_too_small);
-    RUN_TEST(test_50_rpm_is_held);
-    RUN_TEST(test_without_trim_or_coasting_lock_is_kept);
-    RUN_TEST(test_offsets_are_trimmed_while_turning);
-    return UNITY_END();
-}

@@ -237,19 +237,3 @@ static void test_a_background_slower_than_the_watchdog_is_reset(void)
     TEST_ASSERT_TRUE(chip_halted(&rig_state(rig)->chip));
     TEST_ASSERT_TRUE(chip_report_count(&rig_state(rig)->chip, CHIP_WATCHDOG_RESET) > 0u);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_tracked_cost_is_what_the_interrupt_takes);
-    RUN_TEST(test_from_entry_to_exit_it_is_the_row);
-    RUN_TEST(test_within_the_period_no_bit_hangs_on_it);
-    RUN_TEST(test_an_interrupt_of_95_hundredths_of_a_period_is_not_late);
-    RUN_TEST(test_an_interrupt_longer_than_the_period_is_told_as_late);
-    RUN_TEST(test_truth_is_of_t_k_while_an_interrupt_runs_over_it);
-    RUN_TEST(test_an_interrupt_waits_for_the_end_of_a_section);
-    RUN_TEST(test_a_change_of_all_live_parameters_makes_no_sample_late_at_any_phase);
-    RUN_TEST(test_a_change_with_interrupts_off_for_periods_is_late);
-    RUN_TEST(test_a_background_slower_than_the_watchdog_is_reset);
-    return UNITY_END();
-}

@@ -588,23 +588,3 @@ static void test_restart_is_answered_and_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(REASON_BRIDGE_ON, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_row_reads_as_the_rig_has_it);
-    RUN_TEST(test_a_parameter_is_staged_until_it_is_applied);
-    RUN_TEST(test_requests_of_one_command_are_one_set);
-    RUN_TEST(test_identification_is_where_the_description_says);
-    RUN_TEST(test_faults_are_told_newest_first);
-    RUN_TEST(test_a_silent_master_brings_a_quick_stop);
-    RUN_TEST(test_noise_is_no_sign_of_life);
-    RUN_TEST(test_command_timeout_may_be_another_one_or_none);
-    RUN_TEST(test_only_what_the_line_switched_on_stops_with_it);
-    RUN_TEST(test_stop_is_obeyed_while_the_line_is_flooded_by_samples);
-    RUN_TEST(test_a_flood_of_commands_delays_no_interrupt);
-    RUN_TEST(test_three_floats_stream_over_the_serial_line);
-    RUN_TEST(test_eight_signals_of_the_buffer_come_over_the_serial_line);
-    RUN_TEST(test_restart_is_answered_and_begins_anew);
-    return UNITY_END();
-}

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "host_sim/scope/http.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static http_t *http;
 static char last_path[256];
@@ -95,7 +95,7 @@ static void expect_status(int from, int status)
     TEST_ASSERT_EQUAL_STRING_LEN(wanted, answer, strlen(wanted));
 }
 
-TEST(test_page_is_given_with_headers_that_keep_it_alone)
+static void test_page_is_given_with_headers_that_keep_it_alone(void)
 {
     char answer[2048];
     const int browser = client();
@@ -110,7 +110,7 @@ TEST(test_page_is_given_with_headers_that_keep_it_alone)
 }
 
 /* As a name that leads here and belongs to somebody else would ask. */
-TEST(test_foreign_host_is_refused)
+static void test_foreign_host_is_refused(void)
 {
     const char *const hosts[] = {"evil.example", "127.0.0.1", "127.0.0.1:1", "127.0.0.1:%u.evil.example"};
     for (size_t n = 0; n < sizeof hosts / sizeof hosts[0]; n++) {
@@ -129,7 +129,7 @@ TEST(test_foreign_host_is_refused)
 }
 
 /* What a form on a foreign page can send lacks the header; and it may not ask whether it could. */
-TEST(test_post_without_the_own_header_does_nothing)
+static void test_post_without_the_own_header_does_nothing(void)
 {
     const unsigned port = (unsigned)http_port(http);
     const int form = client();
@@ -149,7 +149,7 @@ TEST(test_post_without_the_own_header_does_nothing)
     TEST_ASSERT_EQUAL_UINT32(1u, posts);
 }
 
-TEST(test_only_this_machine_is_answered)
+static void test_only_this_machine_is_answered(void)
 {
     struct sockaddr_in other = {.sin_family = AF_INET,
                                 .sin_port = htons((uint16_t)http_port(http)),
@@ -160,7 +160,7 @@ TEST(test_only_this_machine_is_answered)
 }
 
 /* Octet by octet, and two in one piece. */
-TEST(test_requests_in_pieces_and_in_a_row)
+static void test_requests_in_pieces_and_in_a_row(void)
 {
     char text[512], answer[4096];
     const unsigned port = (unsigned)http_port(http);
@@ -185,7 +185,7 @@ TEST(test_requests_in_pieces_and_in_a_row)
     close(browser);
 }
 
-TEST(test_what_is_too_long_or_no_request_is_refused)
+static void test_what_is_too_long_or_no_request_is_refused(void)
 {
     static char longer[HTTP_HEAD_MAX + 100u];
     memset(longer, 'a', sizeof longer - 1u);
@@ -224,7 +224,7 @@ static int stream(void)
     return made;
 }
 
-TEST(test_events_come_as_lines)
+static void test_events_come_as_lines(void)
 {
     char text[256];
     const int page = stream();
@@ -237,7 +237,7 @@ TEST(test_events_come_as_lines)
 }
 
 /* A browser opens six connections at most, for all windows: STOP must find one. */
-TEST(test_one_stream_too_many_ends_the_oldest)
+static void test_one_stream_too_many_ends_the_oldest(void)
 {
     int pages[HTTP_STREAMS + 1u];
     char text[1024];
@@ -255,7 +255,7 @@ TEST(test_one_stream_too_many_ends_the_oldest)
 }
 
 /* Who does not read is spared samples, gets what must not be lost, and delays nobody. */
-TEST(test_slow_reader_is_spared_samples)
+static void test_slow_reader_is_spared_samples(void)
 {
     static char data[100000], text[200000];
     memset(data, '7', sizeof data);
@@ -287,7 +287,7 @@ TEST(test_slow_reader_is_spared_samples)
     close(quick);
 }
 
-TEST(test_more_connections_than_places_end_the_idlest)
+static void test_more_connections_than_places_end_the_idlest(void)
 {
     int idle[HTTP_CLIENTS + 1u];
     char octet;
@@ -305,16 +305,11 @@ TEST(test_more_connections_than_places_end_the_idlest)
     close(page);
 }
 
-TEST(test_port_in_use_is_named)
+static void test_port_in_use_is_named(void)
 {
     char why[256], name[32];
     TEST_ASSERT_NULL(http_open(http_port(http), handle, NULL, why, sizeof why));
     snprintf(name, sizeof name, "port %u", (unsigned)http_port(http));
     TEST_ASSERT_NOT_NULL(strstr(why, name));
     TEST_ASSERT_NOT_NULL(strstr(why, "in use"));
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

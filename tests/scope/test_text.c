@@ -6,7 +6,7 @@
 #include "host_sim/rig/rig.h"
 #include "host_sim/scope/scope.h"
 #include "host_sim/scope/scope_text.h"
-#include "tests/tests.h"
+#include "unity.h"
 
 static char *text;
 static size_t size;
@@ -32,7 +32,7 @@ static const char *written(void)
 }
 
 /* RFC 4648, 10. */
-TEST(test_base64_is_that_of_the_standard)
+static void test_base64_is_that_of_the_standard(void)
 {
     static const struct {
         const char *octets, *letters;
@@ -54,7 +54,7 @@ TEST(test_base64_is_that_of_the_standard)
     TEST_ASSERT_EQUAL_STRING("+//+", written() + before);
 }
 
-TEST(test_rows_stand_by_ascending_id_and_none_is_of_the_desk)
+static void test_rows_stand_by_ascending_id_and_none_is_of_the_desk(void)
 {
     for (uint32_t n = 0; n < values.count; n++) {
         TEST_ASSERT_LESS_THAN_UINT32(3000u, values.rows[n]->id);
@@ -86,7 +86,7 @@ static void put(const char *name, uint32_t bits)
     values.news[place] = true;
 }
 
-TEST(test_news_are_told_once_and_all_on_demand)
+static void test_news_are_told_once_and_all_on_demand(void)
 {
     put("omega_m", bits_of(-1.5f));    /* 2032 */
     put("fault_reason", 0xffffffffu);  /* 2002, int: -1 */
@@ -102,7 +102,7 @@ TEST(test_news_are_told_once_and_all_on_demand)
     TEST_ASSERT_EQUAL_UINT32(5u, scope_values_text(to, &values, true));
 }
 
-TEST(test_rows_have_units_for_people)
+static void test_rows_have_units_for_people(void)
 {
     scope_rows_text(to, &values);
     /* 30/pi = 9.549296585... r/min per rad/s, for mechanical speeds alone */
@@ -135,7 +135,7 @@ static void expect_refused(const char *name, const char *given, const char *frag
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, name), why);
 }
 
-TEST(test_values_are_read_as_people_write_them)
+static void test_values_are_read_as_people_write_them(void)
 {
     expect_read("speed_request", "60 r/min", 6.283185307179586);
     expect_read("speed_request", "-2.5", -2.5);
@@ -150,16 +150,11 @@ TEST(test_values_are_read_as_people_write_them)
 /* A sample of n signals has 4 octets of head, 2 of identification, 4 of stamp and 4 n, of 10 bits each. Of 10
  * kHz, with 0.8 of the line: at 937500 baud 8 signals, 420 bits, fit 1786 times a second, every 6th, and one,
  * 140 bits, 5357 times, every 2nd; at 115200 baud 8 signals 219.4 times, every 46th. */
-TEST(test_samples_are_as_many_as_the_line_allows)
+static void test_samples_are_as_many_as_the_line_allows(void)
 {
     TEST_ASSERT_EQUAL_UINT32(1u, scope_every("tcp://127.0.0.1:5555", 8u));
     TEST_ASSERT_EQUAL_UINT32(6u, scope_every("/dev/ttyUSB0", 8u));
     TEST_ASSERT_EQUAL_UINT32(2u, scope_every("/dev/ttyUSB0", 1u)); /* 14 octets: 5357 a second */
     TEST_ASSERT_EQUAL_UINT32(46u, scope_every("/dev/ttyUSB0:115200", 8u));
     TEST_ASSERT_EQUAL_UINT32(255u, scope_every("/dev/ttyUSB0:1200", 8u));
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

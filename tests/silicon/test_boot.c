@@ -1,6 +1,6 @@
 /* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
  * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. */
-#include "tests/tests.h"
+#include "unity.h"
 #include <string.h>
 
 #include "hal/f28335/bus.h"
@@ -25,7 +25,7 @@ void setUp(void)
     }
 }
 
-TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed)
+static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void)
 {
     uint16_t flash[ROOM];
     memcpy(flash, stand_in_flash, sizeof flash);
@@ -36,16 +36,11 @@ TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed)
     }
 }
 
-TEST(test_the_end_of_the_stack_is_painted_and_nothing_else_of_it)
+static void test_the_end_of_the_stack_is_painted_and_nothing_else_of_it(void)
 {
     hal_boot();
     for (int32_t n = 0; n < STACK_WORDS + AROUND; n++) {
         const bool end = n < STACK_WORDS && n >= STACK_WORDS - (int32_t)BUS_STACK_END_WORDS;
         TEST_ASSERT_EQUAL_HEX16(end ? BUS_STACK_PAINT : LEFT, stand_in_stack[n]);
     }
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

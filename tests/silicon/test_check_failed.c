@@ -1,6 +1,6 @@
 /* What a failed check does on the chip: app/main.c as it is, above a board that writes down what it is asked.
  * Its loop has no end; the board leaves it after some turns. */
-#include "tests/tests.h"
+#include "unity.h"
 #include <setjmp.h>
 #include <string.h>
 
@@ -66,7 +66,7 @@ void setUp(void)
     starts = false;
 }
 
-TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place)
+static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place(void)
 {
     if (setjmp(leave) == 0) {
         check_failed("pll_prepare", 67u);
@@ -75,7 +75,7 @@ TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_n
     TEST_ASSERT_EQUAL_UINT32(TURNS, fed);
 }
 
-TEST(test_function_and_line_are_there_for_a_debugger)
+static void test_function_and_line_are_there_for_a_debugger(void)
 {
     if (setjmp(leave) == 0) {
         check_failed("pll_prepare", 67u);
@@ -84,7 +84,7 @@ TEST(test_function_and_line_are_there_for_a_debugger)
     TEST_ASSERT_EQUAL_UINT(67u, check_failure.line);
 }
 
-TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background)
+static void test_a_check_that_fails_in_the_start_never_reaches_the_background(void)
 {
     if (setjmp(leave) == 0) {
         (void)chip_main();
@@ -93,7 +93,7 @@ TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background)
     TEST_ASSERT_EQUAL_STRING("app_start", check_failure.function);
 }
 
-TEST(test_a_check_is_evaluated_once_and_passes_without_a_word)
+static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
 {
     uint32_t n = 0u;
     if (setjmp(leave) == 0) {
@@ -102,9 +102,4 @@ TEST(test_a_check_is_evaluated_once_and_passes_without_a_word)
     }
     TEST_ASSERT_EQUAL_UINT32(1u, n);
     TEST_ASSERT_EQUAL_STRING("", asked);
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

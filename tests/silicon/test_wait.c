@@ -1,6 +1,6 @@
 /* bus_wait() of the chip as it is, hal/f28335/wait.c, with a CPU timer that counts down by some cycles from
  * one look at it to the next, as code that runs takes time. */
-#include "tests/tests.h"
+#include "unity.h"
 
 #include "hal/f28335/bus.h"
 
@@ -32,7 +32,7 @@ static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 
 static const uint32_t lengths[] = {1u, 2u, 9u, 10u, 11u, 1000u, 150000u};
 
-TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more)
+static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         for (uint32_t turn = 2u; turn <= 12u; turn++) {
@@ -44,7 +44,7 @@ TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more)
 }
 
 /* hal_time() wraps after 28 s. */
-TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference)
+static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(void)
 {
     for (uint32_t from = 0u; from < 40u; from++) {
         TEST_ASSERT_EQUAL_UINT32(102u, waited(100u, from, 6u));
@@ -52,7 +52,7 @@ TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference)
 }
 
 /* Before hal_init has started it, or after somebody stopped it: a turn takes a cycle and more. */
-TEST(test_a_timer_that_stands_ends_it_after_as_many_turns)
+static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         (void)waited(lengths[n], 1234u, 0u);
@@ -60,12 +60,7 @@ TEST(test_a_timer_that_stands_ends_it_after_as_many_turns)
     }
 }
 
-TEST(test_no_cycles_are_no_wait)
+static void test_no_cycles_are_no_wait(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
-}
-
-int main(void)
-{
-    return RUN_TESTS();
 }

@@ -20,10 +20,6 @@ void setUp(void)
     loop.dead = 375;
 }
 
-void tearDown(void)
-{
-}
-
 static uint64_t after(double seconds)
 {
     return plant.tick + (uint64_t)(seconds * TICKS + 0.5);
@@ -614,31 +610,4 @@ static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
     plant_advance(&plant, after(5e-3));
     TEST_ASSERT_EQUAL_DOUBLE(400.0, plant.v_dc);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current);
-    RUN_TEST(test_a_leg_s_own_resistance_decays_a_current_second_order);
-    RUN_TEST(test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_current);
-    RUN_TEST(test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant);
-    RUN_TEST(test_an_open_switch_takes_one_half_wave_of_its_phase);
-    RUN_TEST(test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module);
-    RUN_TEST(test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant);
-    RUN_TEST(test_a_shorted_switch_makes_the_turning_machine_brake_itself);
-    RUN_TEST(test_swapped_phases_are_exchanged_commands_to_the_last_bit);
-    RUN_TEST(test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest);
-    RUN_TEST(test_swapped_and_inverted_sensors_show_what_they_are_wired_to);
-    RUN_TEST(test_a_magnet_that_loses_flux_does_so_at_the_instant);
-    RUN_TEST(test_a_reversed_encoder_counts_back_from_where_it_is);
-    RUN_TEST(test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has);
-    RUN_TEST(test_an_encoder_that_slips_once_steps_by_that_much);
-    RUN_TEST(test_a_stuck_track_shows_the_edges_of_the_other_alone);
-    RUN_TEST(test_a_ripple_is_a_sine_from_the_instant_it_is_set);
-    RUN_TEST(test_a_ripple_reaches_the_motor_as_its_integral);
-    RUN_TEST(test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere);
-    RUN_TEST(test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter);
-    RUN_TEST(test_a_chopper_discharges_to_its_voltage_and_no_further);
-    return UNITY_END();
 }

@@ -14,14 +14,6 @@ static uint64_t ticks[PERIODS];
 static plant_truth_t seen[PERIODS];
 static oracle_sample_t wanted[PERIODS];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 typedef struct {
     double current; /* [A] largest difference of a phase current */
     double angle;   /* [rad] of the mechanical angle */
@@ -182,19 +174,4 @@ static void test_the_oracle_refuses_what_it_does_not_know(void)
     q = plant_params_default();
     q.load_inertia = 0.01;
     TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_follow_the_oracle_from_rest_to_rated_speed_under_load);
-    RUN_TEST(test_currents_follow_the_oracle_on_the_rig_at_low_current);
-    RUN_TEST(test_currents_follow_the_oracle_backwards_with_active_load);
-    RUN_TEST(test_currents_follow_the_oracle_on_a_salient_machine);
-    RUN_TEST(test_currents_follow_the_oracle_with_emf_harmonics);
-    RUN_TEST(test_currents_follow_the_oracle_at_three_tenths_of_a_radian_per_period);
-    RUN_TEST(test_currents_follow_the_oracle_with_unlike_device_slopes_and_no_delays);
-    RUN_TEST(test_the_oracle_agrees_with_itself_in_both_frames);
-    RUN_TEST(test_the_oracle_refuses_what_it_does_not_know);
-    return UNITY_END();
 }

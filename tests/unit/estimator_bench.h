@@ -51,10 +51,6 @@ void setUp(void)
     memset(&est, 0, sizeof est);
 }
 
-void tearDown(void)
-{
-}
-
 static inline ab_t as_float(const double value[2])
 {
     return (ab_t){(float)value[0], (float)value[1]};

@@ -258,10 +258,6 @@ void setUp(void)
     start(HAL_OK);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog(void)
 {
     const params_t *params = &app->active;
@@ -839,41 +835,4 @@ static void test_a_capture_that_cannot_be_armed_names_the_row(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive.capture, sizeof before);
     put(1912u, 2032u);
     expect_order(ORDER_CAPTURE_ARM, REASON_NONE, 0u);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watchdog);
-    RUN_TEST(test_a_start_that_fails_is_a_fault_and_starts_no_watchdog);
-    RUN_TEST(test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive);
-    RUN_TEST(test_the_watchdog_is_fed_when_the_list_has_come_round);
-    RUN_TEST(test_the_background_sees_the_drive_between_two_interrupts_and_shows_it);
-    RUN_TEST(test_the_interrupt_reads_first_and_acknowledges_last);
-    RUN_TEST(test_each_flag_of_the_board_is_the_drive_s);
-    RUN_TEST(test_a_set_is_offered_with_interrupts_off_and_the_registers_follow);
-    RUN_TEST(test_while_the_bridge_is_on_the_registers_stay);
-    RUN_TEST(test_a_bad_set_is_refused_and_changes_nothing);
-    RUN_TEST(test_a_set_that_the_present_request_would_violate_is_refused);
-    RUN_TEST(test_what_changes_only_with_the_bridge_off_is_refused_while_it_is_on);
-    RUN_TEST(test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set);
-    RUN_TEST(test_the_last_good_set_before_an_interrupt_is_taken);
-    RUN_TEST(test_a_set_offered_before_survives_one_that_came_too_late);
-    RUN_TEST(test_what_is_learnt_is_offered_where_it_has_moved);
-    RUN_TEST(test_what_the_drive_cannot_run_on_is_not_believed);
-    RUN_TEST(test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves);
-    RUN_TEST(test_learnt_inertia_goes_into_gains_and_torque);
-    RUN_TEST(test_what_is_learnt_goes_with_a_set_that_still_waits);
-    RUN_TEST(test_requests_are_taken_with_interrupts_off);
-    RUN_TEST(test_a_saved_set_runs_after_the_next_start);
-    RUN_TEST(test_the_active_set_is_saved_not_the_staged_one);
-    RUN_TEST(test_loading_stages_what_was_saved_and_defaults_what_the_program_has);
-    RUN_TEST(test_saving_is_refused_while_the_bridge_is_on);
-    RUN_TEST(test_memory_that_takes_nothing_is_told);
-    RUN_TEST(test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault);
-    RUN_TEST(test_a_stored_set_that_breaks_a_rule_runs_the_defaults_behind_a_latched_fault);
-    RUN_TEST(test_the_rows_of_the_capture_are_the_history_of_a_fault_unless_written);
-    RUN_TEST(test_a_capture_is_armed_triggered_read_and_released);
-    RUN_TEST(test_a_capture_that_cannot_be_armed_names_the_row);
-    return UNITY_END();
 }

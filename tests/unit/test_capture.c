@@ -76,10 +76,6 @@ void setUp(void)
     capture_init(&capture, &default_tuning);
 }
 
-void tearDown(void)
-{
-}
-
 /* Every slot of every period differs from every other. */
 static uint32_t value_of(uint32_t when, uint32_t slot)
 {
@@ -485,32 +481,4 @@ static void test_what_a_wish_does_not_use_may_be_anything(void)
     steps(1000u);
     expect_rows(usual.id, 11u, 1000u, 1340u); /* the trigger's own is the oldest */
     TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_begins_idle_and_empty);
-    RUN_TEST(test_keeps_the_last_periods_in_their_order);
-    RUN_TEST(test_each_number_of_columns_has_the_ring_to_itself);
-    RUN_TEST(test_does_not_follow_what_changes_later);
-    RUN_TEST(test_fault_of_a_step_holds_with_its_own_period_the_newest);
-    RUN_TEST(test_fault_between_two_steps_holds_with_the_one_before);
-    RUN_TEST(test_reset_empties_what_nobody_asked_for);
-    RUN_TEST(test_reset_leaves_what_was_asked_for);
-    RUN_TEST(test_goes_on_after_a_fault_for_as_long_as_was_asked);
-    RUN_TEST(test_fault_triggers_whatever_is_waited_for);
-    RUN_TEST(test_fault_of_the_last_periods_changes_nothing);
-    RUN_TEST(test_fault_before_the_first_step_holds_an_empty_ring);
-    RUN_TEST(test_value_that_rises_above_triggers_with_its_period);
-    RUN_TEST(test_value_that_falls_below_triggers_with_its_period);
-    RUN_TEST(test_value_that_is_beyond_from_the_start_has_to_come_back_first);
-    RUN_TEST(test_edge_is_followed_by_as_many_periods_as_asked);
-    RUN_TEST(test_not_a_number_is_beyond_no_level);
-    RUN_TEST(test_whole_values_trigger_by_their_own_kind);
-    RUN_TEST(test_command_triggers_with_the_period_that_is_kept_last);
-    RUN_TEST(test_held_until_armed_anew_or_released);
-    RUN_TEST(test_wish_is_refused_for_what_is_wrong_with_it);
-    RUN_TEST(test_what_a_wish_does_not_use_may_be_anything);
-    return UNITY_END();
 }

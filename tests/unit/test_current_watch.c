@@ -57,10 +57,6 @@ void setUp(void)
     prepare(false, 1.0, 1.0);
 }
 
-void tearDown(void)
-{
-}
-
 static void judge(ab_t voltage, abc_t measured, ab_t reference)
 {
     const current_watch_input_t input = {measured,     error,       {reference.alpha, reference.beta},
@@ -371,28 +367,4 @@ static void test_phases_of_a_salient_rotor_may_differ(void)
         jump();
         TEST_ASSERT_EQUAL_UINT32(n == 0 ? CURRENT_WATCH_GAIN : 0u, seen);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_sound_sensors_and_wrong_beliefs_raise_nothing);
-    RUN_TEST(test_a_value_that_stays_is_stuck_within_two_windows);
-    RUN_TEST(test_a_value_near_zero_is_stuck_sooner_where_much_must_flow);
-    RUN_TEST(test_a_value_that_jumps_to_zero_is_stuck_within_eight_periods);
-    RUN_TEST(test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck);
-    RUN_TEST(test_an_observer_is_surprised_by_15_percent_of_the_range);
-    RUN_TEST(test_a_current_that_stands_still_is_no_stuck_sensor);
-    RUN_TEST(test_a_single_bad_sample_raises_nothing);
-    RUN_TEST(test_a_wrong_gain_is_seen_in_the_first_rise);
-    RUN_TEST(test_a_rotor_light_enough_to_make_the_difference_excuses_the_sensors);
-    RUN_TEST(test_phases_of_a_salient_rotor_may_differ);
-    RUN_TEST(test_a_phase_without_current_is_lost);
-    RUN_TEST(test_a_phase_near_zero_is_not_lost_while_the_reference_chatters);
-    RUN_TEST(test_a_phase_that_takes_more_than_any_flux_is_lost);
-    RUN_TEST(test_a_rotor_in_a_forced_frame_has_half_the_flux_to_change);
-    RUN_TEST(test_a_phase_with_less_than_half_is_lost_where_the_emf_contradicts);
-    RUN_TEST(test_a_current_past_an_open_wire_may_stay_for_some_periods);
-    RUN_TEST(test_three_currents_must_add_up_to_zero);
-    return UNITY_END();
 }

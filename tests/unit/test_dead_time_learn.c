@@ -62,10 +62,6 @@ void setUp(void)
     world.ahead = 0.5 * PI;
 }
 
-void tearDown(void)
-{
-}
-
 static ab_t ab(double complex vector)
 {
     return (ab_t){(float)creal(vector), (float)cimag(vector)};
@@ -357,17 +353,4 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
     tuning = dead_time_learn_prepare(&params);
     dead_time_learn_take(&world.learn, &tuning);
     TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_error_falls_with_the_rate);
-    RUN_TEST(test_slower_where_the_emf_is_small);
-    RUN_TEST(test_what_turns_with_the_rotor_teaches_nothing);
-    RUN_TEST(test_what_is_no_lesson_leaves_it_alone);
-    RUN_TEST(test_a_current_that_stands_still_teaches_nothing);
-    RUN_TEST(test_limits);
-    RUN_TEST(test_what_is_learnt_stays_until_the_parameters_change);
-    return UNITY_END();
 }

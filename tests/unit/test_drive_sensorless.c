@@ -39,10 +39,6 @@ void setUp(void)
     bench_begin();
 }
 
-void tearDown(void)
-{
-}
-
 static double wrapped(double angle)
 {
     return angle - 2.0 * PI * nearbyint(angle / (2.0 * PI));
@@ -672,29 +668,4 @@ static void test_a_large_emf_is_tracked_through_every_zero(void)
         }
         TEST_ASSERT_EQUAL(m == 1, coasted > 0u);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_observer_gets_the_voltage_that_acted_in_the_last_period);
-    RUN_TEST(test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses);
-    RUN_TEST(test_estimate_is_that_of_the_sample_in_either_direction);
-    RUN_TEST(test_estimator_starts_anew_at_every_switching_on);
-    RUN_TEST(test_position_source_changes_live_without_a_bump);
-    RUN_TEST(test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another);
-    RUN_TEST(test_with_the_encoder_nothing_is_caught);
-    RUN_TEST(test_a_rotor_beyond_what_the_link_holds_is_not_caught);
-    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_switched_on);
-    RUN_TEST(test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand);
-    RUN_TEST(test_estimate_whose_emf_does_not_fit_its_speed_is_lost);
-    RUN_TEST(test_estimate_that_does_not_keep_up_is_lost);
-    RUN_TEST(test_estimate_whose_current_is_not_the_measured_one_is_lost);
-    RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
-    RUN_TEST(test_a_lost_lock_is_told_whatever_criteria_are_off);
-    RUN_TEST(test_a_rotor_half_a_turn_off_is_caught_again_at_once);
-    RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
-    RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);
-    RUN_TEST(test_a_large_emf_is_tracked_through_every_zero);
-    return UNITY_END();
 }

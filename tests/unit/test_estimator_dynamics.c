@@ -202,18 +202,3 @@ static void test_pull_in_from_three_radians(void)
     check_pull_in(200.0, 50.0, 3.0, 0.175);
     check_pull_in(100.0, 25.0, 3.0, 0.350);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_conventional_pll_lags_in_acceleration_by_a_over_ki);
-    RUN_TEST(test_emf_filter_does_not_change_the_lag_in_acceleration);
-    RUN_TEST(test_feedforward_leaves_nothing_in_acceleration);
-    RUN_TEST(test_wrong_flux_leaves_its_share_of_the_lag);
-    RUN_TEST(test_torque_feedforward_takes_the_error_away);
-    RUN_TEST(test_current_of_the_load_is_not_fed_forward);
-    RUN_TEST(test_error_of_a_swinging_speed_is_that_of_the_loop_alone);
-    RUN_TEST(test_pull_in_from_one_radian);
-    RUN_TEST(test_pull_in_from_three_radians);
-    return UNITY_END();
-}

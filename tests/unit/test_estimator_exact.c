@@ -460,34 +460,3 @@ static void test_filter_is_switched_while_it_runs(void)
         }
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_oracle_data_solve_the_winding_equation);
-    RUN_TEST(test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle);
-    RUN_TEST(test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes);
-    RUN_TEST(test_corrected_lag_is_the_phase_of_the_continuous_observer);
-    RUN_TEST(test_default_is_exact_forward);
-    RUN_TEST(test_default_is_exact_backward);
-    RUN_TEST(test_default_is_exact_for_a_small_fast_machine);
-    RUN_TEST(test_default_is_exact_for_a_large_machine);
-    RUN_TEST(test_default_is_exact_for_a_machine_of_low_inductance);
-    RUN_TEST(test_default_is_exact_for_a_machine_of_high_resistance);
-    RUN_TEST(test_current_on_the_d_axis_does_not_matter);
-    RUN_TEST(test_ten_samples_a_turn_leave_as_little_forward);
-    RUN_TEST(test_ten_samples_a_turn_leave_as_little_backward);
-    RUN_TEST(test_emf_has_its_length_forward);
-    RUN_TEST(test_emf_has_its_length_backward);
-    RUN_TEST(test_feedforward_carries_the_whole_speed);
-    RUN_TEST(test_filter_lets_its_share_of_a_turn_through);
-    RUN_TEST(test_filter_lets_its_share_of_a_length_through);
-    RUN_TEST(test_filter_smooths_the_amplitude);
-    RUN_TEST(test_filter_smooths_the_detector);
-    RUN_TEST(test_filter_smooths_the_speed);
-    RUN_TEST(test_filter_is_switched_while_it_runs);
-    RUN_TEST(test_voltage_one_period_off_is_seen_forward);
-    RUN_TEST(test_voltage_one_period_off_is_seen_backward);
-    RUN_TEST(test_angle_one_period_off_is_seen);
-    return UNITY_END();
-}

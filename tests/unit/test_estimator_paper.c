@@ -130,17 +130,3 @@ static void test_gain_of_the_sign_is_the_same_in_all_quadrants(void)
         TEST_ASSERT_TRUE(v.alpha == (n % 2 ? 200.0f : -200.0f) && v.beta == (n / 2 ? 200.0f : -200.0f));
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_paper_uncompensated_lags_as_published);
-    RUN_TEST(test_paper_corrected_overcompensates_as_published);
-    RUN_TEST(test_paper_printed_overcompensates_as_published);
-    RUN_TEST(test_paper_with_the_exact_lag_has_no_deviation);
-    RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
-    RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
-    RUN_TEST(test_gain_of_the_sign_is_one_over_the_error);
-    RUN_TEST(test_gain_of_the_sign_is_the_same_in_all_quadrants);
-    return UNITY_END();
-}

@@ -277,21 +277,3 @@ static void test_retune_keeps_the_state(void)
     retune(&params);
     TEST_ASSERT_EQUAL_MEMORY(&before, &est, sizeof est);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_check_names_each_field_value_and_range);
-    RUN_TEST(test_check_refuses_what_is_no_lag_mode);
-    RUN_TEST(test_check_refuses_a_gain_below_the_largest_emf);
-    RUN_TEST(test_check_refuses_unequal_periods);
-    RUN_TEST(test_check_refuses_a_torque_share_that_nothing_forgets);
-    RUN_TEST(test_check_wants_speed_limits_in_order);
-    RUN_TEST(test_check_wants_the_upper_amplitude_above_one_or_off);
-    RUN_TEST(test_check_passes_on_what_observer_and_loop_refuse);
-    RUN_TEST(test_bandwidth_is_as_wished_for_little_damping);
-    RUN_TEST(test_bandwidth_is_as_wished_for_the_papers_damping);
-    RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
-    RUN_TEST(test_retune_keeps_the_state);
-    return UNITY_END();
-}

@@ -300,25 +300,3 @@ static void test_coast_does_not_track(void)
     TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0,
                               error_of(&rig, 11006, (position_t){est.tracker.pll.theta_e, 0.0f}));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_reset_of_the_vector_form_goes_on_without_a_bump);
-    RUN_TEST(test_reset_of_the_sigmoid_goes_on_with_little);
-    RUN_TEST(test_reset_gives_the_start_and_goes_on);
-    RUN_TEST(test_start_turned_back_is_that_of_the_next_step);
-    RUN_TEST(test_reset_of_the_other_machines_goes_on_without_a_bump);
-    RUN_TEST(test_reset_near_saturation_goes_on_without_a_bump);
-    RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_forward);
-    RUN_TEST(test_reset_at_high_speed_makes_the_filters_lag_backward);
-    RUN_TEST(test_reset_presets_the_filter_as_settled_forward);
-    RUN_TEST(test_reset_presets_the_filter_as_settled_backward);
-    RUN_TEST(test_reset_beyond_the_turn_limit_is_finite_and_mirrored);
-    RUN_TEST(test_reset_of_the_sign_stays_locked);
-    RUN_TEST(test_coast_keeps_the_error_and_the_observer_going);
-    RUN_TEST(test_coast_goes_on_with_the_torque_forward);
-    RUN_TEST(test_coast_goes_on_with_the_torque_backward);
-    RUN_TEST(test_coast_does_not_track);
-    return UNITY_END();
-}

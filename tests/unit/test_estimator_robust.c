@@ -263,19 +263,3 @@ static void test_backward_is_the_mirror_of_forward_with_the_sign(void)
         }
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_zero_inputs_stay_finite_and_are_not_valid);
-    RUN_TEST(test_zero_error_vector_from_the_start_is_finite);
-    RUN_TEST(test_bad_samples_coast_and_recover_forward);
-    RUN_TEST(test_bad_samples_coast_and_recover_backward);
-    RUN_TEST(test_bad_sample_changes_nothing_but_the_angle);
-    RUN_TEST(test_nonsense_for_ever_stays_finite);
-    RUN_TEST(test_integrators_end_at_their_limits);
-    RUN_TEST(test_without_feedforward_it_is_conventional_bit_for_bit);
-    RUN_TEST(test_backward_is_the_mirror_of_forward_bit_for_bit);
-    RUN_TEST(test_backward_is_the_mirror_of_forward_with_the_sign);
-    return UNITY_END();
-}

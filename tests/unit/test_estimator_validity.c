@@ -285,20 +285,3 @@ static void test_reset_starts_validity_anew(void)
         TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_each_criterion_fails_beyond_its_limit_and_not_before);
-    RUN_TEST(test_at_its_limit_a_criterion_still_holds);
-    RUN_TEST(test_criterion_switched_off_is_not_judged);
-    RUN_TEST(test_amplitude_is_debounced);
-    RUN_TEST(test_detector_is_debounced);
-    RUN_TEST(test_current_is_debounced);
-    RUN_TEST(test_speed_is_debounced);
-    RUN_TEST(test_criteria_are_independent);
-    RUN_TEST(test_sample_bit_is_not_debounced);
-    RUN_TEST(test_lost_emf_is_noticed);
-    RUN_TEST(test_reset_starts_validity_anew);
-    return UNITY_END();
-}

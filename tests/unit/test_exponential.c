@@ -23,10 +23,6 @@ void setUp(void)
     worst = 0.0;
 }
 
-void tearDown(void)
-{
-}
-
 static void test_exponential_over_the_whole_range(void)
 {
     for (int32_t k = 0; k <= 4000000; k += SWEEP) {
@@ -76,15 +72,4 @@ static void test_rest_edges(void)
     TEST_ASSERT_TRUE(exponential_rest(80.0f) == 1.0f);
     TEST_ASSERT_TRUE(exponential_rest(81.0f) == 1.0f);
     TEST_ASSERT_TRUE(exponential_rest(INFINITY) == 1.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_exponential_over_the_whole_range);
-    RUN_TEST(test_exponential_edges);
-    RUN_TEST(test_rest_is_accurate_however_small);
-    RUN_TEST(test_rest_over_the_range_of_coefficients);
-    RUN_TEST(test_rest_edges);
-    return UNITY_END();
 }

@@ -171,17 +171,3 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
     init(&params);
     TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_adapted_flux_leaves_little);
-    RUN_TEST(test_flux_adapts_at_its_share);
-    RUN_TEST(test_flux_rests_where_it_cannot_be_seen);
-    RUN_TEST(test_flux_stops_at_half);
-    RUN_TEST(test_flux_stops_at_one_and_a_half);
-    RUN_TEST(test_flux_comes_back_from_its_limits);
-    RUN_TEST(test_flux_rests_while_the_detector_is_off);
-    RUN_TEST(test_retune_keeps_an_adapted_flux_while_it_is_meant);
-    return UNITY_END();
-}

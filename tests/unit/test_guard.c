@@ -66,10 +66,6 @@ void setUp(void)
     };
 }
 
-void tearDown(void)
-{
-}
-
 /* The slow rows are looked at in the last of GUARD_LOOK_PERIODS. Where the guard says that it needs not be
  * called, a call changes nothing: no row is forgotten there. */
 static void step(const scene_t *scene)
@@ -809,23 +805,4 @@ static void test_new_limits_act_at_once_and_the_counting_goes_on(void)
     }
     step(&scene);
     expect_rows(FAULT_OVERCURRENT, FAULT_DC_UNDERVOLTAGE, guard.faults);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_healthy_drive_runs_on);
-    RUN_TEST(test_every_row_at_its_limit_is_silent);
-    RUN_TEST(test_every_row_beyond_its_limit_shows_after_its_debounce);
-    RUN_TEST(test_every_row_counts_anew_after_a_break);
-    RUN_TEST(test_every_row_is_silent_until_its_moment);
-    RUN_TEST(test_every_row_has_a_reason_of_its_own_that_can_be_read);
-    RUN_TEST(test_reactions_are_as_fast_as_the_danger);
-    RUN_TEST(test_a_warm_sink_warns_before_it_is_hot);
-    RUN_TEST(test_the_gravest_of_several_is_named);
-    RUN_TEST(test_each_row_counts_for_itself);
-    RUN_TEST(test_all_criteria_of_the_estimate_are_told_apart);
-    RUN_TEST(test_all_failures_of_a_manoeuvre_are_told_apart);
-    RUN_TEST(test_new_limits_act_at_once_and_the_counting_goes_on);
-    return UNITY_END();
 }

@@ -158,14 +158,6 @@ static double ratio(void)
     return (double)x.learnt.value / L_TRUE;
 }
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* What is left of an error [-] after these seconds of cycles that count, by the law of the rate. */
 static double left_after(double seconds, double first)
 {
@@ -482,28 +474,4 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     motor.rate = 0.0;
     believe(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_l_goes_to_the_truth_by_its_rate);
-    RUN_TEST(test_r_goes_to_the_truth_whatever_the_loop_follows);
-    RUN_TEST(test_r_is_not_sought_while_fast);
-    RUN_TEST(test_without_torque_it_asks_for_r_for_a_while);
-    RUN_TEST(test_r_stays_within_half_and_twice_the_parameter);
-    RUN_TEST(test_the_dither_is_a_twentieth_of_the_limit);
-    RUN_TEST(test_a_salient_motor_keeps_its_ratio);
-    RUN_TEST(test_noise_averages_out);
-    RUN_TEST(test_a_ripple_at_the_electrical_frequency_is_kept_away_from);
-    RUN_TEST(test_without_torque_it_keeps_away_from_the_sixth_harmonic_and_its_neighbours);
-    RUN_TEST(test_it_learns_while_the_speed_ripples);
-    RUN_TEST(test_with_torque_it_keeps_away_from_the_sixth_harmonic);
-    RUN_TEST(test_a_swing_of_i_q_is_opposed);
-    RUN_TEST(test_it_rests_where_there_is_nothing_to_see);
-    RUN_TEST(test_it_does_not_learn_from_a_cycle_that_was_spoilt);
-    RUN_TEST(test_no_number_and_no_emf_teach_nothing);
-    RUN_TEST(test_l_stays_within_half_and_twice_the_parameter);
-    RUN_TEST(test_another_parameter_starts_anew_and_another_rate_does_not);
-    return UNITY_END();
 }

@@ -62,10 +62,6 @@ void setUp(void)
     begin(1.0f);
 }
 
-void tearDown(void)
-{
-}
-
 static double complex of_ab(ab_t vector)
 {
     return (double)vector.alpha + J * (double)vector.beta;
@@ -356,20 +352,4 @@ static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
     const abc_t duty = inverter_make(&inverter, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
     const double count = 2500.0 * (double)duty.a;
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_duties_make_up_for_all_that_will_be_lost);
-    RUN_TEST(test_duties_make_up_for_half_of_it);
-    RUN_TEST(test_duties_make_up_for_nothing);
-    RUN_TEST(test_no_voltage_without_current_is_the_middle);
-    RUN_TEST(test_what_the_link_has_too_little_for_is_missing);
-    RUN_TEST(test_duties_stay_within_their_limits);
-    RUN_TEST(test_nothing_has_acted_at_first);
-    RUN_TEST(test_duties_of_two_steps_ago_acted_less_what_the_inverter_took);
-    RUN_TEST(test_there_and_back_is_what_was_wanted);
-    RUN_TEST(test_new_coefficients_act_at_once_on_what_stays_in_memory);
-    return UNITY_END();
 }

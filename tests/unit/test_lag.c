@@ -99,10 +99,6 @@ void setUp(void)
     smo_init(&smo, &PAPER);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
 {
     static const float cutoffs[] = {0.0f, 100.0f, 600.0f, 2000.0f, 20000.0f};
@@ -458,26 +454,4 @@ static void test_reset_while_turning_continues_in_step(void)
             TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, angle);
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_exact_lag_and_attenuation_are_those_of_the_sampled_system);
-    RUN_TEST(test_exact_lag_leaves_nothing_of_the_vector_form);
-    RUN_TEST(test_modes_leave_what_is_published_of_the_sigmoid_per_axis);
-    RUN_TEST(test_printed_and_corrected_are_the_formulas);
-    RUN_TEST(test_paper_modes_ignore_the_filter_and_the_exact_one_does_not);
-    RUN_TEST(test_lag_is_odd_and_attenuation_even_bit_for_bit);
-    RUN_TEST(test_turn_limit_by_hand);
-    RUN_TEST(test_corrected_lag_is_45_degrees_at_the_corner);
-    RUN_TEST(test_attenuation_at_standstill_is_g_over_g_plus_r);
-    RUN_TEST(test_speeds_beyond_the_turn_limit_are_answered_as_at_it);
-    RUN_TEST(test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation);
-    RUN_TEST(test_emf_beyond_the_turn_limit_is_finite);
-    RUN_TEST(test_emf_of_no_error_is_zero);
-    RUN_TEST(test_switched_and_filtered_are_the_response);
-    RUN_TEST(test_error_makes_the_emf_again);
-    RUN_TEST(test_reset_while_turning_continues_in_step);
-    return UNITY_END();
 }

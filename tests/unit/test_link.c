@@ -42,10 +42,6 @@ void setUp(void)
     begin(0.5);
 }
 
-void tearDown(void)
-{
-}
-
 static void expect(double u_dc, double omega_m, double braking, double driving)
 {
     link_limit(&x, (float)u_dc, (float)omega_m);
@@ -266,22 +262,4 @@ static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
     link_limit(&x, 300.0f, (float)OMEGA);
     TEST_ASSERT_TRUE(x.driving == 4.0f && x.braking == 4.0f);
     TEST_ASSERT_FALSE(link_excuses(&x));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_braking_fades_towards_the_overvoltage);
-    RUN_TEST(test_driving_fades_towards_the_undervoltage);
-    RUN_TEST(test_without_ride_through_driving_is_never_limited);
-    RUN_TEST(test_limits_of_braking_open_towards_standstill);
-    RUN_TEST(test_limits_are_asked_for_as_long_as_they_act);
-    RUN_TEST(test_braking_into_a_capacitor_stays_below_the_trip);
-    RUN_TEST(test_a_rotor_holds_a_link_without_supply);
-    RUN_TEST(test_a_lost_supply_is_excused_for_its_time);
-    RUN_TEST(test_a_link_that_sinks_is_seen_twice);
-    RUN_TEST(test_a_lost_phase_shows_within_a_tenth_of_a_second);
-    RUN_TEST(test_three_phases_a_sag_and_a_braking_are_no_ripple);
-    RUN_TEST(test_new_coefficients_keep_what_is_lost_and_limit_anew);
-    return UNITY_END();
 }

@@ -70,10 +70,6 @@ void setUp(void)
     traced = 0;
 }
 
-void tearDown(void)
-{
-}
-
 static double torque_of_current(void)
 {
     return KT * cimag(machine.current * cexp(-(double complex)I * machine.theta));
@@ -846,36 +842,4 @@ static void test_init_is_off_and_knows_of_nothing(void)
     TEST_ASSERT_TRUE(rotor.theta_e == 0.0f && rotor.omega_e == 0.0f);
     TEST_ASSERT_TRUE(m.failed == 0u && m.lock_losses == 0u && m.locking == 0u && m.tracking == 0u &&
                      m.start_try == 0u && m.reversing == 0u && m.other_source == 0u);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_turning_rotor_is_caught_and_run);
-    RUN_TEST(test_catch_holds_the_emf_and_hardly_a_current);
-    RUN_TEST(test_catch_waits_for_the_observer);
-    RUN_TEST(test_rotor_beyond_the_link_is_too_fast);
-    RUN_TEST(test_alignment_of_one_slow_turn_takes_every_rotor_along);
-    RUN_TEST(test_forced_frame_gets_its_share_of_the_emf);
-    RUN_TEST(test_standing_rotor_is_aligned_forced_handed_over_and_run);
-    RUN_TEST(test_estimate_that_does_not_settle_fails_the_start);
-    RUN_TEST(test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ramp);
-    RUN_TEST(test_current_of_a_retry_stays_within_the_limit);
-    RUN_TEST(test_load_beyond_the_first_current_is_started_by_a_retry);
-    RUN_TEST(test_reference_too_slow_to_track_is_forced);
-    RUN_TEST(test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency);
-    RUN_TEST(test_fall_back_keeps_the_torque);
-    RUN_TEST(test_quick_reversal_stays_in_run_and_is_not_judged_near_zero);
-    RUN_TEST(test_slow_reversal_goes_through_zero_in_a_forced_frame);
-    RUN_TEST(test_nothing_else_than_run_is_judged);
-    RUN_TEST(test_lost_rotor_is_caught_again);
-    RUN_TEST(test_rotor_that_stands_after_a_loss_is_started);
-    RUN_TEST(test_three_losses_within_two_seconds_are_one_too_many);
-    RUN_TEST(test_starts_that_are_lost_at_once_are_counted_as_tries);
-    RUN_TEST(test_losses_begin_anew_when_the_bridge_comes_on);
-    RUN_TEST(test_wish_for_a_current_starts_in_its_direction);
-    RUN_TEST(test_with_the_encoder_there_is_nothing_but_run);
-    RUN_TEST(test_other_source_under_way_turns_the_frame);
-    RUN_TEST(test_init_is_off_and_knows_of_nothing);
-    return UNITY_END();
 }

@@ -66,10 +66,6 @@ void setUp(void)
     start(200.0);
 }
 
-void tearDown(void)
-{
-}
-
 static ab_t step(double complex constant)
 {
     const double complex emf =
@@ -364,31 +360,4 @@ static void test_result_is_the_offset(void)
     const ab_t offset = steps(CONSTANT, WINDOW);
     TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.alpha, offset.alpha);
     TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_starts_with_no_offset);
-    RUN_TEST(test_finds_the_constant_of_a_turning_emf);
-    RUN_TEST(test_finds_the_same_when_turning_backwards);
-    RUN_TEST(test_windows_add_up);
-    RUN_TEST(test_converges_on_the_offset_forwards);
-    RUN_TEST(test_converges_on_the_offset_backwards);
-    RUN_TEST(test_broken_turns_leave_less_than_a_sample);
-    RUN_TEST(test_a_slow_window_is_a_whole_turn);
-    RUN_TEST(test_first_window_after_a_reset_only_looks);
-    RUN_TEST(test_too_slow_is_left_alone);
-    RUN_TEST(test_a_changing_speed_is_left_alone);
-    RUN_TEST(test_a_reversal_is_left_alone);
-    RUN_TEST(test_after_a_change_the_next_steady_window_counts);
-    RUN_TEST(test_a_small_current_is_left_alone);
-    RUN_TEST(test_gain_zero_is_off);
-    RUN_TEST(test_each_component_stops_at_the_limit);
-    RUN_TEST(test_limit_below_at_and_above);
-    RUN_TEST(test_reset_takes_the_offset_and_forgets_the_window);
-    RUN_TEST(test_new_coefficients_keep_the_state);
-    RUN_TEST(test_window_is_a_time);
-    RUN_TEST(test_result_is_the_offset);
-    return UNITY_END();
 }

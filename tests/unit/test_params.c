@@ -17,10 +17,6 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-void tearDown(void)
-{
-}
-
 /* Paper's Table I and rig, section 2. */
 static void test_defaults_are_the_papers_motor_and_are_accepted(void)
 {
@@ -596,46 +592,4 @@ static void test_requests_are_refused_beyond_what_the_parameters_allow(void)
     requests_defaults(&requests);
     requests.speed_request = NAN;
     TEST_ASSERT_FALSE(requests_check(&requests, &params, &why));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_defaults_are_the_papers_motor_and_are_accepted);
-    RUN_TEST(test_defaults_are_sensorless_with_gains_by_rule);
-    RUN_TEST(test_every_row_is_refused_outside_its_range_by_name);
-    RUN_TEST(test_every_row_takes_both_ends_of_its_range);
-    RUN_TEST(test_every_refusal_names_a_row_and_its_value);
-#ifdef LAGLESS_ESTIMATOR_FIXED
-    RUN_TEST(test_a_motor_that_does_not_fit_is_refused_by_its_row);
-#endif
-    RUN_TEST(test_overcurrent_trip_must_leave_room_above_the_current_limit);
-    RUN_TEST(test_dc_limits_must_be_in_order);
-    RUN_TEST(test_turn_off_must_be_over_before_the_other_switch_turns_on);
-    RUN_TEST(test_encoder_must_resolve_a_pole_pair);
-    RUN_TEST(test_speed_must_not_turn_the_frame_half_a_radian_in_a_period);
-    RUN_TEST(test_a_sample_must_not_be_longer_than_half_the_windings_time_constant);
-    RUN_TEST(test_feedforward_must_be_slower_than_the_loop_that_it_is_part_of);
-    RUN_TEST(test_every_tracking_loop_that_the_ranges_allow_is_stable);
-    RUN_TEST(test_emf_filter_must_be_faster_than_the_loop);
-    RUN_TEST(test_observer_must_reach_the_largest_emf);
-    RUN_TEST(test_observer_must_not_ring);
-    RUN_TEST(test_slowest_valid_speed_must_lie_below_the_fastest);
-    RUN_TEST(test_torque_feedforward_needs_a_feedforward_that_forgets_its_error);
-#ifndef LAGLESS_ESTIMATOR_FIXED
-    RUN_TEST(test_torque_feedforward_of_next_to_no_inertia_is_refused);
-#endif
-    RUN_TEST(test_a_start_goes_by_rules_where_the_rows_are_0);
-    RUN_TEST(test_a_start_goes_by_the_rows_where_they_are_not_0);
-    RUN_TEST(test_no_current_of_the_start_exceeds_the_limit);
-    RUN_TEST(test_the_hand_over_comes_long_before_overspeed);
-    RUN_TEST(test_the_fall_back_is_slower_than_the_hand_over);
-    RUN_TEST(test_what_is_caught_is_slower_than_the_hand_over_at_most);
-    RUN_TEST(test_a_start_can_follow_its_ramp);
-    RUN_TEST(test_estimators_set_is_made_of_the_rows);
-    RUN_TEST(test_only_live_rows_change_while_the_bridge_is_on);
-    RUN_TEST(test_smallest_duty_holds_dead_time_and_shortest_pulse);
-    RUN_TEST(test_requests_start_off_and_harmless);
-    RUN_TEST(test_requests_are_refused_beyond_what_the_parameters_allow);
-    return UNITY_END();
 }

@@ -27,14 +27,6 @@
 static double angle_in[COUNT], speed_in[COUNT], error_out[COUNT], omega_out[COUNT];
 static double error_expected[COUNT], omega_expected[COUNT];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static pll_params_t design(float bandwidth, float cutoff)
 {
     pll_params_t params = {.amplitude_floor = 2.0f};
@@ -1006,49 +998,4 @@ static void test_limits_hold(void)
     pll_reset(&pll, (position_t){7.0f, 1e9f});
     TEST_ASSERT_EQUAL_FLOAT(10000.0f, pll.integral);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 7.0 - 2.0 * PI, (double)pll.theta_e);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_oracle_polynomials_belong_together);
-    RUN_TEST(test_responses_are_those_of_the_polynomials_forward);
-    RUN_TEST(test_responses_are_those_of_the_polynomials_backward);
-    RUN_TEST(test_designs_have_their_bandwidth_in_the_sampled_loop);
-    RUN_TEST(test_conventional_error_in_acceleration_is_a_over_ki);
-    RUN_TEST(test_feedforward_leaves_no_error_in_acceleration);
-    RUN_TEST(test_wrong_speed_per_volt_leaves_its_share_of_the_error);
-    RUN_TEST(test_feedforward_error_for_growing_acceleration_is_that_of_c3);
-    RUN_TEST(test_designs_are_those_of_an_independent_design);
-    RUN_TEST(test_designs_have_one_crossing_at_their_bandwidth);
-    RUN_TEST(test_impossible_designs_are_refused_and_change_nothing);
-    RUN_TEST(test_check_accepts_exactly_the_stable_loops);
-    RUN_TEST(test_check_names_the_broken_rule);
-    RUN_TEST(test_detector_is_the_sine_of_the_error_at_any_amplitude);
-    RUN_TEST(test_without_an_emf_it_coasts);
-    RUN_TEST(test_lock_with_a_wrong_psi_f_stays_locked);
-    RUN_TEST(test_split_of_the_speed_keeps_to_the_loop);
-    RUN_TEST(test_coasting_keeps_its_limits);
-    RUN_TEST(test_emf_filter_makes_no_lag);
-    RUN_TEST(test_emf_filter_is_in_front_of_the_loop);
-    RUN_TEST(test_watching_fills_the_filter_and_coasts);
-    RUN_TEST(test_filter_starts_empty_or_settled);
-    RUN_TEST(test_feedforward_takes_the_signed_emf_below_its_speed);
-    RUN_TEST(test_sign_is_soft_around_zero_speed);
-    RUN_TEST(test_reset_takes_its_direction_from_the_start_speed);
-    RUN_TEST(test_start_from_zero_speed_catches_both_directions);
-    RUN_TEST(test_torque_feedforward_passes_zero_speed_locked);
-    RUN_TEST(test_reversal_without_torque_feedforward_ends_locked);
-    RUN_TEST(test_error_is_proportional_to_the_error_of_the_torque_share);
-    RUN_TEST(test_length_and_sine_follow_every_jump);
-    RUN_TEST(test_rotation_stays_with_the_angle);
-    RUN_TEST(test_wrong_angle_is_pulled_in_in_time);
-    RUN_TEST(test_reset_is_bumpless);
-    RUN_TEST(test_take_keeps_the_state);
-    RUN_TEST(test_without_feedforward_it_is_the_conventional_loop_bit_for_bit);
-    RUN_TEST(test_backward_is_the_mirror_of_forward);
-    RUN_TEST(test_non_finite_input_is_kept_out);
-    RUN_TEST(test_zero_emf_is_finite_and_lets_the_feedforward_fade);
-    RUN_TEST(test_limits_hold);
-    return UNITY_END();
 }

@@ -16,14 +16,6 @@
 
 static pll_q_t pll;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* The paper's motor; cutoff 0: the conventional loop [rad/s]. */
 static void start_at(float cutoff, double speed)
 {
@@ -99,13 +91,4 @@ static void test_a_loop_that_turns_has_the_sign_of_its_speed(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, -way * share, detector_of(AMPLITUDE));
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_slow_start_has_a_direction_and_the_whole_gain);
-    RUN_TEST(test_the_direction_of_a_start_ends_at_20_rad_s);
-    RUN_TEST(test_a_loop_that_turns_has_the_sign_of_its_speed);
-    return UNITY_END();
 }

@@ -37,10 +37,6 @@ void setUp(void)
     worst = 0.0;
 }
 
-void tearDown(void)
-{
-}
-
 static void test_every_float_from_one_to_four(void)
 {
     for (uint32_t k = 0; k < UINT32_C(0x1000000); k += SWEEP) {
@@ -104,16 +100,4 @@ static void test_zero_and_denormals_give_something_finite_and_positive(void)
 static void test_vector_without_length_has_length_zero(void)
 {
     TEST_ASSERT_TRUE(0.0f * inverse_root(0.0f) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_float_from_one_to_four);
-    RUN_TEST(test_whole_range);
-    RUN_TEST(test_ends_of_the_float_range);
-    RUN_TEST(test_factor_of_four_is_a_factor_of_two_exactly);
-    RUN_TEST(test_zero_and_denormals_give_something_finite_and_positive);
-    RUN_TEST(test_vector_without_length_has_length_zero);
-    return UNITY_END();
 }

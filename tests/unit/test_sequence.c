@@ -53,10 +53,6 @@ void setUp(void)
     input.calibration = CALIBRATION_GOES_ON;
 }
 
-void tearDown(void)
-{
-}
-
 static void steps(uint32_t count)
 {
     measured.flags =
@@ -875,50 +871,4 @@ static void test_no_input_leads_where_it_must_not(void)
         }
     }
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_begins_not_ready_with_gates_off);
-    RUN_TEST(test_a_good_calibration_makes_ready);
-    RUN_TEST(test_a_failed_calibration_is_a_fault);
-    RUN_TEST(test_not_ready_refuses_whatever_is_wished_for);
-    RUN_TEST(test_on_goes_through_switched_on_with_duties_before_gates);
-    RUN_TEST(test_quick_stop_starts_nothing);
-    RUN_TEST(test_on_is_refused_with_the_reason);
-    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_started_on);
-    RUN_TEST(test_without_a_wish_nothing_is_refused);
-    RUN_TEST(test_obstacles_of_a_start_do_not_stop_a_running_drive);
-    RUN_TEST(test_gates_that_do_not_come_on_are_a_fault);
-    RUN_TEST(test_any_other_wish_while_switching_on_goes_back_to_ready);
-    RUN_TEST(test_off_opens_the_bridge_in_the_same_step);
-    RUN_TEST(test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands);
-    RUN_TEST(test_quick_stop_ends_with_off_and_not_with_on);
-    RUN_TEST(test_after_a_quick_stop_on_waits_for_off);
-    RUN_TEST(test_a_quick_stop_that_off_has_ended_waits_for_nothing);
-    RUN_TEST(test_a_fault_in_any_state_opens_the_bridge_in_the_same_step);
-    RUN_TEST(test_a_fault_from_outside_acts_in_any_state);
-    RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
-    RUN_TEST(test_the_latched_fault_is_no_later_one);
-    RUN_TEST(test_a_stop_brakes_and_latches_its_fault_at_standstill);
-    RUN_TEST(test_a_stop_that_takes_too_long_opens_the_bridge);
-    RUN_TEST(test_off_ends_a_stop_in_its_fault);
-    RUN_TEST(test_a_fault_during_a_stop_opens_at_once_and_comes_later);
-    RUN_TEST(test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once);
-    RUN_TEST(test_a_refused_reset_tells_what_is_still_there);
-    RUN_TEST(test_a_fault_of_the_module_resets_itself_so_often_and_no_more);
-    RUN_TEST(test_no_other_fault_and_no_lasting_one_resets_itself);
-    RUN_TEST(test_retries_are_forgotten_after_a_quiet_minute);
-    RUN_TEST(test_reset_needs_quiet_for_its_whole_time);
-    RUN_TEST(test_reset_needs_an_edge);
-    RUN_TEST(test_a_reset_from_before_the_fault_is_no_edge);
-    RUN_TEST(test_a_reset_elsewhere_does_nothing);
-    RUN_TEST(test_a_fault_tells_why_it_refuses);
-    RUN_TEST(test_after_a_reset_it_calibrates_and_starts_as_at_first);
-    RUN_TEST(test_gates_are_charged_before_anything_is_controlled);
-    RUN_TEST(test_a_coasting_drive_comes_on_again_by_itself);
-    RUN_TEST(test_bridge_is_on_in_three_states);
-    RUN_TEST(test_no_input_leads_where_it_must_not);
-    return UNITY_END();
 }

@@ -83,10 +83,6 @@ void setUp(void)
     smo_init(&smo, &PAPER);
 }
 
-void tearDown(void)
-{
-}
-
 /* paper Fig. 11; the table of docs/theory.md, 4 (one decimal, after a PLL); both directions are mirror
  * images. */
 static void test_lag_of_the_sigmoid_grows_with_speed_as_published(void)
@@ -489,32 +485,4 @@ static void test_init_asserts_on_a_set_that_the_check_refuses(void)
         TEST_FAIL_MESSAGE("smo_init took a loop gain of 1.9");
     }
     (void)signal(SIGABRT, SIG_DFL);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_lag_of_the_sigmoid_grows_with_speed_as_published);
-    RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
-    RUN_TEST(test_runs_as_the_same_observer_in_double_precision);
-    RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
-    RUN_TEST(test_voltage_one_period_off_is_seen);
-    RUN_TEST(test_two_steps_by_hand);
-    RUN_TEST(test_vector_form_turns_with_its_error);
-    RUN_TEST(test_mean_gain_is_the_describing_function);
-    RUN_TEST(test_gains_without_error);
-    RUN_TEST(test_gain_of_the_sign_is_capped);
-    RUN_TEST(test_reset_is_settled);
-    RUN_TEST(test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond);
-    RUN_TEST(test_reset_of_the_sign_continues_the_emf);
-    RUN_TEST(test_filter_goes_from_its_own_value_to_v);
-    RUN_TEST(test_reset_on_an_error_has_its_v);
-    RUN_TEST(test_take_keeps_the_state);
-    RUN_TEST(test_bad_sample_is_rejected);
-    RUN_TEST(test_what_is_rejected_hangs_on_the_sample_alone);
-    RUN_TEST(test_params_check_names_field_value_and_range);
-    RUN_TEST(test_params_check_refuses_too_much_loop_gain);
-    RUN_TEST(test_params_check_refuses_a_period_longer_than_half_the_time_constant);
-    RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
-    return UNITY_END();
 }

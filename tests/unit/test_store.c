@@ -97,10 +97,6 @@ void setUp(void)
     size_of_page(PAGE);
 }
 
-void tearDown(void)
-{
-}
-
 /* ---- sets ---- */
 
 /* Any value that each row accepts, both ends among them. */
@@ -563,32 +559,4 @@ static void test_the_older_set_is_untouched_by_the_migration(void)
     TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, store_load(&flash, &old_table, &again, &told));
     TEST_ASSERT_EQUAL_FLOAT(8.5f, again.gain);
     TEST_ASSERT_EQUAL_INT32(49, again.tries);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_nothing_stored_gives_defaults);
-    RUN_TEST(test_random_sets_survive);
-    RUN_TEST(test_any_bits_of_a_value_are_kept);
-    RUN_TEST(test_a_page_is_filled_before_the_other_is_erased);
-    RUN_TEST(test_a_page_too_small_is_refused);
-    RUN_TEST(test_memory_that_takes_nothing_leaves_the_set_before);
-    RUN_TEST(test_a_word_that_cannot_be_programmed_is_left_behind);
-    RUN_TEST(test_cut_in_the_first_set_leaves_none_or_it);
-    RUN_TEST(test_cut_while_a_set_is_added_leaves_old_or_new);
-    RUN_TEST(test_cut_while_a_page_is_left_for_the_other_leaves_old_or_new);
-    RUN_TEST(test_cuts_in_a_row_leave_old_or_new);
-    RUN_TEST(test_each_wrong_word_of_the_set_in_force_is_told);
-    RUN_TEST(test_each_wrong_word_of_an_only_set_is_told);
-    RUN_TEST(test_wrong_words_of_older_sets_are_told_or_harmless);
-    RUN_TEST(test_a_wrong_page_beside_a_good_one_is_harmless);
-    RUN_TEST(test_content_that_is_no_store_is_told);
-    RUN_TEST(test_a_set_stored_over_a_corrupt_store_is_in_force);
-    RUN_TEST(test_a_record_of_another_format_is_told);
-    RUN_TEST(test_rows_that_are_new_or_gone_are_migrated_by_id);
-    RUN_TEST(test_values_out_of_a_new_range_get_the_default);
-    RUN_TEST(test_a_table_that_means_the_same_is_still_judged);
-    RUN_TEST(test_the_older_set_is_untouched_by_the_migration);
-    return UNITY_END();
 }

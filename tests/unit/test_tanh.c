@@ -39,10 +39,6 @@ void setUp(void)
     worst = 0.0;
 }
 
-void tearDown(void)
-{
-}
-
 static double exact_ratio(float square)
 {
     double x = sqrt((double)square);
@@ -156,19 +152,4 @@ static void test_value_edges(void)
     TEST_ASSERT_TRUE(tanh_value(INFINITY) == 1.0f);
     TEST_ASSERT_TRUE(tanh_value(-INFINITY) == -1.0f);
     TEST_ASSERT_TRUE(tanh_value(NAN) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_ratio_every_seventh_float_from_small_to_saturated);
-    RUN_TEST(test_ratio_over_the_whole_range);
-    RUN_TEST(test_ratio_falls);
-    RUN_TEST(test_ratio_is_continuous_at_the_seams);
-    RUN_TEST(test_ratio_edges);
-    RUN_TEST(test_ratio_never_exceeds_one);
-    RUN_TEST(test_value_over_the_whole_range);
-    RUN_TEST(test_value_is_odd_and_never_beyond_one);
-    RUN_TEST(test_value_edges);
-    return UNITY_END();
 }

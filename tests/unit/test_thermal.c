@@ -49,10 +49,6 @@ void setUp(void)
     begin(&params);
 }
 
-void tearDown(void)
-{
-}
-
 static abc_t phases(double length, double angle)
 {
     return (abc_t){(float)(length * cos(angle)), (float)(length * cos(angle - 2.0 * PI / 3.0)),
@@ -288,20 +284,4 @@ static void test_new_coefficients_keep_the_heat_and_a_lower_limit_acts_at_once(v
     thermal_take(&x, &other);
     hold(phases(9.0, 0.0));
     TEST_ASSERT_TRUE(x.motor_heat > heat);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_heat_of_a_load_cycle_is_that_of_the_exact_solution);
-    RUN_TEST(test_a_slow_motor_warms_as_slowly_as_it_should);
-    RUN_TEST(test_a_standing_current_warms_one_leg_twice_as_much);
-    RUN_TEST(test_without_current_or_time_constant_nothing_is_judged);
-    RUN_TEST(test_torque_sags_to_what_the_motor_stands_and_nothing_trips);
-    RUN_TEST(test_a_leg_settles_at_what_the_module_stands);
-    RUN_TEST(test_who_goes_on_trips);
-    RUN_TEST(test_a_motor_that_stands_the_limit_is_never_derated);
-    RUN_TEST(test_a_warm_sink_or_motor_takes_the_limit_down);
-    RUN_TEST(test_new_coefficients_keep_the_heat_and_a_lower_limit_acts_at_once);
-    return UNITY_END();
 }

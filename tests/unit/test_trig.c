@@ -45,10 +45,6 @@ void setUp(void)
     worst = 0.0;
 }
 
-void tearDown(void)
-{
-}
-
 static void look_at(float theta)
 {
     rotation_t rotation = trig_rotation(theta);
@@ -266,26 +262,4 @@ static void test_angle_of_a_rotation_on_the_axes_and_of_none(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, PI / 2.0, (double)trig_angle((rotation_t){1.0f, 0.0f}));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, -PI / 2.0, (double)trig_angle((rotation_t){-1.0f, 0.0f}));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, PI, fabs((double)trig_angle((rotation_t){0.0f, -1.0f})));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_sine_and_cosine_of_every_third_float_to_pi);
-    RUN_TEST(test_sine_and_cosine_of_every_float_from_pi_to_the_limit);
-    RUN_TEST(test_sine_and_cosine_over_both_directions);
-    RUN_TEST(test_small_angles_keep_their_relative_accuracy);
-    RUN_TEST(test_angle_zero_is_exact);
-    RUN_TEST(test_sine_is_odd_and_cosine_even_bit_for_bit);
-    RUN_TEST(test_rotation_keeps_lengths);
-    RUN_TEST(test_rotation_limit_below_at_above);
-    RUN_TEST(test_turn_of_a_wrapped_angle);
-    RUN_TEST(test_atan2_over_the_circle_at_every_length);
-    RUN_TEST(test_atan2_of_every_ratio);
-    RUN_TEST(test_atan2_on_the_axes_and_diagonals);
-    RUN_TEST(test_atan2_of_no_vector_is_zero);
-    RUN_TEST(test_advance_turns_a_rotation_on);
-    RUN_TEST(test_angle_of_a_rotation);
-    RUN_TEST(test_angle_of_a_rotation_on_the_axes_and_of_none);
-    return UNITY_END();
 }

@@ -42,10 +42,6 @@ void setUp(void)
     memset(&fix, 0, sizeof fix);
 }
 
-void tearDown(void)
-{
-}
-
 static ab_t as_float(const double value[2])
 {
     return (ab_t){(float)value[0], (float)value[1]};
@@ -544,26 +540,4 @@ static void test_flux_is_set_from_outside(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)a.omega_e);
         TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)b.omega_e);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_units_are_the_bases_over_their_counts);
-    RUN_TEST(test_observers_of_the_vector_form);
-    RUN_TEST(test_observers_per_axis);
-    RUN_TEST(test_lags);
-    RUN_TEST(test_error_of_an_emf_makes_it_again);
-    RUN_TEST(test_loops);
-    RUN_TEST(test_estimators_of_the_vector_form);
-    RUN_TEST(test_estimators_per_axis);
-    RUN_TEST(test_estimators_of_the_sign);
-    RUN_TEST(test_constants_that_do_not_fit_are_refused_by_name);
-    RUN_TEST(test_the_limit_of_a_refusal_is_accepted);
-    RUN_TEST(test_samples_that_do_not_fit_are_none);
-    RUN_TEST(test_range_of_the_samples);
-    RUN_TEST(test_take_in_other_bases_keeps_the_estimate);
-    RUN_TEST(test_flux_is_set_from_outside);
-    RUN_TEST(test_at_its_limit_a_criterion_still_holds);
-    return UNITY_END();
 }

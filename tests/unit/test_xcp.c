@@ -148,10 +148,6 @@ void setUp(void)
     SEND(0xFF, 0x00);
 }
 
-void tearDown(void)
-{
-}
-
 /* ---- session ---- */
 
 /* RESOURCE: CAL/PAG and DAQ. COMM_MODE_BASIC: Intel, BYTE, no block mode, GET_COMM_MODE_INFO is there.
@@ -705,37 +701,4 @@ static void test_a_common_start_is_all_or_nothing(void)
     SEND(0xDD, 1);
     EXPECT(0xFE, 0x2A);
     TEST_ASSERT_EQUAL_UINT32(0u, daq.running);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_connect_tells_what_the_slave_can);
-    RUN_TEST(test_without_a_connection_only_connect_is_answered);
-    RUN_TEST(test_a_new_connection_begins_anew);
-    RUN_TEST(test_synch_is_answered_by_its_error);
-    RUN_TEST(test_comm_mode_info);
-    RUN_TEST(test_unknown_commands_are_told_so);
-    RUN_TEST(test_short_commands_are_told_so);
-    RUN_TEST(test_identification);
-    RUN_TEST(test_upload_goes_on_where_it_ended);
-    RUN_TEST(test_short_upload_brings_its_address);
-    RUN_TEST(test_what_is_not_there_is_out_of_range);
-    RUN_TEST(test_download_writes_slots);
-    RUN_TEST(test_a_refused_download_changes_nothing);
-    RUN_TEST(test_checksum_of_a_block);
-    RUN_TEST(test_setting_the_drives_page_applies_the_staged_set);
-    RUN_TEST(test_pages_that_there_are_not);
-    RUN_TEST(test_the_client_chooses_the_page_that_it_reads);
-    RUN_TEST(test_what_is_said_of_segment_and_pages);
-    RUN_TEST(test_what_is_said_of_acquisition);
-    RUN_TEST(test_the_event_has_name_and_cycle);
-    RUN_TEST(test_other_periods_are_told_as_exactly_as_it_can_be);
-    RUN_TEST(test_selected_lists_start_together);
-    RUN_TEST(test_one_list_is_started_and_stopped_by_itself);
-    RUN_TEST(test_a_running_list_is_not_changed);
-    RUN_TEST(test_allocations_have_an_order_and_an_end);
-    RUN_TEST(test_what_cannot_be_measured_is_refused);
-    RUN_TEST(test_a_common_start_is_all_or_nothing);
-    return UNITY_END();
 }

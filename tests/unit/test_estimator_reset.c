@@ -134,13 +134,9 @@ static void check_fast_reset(double way)
     }
 }
 
-static void test_reset_at_high_speed_makes_the_filters_lag_forward(void)
+static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {
     check_fast_reset(1.0);
-}
-
-static void test_reset_at_high_speed_makes_the_filters_lag_backward(void)
-{
     check_fast_reset(-1.0);
 }
 
@@ -168,13 +164,9 @@ static void check_preset(double way)
     }
 }
 
-static void test_reset_presets_the_filter_as_settled_forward(void)
+static void test_reset_presets_the_filter_as_settled(void)
 {
     check_preset(1.0);
-}
-
-static void test_reset_presets_the_filter_as_settled_backward(void)
-{
     check_preset(-1.0);
 }
 
@@ -274,13 +266,9 @@ static void check_coast_in_ramp(double way)
     }
 }
 
-static void test_coast_goes_on_with_the_torque_forward(void)
+static void test_coast_goes_on_with_the_torque(void)
 {
     check_coast_in_ramp(1.0);
-}
-
-static void test_coast_goes_on_with_the_torque_backward(void)
-{
     check_coast_in_ramp(-1.0);
 }
 

@@ -177,26 +177,11 @@ static void check_debounce(int n)
     TEST_ASSERT_EQUAL_INT(4, changes);
 }
 
-static void test_amplitude_is_debounced(void)
+static void test_each_criterion_is_debounced(void)
 {
-    check_debounce(0);
-    check_debounce(1);
-}
-
-static void test_detector_is_debounced(void)
-{
-    check_debounce(2);
-}
-
-static void test_current_is_debounced(void)
-{
-    check_debounce(3);
-}
-
-static void test_speed_is_debounced(void)
-{
-    check_debounce(4);
-    check_debounce(5);
+    for (int n = 0; n < LIMIT_COUNT; n++) {
+        check_debounce(n);
+    }
 }
 
 /* All at once, each with a time of its own: 1, 3, 5 and 8 periods. */

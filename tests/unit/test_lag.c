@@ -60,40 +60,6 @@ static ab_t as_float(const double value[2])
     return pair;
 }
 
-typedef struct {
-    double mean, sd; /* of the angle left after compensation [mrad] */
-    double ratio;    /* |e_hat|/|e| over lag_attenuation, mean [-] */
-} rest_t;
-
-static rest_t compensated(const smo_params_t *params, const smo_oracle_case_t *rig, lag_mode_t mode)
-{
-    long settle = 4000;
-    long count = 6000;
-    double sum = 0.0;
-    double squares = 0.0;
-    double ratio = 0.0;
-    smo_init(&smo, params);
-    for (long k = 1; k <= settle + count; k++) {
-        smo_oracle_sample_t now;
-        smo_oracle_sample(rig, k, &now);
-        ab_t emf = smo_step(&smo, as_float(now.voltage), as_float(now.current));
-        if (k > settle) {
-            double a = (double)emf.alpha;
-            double b = (double)emf.beta;
-            double angle = atan2(b * now.emf[0] - a * now.emf[1], a * now.emf[0] + b * now.emf[1]);
-            angle = 1e3 * (angle + (double)lag_angle(&smo, mode, (float)rig->omega_e));
-            sum += angle;
-            squares += angle * angle;
-            ratio += hypot(a, b) / hypot(now.emf[0], now.emf[1]) /
-                     (double)lag_attenuation(&smo, (float)rig->omega_e);
-        }
-    }
-    double n = (double)count;
-    rest_t rest = {sum / n, 0.0, ratio / n};
-    rest.sd = sqrt(squares / n - rest.mean * rest.mean);
-    return rest;
-}
-
 void setUp(void)
 {
     smo_init(&smo, &PAPER);
@@ -130,50 +96,6 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
     printf("exact lag within %.1e rad, attenuation within %.1e\n", worst, worst_ratio);
     TEST_ASSERT_TRUE(worst <= ANGLE);
     TEST_ASSERT_TRUE(worst_ratio <= LENGTH);
-}
-
-/* Acceptance: 0.03 mrad of float32 for the vector form, either direction, with and without filter. */
-static void test_exact_lag_leaves_nothing_of_the_vector_form(void)
-{
-    static const float cutoffs[] = {0.0f, 2000.0f};
-    for (int n = 0; n < MOTOR_COUNT; n++) {
-        for (int c = 0; c < 2; c++) {
-            for (double part = -1.0; part <= 1.0; part += 0.4) {
-                smo_params_t params = motor_params(n, cutoffs[c]);
-                smo_oracle_case_t rig = motor_case(n, part * MOTORS[n].omega_max);
-                rest_t rest = compensated(&params, &rig, LAG_EXACT);
-                TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.0, rest.mean);
-                TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, rest.sd);
-                TEST_ASSERT_DOUBLE_WITHIN(2e-5, 1.0, rest.ratio);
-            }
-        }
-    }
-}
-
-/* The table of docs/theory.md, 4; printed: +35.5 at 1500 r/min. */
-static void test_modes_leave_what_is_published_of_the_sigmoid_per_axis(void)
-{
-    static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
-    static const double none[] = {-3.1, -15.8, -33.1, -54.1};
-    static const double corrected[] = {2.1, 10.4, 20.7, 31.1};
-    smo_params_t params = PAPER;
-    params.switching = SMO_SIGMOID;
-    for (int n = 0; n < 4; n++) {
-        for (double way = -1.0; way <= 1.0; way += 2.0) {
-            smo_oracle_case_t rig = motor_case(0, way * rpm[n] * RAD_PER_RPM);
-            rest_t printed = compensated(&params, &rig, LAG_PRINTED);
-            rest_t mended = compensated(&params, &rig, LAG_CORRECTED);
-            rest_t exact = compensated(&params, &rig, LAG_EXACT);
-            printf("%6.0f r/min: printed %.2f corrected %.2f exact %.3f sd %.2f mrad\n", way * rpm[n],
-                   printed.mean, mended.mean, exact.mean, exact.sd);
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, way * none[n], compensated(&params, &rig, LAG_NONE).mean);
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, way * corrected[n], mended.mean);
-            TEST_ASSERT_DOUBLE_WITHIN(0.5, 0.0, exact.mean);
-            if (n == 3) {
-                TEST_ASSERT_DOUBLE_WITHIN(0.5, way * 35.5, printed.mean);
-            }
-        }
-    }
 }
 
 static void test_printed_and_corrected_are_the_formulas(void)

@@ -438,7 +438,6 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
         machine_step();
     }
     const double taken = (drive.period - begin) * PERIOD;
-    printf("%s after %.4f s\n", fault_rows[row].name, taken);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << row, drive.guard.losses.word[0]);
     TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.estimate.invalid);
     TEST_ASSERT_TRUE(taken > 0.1);
@@ -575,7 +574,6 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         const double after = told_after(way);
-        printf("unlocked after %.1f ms\n", 1e3 * after);
         TEST_ASSERT_TRUE(fault_set_has(drive.guard.losses, FAULT_UNLOCKED));
         TEST_ASSERT_TRUE(after <= 12e-3);
         expect_manoeuvre(MANOEUVRE_RELOCK);

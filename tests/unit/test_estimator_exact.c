@@ -113,8 +113,6 @@ static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanis
             double phi = atan(omega * tau);
             double stages = cos(phi) * cos(phi) - cos(phi) * sin(phi) * 0.95 / (omega * 0.0125) +
                             (cutoffs[n] > 0.0 ? 1.0 : 0.0);
-            printf("T %.0e ws %4.0f: continuous - sampled %.5f mrad = %.4f half periods, first order %.4f\n",
-                   period, cutoffs[n], gap, gap / half, stages);
             TEST_ASSERT_DOUBLE_WITHIN(0.04 * period / 1e-4 + 1e-6, stages, gap / half);
             if (period == 1e-4) {
                 double halves = cutoffs[n] > 0.0 ? 2.0 : 1.0;
@@ -153,8 +151,6 @@ static void check_exact(int machine, double way, const double *cutoffs, int coun
             }
         }
     }
-    printf("machine %d %+.0f: |mean| <= %.4f, peak <= %.4f mrad, speed within %.4f rad/s\n", machine, way,
-           worst.mean, worst.peak, worst.speed);
     check_below(worst.mean, FLOAT_MEAN, "mean");
     check_below(worst.peak, FLOAT_PEAK, "peak");
     /* a mean frequency off by d would drift d 0.6 s */
@@ -192,8 +188,6 @@ static void check_extreme(double way)
         deviation_t d = settled(&params, &rig);
         double length = hypot((double)est.estimate.emf.alpha, (double)est.estimate.emf.beta);
         double ratio = length / fabs(rig.flux_linkage * rig.omega_start);
-        printf("omega T %.2f: mean %+.4f, peak %.4f mrad, length %+.1e\n", rig.omega_start * T, d.mean,
-               d.peak, ratio - 1.0);
         check_below(d.peak, 0.02, "peak");
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, ratio);
     }
@@ -209,7 +203,6 @@ static void test_ten_samples_a_turn_leave_as_little(void)
  * half a last digit over omega_c T = 0.005 short: 2.4e-4 rad/s at 3000, less than 1e-6 of it. */
 static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 {
-    double worst = 0.0;
     for (int n = 0; n <= EXTREME; n++) {
         for (int m = 0; m < 8; m++) {
             double part = (m % 2 ? -1.0 : 1.0) * (0.1 + 0.3 * (m / 2));
@@ -219,7 +212,6 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
             (void)settled(&params, &rig);
             double length = hypot((double)est.estimate.emf.alpha, (double)est.estimate.emf.beta);
             double off = length / fabs(rig.flux_linkage * omega) - 1.0;
-            worst = fmax(worst, fabs(off));
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, off);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0,
                                       (double)est.tracker.pll.amplitude / fabs(rig.flux_linkage * omega));
@@ -227,7 +219,6 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(omega), 0.0, (double)est.tracker.pll.integral);
         }
     }
-    printf("length of the EMF within %.1e\n", worst);
 }
 
 /* ---- 10. timing ---- */
@@ -250,7 +241,6 @@ static void check_voltage_off(double way, double current, double tolerance)
             position_t position = stepped(as_float(then.voltage), as_float(now.current));
             sum += k > 5000 ? 1e3 * circle((double)position.theta_e - now.theta) : 0.0;
         }
-        printf("voltage %+ld periods off, %+.0f, %.2f A: %+.2f mrad\n", early, way, current, sum / 6000.0);
         TEST_ASSERT_DOUBLE_WITHIN(tolerance, 62.832 * way * (double)early, sum / 6000.0);
     }
 }

@@ -24,8 +24,6 @@ static void test_adapted_flux_leaves_little(void)
         TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)flux.flux_linkage);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.speed_per_volt));
         ramp_t r = ramp_from(&rig, RAMP_START);
-        printf("psi_hat from %.1f psi at %.0f rad/s, wc %.0f: %.5f Wb, steady %+.2f, peak %.1f mrad\n", wrong,
-               share, slow ? 25.0 : 50.0, (double)flux.flux_linkage, r.steady, r.peak);
         check_below(fabs(r.steady), 15.0, "steady");
         TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)flux.flux_linkage);
     }

@@ -193,8 +193,6 @@ static void test_swing_decays_as_the_damping_says(void)
         const double ratio = decay / hypot(decay, rate);
         const double expected = -creal(s) / cabs(s);
         const double plain = KT * dampings[n] * PSI * POLE_PAIRS / (2.0 * inertias[n] * natural(inertias[n]));
-        printf("J %.4f: damping ratio %.4f, by the equation %.4f, plain %.4f\n", inertias[n], ratio, expected,
-               plain);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * cimag(s), cimag(s), rate);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, ratio);
         TEST_ASSERT_DOUBLE_WITHIN(0.15 * plain, plain, ratio);

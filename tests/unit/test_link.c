@@ -152,7 +152,6 @@ static void test_braking_into_a_capacitor_stays_below_the_trip(void)
     for (int n = 0; n < 3; n++) {
         setUp();
         const bounds_t seen = play(capacitances[n], 311.0, MOST, 10.0);
-        printf("%.2f mF: up to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.largest, seen.swing);
         TEST_ASSERT_TRUE(seen.largest < OVER);
         TEST_ASSERT_TRUE(seen.swing < 0.5);
         TEST_ASSERT_TRUE(seen.largest > 380.0);
@@ -166,7 +165,6 @@ static void test_a_rotor_holds_a_link_without_supply(void)
     for (int n = 0; n < 2; n++) {
         setUp();
         const bounds_t seen = play(capacitances[n], 311.0, -MOST, 50.0);
-        printf("%.2f mF: down to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.smallest, seen.swing);
         TEST_ASSERT_TRUE(seen.smallest > UNDER);
         TEST_ASSERT_TRUE(seen.swing < 0.5);
     }

@@ -45,7 +45,6 @@ static void check_at_most(double limit, double value, const char *what)
 {
     char text[120];
     snprintf(text, sizeof text, "%s: %.4g, limit %.4g", what, value, limit);
-    printf("%s\n", text);
     TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 

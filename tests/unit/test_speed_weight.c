@@ -77,7 +77,6 @@ static void test_loop_answers_a_step_as_its_transfer_function(void)
             omega += T * C * (double)step(10.0f, (float)omega);
             peaks[n] = fmax(peaks[n], omega / 10.0 - 1.0);
         }
-        printf("b %.1f: %.2f %% beyond\n", weights[n], 100.0 * peaks[n]);
         TEST_ASSERT_TRUE(peaks[n] < beyond[n] + 1e-3);
     }
     TEST_ASSERT_DOUBLE_WITHIN(5e-4, exp(-PI * sqrt(3.0)), peaks[0]);

@@ -115,8 +115,6 @@ static void test_heat_of_a_load_cycle_is_that_of_the_exact_solution(void)
                 off_leg = fmax(off_leg, fabs((double)x.module_heat - worst));
             }
         }
-        printf("tau %g s and %g s: motor off by %.3f %%, leg by %.3f %%\n", times[n][0], times[n][1],
-               100.0 * off_motor / most_motor, 100.0 * off_leg / most_leg);
         TEST_ASSERT_TRUE(off_motor < WITHIN * most_motor);
         TEST_ASSERT_TRUE(off_leg < WITHIN * most_leg);
     }

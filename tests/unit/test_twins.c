@@ -132,8 +132,6 @@ static void check_observers(smo_switching_t switching, float emf_cutoff)
                 fabs((double)smo_equivalent_gain_q(&fix.q.smo) * (double)fix.scale.units.gain / k_f - 1.0));
         }
     }
-    printf("observers, form %d, filter %.0f: %.2g V, k_f %.2g\n", (int)switching, (double)emf_cutoff, volts,
-           gain);
     check_below(volts, VOLTAGE_APART, "e_hat [V]");
     check_below(gain, switching == SMO_SIGMOID ? MEAN_APART : GAIN_APART, "k_f");
 }
@@ -166,8 +164,6 @@ static void check_lags(lag_mode_t mode, float emf_cutoff)
         double part = (double)lag_attenuation_q(&fix.q.smo, speed) / 16777216.0;
         length = fmax(length, fabs(part / full - 1.0));
     }
-    printf("lag mode %d, filter %.0f: %.2g rad, attenuation %.2g\n", (int)mode, (double)emf_cutoff, angle,
-           length);
     check_below(angle, ANGLE_APART, "lag [rad]");
     check_below(length, LENGTH_APART, "attenuation");
 }
@@ -218,7 +214,6 @@ static void test_error_of_an_emf_makes_it_again(void)
             worst = fmax(worst, hypot(turned[0] - cut * e[0], turned[1] - cut * e[1]) / hypot(e[0], e[1]));
             check_below(fabs(circle(atan2(turned[1], turned[0]) - angle)), 3e-6 + emfs[n].off, "angle [rad]");
         }
-        printf("error of an EMF of %.2f k_s: within %.2g\n", emfs[n].share, worst);
         check_below(worst, 3e-6 + emfs[n].off, "EMF [-]");
     }
     const ab_q_t none = lag_error_q(&fix.q.smo, 0, (ab_q_t){0, 0});
@@ -261,7 +256,6 @@ static void test_loops(void)
             theta = circle(theta + T * omega);
         }
     }
-    printf("loops: %.2g rad, %.2g rad/s, %.2g on the way\n", angle, speed, transient);
     check_below(angle, LOOP_APART, "angle [rad]");
     check_below(speed, LOOP_SPEED_APART, "speed [rad/s]");
     check_below(transient, LOOP_SPEED_APART, "speed on the way [rad/s]");
@@ -297,8 +291,6 @@ static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf
         }
         TEST_ASSERT_EQUAL_UINT16(estimator_invalid(&flt), fixed_invalid(&fix));
     }
-    printf("composed, form %d, lag %d, filter %.0f: %.4f mrad, settled %.4f mrad, %.2g rad/s\n",
-           (int)switching, (int)mode, (double)emf_cutoff, transient, settled, speed);
     check_below(transient, TRANSIENT_APART, "angle on the way [mrad]");
     check_below(settled, MRAD_APART, "angle [mrad]");
     check_below(speed, SPEED_APART, "speed [rad/s]");
@@ -337,7 +329,6 @@ static void test_estimators_of_the_sign(void)
             sums[1] += circle((double)b.theta_e - now.theta) / 15000.0;
         }
     }
-    printf("sign: means %.3f and %.3f mrad\n", 1e3 * sums[0], 1e3 * sums[1]);
     check_below(1e3 * fabs(sums[0] - sums[1]), 1.0, "mean [mrad]");
 }
 

@@ -49,7 +49,6 @@ static void follow(const plant_params_t *q, double motor, double load, double se
         far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
         far[2] = fmax(far[2], fabs(now.omega_load - wanted[2]));
     }
-    printf("off by %.2g rad twist, %.2g and %.2g rad/s\n", far[0], far[1], far[2]);
     TEST_ASSERT_TRUE(far[0] < 1e-9);
     TEST_ASSERT_TRUE(far[1] < 1e-6);
     TEST_ASSERT_TRUE(far[2] < 1e-6);
@@ -235,7 +234,6 @@ static void balanced(double target)
     double stored = now.energy_magnetic + now.energy_kinetic - before.energy_magnetic - before.energy_kinetic;
     double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + stored;
     double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
-    printf("twist to %.3g rad, %.4g J moved, off by %.2g\n", most, moved, (now.energy_dc - sinks) / moved);
     TEST_ASSERT_TRUE(most > 1e-4 && moved > 10.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
     TEST_ASSERT_DOUBLE_WITHIN(0.1 * fabs(target), target, now.omega_load);

@@ -39,9 +39,6 @@ static plant_truth_t balanced(double kinetic_before)
     double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + now.energy_magnetic +
                    now.energy_kinetic - kinetic_before;
     double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
-    printf("dc %.4f copper %.4f inverter %.4f mechanical %.4f magnetic %.4f kinetic %.4f J: off by %.2g\n",
-           now.energy_dc, now.energy_copper, now.energy_inverter, now.energy_mechanical, now.energy_magnetic,
-           now.energy_kinetic - kinetic_before, (now.energy_dc - sinks) / moved);
     TEST_ASSERT_TRUE(moved > 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
     return now;

@@ -189,7 +189,6 @@ static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
         most = fmax(most, plant.i[0]);
         least = fmin(least, plant.i[0]);
     }
-    printf("phase a %.3g to %.3g A\n", least, most);
     TEST_ASSERT_TRUE(least < -3.0);
     TEST_ASSERT_TRUE(most < 1.5);
 }
@@ -252,7 +251,6 @@ static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
         most = fmax(most, plant.i[0]);
         work += plant.torque;
     }
-    printf("phase a %.3g to %.3g A, mean torque %.3g N m\n", least, most, work / 3000.0);
     TEST_ASSERT_TRUE(most > 5.0);
     TEST_ASSERT_TRUE(least > -0.2);
     TEST_ASSERT_TRUE(work / 3000.0 < -0.5);
@@ -557,7 +555,6 @@ static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_els
             worst = fmax(worst, fabs(plant.v_dc - v));
         }
     }
-    printf("off by %.3g V of %.4g\n", worst, v);
     /* First order in its steps, here 10 us: less than one at the steepest, 40 V 1885 /s. */
     TEST_ASSERT_TRUE(worst < 10e-6 * 40.0 * 1885.0);
 }
@@ -585,7 +582,6 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
                 loop_period(&loop, &plant, NULL, NULL);
             }
             double given = 0.5 * q.dc_capacitance * (v * v - plant.v_dc * plant.v_dc);
-            printf("%.4g to %.4g V, %.4g J of %.4g\n", v, plant.v_dc, plant.energy_dc, given);
             TEST_ASSERT_TRUE(plant.v_dc < v - 1.0);
             TEST_ASSERT_DOUBLE_WITHIN(2e-3 * given, given, plant.energy_dc);
             q.supply_lost = 0.0;

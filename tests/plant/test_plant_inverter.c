@@ -83,8 +83,6 @@ static void test_dead_time_error_is_that_of_the_formula(void)
         double commanded = 2.0 / 3.0 * 0.12 * 311.0;
         for (int averaged = 0; averaged < 2; averaged++) {
             double error = commanded - mean_alpha(&q, 8400, 6600, dead[n], averaged);
-            printf("dead %u ticks, %s: leg error %.4f V\n", dead[n], averaged ? "averaged" : "switched",
-                   error * 0.75);
             /* Edges are exact to the tick; what is left is rounding and the last e^-15 of settling. */
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / 3.0 * v + small, error);
             TEST_ASSERT_DOUBLE_WITHIN(0.07, row[n],
@@ -148,7 +146,6 @@ static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
             }
         }
     }
-    printf("averaged %.4f %.4f A, switched %.4f %.4f A\n", mean[1][0], mean[1][1], mean[0][0], mean[0][1]);
     /* Impedance |R + j 628 L| = 7.9 ohm; by 8 mV a period's voltage differs in the mean. The samples of the
      * switched one lie (dead + on + off)/2 = 2.05 us from the middle of the zero vector, in which the EMF of
      * 115 V drives 9.2 A/ms: 19 mA. */
@@ -225,7 +222,6 @@ static void expect_missed(const char *what, double rpm, const missed_t *missed, 
     snprintf(message, sizeof message,
              "%s, %.0f r/min: %.4f V rms, mean (%.4f, %.4f); both edges by the mean current %.4f V", what,
              rpm, missed->rms, missed->mean_d, missed->mean_q, missed->one_current);
-    printf("%s\n", message);
     TEST_ASSERT_TRUE_MESSAGE(missed->rms <= limit, message);
     TEST_ASSERT_TRUE_MESSAGE(missed->rms <= share * missed->one_current, message);
     TEST_ASSERT_TRUE_MESSAGE(fabs(missed->mean_d) <= 0.008 && fabs(missed->mean_q) <= 0.008, message);

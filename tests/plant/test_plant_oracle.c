@@ -52,8 +52,6 @@ static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omeg
         far.speed = fmax(far.speed, fabs(seen[n].omega_m - wanted[n].omega_m));
         far.largest = fmax(far.largest, fabs(wanted[n].i_a));
     }
-    printf("largest difference %.3g A (of %.3g A), %.3g rad, %.3g rad/s; speed at the end %.5g rad/s\n",
-           far.current, far.largest, far.angle, far.speed, seen[samples - 1].omega_m);
     return far;
 }
 

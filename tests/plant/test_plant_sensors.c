@@ -100,8 +100,6 @@ static void test_noise_has_its_mean_deviation_and_independence(void)
     /* Five standard deviations: of a mean 1/sqrt(N), of a mean square sqrt(2/N), of a product 1/sqrt(N), of a
      * fourth power sqrt(96/N). Kurtosis 3 - 0.041 as noise.h says. */
     double five = 5.0 / sqrt(N);
-    printf("mean %.5f %.5f %.5f, square %.5f %.5f %.5f, a b %.5f, lag %.5f, fourth %.4f\n", sum_a / N,
-           sum_b / N, sum_v / N, square_a / N, square_b / N, square_v / N, cross / N, lag / N, fourth / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_a / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_b / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_v / N);

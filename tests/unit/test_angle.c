@@ -5,9 +5,9 @@
 #include <unity.h>
 
 #include "math/angle.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
-static const double PI = 3.14159265358979323846;
 static const double PI_REST = 1.2246467991473532e-16;
 
 /* What is left of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by rounding), the

@@ -5,10 +5,9 @@
 #include <unity.h>
 
 #include "inverter/dead_time.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .turn_on_delay = 0.7e-6f,

@@ -7,10 +7,9 @@
 #include <unity.h>
 
 #include "adapt/dead_time_learn.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 #define PERIOD 1e-4
 #define EVERY  4u

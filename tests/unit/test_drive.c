@@ -6,9 +6,8 @@
 #include "drive/drive.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
-
-#define PI 3.14159265358979323846
 
 void setUp(void)
 {

@@ -7,11 +7,11 @@
 
 #include "drive/drive.h"
 #include "drive/reasons.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
 
 /* The paper's motor at a speed that nothing disturbs, behind an inverter that loses what the drive's model
  * says: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2). */
-#define PI     3.14159265358979323846
 #define PERIOD 1e-4
 #define R      (0.95 + 0.0215) /* winding and devices */
 #define L      0.0125
@@ -37,11 +37,6 @@ void setUp(void)
     machine.flux = PSI;
     machine.flux_end = PSI;
     bench_begin();
-}
-
-static double wrapped(double angle)
-{
-    return angle - 2.0 * PI * nearbyint(angle / (2.0 * PI));
 }
 
 static double complex vector_of(double a, double b, double c)
@@ -151,8 +146,8 @@ static void given_running_machine(double omega_e, double i_q)
 /* Angle of the estimator against the machine at the instant of the last sample. */
 static double estimate_error(void)
 {
-    return wrapped((double)drive.estimator.estimate.frame.theta_e -
-                   (machine.theta_e - machine.omega_e * PERIOD));
+    return circle((double)drive.estimator.estimate.frame.theta_e -
+                  (machine.theta_e - machine.omega_e * PERIOD));
 }
 
 /* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes: what an
@@ -284,7 +279,7 @@ static void test_position_source_changes_live_without_a_bump(void)
             for (int m = 0; m < 50 + n; m++) {
                 const double before = (double)drive.demand.frame.theta_e;
                 machine_step();
-                const double moved = wrapped((double)drive.demand.frame.theta_e - before);
+                const double moved = circle((double)drive.demand.frame.theta_e - before);
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.current.q);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.current.d);
@@ -347,17 +342,6 @@ static void test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another(
     }
 }
 
-static void test_with_the_encoder_nothing_is_caught(void)
-{
-    static const double speeds[] = {0.0, 6.2832, -150.0};
-    for (size_t n = 0; n < 3; n++) {
-        setUp();
-        given_running_machine(4.0 * speeds[n], 0.0);
-        expect_manoeuvre(MANOEUVRE_RUN);
-        TEST_ASSERT_TRUE(drive.encoder_position.theta_e == drive.demand.frame.theta_e);
-    }
-}
-
 /* 1100 rad/s are 201 V, more than 311 V/sqrt(3) = 179.6 V: the currents would find no voltage against it. */
 static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
 {
@@ -371,30 +355,6 @@ static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
         machine_steps(CATCH);
         expect_fault(REASON_ROTOR_TOO_FAST);
         TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-    }
-}
-
-/* With the gates off a current can only be one through the diodes: 0.4 A and more. Where it has gone the
- * start goes on by itself. */
-static void test_a_rotor_that_feeds_the_link_is_not_switched_on(void)
-{
-    for (int sensorless = 0; sensorless < 2; sensorless++) {
-        setUp();
-        params.position_source = sensorless != 0 ? POSITION_SENSORLESS : POSITION_ENCODER;
-        drive_init(&drive, &params);
-        bring_to_ready();
-        samples.i_a = 0.41f;
-        samples.i_b = -0.205f;
-        request(REQUEST_ON);
-        steps(100);
-        expect_state(DRIVE_READY);
-        TEST_ASSERT_EQUAL_INT32(REASON_ROTOR_TOO_FAST, drive.sequence.refusal);
-        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-        samples.i_a = 0.0f;
-        samples.i_b = 0.0f;
-        steps(3);
-        expect_state(DRIVE_OPERATION_ENABLED);
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
     }
 }
 

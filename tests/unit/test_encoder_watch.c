@@ -9,8 +9,8 @@
 #include <unity.h>
 
 #include "protect/encoder_watch.h"
+#include "tests/unit/compare.h"
 
-#define PI    3.14159265358979323846
 #define T     1e-4
 #define EVERY 8u
 #define R     0.95    /* [ohm] */

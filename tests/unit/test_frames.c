@@ -5,10 +5,9 @@
 #include <unity.h>
 
 #include "math/frames.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 /* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
  * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */

@@ -5,6 +5,7 @@
 #include <unity.h>
 
 #include "adapt/inductance.h"
+#include "tests/unit/compare.h"
 
 #define PERIOD 1e-4
 #define EVERY  4u
@@ -12,8 +13,6 @@
 #define L_TRUE 12.5e-3
 #define R_TRUE 0.97
 #define I_Q    4.5
-
-static const double PI = 3.14159265358979323846;
 
 /* What the rotor does and what is known of it. */
 typedef struct {

@@ -2,6 +2,7 @@
  * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
  * two steps later. */
 #include "inverter/inverter.h"
+#include "tests/unit/compare.h"
 
 #include <complex.h>
 #include <math.h>
@@ -9,8 +10,6 @@
 #include <unity.h>
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 #define COUNTS     7500
 #define DUTY_MIN   0.04

@@ -1,5 +1,6 @@
 /* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
 #include "protect/link.h"
+#include "tests/unit/compare.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,8 +13,6 @@
 #define MOST   10.0   /* [A] */
 #define TORQUE 1.098  /* [N m/A] */
 #define OMEGA  157.08 /* [rad/s] 1500 r/min */
-#define PI     3.14159265358979323846
-
 static link_t x;
 
 static link_params_t usual(double ride_time)

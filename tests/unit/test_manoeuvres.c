@@ -163,6 +163,9 @@ static uint32_t steps_until(manoeuvre_t manoeuvre, double most_seconds)
     return period - from;
 }
 
+#define EXPECT_TRACE(...)                                                                                    \
+    expect_trace((manoeuvre_t[]){__VA_ARGS__},                                                               \
+                 (int)(sizeof((manoeuvre_t[]){__VA_ARGS__}) / sizeof(manoeuvre_t)))
 static void expect_trace(const manoeuvre_t *names, int count)
 {
     for (int n = 0; n < count && n < traced; n++) {
@@ -193,6 +196,13 @@ static void given_running(double omega_m)
     (void)steps_until(MANOEUVRE_RUN, 0.021);
     steps(0.5);
     traced = 0;
+}
+
+static void given_heavy_running(double omega_m)
+{
+    setUp();
+    make_heavy();
+    given_running(omega_m);
 }
 
 /* ---- catch ---- */
@@ -235,7 +245,7 @@ static void test_turning_rotor_is_caught_and_run(void)
         step();
         TEST_ASSERT_TRUE(manoeuvres_judged(&m));
         steps(1.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_RUN}, 2);
+        EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, machine.omega_m / (double)wish.omega_m_ref);
     }
 }
@@ -405,9 +415,7 @@ static void check_start(const start_t *start, double theta)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * fabs(machine.omega_m), machine.omega_m, (double)m.run.omega_m_ref);
     TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
     steps(3.0);
-    expect_trace(
-        (manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
-        5);
+    EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs((double)start->speed), (double)start->speed, machine.omega_m);
     TEST_ASSERT_EQUAL_UINT32(0u, m.start_try); /* done */
 }
@@ -524,18 +532,18 @@ static void test_reference_too_slow_to_track_is_forced(void)
         wish.omega_m_ref = (float)way * 3.0f;
         begin();
         steps(5.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED}, 4);
+        EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 3.0, machine.omega_m);
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
         const frame_t rotor = manoeuvres_rotor(&m, &estimate.frame, &estimate);
         TEST_ASSERT_EQUAL_MEMORY(&m.forced.frame, &rotor, sizeof rotor);
         wish.omega_m_ref = (float)way * 40.0f;
         steps(3.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN}, 3);
+        EXPECT_TRACE(MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.4, way * 40.0, machine.omega_m);
         wish.omega_m_ref = (float)way * 2.0f;
         steps(3.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED}, 2);
+        EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 2.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
     }
@@ -599,9 +607,7 @@ static void test_fall_back_keeps_the_torque(void)
 static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
 {
     for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        make_heavy();
-        given_running(way * 50.0);
+        given_heavy_running(way * 50.0);
         TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
         wish.omega_m_ref = (float)way * -50.0f;
         bool sign = false, passed = false;
@@ -635,9 +641,7 @@ static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
         given_running(way * 40.0);
         wish.omega_m_ref = (float)way * -40.0f;
         steps(10.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER,
-                                     MANOEUVRE_RUN},
-                     5);
+        EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.4, way * -40.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
         TEST_ASSERT_EQUAL_UINT32(0u, m.lock_losses);
@@ -670,9 +674,7 @@ static void lose(void)
 static void test_lost_rotor_is_caught_again(void)
 {
     for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        make_heavy();
-        given_running(way * 60.0);
+        given_heavy_running(way * 60.0);
         lose();
         TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
@@ -698,9 +700,8 @@ static void test_rotor_that_stands_after_a_loss_is_started(void)
     machine.friction = 0.05;
     lose();
     steps(3.0);
-    expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_RELOCK, MANOEUVRE_ALIGN, MANOEUVRE_RAMP,
-                                 MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
-                 6);
+    EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_RELOCK, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER,
+                 MANOEUVRE_RUN);
     TEST_ASSERT_DOUBLE_WITHIN(0.6, 60.0, machine.omega_m);
 }
 
@@ -709,9 +710,7 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
 {
     static const double apart[] = {0.1, 0.98, 1.02, 1.5};
     for (int n = 0; n < 4; n++) {
-        setUp();
-        make_heavy();
-        given_running(60.0);
+        given_heavy_running(60.0);
         for (uint32_t k = 1u; k <= 3u; k++) {
             lose();
             TEST_ASSERT_EQUAL_UINT32(k, m.lock_losses);
@@ -742,8 +741,7 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
 /* Those of the last time on do not count. */
 static void test_losses_begin_anew_when_the_bridge_comes_on(void)
 {
-    make_heavy();
-    given_running(60.0);
+    given_heavy_running(60.0);
     for (int n = 0; n < 2; n++) {
         lose();
         steps(0.1);

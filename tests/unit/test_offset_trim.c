@@ -6,10 +6,9 @@
 #include <unity.h>
 
 #include "adapt/offset_trim.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 #define GAIN   0.05f
 #define PERIOD 1e-4f

@@ -6,8 +6,8 @@
 #include <unity.h>
 
 #include "estimator/fixed/fixed.h"
+#include "tests/unit/compare.h"
 
-#define PI        3.14159265358979323846
 #define AMPLITUDE 10.0 /* [V] */
 
 /* A count: of a turn a period, and of U = 256 V, the power of two above k_s (formats.h). */

@@ -11,8 +11,8 @@
 #include "math/root_q.h"
 #include "math/tanh_q.h"
 #include "math/trig_q.h"
+#include "tests/unit/compare.h"
 
-#define PI   3.14159265358979323846
 #define TURN 4294967296.0
 
 static uint64_t seed;

@@ -11,18 +11,9 @@
 
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/machines.h"
 
-#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
-#define FLOAT_MRAD  0.03
-
-static const smo_params_t PAPER = {.resistance = 0.95f,
-                                   .inductance = 0.0125f,
-                                   .gain = 200.0f,
-                                   .slope = 1.0f,
-                                   .emf_cutoff = 0.0f,
-                                   .period = 1e-4f,
-                                   .switching = SMO_SIGMOID};
+#define FLOAT_MRAD 0.03
 
 static smo_t smo;
 
@@ -39,12 +30,6 @@ static smo_oracle_case_t paper_case(double rpm, double current_q)
 {
     smo_oracle_case_t rig = {0.95, 0.0125, 0.183, 1e-4, rpm * RAD_PER_RPM, 0.3, current_q};
     return rig;
-}
-
-static ab_t as_float(const double value[2])
-{
-    ab_t pair = {(float)value[0], (float)value[1]};
-    return pair;
 }
 
 typedef struct {

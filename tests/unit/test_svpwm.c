@@ -5,11 +5,10 @@
 #include <unity.h>
 
 #include "inverter/svpwm.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 /* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
 #define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)

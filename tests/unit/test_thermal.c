@@ -1,6 +1,7 @@
 /* Heat of motor and module beside the exact solution of tau dh/dt = i^2/I_c^2 - h in double, period by period
  * of the carrier; and what it leaves of the current. */
 #include "protect/thermal.h"
+#include "tests/unit/compare.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,7 +9,6 @@
 
 #define PERIOD  1e-4 /* [s] of the carrier */
 #define EVERY   16   /* periods from one square to the next */
-#define PI      3.14159265358979323846
 #define WITHIN  0.02 /* of the largest heat */
 #define COOL    20.0f
 #define NOBODY  (-273.15f) /* what a sensor reads that is not there [degC] */

@@ -366,6 +366,14 @@ static void test_result_is_the_offset(void)
     TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
 }
 
+static void test_reset_leaves_nothing_of_before(void)
+{
+    const offset_trim_t fresh = rotor.trim;
+    (void)steps(CONSTANT, WINDOW + WINDOW / 2);
+    offset_trim_reset(&rotor.trim, NONE);
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &rotor.trim, sizeof fresh);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -390,5 +398,6 @@ int main(void)
     RUN_TEST(test_new_coefficients_keep_the_state);
     RUN_TEST(test_window_is_a_time);
     RUN_TEST(test_result_is_the_offset);
+    RUN_TEST(test_reset_leaves_nothing_of_before);
     return UNITY_END();
 }

@@ -877,6 +877,33 @@ static void test_no_input_leads_where_it_must_not(void)
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
 }
 
+static void test_without_a_wish_for_on_no_fault_of_the_module_resets_itself(void)
+{
+    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
+    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
+        setUp();
+        bring_to_operation();
+        fail_the_module();
+        requests.enable = wishes[n];
+        steps(3u * RETRY_PAUSE);
+        expect_state(DRIVE_FAULT);
+    }
+}
+
+static void test_a_stop_that_holds_keeps_a_fault_from_its_reset(void)
+{
+    bring_to_fault();
+    input.stops = WARM;
+    steps(3u * REARM);
+    reset_edge();
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
+    input.stops = NOTHING;
+    steps(REARM);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -920,5 +947,7 @@ int main(void)
     RUN_TEST(test_a_coasting_drive_comes_on_again_by_itself);
     RUN_TEST(test_bridge_is_on_in_three_states);
     RUN_TEST(test_no_input_leads_where_it_must_not);
+    RUN_TEST(test_without_a_wish_for_on_no_fault_of_the_module_resets_itself);
+    RUN_TEST(test_a_stop_that_holds_keeps_a_fault_from_its_reset);
     return UNITY_END();
 }

@@ -509,6 +509,18 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
     }
 }
 
+/* A loss requires 32 periods without current in a row. Here are 24, a window that ends with 1 A, and 24
+ * again; the first window is not judged. */
+static void test_a_window_with_current_ends_the_time_without(void)
+{
+    for (uint32_t n = 0; n < 64u; n++) {
+        const float noise = 0.02f * (float)(n % 3u);
+        const float a = n / CURRENT_WATCH_PERIODS == 4u ? 1.0f + noise : noise;
+        judge((ab_t){0.0f, 0.0f}, (abc_t){a, 3.0f, -3.0f - a}, (ab_t){2.0f, 3.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -537,5 +549,6 @@ int main(void)
     RUN_TEST(test_the_mean_noise_follows_the_square_of_what_no_voltage_makes);
     RUN_TEST(test_the_15_ms_of_a_value_that_stands_count_from_the_second_window_on);
     RUN_TEST(test_a_phase_lacks_current_that_had_none_at_the_last_window_either);
+    RUN_TEST(test_a_window_with_current_ends_the_time_without);
     return UNITY_END();
 }

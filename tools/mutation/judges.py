@@ -262,7 +262,7 @@ def run(command, folder, seconds):
     limited = ["sh", "-c", f'ulimit -t {limit}; ulimit -f {LARGEST_OUTPUT}; ulimit -c 0; exec "$@"', "sh", *command]
     with open(folder / "printed", "wb") as printed:
         process = subprocess.Popen(limited, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed, stderr=printed, start_new_session=True)
-        late = threading.Timer(20.0 * limit, lambda: os.killpg(process.pid, signal.SIGKILL))
+        late = threading.Timer(100.0 * limit, lambda: os.killpg(process.pid, signal.SIGKILL))
         late.start()
         _, status, usage = os.wait4(process.pid, 0)
         late.cancel()

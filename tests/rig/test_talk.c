@@ -588,3 +588,43 @@ static void test_restart_is_answered_and_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(REASON_BRIDGE_ON, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
+
+/* ---- what is refused ---- */
+
+static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_staged(void)
+{
+    connect();
+    send_write(EXTENSION_PARAMS, id_of("current_limit"), bits_of(-1.0f));
+    expect_error(0x22);
+    TEST_ASSERT_EQUAL_HEX32(bits_of(10.0f), read_slot(EXTENSION_PARAMS, id_of("current_limit")));
+    send_write(EXTENSION_PARAMS, id_of("i_a"), bits_of(1.0f));
+    expect_error(0x22);
+}
+
+/* The entry of a list is a whole signal: no row of another table, and no address within a slot. */
+static void test_nothing_but_a_whole_signal_is_measured(void)
+{
+    const uint32_t signal = 4u * id_of("i_a");
+    const uint32_t parameter = 4u * id_of("current_limit");
+    connect();
+    SEND(0xD6);
+    expect_ok();
+    SEND(0xD5, 0, 1, 0);
+    expect_ok();
+    SEND(0xD4, 0, 0, 0, 1);
+    expect_ok();
+    SEND(0xD3, 0, 0, 0, 0, 1);
+    expect_ok();
+    SEND(0xE2, 0, 0, 0, 0, 0);
+    expect_ok();
+    SEND(0xE1, 0xFF, 4, EXTENSION_PARAMS, (uint8_t)parameter, (uint8_t)(parameter >> 8), 0, 0);
+    expect_error(0x22);
+    SEND(0xE1, 0xFF, 4, EXTENSION_PARAMS, (uint8_t)signal, (uint8_t)(signal >> 8), 0, 0);
+    expect_error(0x22);
+    for (uint32_t within = 1u; within < 4u; within++) {
+        SEND(0xE1, 0xFF, 4, EXTENSION_SIGNALS, (uint8_t)(signal + within), (uint8_t)(signal >> 8), 0, 0);
+        expect_error(0x22);
+    }
+    SEND(0xE1, 0xFF, 4, EXTENSION_SIGNALS, (uint8_t)signal, (uint8_t)(signal >> 8), 0, 0);
+    expect_ok();
+}

@@ -353,3 +353,22 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
     dead_time_learn_take(&world.learn, &tuning);
     TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
 }
+
+/* The parameters change, and the rotor has turned by half a turn at the next step: the mean EMF begins anew
+ * with that step, or it would point the other way. */
+static void test_with_other_parameters_the_means_begin_anew(void)
+{
+    turn(0.1);
+    dead_time_learn_params_t params = PARAMS;
+    params.effective = (float)(0.8 * TRUE);
+    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
+    dead_time_learn_take(&world.learn, &tuning);
+    world.theta += PI;
+    for (uint32_t n = 0; n < EVERY; n++) {
+        const period_t input = next();
+        step(&input);
+    }
+    const double complex mean = (double)world.learn.emf_mean.alpha + (double)world.learn.emf_mean.beta * J;
+    const double complex rotor = J * PSI * world.omega * cexp(J * world.theta);
+    TEST_ASSERT_TRUE(creal(mean * conj(rotor)) > 0.5 * creal(rotor * conj(rotor)));
+}

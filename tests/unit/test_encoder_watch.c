@@ -385,3 +385,20 @@ static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
     TEST_ASSERT_EQUAL_UINT32(sure + 3u, counted(240.0, 1.6, -240.0, &bits));
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
 }
+
+/* A judgement adds its EMF, limited to the sum that a sign requires, 10 times psi_f 60 rad/s; each judgement
+ * of an encoder that is right halves the sum. After one wrong judgement at 1200 rad/s and two right ones a
+ * quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
+static void test_one_large_emf_counts_as_what_a_sign_takes(void)
+{
+    uint32_t bits;
+    settle(1200.0);
+    encoder += PI;
+    TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+    encoder -= PI;
+    TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
+    TEST_ASSERT_EQUAL_HEX32(0u, judge(61.0, 1.0, 61.0));
+    encoder += PI;
+    TEST_ASSERT_EQUAL_UINT32(8u, counted(61.0, 1.0, 61.0, &bits));
+    TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
+}

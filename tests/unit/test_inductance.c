@@ -474,3 +474,36 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     believe(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
 }
+
+/* An EMF of less than half of psi_f omega means that the loop has lost the rotor. */
+static void test_it_learns_from_half_of_the_emf_on(void)
+{
+    for (int n = 0; n < 4; n++) {
+        motor_t motor = usual();
+        const double share = n / 2 ? 0.55 : 0.45;
+        motor.omega = n % 2 ? -400.0 : 400.0;
+        motor.resistance = (share - 1.0) * PSI * motor.omega / motor.i_q;
+        motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+        begin(&motor);
+        run(&motor, 3.0);
+        if (share < 0.5) {
+            TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
+        } else {
+            TEST_ASSERT_TRUE(ratio() > 0.9);
+        }
+    }
+}
+
+/* The error of R that a cycle finds is limited to the parameter. At a rate of 1/s, R moves by half of the
+ * parameter in 0.5 s at most, although the true R is nine times as large. */
+static void test_r_moves_by_no_more_than_the_parameter_times_the_rate(void)
+{
+    motor_t motor = usual();
+    motor.omega = 60.0;
+    motor.rate = 1.0;
+    motor.r_from = R_TRUE / 9.0;
+    begin(&motor);
+    run(&motor, 0.5);
+    TEST_ASSERT_TRUE(x.resistance.value > 1.2f * x.resistance.from);
+    TEST_ASSERT_TRUE(x.resistance.value <= 1.5f * x.resistance.from);
+}

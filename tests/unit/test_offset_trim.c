@@ -334,3 +334,19 @@ static void test_window_is_a_time(void)
     take(&slow);
     TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.tuning.window_periods);
 }
+
+static void test_result_is_the_offset(void)
+{
+    begin_window();
+    const ab_t offset = steps(CONSTANT, WINDOW);
+    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.alpha, offset.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
+}
+
+static void test_reset_leaves_nothing_of_before(void)
+{
+    const offset_trim_t fresh = rotor.trim;
+    (void)steps(CONSTANT, WINDOW + WINDOW / 2);
+    offset_trim_reset(&rotor.trim, NONE);
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &rotor.trim, sizeof fresh);
+}

@@ -717,3 +717,29 @@ static void test_no_input_leads_where_it_must_not(void)
     }
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
 }
+
+static void test_without_a_wish_for_on_no_fault_of_the_module_resets_itself(void)
+{
+    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
+    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
+        from(DRIVE_OPERATION_ENABLED);
+        fail_the_module();
+        requests.enable = wishes[n];
+        steps(3u * RETRY_PAUSE);
+        expect_state(DRIVE_FAULT);
+    }
+}
+
+static void test_a_stop_that_holds_keeps_a_fault_from_its_reset(void)
+{
+    from(DRIVE_FAULT);
+    input.stops = WARM;
+    steps(3u * REARM);
+    reset_edge();
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
+    input.stops = NOTHING;
+    steps(REARM);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
+}

@@ -46,6 +46,21 @@ static inline void run_put(rig_t *rig, const char *name, double value)
     }
 }
 
+/* These rows of every period from now on, to this function. */
+#define RUN_TAP_MOST 20u
+static inline void run_tap(rig_t *rig, const char *const names[], uint32_t count,
+                           void (*take)(void *context, uint32_t period, const uint32_t *slots,
+                                        uint32_t count),
+                           void *context)
+{
+    uint32_t ids[RUN_TAP_MOST];
+    TEST_ASSERT_TRUE(count <= RUN_TAP_MOST);
+    for (uint32_t n = 0; n < count; n++) {
+        ids[n] = rig_row_by_name(names[n])->id;
+    }
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, count, 1u, take, context));
+}
+
 static inline void run_seconds(rig_t *rig, double seconds)
 {
     rig_run(rig, (uint32_t)(seconds / RIG_PERIOD_SECONDS + 0.5));

@@ -68,7 +68,9 @@ static inline const seed_given_t *seed_values(void)
 static inline rig_t *run_rig(uint64_t seed)
 {
     const uint64_t run = (uint64_t)seed_values()->noise * SEED_MEMBERS + seed_member;
-    return rig_create(seed + 1000u * run);
+    rig_t *const rig = rig_create(seed + 1000u * run);
+    TEST_ASSERT_NOT_NULL(rig);
+    return rig;
 }
 
 /* Periods that the run waits before a drive is switched on. */
@@ -97,7 +99,7 @@ static inline void seed_run(void (*test)(void), const char *name, int line, uint
 
 typedef struct {
     const char *name;
-    uint32_t points, next, least;
+    uint32_t points, next, least; /* `least` runs in any case; `points`: none */
 } grid_t;
 
 /* Of a point, by its grid's name: FNV-1a, mixed once more so that each bit hangs on all. */
@@ -113,12 +115,16 @@ static inline uint32_t grid_draw(const char *name, uint32_t point)
     return hash ^ (hash >> 16);
 }
 
+/* Its one point, where none is drawn, is that of the least draw. */
 static inline grid_t grid_of(const char *name, uint32_t points)
 {
     grid_t grid = {name, points, 0u, 0u};
-    for (uint32_t n = 1u; n < points; n++) {
+    bool is_drawn = false;
+    for (uint32_t n = 0u; n < points; n++) {
+        is_drawn = is_drawn || grid_draw(name, n) % seed_values()->share == 0u;
         grid.least = grid_draw(name, n) < grid_draw(name, grid.least) ? n : grid.least;
     }
+    grid.least = is_drawn ? points : grid.least;
     return grid;
 }
 

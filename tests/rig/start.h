@@ -43,7 +43,6 @@ typedef struct {
 static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
 {
     rig_t *rig = run_rig(seed);
-    TEST_ASSERT_NOT_NULL(rig);
     if (shaft != HEAVY) {
         run_put(rig, "inertia", start_shaft_data[shaft].inertia);
         run_put(rig, "friction_coulomb", start_shaft_data[shaft].friction);
@@ -124,12 +123,8 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
 /* `seen` is that of the last period from now on. */
 static inline void start_watch(rig_t *rig, start_seen_t *seen)
 {
-    uint32_t ids[START_SEEN_ROWS];
     *seen = (start_seen_t){0};
-    for (size_t n = 0; n < START_SEEN_ROWS; n++) {
-        ids[n] = rig_row_by_name(start_seen_rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, START_SEEN_ROWS, 1u, start_see, seen));
+    run_tap(rig, start_seen_rows, START_SEEN_ROWS, start_see, seen);
 }
 
 /* ---- figures of a grid ---- */

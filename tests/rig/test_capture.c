@@ -24,7 +24,6 @@ static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t
 void setUp(void)
 {
     rig = run_rig(18);
-    TEST_ASSERT_NOT_NULL(rig);
     run_parameter(rig, "position_source", 0.0);
     run_to_ready_at(rig, 300.0);
     run_on(rig, 300.0);

@@ -26,7 +26,6 @@
 static rig_t *turning(double rpm)
 {
     rig_t *rig = run_rig(61);
-    TEST_ASSERT_NOT_NULL(rig);
     run_paper_drive(rig);
     run_put(rig, "fidelity", 1.0);
     run_put(rig, "load_torque", 5.0);

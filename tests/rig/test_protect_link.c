@@ -67,12 +67,8 @@ static void look(void *context, uint32_t period, const uint32_t *slots, uint32_t
 
 static void watch(seen_t *seen, double wish)
 {
-    uint32_t ids[ROWS];
     *seen = (seen_t){.u_least = 1e9, .slowest = 1e9, .fastest = -1e9, .wish = wish};
-    for (size_t n = 0; n < ROWS; n++) {
-        ids[n] = rig_row_by_name(rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, ROWS, 1u, look, seen));
+    run_tap(rig, rows, ROWS, look, seen);
 }
 
 static bool warned(const seen_t *seen, fault_bit_t row)
@@ -340,14 +336,10 @@ static void warm(void *context, uint32_t period, const uint32_t *slots, uint32_t
 static void watch_heat(heat_t *heat, double continuous, double time)
 {
     static const char *const names[] = {"true_i_a", "true_i_b", "motor_heat", "i_q_upper"};
-    uint32_t ids[4];
     *heat = (heat_t){.per_square = 1.0 / (continuous * continuous),
                      .decay = exp(-RIG_PERIOD_SECONDS / time),
                      .limit = 1e9};
-    for (size_t n = 0; n < 4u; n++) {
-        ids[n] = rig_row_by_name(names[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, 4u, 1u, warm, heat));
+    run_tap(rig, names, 4u, warm, heat);
 }
 
 /* A load of 8 A for ever, of a motor that stands 5 A: the torque sags until h = 1, without a trip; the load

@@ -56,12 +56,8 @@ static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t 
 
 static void watch(rig_t *rig, seen_t *seen)
 {
-    uint32_t ids[SEEN_ROWS];
     *seen = (seen_t){0};
-    for (size_t n = 0; n < SEEN_ROWS; n++) {
-        ids[n] = rig_row_by_name(seen_rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, SEEN_ROWS, 1u, see, seen));
+    run_tap(rig, seen_rows, SEEN_ROWS, see, seen);
 }
 
 /* ---- the faults ---- */

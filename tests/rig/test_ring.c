@@ -10,7 +10,6 @@
 static rig_t *started(uint64_t seed, double rpm)
 {
     rig_t *rig = run_rig(seed);
-    TEST_ASSERT_NOT_NULL(rig);
     run_paper_drive(rig);
     run_to_ready(rig);
     run_on(rig, rpm);

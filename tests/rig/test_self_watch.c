@@ -17,7 +17,6 @@ static rig_t *rig;
 void setUp(void)
 {
     rig = run_rig(11);
-    TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, 600.0);
     run_on(rig, 600.0);

@@ -33,7 +33,6 @@ static void prepare_with(bool real, uint32_t seed, void (*of_board)(rig_t *))
 {
     rig_free(rig);
     rig = run_rig(seed);
-    TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", real ? 0.0 : 1.0);
     run_paper_drive(rig);
     of_board(rig);
@@ -126,11 +125,7 @@ static watch_sums_t watch_begin(void)
 
 static void watch_more(watch_sums_t *sums, double seconds)
 {
-    uint32_t ids[WATCHED];
-    for (uint32_t n = 0; n < WATCHED; n++) {
-        ids[n] = rig_row_by_name(watched[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, WATCHED, 1u, watch_sample, sums));
+    run_tap(rig, watched, WATCHED, watch_sample, sums);
     run_seconds(rig, seconds);
     TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
     sums->seen.reason = rig_value(rig, "fault_reason");

@@ -27,7 +27,6 @@ static rig_t *running(bool paper, double fidelity, const change_t *changes, size
 {
     const double rpm_loading = copysign(fmax(fabs(rpm), 300.0), rpm);
     rig_t *rig = run_rig(7);
-    TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", fidelity);
     if (paper) {
         run_paper_drive(rig);
@@ -256,12 +255,8 @@ static void sum_offsets(void *context, uint32_t period, const uint32_t *slots, u
 static offsets_t offset_left(rig_t *rig)
 {
     static const char *const names[] = {"i_alpha", "i_beta", "true_i_a", "true_i_b", "true_i_c"};
-    uint32_t ids[5];
     offsets_t sums = {0};
-    for (size_t n = 0; n < 5; n++) {
-        ids[n] = rig_row_by_name(names[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, 5u, 1u, sum_offsets, &sums));
+    run_tap(rig, names, 5u, sum_offsets, &sums);
     run_seconds(rig, 0.5);
     TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
     sums.alpha /= sums.count;
@@ -286,7 +281,6 @@ static void test_offsets_are_trimmed_while_turning(void)
         const double alpha = (2.0 * offset_a - offset_b - reckoned_c) / 3.0;
         const double beta = (offset_b - reckoned_c) / sqrt(3.0);
         rig_t *rig = run_rig(7);
-        TEST_ASSERT_NOT_NULL(rig);
         run_put(rig, "fidelity", AVERAGED);
         run_paper_drive(rig);
         run_parameter(rig, "position_source", 1.0);

@@ -30,7 +30,6 @@ static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 void setUp(void)
 {
     rig = run_rig(5);
-    TEST_ASSERT_NOT_NULL(rig);
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, RPM_ASKED);
     rig_watch_edges(rig, on_edge, NULL);

@@ -1,6 +1,7 @@
 #include "app/talk_values.h"
 
 #include "app/app.h"
+#include "contract/line.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
 #include "talk/a2l.h"
@@ -29,7 +30,7 @@ static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         if (row->id == id) {
-            *bits = table_bits(row, base_of(number));
+            *bits = line_bits(row, table_bits(row, base_of(number)));
             return true;
         }
         below = below || row->id < id;
@@ -105,6 +106,7 @@ static void write_text(uint32_t extension, text_t *text)
             .count = (uint32_t)(sizeof described / sizeof described[0]),
             .hash = app_tables_hash(),
             .line = {talk_access.period, BOARD_SERIAL_BAUD, write_event},
+            .segment = talk_access.segment(),
         };
         a2l_write(&a2l, &app->talk.a2l, text);
     } else if (extension == XCP_EXTENSION_EPK) {
@@ -178,10 +180,11 @@ static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *s
     bool enables = false;
     for (uint32_t n = 0; n < count; n++) {
         const table_row_t *row = table_by_id(&requests_table, first + n);
-        if (row == NULL) {
+        uint32_t bits;
+        if (row == NULL || !line_bits_back(row, slots[n], &bits)) {
             return XCP_OUT_OF_RANGE;
         }
-        table_set_bits(row, &next, slots[n]);
+        table_set_bits(row, &next, bits);
         enables = enables || row->offset == enable;
     }
     if (!app_request(&next, &why)) {
@@ -194,20 +197,55 @@ static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *s
     return XCP_OK;
 }
 
+/* A service's bits from those on the line. */
+static bool service_bits(uint32_t id, uint32_t on_line, uint32_t *bits)
+{
+    const table_row_t *row = table_by_id(&services_table, id);
+    *bits = on_line;
+    return row == NULL || line_bits_back(row, on_line, bits);
+}
+
 static uint32_t write_services(uint32_t first, uint32_t count, const uint32_t *slots)
 {
     params_error_t why;
+    uint32_t bits;
     for (uint32_t n = 0; n < count; n++) {
-        if (!services_accepts(first + n, slots[n], &why)) {
+        if (!service_bits(first + n, slots[n], &bits)) {
+            return XCP_OUT_OF_RANGE;
+        }
+        if (!services_accepts(first + n, bits, &why)) {
             return why.reason == (int32_t)REASON_READ_ONLY ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
         }
     }
     for (uint32_t n = 0; n < count; n++) {
-        if (!services_write(first + n, slots[n], &why)) {
+        (void)service_bits(first + n, slots[n], &bits);
+        if (!services_write(first + n, bits, &why)) {
             return XCP_OUT_OF_RANGE;
         }
     }
     return XCP_OK;
+}
+
+static bool writable(uint32_t extension)
+{
+    return extension == (uint32_t)APP_TABLE_PARAMS || extension == (uint32_t)APP_TABLE_REQUESTS ||
+           extension == (uint32_t)APP_TABLE_SERVICES;
+}
+
+/* Do all these slots carry codes? */
+static bool coded(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
+{
+    const table_t *table = extension == (uint32_t)APP_TABLE_REQUESTS   ? &requests_table
+                           : extension == (uint32_t)APP_TABLE_SERVICES ? &services_table
+                                                                       : NULL;
+    for (uint32_t n = 0; n < count; n++) {
+        const table_row_t *row = table != NULL ? table_by_id(table, address / 4u + n) : NULL;
+        uint32_t bits;
+        if (row == NULL || !line_has_codes(row) || !line_bits_back(row, slots[n], &bits)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
@@ -279,6 +317,8 @@ static uint32_t now(void)
 const xcp_access_t talk_access = {
     .read = read,
     .write = write,
+    .writable = writable,
+    .coded = coded,
     .measurable = measurable,
     .text_length = text_length,
     .segment = segment,

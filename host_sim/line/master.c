@@ -80,14 +80,11 @@ static void flush_out(master_t *master)
 
 static void send_packet(master_t *master, const uint8_t *packet, uint32_t length)
 {
-    if (master->out_end + FRAMES_HEADER + length > sizeof master->out) {
+    if (master->out_end + FRAMES_HEADER + length + FRAMES_TAIL > sizeof master->out) {
         return; /* as good as lost on the line: its answer will be missed */
     }
     uint8_t *at = master->out + master->out_end;
-    master_put(at, length, 2u);
-    master_put(at + 2, master->counter++, 2u);
-    memcpy(at + FRAMES_HEADER, packet, length);
-    master->out_end += FRAMES_HEADER + length;
+    master->out_end += frames_make(at, master->in.lossless, master->counter++, packet, length);
     master->sent = master_now();
     flush_out(master);
 }
@@ -223,9 +220,9 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
         return; /* of another question; this one's is missed in time */
     }
     master->synchs = 0;
-    if (code == MASTER_BUSY && question->repeats++ < BUSY_MAX) {
-        master->state = LINE_BUSY;
-        master->due = master_now() + BUSY_WAIT;
+    if (code == MASTER_BUSY && question->busy++ < BUSY_MAX) {
+        master->state = LINE_BUSY; /* over a serial line the first answer to a write: it has to come twice */
+        master->due = master_now() + (question->busy <= question->count ? 0.0 : BUSY_WAIT);
     } else if (positive && !last) {
         master->step++;
         ask_step(master);
@@ -343,7 +340,6 @@ static void look_at_time(master_t *master)
         return;
     }
     if (master->state == LINE_BUSY) {
-        master->step = 0;
         ask_step(master);
     } else {
         synch(master);

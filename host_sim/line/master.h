@@ -100,12 +100,13 @@ bool master_read(master_t *master, master_extension_t extension, uint32_t addres
 bool master_place(const table_row_t *row, master_extension_t *extension, uint32_t *address);
 
 /* Value of a row of the drive; of a parameter, the staged one. Setting a parameter stages it (see
- * master_order "apply"); requests and services act at once. A refusal names row, value and what is accepted.
- */
+ * master_order "apply"); requests and services act at once. What was set, but for a service, is read back. A
+ * refusal names row, value and what is accepted. */
 bool master_get(master_t *master, const table_row_t *row, double *value, master_error_t *error);
 bool master_set(master_t *master, const table_row_t *row, double value, master_error_t *error);
 
-/* A row's slot as a value and back; false: its row does not accept the value. */
+/* A row's slot as it is on the line (contract/line.h) as a value and back; false: its row does not accept the
+ * value. */
 double master_value_of(const table_row_t *row, uint32_t bits);
 bool master_bits_of(const table_row_t *row, double value, uint32_t *bits);
 

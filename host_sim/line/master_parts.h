@@ -46,6 +46,7 @@ typedef struct {
     uint32_t octets;  /* [octets] that the last answer has; MASTER_ANY: not judged */
     double patience;  /* [s] */
     uint32_t repeats; /* [-] so far */
+    uint32_t busy;    /* [-] answers so far that the drive is busy */
     master_answer_t answer;
     void *context;
 } question_t;

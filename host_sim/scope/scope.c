@@ -362,7 +362,7 @@ uint32_t scope_every(const char *target, uint32_t signals)
     if (!transport_parse(target, &parsed, why, sizeof why) || parsed.tcp) {
         return 1u;
     }
-    const double octets = 10.0 + 4.0 * signals; /* header, identification, stamp; 10 bits each on the line */
+    const double octets = 12.0 + 4.0 * signals; /* header, identification, stamp, tail; 10 bits each */
     const double rate = LINE_SHARE * parsed.baud / (10.0 * octets);
     const double every = ceil(1.0 / (rate * RIG_PERIOD_SECONDS));
     return every < 1.0 ? 1u : every > 255.0 ? 255u : (uint32_t)every;

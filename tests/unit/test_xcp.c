@@ -70,6 +70,20 @@ static uint32_t write_memory(uint32_t extension, uint32_t address, uint32_t coun
     return XCP_OK;
 }
 
+static bool writable(uint32_t extension)
+{
+    return extension == 1u;
+}
+
+static bool none_coded(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
+{
+    (void)extension;
+    (void)address;
+    (void)count;
+    (void)slots;
+    return false;
+}
+
 static uint32_t measurable(uint32_t extension, uint32_t address, uint32_t *offset)
 {
     if (extension != 0u || address % 4u != 0u || address < 4u || address >= 4u * SLOTS) {
@@ -106,6 +120,8 @@ static uint32_t clock_of_drive(void)
 static xcp_access_t access = {
     .read = read_memory,
     .write = write_memory,
+    .writable = writable,
+    .coded = none_coded,
     .measurable = measurable,
     .text_length = text_length,
     .segment = segment,
@@ -136,7 +152,7 @@ void setUp(void)
 {
     memset(&xcp, 0x55, sizeof xcp);
     memset(&daq, 0, sizeof daq);
-    xcp_init(&xcp);
+    xcp_init(&xcp, 0u);
     daq_clear(&daq);
     for (uint32_t n = 0; n < SLOTS; n++) {
         memory[n] = UINT32_C(0x03020100) + UINT32_C(0x04040404) * n;
@@ -354,8 +370,8 @@ static void test_checksum_of_a_block(void)
     EXPECT(0xFE, 0x22);
     SEND(0xF3, 0, 0, 0, 13, 0, 0, 0);
     EXPECT(0xFE, 0x22);
-    SEND(0xF3, 0, 0, 0, 0, 0, 0, 0x80);
-    EXPECT(0xFE, 0x22);
+    SEND(0xF3, 0, 0, 0, 0, 0, 0, 0x80); /* too long: the largest block is 1000h octets */
+    EXPECT(0xFE, 0x22, 0, 0, 0x00, 0x10, 0, 0);
     SEND(0xF3, 0, 0, 0, 64, 0, 0, 0); /* runs out of what there is */
     EXPECT(0xFE, 0x22);
 }

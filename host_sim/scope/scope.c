@@ -670,6 +670,11 @@ uint32_t scope_port(const scope_t *scope)
     return http_port(scope->http);
 }
 
+const char *scope_token(const scope_t *scope)
+{
+    return http_token(scope->http);
+}
+
 void scope_close(scope_t *scope)
 {
     char why[TEXT_MAX];

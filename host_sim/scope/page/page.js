@@ -766,7 +766,7 @@ const scope = (() => {
         }
     }
 
-    const set = (name, text) => ask("/set", `${name} ${text}`);
+    const set = (name, text) => ask("set", `${name} ${text}`);
 
     function say(place, answer, good) {
         place.textContent = answer.ok ? good : answer.text;
@@ -781,7 +781,7 @@ const scope = (() => {
         $("stop").classList.add("sent");
         let answer = {ok: false, text: ""};
         for (let n = 0; n < STOP_TRIES && !answer.ok; n++) {
-            answer = await ask("/stop", "", STOP_WAIT);
+            answer = await ask("stop", "", STOP_WAIT);
         }
         $("stop").classList.remove("sent");
         alarm(answer.ok ? "" : `STOP did not reach the drive: ${answer.text}. Cut its power.`);
@@ -938,7 +938,7 @@ const scope = (() => {
     }
 
     async function order(name) {
-        const answer = await ask("/order", name);
+        const answer = await ask("order", name);
         say($("param_said"), answer, {apply: "in force", save: "kept in flash", load: "loaded", defaults: "the defaults are staged"}[name]);
         if (answer.ok) {
             unstage();
@@ -966,7 +966,7 @@ const scope = (() => {
     /* ---- choice of signals ---- */
 
     function choose(signals, every = state.choice.given ? state.choice.every : 0) {
-        return ask("/signals", [every, ...signals].join(" "));
+        return ask("signals", [every, ...signals].join(" "));
     }
 
     function showChosen() {
@@ -1079,12 +1079,12 @@ const scope = (() => {
                 return;
             }
         }
-        sayCapture(await ask("/order", "capture_arm"), `armed: ${signals.length} signals`);
+        sayCapture(await ask("order", "capture_arm"), `armed: ${signals.length} signals`);
     }
 
     async function askCapture() {
         state.wantsKept = true;
-        const answer = await ask("/capture", "");
+        const answer = await ask("capture", "");
         if (!answer.ok) {
             state.wantsKept = false;
             sayCapture(answer);
@@ -1196,7 +1196,7 @@ const scope = (() => {
     }
 
     function listen() {
-        const source = new EventSource("/events");
+        const source = new EventSource("events");
         const on = (name, action) => source.addEventListener(name, event => action(JSON.parse(event.data)));
         on("hello", hello);
         on("samples", take);
@@ -1249,8 +1249,8 @@ const scope = (() => {
         $("undo").onclick = undo;
         $("capture_on").onchange = $("capture_source").onchange = showCaptureSettings;
         $("capture_arm").onclick = armCapture;
-        $("capture_trigger").onclick = async () => sayCapture(await ask("/order", "capture_trigger"), "triggered");
-        $("capture_release").onclick = async () => sayCapture(await ask("/order", "capture_release"), "released");
+        $("capture_trigger").onclick = async () => sayCapture(await ask("order", "capture_trigger"), "triggered");
+        $("capture_release").onclick = async () => sayCapture(await ask("order", "capture_release"), "released");
         $("capture_show").onclick = askCapture;
         $("live").onclick = () => showKept(null);
         document.querySelectorAll("[data-order]").forEach(each => { each.onclick = () => order(each.dataset.order); });

@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include "host_sim/lab/loopback.h"
-#include "talk/frame.h"
 
 #define WAITING_OUT                                                                                          \
     524288u /* [octets] written and not sent yet: 0.8 s of twelve floats a period, for a busy client */
@@ -22,6 +21,9 @@
 #define SILENCE      7u    /* [calls of wire_poll] longer than a half frame is waited for */
 #define STOP_LOOK_MS 100   /* [ms] of waiting, then a look at *stop */
 #define STALE        2000u /* [calls of wire_poll] of a terminal that takes nothing: nobody is there */
+
+#define HEADER      4u  /* [octets] of a frame */
+#define COMMAND_MAX 64u /* [octets] of a packet to the drive: MAX_CTO, docs/serial.md */
 
 /* LEN 1, CTR 0, DISCONNECT */
 static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
@@ -226,14 +228,14 @@ static void look_for_frames(wire_t *wire)
     while (!is_terminal(wire) && wire->in_count - wire->in_whole >= 2u) {
         const uint8_t *at = &wire->in[wire->in_whole];
         const uint32_t length = (uint32_t)at[0] | (uint32_t)at[1] << 8;
-        if (length == 0u || length > FRAME_MAX_CTO) {
+        if (length == 0u || length > COMMAND_MAX) {
             lose_client(wire);
             return;
         }
-        if (wire->in_count - wire->in_whole < FRAME_HEADER + length) {
+        if (wire->in_count - wire->in_whole < HEADER + length) {
             return;
         }
-        wire->in_whole += FRAME_HEADER + length;
+        wire->in_whole += HEADER + length;
     }
     if (is_terminal(wire)) {
         wire->in_whole = wire->in_count;

@@ -115,7 +115,7 @@ class Page(Bench):
         self.wait("scope.value('omega_m') > 20", "turning")
         self.drive.kill()
         self.wait("document.body.dataset.link === 'lost'", "the loss")
-        self.wait("!document.getElementById('age').hidden && /^values of [1-9][0-9]* s ago$/.test(document.getElementById('age').textContent)", "the age")
+        self.wait("!document.getElementById('age').hidden && /^values from [1-9][0-9]* s ago$/.test(document.getElementById('age').textContent)", "the age")
         first = int(re.search("[0-9]+", self.text("#age"))[0])
         self.browser.wait(lambda: int(re.search("[0-9]+", self.text("#age"))[0]) >= first + 2, "an age that grows", 20)
         faint = self.run("return getComputedStyle(document.querySelector('#tile_omega_m b')).opacity")

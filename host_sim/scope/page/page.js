@@ -763,7 +763,7 @@ const scope = (() => {
         const stale = state.heard !== undefined && (state.link === false || age > STALE);
         document.body.dataset.stale = stale;
         $("age").hidden = !stale;
-        $("age").textContent = stale ? `values of ${Math.max(0, age).toFixed(0)} s ago` : "";
+        $("age").textContent = stale ? `values from ${Math.max(0, age).toFixed(0)} s ago` : "";
     }
 
     function alarm(text) {

@@ -99,8 +99,9 @@ static question_t *first_question(master_t *master)
 static void ask_step(master_t *master)
 {
     const question_t *question = first_question(master);
+    const bool takes_long = question->patience > MASTER_PATIENCE && master->step + 1u == question->count;
     master->state = LINE_ASKED;
-    master->due = master_now() + question->patience;
+    master->due = master_now() + (takes_long ? question->patience : master->patience);
     send_packet(master, question->packets[master->step], question->lengths[master->step]);
 }
 
@@ -186,7 +187,7 @@ static void synch(master_t *master)
         return;
     }
     master->state = LINE_SYNCHING;
-    master->due = master_now() + MASTER_PATIENCE;
+    master->due = master_now() + master->patience;
     send_packet(master, packet, sizeof packet);
 }
 

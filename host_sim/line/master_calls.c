@@ -27,6 +27,15 @@ static master_t *create(const char *name, bool can_open, master_error_t *error)
     return master;
 }
 
+static double patience_of(const char *name, bool lossless)
+{
+    transport_target_t target;
+    char ignored[TRANSPORT_NAME_SIZE * 2u];
+    const bool known = transport_parse(name, &target, ignored, sizeof ignored) && !target.tcp;
+    const double serial = MASTER_PATIENCE_SERIAL + 300.0 * 10.0 / (known ? target.baud : TRANSPORT_BAUD);
+    return lossless || serial > MASTER_PATIENCE ? MASTER_PATIENCE : serial;
+}
+
 /* Everything about the line as it is before CONNECT. On a line that goes on, a frame may be half received. */
 static void begin(master_t *master, int descriptor, bool lossless)
 {
@@ -34,6 +43,7 @@ static void begin(master_t *master, int descriptor, bool lossless)
     master_forget(master);
     master->descriptor = descriptor;
     master->lost[0] = '\0';
+    master->patience = patience_of(master->name, lossless);
     if (!goes_on) {
         frames_init(&master->in, lossless);
         master->out_begin = master->out_end = 0;
@@ -415,7 +425,7 @@ bool master_set(master_t *master, const table_row_t *row, double value, master_e
         return fail_range(row, value, error);
     }
     question_t question = write_question(extension, address, bits);
-    question.patience = extension == MASTER_SERVICES ? MASTER_PATIENCE_ORDER : MASTER_PATIENCE;
+    question.patience = strcmp(row->name, "order") == 0 ? MASTER_PATIENCE_ORDER : MASTER_PATIENCE;
     const int result = master_asked(master, question, NULL, NULL);
     if (result == MASTER_OUT_OF_RANGE) {
         char given[RIG_NUMBER_SIZE];

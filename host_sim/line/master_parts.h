@@ -88,6 +88,7 @@ struct master {
     line_state_t state;
     uint32_t step;   /* [-] packet of the first question that was asked */
     double due;      /* [s] end of patience */
+    double patience; /* [s] of an ordinary question over this line */
     uint32_t synchs; /* [-] in a row without an answer */
 
     bool connected;

@@ -13,3 +13,6 @@ if(NOT LAGLESS_SANITIZE)
         ${CMAKE_CURRENT_BINARY_DIR}/scope_page)
     set_tests_properties(case_scope_page PROPERTIES LABELS scope TIMEOUT 300 SKIP_RETURN_CODE 77)
 endif()
+add_test(NAME case_noisy_line COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_noisy_line.py $<TARGET_FILE:lagless>
+    ${CMAKE_CURRENT_BINARY_DIR}/noisy_line)
+set_tests_properties(case_noisy_line PROPERTIES LABELS line TIMEOUT 300)

@@ -141,7 +141,7 @@ static void test_a_slave_that_never_answers_is_given_up(void)
     slave.serial = true;
     const double started = master_now();
     TEST_ASSERT_NULL(master_over(descriptor, false, "slave", &error));
-    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE, started);
+    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE_SERIAL, started);
     TEST_ASSERT_EQUAL(1u + MASTER_SYNCHS, slave_count(&slave, 0xFF));
     TEST_ASSERT_EQUAL_MESSAGE(0u, slave_count(&slave, 0xFC), "no SYNCH before CONNECT");
     has_text("nothing that speaks XCP answers");
@@ -308,7 +308,7 @@ static void test_a_lost_answer_is_asked_for_again_after_synch(void)
     slave.mute = 1;
     const double started = master_now();
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
-    took(MASTER_PATIENCE, started);
+    took(MASTER_PATIENCE_SERIAL, started);
     TEST_ASSERT_EQUAL(1u, slave_count(&slave, 0xFC));
 }
 
@@ -332,7 +332,7 @@ static void test_a_late_answer_is_not_taken_for_that_of_the_next_question(void)
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
     slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, bits_of(7.0f));
-    slave.late = 1300; /* beyond the patience: SYNCH is under way when it comes */
+    slave.late = 700; /* beyond the patience: SYNCH is under way when it comes */
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
     TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
     TEST_ASSERT_EQUAL_DOUBLE(3.0, value_of("omega_m"));
@@ -346,7 +346,7 @@ static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(vo
     slave.mute = SLAVE_MUTE;
     const double started = master_now();
     TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
-    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE, started);
+    took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE_SERIAL, started);
     has_text("omega_m: the drive does not answer any more");
     TEST_ASSERT_EQUAL(MASTER_SYNCHS, slave_count(&slave, 0xFC));
     TEST_ASSERT_EQUAL(-1, master_descriptor(master));

@@ -149,6 +149,20 @@ static void test_what_follows_a_spoilt_frame_without_a_pause_is_dropped(void)
     is_spoilt_and_acts_again();
 }
 
+/* An octet may have been the end of anything: what comes at once behind it is not taken for a beginning. */
+static void test_a_good_frame_right_behind_a_break_is_dropped(void)
+{
+    const double frames = value("line_frames");
+    TEST_ASSERT_TRUE(chip_serial_levels(chip(), 0u, 30u));
+    rig_run(rig, 2u);
+    SEND(0xFD);
+    rig_run(rig, PAUSE);
+    TEST_ASSERT_EQUAL_DOUBLE(frames, value("line_frames"));
+    SEND(0xFC);
+    rig_run(rig, PAUSE);
+    TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -156,5 +170,6 @@ int main(void)
     RUN_TEST(test_an_octet_without_its_stop_bit_spoils_the_frame);
     RUN_TEST(test_a_break_within_a_frame_spoils_it);
     RUN_TEST(test_what_follows_a_spoilt_frame_without_a_pause_is_dropped);
+    RUN_TEST(test_a_good_frame_right_behind_a_break_is_dropped);
     return UNITY_END();
 }

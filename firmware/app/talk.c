@@ -22,6 +22,12 @@ static uint32_t line_write(const uint16_t *octets, uint32_t count)
     return talk_line != NULL ? talk_line->write(octets, count) : hal_serial_write(octets, count);
 }
 
+/* 1: octets may be lost or spoilt on the way, frames have tails. */
+static uint32_t is_serial(void)
+{
+    return talk_line == NULL ? UINT32_C(1) : UINT32_C(0);
+}
+
 /* What the interrupt writes at any time. */
 static uint32_t now_of(const volatile uint32_t *slot)
 {
@@ -39,7 +45,7 @@ void talk_start(void)
     memset(talk, 0, sizeof *talk);
     frame_receiver_init(&talk->receiver, SILENCE_PERIODS);
     frame_sender_init(&talk->sender);
-    xcp_init(&talk->xcp);
+    xcp_init(&talk->xcp, is_serial());
     daq_clear(&talk->daq);
 }
 
@@ -54,6 +60,10 @@ void talk_restart(void)
 /* What has come in goes into a buffer, so that a master may be a command ahead. */
 static void fetch(talk_t *talk)
 {
+    const uint32_t serial = is_serial();
+    frame_receiver_tail(&talk->receiver, serial);
+    talk->sender.tail = serial;
+    talk->xcp.serial = serial;
     const uint32_t waiting = talk->octets_count - talk->octets_at;
     if (talk->octets_at != 0u) {
         for (uint32_t n = 0; n < waiting; n++) {
@@ -65,7 +75,7 @@ static void fetch(talk_t *talk)
     if (waiting < TALK_OCTETS) {
         talk->octets_count += line_read(&talk->octets[waiting], TALK_OCTETS - waiting);
     }
-    const uint32_t errors = talk_line != NULL ? 0u : hal_serial_errors();
+    const uint32_t errors = serial == 0u ? 0u : hal_serial_errors();
     if (errors != talk->line_errors) {
         talk->line_errors = errors;
         talk->octets_count = 0u;

@@ -21,9 +21,12 @@ typedef struct {
     uint32_t (*write)(const uint16_t *octets, uint32_t count);
 } talk_line_t;
 
-extern HAL_PER_CHIP const talk_line_t *talk_line; /* NULL: the chip's serial line, hal_serial_* */
+/* NULL: the chip's serial line, hal_serial_*, whose frames have tails; else one that loses and spoils
+ * nothing.
+ */
+extern HAL_PER_CHIP const talk_line_t *talk_line;
 
-#define TALK_OCTETS 136u /* that have come and wait: two commands of the longest */
+#define TALK_OCTETS 140u /* that have come and wait: two commands of the longest */
 
 typedef struct {
     frame_receiver_t receiver;

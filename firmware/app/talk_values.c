@@ -1,9 +1,10 @@
 #include "app/talk_values.h"
 
 #include "app/app.h"
+#include "app/talk_texts.h"
+#include "contract/line.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
-#include "talk/a2l.h"
 
 /* ---- slots ---- */
 
@@ -29,7 +30,7 @@ static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         if (row->id == id) {
-            *bits = table_bits(row, base_of(number));
+            *bits = line_bits(row, table_bits(row, base_of(number)));
             return true;
         }
         below = below || row->id < id;
@@ -77,62 +78,7 @@ static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count,
     return XCP_OK;
 }
 
-/* ---- texts ---- */
-
 #define EPK_SLOTS 4u
-
-/* Carrier in whole kHz for a name; the period itself is in the event's data. */
-#define CARRIER_KHZ ((uint32_t)(1e-3f / DRIVE_PERIOD + 0.5f))
-
-static void write_event(text_t *text)
-{
-    text_put(text, "isr_");
-    text_whole(text, (int32_t)CARRIER_KHZ);
-    text_put(text, "kHz");
-}
-
-static void write_text(uint32_t extension, text_t *text)
-{
-    static const a2l_table_t described[] = {
-        {&signals_table, (uint32_t)APP_TABLE_SIGNALS},
-        {&params_table, (uint32_t)APP_TABLE_PARAMS},
-        {&requests_table, (uint32_t)APP_TABLE_REQUESTS},
-        {&services_table, (uint32_t)APP_TABLE_SERVICES},
-    };
-    if (extension == XCP_EXTENSION_A2L) {
-        const a2l_t a2l = {
-            .tables = described,
-            .count = (uint32_t)(sizeof described / sizeof described[0]),
-            .hash = app_tables_hash(),
-            .line = {talk_access.period, BOARD_SERIAL_BAUD, write_event},
-        };
-        a2l_write(&a2l, &app->talk.a2l, text);
-    } else if (extension == XCP_EXTENSION_EPK) {
-        a2l_epk(app_tables_hash(), text);
-    } else {
-        write_event(text);
-    }
-}
-
-static bool is_text(uint32_t extension)
-{
-    return extension == XCP_EXTENSION_A2L || extension == XCP_EXTENSION_EPK ||
-           extension == XCP_EXTENSION_EVENT;
-}
-
-static uint32_t text_length(uint32_t extension)
-{
-    text_t text = text_window(UINT32_MAX, 0u, NULL); /* nothing is kept, all is counted */
-    write_text(extension, &text);
-    return text.at;
-}
-
-static uint32_t read_text(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
-{
-    text_t text = text_window(address, count, octets);
-    write_text(extension, &text);
-    return count <= text.at && address <= text.at - count ? XCP_OK : XCP_OUT_OF_RANGE;
-}
 
 /* A description says at which address the drive tells its identification, but not at which extension: at 0,
  * too, where no signal is. */
@@ -144,10 +90,10 @@ static bool is_epk(uint32_t extension, uint32_t address)
 static uint32_t read(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
 {
     if (is_epk(extension, address)) {
-        return read_text(XCP_EXTENSION_EPK, address, count, octets);
+        return talk_read_text(XCP_EXTENSION_EPK, address, count, octets);
     }
-    return is_text(extension) ? read_text(extension, address, count, octets)
-                              : read_slots(extension, address, count, octets);
+    return talk_is_text(extension) ? talk_read_text(extension, address, count, octets)
+                                   : read_slots(extension, address, count, octets);
 }
 
 /* ---- writing ---- */
@@ -178,10 +124,11 @@ static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *s
     bool enables = false;
     for (uint32_t n = 0; n < count; n++) {
         const table_row_t *row = table_by_id(&requests_table, first + n);
-        if (row == NULL) {
+        uint32_t bits;
+        if (row == NULL || !line_bits_back(row, slots[n], &bits)) {
             return XCP_OUT_OF_RANGE;
         }
-        table_set_bits(row, &next, slots[n]);
+        table_set_bits(row, &next, bits);
         enables = enables || row->offset == enable;
     }
     if (!app_request(&next, &why)) {
@@ -194,20 +141,55 @@ static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *s
     return XCP_OK;
 }
 
+/* A service's bits from those on the line. */
+static bool service_bits(uint32_t id, uint32_t on_line, uint32_t *bits)
+{
+    const table_row_t *row = table_by_id(&services_table, id);
+    *bits = on_line;
+    return row == NULL || line_bits_back(row, on_line, bits);
+}
+
 static uint32_t write_services(uint32_t first, uint32_t count, const uint32_t *slots)
 {
     params_error_t why;
+    uint32_t bits;
     for (uint32_t n = 0; n < count; n++) {
-        if (!services_accepts(first + n, slots[n], &why)) {
+        if (!service_bits(first + n, slots[n], &bits)) {
+            return XCP_OUT_OF_RANGE;
+        }
+        if (!services_accepts(first + n, bits, &why)) {
             return why.reason == (int32_t)REASON_READ_ONLY ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
         }
     }
     for (uint32_t n = 0; n < count; n++) {
-        if (!services_write(first + n, slots[n], &why)) {
+        (void)service_bits(first + n, slots[n], &bits);
+        if (!services_write(first + n, bits, &why)) {
             return XCP_OUT_OF_RANGE;
         }
     }
     return XCP_OK;
+}
+
+static bool writable(uint32_t extension)
+{
+    return extension == (uint32_t)APP_TABLE_PARAMS || extension == (uint32_t)APP_TABLE_REQUESTS ||
+           extension == (uint32_t)APP_TABLE_SERVICES;
+}
+
+/* Do all these slots carry codes? */
+static bool coded(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
+{
+    const table_t *table = extension == (uint32_t)APP_TABLE_REQUESTS   ? &requests_table
+                           : extension == (uint32_t)APP_TABLE_SERVICES ? &services_table
+                                                                       : NULL;
+    for (uint32_t n = 0; n < count; n++) {
+        const table_row_t *row = table != NULL ? table_by_id(table, address / 4u + n) : NULL;
+        uint32_t bits;
+        if (row == NULL || !line_has_codes(row) || !line_bits_back(row, slots[n], &bits)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
@@ -225,7 +207,7 @@ static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, cons
     case TALK_FAULTS:
         return XCP_WRITE_PROTECTED;
     default:
-        return is_text(extension) ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
+        return talk_is_text(extension) ? XCP_WRITE_PROTECTED : XCP_OUT_OF_RANGE;
     }
 }
 
@@ -279,8 +261,10 @@ static uint32_t now(void)
 const xcp_access_t talk_access = {
     .read = read,
     .write = write,
+    .writable = writable,
+    .coded = coded,
     .measurable = measurable,
-    .text_length = text_length,
+    .text_length = talk_text_length,
     .segment = segment,
     .apply = apply,
     .applied = applied,

@@ -2,7 +2,46 @@
 #ifndef CONTRACT_LINE_H
 #define CONTRACT_LINE_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/table.h"
+
 #define LINE_PORT   5555 /* of TCP, where the desk's drive listens unless it is told otherwise */
 #define LINE_ANSWER 1000 /* [ms] that a master waits for an answer; where flash is erased it takes longer */
+#define LINE_RETRY  1    /* [ms] from the answer "busy" to the next try */
+
+/* Named values that act at once, of requests and services, have codes on the line: any two of them, of one
+ * row or of two, differ in eight bits at least, so that no disturbance of a few bits makes one into another.
+ * Everywhere else a named value is its number. */
+#define LINE_CODES_FROM UINT32_C(1000) /* first id of such a row; those below are staged and judged */
+#define LINE_CHOICES    UINT32_C(15)   /* so many choices have a code */
+#define LINE_STEP       UINT32_C(0x11111111)
+#define LINE_ROW        UINT32_C(0x9E3779B1)
+
+static inline bool line_has_codes(const table_row_t *row)
+{
+    return row->kind == SLOT_ENUM && row->access != TABLE_READ && row->id >= LINE_CODES_FROM;
+}
+
+/* The bits of a slot as they are on the line. */
+static inline uint32_t line_bits(const table_row_t *row, uint32_t bits)
+{
+    if (!line_has_codes(row)) {
+        return bits;
+    }
+    return ((bits & UINT32_C(0xF)) * LINE_STEP ^ row->id * LINE_ROW) & UINT32_C(0xFFFFFFFF);
+}
+
+/* The bits of a slot from those on the line. false: they are no code. */
+static inline bool line_bits_back(const table_row_t *row, uint32_t on_line, uint32_t *bits)
+{
+    *bits = on_line;
+    if (!line_has_codes(row)) {
+        return true;
+    }
+    *bits = (on_line ^ row->id * LINE_ROW) & UINT32_C(0xF);
+    return *bits < LINE_CHOICES && line_bits(row, *bits) == on_line;
+}
 
 #endif

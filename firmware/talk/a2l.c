@@ -1,5 +1,7 @@
 #include "talk/a2l.h"
 
+#include "contract/line.h"
+
 #define LARGEST "3.4028235e38"
 
 static void number(text_t *text, uint32_t value)
@@ -33,6 +35,8 @@ static void limits(const table_row_t *row, text_t *text)
         text_float(text, row->min);
         text_put_octet(text, ' ');
         text_float(text, row->max);
+    } else if (line_has_codes(row)) {
+        text_put(text, "0 4294967295");
     } else if (row->kind == SLOT_ENUM) {
         text_put(text, "0 ");
         text_whole(text, table_whole_max(row));
@@ -57,12 +61,13 @@ static void conversion(const table_row_t *row, text_t *text)
     text_put(text, " \"\" TAB_VERB");
     number(text, (uint32_t)table_whole_max(row) + 1u);
     uint32_t value = 0u;
-    text_put(text, " 0 \"");
+    number(text, line_bits(row, value));
+    text_put(text, " \"");
     for (const char *c = row->choices; *c != '\0'; c++) {
         if (*c == '|') {
             value++;
             text_put_octet(text, '"');
-            number(text, value);
+            number(text, line_bits(row, value));
             text_put(text, " \"");
         } else {
             text_put_octet(text, (uint16_t)*c);
@@ -71,9 +76,11 @@ static void conversion(const table_row_t *row, text_t *text)
     text_put(text, "\" /end COMPU_VTAB\n");
 }
 
-static const char *type_of(slot_kind_t kind)
+static const char *type_of(const table_row_t *row)
 {
-    return kind == SLOT_FLOAT ? "FLOAT32_IEEE" : kind == SLOT_UINT ? "ULONG" : "SLONG";
+    return row->kind == SLOT_FLOAT                         ? "FLOAT32_IEEE"
+           : row->kind == SLOT_UINT || line_has_codes(row) ? "ULONG"
+                                                           : "SLONG";
 }
 
 static void method(const table_row_t *row, text_t *text)
@@ -101,7 +108,7 @@ static void describe(const table_row_t *row, uint32_t extension, text_t *text)
     text_quoted(text, row->text);
     if (shown) {
         text_put_octet(text, ' ');
-        text_put(text, type_of(row->kind));
+        text_put(text, type_of(row));
         method(row, text);
         text_put(text, " 0 0");
         limits(row, text);
@@ -111,7 +118,7 @@ static void describe(const table_row_t *row, uint32_t extension, text_t *text)
         text_put(text, " VALUE");
         address(text, 4u * row->id);
         text_put(text, " RL.");
-        text_put(text, type_of(row->kind));
+        text_put(text, type_of(row));
         text_put(text, " 0");
         method(row, text);
         limits(row, text);
@@ -169,7 +176,9 @@ static void head(const a2l_t *a2l, text_t *text)
 {
     text_put(text, "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"");
     a2l_epk(a2l->hash, text);
-    text_put(text, "\" /end MOD_PAR\n    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 "
+    text_put(text, "\"\n");
+    a2l_xcp_segment(&a2l->segment, text);
+    text_put(text, "/end MOD_PAR\n    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 "
                    "ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 ALIGNMENT_FLOAT32_IEEE 4 /end MOD_COMMON\n");
     layout("FLOAT32_IEEE", text);
     layout("SLONG", text);

@@ -20,6 +20,7 @@ typedef struct {
     uint32_t count;
     uint32_t hash; /* over all tables: a file that does not fit to a drive is known by it */
     a2l_line_t line;
+    xcp_segment_t segment; /* of the parameters */
 } a2l_t;
 
 /* Where a part of the file begins, so that who reads on need not begin at its beginning. All zero: there. */

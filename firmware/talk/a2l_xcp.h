@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "talk/text.h"
+#include "talk/xcp.h"
 
 /* What the slave itself does not know of its line. */
 typedef struct {
@@ -17,5 +18,8 @@ typedef struct {
 
 void a2l_xcp_grammar(text_t *text);
 void a2l_xcp(const a2l_line_t *line, text_t *text);
+
+/* The memory segment of the parameters: its pages, and how a checksum over it is built. */
+void a2l_xcp_segment(const xcp_segment_t *segment, text_t *text);
 
 #endif

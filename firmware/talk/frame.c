@@ -2,6 +2,25 @@
 
 #include <string.h>
 
+#define CONNECT 0xFFu /* of two octets */
+#define SYNCH   0xFCu /* of one octet */
+
+/* [octets] of header, packet and fill. */
+static uint32_t body(uint32_t length)
+{
+    return FRAME_HEADER + length + length % 2u;
+}
+
+/* Of all words of an even number of octets. */
+static uint32_t sum_of(const uint16_t *octets, uint32_t count)
+{
+    uint32_t sum = 0u;
+    for (uint32_t n = 0; n < count; n += 2u) {
+        sum += (uint32_t)octets[n] | (uint32_t)octets[n + 1u] << 8;
+    }
+    return sum & 0xFFFFu;
+}
+
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence)
 {
     memset(receiver, 0, sizeof *receiver);
@@ -32,9 +51,44 @@ void frame_listen(frame_receiver_t *receiver, uint32_t now)
     receiver->dropping = 0u;
 }
 
+static uint32_t word_at(const frame_receiver_t *receiver, uint32_t at)
+{
+    return (uint32_t)receiver->octets[at] | (uint32_t)receiver->octets[at + 1u] << 8;
+}
+
 static uint32_t length_of(const frame_receiver_t *receiver)
 {
-    return (uint32_t)receiver->octets[0] | (uint32_t)receiver->octets[1] << 8;
+    return word_at(receiver, 0u);
+}
+
+/* A master that begins anew, or has missed an answer. */
+static bool begins_anew(const frame_receiver_t *receiver)
+{
+    const uint32_t length = length_of(receiver);
+    const uint16_t code = receiver->octets[FRAME_HEADER];
+    return (length == 2u && code == CONNECT) || (length == 1u && code == SYNCH);
+}
+
+/* Is this whole frame one to act on? */
+static bool judge(frame_receiver_t *receiver)
+{
+    if (receiver->tail == 0u) {
+        return true;
+    }
+    const uint32_t end = body(length_of(receiver));
+    if (word_at(receiver, end) != sum_of(receiver->octets, end)) {
+        drop(receiver);
+        return false;
+    }
+    const uint32_t counter = word_at(receiver, 2u);
+    const bool next = receiver->counted != 0u && counter == receiver->counter;
+    if (!next && !begins_anew(receiver)) {
+        receiver->errors++;
+        return false;
+    }
+    receiver->counted = 1u;
+    receiver->counter = (counter + 1u) & 0xFFFFu;
+    return true;
 }
 
 bool frame_take(frame_receiver_t *receiver, uint16_t octet, uint32_t now)
@@ -54,10 +108,14 @@ bool frame_take(frame_receiver_t *receiver, uint16_t octet, uint32_t now)
         drop(receiver);
         return false;
     }
-    if (receiver->count < FRAME_HEADER + length) {
+    const uint32_t whole = receiver->tail != 0u ? body(length) + FRAME_TAIL : FRAME_HEADER + length;
+    if (receiver->count < whole) {
         return false;
     }
     receiver->count = 0u;
+    if (!judge(receiver)) {
+        return false;
+    }
     receiver->frames++;
     return true;
 }
@@ -81,4 +139,12 @@ void frame_close(frame_sender_t *sender, uint32_t count)
     sender->counter = (sender->counter + 1u) & 0xFFFFu;
     sender->count = FRAME_HEADER + count;
     sender->sent = 0u;
+    if (sender->tail != 0u) {
+        const uint32_t end = body(count);
+        sender->octets[FRAME_HEADER + count] = 0u; /* the fill, or what the sum overwrites */
+        const uint32_t sum = sum_of(sender->octets, end);
+        sender->octets[end] = (uint16_t)(sum & 0xFFu);
+        sender->octets[end + 1u] = (uint16_t)(sum >> 8);
+        sender->count = end + FRAME_TAIL;
+    }
 }

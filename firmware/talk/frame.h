@@ -1,10 +1,15 @@
 /* Frames: packets on a stream of octets, one octet per word. LEN, the octets of the packet, and CTR, which
- * counts frames, are 16 bits each, the lower octet first; then comes the packet. The same octets are XCP on
- * TCP and XCP on a serial line (SxI with 16-bit header).
+ * counts frames, are 16 bits each, the lower octet first; then comes the packet. That is XCP on TCP.
  *
- * A stream may lose octets. A length of zero or above FRAME_MAX_CTO, or a frame that is not complete
- * `silence` after its last octet, is dropped and counted; then all octets are dropped until that much
- * silence. */
+ * XCP on a serial line (SxI, HEADER_LEN_CTR_WORD, CHECKSUM_WORD) has a tail: an octet 0 where the packet has
+ * an odd number of them, and the sum of all words so far, 16 bits, the lower octet first. There a frame is
+ * judged: its sum must agree and its CTR must be the one after that of the frame before. A frame out of
+ * sequence is dropped and counted, so that no command acts whose predecessor was lost; CONNECT and SYNCH,
+ * which act on nothing, are taken with any CTR, and the count goes on from theirs.
+ *
+ * A stream may lose octets. A length of zero or above FRAME_MAX_CTO, a wrong sum, or a frame that is not
+ * complete `silence` after its last octet, is dropped and counted; then all octets are dropped until that
+ * much silence. */
 #ifndef TALK_FRAME_H
 #define TALK_FRAME_H
 
@@ -14,18 +19,28 @@
 #define FRAME_HEADER  4u
 #define FRAME_MAX_CTO 64u  /* [octets] of a packet that comes, and of its answer */
 #define FRAME_MAX_DTO 128u /* [octets] of a packet of samples */
+#define FRAME_TAIL    2u   /* [octets] behind the longest packets, which have even numbers of octets */
 
 typedef struct {
     uint32_t silence;  /* [periods] */
+    uint32_t tail;     /* [-] 1: frames have a tail, and are judged */
+    uint32_t counted;  /* [-] 1: `counter` is known */
+    uint32_t counter;  /* [-] of the next frame, 16 bits */
     uint32_t count;    /* [octets] of the frame under way */
     uint32_t dropping; /* [-] 1: until a silence */
     uint32_t heard_at; /* [periods] when the last octet came */
     uint32_t frames;   /* [-] good ones so far */
     uint32_t errors;   /* [-] dropped ones so far */
-    uint16_t octets[FRAME_HEADER + FRAME_MAX_CTO];
+    uint16_t octets[FRAME_HEADER + FRAME_MAX_CTO + FRAME_TAIL];
 } frame_receiver_t;
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
+
+/* Whether frames have a tail, from the next one on. */
+static inline void frame_receiver_tail(frame_receiver_t *receiver, uint32_t tail)
+{
+    receiver->tail = tail;
+}
 
 /* Whether an octet comes or not: what a silence ends at this time [periods]. */
 void frame_listen(frame_receiver_t *receiver, uint32_t now);
@@ -51,10 +66,11 @@ static inline void frame_wait(frame_receiver_t *receiver, uint32_t now)
 }
 
 typedef struct {
+    uint32_t tail;    /* [-] 1: frames have a tail */
     uint32_t counter; /* [-] of the next frame, 16 bits */
     uint32_t count;   /* [octets] of the frame under way; 0: none */
     uint32_t sent;    /* [octets] of it */
-    uint16_t octets[FRAME_HEADER + FRAME_MAX_DTO];
+    uint16_t octets[FRAME_HEADER + FRAME_MAX_DTO + FRAME_TAIL];
 } frame_sender_t;
 
 void frame_sender_init(frame_sender_t *sender);

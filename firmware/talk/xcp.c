@@ -17,16 +17,13 @@
 #define EVENT_DAQ_OVERLOAD   0x06u
 #define DRIVER_VERSION       0x10u
 
-/* [octets] of a checksum's block: what fits into a turn of the background. */
-#define CHECKSUM_MAX 4096u
-
 /* ---- session ---- */
 
 static uint32_t connect(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
     daq_clear(call->daq);
-    xcp_init(xcp);
+    xcp_init(xcp, xcp->serial);
     xcp->connected = 1u;
     call->answer[1] = RESOURCE_CALIBRATION | RESOURCE_DAQ;
     call->answer[2] = COMM_OPTIONAL;
@@ -52,9 +49,11 @@ static uint32_t get_status(xcp_call_t *call)
     return XCP_OK;
 }
 
+/* What the master sent before may be lost: the address is to be set again, as the standard has it. */
 static uint32_t synch(xcp_call_t *call)
 {
-    (void)call;
+    call->xcp->extension = XCP_EXTENSION_NONE;
+    call->xcp->once = 0u;
     return XCP_CMD_SYNCH;
 }
 
@@ -91,18 +90,50 @@ static uint32_t get_id(xcp_call_t *call)
 
 /* ---- memory ---- */
 
-static uint32_t set_mta(xcp_call_t *call)
+/* Has this command come twice, where it has to? */
+static bool is_certain(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    if (xcp->serial == 0u) {
+        return true;
+    }
+    uint32_t crc = crc_add(CRC_BEGIN, (uint16_t)xcp->extension);
+    crc = crc_add(crc, (uint16_t)(xcp->address & 0xFFFFu));
+    crc = crc_add(crc, (uint16_t)(xcp->address >> 16));
+    for (uint32_t n = 0; n < call->count; n++) {
+        crc = crc_add(crc, call->command[n]);
+    }
+    const bool certain = xcp->once != 0u && xcp->once_check == crc_end(crc);
+    xcp->once = certain ? 0u : 1u;
+    xcp->once_check = crc_end(crc);
+    return certain;
+}
+
+static void take_mta(xcp_call_t *call)
 {
     call->xcp->extension = call->command[3];
     call->xcp->address = xcp_long(&call->command[4]);
+}
+
+static uint32_t set_mta(xcp_call_t *call)
+{
+    if (call->access->writable(call->command[3]) && !is_certain(call)) {
+        return XCP_CMD_BUSY;
+    }
+    take_mta(call);
     return XCP_OK;
+}
+
+static bool uploads(const xcp_call_t *call)
+{
+    return call->command[1] != 0u && call->command[1] <= FRAME_MAX_CTO - 1u;
 }
 
 static uint32_t upload(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
     const uint32_t count = call->command[1];
-    if (count == 0u || count > FRAME_MAX_CTO - 1u) {
+    if (!uploads(call)) {
         return XCP_OUT_OF_RANGE;
     }
     const uint32_t result = call->access->read(xcp->extension, xcp->address, count, &call->answer[1]);
@@ -115,7 +146,10 @@ static uint32_t upload(xcp_call_t *call)
 
 static uint32_t short_upload(xcp_call_t *call)
 {
-    (void)set_mta(call); /* its address stands at the same place */
+    if (!uploads(call)) {
+        return XCP_OUT_OF_RANGE; /* it may have been a SET_MTA, and sets none */
+    }
+    take_mta(call); /* its address stands at the same place */
     return upload(call);
 }
 
@@ -133,6 +167,9 @@ static uint32_t download(xcp_call_t *call)
     for (uint32_t n = 0; n < octets / 4u; n++) {
         slots[n] = xcp_long(&call->command[2u + 4u * n]);
     }
+    if (!call->access->coded(xcp->extension, xcp->address, octets / 4u, slots) && !is_certain(call)) {
+        return XCP_CMD_BUSY;
+    }
     const uint32_t result = call->access->write(xcp->extension, xcp->address, octets / 4u, slots);
     if (result == XCP_OK) {
         xcp->address += octets;
@@ -140,12 +177,18 @@ static uint32_t download(xcp_call_t *call)
     return result;
 }
 
-/* CRC-32 over the block at the memory transfer address. */
+/* CRC-32 over the block at the memory transfer address. Of a block that is too long the refusal has the
+ * largest one, as the standard demands. */
 static uint32_t build_checksum(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
     const uint32_t octets = xcp_long(&call->command[4]);
-    if (octets == 0u || octets > CHECKSUM_MAX || octets % 4u != 0u) {
+    if (octets > XCP_CHECKSUM_MAX) {
+        xcp_put_long(&call->answer[4], XCP_CHECKSUM_MAX);
+        call->length = 8u;
+        return XCP_OUT_OF_RANGE;
+    }
+    if (octets == 0u || octets % 4u != 0u) {
         return XCP_OUT_OF_RANGE;
     }
     uint32_t crc = CRC_BEGIN;
@@ -212,10 +255,12 @@ static const xcp_row_t *row_of(uint16_t code)
     return row;
 }
 
-void xcp_init(xcp_t *xcp)
+void xcp_init(xcp_t *xcp, uint32_t serial)
 {
     memset(xcp, 0, sizeof *xcp);
     xcp->page = XCP_PAGE_STAGED;
+    xcp->serial = serial;
+    xcp->extension = XCP_EXTENSION_NONE;
 }
 
 static uint32_t carry_out(const xcp_row_t *row, xcp_call_t *call)
@@ -242,7 +287,7 @@ uint32_t xcp_command(xcp_t *xcp, daq_t *daq, const xcp_access_t *access, frame_p
     if (result != XCP_OK) {
         answer[0] = PID_ERROR;
         answer[1] = (uint16_t)result;
-        return 2u;
+        return call.length > 2u ? call.length : 2u; /* more only where the standard has more */
     }
     return call.length;
 }

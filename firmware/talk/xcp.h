@@ -1,6 +1,11 @@
 /* The XCP slave (ASAM MCD-1 XCP 1.x): one command in, one answer out. Intel byte order, BYTE granularity,
  * neither block mode nor seed and key; pages of one calibration segment, dynamic data acquisition.
  *
+ * The sum behind a frame of a serial line misses two wrong bits of equal weight. Over such a line a SET_MTA
+ * to what can be written, and a DOWNLOAD, are therefore carried out when they have come twice, one behind the
+ * other and equal; the first one is answered with ERR_CMD_BUSY, after which the standard has a master repeat
+ * a command. A DOWNLOAD whose slots all carry codes of their own (contract/line.h) is carried out at once.
+ *
  * It knows nothing of what stands behind its addresses: that, and the clock, is xcp_access_t. */
 #ifndef TALK_XCP_H
 #define TALK_XCP_H
@@ -33,6 +38,10 @@
 #define XCP_PAGE_ACTIVE 0u /* what the drive runs on; read only */
 #define XCP_PAGE_STAGED 1u /* written value by value; to set page 0 for the drive takes it over */
 
+#define XCP_CHECKSUM_MAX 4096u /* [octets] of a checksum's block: what fits into a turn of the background */
+
+#define XCP_EXTENSION_NONE UINT32_C(0xFF) /* the memory transfer address is not set */
+
 /* Texts that are told by GET_ID, by their address extension, from address 0 on. */
 #define XCP_EXTENSION_A2L   UINT32_C(5)
 #define XCP_EXTENSION_EPK   UINT32_C(6)
@@ -48,6 +57,9 @@ typedef struct {
     uint32_t (*read)(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets);
     /* Whole slots, all of them or none. */
     uint32_t (*write)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
+    bool (*writable)(uint32_t extension);
+    /* Do all these slots carry codes that tell a wrong one? */
+    bool (*coded)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
     /* Offset, for the interrupt's copy, of what can be measured. */
     uint32_t (*measurable)(uint32_t extension, uint32_t address, uint32_t *offset);
     uint32_t (*text_length)(uint32_t extension); /* [octets] of such a text */
@@ -60,14 +72,17 @@ typedef struct {
 
 typedef struct {
     uint32_t connected;                    /* [-] 1 */
+    uint32_t serial;                       /* [-] 1: the line may spoil bits */
+    uint32_t once;                         /* [-] 1: a command has come once */
+    uint32_t once_check;                   /* [-] CRC over it */
     uint32_t extension;                    /* of the memory transfer address */
     uint32_t address;                      /* [octets] */
     uint32_t page;                         /* [-] that the client reads and writes: XCP_PAGE_... */
     uint32_t daq_list, daq_odt, daq_entry; /* where WRITE_DAQ writes next */
 } xcp_t;
 
-/* Nobody is connected. */
-void xcp_init(xcp_t *xcp);
+/* Nobody is connected. serial: 1 for a line that may spoil bits. */
+void xcp_init(xcp_t *xcp, uint32_t serial);
 
 /* Carries the command out. Octets of the answer, one per word, into `answer` (room for FRAME_MAX_CTO); 0: no
  * answer, where nobody is connected. */

@@ -72,7 +72,7 @@ static int show(const options_t *options, uint64_t port, const char *page, size_
 {
     const volatile sig_atomic_t *stop = stop_on_signal();
     char why[700];
-    char address[64];
+    char address[96];
     master_error_t error;
     master_t *master = master_open(options->target, &error);
     if (master == NULL) {
@@ -84,7 +84,8 @@ static int show(const options_t *options, uint64_t port, const char *page, size_
         fprintf(stderr, "lagless scope: %s\n", why);
         return EXIT_INTERNAL;
     }
-    snprintf(address, sizeof address, "http://127.0.0.1:%u/", (unsigned)scope_port(scope));
+    snprintf(address, sizeof address, "http://127.0.0.1:%u/%s/", (unsigned)scope_port(scope),
+             scope_token(scope));
     printf("%s shown at %s\n", options->target, address);
     const bool told = fflush(stdout) == 0;
     if (told) {
@@ -101,6 +102,7 @@ int command_scope(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"http", 'p', "PORT", 0, "of 127.0.0.1 where the page is, default 5580; 0: any that is free", 0},
+        {"port", 0, NULL, OPTION_ALIAS, NULL, 0},
         {"no-browser", 'n', NULL, 0, "print the address and open nothing", 0},
         {0},
     };

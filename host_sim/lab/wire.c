@@ -22,6 +22,9 @@
 #define STOP_LOOK_MS 100   /* [ms] of waiting, then a look at *stop */
 #define STALE        2000u /* [calls of wire_poll] of a terminal that takes nothing: nobody is there */
 
+#define HEADER      4u  /* [octets] of a frame */
+#define COMMAND_MAX 64u /* [octets] of a packet to the drive: MAX_CTO, docs/serial.md */
+
 /* LEN 1, CTR 0, DISCONNECT */
 static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
 
@@ -35,6 +38,7 @@ struct wire {
     uint32_t stuck;   /* [calls of wire_poll] that a terminal has taken nothing of what waits */
     char name[64];
     uint32_t out_count, in_count, in_at; /* [octets] */
+    uint32_t in_whole;                   /* [octets] of `in` that are whole frames, or come over a terminal */
     uint8_t out[WAITING_OUT];
     uint8_t in[WAITING_IN];
 };
@@ -144,6 +148,7 @@ static void lose_client(wire_t *wire)
     wire->out_count = 0u;
     wire->in_count = 0u;
     wire->in_at = 0u;
+    wire->in_whole = 0u;
 }
 
 static void take_client(wire_t *wire, int client)
@@ -216,15 +221,40 @@ static void send_waiting(wire_t *wire)
     }
 }
 
+/* How far there are whole frames. A client that speaks something else is no client any more: a length of 0 or
+ * above the largest is also what a request of HTTP begins with. */
+static void look_for_frames(wire_t *wire)
+{
+    while (!is_terminal(wire) && wire->in_count - wire->in_whole >= 2u) {
+        const uint8_t *at = &wire->in[wire->in_whole];
+        const uint32_t length = (uint32_t)at[0] | (uint32_t)at[1] << 8;
+        if (length == 0u || length > COMMAND_MAX) {
+            lose_client(wire);
+            return;
+        }
+        if (wire->in_count - wire->in_whole < HEADER + length) {
+            return;
+        }
+        wire->in_whole += HEADER + length;
+    }
+    if (is_terminal(wire)) {
+        wire->in_whole = wire->in_count;
+    }
+}
+
 static void receive(wire_t *wire)
 {
-    if (wire->client < 0 || wire->in_at < wire->in_count) {
+    if (wire->client < 0 || wire->in_at < wire->in_whole) {
         return;
     }
-    const ssize_t n = read(wire->client, wire->in, sizeof wire->in);
+    wire->in_count -= wire->in_at;
+    memmove(wire->in, &wire->in[wire->in_at], wire->in_count);
+    wire->in_at = 0u;
+    wire->in_whole = 0u;
+    const ssize_t n = read(wire->client, &wire->in[wire->in_count], sizeof wire->in - wire->in_count);
     if (n > 0) {
-        wire->in_count = (uint32_t)n;
-        wire->in_at = 0u;
+        wire->in_count += (uint32_t)n;
+        look_for_frames(wire);
     } else if (n == 0 || !is_passing(errno)) {
         lose_client(wire);
     }
@@ -234,6 +264,7 @@ static void say_goodbye(wire_t *wire)
 {
     memcpy(wire->in, goodbye, sizeof goodbye);
     wire->in_count = sizeof goodbye;
+    wire->in_whole = sizeof goodbye;
     wire->in_at = 0u;
 }
 
@@ -254,7 +285,7 @@ void wire_poll(wire_t *wire)
 uint32_t wire_read(void *context, uint8_t *octets, uint32_t room)
 {
     wire_t *wire = context;
-    const uint32_t there = wire->in_count - wire->in_at;
+    const uint32_t there = wire->in_whole - wire->in_at;
     const uint32_t count = there < room ? there : room;
     memcpy(octets, &wire->in[wire->in_at], count);
     wire->in_at += count;

@@ -27,6 +27,38 @@ static uint16_t word(const uint8_t *at)
     return (uint16_t)(at[0] | at[1] << 8);
 }
 
+/* [octets] of a frame with so long a packet. */
+static uint32_t whole(uint32_t length, bool lossless)
+{
+    return FRAMES_HEADER + length + (lossless ? 0u : length % 2u + 2u);
+}
+
+static uint16_t sum_of(const uint8_t *octets, uint32_t count)
+{
+    uint32_t sum = 0;
+    for (uint32_t n = 0; n < count; n += 2u) {
+        sum += word(octets + n);
+    }
+    return (uint16_t)sum;
+}
+
+uint32_t frames_make(uint8_t *to, bool lossless, uint16_t counter, const uint8_t *packet, uint32_t count)
+{
+    const uint32_t size = whole(count, lossless);
+    to[0] = (uint8_t)count;
+    to[1] = (uint8_t)(count >> 8);
+    to[2] = (uint8_t)counter;
+    to[3] = (uint8_t)(counter >> 8);
+    memcpy(to + FRAMES_HEADER, packet, count);
+    if (!lossless) {
+        to[FRAMES_HEADER + count] = 0; /* the fill, or what the sum overwrites */
+        const uint16_t sum = sum_of(to, size - 2u);
+        to[size - 2u] = (uint8_t)sum;
+        to[size - 1u] = (uint8_t)(sum >> 8);
+    }
+    return size;
+}
+
 static bool plausible(const uint8_t *header)
 {
     const uint16_t length = word(header);
@@ -44,13 +76,16 @@ static found_t look(const frames_t *frames, bool silent)
     if (count < FRAMES_HEADER) {
         return half;
     }
-    const uint32_t size = FRAMES_HEADER + word(at);
+    const uint32_t size = whole(word(at), frames->lossless);
     const uint16_t counter = word(at + 2);
     if (!plausible(at)) {
         return NONE;
     }
     if (count < size) {
         return half;
+    }
+    if (!frames->lossless && word(at + size - 2u) != sum_of(at, size - 2u)) {
+        return NONE;
     }
     if (frames->lossless || (frames->counted && counter == frames->counter) ||
         (!frames->counted && count == size)) {
@@ -82,7 +117,7 @@ const uint8_t *frames_next(frames_t *frames, double now, uint32_t *length)
         frames->counted = true;
         frames->counter = (uint16_t)(counter + 1u);
         *length = word(at);
-        frames->begin += FRAMES_HEADER + *length;
+        frames->begin += whole(*length, frames->lossless);
         return at + FRAMES_HEADER;
     }
     return NULL;

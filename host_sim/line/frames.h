@@ -1,8 +1,10 @@
-/* Frames of XCP on TCP and on a serial line: length (16 bits, low octet first), counter (16 bits), packet.
+/* Frames of XCP on TCP and on a serial line: length (16 bits, low octet first), counter (16 bits), packet; on
+ * a serial line an octet 0 behind a packet of an odd length, and the sum of all words so far (16 bits).
  *
- * Over a serial line octets may be lost or spoilt. A frame is taken there if its counter is the one expected;
- * else only if what follows it looks like the frame after it, or nothing follows. What is no frame is dropped
- * octet by octet until there is one again, so that samples that never cease are found again too. */
+ * Over a serial line octets may be lost or spoilt. A frame whose sum is wrong is none. One whose sum is right
+ * is taken if its counter is the one expected; else only if what follows it looks like the frame after it, or
+ * nothing follows. What is no frame is dropped octet by octet until there is one again, so that samples that
+ * never cease are found again too. */
 #ifndef HOST_SIM_LINE_FRAMES_H
 #define HOST_SIM_LINE_FRAMES_H
 
@@ -11,6 +13,7 @@
 
 #define FRAMES_HEADER 4u
 #define FRAMES_PACKET 128u  /* [octets] the longest packet of the drive */
+#define FRAMES_TAIL   3u    /* [octets] at most, on a serial line */
 #define FRAMES_ROOM   8192u /* [octets] received and not yet taken */
 #define FRAMES_SILENCE                                                                                       \
     0.05 /* [s] without an octet that end a half frame; USB adapters deliver every 16 ms                     \
@@ -29,6 +32,10 @@ typedef struct {
 } frames_t;
 
 void frames_init(frames_t *frames, bool lossless);
+
+/* Puts header and tail around a packet, into room for FRAMES_HEADER + count + FRAMES_TAIL octets. Returns how
+ * many there are. */
+uint32_t frames_make(uint8_t *to, bool lossless, uint16_t counter, const uint8_t *packet, uint32_t count);
 
 /* Where received octets go, and how many may. */
 uint8_t *frames_room(frames_t *frames, uint32_t *room);

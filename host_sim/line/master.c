@@ -80,14 +80,11 @@ static void flush_out(master_t *master)
 
 static void send_packet(master_t *master, const uint8_t *packet, uint32_t length)
 {
-    if (master->out_end + FRAMES_HEADER + length > sizeof master->out) {
+    if (master->out_end + FRAMES_HEADER + length + FRAMES_TAIL > sizeof master->out) {
         return; /* as good as lost on the line: its answer will be missed */
     }
     uint8_t *at = master->out + master->out_end;
-    master_put(at, length, 2u);
-    master_put(at + 2, master->counter++, 2u);
-    memcpy(at + FRAMES_HEADER, packet, length);
-    master->out_end += FRAMES_HEADER + length;
+    master->out_end += frames_make(at, master->in.lossless, master->counter++, packet, length);
     master->sent = master_now();
     flush_out(master);
 }
@@ -102,8 +99,9 @@ static question_t *first_question(master_t *master)
 static void ask_step(master_t *master)
 {
     const question_t *question = first_question(master);
+    const bool takes_long = question->patience > MASTER_PATIENCE && master->step + 1u == question->count;
     master->state = LINE_ASKED;
-    master->due = master_now() + question->patience;
+    master->due = master_now() + (takes_long ? question->patience : master->patience);
     send_packet(master, question->packets[master->step], question->lengths[master->step]);
 }
 
@@ -189,7 +187,7 @@ static void synch(master_t *master)
         return;
     }
     master->state = LINE_SYNCHING;
-    master->due = master_now() + MASTER_PATIENCE;
+    master->due = master_now() + master->patience;
     send_packet(master, packet, sizeof packet);
 }
 
@@ -223,9 +221,9 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
         return; /* of another question; this one's is missed in time */
     }
     master->synchs = 0;
-    if (code == MASTER_BUSY && question->repeats++ < BUSY_MAX) {
-        master->state = LINE_BUSY;
-        master->due = master_now() + BUSY_WAIT;
+    if (code == MASTER_BUSY && question->busy++ < BUSY_MAX) {
+        master->state = LINE_BUSY; /* over a serial line the first answer to a write: it has to come twice */
+        master->due = master_now() + (question->busy <= question->count ? 0.0 : BUSY_WAIT);
     } else if (positive && !last) {
         master->step++;
         ask_step(master);
@@ -343,7 +341,6 @@ static void look_at_time(master_t *master)
         return;
     }
     if (master->state == LINE_BUSY) {
-        master->step = 0;
         ask_step(master);
     } else {
         synch(master);

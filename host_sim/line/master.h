@@ -18,13 +18,16 @@
 #include "contract/line.h"
 #include "contract/table.h"
 
-#define MASTER_PATIENCE       (1e-3 * LINE_ANSWER) /* [s] for an answer */
-#define MASTER_PATIENCE_ORDER 30.0 /* [s] for that of an order: erasing flash takes its time */
-#define MASTER_SYNCHS         3u   /* [-] of them in a row without an answer: the line is lost */
-#define MASTER_ALIVE          0.1  /* [s] the longest silence of this side */
-#define MASTER_READ_MAX       60u  /* [octets] of one read */
-#define MASTER_DAQ_MAX        16u  /* [-] rows of one set of samples */
-#define MASTER_QUEUE          64u  /* [-] questions that wait */
+#define MASTER_PATIENCE (1e-3 * LINE_ANSWER) /* [s] for an answer */
+/* Over a serial line a frame may get lost, and the drive must hear the next one before its command_timeout of
+ * a second: its patience is this and the time of 300 octets, at most MASTER_PATIENCE. */
+#define MASTER_PATIENCE_SERIAL 0.3  /* [s] */
+#define MASTER_PATIENCE_ORDER  30.0 /* [s] for that of an order: erasing flash takes its time */
+#define MASTER_SYNCHS          3u   /* [-] of them in a row without an answer: the line is lost */
+#define MASTER_ALIVE           0.1  /* [s] the longest silence of this side */
+#define MASTER_READ_MAX        60u  /* [octets] of one read */
+#define MASTER_DAQ_MAX         16u  /* [-] rows of one set of samples */
+#define MASTER_QUEUE           64u  /* [-] questions that wait */
 
 typedef struct {
     char text[640]; /* one line: the thing, what is wrong, what helps */
@@ -100,12 +103,13 @@ bool master_read(master_t *master, master_extension_t extension, uint32_t addres
 bool master_place(const table_row_t *row, master_extension_t *extension, uint32_t *address);
 
 /* Value of a row of the drive; of a parameter, the staged one. Setting a parameter stages it (see
- * master_order "apply"); requests and services act at once. A refusal names row, value and what is accepted.
- */
+ * master_order "apply"); requests and services act at once. What was set, but for a service, is read back. A
+ * refusal names row, value and what is accepted. */
 bool master_get(master_t *master, const table_row_t *row, double *value, master_error_t *error);
 bool master_set(master_t *master, const table_row_t *row, double value, master_error_t *error);
 
-/* A row's slot as a value and back; false: its row does not accept the value. */
+/* A row's slot as it is on the line (contract/line.h) as a value and back; false: its row does not accept the
+ * value. */
 double master_value_of(const table_row_t *row, uint32_t bits);
 bool master_bits_of(const table_row_t *row, double value, uint32_t *bits);
 

@@ -27,6 +27,15 @@ static master_t *create(const char *name, bool can_open, master_error_t *error)
     return master;
 }
 
+static double patience_of(const char *name, bool lossless)
+{
+    transport_target_t target;
+    char ignored[TRANSPORT_NAME_SIZE * 2u];
+    const bool known = transport_parse(name, &target, ignored, sizeof ignored) && !target.tcp;
+    const double serial = MASTER_PATIENCE_SERIAL + 300.0 * 10.0 / (known ? target.baud : TRANSPORT_BAUD);
+    return lossless || serial > MASTER_PATIENCE ? MASTER_PATIENCE : serial;
+}
+
 /* Everything about the line as it is before CONNECT. On a line that goes on, a frame may be half received. */
 static void begin(master_t *master, int descriptor, bool lossless)
 {
@@ -34,6 +43,7 @@ static void begin(master_t *master, int descriptor, bool lossless)
     master_forget(master);
     master->descriptor = descriptor;
     master->lost[0] = '\0';
+    master->patience = patience_of(master->name, lossless);
     if (!goes_on) {
         frames_init(&master->in, lossless);
         master->out_begin = master->out_end = 0;
@@ -327,15 +337,17 @@ bool master_bits_of(const table_row_t *row, double value, uint32_t *bits)
         const float number = (float)value;
         memcpy(bits, &number, sizeof *bits);
     } else {
-        *bits = (uint32_t)(int64_t)value;
+        *bits = line_bits(row, (uint32_t)(int64_t)value);
     }
     return true;
 }
 
-double master_value_of(const table_row_t *row, uint32_t bits)
+double master_value_of(const table_row_t *row, uint32_t on_line)
 {
     float number;
     int32_t whole;
+    uint32_t bits = 0;
+    (void)line_bits_back(row, on_line, &bits);
     memcpy(&number, &bits, sizeof number);
     memcpy(&whole, &bits, sizeof whole);
     return row->kind == SLOT_FLOAT ? (double)number : row->kind == SLOT_UINT ? (double)bits : (double)whole;
@@ -378,6 +390,26 @@ static bool fail_range(const table_row_t *row, double value, master_error_t *err
                        rig_range_text(range, row, rig_min(row), rig_max(row)));
 }
 
+/* What was set is what the drive has: a line may spoil it in a way that no sum shows. */
+static bool reads_back(master_t *master, const table_row_t *row, double value, uint32_t bits,
+                       master_error_t *error)
+{
+    master_extension_t extension = MASTER_SIGNALS;
+    uint32_t address = 0;
+    uint8_t data[MASTER_READ_MAX];
+    char given[RIG_NUMBER_SIZE];
+    char read[RIG_NUMBER_SIZE];
+    (void)master_place(row, &extension, &address);
+    const int result = master_asked(master, read_question(extension, address, 4u), data, NULL);
+    if (result != MASTER_OK) {
+        return master_fail_result(master, error, row->name, result);
+    }
+    const uint32_t found = master_take(data, 4u);
+    return found == bits ||
+           master_fail(error, "%s %s: the drive has %s instead, read back after the write", row->name,
+                       rig_value_text(given, value), rig_value_text(read, master_value_of(row, found)));
+}
+
 bool master_set(master_t *master, const table_row_t *row, double value, master_error_t *error)
 {
     master_extension_t extension = MASTER_SIGNALS;
@@ -393,14 +425,17 @@ bool master_set(master_t *master, const table_row_t *row, double value, master_e
         return fail_range(row, value, error);
     }
     question_t question = write_question(extension, address, bits);
-    question.patience = extension == MASTER_SERVICES ? MASTER_PATIENCE_ORDER : MASTER_PATIENCE;
+    question.patience = strcmp(row->name, "order") == 0 ? MASTER_PATIENCE_ORDER : MASTER_PATIENCE;
     const int result = master_asked(master, question, NULL, NULL);
     if (result == MASTER_OUT_OF_RANGE) {
         char given[RIG_NUMBER_SIZE];
         return master_fail(error, "%s %s: refused; it does not go with the other values", row->name,
                            rig_value_text(given, value));
     }
-    return result == MASTER_OK || master_fail_result(master, error, row->name, result);
+    if (result != MASTER_OK) {
+        return master_fail_result(master, error, row->name, result);
+    }
+    return extension == MASTER_SERVICES || reads_back(master, row, value, bits, error);
 }
 
 /* ---- orders ---- */
@@ -441,7 +476,7 @@ bool master_order(master_t *master, const char *order, master_refusal_t *refusal
     if (number < 0) {
         return master_fail(error, "%s: no such order; accepted %s", order, row->choices);
     }
-    question_t question = write_question(MASTER_SERVICES, 4u * row->id, (uint32_t)number);
+    question_t question = write_question(MASTER_SERVICES, 4u * row->id, line_bits(row, (uint32_t)number));
     question.patience = MASTER_PATIENCE_ORDER;
     const bool restart = strcmp(order, "restart") == 0;
     if (restart) {

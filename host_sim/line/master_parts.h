@@ -46,6 +46,7 @@ typedef struct {
     uint32_t octets;  /* [octets] that the last answer has; MASTER_ANY: not judged */
     double patience;  /* [s] */
     uint32_t repeats; /* [-] so far */
+    uint32_t busy;    /* [-] answers so far that the drive is busy */
     master_answer_t answer;
     void *context;
 } question_t;
@@ -87,6 +88,7 @@ struct master {
     line_state_t state;
     uint32_t step;   /* [-] packet of the first question that was asked */
     double due;      /* [s] end of patience */
+    double patience; /* [s] of an ordinary question over this line */
     uint32_t synchs; /* [-] in a row without an answer */
 
     bool connected;

@@ -29,10 +29,26 @@ struct http {
     uint64_t order;
     http_handler_t handler;
     void *context;
+    char token[HTTP_TOKEN + 1u];
     client_t clients[HTTP_CLIENTS];
 };
 
 /* ---- life ---- */
+
+/* Random, in hexadecimal digits. false: the system has no random numbers. */
+static bool make_token(char token[HTTP_TOKEN + 1u])
+{
+    uint8_t octets[HTTP_TOKEN / 2u];
+    FILE *from = fopen("/dev/urandom", "rb");
+    const bool good = from != NULL && fread(octets, sizeof octets, 1, from) == 1;
+    if (from != NULL) {
+        fclose(from);
+    }
+    for (uint32_t n = 0; good && n < sizeof octets; n++) {
+        snprintf(token + 2u * n, 3u, "%02x", octets[n]);
+    }
+    return good;
+}
 
 http_t *http_open(uint32_t port, http_handler_t handler, void *context, char *why, size_t size)
 {
@@ -41,7 +57,12 @@ http_t *http_open(uint32_t port, http_handler_t handler, void *context, char *wh
         snprintf(why, size, "not enough memory");
         return NULL;
     }
-    http->listener = loopback_listen(&port, why, size);
+    http->listener = -1;
+    if (make_token(http->token)) {
+        http->listener = loopback_listen(&port, why, size);
+    } else {
+        snprintf(why, size, "no random numbers for the page's address: /dev/urandom cannot be read");
+    }
     if (http->listener < 0) {
         free(http);
         return NULL;
@@ -85,6 +106,11 @@ void http_close(http_t *http)
 uint32_t http_port(const http_t *http)
 {
     return http->port;
+}
+
+const char *http_token(const http_t *http)
+{
+    return http->token;
 }
 
 uint32_t http_streams(const http_t *http)
@@ -256,34 +282,75 @@ void http_event(http_t *http, uint32_t client, const char *name, const char *dat
 
 /* ---- in ---- */
 
-/* Value of a header of the head, which ends with an empty line: copied without blanks around it. false: it is
- * not there, or too long. */
-static bool header(const char *head, const char *name, char *to, size_t size)
+/* Where the value of a header of the head begins, which ends with an empty line; NULL: it is not there. */
+static const char *value_of(const char *head, const char *name)
 {
     const size_t length = strlen(name);
     for (const char *line = strstr(head, "\r\n"); line != NULL; line = strstr(line, "\r\n")) {
         line += 2;
         if (strncasecmp(line, name, length) == 0 && line[length] == ':') {
-            const char *value = line + length + 1u;
-            value += strspn(value, " \t");
-            size_t count = strcspn(value, "\r\n");
-            while (count > 0u && (value[count - 1u] == ' ' || value[count - 1u] == '\t')) {
-                count--;
-            }
-            snprintf(to, size, "%.*s", (int)(count < size ? count : size - 1u), value);
-            return count < size;
+            return line + length + 1u;
         }
     }
-    return false;
+    return NULL;
 }
 
-static bool is_own_host(const http_t *http, const char *head)
+/* The value, copied without blanks around it. false: it is not there, or too long. */
+static bool header(const char *head, const char *name, char *to, size_t size)
 {
-    char host[64], address[64], name[64];
-    snprintf(address, sizeof address, "127.0.0.1:%u", (unsigned)http->port);
-    snprintf(name, sizeof name, "localhost:%u", (unsigned)http->port);
-    return header(head, "Host", host, sizeof host) &&
-           (strcasecmp(host, address) == 0 || strcasecmp(host, name) == 0);
+    const char *value = value_of(head, name);
+    if (value == NULL) {
+        return false;
+    }
+    value += strspn(value, " \t");
+    size_t count = strcspn(value, "\r\n");
+    while (count > 0u && (value[count - 1u] == ' ' || value[count - 1u] == '\t')) {
+        count--;
+    }
+    snprintf(to, size, "%.*s", (int)(count < size ? count : size - 1u), value);
+    return count < size;
+}
+
+/* Is this one of the two names of this server, with this before it? */
+static bool is_own(const http_t *http, const char *before, const char *text)
+{
+    char address[64], name[64];
+    snprintf(address, sizeof address, "%s127.0.0.1:%u", before, (unsigned)http->port);
+    snprintf(name, sizeof name, "%slocalhost:%u", before, (unsigned)http->port);
+    return strcasecmp(text, address) == 0 || strcasecmp(text, name) == 0;
+}
+
+/* The user, or a page of this server: what a browser says of where a request comes from, and a foreign page
+ * cannot say otherwise. Headers that are not there say nothing. */
+static bool is_own_page(const http_t *http, const char *head)
+{
+    char host[64], origin[64], site[32];
+    if (!header(head, "Host", host, sizeof host) || !is_own(http, "", host)) {
+        return false;
+    }
+    if (value_of(head, "Origin") != NULL &&
+        !(header(head, "Origin", origin, sizeof origin) && is_own(http, "http://", origin))) {
+        return false;
+    }
+    return value_of(head, "Sec-Fetch-Site") == NULL ||
+           (header(head, "Sec-Fetch-Site", site, sizeof site) &&
+            (strcasecmp(site, "same-origin") == 0 || strcasecmp(site, "none") == 0));
+}
+
+/* Behind the token of the path; NULL: it has none, or another one. The time does not tell how much of it
+ * fits.
+ */
+static const char *behind_token(const http_t *http, const char *path)
+{
+    unsigned differs = 0u;
+    if (strlen(path) < 1u + HTTP_TOKEN) {
+        return NULL;
+    }
+    for (uint32_t n = 0; n < HTTP_TOKEN; n++) {
+        differs |= (unsigned)(path[1u + n] ^ http->token[n]);
+    }
+    const char *rest = path + 1u + HTTP_TOKEN;
+    return differs == 0u && *rest == '/' ? rest : NULL;
 }
 
 static void refuse(http_t *http, uint32_t client, int status, const char *text)
@@ -313,11 +380,16 @@ static void serve(http_t *http, uint32_t client, char *head, const char *body)
         return;
     }
     const bool post = strcmp(method, "POST") == 0;
-    if (!is_own_host(http, head) || (post && !header(head, "X-Lagless", mark, sizeof mark))) {
+    const char *rest = behind_token(http, path);
+    if (!is_own_page(http, head) || (post && !header(head, "X-Lagless", mark, sizeof mark))) {
         refuse(http, client, 403, "this server is for its own page only\n");
         return;
     }
-    const http_request_t request = {post, path, body};
+    if (rest == NULL) {
+        refuse(http, client, 403, "the address is the one that `lagless scope` printed, with its token\n");
+        return;
+    }
+    const http_request_t request = {post, rest, body};
     http->clients[client].order = ++http->order;
     http->handler(http->context, client, &request);
 }

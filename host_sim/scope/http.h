@@ -1,9 +1,13 @@
 /* A small HTTP/1.1 server for one page on this machine: it listens at 127.0.0.1 alone, answers requests of up
  * to HTTP_BODY_MAX octets, and keeps event streams ("server-sent events") open.
  *
- * Foreign pages in the same browser get nothing done: a request must name this server as its host (else 403,
- * which ends tricks with names that resolve to this machine), and one that changes anything (POST) must carry
- * the header X-Lagless, which a browser lets no foreign page send without a permission that is never given.
+ * Foreign pages in the same browser get nothing done and nothing shown. Every request, a GET too, must
+ * - name this server as its host, which ends tricks with names that resolve to this machine,
+ * - come from a page of this server, or from none, where it says so (Sec-Fetch-Site, Origin),
+ * - begin its path with a token of 128 random bits, made anew by each http_open, which only the address has
+ * that was printed for the user; else it is answered with 403. One that changes anything (POST) must carry
+ * the header X-Lagless besides, which a browser lets no foreign page send without a permission that is never
+ * given.
  *
  * Nothing waits; all calls from one thread. A stream whose reader is slow is spared events that may be lost,
  * and closed when HTTP_OUT_MAX octets wait for it. */
@@ -15,6 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#define HTTP_TOKEN    32u   /* characters */
 #define HTTP_CLIENTS  24u   /* [-] connections at a time */
 #define HTTP_STREAMS  3u    /* [-] of which streams: a browser opens six connections at most, for all tabs */
 #define HTTP_HEAD_MAX 8192u /* [octets] head and body of a request */
@@ -25,8 +30,8 @@
 typedef struct http http_t;
 
 typedef struct {
-    bool post; /* else GET */
-    const char *path;
+    bool post;        /* else GET */
+    const char *path; /* behind the token: "/" is the page */
     const char *body; /* with a 0 at its end */
 } http_request_t;
 
@@ -37,6 +42,7 @@ typedef void (*http_handler_t)(void *context, uint32_t client, const http_reques
 http_t *http_open(uint32_t port, http_handler_t handler, void *context, char *why, size_t size);
 void http_close(http_t *http); /* NULL: nothing */
 uint32_t http_port(const http_t *http);
+const char *http_token(const http_t *http); /* the address of the page: http://127.0.0.1:PORT/TOKEN/ */
 
 /* What to poll for: descriptors, how many of at most HTTP_CLIENTS + 1. */
 uint32_t http_descriptors(const http_t *http, struct pollfd to[HTTP_CLIENTS + 1u]);

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "drive/reasons.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/line/transport.h"
 #include "host_sim/rig/rig.h"
@@ -43,6 +44,7 @@ struct scope {
     double next_frame, next_ask, next_tell, next_again; /* [s] */
     /* values */
     scope_values_t values;
+    double heard_at; /* [s] when the last of them came */
     block_t blocks[SCOPE_ROWS_MAX]; /* those that change fast first */
     uint32_t block_count, fast_count;
     uint32_t next_fast, next_slow, asks;
@@ -134,6 +136,7 @@ static void put_line(const scope_t *scope, FILE *to)
     const master_daq_t daq = master_daq(scope->master);
     fprintf(to, "\"link\":%s,\"why\":", scope->lost ? "false" : "true");
     json_text(to, scope->lost ? master_lost(scope->master) : "");
+    fprintf(to, ",\"age\":%.2f", now() - scope->heard_at);
     fprintf(to, ",\"staged\":%s,\"samples\":%.0f,\"missing\":%.0f,\"sampling\":%s",
             scope->staged ? "true" : "false", (double)daq.samples, (double)daq.missing,
             master_daq_running(scope->master) ? "true" : "false");
@@ -259,6 +262,7 @@ static void on_values(void *context, int result, const uint8_t *data, uint32_t o
     scope_t *scope = context;
     scope_values_t *values = &scope->values;
     scope->asking = false;
+    scope->heard_at = result == MASTER_OK ? now() : scope->heard_at;
     if (result == MASTER_OUT_OF_RANGE) {
         split(scope, scope->asked);
     }
@@ -362,7 +366,7 @@ uint32_t scope_every(const char *target, uint32_t signals)
     if (!transport_parse(target, &parsed, why, sizeof why) || parsed.tcp) {
         return 1u;
     }
-    const double octets = 10.0 + 4.0 * signals; /* header, identification, stamp; 10 bits each on the line */
+    const double octets = 12.0 + 4.0 * signals; /* header, identification, stamp, tail; 10 bits each */
     const double rate = LINE_SHARE * parsed.baud / (10.0 * octets);
     const double every = ceil(1.0 / (rate * RIG_PERIOD_SECONDS));
     return every < 1.0 ? 1u : every > 255.0 ? 255u : (uint32_t)every;
@@ -412,6 +416,44 @@ static bool set_row(scope_t *scope, const table_row_t *row, double value, char *
     return good;
 }
 
+/* What the drive has in this row now. */
+static int32_t reported(scope_t *scope, const char *name)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    look_again(scope, row);
+    const uint32_t place = scope_values_place(&scope->values, row->id);
+    return (int32_t)scope_number(row, scope->values.bits[place]);
+}
+
+static bool is_state(int32_t state, const char *name)
+{
+    return state == table_choice(rig_row_by_name("state"), name);
+}
+
+/* Whether the drive, which has `enable` on, goes on, by what it reports itself. If not it is off again, so that
+ * nothing starts later that nobody expects. */
+static bool goes_on(scope_t *scope, char *why, size_t size)
+{
+    char not_off[TEXT_MAX] = "";
+    const bool faulty = is_state(reported(scope, "state"), "fault");
+    const int32_t number = reported(scope, faulty ? "fault_reason" : "refusal");
+    const reason_row_t *reason = reason_by_number(number);
+    if (!faulty && number == REASON_NONE) {
+        return true;
+    }
+    snprintf(why, size, "refused: %s%s; %s", faulty ? "fault latched; reset first: " : "",
+             reason != NULL ? reason->text : "a reason that this program does not know",
+             reason != NULL ? reason->remedy : "see the drive's own program");
+    const table_row_t *row = rig_row_by_name("enable");
+    if (!set_row(scope, row, (double)table_choice(row, "off"), not_off, sizeof not_off)) {
+        const size_t used = strlen(why);
+        snprintf(why + used, size - used, "; enable is still on: %s", not_off);
+    } else {
+        scope->started = false;
+    }
+    return false;
+}
+
 /* "NAME VALUE", the value as a user writes it. */
 static bool set(scope_t *scope, const char *body, char *why, size_t size)
 {
@@ -431,9 +473,10 @@ static bool set(scope_t *scope, const char *body, char *why, size_t size)
     if (is_enable && value == (double)table_choice(row, "on")) {
         scope->started = true; /* even if the answer is lost */
     }
-    const bool good = set_row(scope, row, value, why, size);
+    bool good = set_row(scope, row, value, why, size);
     if (good && is_enable) {
         scope->started = value == (double)table_choice(row, "on");
+        good = !scope->started || goes_on(scope, why, size);
     }
     return good;
 }
@@ -462,16 +505,21 @@ static bool order(scope_t *scope, const char *name, char *why, size_t size)
     return good;
 }
 
-/* Brake, then off; off at once if the drive will not brake. */
+/* Brake, then off; off at once if the drive will not brake. *why: what it does then. */
 static bool stop_motor(scope_t *scope, char *why, size_t size)
 {
     const table_row_t *row = rig_row_by_name("enable");
-    if (set_row(scope, row, (double)table_choice(row, "quick_stop"), why, size) ||
-        set_row(scope, row, 0.0, why, size)) {
-        scope->started = false;
-        return true;
+    if (!set_row(scope, row, (double)table_choice(row, "quick_stop"), why, size) &&
+        !set_row(scope, row, 0.0, why, size)) {
+        return false;
     }
-    return false;
+    scope->started = false;
+    const int32_t state = reported(scope, "state");
+    snprintf(why, size, "%s",
+             is_state(state, "fault")                                     ? "the bridge is off already: a fault is latched"
+             : is_state(state, "ready") || is_state(state, "not_ready") ? "the bridge is off"
+                                                                          : "it brakes to standstill, then the bridge is off");
+    return true;
 }
 
 /* "EVERY ID ID ..": every 0: as the line allows. */
@@ -647,6 +695,7 @@ scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t pa
         return NULL;
     }
     scope->master = master;
+    scope->heard_at = now();
     scope->page = page;
     scope->page_size = page_size;
     scope_values_init(&scope->values);
@@ -668,6 +717,11 @@ scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t pa
 uint32_t scope_port(const scope_t *scope)
 {
     return http_port(scope->http);
+}
+
+const char *scope_token(const scope_t *scope)
+{
+    return http_token(scope->http);
 }
 
 void scope_close(scope_t *scope)

@@ -27,6 +27,7 @@ typedef struct scope scope_t;
 scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t page_size, char *why,
                     size_t size);
 uint32_t scope_port(const scope_t *scope);
+const char *scope_token(const scope_t *scope); /* the page is at http://127.0.0.1:PORT/TOKEN/ */
 
 /* Until *stop is not 0. A line that is lost is told, and tried again and again. */
 void scope_run(scope_t *scope, const volatile sig_atomic_t *stop);

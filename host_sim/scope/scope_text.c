@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "contract/line.h"
 #include "drive/faults.h"
 #include "drive/reasons.h"
 #include "host_sim/lab/json.h"
@@ -51,9 +52,11 @@ uint32_t scope_values_place(const scope_values_t *values, uint32_t id)
     return n;
 }
 
-double scope_number(const table_row_t *row, uint32_t bits)
+double scope_number(const table_row_t *row, uint32_t on_line)
 {
     float number;
+    uint32_t bits = 0;
+    (void)line_bits_back(row, on_line, &bits);
     switch (row->kind) {
     case SLOT_UINT:
         return (double)bits;

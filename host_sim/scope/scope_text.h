@@ -23,8 +23,8 @@ typedef struct {
 void scope_values_init(scope_values_t *values);
 uint32_t scope_values_place(const scope_values_t *values, uint32_t id); /* count: no such row */
 
-/* A slot as a number. */
-double scope_number(const table_row_t *row, uint32_t bits);
+/* A slot, as it is on the line, as a number. */
+double scope_number(const table_row_t *row, uint32_t on_line);
 
 /* [{"id": 1, "table": "params", "name": .., "kind": "float", "unit": "rad/s", "shown": "r/min",
  * "factor": 9.549, "choices": [..], "text": .., "access": "live", "min": .., "max": .., "initial": ..}, ..]:

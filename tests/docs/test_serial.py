@@ -46,8 +46,7 @@ class Serial(unittest.TestCase):
 
     def test_errors_are_those_of_the_slave(self):
         errors = re.findall(r"#define XCP_[A-Z_]+\s+(0x[0-9A-F]{2})u\n", (TALK / "xcp.h").read_text(encoding="utf-8"))
-        sent = sorted(set(errors) - {"0x10"})
-        self.assertEqual(sent, [row[0] for row in self.tables[("code", "when")]])
+        self.assertEqual(sorted(errors), [row[0] for row in self.tables[("code", "when")]])
 
     def test_extensions_are_those_of_the_application(self):
         known = defines("firmware/talk/xcp.h", "firmware/app/talk_values.h")
@@ -68,12 +67,25 @@ class Serial(unittest.TestCase):
         self.assertEqual([known["FRAME_HEADER"], known["FRAME_MAX_CTO"], known["FRAME_MAX_DTO"]], octets)
         many = [int(row[1]) for row in self.tables[("what", "how many")]]
         self.assertEqual([known[name] for name in ("DAQ_LISTS", "DAQ_ODTS", "DAQ_ENTRIES", "DAQ_CELLS")], many)
-        checksum = defines("firmware/talk/xcp.c")["CHECKSUM_MAX"]
+        checksum = defines("firmware/talk/xcp.h")["XCP_CHECKSUM_MAX"]
         self.assertIn(f"CRC-32, of {checksum} octets at most", PAGE)
 
+    def test_codes_follow_from_their_formula(self):
+        header = (ROOT / "firmware" / "contract" / "line.h").read_text(encoding="utf-8")
+        step, row = (int(re.search(r"#define %s\s+UINT32_C\((\w+)\)" % name, header).group(1), 16) for name in ("LINE_STEP", "LINE_ROW"))
+        self.assertIn(f"(choice x 0x{step:08X}) XOR (id x 0x{row:08X})", " ".join(PAGE.split()))
+        for n, cells in enumerate(self.tables[("request", "choice", "on the line")]):
+            self.assertEqual(("enable", ["off", "on", "quick_stop"][n], "0x%08X" % (n * step ^ 1000 * row & 0xFFFFFFFF)), cells)
+
+    def test_the_frame_that_is_shown_has_its_sum(self):
+        octets = bytes.fromhex(re.search(r"The frame ([0-9A-F ]+) is CONNECT", PAGE).group(1))
+        words = [int.from_bytes(octets[n:n + 2], "little") for n in range(0, len(octets), 2)]
+        self.assertEqual((2, 0x0102, 0xFF), tuple(words[:3]))
+        self.assertEqual(sum(words[:-1]) % 65536, words[-1])
+
     def test_rates_follow_from_the_frame(self):
-        sample = 9 + 4 * 3
-        self.assertIn("9 + 4 n octets of ten bits", " ".join(PAGE.split()))
+        sample = 4 + 5 + 4 * 3 + 1 + 2  # header, identification and stamp, three floats, fill, sum
+        self.assertIn("12 + 4 n octets of ten bits", " ".join(PAGE.split()))
         self.assertIn(f"at 937500 baud {93750 // sample} samples a second of three floats, at 2343750 baud {234375 // sample}",
                       " ".join(PAGE.split()))
 

@@ -1,5 +1,5 @@
 """What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
-working folder). Prints a JSON object. usage: client.py facts | refusals | record SECONDS EVERY FILE ID..."""
+working folder). Prints a JSON object. usage: client.py facts | refusals | writes | record SECONDS EVERY FILE ID..."""
 
 import json
 import struct
@@ -157,8 +157,38 @@ def refusals():
             "pages": [differs, same], "applied": applied}
 
 
+def writes():
+    """Requests and a staged parameter, read back; the speed that the motor then has."""
+
+    def put(x, slot, extension, octets):
+        x.setMta(4 * slot, extension)
+        x.download(octets)
+
+    def get(x, slot, extension, kind):
+        return struct.unpack("<" + kind, bytes(x.shortUpload(4, 4 * slot, extension)))[0]
+
+    with ArgumentParser(description="").run() as x:
+        x.connect()
+        put(x, 11, PARAMS, struct.pack("<f", 8.0))
+        put(x, 1003, REQUESTS, struct.pack("<f", 20.0))
+        put(x, 1000, REQUESTS, struct.pack("<I", 1 * 0x11111111 ^ 1000 * 0x9E3779B1 & 0xFFFFFFFF))
+        read = [get(x, 1000, REQUESTS, "I"), get(x, 1003, REQUESTS, "f"), get(x, 11, PARAMS, "f")]
+        speed = 0.0
+        for _ in range(400):
+            speed = get(x, 2032, SIGNALS, "f")
+            if speed > 19.0:
+                break
+            time.sleep(0.02)
+        on = get(x, 2001, SIGNALS, "i")
+        put(x, 1000, REQUESTS, struct.pack("<I", 1000 * 0x9E3779B1 & 0xFFFFFFFF))
+        time.sleep(0.2)
+        off = get(x, 2001, SIGNALS, "i")
+        x.disconnect()
+    return {"read": read, "states": [on, off], "speed": speed}
+
+
 if arguments[0] == "record":
     done = record(float(arguments[1]), int(arguments[2]), arguments[3], [int(i) for i in arguments[4:]])
 else:
-    done = {"facts": facts, "refusals": refusals}[arguments[0]]()
+    done = {"facts": facts, "refusals": refusals, "writes": writes}[arguments[0]]()
 print(json.dumps(done))

@@ -86,13 +86,26 @@ static void send_octets(slave_t *slave, const uint8_t *octets, uint32_t count)
     }
 }
 
+/* Fill and sum of words, by the standard; octets of both. */
+static uint32_t add_tail(uint8_t *frame, uint32_t count)
+{
+    uint32_t sum = 0;
+    frame[count] = 0;
+    const uint32_t even = count + count % 2u;
+    for (uint32_t n = 0; n < even; n += 2u) {
+        sum += take(frame + n, 2u);
+    }
+    put(frame + even, sum, 2u);
+    return even + 2u - count;
+}
+
 static void send_frame(slave_t *slave, const uint8_t *packet, uint32_t length)
 {
-    uint8_t frame[4 + 256];
+    uint8_t frame[4 + 256 + 3];
     put(frame, length, 2u);
     put(frame + 2, slave->counter++, 2u);
     memcpy(frame + 4, packet, length);
-    send_octets(slave, frame, 4u + length);
+    send_octets(slave, frame, 4u + length + (slave->serial ? add_tail(frame, 4u + length) : 0u));
 }
 
 void slave_send(slave_t *slave, const uint8_t *packet, uint32_t length)
@@ -173,7 +186,8 @@ static uint32_t download(slave_t *slave, session_t *session, const uint8_t *comm
     if (session->mta_extension == 0u) {
         return error(answer, 0x23);
     }
-    slot->bits = take(command + 2, 4u);
+    slot->bits = take(command + 2, 4u) ^ slave->spoil;
+    slave->spoil = 0;
     session->mta += 4u;
     return 1u;
 }
@@ -231,6 +245,36 @@ static uint32_t act(slave_t *slave, session_t *session, const uint8_t *command, 
     }
 }
 
+/* Over a serial line SET_MTA and DOWNLOAD, eight octets are enough to tell them, have to come twice. */
+static bool is_certain(slave_t *slave, const uint8_t *command)
+{
+    if (!slave->serial || (command[0] != 0xF6u && command[0] != 0xF0u)) {
+        return true;
+    }
+    const uint32_t count = command[0] == 0xF6u ? 8u : 6u;
+    const bool twice = memcmp(slave->once, command, count) == 0;
+    memset(slave->once, 0, sizeof slave->once);
+    memcpy(slave->once, command, twice ? 0u : count);
+    return twice;
+}
+
+/* Is a frame of the master what it has to be? */
+static bool is_good(slave_t *slave, const uint8_t *frame, uint32_t length)
+{
+    uint8_t again[4 + 64 + 3];
+    if (!slave->serial) {
+        return true;
+    }
+    memcpy(again, frame, 4u + length);
+    const uint32_t tail = add_tail(again, 4u + length);
+    const uint32_t counter = take(frame + 2, 2u);
+    const bool good = memcmp(again, frame, 4u + length + tail) == 0 &&
+                      (counter == slave->next || frame[4] == 0xFFu || frame[4] == 0xFCu);
+    slave->next = good ? (counter + 1u) & 0xFFFFu : slave->next;
+    slave->dropped += good ? 0u : 1u;
+    return good;
+}
+
 /* One command; the lock is held. */
 static void answer_command(slave_t *slave, session_t *session, const uint8_t *command)
 {
@@ -245,6 +289,8 @@ static void answer_command(slave_t *slave, session_t *session, const uint8_t *co
     uint32_t length;
     if (slave->busy != 0u) {
         slave->busy--;
+        length = error(answer, 0x10);
+    } else if (!is_certain(slave, command)) {
         length = error(answer, 0x10);
     } else if (slave->error_at == command[0]) {
         length = error(answer, (uint8_t)slave->error);
@@ -284,10 +330,16 @@ static void *live(void *context)
             return NULL;
         }
         count += (uint32_t)got;
-        while (count >= 4u && count >= 4u + take(octets, 2u)) {
-            const uint32_t size = 4u + take(octets, 2u);
+        while (count >= 4u) {
+            const uint32_t length = take(octets, 2u);
+            const uint32_t size = 4u + length + (slave->serial ? length % 2u + 2u : 0u);
+            if (count < size) {
+                break;
+            }
             pthread_mutex_lock(&slave->lock);
-            answer_command(slave, &session, octets + 4);
+            if (is_good(slave, octets, length)) {
+                answer_command(slave, &session, octets + 4);
+            }
             pthread_mutex_unlock(&slave->lock);
             memmove(octets, octets + size, count - size);
             count -= size;
@@ -304,6 +356,7 @@ int slave_start(slave_t *slave)
         return -1;
     }
     slave->descriptor = ends[1];
+    slave->next = UINT32_MAX;
     memcpy(slave->connect, connect, sizeof connect);
     pthread_mutex_init(&slave->lock, NULL);
     pthread_create(&slave->thread, NULL, live, slave);

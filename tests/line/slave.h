@@ -26,6 +26,9 @@ typedef struct {
     uint32_t epk_hash;
     uint32_t clock;     /* [periods] */
     uint8_t connect[8]; /* the answer to CONNECT */
+    bool
+        serial; /* frames have tails; wrong ones and those out of sequence are dropped; a write comes twice */
+    uint32_t dropped; /* frames that were */
 
     /* misbehaviour */
     uint32_t mute;     /* answers that are not sent; SLAVE_MUTE and more: none ever again */
@@ -38,6 +41,7 @@ typedef struct {
     uint32_t split;        /* [octets] of which an answer is sent at a time; 0: whole */
     uint32_t noise;        /* octets of rubbish before the next answer */
     uint32_t counter_jump; /* added to the frame counter before the next answer */
+    uint32_t spoil;        /* bit of the next DOWNLOAD's value that acts inverted; 0: none */
     bool close_next;       /* closes the line at the next command */
     bool closed;
 
@@ -52,6 +56,8 @@ typedef struct {
     uint8_t asked[SLAVE_ASKED]; /* codes of the commands that came */
     uint32_t asked_count;
     uint16_t counter;
+    uint32_t next;    /* counter of the master's next frame; above 16 bits: any */
+    uint8_t once[64]; /* a command that has come once */
 } slave_t;
 
 /* Starts it; returns the master's end. */

@@ -25,18 +25,22 @@ static void receive(const uint8_t *octets, uint32_t count)
     frames_received(&frames, count, now);
 }
 
-/* A frame of three octets, first one `mark`. */
-static void frame(uint8_t to[7], uint16_t counter, uint8_t mark)
+#define SIZE (frames.lossless ? 7u : 10u) /* [octets] of a frame */
+
+/* A frame of three octets, first one `mark`; on a serial line with an octet 0 and the sum of the words. */
+static void frame(uint8_t to[10], uint16_t counter, uint8_t mark)
 {
-    const uint8_t octets[7] = {3, 0, (uint8_t)counter, (uint8_t)(counter >> 8), mark, 0xAA, 0x55};
-    memcpy(to, octets, sizeof octets);
+    const uint32_t sum = 3u + counter + (mark | 0xAAu << 8) + 0x55u;
+    const uint8_t octets[10] = {3,    0, (uint8_t)counter, (uint8_t)(counter >> 8), mark, 0xAA,
+                                0x55, 0, (uint8_t)sum,     (uint8_t)(sum >> 8)};
+    memcpy(to, octets, SIZE);
 }
 
 static void receive_frame(uint16_t counter, uint8_t mark)
 {
-    uint8_t octets[7];
+    uint8_t octets[10];
     frame(octets, counter, mark);
-    receive(octets, sizeof octets);
+    receive(octets, SIZE);
 }
 
 static void expect(uint8_t mark)
@@ -67,14 +71,14 @@ static void test_frames_come_in_order(void)
 
 static void test_a_frame_may_come_octet_by_octet(void)
 {
-    uint8_t octets[7];
+    uint8_t octets[10];
     frame(octets, 7, 1);
-    for (uint32_t n = 0; n < 6u; n++) {
+    for (uint32_t n = 0; n < 9u; n++) {
         receive(&octets[n], 1);
-        now += 0.01;
+        now += 0.005;
         expect_none();
     }
-    receive(&octets[6], 1);
+    receive(&octets[9], 1);
     expect(1);
 }
 
@@ -100,7 +104,7 @@ static void test_missing_frames_are_counted(void)
 
 static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
 {
-    uint8_t octets[7];
+    uint8_t octets[10];
     receive_frame(1, 1);
     expect(1);
     frame(octets, 2, 2);
@@ -117,11 +121,11 @@ static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
 /* Without any silence: samples that never cease. */
 static void test_stream_is_found_again_after_a_lost_octet(void)
 {
-    uint8_t stream[7 * 20];
+    uint8_t stream[10 * 20];
     for (uint16_t n = 0; n < 20u; n++) {
-        frame(stream + 7 * n, (uint16_t)(100u + n), (uint8_t)n);
+        frame(stream + 10 * n, (uint16_t)(100u + n), (uint8_t)n);
     }
-    for (uint32_t lost = 7; lost < 14u; lost++) { /* each octet of the second frame in turn */
+    for (uint32_t lost = 10; lost < 20u; lost++) { /* each octet of the second frame in turn */
         frames_init(&frames, false);
         receive_frame(99, 99);
         expect(99);
@@ -140,6 +144,42 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
         TEST_ASSERT_EQUAL(19u, last);
         TEST_ASSERT_TRUE_MESSAGE(good >= 17u, "at most the spoilt frame and its neighbour are lost");
     }
+}
+
+/* Of a frame on a serial line, and none of the next one. */
+static void test_a_frame_with_a_wrong_bit_is_none(void)
+{
+    for (uint32_t bit = 16; bit < 80u; bit++) { /* behind the length, which decides where it ends */
+        uint8_t octets[10];
+        frames_init(&frames, false);
+        receive_frame(1, 1);
+        expect(1);
+        frame(octets, 2, 2);
+        octets[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
+        receive(octets, sizeof octets);
+        receive_frame(3, 3);
+        receive_frame(4, 4);
+        now += SILENT;
+        expect(3);
+        expect(4);
+        expect_none();
+    }
+}
+
+/* By hand: 0002h + 0102h + 00FFh = 0203h; 0001h + 0103h + 00FDh = 0201h with an octet 0 behind the packet. */
+static void test_a_frame_is_made_as_the_standard_has_it(void)
+{
+    static const uint8_t even[8] = {2, 0, 0x02, 0x01, 0xFF, 0x00, 0x03, 0x02};
+    static const uint8_t odd[8] = {1, 0, 0x03, 0x01, 0xFD, 0x00, 0x01, 0x02};
+    static const uint8_t connect[2] = {0xFF, 0x00};
+    static const uint8_t status[1] = {0xFD};
+    uint8_t made[FRAMES_HEADER + 2u + FRAMES_TAIL];
+    TEST_ASSERT_EQUAL(8u, frames_make(made, false, 0x0102u, connect, 2u));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(even, made, 8u);
+    TEST_ASSERT_EQUAL(8u, frames_make(made, false, 0x0103u, status, 1u));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(odd, made, 8u);
+    TEST_ASSERT_EQUAL(5u, frames_make(made, true, 0x0103u, status, 1u));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(odd, made, 5u);
 }
 
 static void test_rubbish_before_the_first_frame_is_dropped(void)
@@ -177,7 +217,7 @@ static void test_over_a_lossless_line_rubbish_ends_it(void)
 
 static void test_over_a_lossless_line_silence_ends_no_frame(void)
 {
-    uint8_t octets[7];
+    uint8_t octets[10];
     frames_init(&frames, true);
     frame(octets, 2, 2);
     receive(octets, 3);

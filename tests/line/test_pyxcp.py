@@ -21,6 +21,11 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 EXTENSIONS = {"signals": 0, "params": 1, "requests": 2, "services": 3}
 KINDS = {"float": "FLOAT32_IEEE", "int32": "SLONG", "uint32": "ULONG", "choice": "SLONG"}
 
+
+def code(row, choice):
+    """A named value of a request or a service that is written, on the line (docs/serial.md)."""
+    return choice * 0x11111111 ^ row * 0x9E3779B1 & 0xFFFFFFFF
+
 CONFIGURATION = """c = get_config()
 c.Transport.layer = "ETH"
 c.Transport.Eth.host = "127.0.0.1"
@@ -36,7 +41,7 @@ c.Transport.SxI.port = "%s"
 c.Transport.SxI.bitrate = 937500
 c.Transport.SxI.mode = "ASYNCH_FULL_DUPLEX_MODE"
 c.Transport.SxI.header_format = "HEADER_LEN_CTR_WORD"
-c.Transport.SxI.tail_format = "NO_CHECKSUM"
+c.Transport.SxI.tail_format = "CHECKSUM_WORD"
 c.Transport.SxI.framing = False
 c.Transport.timeout = 5.0
 c.General.disable_error_handling = True
@@ -81,7 +86,9 @@ for text in (GRAMMAR.sub(lambda _: whole, own), own):
     path.write_text(text, encoding="utf-8")
     session = pya2l.import_a2l(str(path), in_memory=True, progress_bar=False, loglevel="ERROR", encoding="utf-8")
     [data] = session.query(model.Module).first().if_data
-    blocks.append(IfDataParser(session).parse(data.raw))
+    [segment] = session.query(model.MemorySegment).all()
+    blocks.append([IfDataParser(session).parse(data.raw), IfDataParser(session).parse(segment.if_data[0].raw),
+                   [segment.address, segment.size]])
 for kind, shown in ((model.Measurement, True), (model.Characteristic, False)):
     for row in session.query(kind):
         rows.append({
@@ -124,13 +131,13 @@ class Pyxcp(stuck.TestCase):
         with open(os.path.join(self.folder, "pyxcp_conf.py"), "w") as file:
             file.write(CONFIGURATION % self.port)
 
-    def serve_serial(self, scenario):
+    def serve_serial(self, scenario, handling=False):
         """Over the chip's serial line, in its own time, at a terminal."""
         self.server = subprocess.Popen([LAGLESS, "serve", scenario, "--serial", "--quiet"], text=True, stdout=subprocess.PIPE)
         self.addCleanup(self.server.stdout.close)
         terminal = self.server.stdout.readline().split()[-1]
         with open(os.path.join(self.folder, "pyxcp_conf.py"), "w") as file:
-            file.write(SERIAL_CONFIGURATION % terminal)
+            file.write((SERIAL_CONFIGURATION % terminal).replace("handling = True", "handling = %s" % (not handling)))
 
     def python(self, *arguments, timeout=120):
         done = subprocess.run([PYTHON, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=timeout,
@@ -185,7 +192,13 @@ class Pyxcp(stuck.TestCase):
                 self.assertEqual(EXTENSIONS[row["table"]], entry["extension"])
                 self.assertEqual(row["unit"], entry["unit"])
                 self.assertEqual(row["text"], entry["text"])
-                self.assertEqual(KINDS[row["kind"]], entry["type"].replace("RL.", ""))
+                coded = row["kind"] == "choice" and row["table"] in ("requests", "services") and not entry["shown"]
+                self.assertEqual("ULONG" if coded else KINDS[row["kind"]], entry["type"].replace("RL.", ""))
+                if coded:
+                    names = row["choices"].split("|")
+                    self.assertEqual([(code(row["id"], n), name) for n, name in enumerate(names)],
+                                     [tuple(c) for c in entry["choices"]])
+                    continue
                 if not entry["shown"]:
                     as_it_is = float32 if row["kind"] == "float" else int
                     for end in ("min", "max"):
@@ -196,7 +209,7 @@ class Pyxcp(stuck.TestCase):
     def line_is_what_the_drive_says(self, done):
         """IF_DATA XCP, read by two grammars alike, against the answers of the drive, and what each transport is by its test."""
         self.assertEqual(*done["blocks"])
-        [blocks] = done["blocks"][0]["XCP"]
+        [blocks] = done["blocks"][0][0]["XCP"]
         says = self.client("facts")
 
         layer = blocks["PROTOCOL_LAYER"]
@@ -225,8 +238,17 @@ class Pyxcp(stuck.TestCase):
         self.assertEqual(says["event_unit"], "EVENT_CHANNEL_TIME_UNIT_" + units[event[6]])
 
         self.assertIn("c.Transport.SxI.bitrate = %d\n" % blocks["XCP_ON_SxI"][1], SERIAL_CONFIGURATION)
-        self.assertEqual([{"ASYNCH_FULL_DUPLEX_MODE": ["PARITY_NONE", "ONE_STOP_BIT"]}, "HEADER_LEN_CTR_WORD", "NO_CHECKSUM"],
+        self.assertEqual([{"ASYNCH_FULL_DUPLEX_MODE": ["PARITY_NONE", "ONE_STOP_BIT"]}, "HEADER_LEN_CTR_WORD", "CHECKSUM_WORD"],
                          blocks["XCP_ON_SxI"][2:])
+        [segment] = done["blocks"][0][1]["XCP"]
+        number, pages, extension, compression, encryption, more = segment["SEGMENT"]
+        self.assertEqual([0, 2, EXTENSIONS["params"], 0, 0], [number, pages, extension, compression, encryption])
+        set_mta = bytes([0xF6, 0, 0, EXTENSIONS["params"], 4, 0, 0, 0])
+        too_long = self.asked(set_mta, bytes([0xF3, 0, 0, 0, 0, 0, 0, 0x80]))[1]
+        self.assertEqual(["XCP_CRC_32", {"MAX_BLOCK_SIZE": int.from_bytes(too_long[4:], "little")}], more["CHECKSUM"])
+        self.assertEqual([int.from_bytes(answer[4:], "little") for answer in
+                          self.asked(bytes([0xE8, 0, 0, 0, 0]), bytes([0xE8, 0, 0, 1, 0]))], done["blocks"][0][2])
+        self.assertEqual([0, 1], [page[0] for page in more["PAGE"]])
         port = blocks["XCP_ON_TCP_IP"][1]
         self.assertEqual([0x100, port, {"ADDRESS": "127.0.0.1"}], blocks["XCP_ON_TCP_IP"])
         told = subprocess.run([LAGLESS, "serve", "--help"], capture_output=True, text=True, check=True).stdout
@@ -234,14 +256,16 @@ class Pyxcp(stuck.TestCase):
 
     def knows(self, code):
         """Has the drive this command? Zeros behind it ask for nothing that there is."""
+        return self.asked(bytes([code, *[0] * 7]))[0] != b"\xfe\x20"
+
+    def asked(self, *packets):
+        """The answers to these commands, in a session of their own."""
+        answers = []
         with socket.create_connection(("127.0.0.1", self.port), timeout=5) as line:
-            line.sendall(bytes.fromhex("02000000ff00"))
-            self.assertEqual(12, len(self.exactly(line, 12)))
-            line.sendall(bytes([8, 0, 1, 0, code, *[0] * 7]))
-            answer = self.exactly(line, self.exactly(line, 4)[0])
-            line.sendall(bytes([1, 0, 2, 0, 0xFE]))
-            self.exactly(line, 5)
-        return answer != b"\xfe\x20"
+            for n, packet in enumerate([b"\xff\0", *packets, b"\xfe"]):
+                line.sendall(struct.pack("<HH", len(packet), n) + packet)
+                answers.append(self.exactly(line, self.exactly(line, 4)[0]))
+        return answers[1:-1]
 
     def exactly(self, line, count):
         octets = b""
@@ -280,11 +304,22 @@ class Pyxcp(stuck.TestCase):
         self.samples_are_those_of_the_recording(self.serve, FLOATS, 1)
 
     def test_the_serial_line_carries_what_fits_it(self):
-        """Three floats with their stamp are 21 octets, 224 us at 937500 baud: every third period."""
+        """Three floats with their stamp are 24 octets, 256 us at 937500 baud: every third period."""
         self.serve_serial("cold_start")
         self.info_is_clean()
         self.stop()
         self.samples_are_those_of_the_recording(self.serve_serial, FLOATS[2:5], 3)
+
+    def test_a_master_of_the_standard_writes_over_the_serial_line(self):
+        """Error handling as pyxcp has it: what the drive answers with "busy" it sends again. The motor turns, and stops."""
+        scenario = os.path.join(self.folder, "scenario.toml")
+        with open(scenario, "w") as file:
+            file.write('schema = 1\ntitle = "At rest"\n[run]\nduration = "1 s"\n[rig]\nfidelity = "averaged"\n')
+        self.serve_serial(scenario, handling=True)
+        done = self.client("writes")
+        self.assertEqual([code(1000, 1), 20.0, 8.0], done["read"])
+        self.assertEqual([3, 1], done["states"])  # operation_enabled, ready
+        self.assertGreater(done["speed"], 19.0)
 
     def samples_are_those_of_the_recording(self, serve, names, every):
         """Without a gap, their stamps as far apart as the periods, and bit for bit what `lagless run` records of the same scenario,

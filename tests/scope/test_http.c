@@ -99,7 +99,8 @@ static void test_page_is_given_with_headers_that_keep_it_alone(void)
 {
     char answer[2048];
     const int browser = client();
-    send_text(browser, "GET / HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n\r\n", (unsigned)http_port(http));
+    send_text(browser, "GET /%s/ HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n\r\n", http_token(http),
+              (unsigned)http_port(http));
     TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
     TEST_ASSERT_NOT_NULL(strstr(answer, "HTTP/1.1 200 OK\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(answer, "Content-Length: 5\r\n"));
@@ -117,15 +118,83 @@ static void test_foreign_host_is_refused(void)
         char host[64];
         snprintf(host, sizeof host, hosts[n], (unsigned)http_port(http));
         const int browser = client();
-        send_text(browser, "GET / HTTP/1.1\r\nHost: %s\r\n\r\n", host);
+        send_text(browser, "GET /%s/ HTTP/1.1\r\nHost: %s\r\n\r\n", http_token(http), host);
         expect_status(browser, 403);
         close(browser);
     }
     const int none = client();
-    send_text(none, "GET / HTTP/1.1\r\n\r\n");
+    send_text(none, "GET /%s/ HTTP/1.1\r\n\r\n", http_token(http));
     expect_status(none, 403);
     close(none);
     TEST_ASSERT_EQUAL_UINT32(0u, gets);
+}
+
+static void expect_answer(int status, const char *path, const char *headers)
+{
+    const int browser = client();
+    send_text(browser, "GET %s HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n%s\r\n", path, (unsigned)http_port(http),
+              headers);
+    expect_status(browser, status);
+    close(browser);
+}
+
+static void test_without_the_token_nothing_is_shown(void)
+{
+    char path[HTTP_TOKEN + 16u], wrong[HTTP_TOKEN + 16u];
+    static const char *const none[] = {"/", "/events", "//", "//events",
+                                       "/0123456789abcdef0123456789abcdef/"};
+    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
+        expect_answer(403, none[n], "");
+    }
+    snprintf(path, sizeof path, "/%s/events", http_token(http));
+    TEST_ASSERT_EQUAL(HTTP_TOKEN, strspn(http_token(http), "0123456789abcdef"));
+    for (uint32_t n = 0; n <= HTTP_TOKEN + 1u; n++) { /* each of its characters, and the slashes around it */
+        snprintf(wrong, sizeof wrong, "%s", path);
+        wrong[n] = wrong[n] == '0' ? '1' : '0';
+        expect_answer(n == 0u ? 400 : 403, wrong, "");
+    }
+    path[1u + HTTP_TOKEN] = '\0';
+    expect_answer(403, path, "");
+    TEST_ASSERT_EQUAL_UINT32(0u, gets);
+    TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
+}
+
+static void test_every_server_has_its_own_token(void)
+{
+    char why[256], first[HTTP_TOKEN + 1u];
+    snprintf(first, sizeof first, "%s", http_token(http));
+    http_close(http);
+    http = http_open(0u, handle, NULL, why, sizeof why);
+    TEST_ASSERT_NOT_NULL_MESSAGE(http, why);
+    TEST_ASSERT_TRUE(strcmp(first, http_token(http)) != 0);
+}
+
+/* Even who knows the token: a page of another port of this machine is "same-site". */
+static void test_a_request_from_a_foreign_page_is_refused_also_a_get(void)
+{
+    static const char *const foreign[] = {
+        "Sec-Fetch-Site: cross-site\r\n",
+        "Sec-Fetch-Site: same-site\r\n",
+        "sec-fetch-site:cross-site\r\n",
+        "Sec-Fetch-Site: same-origin-but-very-much-longer-than-any-of-them\r\n",
+        "Sec-Fetch-Site: \r\n",
+        "Origin: https://evil.example\r\n",
+        "Origin: null\r\n",
+        "Origin: http://127.0.0.1:1\r\n",
+        "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n"};
+    char path[HTTP_TOKEN + 16u], own[128];
+    snprintf(path, sizeof path, "/%s/events", http_token(http));
+    for (size_t n = 0; n < sizeof foreign / sizeof foreign[0]; n++) {
+        expect_answer(403, path, foreign[n]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, gets);
+    TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
+    snprintf(path, sizeof path, "/%s/", http_token(http));
+    expect_answer(200, path, "Sec-Fetch-Site: none\r\n"); /* typed, or opened by a program */
+    snprintf(own, sizeof own, "Sec-Fetch-Site: same-origin\r\nOrigin: http://localhost:%u\r\n",
+             (unsigned)http_port(http));
+    expect_answer(200, path, own);
+    TEST_ASSERT_EQUAL_UINT32(2u, gets);
 }
 
 /* What a form on a foreign page can send lacks the header; and it may not ask whether it could. */
@@ -133,17 +202,19 @@ static void test_post_without_the_own_header_does_nothing(void)
 {
     const unsigned port = (unsigned)http_port(http);
     const int form = client();
-    send_text(form, "POST /stop HTTP/1.1\r\nHost: localhost:%u\r\nContent-Length: 0\r\n\r\n", port);
+    send_text(form, "POST /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\nContent-Length: 0\r\n\r\n",
+              http_token(http), port);
     expect_status(form, 403);
     close(form);
     const int question = client();
-    send_text(question, "OPTIONS /stop HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", port);
+    send_text(question, "OPTIONS /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http), port);
     expect_status(question, 400);
     close(question);
     TEST_ASSERT_EQUAL_UINT32(0u, posts);
     const int page = client();
-    send_text(page, "POST /stop HTTP/1.1\r\nHost: localhost:%u\r\nx-lagless: 1\r\nContent-Length: 0\r\n\r\n",
-              port);
+    send_text(page,
+              "POST /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\nx-lagless: 1\r\nContent-Length: 0\r\n\r\n",
+              http_token(http), port);
     expect_status(page, 200);
     close(page);
     TEST_ASSERT_EQUAL_UINT32(1u, posts);
@@ -165,10 +236,10 @@ static void test_requests_in_pieces_and_in_a_row(void)
     char text[512], answer[4096];
     const unsigned port = (unsigned)http_port(http);
     const int browser = client();
-    const int count = snprintf(
-        text, sizeof text,
-        "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: 11\r\n\r\nenable quick",
-        port);
+    const int count = snprintf(text, sizeof text,
+                               "POST /%s/set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: "
+                               "1\r\nContent-Length: 11\r\n\r\nenable quick",
+                               http_token(http), port);
     for (int n = 0; n < count - 1; n++) {
         TEST_ASSERT_EQUAL(1, send(browser, &text[n], 1, MSG_NOSIGNAL));
         http_work(http);
@@ -176,9 +247,10 @@ static void test_requests_in_pieces_and_in_a_row(void)
     work();
     expect_status(browser, 200);
     TEST_ASSERT_EQUAL_STRING("enable quic", last_body);
-    send_text(browser,
-              "GET /a HTTP/1.1\r\nHost: localhost:%u\r\n\r\nGET /b HTTP/1.1\r\nHost: localhost:%u\r\n\r\n",
-              port, port);
+    send_text(
+        browser,
+        "GET /%s/a HTTP/1.1\r\nHost: localhost:%u\r\n\r\nGET /%s/b HTTP/1.1\r\nHost: localhost:%u\r\n\r\n",
+        http_token(http), port, http_token(http), port);
     TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
     TEST_ASSERT_EQUAL_UINT32(2u, gets);
     TEST_ASSERT_EQUAL_STRING("/b", last_path);
@@ -216,7 +288,8 @@ static int stream(void)
 {
     char head[1024];
     const int made = client();
-    send_text(made, "GET /events HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", (unsigned)http_port(http));
+    send_text(made, "GET /%s/events HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http),
+              (unsigned)http_port(http));
     http_event(http, HTTP_ALL, "first", "{}", 2u, false);
     work();
     TEST_ASSERT_GREATER_THAN(0, receive(made, head, sizeof head));
@@ -297,7 +370,8 @@ static void test_more_connections_than_places_end_the_idlest(void)
     }
     TEST_ASSERT_EQUAL_UINT32(1u, http_streams(http));
     TEST_ASSERT_EQUAL(0, recv(idle[0], &octet, 1, 0));
-    send_text(idle[HTTP_CLIENTS], "GET / HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", (unsigned)http_port(http));
+    send_text(idle[HTTP_CLIENTS], "GET /%s/ HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http),
+              (unsigned)http_port(http));
     expect_status(idle[HTTP_CLIENTS], 200);
     for (uint32_t n = 0; n <= HTTP_CLIENTS; n++) {
         close(idle[n]);

@@ -34,10 +34,10 @@ class Page:
     """What a page does: listens to the events and asks."""
 
     def __init__(self, url):
-        self.host = re.fullmatch(r"http://([^/]+)/", url)[1]
+        self.host, self.path = re.fullmatch(r"http://([^/]+)(/[0-9a-f]{32})/", url).groups()
         self.hello, self.values, self.state, self.samples, self.captures = None, {}, {}, [], []
         self.connection = http.client.HTTPConnection(self.host, timeout=30)
-        self.connection.request("GET", "/events")
+        self.connection.request("GET", self.path + "/events")
         self.answer = self.connection.getresponse()
         self.socket = self.answer.fp
         self.thread = threading.Thread(target=self.listen, daemon=True)
@@ -70,7 +70,7 @@ class Page:
 
     def ask(self, path, body=""):
         connection = http.client.HTTPConnection(self.host, timeout=30)
-        connection.request("POST", path, body, {"X-Lagless": "1"})
+        connection.request("POST", self.path + path, body, {"X-Lagless": "1"})
         answer = json.load(connection.getresponse())
         connection.close()
         return answer
@@ -136,7 +136,7 @@ class Scope(stuck.TestCase):
     def test_page_is_whole_and_asks_nobody(self):
         page = self.scope(self.serve("--port", "0"))
         connection = http.client.HTTPConnection(page.host)
-        connection.request("GET", "/")
+        connection.request("GET", page.path + "/")
         text = connection.getresponse().read().decode()
         connection.close()
         self.assertIn("var uPlot = null;", text)
@@ -280,7 +280,7 @@ class Scope(stuck.TestCase):
         self.assertIn("get-uplot", self.refused(3, target, "--no-browser", UPLOT_DIR="", XDG_CACHE_HOME="/nowhere", HOME="/nowhere"))
         self.scope(target)
         other = self.serve("--port", "0")
-        port = self.url.rsplit(":", 1)[1].strip("/")
+        port = self.url.rsplit(":", 1)[1].split("/")[0]
         self.assertIn("port " + port, self.refused(3, other, "--http", port, "--no-browser"))
 
 

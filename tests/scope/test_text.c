@@ -147,14 +147,14 @@ static void test_values_are_read_as_people_write_them(void)
     expect_refused("speed_request", "", "accepted");
 }
 
-/* A sample of n signals has 4 octets of head, 2 of identification, 4 of stamp and 4 n, of 10 bits each. Of 10
- * kHz, with 0.8 of the line: at 937500 baud 8 signals, 420 bits, fit 1786 times a second, every 6th, and one,
- * 140 bits, 5357 times, every 2nd; at 115200 baud 8 signals 219.4 times, every 46th. */
+/* By hand: a sample of n floats is a frame of 4 + 5 + 4 n octets, a fill and a sum of two, 10 bits each, on
+ * four fifths of the line. 8 signals at 937500 baud: 440 bits, 1704.5 times a second, every 6th period; one:
+ * 160 bits, 4687 times, every 3rd; at 115200 baud 8 signals 209.5 times, every 48th. */
 static void test_samples_are_as_many_as_the_line_allows(void)
 {
     TEST_ASSERT_EQUAL_UINT32(1u, scope_every("tcp://127.0.0.1:5555", 8u));
     TEST_ASSERT_EQUAL_UINT32(6u, scope_every("/dev/ttyUSB0", 8u));
-    TEST_ASSERT_EQUAL_UINT32(2u, scope_every("/dev/ttyUSB0", 1u)); /* 14 octets: 5357 a second */
-    TEST_ASSERT_EQUAL_UINT32(46u, scope_every("/dev/ttyUSB0:115200", 8u));
+    TEST_ASSERT_EQUAL_UINT32(3u, scope_every("/dev/ttyUSB0", 1u));
+    TEST_ASSERT_EQUAL_UINT32(48u, scope_every("/dev/ttyUSB0:115200", 8u));
     TEST_ASSERT_EQUAL_UINT32(255u, scope_every("/dev/ttyUSB0:1200", 8u));
 }

@@ -125,7 +125,8 @@ static void write_event(text_t *text)
     text_put(text, "isr_8kHz");
 }
 
-static const a2l_t a2l = {tables, 2u, UINT32_C(0x01234567), {125000u, 115200u, write_event}};
+static const a2l_t a2l = {
+    tables, 2u, UINT32_C(0x01234567), {125000u, 115200u, write_event}, {1u, 0x1cu, 0x0cu}};
 
 /* By ASAM MCD-1 XCP 1.0, part 2: the blocks in their order, names and numbers of enumerations, codes of
  * commands. */
@@ -146,6 +147,15 @@ static const char expected_grammar[] =
     "\"GET_DAQ_CLOCK\"=220,\"GET_DAQ_PROCESSOR_INFO\"=218,\"GET_DAQ_RESOLUTION_INFO\"=217,"
     "\"GET_DAQ_EVENT_INFO\"=215,\"FREE_DAQ\"=214,\"ALLOC_DAQ\"=213,\"ALLOC_ODT\"=212,\"ALLOC_ODT_ENTRY\"=211"
     "})*;};};\n"
+    "block \"SEGMENT\" struct{uchar;uchar;uchar;uchar;uchar;taggedstruct{\n"
+    "block \"CHECKSUM\" struct{enum{\"XCP_CRC_32\"=9};taggedstruct{\"MAX_BLOCK_SIZE\" ulong;};};\n"
+    "(block \"PAGE\" struct{uchar;\n"
+    "enum{\"ECU_ACCESS_NOT_ALLOWED\"=0,\"ECU_ACCESS_WITHOUT_XCP_ONLY\"=1,\"ECU_ACCESS_WITH_XCP_ONLY\"=2,"
+    "\"ECU_ACCESS_DONT_CARE\"=3};\n"
+    "enum{\"XCP_READ_ACCESS_NOT_ALLOWED\"=0,\"XCP_READ_ACCESS_WITHOUT_ECU_ONLY\"=1,"
+    "\"XCP_READ_ACCESS_WITH_ECU_ONLY\"=2,\"XCP_READ_ACCESS_DONT_CARE\"=3};\n"
+    "enum{\"XCP_WRITE_ACCESS_NOT_ALLOWED\"=0,\"XCP_WRITE_ACCESS_WITHOUT_ECU_ONLY\"=1,"
+    "\"XCP_WRITE_ACCESS_WITH_ECU_ONLY\"=2,\"XCP_WRITE_ACCESS_DONT_CARE\"=3};})*;};};\n"
     "block \"DAQ\" struct{enum{\"STATIC\"=0,\"DYNAMIC\"=1};uint;uint;uchar;\n"
     "enum{\"OPTIMISATION_TYPE_DEFAULT\"=0};enum{\"ADDRESS_EXTENSION_FREE\"=0};\n"
     "enum{\"IDENTIFICATION_FIELD_TYPE_ABSOLUTE\"=0};\n"
@@ -160,13 +170,24 @@ static const char expected_grammar[] =
     "block \"XCP_ON_SxI\" struct{uint;ulong;taggedstruct{\"ASYNCH_FULL_DUPLEX_MODE\" struct{\n"
     "enum{\"PARITY_NONE\"=0,\"PARITY_ODD\"=1,\"PARITY_EVEN\"=2};enum{\"ONE_STOP_BIT\"=1,\"TWO_STOP_BITS\"=2};"
     "};};\n"
-    "enum{\"HEADER_LEN_CTR_WORD\"=4};enum{\"NO_CHECKSUM\"=0};};\n"
+    "enum{\"HEADER_LEN_CTR_WORD\"=4};enum{\"NO_CHECKSUM\"=0,\"CHECKSUM_BYTE\"=1,"
+    "\"CHECKSUM_WORD\"=2};};\n"
     "block \"XCP_ON_TCP_IP\" struct{uint;uint;taggedunion{\"HOST_NAME\" char[256];\"ADDRESS\" char[15];};};\n"
     "};};};\n"
     "    /end A2ML\n";
 
 static const char expected_head[] =
-    "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"lagless-01234567\" /end MOD_PAR\n"
+    "    /begin MOD_PAR \"\" ADDR_EPK 0x0 EPK \"lagless-01234567\"\n"
+    "      /begin MEMORY_SEGMENT params \"\" DATA RAM INTERN 0x0000001c 0x0000000c -1 -1 -1 -1 -1\n"
+    "        /begin IF_DATA XCP /begin SEGMENT 0 2 1 0 0\n"
+    "          /begin CHECKSUM XCP_CRC_32 MAX_BLOCK_SIZE 4096 /end CHECKSUM\n"
+    "          /begin PAGE 0 ECU_ACCESS_DONT_CARE XCP_READ_ACCESS_DONT_CARE XCP_WRITE_ACCESS_NOT_ALLOWED "
+    "/end PAGE\n"
+    "          /begin PAGE 1 ECU_ACCESS_NOT_ALLOWED XCP_READ_ACCESS_DONT_CARE XCP_WRITE_ACCESS_DONT_CARE "
+    "/end PAGE\n"
+    "        /end SEGMENT /end IF_DATA\n"
+    "      /end MEMORY_SEGMENT\n"
+    "    /end MOD_PAR\n"
     "    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 "
     "ALIGNMENT_FLOAT32_IEEE 4 /end MOD_COMMON\n"
     "    /begin RECORD_LAYOUT RL.FLOAT32_IEEE FNC_VALUES 1 FLOAT32_IEEE COLUMN_DIR DIRECT /end "
@@ -178,7 +199,7 @@ static const char expected_head[] =
  */
 static const char expected_protocol[] =
     "    /begin IF_DATA XCP\n"
-    "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1000 64 128 BYTE_ORDER_MSB_LAST "
+    "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1 64 128 BYTE_ORDER_MSB_LAST "
     "ADDRESS_GRANULARITY_BYTE\n"
     "        OPTIONAL_CMD GET_COMM_MODE_INFO\n        OPTIONAL_CMD GET_ID\n        OPTIONAL_CMD SET_MTA\n"
     "        OPTIONAL_CMD UPLOAD\n        OPTIONAL_CMD SHORT_UPLOAD\n        OPTIONAL_CMD BUILD_CHECKSUM\n"
@@ -199,7 +220,7 @@ static const char expected_protocol[] =
     "      /end DAQ\n";
 static const char expected_serial[] = "      /begin XCP_ON_SxI 0x0100 115200 ASYNCH_FULL_DUPLEX_MODE "
                                       "PARITY_NONE ONE_STOP_BIT HEADER_LEN_CTR_WORD "
-                                      "NO_CHECKSUM /end XCP_ON_SxI\n";
+                                      "CHECKSUM_WORD /end XCP_ON_SxI\n";
 static const char expected_tcp[] =
     "      /begin XCP_ON_TCP_IP 0x0100 5555 ADDRESS \"127.0.0.1\" /end XCP_ON_TCP_IP\n"
     "    /end IF_DATA\n";

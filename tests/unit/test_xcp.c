@@ -72,6 +72,20 @@ static uint32_t write_memory(uint32_t extension, uint32_t address, uint32_t coun
     return XCP_OK;
 }
 
+static bool writable(uint32_t extension)
+{
+    return extension == 1u;
+}
+
+static bool none_coded(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
+{
+    (void)extension;
+    (void)address;
+    (void)count;
+    (void)slots;
+    return false;
+}
+
 static uint32_t measurable(uint32_t extension, uint32_t address, uint32_t *offset)
 {
     if (extension != 0u || address % 4u != 0u || address < 4u || address >= 4u * SLOTS) {
@@ -108,6 +122,8 @@ static uint32_t clock_of_drive(void)
 static xcp_access_t access = {
     .read = read_memory,
     .write = write_memory,
+    .writable = writable,
+    .coded = none_coded,
     .measurable = measurable,
     .text_length = text_length,
     .segment = segment,
@@ -170,7 +186,7 @@ void setUp(void)
 {
     memset(&xcp, 0x55, sizeof xcp);
     memset(&daq, 0, sizeof daq);
-    xcp_init(&xcp);
+    xcp_init(&xcp, 0u);
     daq_clear(&daq);
     for (uint32_t n = 0; n < SLOTS; n++) {
         memory[n] = UINT32_C(0x03020100) + UINT32_C(0x04040404) * n;
@@ -335,7 +351,7 @@ static void test_checksum_of_a_block(void)
     ask("F6 00 00 01 04 00 00 00", NULL);
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");
-    ask("F3 00 00 00 00 00 00 80", "FE 22");
+    ask("F3 00 00 00 00 00 00 80", "FE 22 00 00 00 10 00 00"); /* too long: the largest block is 1000h octets */
     ask("F3 00 00 00 40 00 00 00", "FE 22"); /* runs out of what there is */
 }
 

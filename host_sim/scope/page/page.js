@@ -10,6 +10,9 @@ const scope = (() => {
     const NOISE_SHARE = 0.05;
     const STOP_TRIES = 3;
     const STOP_WAIT = 1500; // [ms] for the answer of one
+    const START_WAIT = 3000; // [ms] for the bridge to come on
+    const RESET_WAIT = 1000; // [ms] for a fault to be gone
+    const STALE = 2; // [s] after which values do not say any more what the drive does
     const NAMED = {ohm: "Ω", degC: "°C", "N m": "N·m", "kg m^2": "kg·m²", "rad/s^2": "rad/s²", "N m s/rad": "N·m·s/rad", "-": ""};
     const PREFIXED = new Set(["A", "V", "s", "rad", "Wb", "H", "ohm", "W", "J", "N m"]);
     const LEAST_SPAN = {"r/min": 20, A: 1, V: 2, rad: 0.01, "rad/s": 5, degC: 2}; // [shown unit] of an axis
@@ -739,11 +742,28 @@ const scope = (() => {
         if (before !== link) {
             reasonsShown = "";
         }
+        if (before !== link || !link) {
+            document.querySelectorAll(COMMANDS).forEach(each => { each.disabled = !link; });
+        }
+        showAge();
         if (!link && before && state.ran) {
             alarm("The link is lost while the motor was on. The drive stops by itself after command_timeout; if it does not, cut its power.");
         } else if (link && !before) {
             alarm("");
         }
+    }
+
+    /* What a lost link makes useless. STOP is not among it: it says itself whether it reached the drive. */
+    const COMMANDS = "#speed button, #speed input, #requests select, #requests input, #params select, #params input, #staged button, " +
+        ".orders button, #buffer select, #buffer input, #chosen button, #every, #find_signal";
+
+    /* How old the values are that the page shows, and whether they still say what the drive does. */
+    function showAge() {
+        const age = (performance.now() - state.heard) / 1000;
+        const stale = state.heard !== undefined && (state.link === false || age > STALE);
+        document.body.dataset.stale = stale;
+        $("age").hidden = !stale;
+        $("age").textContent = stale ? `values from ${Math.max(0, age).toFixed(0)} s ago` : "";
     }
 
     function alarm(text) {
@@ -766,7 +786,7 @@ const scope = (() => {
         }
     }
 
-    const set = (name, text) => ask("/set", `${name} ${text}`);
+    const set = (name, text) => ask("set", `${name} ${text}`);
 
     function say(place, answer, good) {
         place.textContent = answer.ok ? good : answer.text;
@@ -781,11 +801,11 @@ const scope = (() => {
         $("stop").classList.add("sent");
         let answer = {ok: false, text: ""};
         for (let n = 0; n < STOP_TRIES && !answer.ok; n++) {
-            answer = await ask("/stop", "", STOP_WAIT);
+            answer = await ask("stop", "", STOP_WAIT);
         }
         $("stop").classList.remove("sent");
         alarm(answer.ok ? "" : `STOP did not reach the drive: ${answer.text}. Cut its power.`);
-        say($("said"), answer, "stops: it brakes to standstill, then the bridge is off");
+        say($("said"), answer, answer.text);
     }
 
     /* What a user wrote, with the unit that stands beside it. */
@@ -800,10 +820,41 @@ const scope = (() => {
         return answer;
     }
 
-    async function run() {
-        if ((await takeSpeed()).ok) {
-            say($("said"), await set("enable", "on"), "switched on");
+    /* Until something is so, or the time is over. */
+    async function until(met, milliseconds) {
+        const end = performance.now() + milliseconds;
+        while (!met() && performance.now() < end) {
+            await new Promise(done => setTimeout(done, 50));
         }
+        return met();
+    }
+
+    const nameOf = number => (state.hello.reasons[number] || {name: `reason ${number}`}).name.replaceAll("_", " ");
+    const choiceNow = name => named.get(name).choices[value(name)];
+
+    /* The drive's own state decides what is said, not that the request arrived. */
+    async function run() {
+        if (!(await takeSpeed()).ok) {
+            return;
+        }
+        const answer = await set("enable", "on");
+        if (!answer.ok) {
+            say($("said"), answer, "");
+            return;
+        }
+        say($("said"), answer, "switching on");
+        await until(() => choiceNow("state") === "operation_enabled" || value("fault_reason") || value("refusal"), START_WAIT);
+        const why = value("fault_reason") ? `fault: ${nameOf(value("fault_reason"))}` : value("refusal") ? `refused: ${nameOf(value("refusal"))}`
+            : `not on: the drive is ${(choiceNow("state") || "unknown").replaceAll("_", " ")}`;
+        say($("said"), {ok: choiceNow("state") === "operation_enabled", text: why}, "switched on");
+    }
+
+    async function resetFault() {
+        await set("fault_reset", "no");
+        const answer = await set("fault_reset", "yes");
+        const gone = answer.ok && await until(() => !value("fault_reason"), RESET_WAIT);
+        const left = value("refusal") || value("fault_reason");
+        say($("said"), answer.ok ? {ok: gone, text: `not reset: ${nameOf(left)}`} : answer, "reset");
     }
 
     /* ---- requests and parameters ---- */
@@ -938,7 +989,7 @@ const scope = (() => {
     }
 
     async function order(name) {
-        const answer = await ask("/order", name);
+        const answer = await ask("order", name);
         say($("param_said"), answer, {apply: "in force", save: "kept in flash", load: "loaded", defaults: "the defaults are staged"}[name]);
         if (answer.ok) {
             unstage();
@@ -966,7 +1017,7 @@ const scope = (() => {
     /* ---- choice of signals ---- */
 
     function choose(signals, every = state.choice.given ? state.choice.every : 0) {
-        return ask("/signals", [every, ...signals].join(" "));
+        return ask("signals", [every, ...signals].join(" "));
     }
 
     function showChosen() {
@@ -1054,9 +1105,9 @@ const scope = (() => {
         const name = row && number !== undefined ? row.choices[number] : "";
         $("capture_state").textContent = name || "–";
         $("capture_state").className = `pill ${name === "held" ? "good" : name === "armed" || name === "triggered" ? "kind" : ""}`;
-        $("capture_show").disabled = name !== "held";
-        $("capture_trigger").disabled = name !== "armed";
-        $("capture_release").disabled = name === "idle";
+        $("capture_show").disabled = name !== "held" || !state.link;
+        $("capture_trigger").disabled = name !== "armed" || !state.link;
+        $("capture_release").disabled = name === "idle" || !state.link;
     }
 
     const sayCapture = (answer, good) => say($("capture_said"), answer, good);
@@ -1079,12 +1130,12 @@ const scope = (() => {
                 return;
             }
         }
-        sayCapture(await ask("/order", "capture_arm"), `armed: ${signals.length} signals`);
+        sayCapture(await ask("order", "capture_arm"), `armed: ${signals.length} signals`);
     }
 
     async function askCapture() {
         state.wantsKept = true;
-        const answer = await ask("/capture", "");
+        const answer = await ask("capture", "");
         if (!answer.ok) {
             state.wantsKept = false;
             sayCapture(answer);
@@ -1164,6 +1215,17 @@ const scope = (() => {
         takeChoice({g: data.g, every: data.every, given: data.given, signals: data.signals});
         takeCaptureSettings();
         takeLine(data);
+        offerSpeed();
+    }
+
+    /* A speed that this motor certainly reaches: half of what its overspeed trip leaves, rounded down, 500 r/min at most. */
+    function offerSpeed() {
+        const trip = value("overspeed_trip");
+        if ($("speed_value").value === "" && trip !== undefined) {
+            const half = Math.min(500, 0.5 * trip * named.get("overspeed_trip").factor / 1.4);
+            const step = 10 ** Math.floor(Math.log10(half));
+            $("speed_value").value = shortest(Math.floor(half / step) * step);
+        }
     }
 
     function takeValues(news) {
@@ -1171,10 +1233,15 @@ const scope = (() => {
             values.set(Number(id), number);
         }
         state.ran = value("enable") === 1;
+        if (state.hello) {
+            offerSpeed();
+        }
+        $("dither").hidden = !(value("inductance_adaptation") && state.choice && state.choice.signals.some(id => rows.get(id).name.startsWith("i_d")));
         showFields();
     }
 
     function takeLine(data) {
+        state.heard = performance.now() - 1000 * data.age;
         showLink(data.link, data.why);
         $("staged").hidden = !data.staged && !state.undo.size;
         state.line = data;
@@ -1196,7 +1263,7 @@ const scope = (() => {
     }
 
     function listen() {
-        const source = new EventSource("/events");
+        const source = new EventSource("events");
         const on = (name, action) => source.addEventListener(name, event => action(JSON.parse(event.data)));
         on("hello", hello);
         on("samples", take);
@@ -1226,10 +1293,7 @@ const scope = (() => {
         $("stop").onclick = stop;
         $("run").onclick = run;
         $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: it coasts");
-        $("reset").onclick = async () => {
-            await set("fault_reset", "no");
-            say($("said"), await set("fault_reset", "yes"), "reset is asked for");
-        };
+        $("reset").onclick = resetFault;
         $("speed").onsubmit = async event => {
             event.preventDefault();
             const answer = await takeSpeed();
@@ -1249,8 +1313,8 @@ const scope = (() => {
         $("undo").onclick = undo;
         $("capture_on").onchange = $("capture_source").onchange = showCaptureSettings;
         $("capture_arm").onclick = armCapture;
-        $("capture_trigger").onclick = async () => sayCapture(await ask("/order", "capture_trigger"), "triggered");
-        $("capture_release").onclick = async () => sayCapture(await ask("/order", "capture_release"), "released");
+        $("capture_trigger").onclick = async () => sayCapture(await ask("order", "capture_trigger"), "triggered");
+        $("capture_release").onclick = async () => sayCapture(await ask("order", "capture_release"), "released");
         $("capture_show").onclick = askCapture;
         $("live").onclick = () => showKept(null);
         document.querySelectorAll("[data-order]").forEach(each => { each.onclick = () => order(each.dataset.order); });
@@ -1268,6 +1332,7 @@ const scope = (() => {
         matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { state.dirty = true; });
         setInterval(() => { showNumbers(); fit(); }, 100);
         setInterval(showRate, 1000);
+        setInterval(showAge, 500);
         requestAnimationFrame(draw);
         listen();
     }

@@ -1,0 +1,17 @@
+/* What the drive tells as text over the line: its description, its identification, the name of its event. For
+ * talk_values.c alone. */
+#ifndef APP_TALK_TEXTS_H
+#define APP_TALK_TEXTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Is that one of XCP_EXTENSION_A2L, _EPK and _EVENT? */
+bool talk_is_text(uint32_t extension);
+
+uint32_t talk_text_length(uint32_t extension); /* [octets] */
+
+/* Octets of it, one per word. XCP_OK, or XCP_OUT_OF_RANGE beyond its end. */
+uint32_t talk_read_text(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets);
+
+#endif

@@ -1,0 +1,19 @@
+# The line and the scope against disturbance and against foreign pages.
+lagless_test(talk_noise LABEL rig SOURCES test_talk_noise.c LIBS lagless_rig m)
+lagless_test(talk_chip LABEL rig SOURCES test_talk_chip.c LIBS lagless_rig m)
+lagless_test(wire_frames LABEL lab SOURCES test_wire_frames.c LIBS lagless_lab m)
+target_compile_definitions(test_wire_frames PRIVATE _GNU_SOURCE)
+add_test(NAME case_checksum_error_without_limit COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/served.py $<TARGET_FILE:lagless>
+    ${CMAKE_CURRENT_SOURCE_DIR}/checksum_error_without_limit.py)
+set_tests_properties(case_checksum_error_without_limit PROPERTIES LABELS line TIMEOUT 60)
+add_test(NAME case_scope_state COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_state.py $<TARGET_FILE:lagless>
+    ${CMAKE_CURRENT_BINARY_DIR}/scope_state)
+set_tests_properties(case_scope_state PROPERTIES LABELS scope TIMEOUT 300)
+if(NOT LAGLESS_SANITIZE)
+    add_test(NAME case_scope_page COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_page.py $<TARGET_FILE:lagless>
+        ${CMAKE_CURRENT_BINARY_DIR}/scope_page)
+    set_tests_properties(case_scope_page PROPERTIES LABELS scope TIMEOUT 300 SKIP_RETURN_CODE 77)
+endif()
+add_test(NAME case_noisy_line COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_noisy_line.py $<TARGET_FILE:lagless>
+    ${CMAKE_CURRENT_BINARY_DIR}/noisy_line)
+set_tests_properties(case_noisy_line PROPERTIES LABELS line TIMEOUT 300)

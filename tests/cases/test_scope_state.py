@@ -1,0 +1,151 @@
+"""What the scope says of a drive that does not do what was asked, and whom its server serves. Without a browser: raw sockets and a
+client that listens as a page does. usage: test_scope_state.py LAGLESS FOLDER"""
+import pathlib
+import re
+import socket
+import sys
+import time
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent), str(HERE.parent / "scope")]
+import stuck  # noqa: E402
+import test_scope  # noqa: E402
+
+HEAD = """schema = 1
+title = "a motor that is to fail"
+[run]
+duration = "60 min"
+[params]
+position_source = "encoder"
+[rig]
+fidelity = "averaged"
+"""
+
+
+class State(stuck.TestCase):
+    setUp, start, wait = (getattr(test_scope.Scope, name) for name in
+                                              ("setUp", "start", "wait"))
+
+    def scenario_of(self, more):
+        with open(self.scenario, "w") as file:
+            file.write(HEAD + more)
+
+    def opened(self, more=""):
+        self.scenario_of(more)
+        self.drive, line = self.start("serve", self.scenario, "--quiet", "--port", "0")
+        target = "tcp://" + line.split()[-1]
+        self.process, line = self.start("scope", target, "--http", "0", "--no-browser")
+        self.url = line.split()[-1]
+        page = test_scope.Page(self.url)
+        self.addCleanup(page.close)
+        self.wait(lambda: page.hello and page.value("state") == page.value("state"), "values")
+        return page
+
+    def fault(self, page, name):
+        numbers = {row["name"]: int(number) for number, row in page.hello["reasons"].items()}
+        self.wait(lambda: page.value("fault_reason") == numbers[name], name)
+
+    # ---- what the drive reports ----
+
+    def test_a_start_on_a_latched_fault_is_refused_with_the_fault(self):
+        page = self.opened('[[at]]\ntime = "0.3 s"\nplant.dc_voltage = "700 V"\n[[at]]\ntime = "0.5 s"\nplant.dc_voltage = "311 V"\n')
+        self.fault(page, "dc_overvoltage")
+        answer = page.ask("/set", "enable on")
+        self.assertFalse(answer["ok"])
+        self.assertRegex(answer["text"], "^refused: fault latched; reset first: .*DC link")
+        self.wait(lambda: page.value("enable") == 0, "enable is off again")
+        self.assertEqual(5, page.value("state"))
+
+    def test_a_start_that_is_refused_says_why_and_nothing_starts_later(self):
+        """The link is too low at first, and is not any more when the refusal has been read."""
+        page = self.opened('[plant]\ndc_voltage = "100 V"\n[[at]]\ntime = "15 s"\nplant.dc_voltage = "311 V"\n')
+        self.wait(lambda: page.value("state") == 1 and page.value("u_dc") < 110, "ready")
+        answer = page.ask("/set", "enable on")
+        self.assertFalse(answer["ok"])
+        self.assertRegex(answer["text"], "^refused: .*DC link")
+        self.assertNotIn("latched", answer["text"])
+        self.wait(lambda: page.value("u_dc") > 300, "the link", 60)
+        time.sleep(0.5)
+        self.assertEqual([0, 1], [page.value("enable"), page.value("state")])
+
+    def test_a_stop_of_what_is_off_says_that_it_is_off(self):
+        page = self.opened()
+        self.wait(lambda: page.value("state") == 1, "ready")
+        self.assertEqual({"ok": True, "text": "the bridge is off"}, page.ask("/stop"))
+        page.ask("/set", "speed_request 300 r/min")
+        self.assertTrue(page.ask("/set", "enable on")["ok"])
+        self.wait(lambda: page.value("omega_m") > 10, "turning")
+        self.assertEqual({"ok": True, "text": "it brakes to standstill, then the bridge is off"}, page.ask("/stop"))
+
+    def test_a_stop_on_a_latched_fault_says_so(self):
+        page = self.opened('[[at]]\ntime = "0.3 s"\nplant.dc_voltage = "700 V"\n')
+        self.fault(page, "dc_overvoltage")
+        self.assertEqual({"ok": True, "text": "the bridge is off already: a fault is latched"}, page.ask("/stop"))
+
+    def test_the_age_of_the_values_grows_while_the_link_is_lost(self):
+        page = self.opened()
+        self.wait(lambda: page.value("state") == 1 and page.state.get("link"), "ready")
+        self.assertLess(page.state["age"], 1.0)
+        self.drive.kill()
+        self.wait(lambda: page.state["link"] is False, "the loss")
+        self.wait(lambda: page.state["age"] > 2.0, "age")
+        self.assertFalse(page.ask("/set", "enable on")["ok"])
+
+    # ---- foreign pages ----
+
+    def raw(self, request):
+        host, port = re.match(r"http://([^:/]+):(\d+)/", self.url).groups()
+        with socket.create_connection((host, int(port)), timeout=10) as line:
+            line.sendall(request.replace("HOST", f"{host}:{port}").encode())
+            line.settimeout(20)
+            return line.recv(64).decode("latin-1")
+
+    def test_a_foreign_page_cannot_take_the_stream_away(self):
+        """With the token and without; the operator's page goes on, and so does the motor."""
+        page = self.opened()
+        self.wait(lambda: page.value("state") == 1, "ready")
+        page.ask("/set", "speed_request 300 r/min")
+        self.assertTrue(page.ask("/set", "enable on")["ok"])
+        self.wait(lambda: page.value("omega_m") > 25, "turning")
+        token = re.search(r"/([0-9a-f]{32})/", self.url)[1]
+        for path, header in (("/events", ""), ("/", ""), (f"/{token}/events", "Sec-Fetch-Site: cross-site\r\n"),
+                             (f"/{token}/events", "Sec-Fetch-Site: same-site\r\n"), (f"/{token}/events", "Origin: http://127.0.0.1:1\r\n"),
+                             (f"/{token}/events", "Origin: null\r\n")):
+            for _ in range(5):  # more than streams that there may be
+                self.assertIn(" 403 ", self.raw(f"GET {path} HTTP/1.1\r\nHost: HOST\r\n{header}\r\n"), (path, header))
+        self.assertIn(" 403 ", self.raw(f"POST /{token}/stop HTTP/1.1\r\nHost: HOST\r\nOrigin: http://evil.example\r\n"
+                                        "X-Lagless: 1\r\nContent-Length: 0\r\n\r\n"))
+        before = len(page.samples)
+        self.wait(lambda: len(page.samples) > before + 20, "samples go on")
+        self.assertEqual([1, 3], [page.value("enable"), page.value("state")])
+
+    def test_the_port_of_the_drive_hears_no_frames_behind_an_http_head(self):
+        """What a page could send by fetch() with a body of its own: frames that switch the motor on."""
+        self.scenario_of("")
+        _, line = self.start("serve", self.scenario, "--port", "0", "--quiet")
+        port = int(line.rsplit(":", 1)[1])
+        on = 0x11111111 ^ 1000 * 0x9E3779B1 & 0xFFFFFFFF
+        frames = b"".join(len(p).to_bytes(2, "little") + n.to_bytes(2, "little") + p for n, p in enumerate(
+            (b"\xff\0", b"\xf6\0\0\2" + (4000).to_bytes(4, "little"), b"\xf0\4" + on.to_bytes(4, "little"))))
+        with socket.create_connection(("127.0.0.1", port), timeout=5) as page:
+            page.sendall(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\n\r\n" + frames)
+            heard = b""
+            try:
+                while more := page.recv(100):
+                    heard += more
+            except ConnectionResetError:
+                pass
+        self.assertEqual(b"", heard)
+        time.sleep(0.2)
+        with socket.create_connection(("127.0.0.1", port), timeout=5) as client:
+            answers = []
+            for packet in (b"\xff\0", b"\xf4\4\0\2" + (4000).to_bytes(4, "little")):
+                client.sendall(len(packet).to_bytes(2, "little") + b"\0\0" + packet)
+                length = int.from_bytes(client.recv(4, socket.MSG_WAITALL)[:2], "little")
+                answers.append(client.recv(length, socket.MSG_WAITALL))
+        self.assertEqual(1000 * 0x9E3779B1 & 0xFFFFFFFF, int.from_bytes(answers[1][1:5], "little"))  # off
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,175 @@
+/* The slave on the chip's serial line, level by level: an octet without its stop bit and a break within a
+ * write spoil the whole frame, what follows it without a pause is not taken for a frame, and after SYNCH the
+ * same write acts. */
+#include <string.h>
+
+#include "app/app.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+#include "unity.h"
+
+#define BITS      10u /* of an octet on the line: start, eight, stop */
+#define REQUESTS  2u
+#define PAUSE     60u /* [periods] more than the silence that ends a frame */
+#define ENABLE_ON (UINT32_C(0x11111111) ^ UINT32_C(1000) * UINT32_C(0x9E3779B1))
+
+static rig_t *rig;
+static uint32_t counter;
+static uint32_t broken;      /* octet of the next frame that comes without its stop bit; from 1 on */
+static uint32_t break_after; /* octet of it behind which a break follows; from 1 on */
+
+static chip_t *chip(void)
+{
+    return &rig_state(rig)->chip;
+}
+
+static void put_octet(uint8_t octet, bool stopped)
+{
+    const uint32_t levels = (uint32_t)octet << 1 | (stopped ? 1u << 9 : 0u);
+    while (!chip_serial_levels(chip(), levels, BITS)) {
+        rig_step(rig);
+    }
+}
+
+static void send(const uint8_t *packet, uint32_t count)
+{
+    uint8_t frame[4u + 64u + 3u] = {(uint8_t)count, 0, (uint8_t)counter, (uint8_t)(counter >> 8)};
+    const uint32_t end = 4u + count + count % 2u;
+    uint32_t sum = 0u;
+    memcpy(frame + 4, packet, count);
+    for (uint32_t n = 0; n < end; n++) {
+        sum += (uint32_t)frame[n] << 8u * (n % 2u);
+    }
+    frame[end] = (uint8_t)sum;
+    frame[end + 1u] = (uint8_t)(sum >> 8);
+    counter++;
+    for (uint32_t n = 0; n < end + 2u; n++) {
+        put_octet(frame[n], n + 1u != broken);
+        if (n + 1u == break_after) {
+            TEST_ASSERT_TRUE(chip_serial_levels(chip(), 0u, 30u));
+        }
+    }
+    broken = break_after = 0u;
+}
+#define SEND(...) send((const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
+
+static void choose_enable(void)
+{
+    for (uint32_t n = 0; n < 2u; n++) {
+        SEND(0xF6, 0, 0, REQUESTS, 0xA0, 0x0F, 0, 0);
+        rig_run(rig, 20u);
+    }
+}
+
+static void switch_on(void)
+{
+    SEND(0xF0, 4, (uint8_t)ENABLE_ON, (uint8_t)(ENABLE_ON >> 8), (uint8_t)(ENABLE_ON >> 16),
+         (uint8_t)(ENABLE_ON >> 24));
+    rig_run(rig, PAUSE);
+}
+
+void setUp(void)
+{
+    rig = rig_create(1u);
+    run_put(rig, "fidelity", 1.0);
+    rig_run(rig, rig_periods(0.06));
+    counter = broken = break_after = 0u;
+    SEND(0xFF, 0x00);
+    rig_run(rig, PAUSE);
+    TEST_ASSERT_EQUAL_UINT32(1u, rig_state(rig)->app.talk.xcp.connected);
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+static double value(const char *name)
+{
+    return rig_value(rig, name);
+}
+
+static void is_spoilt_and_acts_again(void)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("enable"));
+    TEST_ASSERT_TRUE(value("line_errors") > 0.0);
+    SEND(0xFC);
+    rig_run(rig, PAUSE);
+    choose_enable();
+    switch_on();
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("enable"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("chip_reports"));
+}
+
+static void test_undisturbed_a_write_acts(void)
+{
+    choose_enable();
+    switch_on();
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("enable"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("line_errors"));
+}
+
+static void test_an_octet_without_its_stop_bit_spoils_the_frame(void)
+{
+    for (uint32_t octet = 1u; octet <= 12u; octet++) {
+        tearDown();
+        setUp();
+        choose_enable();
+        broken = octet;
+        switch_on();
+        is_spoilt_and_acts_again();
+    }
+}
+
+static void test_a_break_within_a_frame_spoils_it(void)
+{
+    for (uint32_t octet = 1u; octet <= 11u; octet++) {
+        tearDown();
+        setUp();
+        choose_enable();
+        break_after = octet;
+        switch_on();
+        is_spoilt_and_acts_again();
+    }
+}
+
+/* Frames that follow at once: none of them is heard before a pause. */
+static void test_what_follows_a_spoilt_frame_without_a_pause_is_dropped(void)
+{
+    choose_enable();
+    broken = 3u;
+    SEND(0xFD);
+    counter = 0x8000u; /* whatever they count: SYNCH and CONNECT would be taken */
+    SEND(0xFF, 0x00);
+    SEND(0xFC);
+    choose_enable();
+    const double frames = value("line_frames");
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, frames); /* CONNECT, and SET_MTA twice */
+    rig_run(rig, PAUSE);
+    is_spoilt_and_acts_again();
+}
+
+/* An octet may have been the end of anything: what comes at once behind it is not taken for a beginning. */
+static void test_a_good_frame_right_behind_a_break_is_dropped(void)
+{
+    const double frames = value("line_frames");
+    TEST_ASSERT_TRUE(chip_serial_levels(chip(), 0u, 30u));
+    rig_run(rig, 2u);
+    SEND(0xFD);
+    rig_run(rig, PAUSE);
+    TEST_ASSERT_EQUAL_DOUBLE(frames, value("line_frames"));
+    SEND(0xFC);
+    rig_run(rig, PAUSE);
+    TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_undisturbed_a_write_acts);
+    RUN_TEST(test_an_octet_without_its_stop_bit_spoils_the_frame);
+    RUN_TEST(test_a_break_within_a_frame_spoils_it);
+    RUN_TEST(test_what_follows_a_spoilt_frame_without_a_pause_is_dropped);
+    RUN_TEST(test_a_good_frame_right_behind_a_break_is_dropped);
+    return UNITY_END();
+}

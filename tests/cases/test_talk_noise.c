@@ -1,0 +1,441 @@
+/* Wrong bits on the serial line. The octets of a write, SET_MTA twice and DOWNLOAD twice or, where the value
+ * is a code, once, come with every single bit wrong, every pair of bits, and every burst of up to eight bits.
+ * No request, parameter or service may then have a value that was not sent. The sum behind a frame alone does
+ * not give that: it misses two wrong bits of equal weight and opposite direction (a bit of the value and the
+ * same one of the sum), which is why numbers come twice and named values have codes. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/app.h"
+#include "app/talk_values.h"
+#include "host_sim/rig/rig_state.h"
+#include "tests/rig/run.h"
+#include "unity.h"
+
+#define SILENCE     50u
+#define OCTETS_MAX  64u
+#define PARAMS      1u
+#define REQUESTS    2u
+#define SERVICES    3u
+#define SHORT_OF_ON 20.0f
+
+static rig_t *rig;
+static app_t *app_of_rig;
+static app_t before;
+
+/* The slave as talk.c has it, without the chip's line. */
+static frame_receiver_t receiver;
+static xcp_t xcp;
+static daq_t daq;
+static uint32_t now;
+static uint32_t positive; /* answers */
+
+typedef struct {
+    uint8_t octets[OCTETS_MAX];
+    uint32_t count;
+    uint32_t counter;
+} stream_t;
+
+static void hear(uint8_t octet)
+{
+    if (frame_take(&receiver, octet, now)) {
+        uint16_t answer[FRAME_MAX_CTO];
+        const uint32_t count = xcp_command(&xcp, &daq, &talk_access, frame_packet(&receiver), answer);
+        positive += count != 0u && answer[0] == 0xFFu;
+    }
+}
+
+static void hear_all(const stream_t *stream)
+{
+    for (uint32_t n = 0; n < stream->count; n++) {
+        hear(stream->octets[n]);
+    }
+}
+
+/* A frame by docs/serial.md: LEN, CTR, packet, fill, sum of the words. */
+static void put_frame(stream_t *stream, const uint8_t *packet, uint32_t count)
+{
+    uint8_t *frame = stream->octets + stream->count;
+    const uint32_t end = 4u + count + count % 2u;
+    uint32_t sum = 0u;
+    memset(frame, 0, end);
+    frame[0] = (uint8_t)count;
+    frame[2] = (uint8_t)stream->counter;
+    frame[3] = (uint8_t)(stream->counter >> 8);
+    memcpy(frame + 4, packet, count);
+    for (uint32_t n = 0; n < end; n++) {
+        sum += (uint32_t)frame[n] << 8u * (n % 2u);
+    }
+    frame[end] = (uint8_t)sum;
+    frame[end + 1u] = (uint8_t)(sum >> 8);
+    stream->count += end + 2u;
+    stream->counter = (stream->counter + 1u) & 0xFFFFu;
+    TEST_ASSERT_TRUE(stream->count <= OCTETS_MAX);
+}
+
+static void put_long(uint8_t *octets, uint32_t value)
+{
+    for (uint32_t n = 0; n < 4u; n++) {
+        octets[n] = (uint8_t)(value >> 8u * n);
+    }
+}
+
+/* A write of these bits: each command so many times. */
+static stream_t write_of(uint8_t extension, uint32_t id, uint32_t bits, uint32_t chooses, uint32_t downloads)
+{
+    stream_t stream = {.counter = 0x00FFu + 1u};
+    uint8_t choose[8] = {0xF6, 0, 0, extension};
+    uint8_t download[6] = {0xF0, 4};
+    put_long(choose + 4, 4u * id);
+    put_long(download + 2, bits);
+    for (uint32_t n = 0; n < chooses; n++) {
+        put_frame(&stream, choose, sizeof choose);
+    }
+    for (uint32_t n = 0; n < downloads; n++) {
+        put_frame(&stream, download, sizeof download);
+    }
+    return stream;
+}
+
+static uint32_t code(uint32_t id, uint32_t choice)
+{
+    return choice * UINT32_C(0x11111111) ^ id * UINT32_C(0x9E3779B1);
+}
+
+static uint32_t bits_of(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static uint32_t id_of(const char *name)
+{
+    return rig_row_by_name(name)->id;
+}
+
+static frame_receiver_t connected_receiver;
+static xcp_t connected_xcp;
+
+/* Connected with CTR 0xFF, everything at its default and ready. */
+void setUp(void)
+{
+    static const uint8_t connect[] = {0xFF, 0x00};
+    stream_t stream = {.counter = 0x00FFu};
+    rig = rig_create(1u);
+    rig_run(rig, rig_periods(0.06));
+    rig_bind(rig);
+    app_of_rig = &rig_state(rig)->app;
+    before = *app_of_rig;
+    now = 1000u;
+    positive = 0u;
+    frame_receiver_init(&receiver, SILENCE);
+    frame_receiver_tail(&receiver, 1u);
+    xcp_init(&xcp, 1u);
+    daq_clear(&daq);
+    put_frame(&stream, connect, sizeof connect);
+    hear_all(&stream);
+    TEST_ASSERT_EQUAL_UINT32(1u, positive);
+    connected_receiver = receiver;
+    connected_xcp = xcp;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+/* As it was, and a silence behind it. */
+static void begin_anew(void)
+{
+    receiver = connected_receiver;
+    xcp = connected_xcp;
+    app_of_rig->drive.requests = before.drive.requests;
+    app_of_rig->staged = before.staged;
+    app_of_rig->services = before.services;
+    app_of_rig->talk = before.talk;
+    positive = 0u;
+    now += 2u * SILENCE;
+    frame_listen(&receiver, now);
+}
+
+/* What an undisturbed stream makes of it. */
+typedef struct {
+    requests_t requests;
+    params_t staged;
+    services_t services;
+} values_t;
+
+static values_t values(void)
+{
+    return (values_t){app_of_rig->drive.requests, app_of_rig->staged, app_of_rig->services};
+}
+
+static bool same(const values_t *a, const values_t *b)
+{
+    return memcmp(&a->requests, &b->requests, sizeof a->requests) == 0 &&
+           memcmp(&a->staged, &b->staged, sizeof a->staged) == 0 &&
+           memcmp(&a->services, &b->services, sizeof a->services) == 0;
+}
+
+static uint32_t trials, taken;
+
+static void try_stream(const stream_t *stream, const values_t *old, const values_t *sent)
+{
+    begin_anew();
+    hear_all(stream);
+    const values_t is = values();
+    trials++;
+    taken += same(&is, sent);
+    if (!same(&is, old) && !same(&is, sent)) {
+        TEST_FAIL_MESSAGE("a value is in force that was not sent");
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, app_of_rig->talk.restart);
+}
+
+static void flip(stream_t *stream, uint32_t bit)
+{
+    stream->octets[bit / 8u] ^= (uint8_t)(1u << bit % 8u);
+}
+
+static void every_error_of(const stream_t *stream)
+{
+    const values_t old = values();
+    begin_anew();
+    hear_all(stream);
+    const values_t sent = values();
+    TEST_ASSERT_FALSE(same(&old, &sent)); /* undisturbed it acts */
+    const uint32_t bits = 8u * stream->count;
+    trials = taken = 0u;
+    for (uint32_t first = 0; first < bits; first++) {
+        stream_t wrong = *stream;
+        flip(&wrong, first);
+        try_stream(&wrong, &old, &sent);
+        for (uint32_t second = first + 1u; second < bits; second++) {
+            stream_t both = wrong;
+            flip(&both, second);
+            try_stream(&both, &old, &sent);
+        }
+        for (uint32_t pattern = 1u; pattern < 128u && first + 8u <= bits; pattern++) {
+            stream_t burst = wrong;
+            for (uint32_t n = 0; n < 7u; n++) {
+                if ((pattern >> n & 1u) != 0u) {
+                    flip(&burst, first + 1u + n);
+                }
+            }
+            try_stream(&burst, &old, &sent);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(bits + bits * (bits - 1u) / 2u + 127u * (bits - 7u), trials);
+}
+
+static void test_stop_does_not_become_start(void)
+{
+    app_of_rig->drive.requests.enable = REQUEST_QUICK_STOP;
+    before = *app_of_rig;
+    const stream_t off = write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_OFF), 2u, 1u);
+    every_error_of(&off);
+}
+
+static void test_a_start_is_a_start_or_nothing(void)
+{
+    const stream_t on = write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_ON), 2u, 1u);
+    every_error_of(&on);
+}
+
+static void test_a_quick_stop_is_one_or_nothing(void)
+{
+    app_of_rig->drive.requests.enable = REQUEST_ON;
+    before = *app_of_rig;
+    const stream_t stop =
+        write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_QUICK_STOP), 2u, 1u);
+    every_error_of(&stop);
+}
+
+/* The row beside `enable`, one bit of the address away. */
+static void test_a_fault_reset_does_not_become_start(void)
+{
+    const stream_t reset = write_of(REQUESTS, id_of("fault_reset"), code(id_of("fault_reset"), 1u), 2u, 1u);
+    every_error_of(&reset);
+}
+
+static void test_a_speed_is_the_one_that_was_sent(void)
+{
+    const stream_t speed = write_of(REQUESTS, id_of("speed_request"), bits_of(SHORT_OF_ON), 2u, 2u);
+    every_error_of(&speed);
+}
+
+/* i_d_request and i_q_request are one bit of the address apart. */
+static void test_a_current_goes_to_its_own_axis(void)
+{
+    const stream_t current = write_of(REQUESTS, id_of("i_d_request"), bits_of(-1.5f), 2u, 2u);
+    every_error_of(&current);
+}
+
+static void test_a_staged_parameter_is_the_one_that_was_sent(void)
+{
+    const stream_t limit = write_of(PARAMS, id_of("current_limit"), bits_of(8.0f), 2u, 2u);
+    every_error_of(&limit);
+}
+
+static void test_an_order_is_the_one_that_was_sent(void)
+{
+    app_of_rig->services.order_refusal = 5;
+    before = *app_of_rig;
+    const stream_t apply = write_of(SERVICES, id_of("order"), code(id_of("order"), 1u), 2u, 1u);
+    every_error_of(&apply);
+}
+
+/* What a master sends that does not repeat: one SET_MTA, one DOWNLOAD. A number then never acts, a code only
+ * if the address was set before. */
+static void test_a_single_pair_changes_nothing(void)
+{
+    const values_t old = values();
+    const stream_t streams[] = {
+        write_of(REQUESTS, id_of("speed_request"), bits_of(SHORT_OF_ON), 1u, 1u),
+        write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_ON), 1u, 1u),
+    };
+    for (uint32_t n = 0; n < 2u; n++) {
+        for (uint32_t first = 0; first < 8u * streams[n].count; first++) {
+            for (uint32_t second = first; second < 8u * streams[n].count; second++) {
+                stream_t wrong = streams[n];
+                flip(&wrong, first);
+                flip(&wrong, second); /* the same bit twice: none is wrong */
+                try_stream(&wrong, &old, &old);
+            }
+        }
+    }
+}
+
+/* ---- the sequence ---- */
+
+static void test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address(void)
+{
+    static const uint8_t synch[] = {0xFC};
+    stream_t all = write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_ON), 2u, 1u);
+    const values_t old = values();
+    stream_t chosen = all;
+    chosen.count = 28u; /* two SET_MTA of 14 octets each */
+    stream_t lost = {.counter = all.counter};
+    put_frame(&lost, synch, sizeof synch); /* which nobody hears */
+    stream_t last = {.counter = lost.counter};
+    put_frame(&last, all.octets + 32u, 6u); /* the DOWNLOAD */
+    begin_anew();
+    const uint32_t errors = receiver.errors;
+    hear_all(&chosen);
+    hear_all(&last);
+    values_t is = values();
+    TEST_ASSERT_TRUE(same(&old, &is));
+    TEST_ASSERT_EQUAL_UINT32(1u, positive); /* SET_MTA */
+    TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
+    stream_t after = {.counter = last.counter + 5u}; /* the master counts on, whatever was lost */
+    put_frame(&after, synch, sizeof synch);
+    uint8_t download[6] = {0xF0, 4};
+    put_long(download + 2, code(id_of("enable"), REQUEST_ON));
+    put_frame(&after, download, sizeof download); /* the address is not known any more */
+    hear_all(&after);
+    is = values();
+    TEST_ASSERT_TRUE(same(&old, &is));
+    stream_t again = write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_ON), 2u, 1u);
+    stream_t counted = {.counter = after.counter};
+    for (uint32_t n = 0; n < 3u; n++) {
+        put_frame(&counted, again.octets + 4u + 14u * n, n < 2u ? 8u : 6u);
+    }
+    hear_all(&counted);
+    TEST_ASSERT_EQUAL(REQUEST_ON, app_of_rig->drive.requests.enable);
+}
+
+static void test_a_frame_that_comes_twice_acts_once(void)
+{
+    stream_t on = write_of(REQUESTS, id_of("enable"), code(id_of("enable"), REQUEST_ON), 2u, 1u);
+    begin_anew();
+    hear_all(&on);
+    TEST_ASSERT_EQUAL(REQUEST_ON, app_of_rig->drive.requests.enable);
+    app_of_rig->drive.requests.enable = REQUEST_OFF;
+    hear_all(&on);
+    TEST_ASSERT_EQUAL(REQUEST_OFF, app_of_rig->drive.requests.enable);
+}
+
+static void test_connect_begins_a_new_count_anywhere(void)
+{
+    static const uint8_t connect[] = {0xFF, 0x00};
+    static const uint8_t status[] = {0xFD};
+    for (uint32_t counter = 0xFFF0u; counter < 0x10010u; counter++) {
+        stream_t stream = {.counter = counter & 0xFFFFu};
+        put_frame(&stream, connect, sizeof connect);
+        put_frame(&stream, status, sizeof status);
+        positive = 0u;
+        hear_all(&stream);
+        TEST_ASSERT_EQUAL_UINT32(2u, positive);
+    }
+}
+
+/* ---- codes ---- */
+
+/* Of every named value that acts at once, in all tables of the line. */
+static void test_any_two_codes_differ_in_eight_bits(void)
+{
+    uint32_t codes[64];
+    uint32_t count = 0u;
+    for (uint32_t table = REQUESTS; table <= SERVICES; table++) {
+        for (uint32_t n = 0; n < app_tables[table]->count; n++) {
+            const table_row_t *row = &app_tables[table]->rows[n];
+            if (row->kind == SLOT_ENUM && row->access != TABLE_READ) {
+                for (int32_t choice = 0; choice <= table_whole_max(row); choice++) {
+                    TEST_ASSERT_TRUE(count < 64u);
+                    codes[count++] = code(row->id, (uint32_t)choice);
+                }
+            }
+        }
+    }
+    TEST_ASSERT_TRUE(count >= 3u + 2u + 2u + 9u);
+    for (uint32_t a = 0; a < count; a++) {
+        for (uint32_t b = 0; b < a; b++) {
+            uint32_t distance = 0u;
+            for (uint32_t left = codes[a] ^ codes[b]; left != 0u; left &= left - 1u) {
+                distance++;
+            }
+            TEST_ASSERT_TRUE(distance >= 8u);
+        }
+    }
+}
+
+/* On any line, TCP too, what is no code of this row is refused, and the code reads back. */
+static void test_only_the_codes_of_a_row_are_taken(void)
+{
+    const uint32_t id = id_of("enable");
+    const uint32_t wrong[] = {0u, 1u, 2u, code(id, 3u), code(id, 15u), code(id + 1u, 1u), code(id, 1u) ^ 1u};
+    uint16_t octets[4];
+    for (uint32_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        TEST_ASSERT_EQUAL_HEX32(XCP_OUT_OF_RANGE, talk_access.write(REQUESTS, 4u * id, 1u, &wrong[n]));
+        TEST_ASSERT_EQUAL(REQUEST_OFF, app_of_rig->drive.requests.enable);
+    }
+    for (uint32_t choice = 0u; choice < 3u; choice++) {
+        const uint32_t right = code(id, choice);
+        TEST_ASSERT_EQUAL_HEX32(XCP_OK, talk_access.write(REQUESTS, 4u * id, 1u, &right));
+        TEST_ASSERT_EQUAL(choice, app_of_rig->drive.requests.enable);
+        TEST_ASSERT_EQUAL_HEX32(XCP_OK, talk_access.read(REQUESTS, 4u * id, 4u, octets));
+        TEST_ASSERT_EQUAL_HEX32(right, (uint32_t)octets[0] | (uint32_t)octets[1] << 8 |
+                                           (uint32_t)octets[2] << 16 | (uint32_t)octets[3] << 24);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_stop_does_not_become_start);
+    RUN_TEST(test_a_start_is_a_start_or_nothing);
+    RUN_TEST(test_a_quick_stop_is_one_or_nothing);
+    RUN_TEST(test_a_fault_reset_does_not_become_start);
+    RUN_TEST(test_a_speed_is_the_one_that_was_sent);
+    RUN_TEST(test_a_current_goes_to_its_own_axis);
+    RUN_TEST(test_a_staged_parameter_is_the_one_that_was_sent);
+    RUN_TEST(test_an_order_is_the_one_that_was_sent);
+    RUN_TEST(test_a_single_pair_changes_nothing);
+    RUN_TEST(test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address);
+    RUN_TEST(test_a_frame_that_comes_twice_acts_once);
+    RUN_TEST(test_connect_begins_a_new_count_anywhere);
+    RUN_TEST(test_any_two_codes_differ_in_eight_bits);
+    RUN_TEST(test_only_the_codes_of_a_row_are_taken);
+    return UNITY_END();
+}

@@ -102,7 +102,7 @@ int command_scope(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"http", 'p', "PORT", 0, "of 127.0.0.1 where the page is, default 5580; 0: any that is free", 0},
-        {"port", 0, NULL, OPTION_ALIAS, NULL, 0},
+        {"port", 0, NULL, OPTION_ALIAS, "the same as --http", 0},
         {"no-browser", 'n', NULL, 0, "print the address and open nothing", 0},
         {0},
     };

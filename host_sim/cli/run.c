@@ -464,6 +464,10 @@ static void print_text(const scenario_t *scenario, const runner_result_t *result
                words[verdict->judgement], colours ? "\033[0m" : "",
                runner_verdict_text(verdict, text, sizeof text));
     }
+    if (result->unexpected) {
+        printf("%sFAILED    %s  end of the run: %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "",
+               runner_unexpected_text(result, text, sizeof text));
+    }
 }
 
 static const char *const judgements[] = {"met", "failed", "not_judged", "measured"};
@@ -536,8 +540,12 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
            ", \"refusal\": \"%s\"",
            choice_name("state", result->state).text, reason_name(result->fault_reason), result->fault_period,
            reason_name(result->refusal));
-    printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"expectations\": [", result->hash,
-           result->failed);
+    char unexpected[200];
+    printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"unexpected_end\": ",
+           result->hash, result->failed);
+    json_text(stdout,
+              result->unexpected ? runner_unexpected_text(result, unexpected, sizeof unexpected) : NULL);
+    printf(", \"expectations\": [");
     print_verdicts(result, false);
     printf("], \"files\": [");
     const char *separator = "";
@@ -587,6 +595,11 @@ static bool note_verdicts(recorder_t *recorder, const runner_result_t *result)
         const runner_verdict_t *verdict = &result->verdicts[n];
         good = recorder_note(recorder, RECORDER_VERDICT, judgements[verdict->judgement],
                              runner_verdict_text(verdict, text, sizeof text));
+    }
+    if (good && result->unexpected) {
+        char text[200];
+        good = recorder_note(recorder, RECORDER_VERDICT, judgements[RUNNER_FAILED],
+                             runner_unexpected_text(result, text, sizeof text));
     }
     return good;
 }

@@ -26,8 +26,8 @@ static void refused(const scenario_error_t *error, campaign_result_t *result)
     }
 }
 
-/* The first expectation of the scenario itself that failed. */
-static void unmet(const runner_result_t *run, campaign_result_t *result)
+/* The first expectation of the scenario itself that failed, or its end that none of them names. */
+static void unmet(const runner_result_t *run, const campaign_case_t *drawn, campaign_result_t *result)
 {
     for (uint32_t n = 0; n < run->verdict_count; n++) {
         const scenario_expect_t *expect = run->verdicts[n].expect;
@@ -39,6 +39,15 @@ static void unmet(const runner_result_t *run, campaign_result_t *result)
             result->row = expect->row->id;
             return;
         }
+    }
+    /* a run that is drawn at random has injected faults and no expectations; its invariants judge them */
+    if (run->unexpected && drawn->around != NULL) {
+        const bool fault = run->fault_reason != 0;
+        result->end = CAMPAIGN_VIOLATED;
+        result->invariant = CAMPAIGN_I_EXPECT;
+        result->from = fault ? run->fault_period : run->periods - 1u;
+        result->period = run->periods - 1u;
+        result->row = row_of(fault ? "fault_reason" : "refusal");
     }
 }
 
@@ -79,7 +88,7 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
     result->reason = ran ? run.fault_reason : 0;
     *hash = run.hash;
     if (ran && result->end == CAMPAIGN_HELD) {
-        unmet(&run, result);
+        unmet(&run, drawn, result);
     }
     runner_result_free(&run);
     scenario_free(scenario);

@@ -886,6 +886,7 @@ static bool read_needs(const reading_t *reading, const toml_entry_t *entry, scen
         return false;
     }
     expect->needs_drive = strcmp(needs->text, "yes") == 0;
+    expect->needs_none = !expect->needs_drive;
     return expect->needs_drive || strcmp(needs->text, "no") == 0 ||
            scenario_fail(reading->error, reading_place(needs), needs->key, "\"%.60s\": accepted: yes, no",
                          needs->text);

@@ -180,7 +180,7 @@ class NeverOn(FirstHour):
     def test_a_drive_that_was_on_or_was_never_asked_is_judged_as_it_is(self):
         self.expect(0, lagless("run", self.scenario(self.HOLDS), "--set", "enable=off"))
         path = self.scenario(self.HOLDS, '[[at]]\ntime = "0.15 s"\nplant.dc_voltage = 450\n')
-        self.expect(0, lagless("run", path), "not on: ")
+        self.expect(1, lagless("run", path), "not on: ", "met         peak of true_omega_m")
 
 
 class Names(FirstHour):

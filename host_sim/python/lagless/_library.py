@@ -78,7 +78,7 @@ _FUNCTIONS = {
     "scenario_initial": (f64, p, u32),
     "run": (p, p, c.POINTER(Ask), c.POINTER(ScenarioError), text),
     "run_free": (None, p),
-    "outcome": (None, p, c.POINTER(Outcome)),
+    "outcome": (None, p, c.POINTER(Outcome), text),
     "verdict": (None, p, u32, c.POINTER(Verdict), text),
     "history": (b, p, c.POINTER(History)),
     "plant_create": (p, u64, u32, u32, b),

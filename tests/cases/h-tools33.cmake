@@ -1,0 +1,18 @@
+# The command line: ends of a run that no expectation names, files that exist, spellings of units, cut files, tune against the drive.
+set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
+foreach(name unexpected_end)
+    add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
+        ${CMAKE_CURRENT_BINARY_DIR}/${name})
+    set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
+endforeach()
+
+# The same rules in the Python package.
+if(NOT LAGLESS_SANITIZE)
+    set(package_python "${CMAKE_SOURCE_DIR}/build/venv/bin/python3")
+    if(NOT EXISTS "${package_python}")
+        set(package_python "${Python3_EXECUTABLE}")
+    endif()
+    add_test(NAME python_unexpected_end COMMAND "${package_python}" -B ${CMAKE_SOURCE_DIR}/tests/python/test_unexpected_end.py)
+    set_tests_properties(python_unexpected_end PROPERTIES LABELS python TIMEOUT 300 SKIP_RETURN_CODE 77 ENVIRONMENT
+        "PYTHONPATH=${CMAKE_SOURCE_DIR}/host_sim/python;LAGLESS_LIBRARY=$<TARGET_FILE:lagless_python>;PYTHONDONTWRITEBYTECODE=1")
+endif()

@@ -11,6 +11,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
+#include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/toml_reader.h"
@@ -67,6 +68,7 @@ static scenario_t *read_stdin(scenario_error_t *error)
 {
     char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more tells that it is too long */
     const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
+    inputs_note_descriptor(STDIN_FILENO);
     scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);
     free(text);
     return scenario;

@@ -380,6 +380,9 @@ static int run_into(const options_t *options)
     if (!output_claim(options->output.folder) || !output_path(png_path, options->output.folder, "map.png")) {
         return EXIT_INTERNAL;
     }
+    if (!output_allowed_in(options->output.folder, "map", ".json") || !output_allowed(png_path)) {
+        return EXIT_USAGE;
+    }
     FILE *data = output_open_in(data_path, options->output.folder, "map.json");
     if (data == NULL) {
         return EXIT_INTERNAL;

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "host_sim/cli/cli.h"
+#include "host_sim/lab/inputs.h"
 
 double output_seconds(void)
 {
@@ -109,7 +110,62 @@ static const char *partial(char to[PATH_SIZE + 16], const char *path)
     return to;
 }
 
+static bool forced;
+
+void output_force(void)
+{
+    forced = true;
+}
+
+bool output_forced(void)
+{
+    return forced;
+}
+
+bool output_allowed(const char *path)
+{
+    struct stat found;
+    if (stat(path, &found) != 0 || !S_ISREG(found.st_mode)) {
+        return true;
+    }
+    if (inputs_have(path)) {
+        fprintf(stderr,
+                "lagless: %s is an input of this command and is not written over; give another name\n", path);
+        return false;
+    }
+    if (!forced) {
+        fprintf(stderr, "lagless: %s exists; --force replaces it\n", path);
+    }
+    return forced;
+}
+
+bool output_allowed_in(const char *folder, const char *name, const char *ending)
+{
+    char file[PATH_SIZE];
+    char path[PATH_SIZE];
+    snprintf(file, sizeof file, "%s%s", name, ending);
+    return output_path(path, folder, file) && output_allowed(path);
+}
+
+bool output_allowed_pictures(const char *folder, const char *name, const char *formats)
+{
+    bool good = true;
+    for (const char *word = formats; good && *word != '\0'; word += strspn(word, ",")) {
+        char ending[16];
+        const int length = (int)strcspn(word, ",");
+        snprintf(ending, sizeof ending, ".%.*s", length, word);
+        good = output_allowed_in(folder, name, ending);
+        word += length;
+    }
+    return good;
+}
+
 FILE *output_open(const char *path)
+{
+    return output_allowed(path) ? output_open_own(path) : NULL;
+}
+
+FILE *output_open_own(const char *path)
 {
     char name[PATH_SIZE + 16];
     FILE *file = fopen(partial(name, path), "w");

@@ -79,6 +79,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
             argp_error(state, "--traces: they are a part of --json");
         }
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     default:
         return arguments_scenario(key, argument, state, &options->of);
     }
@@ -294,6 +296,23 @@ static bool make_folder(const options_t *options, const scenario_t *scenario, re
     return output_fresh_folder(fresh, "runs", base_name(recording->name, scenario->path));
 }
 
+/* All that the run may write: the recording, the history of a fault, pictures. */
+static bool is_allowed(const options_t *options, const recording_t *recording)
+{
+    static const char *const endings[] = {".csv", ".mat", ".vcd"};
+    char fault[272];
+    bool good = true;
+    for (uint32_t n = 0; good && n < 3u; n++) {
+        good = (recording->formats >> n & 1u) == 0u ||
+               output_allowed_in(recording->folder, recording->name, endings[n]);
+    }
+    snprintf(fault, sizeof fault, "%s_fault", recording->name);
+    good = good && output_allowed_in(recording->folder, fault, ".csv");
+    return good && (options->plot == NULL ||
+                    (output_allowed_pictures(recording->folder, recording->name, options->plot) &&
+                     output_allowed_pictures(recording->folder, fault, options->plot)));
+}
+
 static int open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
                           recording_t *recording)
 {
@@ -317,10 +336,14 @@ static int open_recording(const options_t *options, const scenario_t *scenario, 
     if (!make_folder(options, scenario, recording)) {
         return EXIT_INTERNAL;
     }
+    (void)base_name(recording->name, scenario->path);
+    if (!is_allowed(options, recording)) {
+        return EXIT_USAGE;
+    }
     list_settings(scenario, &settings);
     recording->how = (recorder_options_t){
         .folder = recording->folder,
-        .name = base_name(recording->name, scenario->path),
+        .name = recording->name,
         .formats = recording->formats,
         .ids = recording->ids,
         .count = recording->count,
@@ -785,6 +808,7 @@ int command_run(int argc, char **argv)
          "draw it: html (default, a page to zoom into), png, svg, separated by commas; without --out into a "
          "folder of its own below runs",
          0},
+        ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"traces", 't', NULL, 0, "what would be recorded, in the object too", 0},
         {"quiet", 'q', NULL, 0, "print only what went wrong", 0},

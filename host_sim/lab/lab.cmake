@@ -63,6 +63,7 @@ add_library(lagless_lab STATIC
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
+    lab/inputs.c
     lab/json.c
     lab/loopback.c
     lab/map.c

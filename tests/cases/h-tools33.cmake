@@ -1,6 +1,6 @@
 # The command line: ends of a run that no expectation names, files that exist, spellings of units, cut files, tune against the drive.
 set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
-foreach(name unexpected_end)
+foreach(name unexpected_end overwrite)
     add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
         ${CMAKE_CURRENT_BINARY_DIR}/${name})
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)

@@ -183,6 +183,10 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
         if (strchr(text, '\n') == NULL && feof(file)) {
             break;
         }
+        if (line == 2u && strcmp(text, CAMPAIGN_COLUMNS) == 0) {
+            reading.good = ftell(file);
+            continue;
+        }
         if (!campaign_read_line(text, campaign->runs, &run, &result)) {
             return bad_file(path, line, "no result of a run");
         }
@@ -289,8 +293,8 @@ static int open_results(const options_t *options, keeper_t *keeper, campaign_res
         keeper->file =
             fopen(keeper->path, "w"); /* under its name: what is in it counts from the first line on */
         campaign_head(&options->campaign, head);
-        const bool begun =
-            keeper->file != NULL && fputs(head, keeper->file) >= 0 && fflush(keeper->file) == 0;
+        const bool begun = keeper->file != NULL && fputs(head, keeper->file) >= 0 &&
+                           fputs(CAMPAIGN_COLUMNS, keeper->file) >= 0 && fflush(keeper->file) == 0;
         if (!begun) {
             fprintf(stderr, "lagless campaign: cannot write %s: %s\n", keeper->path, strerror(errno));
         }

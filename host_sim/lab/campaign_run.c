@@ -86,6 +86,7 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
         result->period = run.fault_period;
     }
     result->reason = ran ? run.fault_reason : 0;
+    result->latched = result->reason != 0 ? run.fault_period : 0u;
     *hash = run.hash;
     if (ran && result->end == CAMPAIGN_HELD) {
         unmet(&run, drawn, result);
@@ -116,7 +117,7 @@ bool campaign_run(const campaign_case_t *drawn, const volatile sig_atomic_t *sto
     return true;
 }
 
-bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *result)
+bool campaign_reproduces(const campaign_case_t *drawn, campaign_result_t *result)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     const size_t octets = campaign_text(drawn, result, text, sizeof text);
@@ -125,15 +126,21 @@ bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *
     campaign_result_t again;
     runner_result_t run;
     scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
-    if (scenario == NULL || scenario->expect_count == 0u) {
-        scenario_free(scenario);
-        return campaign_run(drawn, NULL, &again) && again.end == CAMPAIGN_VIOLATED &&
-               again.invariant == result->invariant;
+    bool fails = false;
+    const bool judged = scenario != NULL && scenario->expect_count > 0u;
+    if (scenario != NULL && runner_run(scenario, &plain, &run)) {
+        result->reason = run.fault_reason;
+        result->latched = run.fault_reason != 0 ? run.fault_period : 0u;
+        /* of a run that is drawn at random an injected fault is no violation */
+        fails = run.failed > (run.unexpected && result->invariant != CAMPAIGN_I_EXPECT ? 1u : 0u);
+        runner_result_free(&run);
     }
-    const bool fails = runner_run(scenario, &plain, &run) && run.failed > 0u;
-    runner_result_free(&run);
     scenario_free(scenario);
-    return fails;
+    if (judged || result->invariant == CAMPAIGN_I_EXPECT) {
+        return fails;
+    }
+    return campaign_run(drawn, NULL, &again) && again.end == CAMPAIGN_VIOLATED &&
+           again.invariant == result->invariant;
 }
 
 /* ---- smaller ---- */
@@ -154,8 +161,9 @@ static bool try_smaller(shrink_t *shrink, const campaign_case_t *smaller)
     }
     shrink->runs++;
     if (!campaign_run(smaller, shrink->stop, &result) || result.end != CAMPAIGN_VIOLATED ||
-        result.invariant != shrink->result->invariant) {
-        return false;
+        result.invariant != shrink->result->invariant ||
+        (result.invariant == CAMPAIGN_I_EXPECT && result.row != shrink->result->row)) {
+        return false; /* another expectation is another violation */
     }
     *shrink->best = *smaller;
     *shrink->result = result;

@@ -1,8 +1,8 @@
 # The command line: ends of a run that no expectation names, files that exist, spellings of units, cut files, tune against the drive.
 set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
-foreach(name unexpected_end overwrite)
+foreach(name unexpected_end overwrite cut_files)
     add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
-        ${CMAKE_CURRENT_BINARY_DIR}/${name})
+        ${CMAKE_CURRENT_BINARY_DIR}/${name} ${CMAKE_CURRENT_SOURCE_DIR})
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
 endforeach()
 

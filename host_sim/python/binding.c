@@ -25,6 +25,11 @@ uint32_t binding_layout(void)
     return hash;
 }
 
+const char *binding_version(void)
+{
+    return LAGLESS_VERSION;
+}
+
 double binding_period(void)
 {
     return RIG_PERIOD_SECONDS;

@@ -38,6 +38,7 @@ typedef struct {
 /* Sizes of the structs below and hash of the tables, to be compared: one number. */
 BINDING uint32_t binding_layout(void);
 BINDING double binding_period(void); /* [s] */
+BINDING const char *binding_version(void); /* of the project in CMakeLists.txt */
 
 /* The n-th row of all tables; false: there are not so many. */
 BINDING bool binding_row(uint32_t n, binding_row_t *row);

@@ -1,6 +1,6 @@
 # The command line: ends of a run that no expectation names, files that exist, spellings of units, cut files, tune against the drive.
 set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
-foreach(name unexpected_end overwrite cut_files)
+foreach(name unexpected_end overwrite cut_files texts)
     add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
         ${CMAKE_CURRENT_BINARY_DIR}/${name} ${CMAKE_CURRENT_SOURCE_DIR})
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
@@ -16,3 +16,10 @@ if(NOT LAGLESS_SANITIZE)
     set_tests_properties(python_unexpected_end PROPERTIES LABELS python TIMEOUT 300 SKIP_RETURN_CODE 77 ENVIRONMENT
         "PYTHONPATH=${CMAKE_SOURCE_DIR}/host_sim/python;LAGLESS_LIBRARY=$<TARGET_FILE:lagless_python>;PYTHONDONTWRITEBYTECODE=1")
 endif()
+
+# Units as data sheets spell them.
+lagless_test(lab_spellings LABEL lab SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_spellings.c LIBS lagless_lab m)
+target_compile_definitions(test_lab_spellings PRIVATE _GNU_SOURCE)
+add_test(NAME case_units_of_data_sheets COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/units_of_data_sheets.sh $<TARGET_FILE:lagless>)
+add_test(NAME case_vcd_is_ascii COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/vcd_is_ascii.sh $<TARGET_FILE:lagless>)
+set_tests_properties(case_units_of_data_sheets case_vcd_is_ascii PROPERTIES LABELS cli TIMEOUT 60)

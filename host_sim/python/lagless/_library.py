@@ -50,6 +50,7 @@ Campaign = _struct("Campaign", seed=u64, seconds=f64, runs=u32, shard=u32, shard
 _FUNCTIONS = {
     "layout": (u32,),
     "period": (f64,),
+    "version": (text,),
     "row": (b, u32, c.POINTER(Row)),
     "value": (b, u32, text, c.POINTER(f64), text),
     "reason": (b, i32, c.POINTER(text), c.POINTER(text), c.POINTER(text)),

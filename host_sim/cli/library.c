@@ -13,6 +13,7 @@
 #include "host_sim/cli/streams.h"
 #include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
+#include "host_sim/lab/motor.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/toml_reader.h"
 
@@ -103,7 +104,13 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     }
     scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
     if (scenario == NULL) {
+        motor_sheet_t sheet;
+        scenario_error_t ignored;
         library_say(&error);
+        if (!from_stdin && motor_read_file(path, &sheet, &ignored)) {
+            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` makes a scenario of it\n", path,
+                    path);
+        }
         return NULL;
     }
     if (!override(scenario, command, of)) {

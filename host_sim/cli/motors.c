@@ -321,6 +321,14 @@ int command_tune(int argc, char **argv)
         return EXIT_USAGE;
     }
     bool good = motor_read(options.motor, &sheet, &error);
+    scenario_error_t ignored;
+    scenario_t *scenario = good ? NULL : scenario_read(options.motor, &ignored);
+    if (scenario != NULL) {
+        scenario_free(scenario);
+        fprintf(stderr, "lagless tune: %s is a scenario without [motor]: `lagless run %s` runs it\n",
+                options.motor, options.motor);
+        return EXIT_USAGE;
+    }
     for (size_t n = 0; good && n < options.set_count; n++) {
         good = motor_override(&sheet, options.sets[n], &error);
     }

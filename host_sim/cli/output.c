@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -160,6 +161,53 @@ bool output_allowed_pictures(const char *folder, const char *name, const char *f
     return good;
 }
 
+/* ---- a signal while a file is written ---- */
+
+#define UNFINISHED 8u
+static char unfinished[UNFINISHED][PATH_SIZE + 16]; /* partial files; "" where there is none */
+
+/* Takes them away, says so, and ends as the signal would have. */
+static void take_away(int number)
+{
+    static const char text[] = "\nlagless: stopped; nothing is written\n";
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (unfinished[n][0] != '\0') {
+            (void)unlink(unfinished[n]);
+        }
+    }
+    const ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1u);
+    (void)ignored;
+    (void)signal(number, SIG_DFL);
+    (void)raise(number);
+}
+
+/* A command that ends by itself when it is asked to has a handler of its own, which stays. */
+static void note_unfinished(const char *name)
+{
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (unfinished[n][0] == '\0') {
+            snprintf(unfinished[n], sizeof unfinished[n], "%s", name);
+            break;
+        }
+    }
+    for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
+        struct sigaction now;
+        if (sigaction(signals[n], NULL, &now) == 0 && now.sa_handler == SIG_DFL) {
+            (void)signal(signals[n], take_away);
+        }
+    }
+}
+
+static void forget_unfinished(const char *name)
+{
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (strcmp(unfinished[n], name) == 0) {
+            unfinished[n][0] = '\0';
+        }
+    }
+}
+
 FILE *output_open(const char *path)
 {
     return output_allowed(path) ? output_open_own(path) : NULL;
@@ -171,6 +219,8 @@ FILE *output_open_own(const char *path)
     FILE *file = fopen(partial(name, path), "w");
     if (file == NULL) {
         fprintf(stderr, "lagless: cannot write %s: %s\n", path, strerror(errno));
+    } else if (strcmp(name, path) != 0) {
+        note_unfinished(name);
     }
     return file;
 }
@@ -187,6 +237,7 @@ bool output_close(FILE *file, const char *path)
     }
     char name[PATH_SIZE + 16];
     const bool written = ferror(file) == 0;
+    forget_unfinished(partial(name, path));
     if (fclose(file) != 0 || !written) {
         fprintf(stderr, "lagless: %s is not complete: %s\n", partial(name, path), strerror(errno));
         return false;
@@ -259,6 +310,7 @@ void output_abandon(FILE *file, const char *path)
         fclose(file);
         if (strcmp(partial(name, path), path) != 0) {
             (void)remove(name);
+            forget_unfinished(name);
         }
     }
 }

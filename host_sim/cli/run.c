@@ -46,6 +46,13 @@ typedef struct {
     bool json, traces, quiet;
 } options_t;
 
+static bool is_picture(const char *word)
+{
+    return strncmp(word, "html", 4) == 0 || strncmp(word, "png", 3) == 0 || strncmp(word, "svg", 3) == 0
+               ? strspn(word, "htmlpngsv,") == strlen(word)
+               : false;
+}
+
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
@@ -74,6 +81,14 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'q':
         options->quiet = true;
         return 0;
+    case ARGP_KEY_ARG:
+        /* `--plot png`: the formats of an option that may go without belong to it by a = */
+        if (options->plot != NULL &&
+            (is_picture(argument) || (options->of.scenario != NULL && is_picture(options->of.scenario)))) {
+            const char *formats = is_picture(argument) ? argument : options->of.scenario;
+            argp_error(state, "%s: write --plot=%s", formats, formats);
+        }
+        return arguments_scenario(key, argument, state, &options->of);
     case ARGP_KEY_END:
         if (options->traces && !options->json) {
             argp_error(state, "--traces: they are a part of --json");

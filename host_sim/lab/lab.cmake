@@ -71,6 +71,7 @@ add_library(lagless_lab STATIC
     lab/map_scenario.c
     lab/matrix.c
     lab/matrix_run.c
+    lab/matrix_scaled.c
     lab/matrix_table.c
     lab/motor.c
     lab/motor_trial.c

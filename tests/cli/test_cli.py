@@ -199,7 +199,7 @@ class CommandLine(TestCase):
             file.write('schema = 1\ntitle = "My drive"\n[run]\nduration = "1 s"\n[requests]\nspeed_request = "700 r/min"\n'
                        '[plant]\nload_torque = 3\n[rig]\nfidelity = "averaged"\n')
         done = lagless("map", path, "--adaptation", "off")
-        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     L wrong")
+        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is kept at every point: none of "
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.expect(2, lagless("map", path, "--speeds", "700,2500"), path + ": ", "speed_request", "2500 r/min")
         self.expect(2, lagless("map", path, "--ideal"), "--ideal", "not with a scenario")

@@ -41,9 +41,20 @@ class Recording:
         return numpy.rint(self.time / self.period).astype(numpy.int64)
 
 
+def the_one_in(path):
+    """The recording that a folder of `lagless run --out` holds; a file is itself."""
+    if not path.is_dir():
+        return path
+    found = {each.stem: each for suffix in (".mat", ".csv") for each in sorted(path.glob(f"*{suffix}"))}
+    names = [name for name in found if not (name.endswith("_fault") and name[:-6] in found)]
+    if len(names) != 1:
+        raise InputError(f"{path}: it holds {len(names)} recordings: {', '.join(sorted(names)) or 'no CSV or MAT'}; name one of them")
+    return found[names[0]]
+
+
 def read(path, tell=lambda fraction: None):
     """Every problem is an InputError that names the file, and the line if there is one. `tell` hears how far it has come, 0 to 1."""
-    path = pathlib.Path(path)
+    path = the_one_in(pathlib.Path(path))
     try:
         octets = path.read_bytes()
     except OSError as error:

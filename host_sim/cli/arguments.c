@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/cli/output.h"
+
 static struct {
     arguments_show_t show; /* NULL: the command is run */
     void *context;
@@ -48,6 +50,15 @@ bool arguments_json(int argc, char **argv, const char *doc, bool *json)
     return arguments_parse(&argp, argc, argv, json);
 }
 
+int arguments_force(int key)
+{
+    if (key != ARGUMENTS_FORCE_KEY) {
+        return ARGP_ERR_UNKNOWN;
+    }
+    output_force();
+    return 0;
+}
+
 int arguments_output(int key, const char *argument, arguments_output_t *output)
 {
     switch (key) {
@@ -58,7 +69,7 @@ int arguments_output(int key, const char *argument, arguments_output_t *output)
         output->folder = argument;
         return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return arguments_force(key);
     }
 }
 

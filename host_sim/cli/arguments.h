@@ -19,19 +19,24 @@ void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, vo
 /* A command whose one option is --json; `doc` is what --help says. false as above. */
 bool arguments_json(int argc, char **argv, const char *doc, bool *json);
 
-/* --json and --out: rows for a table of options, and where they go. */
-#define ARGUMENTS_OUTPUT(json_text, out_text)                                                                \
-    {"json", 'j', NULL, 0, json_text, 0},                                                                    \
+/* --force, of every command that writes files: its row, and what its key does. */
+#define ARGUMENTS_FORCE_KEY 256
+#define ARGUMENTS_FORCE                                                                                      \
     {                                                                                                        \
-        "out", 'o', "FOLDER", 0, out_text, 0                                                                 \
+        "force", ARGUMENTS_FORCE_KEY, NULL, 0, "replace files that exist (inputs never)", 0                  \
     }
+int arguments_force(int key); /* 0, or what argp requires for another key */
+
+/* --json, --out and --force: rows for a table of options, and where they go. */
+#define ARGUMENTS_OUTPUT(json_text, out_text)                                                                \
+    {"json", 'j', NULL, 0, json_text, 0}, {"out", 'o', "FOLDER", 0, out_text, 0}, ARGUMENTS_FORCE
 
 typedef struct {
     bool json;
     const char *folder; /* NULL: none is given */
 } arguments_output_t;
 
-/* For argp's parser: takes these two keys; 0, or what argp wants for a key that is neither. */
+/* For argp's parser: takes these keys; 0, or what argp wants for another key. */
 int arguments_output(int key, const char *argument, arguments_output_t *output);
 
 /* A scenario and what changes it: rows for a table of options. */

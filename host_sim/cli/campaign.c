@@ -1,5 +1,6 @@
 /* `lagless campaign`: random runs by the thousand, and what in them broke a promise. */
 #include <argp.h>
+#include <dirent.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -122,6 +123,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case 'r':
         options->resume = true;
+        output_force(); /* the scenario of a run whose line was not written is written again */
         return 0;
     case ARGP_KEY_ARG:
         if (options->argument_count > FOLDERS_MAX) {
@@ -181,6 +183,10 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
         if (strchr(text, '\n') == NULL && feof(file)) {
             break;
         }
+        if (line == 2u && strcmp(text, CAMPAIGN_COLUMNS) == 0) {
+            reading.good = ftell(file);
+            continue;
+        }
         if (!campaign_read_line(text, campaign->runs, &run, &result)) {
             return bad_file(path, line, "no result of a run");
         }
@@ -239,6 +245,31 @@ static void show(void *context, uint32_t done, uint32_t of)
     output_progress(&keeper->progress, (double)done / (double)of);
 }
 
+static int is_violation(const struct dirent *entry)
+{
+    unsigned run;
+    int length = 0;
+    return sscanf(entry->d_name, "run-%6u.toml%n", &run, &length) == 1 && entry->d_name[length] == '\0' &&
+           length > 0;
+}
+
+/* Scenarios of an earlier campaign: they would be taken for this one's. false: there are, or an input is
+ * among them; said so. */
+static bool clear_scenarios(const char *folder)
+{
+    struct dirent **entries = NULL;
+    const int count = scandir(folder, &entries, is_violation, alphasort);
+    bool good = true;
+    for (int n = 0; n < count; n++) {
+        char path[PATH_SIZE];
+        good = good && output_path(path, folder, entries[n]->d_name) && output_allowed(path) &&
+               remove(path) == 0;
+        free(entries[n]);
+    }
+    free(entries);
+    return good;
+}
+
 /* Opens the results file at its end, with what is done in `results`; new, it gets its head. */
 static int open_results(const options_t *options, keeper_t *keeper, campaign_result_t *results)
 {
@@ -250,16 +281,20 @@ static int open_results(const options_t *options, keeper_t *keeper, campaign_res
         return EXIT_INTERNAL;
     }
     const bool there = stat(keeper->path, &found) == 0 && found.st_size > 0;
-    if (there && !options->resume) {
-        fprintf(stderr, "lagless campaign: %s is there: --resume goes on with it\n", keeper->path);
+    if (there && !options->resume && !output_forced()) {
+        fprintf(stderr, "lagless campaign: %s is there: --resume goes on with it, --force begins anew\n",
+                keeper->path);
         return EXIT_USAGE;
     }
-    if (!there) {
+    if (!there || !options->resume) {
+        if (!clear_scenarios(options->output.folder)) {
+            return EXIT_USAGE;
+        }
         keeper->file =
             fopen(keeper->path, "w"); /* under its name: what is in it counts from the first line on */
         campaign_head(&options->campaign, head);
-        const bool begun =
-            keeper->file != NULL && fputs(head, keeper->file) >= 0 && fflush(keeper->file) == 0;
+        const bool begun = keeper->file != NULL && fputs(head, keeper->file) >= 0 &&
+                           fputs(CAMPAIGN_COLUMNS, keeper->file) >= 0 && fflush(keeper->file) == 0;
         if (!begun) {
             fprintf(stderr, "lagless campaign: cannot write %s: %s\n", keeper->path, strerror(errno));
         }

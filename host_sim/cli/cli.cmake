@@ -38,6 +38,7 @@ desk_room(lagless)
 target_compile_definitions(lagless PRIVATE _GNU_SOURCE)
 target_link_libraries(lagless PRIVATE lagless_scope lagless_lab lagless_line)
 target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
+target_compile_definitions(lagless PRIVATE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
 # The scenarios known by name, and what a recording says it was made with.
 execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE LAGLESS_COMMIT
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)

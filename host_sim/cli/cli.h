@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#define CLI_VERSION "lagless 0.2.0"
+#define CLI_VERSION "lagless " LAGLESS_VERSION /* of the project in CMakeLists.txt */
 
 enum {
     EXIT_DONE = 0,     /* and all expectations met */

@@ -14,6 +14,7 @@
 #include "host_sim/cli/connect.h"
 #include "host_sim/cli/connect_edit.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/line/transport.h"
@@ -359,6 +360,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'k':
         options->keep_going = true;
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     case ARGP_KEY_ARG:
         if (options->target != NULL) {
             argp_error(state, "%s: one target at a time; commands come by stdin", argument);
@@ -406,6 +409,7 @@ int command_connect(int argc, char **argv)
         {"json", 'j', NULL, 0, "one JSON object a line of the script", 0},
         {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code tells it all the same",
          0},
+        ARGUMENTS_FORCE,
         {0}};
     static const struct argp argp = {
         rows,
@@ -428,6 +432,7 @@ int command_connect(int argc, char **argv)
         fprintf(stderr, "lagless connect: %s\n", session.error.text);
         return EXIT_USAGE;
     }
+    inputs_note_descriptor(STDIN_FILENO);
     session.json = options.json;
     session.keep_going = options.keep_going;
     session.master = master_open(options.target, &session.error);

@@ -256,6 +256,12 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
         connect_fail(session, "--out %s: it cannot be made", place->out->value);
         return NULL;
     }
+    if (((formats & RECORDER_CSV) != 0u && !output_allowed_in(place->out->value, name, ".csv")) ||
+        ((formats & RECORDER_MAT) != 0u && !output_allowed_in(place->out->value, name, ".mat"))) {
+        connect_fail(session, "%s/%s.*: give another --name, or start lagless connect with --force",
+                     place->out->value, name);
+        return NULL;
+    }
     for (uint32_t n = 0; n < count; n++) {
         ids[n] = rows[n]->id;
     }

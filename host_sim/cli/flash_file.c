@@ -64,7 +64,7 @@ bool flash_file_keep(flash_file_t *file, const rig_t *rig)
     if (memcmp(file->now, file->kept, sizeof file->now) == 0) {
         return true;
     }
-    FILE *to = output_open(file->path);
+    FILE *to = output_open_own(file->path);
     if (to != NULL) {
         (void)fwrite(file->now, 1, sizeof file->now, to);
     }

@@ -11,7 +11,9 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
+#include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
+#include "host_sim/lab/motor.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/toml_reader.h"
 
@@ -67,6 +69,7 @@ static scenario_t *read_stdin(scenario_error_t *error)
 {
     char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more tells that it is too long */
     const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
+    inputs_note_descriptor(STDIN_FILENO);
     scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);
     free(text);
     return scenario;
@@ -101,7 +104,13 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     }
     scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
     if (scenario == NULL) {
+        motor_sheet_t sheet;
+        scenario_error_t ignored;
         library_say(&error);
+        if (!from_stdin && motor_read_file(path, &sheet, &ignored)) {
+            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` makes a scenario of it\n", path,
+                    path);
+        }
         return NULL;
     }
     if (!override(scenario, command, of)) {

@@ -238,7 +238,7 @@ static void print_block(const map_setup_t *setup, const map_point_t *points, siz
 {
     char place[40];
     bool first = true;
-    snprintf(place, sizeof place, "%g r/min, %g N m", rpm, load);
+    snprintf(place, sizeof place, "%.4g r/min, %.4g N m", rpm, load);
     printf("\n%-17s", place);
     for (map_deviation_t d = MAP_NOMINAL; d < MAP_DEVIATIONS; d++) {
         if (map_find(points, count, d, rpm, load,
@@ -295,10 +295,59 @@ static void print_verdict(FILE *file, const char *claim, const map_verdict_t *ve
     fprintf(file, "%s\n", verdict->silent ? "no such point" : "");
 }
 
+static const char *place_of(const map_point_t *point, char to[100])
+{
+    snprintf(to, 100, "%s, %.4g r/min, %.4g N m, adaptation %s", map_deviation_name(point->deviation),
+             point->rpm, point->load, map_adaptation_name(point->adaptation));
+    return to;
+}
+
+static void print_promise(FILE *file, bool json, bool kept, const char *text)
+{
+    if (!json || !kept) {
+        fprintf(json ? stderr : file, "%-7s %s\n", kept ? "met" : "FAILED", text);
+    }
+}
+
+/* Of one's own motor: what the drive promises, and the numbers that one looks for. */
+static bool judge_own(const options_t *options, const map_point_t *points, size_t count)
+{
+    const map_own_t own = map_judge_own(&options->setup, points, count);
+    const bool json = options->output.json;
+    char place[100];
+    char other[100];
+    char text[400];
+    if (!json && own.largest != NULL) {
+        printf("largest error %.3g mrad (%s)\n", fabs(own.largest->mean_mrad), place_of(own.largest, place));
+    }
+    if (own.lost != NULL) {
+        snprintf(text, sizeof text, "the rotor is kept at every point: %zu of %zu are lost, the first is %s",
+                 own.lost_count, count, place_of(own.lost, place));
+    } else {
+        snprintf(text, sizeof text, "the rotor is kept at every point: none of %zu is lost", count);
+    }
+    print_promise(stdout, json, own.held, text);
+    if (own.nominal != NULL) {
+        snprintf(text, sizeof text,
+                 "with right data the angle is within %g mrad, SD within %g mrad: %.3g mrad (%s), SD %.3g "
+                 "mrad (%s)",
+                 own.limit_mrad, MAP_OWN_SD, fabs(own.nominal->mean_mrad), place_of(own.nominal, place),
+                 own.restless->sd_mrad, place_of(own.restless, other));
+    } else {
+        snprintf(text, sizeof text, "with right data the angle is within %g mrad: no such point is kept",
+                 own.limit_mrad);
+    }
+    print_promise(stdout, json, own.accurate, text);
+    return own.held && own.accurate;
+}
+
 /* On stdout below the table; beside JSON only what failed, as a message. */
 static bool judge(const options_t *options, const map_point_t *points, size_t count)
 {
     bool good = true;
+    if (options->setup.scenario != NULL) {
+        return judge_own(options, points, count);
+    }
     for (map_claim_t claim = 0; claim < MAP_CLAIMS; claim++) {
         const map_verdict_t verdict = map_judge(points, count, claim);
         const bool failed = !verdict.met && !verdict.silent;
@@ -380,6 +429,9 @@ static int run_into(const options_t *options)
     if (!output_claim(options->output.folder) || !output_path(png_path, options->output.folder, "map.png")) {
         return EXIT_INTERNAL;
     }
+    if (!output_allowed_in(options->output.folder, "map", ".json") || !output_allowed(png_path)) {
+        return EXIT_USAGE;
+    }
     FILE *data = output_open_in(data_path, options->output.folder, "map.json");
     if (data == NULL) {
         return EXIT_INTERNAL;
@@ -414,7 +466,10 @@ int command_map(int argc, char **argv)
     static const char doc[] =
         "Error of the sensorless angle over speed, load, direction and what the drive believes wrongly, "
         "without "
-        "and with adaptation; judged against theory.\vWith a SCENARIO (a TOML file, or a name of `lagless "
+        "and with adaptation; judged against theory, with a SCENARIO by what the drive promises: it keeps "
+        "the rotor at "
+        "every point, and with right data the angle is within 30 mrad, SD within 50 mrad.\vWith a SCENARIO "
+        "(a TOML file, or a name of `lagless "
         "scenarios`) the map is of its motor, inverter, sensors and parameters as they are before t = 0, at "
         "its "
         "speeds (speed_request) and loads (plant.load_torque), those of its events included; --speeds gives "

@@ -523,6 +523,9 @@ static int run_into(const options_t *options, matrix_cell_t *cells, size_t count
         !output_path(page_path, options->output.folder, "matrix.html")) {
         return EXIT_INTERNAL;
     }
+    if (!output_allowed_in(options->output.folder, "matrix", ".json") || !output_allowed(page_path)) {
+        return EXIT_USAGE;
+    }
     FILE *data = output_open_in(data_path, options->output.folder, "matrix.json");
     if (data == NULL) {
         return EXIT_INTERNAL;

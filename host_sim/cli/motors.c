@@ -240,6 +240,8 @@ static error_t parse_tune(int key, char *argument, struct argp_state *state)
     case 'w':
         options->file = argument;
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     case 's':
         if (options->set_count == ARGUMENTS_SETS) {
             argp_error(state, "too many --set");
@@ -298,6 +300,7 @@ int command_tune(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"set", 's', "KEY=VALUE", 0, "a key of the motor, \"load_inertia=2 kg cm^2\"; repeatable", 0},
         {"write", 'w', "FILE", 0, "a scenario ready to run: cold start to the top speed, and load", 0},
+        ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {0}};
     static const struct argp argp = {rows,
@@ -318,11 +321,22 @@ int command_tune(int argc, char **argv)
         return EXIT_USAGE;
     }
     bool good = motor_read(options.motor, &sheet, &error);
+    scenario_error_t ignored;
+    scenario_t *scenario = good ? NULL : scenario_read(options.motor, &ignored);
+    if (scenario != NULL) {
+        scenario_free(scenario);
+        fprintf(stderr, "lagless tune: %s is a scenario without [motor]: `lagless run %s` runs it\n",
+                options.motor, options.motor);
+        return EXIT_USAGE;
+    }
     for (size_t n = 0; good && n < options.set_count; n++) {
         good = motor_override(&sheet, options.sets[n], &error);
     }
     if (!good || !motor_make(&sheet, &motor, &error)) {
         return complain("tune", options.motor, &error);
+    }
+    if (options.file != NULL && !output_allowed(options.file)) {
+        return EXIT_USAGE;
     }
     good = tune_motor(&motor, &tune, &error);
     if (!good) {

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "host_sim/cli/cli.h"
+#include "host_sim/lab/inputs.h"
 
 double output_seconds(void)
 {
@@ -109,12 +111,116 @@ static const char *partial(char to[PATH_SIZE + 16], const char *path)
     return to;
 }
 
+static bool forced;
+
+void output_force(void)
+{
+    forced = true;
+}
+
+bool output_forced(void)
+{
+    return forced;
+}
+
+bool output_allowed(const char *path)
+{
+    struct stat found;
+    if (stat(path, &found) != 0 || !S_ISREG(found.st_mode)) {
+        return true;
+    }
+    if (inputs_have(path)) {
+        fprintf(stderr,
+                "lagless: %s is an input of this command and is not written over; give another name\n", path);
+        return false;
+    }
+    if (!forced) {
+        fprintf(stderr, "lagless: %s exists; --force replaces it\n", path);
+    }
+    return forced;
+}
+
+bool output_allowed_in(const char *folder, const char *name, const char *ending)
+{
+    char file[PATH_SIZE];
+    char path[PATH_SIZE];
+    snprintf(file, sizeof file, "%s%s", name, ending);
+    return output_path(path, folder, file) && output_allowed(path);
+}
+
+bool output_allowed_pictures(const char *folder, const char *name, const char *formats)
+{
+    bool good = true;
+    for (const char *word = formats; good && *word != '\0'; word += strspn(word, ",")) {
+        char ending[16];
+        const int length = (int)strcspn(word, ",");
+        snprintf(ending, sizeof ending, ".%.*s", length, word);
+        good = output_allowed_in(folder, name, ending);
+        word += length;
+    }
+    return good;
+}
+
+/* ---- a signal while a file is written ---- */
+
+#define UNFINISHED 8u
+static char unfinished[UNFINISHED][PATH_SIZE + 16]; /* partial files; "" where there is none */
+
+/* Takes them away, says so, and ends as the signal would have. */
+static void take_away(int number)
+{
+    static const char text[] = "\nlagless: stopped; nothing is written\n";
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (unfinished[n][0] != '\0') {
+            (void)unlink(unfinished[n]);
+        }
+    }
+    const ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1u);
+    (void)ignored;
+    (void)signal(number, SIG_DFL);
+    (void)raise(number);
+}
+
+/* A command that ends by itself when it is asked to has a handler of its own, which stays. */
+static void note_unfinished(const char *name)
+{
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (unfinished[n][0] == '\0') {
+            snprintf(unfinished[n], sizeof unfinished[n], "%s", name);
+            break;
+        }
+    }
+    for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
+        struct sigaction now;
+        if (sigaction(signals[n], NULL, &now) == 0 && now.sa_handler == SIG_DFL) {
+            (void)signal(signals[n], take_away);
+        }
+    }
+}
+
+static void forget_unfinished(const char *name)
+{
+    for (size_t n = 0; n < UNFINISHED; n++) {
+        if (strcmp(unfinished[n], name) == 0) {
+            unfinished[n][0] = '\0';
+        }
+    }
+}
+
 FILE *output_open(const char *path)
+{
+    return output_allowed(path) ? output_open_own(path) : NULL;
+}
+
+FILE *output_open_own(const char *path)
 {
     char name[PATH_SIZE + 16];
     FILE *file = fopen(partial(name, path), "w");
     if (file == NULL) {
         fprintf(stderr, "lagless: cannot write %s: %s\n", path, strerror(errno));
+    } else if (strcmp(name, path) != 0) {
+        note_unfinished(name);
     }
     return file;
 }
@@ -131,6 +237,7 @@ bool output_close(FILE *file, const char *path)
     }
     char name[PATH_SIZE + 16];
     const bool written = ferror(file) == 0;
+    forget_unfinished(partial(name, path));
     if (fclose(file) != 0 || !written) {
         fprintf(stderr, "lagless: %s is not complete: %s\n", partial(name, path), strerror(errno));
         return false;
@@ -203,6 +310,7 @@ void output_abandon(FILE *file, const char *path)
         fclose(file);
         if (strcmp(partial(name, path), path) != 0) {
             (void)remove(name);
+            forget_unfinished(name);
         }
     }
 }

@@ -24,9 +24,26 @@ bool output_claim(const char *path);
 /* path = folder/name; false: too long (said on stderr). */
 bool output_path(char path[PATH_SIZE], const char *folder, const char *name);
 
+/* The rule for every command that writes, looked at before the work: no file that this program has read as
+ * its input (host_sim/lab/inputs.h), and no other file that exists, unless --force was given. What is no
+ * plain file (a terminal, /dev/null) is none. false: said why on stderr. The second form: FOLDER/NAMEending.
+ */
+bool output_allowed(const char *path);
+bool output_allowed_in(const char *folder, const char *name, const char *ending);
+
+/* --force: files that exist are replaced, inputs never. */
+void output_force(void);
+bool output_forced(void);
+
+/* Pictures FOLDER/NAME.KIND of these formats, "html,png". */
+bool output_allowed_pictures(const char *folder, const char *name, const char *formats);
+
 /* Opens for writing as PATH.partial, which output_close gives its name: what stood there stays until then. A
- * path that is no plain file is opened itself. NULL: said why on stderr. */
+ * path that is no plain file is opened itself. NULL: said why on stderr; also what output_allowed refuses. */
 FILE *output_open(const char *path);
+
+/* The same for a file that is this program's own state, which it has read and keeps up to date. */
+FILE *output_open_own(const char *path);
 
 /* Opens path = folder/name for writing, likewise. */
 FILE *output_open_in(char path[PATH_SIZE], const char *folder, const char *name);

@@ -74,6 +74,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'o':
         options->folder = argument;
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     case ARGP_KEY_ARG:
         want(state, argument, options);
         return 0;
@@ -239,6 +241,23 @@ static bool replaces_nothing(const options_t *options, const char *data)
     return true;
 }
 
+/* Everything that the report will write. */
+static bool is_allowed(const options_t *options, const char *data)
+{
+    static const char *const files[][2] = {{"rows", ".json"}, {"report", ".json"}, {"index", ".html"}};
+    char pictures[PATH_SIZE];
+    bool good = output_path(pictures, options->folder, "pictures");
+    for (size_t n = 0; good && n < sizeof files / sizeof files[0]; n++) {
+        good = output_allowed_in(options->folder, files[n][0], files[n][1]);
+    }
+    for (size_t n = 0; good && n < PAPER_FIGURES; n++) {
+        const char *id = paper_figures[n].id;
+        good = options->file != NULL || !options->wanted[n] ||
+               (output_allowed_in(data, id, ".csv") && output_allowed_pictures(pictures, id, "png,svg"));
+    }
+    return good;
+}
+
 /* Before minutes of simulation, not after them: can files be written there? */
 static int prepare(const options_t *options, char data[PATH_SIZE])
 {
@@ -250,7 +269,7 @@ static int prepare(const options_t *options, char data[PATH_SIZE])
         fprintf(stderr, "lagless paper: cannot write to %s: %s\n", options->folder, strerror(errno));
         return EXIT_INTERNAL;
     }
-    return replaces_nothing(options, data) ? EXIT_DONE : EXIT_USAGE;
+    return replaces_nothing(options, data) && is_allowed(options, data) ? EXIT_DONE : EXIT_USAGE;
 }
 
 /* data/ID.csv, and data/ID_MORE.csv of what it has more. */
@@ -392,6 +411,7 @@ int command_paper(int argc, char **argv)
         {"json", 'j', NULL, 0, "one JSON list of rows on stdout; no report unless --out says where", 0},
         {"out", 'o', "FOLDER", 0,
          "where the report goes; default: " FOLDER ", of some figures " FOLDER "_FIG", 0},
+        ARGUMENTS_FORCE,
         {0},
     };
     static const struct argp argp = {

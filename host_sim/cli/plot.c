@@ -11,6 +11,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/fault_table.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/rig/rig.h"
 
@@ -127,6 +128,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'p':
         options->plot = true;
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     case ARGP_KEY_ARG:
         if (options->given == options->wanted) {
             argp_error(state, options->wanted == 1 ? "%s: one recording at a time" : "%s: two recordings",
@@ -147,6 +150,25 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
+/* Pictures of a recording in `folder`, NULL: beside it. Its fault's are drawn too where it has one. */
+static bool plot_allowed(const options_t *options)
+{
+    char folder[PATH_SIZE];
+    char name[256];
+    char fault[272];
+    const char *recording = options->recordings[0];
+    const char *slash = strrchr(recording, '/');
+    const char *base = slash != NULL ? slash + 1 : recording;
+    const char *point = strrchr(base, '.');
+    snprintf(folder, sizeof folder, "%.*s", slash != NULL ? (int)(slash - recording) : 1,
+             slash != NULL ? recording : ".");
+    snprintf(name, sizeof name, "%.*s", point != NULL ? (int)(point - base) : (int)strlen(base), base);
+    snprintf(fault, sizeof fault, "%s_fault", name);
+    const char *to = options->folder != NULL ? options->folder : folder;
+    return output_allowed_pictures(to, name, options->formats) &&
+           output_allowed_pictures(to, fault, options->formats);
+}
+
 #define FORMAT_TEXT "html (default), png, svg, separated by commas"
 
 int command_plot(int argc, char **argv)
@@ -154,6 +176,7 @@ int command_plot(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"out", 'o', "FOLDER", 0, "write there, not beside the recording", 0},
         {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
+        ARGUMENTS_FORCE,
         {0},
     };
     static const struct argp argp = {
@@ -169,6 +192,10 @@ int command_plot(int argc, char **argv)
     if (!arguments_parse(&argp, argc, argv, &options) || !plot_formats("plot", options.formats)) {
         return EXIT_USAGE;
     }
+    inputs_note(options.recordings[0]);
+    if (!plot_allowed(&options)) {
+        return EXIT_USAGE;
+    }
     return plot_draw("plot", options.recordings[0], options.folder, options.formats, false);
 }
 
@@ -178,6 +205,7 @@ int command_compare(int argc, char **argv)
         {"plot", 'p', NULL, 0, "draw both, too, into a folder of its own below runs", 0},
         {"out", 'o', "FOLDER", 0, "draw both, too, into this folder", 0},
         {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
+        ARGUMENTS_FORCE,
         {0},
     };
     static const struct argp argp = {
@@ -199,6 +227,11 @@ int command_compare(int argc, char **argv)
             return EXIT_INTERNAL;
         }
         options.folder = fresh;
+    }
+    inputs_note(options.recordings[0]);
+    inputs_note(options.recordings[1]);
+    if (options.folder != NULL && !output_allowed_pictures(options.folder, "compare", options.formats)) {
+        return EXIT_USAGE;
     }
     const char *arguments[] = {"compare",
                                options.recordings[0],

@@ -46,6 +46,13 @@ typedef struct {
     bool json, traces, quiet;
 } options_t;
 
+static bool is_picture(const char *word)
+{
+    return strncmp(word, "html", 4) == 0 || strncmp(word, "png", 3) == 0 || strncmp(word, "svg", 3) == 0
+               ? strspn(word, "htmlpngsv,") == strlen(word)
+               : false;
+}
+
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
@@ -74,11 +81,21 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'q':
         options->quiet = true;
         return 0;
+    case ARGP_KEY_ARG:
+        /* `--plot png`: the formats of an option that may go without belong to it by a = */
+        if (options->plot != NULL &&
+            (is_picture(argument) || (options->of.scenario != NULL && is_picture(options->of.scenario)))) {
+            const char *formats = is_picture(argument) ? argument : options->of.scenario;
+            argp_error(state, "%s: write --plot=%s", formats, formats);
+        }
+        return arguments_scenario(key, argument, state, &options->of);
     case ARGP_KEY_END:
         if (options->traces && !options->json) {
             argp_error(state, "--traces: they are a part of --json");
         }
         return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
     default:
         return arguments_scenario(key, argument, state, &options->of);
     }
@@ -294,6 +311,23 @@ static bool make_folder(const options_t *options, const scenario_t *scenario, re
     return output_fresh_folder(fresh, "runs", base_name(recording->name, scenario->path));
 }
 
+/* All that the run may write: the recording, the history of a fault, pictures. */
+static bool is_allowed(const options_t *options, const recording_t *recording)
+{
+    static const char *const endings[] = {".csv", ".mat", ".vcd"};
+    char fault[272];
+    bool good = true;
+    for (uint32_t n = 0; good && n < 3u; n++) {
+        good = (recording->formats >> n & 1u) == 0u ||
+               output_allowed_in(recording->folder, recording->name, endings[n]);
+    }
+    snprintf(fault, sizeof fault, "%s_fault", recording->name);
+    good = good && output_allowed_in(recording->folder, fault, ".csv");
+    return good && (options->plot == NULL ||
+                    (output_allowed_pictures(recording->folder, recording->name, options->plot) &&
+                     output_allowed_pictures(recording->folder, fault, options->plot)));
+}
+
 static int open_recording(const options_t *options, const scenario_t *scenario, uint64_t seed,
                           recording_t *recording)
 {
@@ -317,10 +351,14 @@ static int open_recording(const options_t *options, const scenario_t *scenario, 
     if (!make_folder(options, scenario, recording)) {
         return EXIT_INTERNAL;
     }
+    (void)base_name(recording->name, scenario->path);
+    if (!is_allowed(options, recording)) {
+        return EXIT_USAGE;
+    }
     list_settings(scenario, &settings);
     recording->how = (recorder_options_t){
         .folder = recording->folder,
-        .name = base_name(recording->name, scenario->path),
+        .name = recording->name,
         .formats = recording->formats,
         .ids = recording->ids,
         .count = recording->count,
@@ -464,6 +502,10 @@ static void print_text(const scenario_t *scenario, const runner_result_t *result
                words[verdict->judgement], colours ? "\033[0m" : "",
                runner_verdict_text(verdict, text, sizeof text));
     }
+    if (result->unexpected) {
+        printf("%sFAILED    %s  end of the run: %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "",
+               runner_unexpected_text(result, text, sizeof text));
+    }
 }
 
 static const char *const judgements[] = {"met", "failed", "not_judged", "measured"};
@@ -536,8 +578,12 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
            ", \"refusal\": \"%s\"",
            choice_name("state", result->state).text, reason_name(result->fault_reason), result->fault_period,
            reason_name(result->refusal));
-    printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"expectations\": [", result->hash,
-           result->failed);
+    char unexpected[200];
+    printf(", \"state_hash\": \"%016" PRIx64 "\", \"failed\": %" PRIu32 ", \"unexpected_end\": ",
+           result->hash, result->failed);
+    json_text(stdout,
+              result->unexpected ? runner_unexpected_text(result, unexpected, sizeof unexpected) : NULL);
+    printf(", \"expectations\": [");
     print_verdicts(result, false);
     printf("], \"files\": [");
     const char *separator = "";
@@ -587,6 +633,11 @@ static bool note_verdicts(recorder_t *recorder, const runner_result_t *result)
         const runner_verdict_t *verdict = &result->verdicts[n];
         good = recorder_note(recorder, RECORDER_VERDICT, judgements[verdict->judgement],
                              runner_verdict_text(verdict, text, sizeof text));
+    }
+    if (good && result->unexpected) {
+        char text[200];
+        good = recorder_note(recorder, RECORDER_VERDICT, judgements[RUNNER_FAILED],
+                             runner_unexpected_text(result, text, sizeof text));
     }
     return good;
 }
@@ -772,6 +823,7 @@ int command_run(int argc, char **argv)
          "draw it: html (default, a page to zoom into), png, svg, separated by commas; without --out into a "
          "folder of its own below runs",
          0},
+        ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"traces", 't', NULL, 0, "what would be recorded, in the object too", 0},
         {"quiet", 'q', NULL, 0, "print only what went wrong", 0},

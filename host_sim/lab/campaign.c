@@ -11,6 +11,7 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/lab/json.h"
+#include "host_sim/lab/times.h"
 
 /* ---- on all cores ---- */
 
@@ -125,16 +126,18 @@ bool campaign_read_head(const char *line, campaign_t *campaign)
         return false;
     }
     campaign_head(campaign, again);
-    return strcmp(line, again) == 0;
+    return strcmp(line, again) == 0 && campaign->runs >= 1u && campaign->runs <= CAMPAIGN_RUNS_MAX &&
+           campaign->seconds > 0.0 && campaign->seconds <= CAMPAIGN_SECONDS_MAX;
 }
 
 void campaign_line(uint32_t run, const campaign_result_t *result, char line[CAMPAIGN_LINE_SIZE])
 {
     snprintf(line, CAMPAIGN_LINE_SIZE,
              "%" PRIu32 ",%u,%u,%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRId32 ",%" PRIu32 ",%" PRIu32
-             ",%" PRIu32 "\n",
+             ",%" PRIu32 ",%" PRIu32 "\n",
              run, (unsigned)result->end, (unsigned)result->invariant, result->period, result->row,
-             result->fault, result->reason, result->excused, result->from, result->reproduced);
+             result->fault, result->reason, result->excused, result->from, result->reproduced,
+             result->latched);
 }
 
 bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign_result_t *result)
@@ -142,13 +145,15 @@ bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign
     unsigned end;
     unsigned invariant;
     char again[CAMPAIGN_LINE_SIZE];
-    const int read = sscanf(line,
-                            "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32
-                            ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32,
-                            run, &end, &invariant, &result->period, &result->row, &result->fault,
-                            &result->reason, &result->excused, &result->from, &result->reproduced);
-    if (read != 10 || result->reproduced > 1u || *run >= runs || end < CAMPAIGN_HELD ||
+    const int read =
+        sscanf(line,
+               "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32 ",%10" SCNu32
+               ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32,
+               run, &end, &invariant, &result->period, &result->row, &result->fault, &result->reason,
+               &result->excused, &result->from, &result->reproduced, &result->latched);
+    if (read != 11 || result->reproduced > 1u || *run >= runs || end < CAMPAIGN_HELD ||
         end > CAMPAIGN_REFUSED || invariant > CAMPAIGN_NO_INVARIANT ||
+        (end == CAMPAIGN_VIOLATED) != (invariant < CAMPAIGN_NO_INVARIANT) ||
         result->fault >= campaign_fault_count) {
         return false;
     }
@@ -262,13 +267,21 @@ static void say_violation(FILE *file, bool json, bool first, uint32_t run, const
     campaign_file_name(run, name);
     if (json) {
         fprintf(file,
-                "%s\n  {\"run\": %" PRIu32 ", \"invariant\": \"%s\", \"fault\": \"%s\", \"signal\": \"%s\", "
-                "\"seconds\": %.9g, \"file\": \"%s\", \"reproduced\": %s}",
-                first ? "" : ",", run, invariant, campaign_faults[result->fault].name, row_name(result->row),
-                seconds, name, result->reproduced != 0u ? "true" : "false");
+                "%s\n  {\"run\": %" PRIu32
+                ", \"invariant\": \"%s\", \"injected\": \"%s\", \"fault\": \"%s\", \"fault_s\": ",
+                first ? "" : ",", run, invariant, campaign_faults[result->fault].name,
+                reason_name(result->reason));
+        json_number(file, result->reason != 0 ? result->latched * RIG_PERIOD_SECONDS : (double)NAN);
+        fprintf(file, ", \"signal\": \"%s\", \"seconds\": %.9g, \"file\": \"%s\", \"reproduced\": %s}",
+                row_name(result->row), seconds, name, result->reproduced != 0u ? "true" : "false");
     } else {
-        fprintf(file, "  %s  %-8s at %9.4f s  %-14s fault %s%s\n", name, invariant, seconds,
-                row_name(result->row), campaign_faults[result->fault].name,
+        char when[TIMES_TEXT_SIZE];
+        fprintf(file, "  %s  %-8s at %9.4f s  %-14s fault %s", name, invariant, seconds,
+                row_name(result->row), reason_name(result->reason));
+        if (result->reason != 0) {
+            fprintf(file, " at %s s", times_text(when, result->latched));
+        }
+        fprintf(file, ", injected %s%s\n", campaign_faults[result->fault].name,
                 result->reproduced != 0u ? "" : ", NOT REPRODUCED from its file");
     }
 }

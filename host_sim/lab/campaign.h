@@ -264,6 +264,7 @@ typedef struct {
     int32_t reason;      /* [-] the drive's fault at the end; 0: none */
     uint32_t excused;    /* bits of invariants that its fault, or the gates being off, excused */
     uint32_t from;       /* [periods] since when the invariant was violated */
+    uint32_t latched;    /* [periods] when the fault `reason` latched; 0: none */
     uint32_t reproduced; /* 1: a violation whose scenario, read anew from its text, failed as it says */
 } campaign_result_t;
 
@@ -293,8 +294,9 @@ uint32_t campaign_shrink(campaign_case_t *drawn, campaign_result_t *result,
                          const volatile sig_atomic_t *stop);
 
 /* Does the text of the scenario, read anew, fail as it says? True also where no signal shows the violation
- * but the judge finds it again. */
-bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *result);
+ * but the judge finds it again. The drive's fault in the result is then the one that the file's own run ends
+ * with, which may come after the violation. */
+bool campaign_reproduces(const campaign_case_t *drawn, campaign_result_t *result);
 
 /* ---- many ---- */
 
@@ -327,6 +329,9 @@ void campaign_head(const campaign_t *campaign, char line[CAMPAIGN_LINE_SIZE]);
 
 /* Reads a first line: seed, runs, seconds. false: it is none, or of a program with other tables. */
 bool campaign_read_head(const char *line, campaign_t *campaign);
+
+/* Names of the fields of a line; they follow the head. */
+#define CAMPAIGN_COLUMNS "run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched\n"
 
 void campaign_line(uint32_t run, const campaign_result_t *result, char line[CAMPAIGN_LINE_SIZE]);
 bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign_result_t *result);

@@ -141,6 +141,9 @@ static void say_expects(campaign_writing_t *text, const campaign_case_t *drawn)
         if (isfinite(expect->at_most)) {
             campaign_say(text, "at_most = %.17g\n", expect->at_most);
         }
+        if (expect->needs_none) {
+            say_quoted(text, "needs_drive", "no");
+        }
     }
 }
 

@@ -26,8 +26,8 @@ static void refused(const scenario_error_t *error, campaign_result_t *result)
     }
 }
 
-/* The first expectation of the scenario itself that failed. */
-static void unmet(const runner_result_t *run, campaign_result_t *result)
+/* The first expectation of the scenario itself that failed, or its end that none of them names. */
+static void unmet(const runner_result_t *run, const campaign_case_t *drawn, campaign_result_t *result)
 {
     for (uint32_t n = 0; n < run->verdict_count; n++) {
         const scenario_expect_t *expect = run->verdicts[n].expect;
@@ -39,6 +39,15 @@ static void unmet(const runner_result_t *run, campaign_result_t *result)
             result->row = expect->row->id;
             return;
         }
+    }
+    /* a run that is drawn at random has injected faults and no expectations; its invariants judge them */
+    if (run->unexpected && drawn->around != NULL) {
+        const bool fault = run->fault_reason != 0;
+        result->end = CAMPAIGN_VIOLATED;
+        result->invariant = CAMPAIGN_I_EXPECT;
+        result->from = fault ? run->fault_period : run->periods - 1u;
+        result->period = run->periods - 1u;
+        result->row = row_of(fault ? "fault_reason" : "refusal");
     }
 }
 
@@ -77,9 +86,10 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
         result->period = run.fault_period;
     }
     result->reason = ran ? run.fault_reason : 0;
+    result->latched = result->reason != 0 ? run.fault_period : 0u;
     *hash = run.hash;
     if (ran && result->end == CAMPAIGN_HELD) {
-        unmet(&run, result);
+        unmet(&run, drawn, result);
     }
     runner_result_free(&run);
     scenario_free(scenario);
@@ -107,7 +117,7 @@ bool campaign_run(const campaign_case_t *drawn, const volatile sig_atomic_t *sto
     return true;
 }
 
-bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *result)
+bool campaign_reproduces(const campaign_case_t *drawn, campaign_result_t *result)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     const size_t octets = campaign_text(drawn, result, text, sizeof text);
@@ -116,15 +126,21 @@ bool campaign_reproduces(const campaign_case_t *drawn, const campaign_result_t *
     campaign_result_t again;
     runner_result_t run;
     scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
-    if (scenario == NULL || scenario->expect_count == 0u) {
-        scenario_free(scenario);
-        return campaign_run(drawn, NULL, &again) && again.end == CAMPAIGN_VIOLATED &&
-               again.invariant == result->invariant;
+    bool fails = false;
+    const bool judged = scenario != NULL && scenario->expect_count > 0u;
+    if (scenario != NULL && runner_run(scenario, &plain, &run)) {
+        result->reason = run.fault_reason;
+        result->latched = run.fault_reason != 0 ? run.fault_period : 0u;
+        /* of a run that is drawn at random an injected fault is no violation */
+        fails = run.failed > (run.unexpected && result->invariant != CAMPAIGN_I_EXPECT ? 1u : 0u);
+        runner_result_free(&run);
     }
-    const bool fails = runner_run(scenario, &plain, &run) && run.failed > 0u;
-    runner_result_free(&run);
     scenario_free(scenario);
-    return fails;
+    if (judged || result->invariant == CAMPAIGN_I_EXPECT) {
+        return fails;
+    }
+    return campaign_run(drawn, NULL, &again) && again.end == CAMPAIGN_VIOLATED &&
+           again.invariant == result->invariant;
 }
 
 /* ---- smaller ---- */
@@ -145,8 +161,9 @@ static bool try_smaller(shrink_t *shrink, const campaign_case_t *smaller)
     }
     shrink->runs++;
     if (!campaign_run(smaller, shrink->stop, &result) || result.end != CAMPAIGN_VIOLATED ||
-        result.invariant != shrink->result->invariant) {
-        return false;
+        result.invariant != shrink->result->invariant ||
+        (result.invariant == CAMPAIGN_I_EXPECT && result.row != shrink->result->row)) {
+        return false; /* another expectation is another violation */
     }
     *shrink->best = *smaller;
     *shrink->result = result;

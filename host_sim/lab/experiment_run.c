@@ -271,11 +271,13 @@ static bool turn(experiment_run_t *run, course_t *course, scenario_error_t *erro
     return true;
 }
 
-/* A fault, or an expectation that is not met. */
-static bool is_lost(const watch_t *w)
+/* A fault, a drive that is to be on and is not, or an expectation that is not met. */
+static bool is_lost(const watch_t *w, rig_t *rig)
 {
     const scenario_t *scenario = w->run->scenario;
-    bool lost = w->run->fault != 0;
+    bool lost = w->run->fault != 0 ||
+                (rig_value(rig, "enable") == table_choice(rig_row_by_name("enable"), "on") &&
+                 rig_value(rig, "state") != table_choice(rig_row_by_name("state"), "operation_enabled"));
     for (uint32_t n = 0; n < scenario->expect_count; n++) {
         const scenario_expect_t *expect = &scenario->expects[n];
         const double value = tally_value(&w->expect_tallies[n], expect->statistic);
@@ -306,7 +308,7 @@ static bool measure_on(watch_t *w, rig_t *rig, scenario_error_t *error)
     good = good && turn(run, &course, error);
     course_free(&course);
     run->fault = (int32_t)rig_value(rig, "fault_reason");
-    run->lost = good && is_lost(w);
+    run->lost = good && is_lost(w, rig);
     return good;
 }
 

@@ -63,6 +63,7 @@ add_library(lagless_lab STATIC
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
+    lab/inputs.c
     lab/json.c
     lab/loopback.c
     lab/map.c
@@ -70,6 +71,7 @@ add_library(lagless_lab STATIC
     lab/map_scenario.c
     lab/matrix.c
     lab/matrix_run.c
+    lab/matrix_scaled.c
     lab/matrix_table.c
     lab/motor.c
     lab/motor_trial.c

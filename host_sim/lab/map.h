@@ -179,6 +179,23 @@ map_window_t map_window(const map_setup_t *setup, double rpm);
  * false: `why` says what was refused. */
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why);
 
+/* A map of a scenario is judged by what the drive promises of its motor, not by a first-order law: it keeps
+ * the rotor at every point, and with right data the angle is within the limits that `lagless tune` writes. */
+#define MAP_OWN_MEAN    30.0 /* [mrad] of the mean, with right data */
+#define MAP_OWN_SALIENT 50.0 /* [mrad] likewise where L_q is more than 1.1 L_d (docs/theory.md, 24) */
+#define MAP_OWN_SD      50.0 /* [mrad] */
+
+typedef struct {
+    const map_point_t *largest;  /* largest mean of all points that are locked; NULL: none is */
+    const map_point_t *nominal;  /* the same of those with right data */
+    const map_point_t *restless; /* largest SD of these */
+    const map_point_t *lost;     /* the first that is not locked; NULL: none */
+    size_t lost_count;           /* [-] */
+    double limit_mrad;           /* [mrad] that the means with right data have to keep */
+    bool held, accurate;         /* [-] the two promises */
+} map_own_t;
+map_own_t map_judge_own(const map_setup_t *setup, const map_point_t *points, size_t count);
+
 /* Judges one claim over points from map_run. A map without points of a claim does not meet it, nor
  * contradict it. */
 map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t claim);

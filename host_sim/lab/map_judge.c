@@ -3,6 +3,8 @@
 
 #include "host_sim/lab/map.h"
 
+#include "host_sim/rig/rig.h"
+
 #define SURE 0.9 /* [-] confidence of an L that is learnt */
 /* [-] of what an i_d makes of a wrong R. It is there at low speed and load, where the dead time's zones leave
  * gaps in the voltages that are believed. */
@@ -82,4 +84,34 @@ map_verdict_t map_judge(const map_point_t *points, size_t count, map_claim_t cla
     verdict.silent = verdict.judged == 0u && verdict.lost == 0u;
     verdict.met = verdict.judged > 0u && verdict.lost == 0u && verdict.worst_mrad <= verdict.limit_mrad;
     return verdict;
+}
+
+static const map_point_t *larger(const map_point_t *a, const map_point_t *b)
+{
+    return a == NULL || fabs(b->mean_mrad) > fabs(a->mean_mrad) ? b : a;
+}
+
+map_own_t map_judge_own(const map_setup_t *setup, const map_point_t *points, size_t count)
+{
+    const double l_d = scenario_initial(setup->scenario, rig_row_by_name("plant.inductance_d"));
+    const double l_q = scenario_initial(setup->scenario, rig_row_by_name("plant.inductance_q"));
+    map_own_t own = {.limit_mrad = l_q > 1.1 * l_d ? MAP_OWN_SALIENT : MAP_OWN_MEAN};
+    for (size_t n = 0; n < count; n++) {
+        const map_point_t *point = &points[n];
+        if (!point->locked) {
+            own.lost = own.lost != NULL ? own.lost : point;
+            own.lost_count++;
+            continue;
+        }
+        own.largest = larger(own.largest, point);
+        if (point->deviation == MAP_NOMINAL) {
+            own.nominal = larger(own.nominal, point);
+            own.restless =
+                own.restless == NULL || point->sd_mrad > own.restless->sd_mrad ? point : own.restless;
+        }
+    }
+    own.held = own.lost == NULL && count > 0u;
+    own.accurate = own.nominal != NULL && fabs(own.nominal->mean_mrad) <= own.limit_mrad &&
+                   own.restless->sd_mrad <= MAP_OWN_SD;
+    return own;
 }

@@ -80,14 +80,16 @@ static bool until(rig_t *rig, const char *row, rig_compare_t compare, double val
     return stopped;
 }
 
-/* The fault comes; `before`: what its rows were. */
-static bool change(rig_t *rig, const matrix_fault_t *fault, double before[CHANGES])
+/* The fault comes, in a scenario as large as it is for its motor; `before`: what its rows were. */
+static bool change(rig_t *rig, const matrix_fault_t *fault, bool scaled, double before[CHANGES])
 {
     for (size_t n = 0; n < CHANGES && fault->changes[n].row != NULL; n++) {
         const char *row = fault->changes[n].row;
         before[n] = rig_value(rig, row);
         const double kept = fault->changes[n].factor != 0.0 ? fault->changes[n].factor * before[n] : 0.0;
-        if (!rig_put(rig, row, kept + fault->changes[n].shift)) {
+        const double shift = fault->changes[n].shift;
+        const double value = kept + (scaled ? matrix_scaled(rig, row, shift) : shift);
+        if (!rig_put(rig, row, rig_row_by_name(row)->kind == SLOT_FLOAT ? value : floor(value + 0.5))) {
             return false;
         }
     }
@@ -398,8 +400,8 @@ static bool run_on(turner_t *turner, matrix_cell_t *cell)
                            : isnan(m->then)   ? m->reference * RPM
                                               : m->then * RPM;
     watch.since += on ? 0u : rig_periods(TO_ENABLE);
-    if (!begin_watch(rig, &watch) || !change(rig, fault, before) || (!on && !come_on(rig, m)) ||
-        (fault->lasts > 0.0 && !take_back(turner, fault, before))) {
+    if (!begin_watch(rig, &watch) || !change(rig, fault, cell->user != NULL, before) ||
+        (!on && !come_on(rig, m)) || (fault->lasts > 0.0 && !take_back(turner, fault, before))) {
         return false;
     }
     watch_out(turner, &watch, fault->watch - fault->lasts);

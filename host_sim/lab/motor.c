@@ -46,6 +46,14 @@ const char *motor_key_unit(motor_key_t key)
     return keys[key].unit;
 }
 
+/* What a value of the key is read as: "3 Arms" is a value of a key for rms values only. */
+static const char *read_as(motor_key_t key)
+{
+    const bool rms = strstr(keys[key].name, "_rms") != NULL;
+    const bool peak = strstr(keys[key].name, "_peak") != NULL;
+    return rms || peak ? units_variety(keys[key].unit, rms ? "rms" : "peak") : keys[key].unit;
+}
+
 const char *motor_key_text(motor_key_t key)
 {
     return keys[key].text;
@@ -126,7 +134,7 @@ static bool take_entry(const toml_entry_t *entry, motor_key_t key, motor_sheet_t
     double value = entry->number;
     units_error_t why;
     if (entry->type == TOML_TEXT) {
-        if (!units_read(entry->text, keys[key].unit, &value, &why)) {
+        if (!units_read(entry->text, read_as(key), &value, &why)) {
             return scenario_fail(error, place, entry->key, "%s", why.text);
         }
     } else if (entry->type != TOML_INTEGER && entry->type != TOML_FLOAT) {
@@ -320,7 +328,7 @@ bool motor_override(motor_sheet_t *sheet, const char *assignment, scenario_error
         return unknown_key(name, nowhere, error);
     }
     if (!units_read(equals + 1, "-", &value, &ignored) &&
-        !units_read(equals + 1, keys[key].unit, &value, &why)) {
+        !units_read(equals + 1, read_as(key), &value, &why)) {
         return scenario_fail(error, nowhere, name, "%s", why.text);
     }
     const motor_quantity_t quantity = family(key);

@@ -41,6 +41,7 @@ static void take_result(const runner_result_t *result, motor_trial_t *trial)
             return;
         }
     }
+    (void)runner_unexpected_text(result, trial->miss, sizeof trial->miss);
 }
 
 bool motor_trial(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error)

@@ -113,6 +113,9 @@ typedef struct {
 char *recorder_out_room(recorder_out_t *out, size_t octets);
 void recorder_out_flush(recorder_out_t *out);
 void recorder_out_text(recorder_out_t *out, const char *text);
+/* In `also`: every octet that is no printable ASCII. */
+#define RECORDER_ALL_BUT_ASCII "\x80"
+
 /* As one line of comments: control characters, backslash and those in `also` as \xNN (a backslash as \\). */
 void recorder_out_escaped(recorder_out_t *out, const char *text, size_t length, const char *also);
 /* Everything that is known about the run, `prefix` before each line. */

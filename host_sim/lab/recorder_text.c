@@ -270,13 +270,15 @@ void recorder_out_text(recorder_out_t *out, const char *text)
 void recorder_out_escaped(recorder_out_t *out, const char *text, size_t length, const char *also)
 {
     static const char hex[] = "0123456789abcdef";
+    const bool ascii = strchr(also, RECORDER_ALL_BUT_ASCII[0]) != NULL;
     for (size_t n = 0; n < length; n++) {
         const unsigned char c = (unsigned char)text[n];
         char *to = recorder_out_room(out, 4);
         if (c == '\\') {
             memcpy(to, "\\\\", 2);
             out->used += 2u;
-        } else if ((c < 0x20u && c != '\t') || c == 0x7Fu || strchr(also, c) != NULL) {
+        } else if ((c < 0x20u && (c != '\t' || ascii)) || c == 0x7Fu || (c > 0x7Fu && ascii) ||
+                   strchr(also, c) != NULL) {
             memcpy(to, "\\x", 2);
             to[2] = hex[c >> 4];
             to[3] = hex[c & 15u];

@@ -129,7 +129,8 @@ static void take(dump_t *dump, uint32_t what, uint32_t value, uint32_t isr_ticks
 int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
 {
     recorder_out_text(out, "$version lagless $end\n$comment\n");
-    recorder_out_meta(out, recorder, "", "$"); /* nobody's text may end the comment */
+    /* nobody's text may end the comment, and a dump is printable ASCII */
+    recorder_out_meta(out, recorder, "", "$" RECORDER_ALL_BUT_ASCII);
     recorder_out_text(out, "$end\n$timescale 1 ns $end\n$scope module lagless $end\n");
     for (uint32_t wire = 0; wire < WIRES; wire++) {
         const char code[2] = {(char)('!' + wire), '\0'};

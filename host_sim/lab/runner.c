@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "drive/reasons.h"
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/tally.h"
 #include "host_sim/lab/units.h"
@@ -37,7 +38,11 @@ typedef struct {
     uint32_t state, enable; /* [-] ids */
     double on_state, on_request;
     int32_t why_not; /* [-] reason, of the last period that it was to be on in */
+    uint32_t
+        obeyed; /* [periods] since then the bridge is to be on and is not; looked at every OBEYED_EVERY */
 } run_t;
+
+#define OBEYED_EVERY 16u /* [periods] */
 
 /* ---- statistics ---- */
 
@@ -192,6 +197,24 @@ static void look_whether_on(run_t *run)
     }
 }
 
+/* ---- does it obey? ---- */
+
+/* The bridge is to be on and is not. */
+static bool disobeys(const run_t *run)
+{
+    double state = 0.0;
+    double request = 0.0;
+    return rig_get(run->rig, run->enable, &request) && request == run->on_request &&
+           rig_get(run->rig, run->state, &state) && state != run->on_state;
+}
+
+static void look_whether_it_obeys(run_t *run, uint32_t period)
+{
+    if (period % OBEYED_EVERY == 0u && !disobeys(run)) {
+        run->obeyed = period;
+    }
+}
+
 /* ---- the loop ---- */
 
 static uint32_t sooner(uint32_t a, uint32_t b)
@@ -220,6 +243,7 @@ static runner_end_t turn(run_t *run)
         if (!run->was_on) {
             look_whether_on(run);
         }
+        look_whether_it_obeys(run, period);
         if (options->history != NULL) {
             look_for_fault(run);
         }
@@ -251,6 +275,48 @@ static void judge(run_t *run)
         }
         result->failed += verdict->judgement == RUNNER_FAILED || verdict->judgement == RUNNER_NOT_JUDGED;
     }
+}
+
+/* Do the limits of an expectation include this value and exclude that one? */
+static bool names(const scenario_expect_t *expect, double value, double other)
+{
+    return !expect->measure && expect->minus == NULL && value >= expect->at_least &&
+           value <= expect->at_most && (other < expect->at_least || other > expect->at_most);
+}
+
+/* Does one expectation name the fault that is latched at the end, or the refusal that lasts to it? */
+static bool names_end(const run_t *run, const scenario_expect_t *expect)
+{
+    const runner_result_t *result = run->result;
+    const bool fault = result->fault_reason != 0;
+    const uint32_t moment = fault ? result->fault_period : result->periods;
+    if (result->never_on && expect->needs_none) {
+        return true;
+    }
+    if (expect->end < moment) {
+        return false;
+    }
+    if (expect->row == rig_row_by_name("state")) {
+        return names(expect, result->state, run->on_state);
+    }
+    return expect->row == rig_row_by_name(fault ? "fault_reason" : "refusal") &&
+           names(expect, fault ? result->fault_reason : result->refusal, 0.0);
+}
+
+/* The rule of runner.h. */
+static bool ends_unexpectedly(const run_t *run)
+{
+    const runner_result_t *result = run->result;
+    const bool refused = disobeys(run) && result->periods - run->obeyed >= rig_periods(RUNNER_LASTING);
+    if (result->end != RUNNER_COMPLETE || (result->fault_reason == 0 && !refused)) {
+        return false;
+    }
+    for (uint32_t n = 0; n < run->scenario->expect_count; n++) {
+        if (names_end(run, &run->scenario->expects[n])) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static double wall_seconds(void)
@@ -290,6 +356,8 @@ static void run_and_judge(run_t *run)
     result->not_on = why_not_on(run);
     result->hash = rig_hash(run->rig);
     judge(run);
+    result->unexpected = ends_unexpectedly(run);
+    result->failed += result->unexpected ? 1u : 0u;
 }
 
 bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_result_t *result)
@@ -338,6 +406,24 @@ void runner_result_free(runner_result_t *result)
     free(result->verdicts);
     result->verdicts = NULL;
     result->verdict_count = 0;
+}
+
+const char *runner_unexpected_text(const runner_result_t *result, char *to, size_t size)
+{
+    char when[TIMES_TEXT_SIZE];
+    const reason_row_t *why = reason_by_number(result->not_on);
+    to[0] = '\0';
+    if (result->unexpected && result->fault_reason != 0) {
+        const reason_row_t *fault = reason_by_number(result->fault_reason);
+        snprintf(to, size, "fault %s at %s s, which no expectation names", fault != NULL ? fault->name : "?",
+                 times_text(when, result->fault_period));
+    } else if (result->unexpected && result->not_on != 0 && why != NULL) {
+        snprintf(to, size, "the drive is to be on and refuses with %s, which no expectation names",
+                 why->name);
+    } else if (result->unexpected) {
+        snprintf(to, size, "the drive is to be on and is not, without a refusal, which no expectation names");
+    }
+    return to;
 }
 
 /* Appends to a text of this size; what does not fit is cut. */

@@ -84,7 +84,8 @@ typedef struct {
     scenario_error_t error;     /* if refused */
     runner_verdict_t *verdicts; /* one for each expectation, in their order */
     uint32_t verdict_count;
-    uint32_t failed; /* [-] verdicts that are RUNNER_FAILED or RUNNER_NOT_JUDGED */
+    uint32_t failed; /* [-] verdicts that are RUNNER_FAILED or RUNNER_NOT_JUDGED, and one more for an
+                        unexpected end */
     uint64_t seed;
     uint32_t periods;      /* [periods] run */
     int32_t state;         /* [-] of the drive at the end */
@@ -94,6 +95,7 @@ typedef struct {
     bool never_on;         /* the bridge was to be on, and was not in any period */
     int32_t
         not_on; /* [-] reason, if never_on, or if the bridge is to be on at the end and is not; 0: neither */
+    bool unexpected;   /* it ended with a fault or a lasting refusal that no expectation names: see below */
     int32_t manoeuvre; /* [-] of the drive at the end */
     uint64_t hash;     /* of the rig's whole state at the end */
     double seconds;    /* [s] on the wall, set-up left out */
@@ -105,6 +107,21 @@ typedef struct {
 bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_result_t *result);
 
 void runner_result_free(runner_result_t *result);
+
+/* A complete run fails, whatever its limits are, if at its end
+ *   - a fault is latched, or
+ *   - the bridge is to be on and has not been on for RUNNER_LASTING,
+ * unless an expectation names that end:
+ *   - one of `fault_reason` (a fault) or `refusal` (a refusal) whose limits include the reason and exclude 0,
+ *   - one of `state` whose limits include the state at the end and exclude operation_enabled,
+ *   - one with needs_drive = "no", if the drive was never on.
+ * The window of the first two must reach beyond the moment of the fault; for a refusal it must reach to the
+ * end of the run. So an expectation of an earlier fault, which was reset, does not name a later one. */
+#define RUNNER_LASTING 0.1 /* [s] longer than the offsets are measured for */
+
+/* What the unexpected end is, "fault dc_undervoltage at 2.5010 s, which no expectation names"; "" if there is
+ * none. Returns `to`. */
+const char *runner_unexpected_text(const runner_result_t *result, char *to, size_t size);
 
 /* "mean of true_omega_m - omega_m_ref from 1 s to 2 s: 0.02 r/min, at most 1 r/min"; the name first if there
  * is one. Returns `to`. */

@@ -324,7 +324,7 @@ bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t
     }
     if (!isfinite(value)) {
         return scenario_fail(error, place, row->name, "%s is no finite number; accepted: %s",
-                             isnan(value) ? "nan" : "inf", scenario_accepted(row).text);
+                             scenario_not_finite(value), scenario_accepted(row).text);
     }
     if (!rig_accepts(row, value)) {
         char given[UNITS_TEXT_SIZE];

@@ -55,6 +55,9 @@
  * that is met because nothing happened says nothing, and fails. Whole numbers and choices tell how the drive
  * stands, and need nothing.
  *
+ * A run whose end is a latched fault or a lasting refusal fails unless an expectation names it: the rule is in
+ * runner.h.
+ *
  * scenario_read judges everything that can be judged without running: names, types, units, ranges, the rules
  * between rows (on a rig that stands still, event by event; a ramp at its ends and at one point between),
  * times, windows. Not judged: what depends on the drive's state, such as a parameter that changes only while
@@ -127,6 +130,7 @@ typedef struct {
     bool to_the_end;        /* `to` was not given */
     bool measure;           /* of [[measure]]: no limits, nothing can fail */
     bool needs_drive;       /* it fails if the drive never came on though it was asked to */
+    bool needs_none;        /* the file says needs_drive = "no": a drive that is never on is expected */
     uint32_t begin, end;    /* [periods] begin <= k < end */
     double at_least;        /* [unit of the row]; -INFINITY: no limit */
     double at_most;         /* [unit of the row]; INFINITY: no limit */

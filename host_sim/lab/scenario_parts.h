@@ -59,6 +59,12 @@ const table_row_t *scenario_settable_row(const char *name, scenario_error_t *err
 bool scenario_row_text_value(const table_row_t *row, const char *text, double *value, scenario_place_t place,
                              scenario_error_t *error);
 
+/* "nan", "inf" or "-inf" of a number that is not finite. */
+static inline const char *scenario_not_finite(double value)
+{
+    return value != value ? "nan" : value < 0.0 ? "-inf" : "inf";
+}
+
 /* May the row have this value, as far as the row alone can say? */
 bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t place,
                           scenario_error_t *error);

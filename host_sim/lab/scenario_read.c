@@ -1,5 +1,6 @@
 #include "host_sim/lab/scenario.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -539,7 +540,24 @@ static bool read_shape(const reading_t *reading, const toml_entry_t *shape, bool
                          shape->text);
 }
 
-static bool read_profile(const reading_t *reading, const toml_entry_t *profile)
+/* A row has one course: a profile of the same one further up is refused. */
+static bool is_first(const reading_t *reading, const toml_entry_t *profiles, const toml_entry_t *profile,
+                     const table_row_t *row, const toml_entry_t *name)
+{
+    scenario_error_t ignored;
+    const toml_entry_t *before = reading_first(reading, profiles);
+    for (; before != profile; before = reading_next(reading, profiles, before)) {
+        const toml_entry_t *other = reading_find(reading, before, "row");
+        if (scenario_settable_row(other->text, &ignored) == row) {
+            return scenario_fail(reading->error, reading_place(name), name->text,
+                                 "line %" PRIu32 " has a profile of this row; accepted: one for each row",
+                                 other->line);
+        }
+    }
+    return true;
+}
+
+static bool read_profile(const reading_t *reading, const toml_entry_t *profiles, const toml_entry_t *profile)
 {
     if (!reading_is_type(reading, profile, TOML_TABLE) ||
         !reading_only_keys(reading, profile, "row|shape|points", "row, shape, points")) {
@@ -560,6 +578,9 @@ static bool read_profile(const reading_t *reading, const toml_entry_t *profile)
     const table_row_t *row = scenario_settable_row(name->text, reading->error);
     if (row == NULL) {
         reading->error->place = reading_place(name);
+        return false;
+    }
+    if (!is_first(reading, profiles, profile, row, name)) {
         return false;
     }
     if (!steps && row->kind != SLOT_FLOAT) {
@@ -634,7 +655,7 @@ static bool read_more_events(const reading_t *reading, const toml_entry_t *table
     array = reading_find(reading, table, "profile");
     entry = array != NULL ? reading_first(reading, array) : NULL;
     for (; entry != NULL; entry = reading_next(reading, array, entry)) {
-        if (!read_profile(reading, entry)) {
+        if (!read_profile(reading, array, entry)) {
             return false;
         }
     }
@@ -833,7 +854,7 @@ static bool read_limit(const reading_t *reading, const toml_entry_t *entry, cons
     if (!isfinite(value)) {
         return scenario_fail(reading->error, reading_place(entry), entry->key,
                              "%s is no finite number; leave a limit out to have none",
-                             isnan(value) ? "nan" : "inf");
+                             scenario_not_finite(value));
     }
     *limit = value;
     return true;
@@ -886,6 +907,7 @@ static bool read_needs(const reading_t *reading, const toml_entry_t *entry, scen
         return false;
     }
     expect->needs_drive = strcmp(needs->text, "yes") == 0;
+    expect->needs_none = !expect->needs_drive;
     return expect->needs_drive || strcmp(needs->text, "no") == 0 ||
            scenario_fail(reading->error, reading_place(needs), needs->key, "\"%.60s\": accepted: yes, no",
                          needs->text);

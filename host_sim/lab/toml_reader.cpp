@@ -1,4 +1,5 @@
 #include "host_sim/lab/toml_reader.h"
+#include "host_sim/lab/inputs.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -415,6 +416,7 @@ extern "C" {
 
 toml_file_t *toml_read(const char *path, toml_error_t *error)
 {
+    inputs_note(path);
     return guarded(path, nullptr, 0, error);
 }
 

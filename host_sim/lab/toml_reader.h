@@ -57,7 +57,8 @@ typedef struct {
     char message[256];     /* one line */
 } toml_error_t;
 
-/* NULL: `error` says why. Every call owns what it returns; free with toml_free. */
+/* Notes the file as an input (host_sim/lab/inputs.h). NULL: `error` says why. Every call owns what it
+ * returns; free with toml_free. */
 toml_file_t *toml_read(const char *path, toml_error_t *error);
 
 /* The same from memory; `octets` without a closing 0. */

@@ -45,8 +45,10 @@
 #define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
 #define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
 #define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
-#define HANDOVER_MOST     0.42 /* of the top speed: the same share where overspeed_trip is 1.4 of it */
-#define DERIVED_SPEED     0.9  /* of what the link reaches, where no rated speed is given */
+#define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
+#define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
+#define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
+#define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
 static void warn(tune_t *tune, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void warn(tune_t *tune, const char *format, ...)
@@ -60,12 +62,30 @@ static void warn(tune_t *tune, const char *format, ...)
     va_end(arguments);
 }
 
-/* Six digits, as it will be printed: the same bits whether the row is written out or not. */
-static double printed(double value)
+static double smaller(double a, double b)
 {
-    char text[32];
-    snprintf(text, sizeof text, "%.6g", value);
-    return strtod(text, NULL);
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* Six digits, as it will be printed: the same bits whether the row is written out or not. More of them where
+ * six would leave the range of the row that the value itself is in. */
+static double printed(const table_row_t *row, double value)
+{
+    double read = value;
+    for (int digits = 6; digits <= 17; digits++) {
+        char text[32];
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        read = strtod(text, NULL);
+        if (rig_accepts(row, read)) {
+            break;
+        }
+    }
+    return read;
 }
 
 static double four_digits(double value)
@@ -84,7 +104,7 @@ static void add(tune_t *tune, const char *name, double value, const char *format
     scenario_error_t ignored;
     snprintf(qualified, sizeof qualified, "%s%s", strchr(name, '.') != NULL ? "" : "params.", name);
     row->row = scenario_row(qualified, &ignored);
-    row->value = printed(value);
+    row->value = printed(row->row, value);
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(row->reason, TUNE_REASON_SIZE, format, arguments);
@@ -101,16 +121,6 @@ static double least(const char *name)
     return rig_min(rig_row_by_name(name));
 }
 
-static double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 double tune_load_time(double torque, double speed, double inertia, double bandwidth)
 {
     const double w = bandwidth / ANSWER;
@@ -125,6 +135,7 @@ typedef struct {
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
     bool resistive;                     /* the limit is what R leaves of it */
+    bool by_module;                     /* the start is what a leg of the module stands */
     double link, over, under;           /* [V] */
     double voltage;                     /* [V] of a phase, that duties, dead time and drops leave */
     double drop;                        /* [V] of that, which no link changes */
@@ -141,7 +152,7 @@ typedef struct {
 static double reach(const given_t *g, double i)
 {
     const double a = g->l_q * i * g->l_q * i + g->psi * g->psi;
-    const double r = g->r + (BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6;
+    const double r = g->r + DEVICE_RESISTANCE;
     const double b = g->psi * r * i;
     const double c = r * i * r * i - g->voltage * g->voltage;
     return c >= 0.0 || g->voltage <= 0.0 ? 0.0 : (sqrt(b * b - a * c) - b) / (a * g->p);
@@ -182,7 +193,10 @@ static void take_current(tune_t *tune, given_t *g)
     g->limit = smaller(g->limit, resistive);
     g->limit = larger(four_digits(g->limit), least("current_limit"));
     const double salient = g->l_q > g->l_d ? SALIENT_MOST * g->psi / (g->l_q - g->l_d) : g->limit;
-    g->start = smaller(g->limit, larger(four_digits(salient), 0.1));
+    const double module = BOARD_MODULE_CONTINUOUS_MA / 1e3;
+    const double stands = module > 0.0 ? module : g->limit;
+    g->by_module = stands < g->limit && stands < salient;
+    g->start = smaller(smaller(g->limit, stands), larger(four_digits(salient), 0.1));
     tune->current = smaller(g->rated_current, 0.8 * g->limit);
     tune->torque_top = smaller(g->rated_torque, g->kt * tune->current);
     g->trip = smaller(four_digits(larger(TRIP_SHARE * g->limit, TRIP_LEAST * g->limit + g->ripple)),
@@ -228,14 +242,15 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     g->free = smaller(
         larger(motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : g->voltage / (g->psi * g->p), g->speed),
         larger(g->voltage / (g->psi * g->p), g->speed));
-    g->overspeed = smaller(SPEED_RESERVE * g->free, 0.999 * TURN_MOST / (g->p * T_S));
+    g->overspeed = smaller(SPEED_RESERVE * g->speed, 0.999 * TURN_MOST / (g->p * T_S));
     if (motor->has[MOTOR_SPEED_MAX]) {
         g->overspeed = smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], 1.05 * g->speed));
     }
     g->free = smaller(g->free, cap);
     g->overspeed = smaller(four_digits(g->overspeed), most("overspeed_trip"));
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
-    g->handover = HANDOVER_EMF * larger(dead, g->r * g->start) / (g->psi * g->p);
+    g->handover = HANDOVER_EMF * larger(dead, (g->r + DEVICE_RESISTANCE) * g->start) / (g->psi * g->p);
+    tune->handover = smaller(g->handover, HANDOVER_SHARE * g->overspeed);
     tune->speed_top = g->speed;
 }
 
@@ -246,22 +261,22 @@ static void judge_winding(tune_t *tune, const given_t *g)
     const double tau = g->l_q / g->r;
     if (g->ripple > RIPPLE_MOST * g->rated_current) {
         warn(tune,
-             "%.4g uH at %.4g kHz and a link of %.4g V: ripple %.2g A peak to peak, beside a rated %.4g A "
+             "%.4g uH at %.4g kHz and a link of %.4g V: ripple %.3g A peak to peak, beside a rated %.4g A "
              "and a range of +-%.4g A",
              1e6 * smaller(g->l_d, g->l_q), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        warn(tune, "a ripple of %.2g A would be taken for sensors with a wrong gain: current_judged is off",
+        warn(tune, "a ripple of %.3g A would trip the check of the sensors' gain: current_judged is off",
              g->ripple);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
-        warn(tune, "current_limit %.4g A and half a ripple of %.2g A pass overcurrent_trip, %.4g A", g->limit,
+        warn(tune, "current_limit %.4g A and half a ripple of %.3g A pass overcurrent_trip, %.4g A", g->limit,
              g->ripple, g->trip);
     }
-    if (tau < 5.0 * T_S) {
+    if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.2g periods of the control: it will be coarse; below 2 the drive refuses",
+             "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
              1e3 * tau, tau / T_S);
     }
     if (g->l_q > 1.5 * g->l_d) {
@@ -280,14 +295,16 @@ static void judge_sensing(tune_t *tune, const given_t *g)
              1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
     }
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
-    const double resistive = g->r * g->start;
+    const double resistive = (g->r + DEVICE_RESISTANCE) * g->start;
     const double needed = g->handover;
     if (needed > HANDOVER_SHARE * g->speed) {
         warn(tune,
              "dead time (%.3g V) and R I of the start (%.3g V) are the EMF of %.0f r/min, %.0f %% of the top "
-             "speed: below %.0f r/min the frame is forced",
-             dead, resistive, needed / RPM, 100.0 * needed / g->speed,
-             smaller(needed, HANDOVER_MOST * g->speed) / RPM);
+             "speed: the frame is forced up to %.0f r/min on the way up (handover_speed), and below %.0f "
+             "r/min "
+             "on the way down (fallback_speed)",
+             dead, resistive, needed / RPM, 100.0 * needed / g->speed, tune->handover / RPM,
+             FALLBACK_SHARE * tune->handover / RPM);
     }
     if (g->voltage < 4.0 * g->r * g->limit) {
         warn(tune, "R I at current_limit is %.3g V of the %.3g V that the link gives a phase",
@@ -315,8 +332,9 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
                      : "twice the rated current, as far as the board goes");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->start < g->limit ? "[A] on the d axis it takes (L_q - L_d) I from psi_f: a fifth"
-                            : "current_limit (theory, 23)");
+        g->by_module          ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        : g->start < g->limit ? "[A] on the d axis it takes (L_q - L_d) I from psi_f: a fifth"
+                              : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
     if (motor->has[MOTOR_WARMING]) {
@@ -327,10 +345,10 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "overspeed_trip", g->overspeed,
         "[rad/s] 1.4 of the top speed, %.0f r/min; 0.5 rad a period at most", g->speed / RPM);
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        add(tune, "current_judged", 0.0, "the ripple of %.2g A would be taken for a wrong gain", g->ripple);
+        add(tune, "current_judged", 0.0, "the ripple of %.3g A would trip the check of the gain", g->ripple);
     }
-    add(tune, "dc_overvoltage", g->over, "[V] the board's share over %.4g V", g->link);
-    add(tune, "dc_undervoltage", g->under, "[V] likewise");
+    add(tune, "dc_overvoltage", g->over, "[V] 1.286 of the link's %.4g V", g->link);
+    add(tune, "dc_undervoltage", g->under, "[V] 0.643 of the link's %.4g V", g->link);
     if (motor->has[MOTOR_TEMPERATURE]) {
         add(tune, "motor_temperature_max",
             smaller(motor->value[MOTOR_TEMPERATURE], most("motor_temperature_max")),
@@ -359,8 +377,8 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double stop = g->speed * g->inertia / g->rated_torque;
     if (stop < answer) {
         warn(tune,
-             "a step of the rated torque stops %.3g kg m^2 within %.2g ms, and the speed control answers in "
-             "%.2g ms: it must come with the inertia of what it is (load_inertia), or in %.2g s",
+             "a step of the rated torque stops %.3g kg m^2 within %.3g ms, and the speed control answers in "
+             "%.3g ms: give the inertia of the load (load_inertia), or ramp the load in over %.3g s",
              g->inertia, 1e3 * stop, 1e3 * answer,
              tune_load_time(g->rated_torque, g->speed, g->inertia, bandwidth));
     }
@@ -455,13 +473,21 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
                              "a link of %.4g V does not even carry R I, %.4g V", g.link, g.r * tune->current);
     }
     tune->link = g.link;
+    if (g.l_q < WINDING_LEAST * T_S * g.r) {
+        return scenario_fail(
+            error, (scenario_place_t){0u, 0u}, "motor",
+            "L/R of %.4g uH and %.4g ohm is %.3g ms, %.3g periods of the control of %.4g us: the drive "
+            "on this board needs 2 periods, %.4g uH at least; a board with a faster carrier can run it",
+            1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
+            1e6 * WINDING_LEAST * T_S * g.r);
+    }
     judge_winding(tune, &g);
     judge_sensing(tune, &g);
     add_motor(motor, tune, &g);
     add_limits(motor, tune, &g);
     add_control(motor, tune, &g);
     add_estimator(tune, &g);
-    add(tune, "position_source", 1.0, "what all this is for");
+    add(tune, "position_source", 1.0, "without an encoder");
     add_plant(motor, tune, &g);
     return accepted(tune, error);
 }

@@ -4,7 +4,8 @@
  *   current_limit        2 I_rated, as far as the board goes: a start needs more than its load
  *   overcurrent_trip     1.5 current_limit, at least 1.2 of it and the ripple
  *   dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the board's own shares
- *   overspeed_trip       1.4 omega_free, 0.5 rad a period at most
+ *   overspeed_trip       1.4 omega_top, 0.5 rad a period at most; the drive hands over at 0.3 of it at most
+ *   start_current        0 (current_limit), or what a leg of the board's module stands
  *   observer_gain        k_s = 1.75 psi_f p omega_free, observer_slope 1.6 L_q/(k_s T_s)      theory, 3
  *   feedforward_cutoff   1.6 sqrt(p T/J), 50 rad/s at least; pll_bandwidth 4 times it        theory, 7
  *   speed_ramp           what the tracking loop follows if J is wrong, where the motor could do more
@@ -43,6 +44,7 @@ typedef struct {
     double speed_top;  /* [rad/s] mechanical, that this board turns the motor with under its load */
     double torque_top; /* [N m] rated, or what the board's current makes */
     double current;    /* [A] peak, for torque_top */
+    double handover;   /* [rad/s] mechanical, up to which a start forces the frame */
 } tune_t;
 
 /* false: the board can not run this motor; `error` says why, `tune` has the warnings so far. */

@@ -33,7 +33,7 @@ void tune_print(FILE *to, const tune_t *tune, const char *comment)
             char text[UNITS_TEXT_SIZE];
             snprintf(value, sizeof value, "\"%.50s\"", units_row_text(text, row->value, row->row));
         } else {
-            snprintf(value, sizeof value, "%.6g", row->value);
+            (void)rig_value_text(value, row->value);
         }
         fprintf(to, "%s%s = %s # %s\n", comment, row->row->name, value, row->reason);
     }
@@ -168,6 +168,11 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
             "[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n",
             tune->speed_top, tune->speed_top / RPM, plan.first_load, plan.load, plan.ramp, plan.load_torque);
     write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -INFINITY, 0.0);
+    fprintf(
+        to,
+        "\n[[expect]]\nname = \"the estimate is in control\"\nsignal = \"manoeuvre\"\nstatistic = \"last\"\n"
+        "from = %.6g\nat_least = \"run\"\nat_most = \"run\"\n",
+        plan.settled);
     write_expect(to, "top speed", "true_omega_m", NULL, "mean", plan.top, plan.load, 0.99 * tune->speed_top,
                  INFINITY);
     write_expect(to, "speed under load", "true_omega_m", "omega_m_ref", "mean", plan.settled, 0.0,

@@ -16,7 +16,8 @@ typedef enum {
     WRITTEN /* and used by units_text */
 } role_t;
 
-/* One accepted spelling. In a spelling a space stands for any number of spaces, none included. */
+/* One accepted spelling, as `canonical` leaves it: ASCII, no ^, u for micro, ohm, deg, a space for any sign
+ * of multiplication. In a spelling a space stands for any number of spaces, none included. */
 typedef struct {
     const char *unit; /* of the table */
     const char *spelling;
@@ -24,6 +25,9 @@ typedef struct {
     double factor; /* [unit per spelling, without the power of ten] */
     role_t role;
 } spelling_t;
+
+#define LBF_IN 0.1129848290276167 /* [N m] 4.4482216152605 N x 0.0254 m */
+#define KRPM   104.71975511965978 /* [V/krpm per V s/rad] */
 
 static const spelling_t spellings[] = {
     {"-", "", 0, 1.0, WRITTEN},
@@ -34,22 +38,26 @@ static const spelling_t spellings[] = {
     {"s", "us", -6, 1.0, WRITTEN},
     {"s", "ns", -9, 1.0, WRITTEN},
     {"s", "min", 0, 60.0, NAMED},
-    {"s", "\xC2\xB5s", -6, 1.0, SILENT},
-    {"s", "\xCE\xBCs", -6, 1.0, SILENT},
+    {"s", "sec", 0, 1.0, SILENT},
+    {"s", "msec", -3, 1.0, SILENT},
 
     {UNITS_SPEED, "rad/s", 0, 1.0, NAMED},
     {UNITS_SPEED, "r/min", 0, PI_30, WRITTEN},
     {UNITS_SPEED, "deg/s", 0, PI_180, NAMED},
     {UNITS_SPEED, "rpm", 0, PI_30, NAMED},
     {UNITS_SPEED, "1/min", 0, PI_30, SILENT},
+    {UNITS_SPEED, "min-1", 0, PI_30, SILENT},
+    {UNITS_SPEED, "rev/min", 0, PI_30, SILENT},
+    {UNITS_SPEED, "U/min", 0, PI_30, SILENT},
+    {UNITS_SPEED, "krpm", 3, PI_30, SILENT},
     {UNITS_SPEED, "mrad/s", -3, 1.0, SILENT},
+    {UNITS_SPEED, "rad s-1", 0, 1.0, SILENT},
 
     {UNITS_ACCELERATION, "rad/s^2", 0, 1.0, WRITTEN},
     {UNITS_ACCELERATION, "r/min/s", 0, PI_30, NAMED},
     {UNITS_ACCELERATION, "deg/s^2", 0, PI_180, SILENT},
-    {UNITS_ACCELERATION, "rad/s2", 0, 1.0, SILENT},
-    {UNITS_ACCELERATION, "rad/s\xC2\xB2", 0, 1.0, SILENT},
     {UNITS_ACCELERATION, "rpm/s", 0, PI_30, NAMED},
+    {UNITS_ACCELERATION, "rad s-2", 0, 1.0, SILENT},
 
     {"rad/s", "rad/s", 0, 1.0, WRITTEN},
     {"rad/s", "krad/s", 3, 1.0, NAMED},
@@ -57,32 +65,38 @@ static const spelling_t spellings[] = {
     {"rad/s", "kHz", 3, TWO_PI, NAMED},
     {"rad/s", "deg/s", 0, PI_180, SILENT},
     {"rad/s", "mrad/s", -3, 1.0, SILENT},
+    {"rad/s", "rad s-1", 0, 1.0, SILENT},
 
     {"rad", "rad", 0, 1.0, WRITTEN},
     {"rad", "mrad", -3, 1.0, WRITTEN},
     {"rad", "deg", 0, PI_180, NAMED},
     {"rad", "urad", -6, 1.0, SILENT},
-    {"rad", "\xC2\xB0", 0, PI_180, SILENT},
 
     {"A", "A", 0, 1.0, WRITTEN},
     {"A", "mA", -3, 1.0, WRITTEN},
     {"A", "kA", 3, 1.0, NAMED},
     {"A", "uA", -6, 1.0, SILENT},
+    {"A rms", "A rms", 0, 1.0, SILENT},
+    {"A rms", "A (rms)", 0, 1.0, SILENT},
+    {"A rms", "A_rms", 0, 1.0, SILENT},
+    {"A rms", "A RMS", 0, 1.0, SILENT},
+    {"A rms", "A eff", 0, 1.0, SILENT},
+    {"A peak", "A peak", 0, 1.0, SILENT},
+    {"A peak", "A (peak)", 0, 1.0, SILENT},
+    {"A peak", "A_peak", 0, 1.0, SILENT},
+    {"A peak", "A pk", 0, 1.0, SILENT},
+    {"A peak", "A 0 p", 0, 1.0, SILENT},
 
     {"V", "V", 0, 1.0, WRITTEN},
     {"V", "mV", -3, 1.0, WRITTEN},
     {"V", "kV", 3, 1.0, NAMED},
     {"V", "uV", -6, 1.0, SILENT},
+    {"V", "V dc", 0, 1.0, SILENT},
+    {"V", "V DC", 0, 1.0, SILENT},
 
     {"ohm", "ohm", 0, 1.0, WRITTEN},
     {"ohm", "mohm", -3, 1.0, WRITTEN},
     {"ohm", "kohm", 3, 1.0, NAMED},
-    {"ohm", "Ohm", 0, 1.0, SILENT},
-    {"ohm", "mOhm", -3, 1.0, SILENT},
-    {"ohm", "\xCE\xA9", 0, 1.0, SILENT},
-    {"ohm", "m\xCE\xA9", -3, 1.0, SILENT},
-    {"ohm", "\xE2\x84\xA6", 0, 1.0, SILENT},
-    {"ohm", "m\xE2\x84\xA6", -3, 1.0, SILENT},
 
     {"H", "H", 0, 1.0, WRITTEN},
     {"H", "mH", -3, 1.0, WRITTEN},
@@ -97,28 +111,34 @@ static const spelling_t spellings[] = {
     {"Wb", "mWb", -3, 1.0, WRITTEN},
     {"Wb", "V s", 0, 1.0, SILENT},
     {"Wb", "mV s", -3, 1.0, SILENT},
+    {"Wb", "V s/rad", 0, 1.0, SILENT},
 
     {"N m", "N m", 0, 1.0, WRITTEN},
     {"N m", "mN m", -3, 1.0, WRITTEN},
     {"N m", "kN m", 3, 1.0, NAMED},
     {"N m", "N cm", -2, 1.0, SILENT},
-    {"N m", "N\xC2\xB7m", 0, 1.0, SILENT},
+    {"N m", "lb in", 0, LBF_IN, SILENT},
+    {"N m", "lbf in", 0, LBF_IN, SILENT},
+    {"N m", "oz in", 0, LBF_IN / 16.0, SILENT},
+    {"N m", "ozf in", 0, LBF_IN / 16.0, SILENT},
 
     {"kg m^2", "kg m^2", 0, 1.0, WRITTEN},
     {"kg m^2", "kg cm^2", -4, 1.0, NAMED},
     {"kg m^2", "g cm^2", -7, 1.0, NAMED},
     {"kg m^2", "g m^2", -3, 1.0, SILENT},
-    {"kg m^2", "kg m2", 0, 1.0, SILENT},
-    {"kg m^2", "kg cm2", -4, 1.0, SILENT},
-    {"kg m^2", "g cm2", -7, 1.0, SILENT},
-    {"kg m^2", "kg m\xC2\xB2", 0, 1.0, SILENT},
-    {"kg m^2", "kg cm\xC2\xB2", -4, 1.0, SILENT},
+    {"kg m^2", "kg mm^2", -6, 1.0, SILENT},
+    {"kg m^2", "N m s^2", 0, 1.0, SILENT},
+    {"kg m^2", "oz in s^2", 0, LBF_IN / 16.0, SILENT},
+    {"kg m^2", "lb in s^2", 0, LBF_IN, SILENT},
 
     {"N m s/rad", "N m s/rad", 0, 1.0, WRITTEN},
     {"N m s/rad", "mN m s/rad", -3, 1.0, WRITTEN},
     {"N m s/rad", "N m s", 0, 1.0, SILENT},
     {"N m s/rad", "mN m s", -3, 1.0, SILENT},
     {"N m s/rad", "N m/(rad/s)", 0, 1.0, SILENT},
+    {"N m s/rad", "N m/rad/s", 0, 1.0, SILENT},
+    {"N m s/rad", "N m/krpm", -3, 1.0 / PI_30, SILENT},
+    {"N m s/rad", "mN m/krpm", -6, 1.0 / PI_30, SILENT},
 
     {"A s/rad", "A s/rad", 0, 1.0, WRITTEN},
     {"A s/rad", "mA s/rad", -3, 1.0, WRITTEN},
@@ -129,23 +149,53 @@ static const spelling_t spellings[] = {
 
     {"N m/A", "N m/A", 0, 1.0, WRITTEN},
     {"N m/A", "mN m/A", -3, 1.0, WRITTEN},
+    {"N m/A", "lb in/A", 0, LBF_IN, SILENT},
+    {"N m/A", "oz in/A", 0, LBF_IN / 16.0, SILENT},
+    {"N m/A rms", "N m/A rms", 0, 1.0, SILENT},
+    {"N m/A rms", "mN m/A rms", -3, 1.0, SILENT},
+    {"N m/A peak", "N m/A peak", 0, 1.0, SILENT},
+    {"N m/A peak", "N m/A pk", 0, 1.0, SILENT},
 
     {"V/krpm", "V/krpm", 0, 1.0, WRITTEN},
     {"V/krpm", "mV/rpm", 0, 1.0, NAMED},
     {"V/krpm", "V/(1000 r/min)", 0, 1.0, SILENT},
+    {"V/krpm", "V/1000 r/min", 0, 1.0, SILENT},
+    {"V/krpm", "V/(1000 rpm)", 0, 1.0, SILENT},
+    {"V/krpm", "V/1000 rpm", 0, 1.0, SILENT},
+    {"V/krpm", "V/1000 min-1", 0, 1.0, SILENT},
+    {"V/krpm", "V/(1000 min-1)", 0, 1.0, SILENT},
+    {"V/krpm", "V/1000 1/min", 0, 1.0, SILENT},
+    {"V/krpm", "V/kr/min", 0, 1.0, SILENT},
+    {"V/krpm", "mV/r/min", 0, 1.0, SILENT},
+    {"V/krpm", "mV/(r/min)", 0, 1.0, SILENT},
+    {"V/krpm", "mV/min-1", 0, 1.0, SILENT},
     {"V/krpm", "mV min", 0, 1.0, SILENT},
+    {"V/krpm", "V/rpm", 3, 1.0, SILENT},
+    {"V/krpm", "V s/rad", 0, KRPM, SILENT},
+    {"V/krpm", "V/(rad/s)", 0, KRPM, SILENT},
+    {"V/krpm", "V/rad/s", 0, KRPM, SILENT},
+    {"V/krpm", "mV s/rad", -3, KRPM, SILENT},
+    {"V/krpm rms", "V rms/krpm", 0, 1.0, SILENT},
+    {"V/krpm rms", "V rms/1000 r/min", 0, 1.0, SILENT},
+    {"V/krpm rms", "V rms/1000 rpm", 0, 1.0, SILENT},
+    {"V/krpm rms", "V rms/1000 min-1", 0, 1.0, SILENT},
+    {"V/krpm peak", "V peak/krpm", 0, 1.0, SILENT},
+    {"V/krpm peak", "V pk/krpm", 0, 1.0, SILENT},
+    {"V/krpm peak", "V peak/1000 rpm", 0, 1.0, SILENT},
+    {"V/krpm peak", "V pk/1000 rpm", 0, 1.0, SILENT},
 
     {"V/Hz", "V/Hz", 0, 1.0, WRITTEN},
     {"V/Hz", "mV/Hz", -3, 1.0, NAMED},
+    {"V/Hz", "V s", 0, 1.0, SILENT},
 
     {"rpm/V", "rpm/V", 0, 1.0, WRITTEN},
     {"rpm/V", "r/min/V", 0, 1.0, NAMED},
+    {"rpm/V", "min-1/V", 0, 1.0, SILENT},
+    {"rpm/V", "1/min/V", 0, 1.0, SILENT},
+    {"rpm/V", "(r/min)/V", 0, 1.0, SILENT},
 
     {"degC", "degC", 0, 1.0, WRITTEN},
-    {"degC",
-     "\xC2\xB0"
-     "C",
-     0, 1.0, SILENT},
+    {"degC", "deg C", 0, 1.0, SILENT},
 };
 #define SPELLINGS (sizeof spellings / sizeof spellings[0])
 
@@ -155,6 +205,109 @@ static const struct {
     const char *mechanical;
 } by_text[] = {{"rad/s", UNITS_SPEED}, {"rad/s^2", UNITS_ACCELERATION}};
 #define BY_TEXT (sizeof by_text / sizeof by_text[0])
+
+/* Units of a motor's keys that say which value of an alternating quantity is meant: they have the spellings
+ * of their unit, and those that say the same. */
+static const struct {
+    const char *variety, *unit;
+} varieties[] = {
+    {"A rms", "A"},         {"A peak", "A"},         {"V/krpm rms", "V/krpm"}, {"V/krpm peak", "V/krpm"},
+    {"N m/A rms", "N m/A"}, {"N m/A peak", "N m/A"},
+};
+#define VARIETIES (sizeof varieties / sizeof varieties[0])
+
+static const char *unit_of_variety(const char *unit)
+{
+    for (size_t n = 0; n < VARIETIES; n++) {
+        if (strcmp(varieties[n].variety, unit) == 0) {
+            return varieties[n].unit;
+        }
+    }
+    return unit;
+}
+
+const char *units_variety(const char *unit, const char *which)
+{
+    for (size_t n = 0; n < VARIETIES; n++) {
+        const size_t length = strlen(varieties[n].unit);
+        if (strcmp(varieties[n].unit, unit) == 0 && varieties[n].variety[length] == ' ' &&
+            strcmp(varieties[n].variety + length + 1u, which) == 0) {
+            return varieties[n].variety;
+        }
+    }
+    return unit;
+}
+
+#define UNIT_OCTETS 96u /* of a unit that is read */
+
+/* What data sheets write instead of ASCII, as PDF gives it. */
+static const struct {
+    const char *from, *to;
+} characters[] = {
+    {"\xC2\xB5", "u"},
+    {"\xCE\xBC", "u"}, /* micro sign, mu */
+    {"\xC2\xB7", " "},
+    {"\xE2\x8B\x85", " "}, /* middle dot, dot operator */
+    {"\xE2\x80\xA2", " "},
+    {"\xC3\x97", " "}, /* bullet, times */
+    {"*", " "},
+    {"^", ""},
+    {"\xC2\xB2", "2"},
+    {"\xC2\xB9", "1"}, /* superscripts */
+    {"\xE2\x81\xBB", "-"},
+    {"\xE2\x88\x92", "-"}, /* superscript minus, minus sign */
+    {"\xE2\x80\x90", "-"},
+    {"\xE2\x80\x93", "-"}, /* hyphen, dash */
+    {"\xCE\xA9", "ohm"},
+    {"\xE2\x84\xA6", "ohm"}, /* omega, ohm sign */
+    {"\xC2\xB0", "deg"},
+    {"\xC2\xA0", " "}, /* degree, no-break space */
+    {"\xE2\x80\x89", " "},
+    {"\xE2\x80\xAF", " "}, /* thin spaces */
+    {"Ohms", "ohm"},
+    {"ohms", "ohm"},
+    {"Ohm", "ohm"},
+    {"OHM", "ohm"},
+    {"RPM", "rpm"},
+    {"Rpm", "rpm"},
+};
+
+static bool is_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+/* One way to write a unit; "" if it is too long for any. */
+static const char *canonical(const char *text, char to[UNIT_OCTETS])
+{
+    size_t used = 0;
+    while (*text != '\0' && used < UNIT_OCTETS - 4u) {
+        const char *with = NULL;
+        for (size_t n = 0; n < sizeof characters / sizeof characters[0] && with == NULL; n++) {
+            const size_t length = strlen(characters[n].from);
+            if (strncmp(text, characters[n].from, length) == 0) {
+                with = characters[n].to;
+                text += length;
+            }
+        }
+        if (with != NULL) {
+            used += (size_t)snprintf(to + used, UNIT_OCTETS - used, "%s", with);
+            continue;
+        }
+        /* N.m, kg-cm2: between two letters they multiply */
+        const bool joins = (*text == '.' || *text == '-') && used > 0u && is_letter(to[used - 1u]);
+        const char next = joins && is_letter(text[1]) ? ' ' : *text;
+        while (next == '/' && used > 0u && to[used - 1u] == ' ') {
+            used--;
+        }
+        if (next != ' ' || used == 0u || to[used - 1u] != '/') {
+            to[used++] = next;
+        }
+        text++;
+    }
+    to[*text == '\0' ? used : 0u] = '\0';
+    return to;
+}
 
 const char *units_of_row(const table_row_t *row)
 {
@@ -169,6 +322,7 @@ const char *units_of_row(const table_row_t *row)
 /* What a unit is called in messages. */
 static const char *plain(const char *unit)
 {
+    unit = unit_of_variety(unit);
     for (size_t n = 0; n < BY_TEXT; n++) {
         if (strcmp(unit, by_text[n].mechanical) == 0) {
             return by_text[n].unit;
@@ -185,10 +339,14 @@ static const char *skip_spaces(const char *text)
     return text;
 }
 
+/* Is this canonical text that spelling? */
 static bool spelled(const char *text, const char *spelling)
 {
     text = skip_spaces(text);
     for (; *spelling != '\0'; spelling++) {
+        if (*spelling == '^') {
+            continue;
+        }
         if (*spelling == ' ') {
             text = skip_spaces(text);
         } else if (*text == *spelling) {
@@ -205,9 +363,10 @@ static bool refuse(units_error_t *why, const char *text, const char *what, const
     size_t used = (size_t)snprintf(why->text, sizeof why->text, "\"%.60s\"%s %s; accepted: a number with ",
                                    text, strlen(text) > 60u ? "..." : "", what);
     const char *before = "";
+    const char *of = unit_of_variety(unit);
     bool any = false;
     for (size_t n = 0; n < SPELLINGS && used < sizeof why->text; n++) {
-        if (spellings[n].role != SILENT && strcmp(spellings[n].unit, unit) == 0) {
+        if (spellings[n].role != SILENT && strcmp(spellings[n].unit, of) == 0) {
             const char *spelling = spellings[n].spelling[0] == '\0' ? "no unit" : spellings[n].spelling;
             used += (size_t)snprintf(why->text + used, sizeof why->text - used, "%s%s", before, spelling);
             before = ", ";
@@ -284,13 +443,16 @@ bool units_read(const char *text, const char *unit, double *value, units_error_t
     const spelling_t own = {unit, unit, 0, 1.0, NAMED}; /* of a unit without a list */
     const spelling_t *found = NULL;
     bool listed = false;
-    for (size_t n = 0; n < SPELLINGS && found == NULL; n++) {
-        if (strcmp(spellings[n].unit, unit) == 0) {
+    char canon[UNIT_OCTETS];
+    (void)canonical(rest, canon);
+    const char *of = unit_of_variety(unit);
+    for (size_t n = 0; n < SPELLINGS && found == NULL && (canon[0] != '\0' || *rest == '\0'); n++) {
+        if (strcmp(spellings[n].unit, unit) == 0 || strcmp(spellings[n].unit, of) == 0) {
             listed = true;
-            found = spelled(rest, spellings[n].spelling) ? &spellings[n] : NULL;
+            found = spelled(canon, spellings[n].spelling) ? &spellings[n] : NULL;
         }
     }
-    if (!listed && spelled(rest, unit)) {
+    if (!listed && spelled(canon, unit)) {
         found = &own;
     }
     if (found == NULL) {

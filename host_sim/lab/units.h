@@ -10,6 +10,9 @@
  * rows whose text says "mechanical", and Hz only for the others (a filter, an electrical speed), where it
  * means 2 pi rad/s.
  *
+ * Spellings of data sheets, as a PDF gives them: both characters for micro, the middle dot, N.m and kg-cm2,
+ * superscripts, RPM, the ohm sign and omega, no-break spaces. One table has them all (units.c).
+ *
  * Does not handle: scales with an offset (K, degF), products or powers of a unit beyond those listed. */
 #ifndef HOST_SIM_LAB_UNITS_H
 #define HOST_SIM_LAB_UNITS_H
@@ -35,6 +38,10 @@ const char *units_of_row(const table_row_t *row);
 /* The number [unit] that `text` means. false: `why` says what is wrong; *value is untouched. Units that have
  * no list are accepted as they are spelled. Numbers beyond the range of double are refused. */
 bool units_read(const char *text, const char *unit, double *value, units_error_t *why);
+
+/* The unit of a key that means the rms or the peak value ("rms", "peak"): it has the spellings of the unit
+ * itself and those that say so, "3 Arms". The unit itself where none do. */
+const char *units_variety(const char *unit, const char *which);
 
 /* Writes a value with the unit and prefix that reads best ("1500 r/min", "2.5 us", "12.3 mrad"), six digits;
  * returns `to`. A value that is not finite is written as such. */

@@ -25,6 +25,11 @@ uint32_t binding_layout(void)
     return hash;
 }
 
+const char *binding_version(void)
+{
+    return LAGLESS_VERSION;
+}
+
 double binding_period(void)
 {
     return RIG_PERIOD_SECONDS;
@@ -313,9 +318,10 @@ bool binding_history(const binding_run_t *run, binding_history_t *to)
     return history->periods > 0u;
 }
 
-void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome)
+void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome, char unexpected[WHY_SIZE])
 {
     const runner_result_t *result = &run->result;
+    (void)runner_unexpected_text(result, unexpected, WHY_SIZE);
     *outcome = (binding_outcome_t){
         .seed = result->seed,
         .hash = result->hash,

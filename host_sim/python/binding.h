@@ -38,6 +38,7 @@ typedef struct {
 /* Sizes of the structs below and hash of the tables, to be compared: one number. */
 BINDING uint32_t binding_layout(void);
 BINDING double binding_period(void); /* [s] */
+BINDING const char *binding_version(void); /* of the project in CMakeLists.txt */
 
 /* The n-th row of all tables; false: there are not so many. */
 BINDING bool binding_row(uint32_t n, binding_row_t *row);
@@ -128,11 +129,12 @@ typedef struct {
     uint64_t seed, hash;
     double seconds;  /* [s] on the wall */
     uint32_t end;    /* runner_end_t */
-    uint32_t failed; /* [-] expectations that are not met */
+    uint32_t failed; /* [-] expectations that are not met, and one more for an unexpected end */
     uint32_t periods, fault_period;
     int32_t state, fault_reason, refusal, not_on, manoeuvre;
 } binding_outcome_t;
-BINDING void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome);
+/* `unexpected`: what the unexpected end is, "" if there is none. */
+BINDING void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome, char unexpected[WHY_SIZE]);
 
 typedef struct {
     const char *name, *statistic;

@@ -8,7 +8,7 @@ add_library(lagless_python SHARED
     python/binding_plant.c
 )
 desk_room(lagless_python)
-target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE)
+target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
 target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
 target_link_options(lagless_python PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
     -static-libgcc -static-libstdc++)

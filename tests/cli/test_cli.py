@@ -192,7 +192,7 @@ class CommandLine(TestCase):
     def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_tells_its_title(self):
         path = self.write("my.toml", FEW_POINTS)
         done = lagless("map", path)
-        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     L wrong", "forward, off", "forward, on")
+        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is kept at every point: none of ", "forward, off", "forward, on")
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
         self.expect(2, lagless("map", path, "--speeds", "700,2500"), path + ": ", "speed_request", "2500 r/min")

@@ -52,7 +52,7 @@ class OneFolder(FirstHour):
         self.assertEqual("time", rows[0][:4])
         times = [float(row.split(",")[0]) for row in rows[1:]]
         self.assertEqual([round(0.01 * n, 4) for n in range(len(times))], times)
-        self.expect(0, lagless("run", self.scenario(), "--out", self.out()))  # nothing is left that would stop it
+        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # nothing is left that would stop it
 
     def test_runs_of_other_names_share_a_folder(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
@@ -83,7 +83,7 @@ class OneFolder(FirstHour):
             path = os.path.join(self.out(), name)
             with open(path, "w") as file:
                 file.write("before")
-            running = subprocess.Popen([LAGLESS, *command, "--out", self.out()], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            running = subprocess.Popen([LAGLESS, *command, "--force", "--out", self.out()], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(0.5)
             running.kill()
             running.wait()
@@ -179,7 +179,7 @@ class NeverOn(FirstHour):
     def test_a_drive_that_was_on_or_was_never_asked_is_judged_as_it_is(self):
         self.expect(0, lagless("run", self.scenario(self.HOLDS), "--set", "enable=off"))
         path = self.scenario(self.HOLDS, '[[at]]\ntime = "0.15 s"\nplant.dc_voltage = 450\n')
-        self.expect(0, lagless("run", path), "not on: ")
+        self.expect(1, lagless("run", path), "not on: ", "met         peak of true_omega_m")
 
 
 class Names(FirstHour):

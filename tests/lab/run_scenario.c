@@ -30,6 +30,9 @@ int main(int argc, char **argv)
         printf("  %-6s  %s\n", judgement_text(result.verdicts[n].judgement),
                runner_verdict_text(&result.verdicts[n], text, sizeof text));
     }
+    if (result.unexpected) {
+        printf("  FAILED  %s\n", runner_unexpected_text(&result, text, sizeof text));
+    }
     if (!ran) {
         printf("  refused: %s\n", scenario_error_text(&result.error, text, sizeof text));
     } else {

@@ -566,7 +566,7 @@ static void test_a_run_is_the_same_whatever_came_before_it(void)
 static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
 {
     const campaign_result_t told = {
-        CAMPAIGN_VIOLATED, CAMPAIGN_I_ANGLE, 12345u, 3010u, 2u, 38, 33u, 11845u, 1u};
+        CAMPAIGN_VIOLATED, CAMPAIGN_I_ANGLE, 12345u, 3010u, 2u, 38, 33u, 11845u, 12000u, 1u};
     char line[CAMPAIGN_LINE_SIZE];
     campaign_line(9999u, &told, line);
     uint32_t run = 0;

@@ -17,7 +17,7 @@ def main():
     theirs, ours = [], []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(int(sys.argv[3]) if len(sys.argv) > 3 else 10):
-            text = subprocess.run([program, "run", name, "--json", "--out", folder], capture_output=True, check=True).stdout
+            text = subprocess.run([program, "run", name, "--json", "--force", "--out", folder], capture_output=True, check=True).stdout
             theirs.append(json.loads(text)["seconds_per_second"])
             result = lagless.run(name)
             ours.append(result.seconds / result.wall)

@@ -49,7 +49,7 @@ def csv_columns(path):
 class AgainstTheProgram(unittest.TestCase):
     def same(self, name, *settings):
         arguments = [text for setting in settings for text in ("--set", setting)]
-        theirs = program("run", name, "--json", "--out", str(FOLDER), *arguments)
+        theirs = program("run", name, "--json", "--force", "--out", str(FOLDER), *arguments)
         ours = lagless.run(name, set=dict(setting.split("=") for setting in settings))
         self.assertEqual(ours.hash, theirs["state_hash"])
         self.assertEqual((ours.periods, ours.seed, ours.state, ours.failed),
@@ -93,7 +93,7 @@ class AgainstTheProgram(unittest.TestCase):
             self.assertEqual(rig.hash, theirs.hash)
 
     def test_a_campaign_is_the_same(self):
-        theirs = program("campaign", "--runs", "12", "--seed", "5", "--seconds", "0.2", "--json", "--out",
+        theirs = program("campaign", "--runs", "12", "--seed", "5", "--seconds", "0.2", "--json", "--force", "--out",
                          str(FOLDER / f"campaign{id(self)}"))
         ours = lagless.campaign(12, seed=5, seconds=0.2, threads=2)
         self.assertEqual(ours.summary, theirs)

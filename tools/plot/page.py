@@ -107,6 +107,8 @@ def number(value):
         return "yes" if value else "no"
     if not isinstance(value, (int, float)):
         return escape(value)
+    if not math.isfinite(value):
+        return str(value)
     if value != 0 and not 1e-3 <= abs(value) < 1e6:
         mantissa, exponent = f"{value:.3e}".split("e")
         return f"{trimmed(mantissa)}e{int(exponent)}".replace("-", "−")

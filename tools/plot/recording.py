@@ -41,9 +41,20 @@ class Recording:
         return numpy.rint(self.time / self.period).astype(numpy.int64)
 
 
+def the_one_in(path):
+    """The recording that a folder of `lagless run --out` holds; a file is itself."""
+    if not path.is_dir():
+        return path
+    found = {each.stem: each for suffix in (".mat", ".csv") for each in sorted(path.glob(f"*{suffix}"))}
+    names = [name for name in found if not (name.endswith("_fault") and name[:-6] in found)]
+    if len(names) != 1:
+        raise InputError(f"{path}: it holds {len(names)} recordings: {', '.join(sorted(names)) or 'no CSV or MAT'}; name one of them")
+    return found[names[0]]
+
+
 def read(path, tell=lambda fraction: None):
     """Every problem is an InputError that names the file, and the line if there is one. `tell` hears how far it has come, 0 to 1."""
-    path = pathlib.Path(path)
+    path = the_one_in(pathlib.Path(path))
     try:
         octets = path.read_bytes()
     except OSError as error:
@@ -67,8 +78,10 @@ def unescaped(text):
 def of_csv(path, octets, tell):
     try:
         text = octets.decode("utf-8")
-    except UnicodeDecodeError:
-        text = ""
+    except UnicodeDecodeError as error:
+        text = octets[:error.start].decode("utf-8")
+        if text.startswith("# lagless recording: "):
+            raise InputError(f"{path}:{text.count(chr(10)) + 1}: octet {error.start + 1} of the file is no UTF-8") from None
     if not text.startswith("# lagless recording: "):
         raise InputError(f"{path}: no recording of lagless: a CSV begins with `# lagless recording: {FORMAT}`, "
                          "a MAT file with `MATLAB 5.0`")
@@ -84,7 +97,11 @@ def of_csv(path, octets, tell):
             lines.append(value)
         elif kind == "value":
             value_of, _, unit = value.partition(" ")
-            values[name] = (float(value_of), unit)
+            try:
+                values[name] = (float(value_of), unit)
+            except ValueError:
+                raise InputError(f"{path}:{count + 1}: `{text[begin:end]}`: a number and its unit are expected; the file may "
+                                 "be cut off") from None
         elif kind == "choices":
             choices[name] = value.split("|")
         elif kind in ("event", "verdict"):
@@ -100,7 +117,7 @@ def of_csv(path, octets, tell):
         if unit is None:
             raise InputError(f"{path}:{count + 1}: column `{name}`: a unit in brackets is expected")
     if units.pop("time", None) != "s":
-        raise InputError(f"{path}:{count + 1}: column time[s] is missing")
+        raise InputError(f"{path}:{count + 1}: column time[s] is missing; the file may be cut off")
     columns = numbers(path, data, 1 + len(units), count + 2, tell)
     return Recording(path, meta, units, dict(zip(("time", *units), columns)), choices, values, notes, "\n".join(lines))
 
@@ -179,6 +196,17 @@ def matrix(content):
 
 
 def of_mat(path, octets):
+    try:
+        return recording_of(path, octets)
+    except InputError:
+        raise
+    # whatever a damaged file makes of the arithmetic below
+    except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError, struct.error,
+            zlib.error) as error:
+        raise InputError(f"{path}: this MAT file cannot be read: {error or type(error).__name__}") from None
+
+
+def recording_of(path, octets):
     variables = {}
     try:
         if octets[126:128] != b"IM":

@@ -20,12 +20,15 @@ pandas, matplotlib and dask are asked for where they are used, and nowhere else.
 """
 from ._campaign import Campaign, campaign
 from ._errors import Error
+from ._library import library as _library
 from ._motulator import from_motulator
 from ._plant import Plant, PlantState
 from ._result import Fault, Result, Trace, Verdict
 from ._rig import Rig
 from ._rows import Row, period, row, rows
 from ._scenario import run, scenarios, sweep, to_toml
+
+__version__ = _library.version().decode()
 
 __all__ = ["Campaign", "Error", "Fault", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict", "campaign",
            "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]

@@ -50,6 +50,7 @@ Campaign = _struct("Campaign", seed=u64, seconds=f64, runs=u32, shard=u32, shard
 _FUNCTIONS = {
     "layout": (u32,),
     "period": (f64,),
+    "version": (text,),
     "row": (b, u32, c.POINTER(Row)),
     "value": (b, u32, text, c.POINTER(f64), text),
     "reason": (b, i32, c.POINTER(text), c.POINTER(text), c.POINTER(text)),
@@ -78,7 +79,7 @@ _FUNCTIONS = {
     "scenario_initial": (f64, p, u32),
     "run": (p, p, c.POINTER(Ask), c.POINTER(ScenarioError), text),
     "run_free": (None, p),
-    "outcome": (None, p, c.POINTER(Outcome)),
+    "outcome": (None, p, c.POINTER(Outcome), text),
     "verdict": (None, p, u32, c.POINTER(Verdict), text),
     "history": (b, p, c.POINTER(History)),
     "plant_create": (p, u64, u32, u32, b),

@@ -122,7 +122,8 @@ def reason(number, period=None):
 class Result(Trace):
     """A run of a scenario: its recording, its verdicts, and how it ended.
 
-    passed: every expectation is met; verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
+    passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
+    (unexpected_end says which; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
     although it is asked to be, or None; state, manoeuvre: of the drive at the end; history: Trace of the periods up to the last
     fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
     it was stopped before its end."""
@@ -137,13 +138,15 @@ class Result(Trace):
 
     def __repr__(self):
         fault = f", fault {self.fault.name} at {self.fault.seconds:g} s" if self.fault else ""
-        counts = f"{len(self.verdicts) - self.failed} of {len(self.verdicts)} expectations met"
+        unmet = self.failed - (self.unexpected_end is not None)
+        counts = f"{len(self.verdicts) - unmet} of {len(self.verdicts)} expectations met"
         return f"<Result of \"{self.title}\": {self.seconds:g} s, {counts}, {self.state}{fault}; {', '.join(self)}>"
 
     def report(self):
         """Title and verdicts as text, as `lagless run` prints them."""
         words = {"met": "met", "failed": "FAILED", "not_judged": "not judged", "measured": "measured"}
-        return "\n".join([self.title] + [f"{words[verdict.judgement]:<10}  {verdict.text}" for verdict in self.verdicts + self.measures])
+        end = [f"{'FAILED':<10}  end of the run: {self.unexpected_end}"] if self.unexpected_end else []
+        return "\n".join([self.title] + [f"{words[verdict.judgement]:<10}  {verdict.text}" for verdict in self.verdicts + self.measures] + end)
 
     def plot(self, names=None, figure=None):
         figure = super().plot(names, figure)

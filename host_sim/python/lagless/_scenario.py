@@ -192,8 +192,8 @@ def _run(read, seed, record, every, progress):
 
 def _about(about, handle):
     """Everything of a Result that is no recording."""
-    outcome, history = Outcome(), History()
-    library.outcome(handle, c.byref(outcome))
+    outcome, history, unexpected = Outcome(), History(), why()
+    library.outcome(handle, c.byref(outcome), unexpected)
     held = library.history(handle, c.byref(history))
     verdicts = [_verdict(handle, n) for n in range(about.expect_count)]
     return {
@@ -202,6 +202,7 @@ def _about(about, handle):
         "verdicts": [verdict for verdict, measure in verdicts if not measure],
         "measures": [verdict for verdict, measure in verdicts if measure],
         "failed": outcome.failed,
+        "unexpected_end": unexpected.value.decode() or None,
         "interrupted": outcome.end != 0,
         "seed": outcome.seed,
         "hash": f"{outcome.hash:016x}",

@@ -1,0 +1,118 @@
+/* Faults in a scenario, as large for its motor, its link and its limits as those of the table are for the
+ * paper's rig. */
+#include <math.h>
+#include <string.h>
+
+#include "host_sim/lab/matrix.h"
+#include "host_sim/rig/rig.h"
+
+#define JAM        100.0 /* [N m] a brake beyond it holds any shaft */
+#define SQRT_3     1.7320508075688772
+#define JUST_BELOW 0.95 /* [-] of dc_undervoltage */
+#define WITHIN_LEFT                                                                                          \
+    0.4 /* [-] of the torque that the load leaves: what a brake within current_limit takes at most */
+
+/* The scenario's value of a row over that of the defaults; 1 where there is none to divide by. */
+static double ratio(rig_t *rig, const char *row)
+{
+    const double standard = rig_initial(rig_row_by_name(row));
+    const double own = rig_value(rig, row);
+    return standard > 0.0 && own > 0.0 ? own / standard : 1.0;
+}
+
+/* Torque that current_limit makes [N m]. */
+static double able(double pole_pairs, double flux_linkage, double current)
+{
+    return 1.5 * pole_pairs * flux_linkage * current;
+}
+
+static double able_now(rig_t *rig)
+{
+    return able(rig_value(rig, "plant.pole_pairs"), rig_value(rig, "plant.flux_linkage"),
+                rig_value(rig, "current_limit"));
+}
+
+static double able_by_default(void)
+{
+    return able(rig_initial(rig_row_by_name("plant.pole_pairs")),
+                rig_initial(rig_row_by_name("plant.flux_linkage")),
+                rig_initial(rig_row_by_name("current_limit")));
+}
+
+/* A brake that holds more than current_limit can turn still does; one well within it stays within what the
+ * scenario's own load leaves. */
+static double brake(rig_t *rig, double torque)
+{
+    const double most = able_now(rig);
+    const double scaled = torque * most / able_by_default();
+    const double left = fmax(
+        most - fabs(rig_value(rig, "plant.load_torque")) - rig_value(rig, "plant.friction_coulomb"), 0.0);
+    if (torque >= JAM) {
+        return fmax(torque, scaled);
+    }
+    return torque < able_by_default() ? fmin(scaled, WITHIN_LEFT * left) : scaled;
+}
+
+/* A voltage of the link by the trip that it is beyond, or by the link itself between them. */
+static double link_voltage(rig_t *rig, double volts)
+{
+    const double over = rig_initial(rig_row_by_name("dc_overvoltage"));
+    const double under = rig_initial(rig_row_by_name("dc_undervoltage"));
+    if (volts > over) {
+        return volts / over * rig_value(rig, "dc_overvoltage");
+    }
+    /* Below the EMF between two lines the diodes load the link: a low link is not lower than that if it need
+     * not. */
+    const double own = rig_value(rig, "dc_undervoltage");
+    const double emf = SQRT_3 * rig_value(rig, "plant.flux_linkage") * rig_value(rig, "plant.pole_pairs") *
+                       fabs(rig_value(rig, "true_omega_m"));
+    return volts < under ? fmax(volts / under * own, fmin(emf, JUST_BELOW * own)) : volts / under * own;
+}
+
+/* The capacitor holds the same share of a second's work of the motor at its limit: C U^2 over torque times
+ * speed. */
+static double capacitor(rig_t *rig, double farads)
+{
+    const double volts = ratio(rig, "plant.dc_voltage");
+    return farads * able_now(rig) / able_by_default() * ratio(rig, "overspeed_trip") / (volts * volts);
+}
+
+double matrix_scaled(rig_t *rig, const char *row, double value)
+{
+    const double amperes = ratio(rig, "current_limit");
+    if (strcmp(row, "rig.brake_torque") == 0) {
+        return brake(rig, value);
+    }
+    if (strcmp(row, "plant.dc_voltage") == 0) {
+        return link_voltage(rig, value);
+    }
+    if (strcmp(row, "plant.dc_ripple") == 0 || strcmp(row, "plant.leg_a_drop") == 0) {
+        return value * ratio(rig, "plant.dc_voltage");
+    }
+    if (strcmp(row, "plant.dc_capacitance") == 0) {
+        return capacitor(rig, value);
+    }
+    if (strcmp(row, "plant.dc_resistance") == 0) {
+        return value * 1e-3 / capacitor(rig, 1e-3);
+    }
+    if (strcmp(row, "plant.leg_a_resistance") == 0) {
+        return value * ratio(rig, "plant.resistance");
+    }
+    if (strcmp(row, "plant.current_offset_a") == 0 || strcmp(row, "plant.current_noise") == 0) {
+        return value * amperes;
+    }
+    if (strcmp(row, "plant.sink_temperature") == 0) {
+        return value - rig_initial(rig_row_by_name("sink_temperature_max")) +
+               rig_value(rig, "sink_temperature_max");
+    }
+    if (strcmp(row, "plant.motor_temperature") == 0) {
+        return value - rig_initial(rig_row_by_name("motor_temperature_max")) +
+               rig_value(rig, "motor_temperature_max");
+    }
+    if (strncmp(row, "rig.stuck_current_", 18) == 0 && value > 0.0 && value < 4095.0) { /* not at a rail */
+        const double per_code = (double)BOARD_CURRENT_PER_CODE;
+        const double current = floor(value * per_code + (double)BOARD_CURRENT_AT_0V + 0.5);
+        return fmin(fmax(value + current * (amperes - 1.0) / per_code, 1.0), 4094.0);
+    }
+    return value;
+}

@@ -1,0 +1,183 @@
+"""Verdicts that concern the user's own motor: matrix, map and campaign around a scenario; and files given for one another.
+usage: test_own_motor.py LAGLESS FOLDER"""
+
+import importlib.util
+import json
+import os
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from command_line import LAGLESS, TestCase, lagless
+
+# A servo of 1.27 N m: the brake of the paper's rig, 3 N m, is more than twice its rated torque.
+SERVO = """pole_pairs = 5
+resistance_line = "5.6 ohm"
+inductance_line = "17 mH"
+ke_line_rms = "33 V/krpm"
+rated_current_rms = "2.4 A"
+rated_torque = "1.27 N m"
+rated_speed = "3000 r/min"
+inertia = "0.28 kg cm^2"
+load_inertia = "2 kg cm^2"
+link_voltage = "311 V"
+"""
+# A motor that pulls more than 14 N m: the overload of the paper's rig is none.
+LARGE = """pole_pairs = 3
+resistance = "0.35 ohm"
+inductance = "4.1 mH"
+ke_line_rms = "120 V/krpm"
+rated_current_rms = "9 A"
+inertia = "48 kg cm^2"
+load_inertia = "150 kg cm^2"
+link_voltage = "311 V"
+"""
+# 48 V: what the paper's rig calls a low link, 150 V, is far beyond this one's trip.
+HUB = """pole_pairs = 15
+resistance_line = "0.13 ohm"
+inductance_line = "0.25 mH"
+ke_line_rms = "48 V/krpm"
+rated_current_rms = "7 A"
+rated_speed = "650 r/min"
+inertia = "60 kg cm^2"
+load_inertia = "0.6 kg m^2"
+link_voltage = "48 V"
+"""
+
+
+class OwnMotor(TestCase):
+    def tuned(self, sheet):
+        path = os.path.join(self.folder, "my.toml")
+        self.expect(0, lagless("tune", self.write("motor.toml", sheet), "--write", path, "--force"))
+        return path
+
+    def end_of(self, path):
+        with open(path, encoding="utf-8") as file:
+            return float(re.search(r"(?m)^duration = (.*)", file.read())[1])
+
+    def cell(self, path, fault, at):
+        done = lagless("matrix", "--scenario", path, "--at", f"{at} s", "--only", fault, "--json")
+        cell, = json.loads(done.stdout)["cells"]
+        return done.returncode, cell
+
+    # ---- matrix
+
+    def test_a_brake_within_the_limit_is_one_for_every_motor(self):
+        for sheet in (SERVO, LARGE):
+            path = self.tuned(sheet)
+            code, cell = self.cell(path, "brake", self.end_of(path) - 0.2)
+            self.assertEqual((0, "green"), (code, cell["verdict"]), cell)
+
+    def test_an_overload_is_one_for_every_motor(self):
+        for sheet in (SERVO, LARGE):
+            path = self.tuned(sheet)
+            code, cell = self.cell(path, "overload", self.end_of(path) - 0.2)
+            self.assertNotEqual("rides", cell["seen"]["reaction"], cell)
+
+    def test_a_link_is_high_low_or_sags_by_its_own_trips(self):
+        path = self.tuned(HUB)
+        at = self.end_of(path) - 0.2
+        for fault, reason in (("dc_high", "dc_overvoltage"), ("dc_low", "dc_undervoltage")):
+            _, cell = self.cell(path, fault, at)
+            self.assertEqual(reason, cell["seen"]["reason"], cell)
+        _, cell = self.cell(path, "dc_sag", at)
+        self.assertNotIn(cell["seen"]["reason"], ("dc_overvoltage", "dc_undervoltage"), cell)
+
+    # ---- map
+
+    def test_a_map_of_ones_own_motor_is_judged_by_what_the_drive_promises(self):
+        done = lagless("map", self.tuned(SERVO), "--speeds", "1000", "--averaged")
+        self.assertIn("largest error ", done.stdout)
+        self.assertIn("the rotor is kept at every point: ", done.stdout)
+        self.assertIn("with right data the angle is within 30 mrad", done.stdout)
+        self.assertNotIn("L wrong", done.stdout)
+        self.assertEqual(1 if "FAILED" in done.stdout or done.stdout.count("!") > 1 else 0, done.returncode, done.stdout)
+
+    def test_a_map_that_loses_the_rotor_fails_and_names_the_point(self):
+        path = self.write("slow.toml", 'schema = 1\ntitle = "x"\n[run]\nduration = "1 s"\n[requests]\nspeed_request = "25 r/min"\n')
+        done = lagless("map", path, "--averaged", "--adaptation", "off")
+        self.expect(1, done, "FAILED  the rotor is kept at every point: ", "are lost, the first is ")
+
+    # ---- campaign
+
+    EDGE = """schema = 1
+title = "a link at the edge of its trip, and a shaft that brakes"
+[run]
+duration = "0.3 s"
+[params]
+position_source = "encoder"
+dc_undervoltage = "300 V"
+overcurrent_trip = "12 A"
+[start]
+speed = "400 r/min"
+[requests]
+enable = "on"
+speed_request = "400 r/min"
+[[at]]
+time = "0.1 s"
+rig.brake_torque = 4
+"""
+
+    def test_list_and_file_agree_on_the_fault_of_a_hundred_violations(self):
+        folder = os.path.join(self.folder, "found")
+        path = self.write("edge.toml", self.EDGE)
+        told = json.loads(lagless("campaign", "--scenario", path, "--runs", "260", "--out", folder, "--json").stdout)
+        self.assertGreaterEqual(len(told["violations"]), 100)
+        for violation in told["violations"]:
+            run = json.loads(lagless("run", os.path.join(folder, violation["file"]), "--json").stdout)
+            self.assertEqual(violation["fault"], run["fault_reason"], violation)
+            if run["fault_reason"] != "none":
+                self.assertAlmostEqual(violation["fault_s"], run["fault_period"] * 1e-4, 9)
+            self.assertTrue(violation["reproduced"])
+        self.assertLess(1, len({violation["fault"] for violation in told["violations"]} | {"none"}))
+        text = lagless("campaign", "--scenario", path, "merge", folder).stdout
+        first = told["violations"][0]
+        self.assertRegex(text, rf"{first['file']} .* fault {first['fault']} at {first['fault_s']:.4f} s, injected none\n")
+
+    # ---- files for one another, and a stop
+
+    def test_a_motor_that_is_run_is_told_to_be_one(self):
+        path = self.write("motor.toml", SERVO)
+        for command in ("run", "map", "bench"):
+            self.expect(2, lagless(command, path), "is a motor: `lagless tune", "--write my.toml`")
+
+    def test_a_scenario_that_is_tuned_is_told_to_be_one(self):
+        self.expect(2, lagless("tune", self.scenario()), "is a scenario without [motor]: `lagless run")
+
+    def test_plot_and_its_formats_with_a_space_say_how_to_write_it(self):
+        path = self.scenario()
+        self.expect(2, lagless("run", path, "--plot", "png"), "png: write --plot=png")
+        self.expect(2, lagless("run", "--plot", "html,svg", path), "html,svg: write --plot=html,svg")
+
+    @unittest.skipUnless(importlib.util.find_spec("numpy"), "numpy is missing")
+    def test_compare_takes_the_one_recording_of_a_folder(self):
+        for name in ("a", "b"):
+            lagless("run", self.scenario(duration="1 ms"), "--out", os.path.join(self.folder, name))
+        folders = [os.path.join(self.folder, name) for name in ("a", "b")]
+        self.expect(0, lagless("compare", *folders))
+        lagless("run", self.scenario(duration="1 ms", name="other.toml"), "--out", folders[0])
+        self.expect(2, lagless("compare", *folders), "it holds 2 recordings: a, other")
+        self.expect(2, lagless("compare", self.folder, folders[1]), "it holds 0 recordings")
+
+    def test_a_matrix_that_is_stopped_leaves_nothing_and_says_so(self):
+        folder = os.path.join(self.folder, "m")
+        running = subprocess.Popen([LAGLESS, "matrix", "--out", folder], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        partial = os.path.join(folder, "matrix.json.partial")
+        deadline = time.monotonic() + 30
+        while not os.path.exists(partial) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        running.send_signal(signal.SIGINT)
+        _, told = running.communicate(timeout=60)
+        self.assertEqual(-signal.SIGINT, running.returncode)
+        self.assertIn("lagless: stopped; nothing is written", told)
+        self.assertEqual([], os.listdir(folder))
+
+    def test_a_winding_too_quick_for_the_carrier_is_told_by_its_inductance(self):
+        motor = self.write("motor.toml", SERVO.replace("17 mH", "0.5 mH"))
+        self.expect(2, lagless("tune", motor), "periods of the control of 100 us", "uH at least")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=["test_own_motor.py"], verbosity=2)

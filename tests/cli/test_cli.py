@@ -267,7 +267,7 @@ class CommandLine(TestCase):
         self.assertIn("runs are not done", err)
         with open(path) as file:
             lines = file.read().splitlines()
-        self.assertIn("runs      %d of 100000" % (len(lines) - 1), out)
+        self.assertIn("runs      %d of 100000" % (len(lines) - 2), out)
 
     def test_campaign_that_cannot_write_gives_3(self):
         folder = os.path.join(self.folder, "full")
@@ -324,7 +324,8 @@ class CommandLine(TestCase):
         with open(os.path.join(self.folder, "matrix.html"), encoding="utf-8") as file:
             self.assertIn("stuck_a_rail/off/encoder/h", file.read())
         os.remove(os.path.join(self.folder, "matrix.json"))
-        done = lagless("matrix", "--cell", "stuck_a_rail/off", "--out", self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
+        done = lagless("matrix", "--cell", "stuck_a_rail/off", "--force", "--out", self.folder,
+                       env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
         self.expect(3, done, "matrix.json")
         with open(os.path.join(self.folder, "matrix.json")) as file:
             self.assertEqual(4, json.load(file)["green"])
@@ -425,7 +426,7 @@ class CommandLine(TestCase):
         return json.loads(done.stdout), self.samples("a_fault.csv"), self.samples("a.csv"), done.stderr
 
     def test_history_of_a_fault_that_the_step_found_ends_with_its_own_period(self):
-        result, history, recording, told = self.faulty("0.2 s", ("0.15", "plant.dc_voltage = 450"))
+        result, history, recording, told = self.faulty("0.2 s", ("0.15", "plant.dc_voltage = 450"), code=1)
         self.assertEqual("dc_overvoltage", result["fault_reason"])
         first = next(n for n, line in enumerate(recording) if line.split(",")[2] == "5")  # the first in state fault
         self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
@@ -436,7 +437,7 @@ class CommandLine(TestCase):
         self.assertIn("s in %s/a_fault.csv\n" % self.folder, told)
 
     def test_history_of_a_trip_ends_with_the_step_before_it(self):
-        result, history, recording, _ = self.faulty("0.2 s", ("0.15", "plant.force_fault = 1"))
+        result, history, recording, _ = self.faulty("0.2 s", ("0.15", "plant.force_fault = 1"), code=1)
         self.assertEqual("module_fault", result["fault_reason"])
         # the line falls when period 1500 begins and opens the gates before its step: the last one is of period 1499
         self.assertEqual(recording[1500 - KEPT:1500], history)
@@ -450,7 +451,7 @@ class CommandLine(TestCase):
     def test_history_of_a_fault_soon_after_a_reset_begins_there(self):
         _, history, recording, told = self.faulty(
             "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
-            ("0.2", "requests.fault_reset = \"yes\""), ("0.205", "plant.dc_voltage = 450"))
+            ("0.2", "requests.fault_reset = \"yes\""), ("0.205", "plant.dc_voltage = 450"), code=1)
         begin = next(n for n, line in enumerate(recording) if n >= 2000 and line.split(",")[2] != "5")
         end = next(n for n, line in enumerate(recording) if n >= begin and line.split(",")[2] == "5")
         self.assertIn(begin, (2000, 2001))
@@ -464,7 +465,7 @@ class CommandLine(TestCase):
             ("0.2", "requests.fault_reset = \"yes\""))
         self.assertEqual("none", result["fault_reason"])
         self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage takes two in a row
-        done = lagless("run", self.scenario(), "--json", "--out", self.folder)
+        done = lagless("run", self.scenario(), "--json", "--force", "--out", self.folder)
         self.assertEqual([self.folder + "/a.csv"], json.loads(done.stdout)["files"])
         self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))
 
@@ -506,7 +507,7 @@ class CommandLine(TestCase):
     def test_a_signal_keeps_what_was_recorded_and_says_so(self):
         path = self.scenario(duration="3600 s")
         for number in (signal.SIGINT, signal.SIGTERM):
-            running = subprocess.Popen([LAGLESS, "run", path, "--out", self.folder, "--every", "100", "--json"],
+            running = subprocess.Popen([LAGLESS, "run", path, "--force", "--out", self.folder, "--every", "100", "--json"],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             time.sleep(1.0)
             running.send_signal(number)

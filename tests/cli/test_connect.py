@@ -220,7 +220,7 @@ wait until state == ready
         self.assertEqual(len(times), 1667)
         for before, after in zip(times, times[1:]):
             self.assertAlmostEqual(after - before, 3e-4, places=7)
-        self.fails(server, f"record omega_m i_q u_dc for 0.2 s --out {self.folder}\n", "the line is too slow; fewer names, or every ")
+        self.fails(server, f"record omega_m i_q u_dc for 0.2 s --out {self.folder} --name fast\n", "the line is too slow; fewer names, or every ")
 
     def test_capture_has_the_moment_before_its_trigger(self):
         server = self.serve()

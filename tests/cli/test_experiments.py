@@ -191,7 +191,7 @@ class Test(stuck.TestCase):
         rows = self.rows(text)
         self.assertEqual(["my.runs.high", "my.runs.low", "my.low.low", "my.before.low"], list(rows))
         self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
-        done = self.lagless("paper", self.write(text), "--out", "there")
+        done = self.lagless("paper", self.write(text), "--force", "--out", "there")
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertEqual([("a", "low"), ("b", "low"), ("c", "low"), ("a", "high"), ("c", "high")],
                          [(run["name"], run["flavour"]) for run in json.loads(self.read("there/report.json"))["figures"][0]["runs"]])
@@ -214,14 +214,14 @@ class Test(stuck.TestCase):
         for speed, duration, periods in (("100 r/min", "0.2 s", 3000), ("100 r/min", "0.3 s", 3000), ("-1013 r/min", "0.5 s", 5035)):
             text = STANDING.replace('"1 ms"', f'"{duration}"').replace("[[at]]", f'[experiment]\nwhole_turns = true\n[requests]\nspeed_request = "{speed}"\n[[at]]', 1)
             text += '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n' + claim("a", "load.last", 4.5)
-            done = self.lagless("paper", self.write(text), "--out", "turns")
+            done = self.lagless("paper", self.write(text), "--force", "--out", "turns")
             self.assertEqual(0, done.returncode, done.stderr + done.stdout)
             self.assertEqual(periods, len(self.read("turns/data/my.csv").splitlines()) - 1)
 
     def test_a_table_of_expressions(self):
         table = ('[table]\nlines = ["j"]\ncolumn = [{name = "inertia", sweep = "j"}, {name = "J", unit = "kg m^2", value = "j"},'
                  ' {name = "most", unit = "N m", value = "max(load.last for end)"}, {name = "step", unit = "kg m^2", value = "j - j@before(j)"}]\n')
-        done = self.lagless("paper", self.write(self.GRID + table + claim("a", "1", 1.0, more='at = {j = "a", end = "low"}\n')), "--out", "table")
+        done = self.lagless("paper", self.write(self.GRID + table + claim("a", "1", 1.0, more='at = {j = "a", end = "low"}\n')), "--force", "--out", "table")
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertEqual(["inertia[text],J[kg m^2],most[N m],step[kg m^2]", "a,1,9,", "b,2,9,1", "c,4,9,2"], self.read("table/data/my.csv").splitlines())
 
@@ -265,7 +265,7 @@ class Test(stuck.TestCase):
     def test_data_of_an_experiment(self):
         trace = '[trace]\nevery = 2\nreference = {name = "asked", signal = "speed_request", unit = "r/min"}\ncolumn = [{name = "load", signal = "plant.load_torque", unit = "mN m"}]\n'
         for more, head, lines in (("", "run[text],flavour[text],lost[-],load_mean[N m]", 1), (trace, "time[s],asked[r/min],_load[mN m]", 5)):
-            done = self.lagless("paper", self.write(STANDING + more + claim("a", "load.mean", 2.25, 1e-3)), "--out", "there")
+            done = self.lagless("paper", self.write(STANDING + more + claim("a", "load.mean", 2.25, 1e-3)), "--force", "--out", "there")
             self.assertEqual(0, done.returncode, done.stderr)
             table = self.read("there/data/my.csv").splitlines()
             self.assertTrue(table[0].startswith(head), table[0])

@@ -131,7 +131,7 @@ class UnexpectedEnd(TestCase):
     def test_a_campaign_around_a_scenario_reports_a_fault_that_it_does_not_name(self):
         folder = os.path.join(self.folder, "c")
         path = self.scenario(self.SAG, BACK % "1.9 s", duration="2 s")
-        self.expect(1, lagless("campaign", "--scenario", path, "--runs", "2", "--out", folder), "violated  2", "fault_reason")
+        self.expect(1, lagless("campaign", "--scenario", path, "--runs", "2", "--out", folder), "violated  2", "fault dc_undervoltage at ")
         self.expect(1, lagless("run", os.path.join(folder, "run-000000.toml")), "fault dc_undervoltage")
         named = self.scenario(self.SAG, number("fault_reason", 23, 23), duration="2 s", name="b.toml")
         self.expect(0, lagless("campaign", "--scenario", named, "--runs", "2", "--out", folder + "b"), "violated  0")

@@ -12,14 +12,6 @@
 #define RPM (2.0 * PI / 60.0)      /* [rad/s] */
 #define LBF (0.45359237 * 9.80665) /* [N] a pound's weight */
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double value_of(const char *text, const char *unit)
 {
     double value = NAN;
@@ -187,19 +179,4 @@ static void test_what_no_data_sheet_means_is_refused(void)
             "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
             "aaaaaaaaaaaaa",
             "A");
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_micro_has_two_characters);
-    RUN_TEST(test_the_ohm_is_a_letter_or_a_sign_or_a_word);
-    RUN_TEST(test_products_have_a_space_a_dot_or_nothing);
-    RUN_TEST(test_speeds_of_data_sheets);
-    RUN_TEST(test_voltage_constants_of_data_sheets);
-    RUN_TEST(test_pounds_and_inches);
-    RUN_TEST(test_degrees);
-    RUN_TEST(test_arms_is_for_keys_of_rms_values);
-    RUN_TEST(test_what_no_data_sheet_means_is_refused);
-    return UNITY_END();
 }

@@ -44,14 +44,6 @@ static scenario_error_t error;
 static char **names;
 static int library;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static const char *read_sheet(size_t n)
 {
     static char name[200];
@@ -75,6 +67,8 @@ static const char *read_sheet(size_t n)
 
 static size_t motors(void)
 {
+    library = names == NULL ? motor_library(&names) : library;
+    TEST_ASSERT_TRUE(library > 0);
     return (size_t)library + SHEETS;
 }
 
@@ -276,21 +270,4 @@ static void test_what_tune_writes_runs(void)
         TEST_ASSERT_NULL_MESSAGE(strstr(trial.miss, "module_overload"), text);
         TEST_ASSERT_NULL_MESSAGE(strstr(trial.miss, "overcurrent"), text);
     }
-}
-
-int main(void)
-{
-    library = motor_library(&names);
-    UNITY_BEGIN();
-    RUN_TEST(test_what_tune_prints_is_accepted_as_a_scenario);
-    RUN_TEST(test_the_hand_over_that_tune_tells_is_the_drives);
-    RUN_TEST(test_the_overspeed_trip_is_1_4_of_the_top_speed_that_its_reason_tells);
-    RUN_TEST(test_a_start_has_no_more_current_than_a_leg_of_the_module_stands);
-    RUN_TEST(test_every_limit_that_is_printed_is_accepted);
-    RUN_TEST(test_what_tune_writes_runs);
-    for (int n = 0; n < library; n++) {
-        free(names[n]);
-    }
-    free(names);
-    return UNITY_END();
 }

@@ -1227,6 +1227,7 @@ const scope = (() => {
         $("run").onclick = run;
         $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: it coasts");
         $("reset").onclick = async () => {
+            await set("enable", "off"); // the request to run that was there before the fault starts nothing after it
             await set("fault_reset", "no");
             say($("said"), await set("fault_reset", "yes"), "reset is asked for");
         };

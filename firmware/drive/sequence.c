@@ -140,6 +140,9 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (input->measured->u_dc < sequence->tuning.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }
+    if (input->calibration == CALIBRATION_FAILED) {
+        return REASON_CURRENT_OFFSET;
+    }
     return current_flows(input) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
 }
 

@@ -6,7 +6,8 @@ foreach(name
         on_after_quick_stop on_during_quick_stop on_before_quick_stop_ends_standing
         reset_starts_the_motor reset_then_off_then_on reset_of_a_hot_motor retry_of_the_module_starts_by_itself
         offset_drifts_while_off offset_drifts_between_two_runs offset_beyond_its_limit_while_off
-        offset_beside_a_rotor_that_feeds_the_link)
+        offset_beside_a_rotor_that_feeds_the_link
+        relock_hands_over_too_early relock_backwards relock_other_noise relock_twice)
     add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)
     set_tests_properties(case_${name} PROPERTIES LABELS scenario TIMEOUT 300)
 endforeach()

@@ -18,7 +18,7 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *d
     const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
     const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
-    const bool lost = m->now == (int32_t)MANOEUVRE_RELOCK;
+    const bool lost = m->now == (int32_t)MANOEUVRE_RELOCK && input->wish.mode == RUN_SPEED;
     const bool against = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
     manoeuvres_enter_run(m, current, rotor.omega_e);
     m->locking = 1u;
@@ -174,7 +174,7 @@ static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *de
 {
     manoeuvres_input_t kept = *input;
     m->proving--;
-    if (manoeuvres_wanted(m, &input->wish) * m->omega_m_proved >= 0.0f) {
+    if (input->wish.mode != RUN_SPEED || input->wish.omega_m_ref * m->omega_m_proved >= 0.0f) {
         m->proving = 0u; /* the wish has changed */
         run(m, input, demand);
         return;

@@ -161,6 +161,23 @@ static void test_a_stop_waits_for_nothing(void)
     TEST_ASSERT_TRUE((double)demand.current.q > 3.0);
 }
 
+/* A current is torque, not a speed: nothing else drives the rotor meanwhile. */
+static void test_a_wish_for_a_current_has_it_at_once(void)
+{
+    lose(60.0);
+    steps(100);
+    wish = (run_wish_t){RUN_CURRENT, 0.0f, {0.0f, 2.0f}};
+    step();
+    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, demand.current.q);
+    lost = true;
+    step();
+    until(MANOEUVRE_RUN, 210);
+    step();
+    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, demand.current.q);
+}
+
 static void test_a_wish_that_turns_round_ends_it(void)
 {
     lose(60.0);
@@ -199,6 +216,7 @@ int main(void)
     RUN_TEST(test_a_loop_that_scatters_is_lost_before_the_reversal);
     RUN_TEST(test_a_relocked_rotor_with_the_wish_has_its_torque_at_once);
     RUN_TEST(test_a_stop_waits_for_nothing);
+    RUN_TEST(test_a_wish_for_a_current_has_it_at_once);
     RUN_TEST(test_a_wish_that_turns_round_ends_it);
     RUN_TEST(test_a_first_catch_reverses_at_once);
     RUN_TEST(test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame);

@@ -43,7 +43,11 @@
       "`enable` was on while a fault was reset: a reset alone starts nothing",                               \
       "set `enable` to off, then to on")                                                                     \
     R(81, STOPPING, "stopping", "a quick stop is under way, and is brought to its end first",                \
-      "wait until the rotor stands, or set `enable` to off and let it coast")
+      "wait until the rotor stands, or set `enable` to off and let it coast")                                \
+    R(82, ESTIMATE_ASTRAY, "estimate_astray",                                                                \
+      "the estimated speed exceeded overspeed_trip, and the back-EMF did not confirm it: the shaft may be "  \
+      "slow",                                                                                                \
+      "check the current sensors for noise and delay; check motor_inductance_q and motor_flux_linkage")
 
 typedef enum {
 #define REASON_OF_REFUSAL(number, NAME, name, text, remedy) REASON_##NAME = number,

@@ -29,8 +29,9 @@ endfunction()
 set(LAGLESS_BOARD pm50rl1a060 CACHE STRING "The board: a name of hal/f28335/boards, or the path of a board file")
 lagless_board_target(lagless_board "${LAGLESS_BOARD}")
 
-# The same libraries once more for another board, its name behind theirs: lagless_rig_NAME and what it stands on. For tests,
-# so without the optimisation across rooms, and built where a test is.
+# The libraries that depend on the board once more for another board, with its name behind theirs: lagless_rig_NAME and what it
+# needs. They share lagless_core, which knows no board. They are for tests, so they are compiled without the optimisation across
+# libraries, and only where a test needs them.
 set(LAGLESS_OF_BOARD lagless_board lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
 function(lagless_add_board name board)
     lagless_board_target(lagless_board_${name} "${board}")

@@ -1,5 +1,29 @@
 # Unity, from the first place that has it: UNITY_DIR, an installed package, the cache that tools/get-unity fills, GitHub.
-# Gives the target unity::framework.
+# Gives the target unity::framework, and lagless_runner(), which gives a file of tests its main().
+# lagless_runner(out source [module name]): `out` is a C file that includes `source` and runs each of its tests: a program, or
+# a module of a room. Its compiler needs the folder of the project among its include directories.
+find_package(Python3 3.9 COMPONENTS Interpreter QUIET)
+set(LAGLESS_RUNNER "${CMAKE_CURRENT_LIST_DIR}/unity_runner.py")
+function(lagless_runner out source)
+    get_filename_component(source "${source}" ABSOLUTE)
+    file(RELATIVE_PATH short "${CMAKE_SOURCE_DIR}" "${source}")
+    if(ARGC GREATER 3)
+        set(kind module ${ARGV3})
+        set(name "${ARGV3}.c")
+    else()
+        set(kind test)
+        string(REPLACE "/" "_" name "${short}")
+    endif()
+    set(runner "${CMAKE_CURRENT_BINARY_DIR}/run_${name}")
+    get_property(made GLOBAL PROPERTY "LAGLESS_RUNNER_${runner}")
+    if(NOT made)
+        add_custom_command(OUTPUT "${runner}" DEPENDS "${source}" "${LAGLESS_RUNNER}" WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+            COMMAND "${Python3_EXECUTABLE}" -B "${LAGLESS_RUNNER}" ${kind} "${short}" > "${runner}" VERBATIM)
+        set_property(GLOBAL PROPERTY "LAGLESS_RUNNER_${runner}" YES)
+    endif()
+    set(${out} "${runner}" PARENT_SCOPE)
+endfunction()
+
 set(LAGLESS_UNITY_CACHE "$ENV{XDG_CACHE_HOME}")
 if(NOT LAGLESS_UNITY_CACHE)
     set(LAGLESS_UNITY_CACHE "$ENV{HOME}/.cache")

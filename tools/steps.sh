@@ -1,6 +1,6 @@
 # shellcheck shell=sh
 # For the scripts of this folder, which source it from the top folder of the repository: one line a step, with the seconds
-# it took; what the step printed goes to build/log/. POSIX sh.
+# it took; what the step printed goes to build/log/, and its seconds and processor seconds to build/log/steps.tsv. POSIX sh.
 
 steps_log=build/log
 mkdir -p "$steps_log"
@@ -9,6 +9,16 @@ steps_beside=  # names of what runs beside, each with its process: " NAME:PID NA
 steps_inside=  # yes: this shell is one of those
 steps_child=   # process of the step that runs in such a shell
 : >"$steps_log/unchecked"
+: >"$steps_log/steps.tsv"
+
+# Sets steps_processor to the processor seconds of all that this shell has run and waited for. `times` counts the children of
+# the shell that executes it, so it must not run in a command substitution.
+steps_read_processor() {
+    steps_times=$steps_log/times${steps_inside:+_$beside_name}
+    times >"$steps_times"
+    steps_processor=$(awk 'NR == 2 { for (n = 1; n <= 2; n++) { split($n, part, "[ms]"); sum += 60 * part[1] + part[2] }
+        printf "%.1f", sum }' "$steps_times")
+}
 
 # step LOG TEXT COMMAND...: runs the command; LOG is appended to, so that several steps share one. A failing step shows
 # the end of what it printed and ends the script, and so does one that runs beside.
@@ -17,10 +27,15 @@ step() {
     step_text=$2
     shift 2
     step_start=$(date +%s)
+    steps_read_processor
+    step_before_processor=$steps_processor
     step_before=0
     [ ! -f "$step_log" ] || step_before=$(wc -l <"$step_log")
     if step_command "$@" >>"$step_log" 2>&1 </dev/null; then
-        printf '%-66s %4d s\n' "$step_text" $(($(date +%s) - step_start))
+        step_seconds=$(($(date +%s) - step_start))
+        printf '%-66s %4d s\n' "$step_text" "$step_seconds"
+        steps_read_processor
+        printf '%s\t%s\t%s\t%s\n' "$step_text" "$step_seconds" "$step_before_processor" "$steps_processor" >>"$steps_log/steps.tsv"
     else
         printf '%-66s %4d s  FAILED\n' "$step_text" $(($(date +%s) - step_start))
         echo >&2
@@ -145,4 +160,9 @@ steps_seconds() {
 # The machine's processors, for the build and the tests.
 steps_jobs() {
     nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2
+}
+
+# Processor seconds of the steps that have ended, those beside included.
+steps_processor_sum() {
+    awk -F '\t' '{ sum += $4 - $3 } END { printf "%.0f", sum }' "$steps_log/steps.tsv"
 }

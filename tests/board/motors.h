@@ -46,7 +46,7 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     const double friction = rig_value(rig, "friction_coulomb");
     run_put(rig, "friction_coulomb", 0.0);
     rig_set_motion(rig, 0.0, speed);
-    rig_run(rig, 64u + 512u + 24u);
+    rig_run(rig, seed_phase() + 64u + 512u + 24u);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
     run_put(rig, "friction_coulomb", friction);
 }

@@ -9,14 +9,6 @@
 #define AVERAGED 1.0
 #define SWITCHED 0.0
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void expect_at_most(double limit, double value, const char *what)
 {
     char message[120];
@@ -93,7 +85,7 @@ static double top_share(void)
 static void expect_speed_steps(double direction, double load)
 {
     const double top = top_share();
-    rig_t *rig = rig_create(11);
+    rig_t *rig = run_rig(11);
     board_put_motor(rig);
     board_to_ready_at(rig, 0.0);
     run_on(rig, 0.0);
@@ -131,17 +123,17 @@ static void make_real(rig_t *rig)
     run_put(rig, "current_noise", 0.01 * more);
 }
 
-#define POINTS 10
-#define WHOLE  4 /* the share of a whole number */
+#define POINTS 10u
+#define WHOLE  4u /* the share of a whole number */
 
 /* Without the encoder: each speed without load and with the rated one, directions in turn. */
-static run_error_t measure(bool real, double fidelity, int32_t point)
+static run_error_t measure(bool real, double fidelity, uint32_t point)
 {
-    const double share = ((point + point / 2) % 2 != 0 ? -1.0 : 1.0) * shares[point / 2];
-    const double load = ((point & 1) != 0) ? BOARD_RATED_TORQUE : 0.0;
+    const double share = ((point + point / 2u) % 2u != 0u ? -1.0 : 1.0) * shares[point / 2u];
+    const double load = point % 2u != 0u ? BOARD_RATED_TORQUE : 0.0;
     /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);
-    rig_t *rig = rig_create(7);
+    rig_t *rig = run_rig(7);
     run_put(rig, "fidelity", fidelity);
     if (!real) {
         run_ideal(rig);
@@ -173,7 +165,8 @@ static run_error_t measure(bool real, double fidelity, int32_t point)
 
 static void test_ideal_inverter_and_sensors_leave_no_error(void)
 {
-    for (int32_t point = 0; point < POINTS; point++) {
+    grid_t grid = grid_of("ideal", POINTS);
+    for (uint32_t point; grid_next(&grid, &point);) {
         const run_error_t err = measure(false, AVERAGED, point);
         expect_at_most(0.3, err.mean, "mean [mrad]");
         expect_at_most(0.5, err.peak, "peak [mrad]");
@@ -190,10 +183,11 @@ static void test_real_inverter_and_sensors_keep_the_limits(void)
     const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];
     const double more = fmax(1.0, leg_loss() / slow_emf / (8.0 / 7.7));
     const double ripple = fmax(1.0, RIG_PERIOD_SECONDS / 100e-6);
-    for (int32_t point = 0; point < POINTS; point++) {
-        const bool slow = point / 2 == 0;
-        const bool loaded = (point & 1) != 0;
-        const double fast_mean = fmax(point / 2 == WHOLE ? 3.1 : 1.5, 1.5 * ripple);
+    grid_t grid = grid_of("real", POINTS);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        const bool slow = point / 2u == 0u;
+        const bool loaded = point % 2u != 0u;
+        const double fast_mean = fmax(point / 2u == WHOLE ? 3.1 : 1.5, 1.5 * ripple);
         const run_error_t err = measure(true, SWITCHED, point);
         expect_at_most(loaded ? (slow ? 3.0 * more : fast_mean) : (slow ? 5.0 * more : 4.0 * ripple),
                        err.mean, "mean [mrad]");
@@ -201,13 +195,4 @@ static void test_real_inverter_and_sensors_keep_the_limits(void)
                        err.sd, "SD [mrad]");
         TEST_ASSERT_TRUE(err.peak < 1000.0);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_speed_steps_by_the_encoder);
-    RUN_TEST(test_ideal_inverter_and_sensors_leave_no_error);
-    RUN_TEST(test_real_inverter_and_sensors_keep_the_limits);
-    return UNITY_END();
 }

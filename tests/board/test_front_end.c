@@ -254,17 +254,3 @@ static void test_lights_show_run_and_fault_and_are_dark_at_first(void)
         expect_led(BOARD_LED_FAULT, (n & 2u) != 0u);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_are_those_at_the_pins_from_end_to_end);
-    RUN_TEST(test_current_c_of_two_sensors_closes_the_sum);
-    RUN_TEST(test_dc_link_is_that_at_the_pin_from_end_to_end);
-    RUN_TEST(test_temperatures_are_those_at_the_pins_or_absent);
-    RUN_TEST(test_other_inputs_do_not_matter);
-    RUN_TEST(test_encoder_is_counted_from_its_pins);
-    RUN_TEST(test_fault_line_is_a_trip_input_with_the_pull_up_that_was_asked_for);
-    RUN_TEST(test_lights_show_run_and_fault_and_are_dark_at_first);
-    return UNITY_END();
-}

@@ -210,10 +210,6 @@ void setUp(void)
     run_periods(3u);
 }
 
-void tearDown(void)
-{
-}
-
 /* Line 3: the nearest period that is whole in ADC clocks, SYSCLK/2n of 25 MHz at most. */
 static void test_gates_switch_at_the_carrier_that_was_asked_for(void)
 {
@@ -525,19 +521,4 @@ static void test_lower_switches_charge_the_upper_gates(void)
         rig_free(rig);
     }
 #endif
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_gates_switch_at_the_carrier_that_was_asked_for);
-    RUN_TEST(test_dead_band_is_kept_at_every_edge);
-    RUN_TEST(test_currents_are_held_in_the_middle_of_the_zero_vector);
-    RUN_TEST(test_current_c_is_held_in_the_same_zero_vector);
-    RUN_TEST(test_at_full_voltage_pulses_and_shunts_have_their_time);
-    RUN_TEST(test_the_shortest_dead_time_is_not_less_than_the_demand);
-    RUN_TEST(test_what_period_k_commands_acts_in_the_next_period_and_no_other);
-    RUN_TEST(test_samples_are_the_currents_of_t_k);
-    RUN_TEST(test_lower_switches_charge_the_upper_gates);
-    return UNITY_END();
 }

@@ -17,10 +17,6 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-void tearDown(void)
-{
-}
-
 /* What the sensors see in both directions [A], line 9. */
 static double seen(void)
 {
@@ -116,17 +112,4 @@ static void test_current_requests_follow_the_sensors_too(void)
                               (double)why.max);
     requests.i_q_request = -params.current_limit;
     TEST_ASSERT_TRUE(requests_check(&requests, &params, &why));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_defaults_are_the_board_s_and_a_good_set);
-    RUN_TEST(test_current_limit_leaves_a_fifth_of_the_sensors_range);
-    RUN_TEST(test_overcurrent_trip_stays_within_the_sensors_range);
-    RUN_TEST(test_overvoltage_trip_stays_within_what_the_stage_stands);
-    RUN_TEST(test_dead_time_is_not_below_what_the_module_demands);
-    RUN_TEST(test_temperature_trips_are_within_the_sensors_lines);
-    RUN_TEST(test_current_requests_follow_the_sensors_too);
-    return UNITY_END();
 }

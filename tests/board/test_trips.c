@@ -266,18 +266,3 @@ static void test_heat_trips_where_there_is_a_sensor(void)
     expect_hot_trip("plant.motor_temperature", "motor_temperature_max", BOARD_MOTOR_INPUT != BOARD_NONE,
                     REASON_MOTOR_HOT);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_fault_line_shuts_all_gates_in_the_same_instant);
-    RUN_TEST(test_other_trip_pins_do_nothing);
-    RUN_TEST(test_each_phase_trips_in_each_direction_at_the_board_s_current);
-    RUN_TEST(test_the_largest_trip_is_seen_in_each_direction);
-    RUN_TEST(test_overcurrent_shuts_the_gates_of_a_running_drive);
-    RUN_TEST(test_a_sensor_at_either_rail_stops_the_drive);
-    RUN_TEST(test_link_trips_at_the_board_s_voltages);
-    RUN_TEST(test_the_largest_overvoltage_trip_is_seen);
-    RUN_TEST(test_heat_trips_where_there_is_a_sensor);
-    return UNITY_END();
-}

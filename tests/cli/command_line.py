@@ -31,6 +31,20 @@ def lagless(*arguments, **settings):
     return subprocess.run([LAGLESS, *arguments], text=True, **settings)
 
 
+# A map that is soon made, of one speed and load.
+FEW_POINTS = """schema = 1
+title = "My drive"
+[run]
+duration = "1 s"
+[requests]
+speed_request = "700 r/min"
+[plant]
+load_torque = 3
+[rig]
+fidelity = "averaged"
+"""
+
+
 class TestCase(stuck.TestCase):
     def setUp(self):
         self.folder = os.path.join(FOLDER, "work")

@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -50,14 +51,63 @@ def why_not():
     return "" if "exited normally" in tried else "gdb cannot run a program here: " + " ".join(tried.split())
 
 
+class Gdb:
+    """One gdb for all sessions, which reads the program's symbols once; each session begins without a program and breakpoints."""
+
+    RESET = ("delete", "kill", "unset environment LAGLESS_STOP")
+
+    def __init__(self):
+        self.process = subprocess.Popen(
+            [str(word) for word in ("gdb", "-nx", "-q", "-ex", "set confirm off", "-ex", "set width 0", "-ex", "set height 0",
+                                    "-ex", "set prompt", "-x", SCRIPT, PROGRAM)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT)
+
+    def told(self, commands):
+        """What each of them printed."""
+        self.process.stdin.write("".join(f"echo @@@\\n\n{command}\n" for command in commands) + "echo @@@\\n\n")
+        self.process.stdin.flush()
+        parts = [[]]
+        while len(parts) <= len(commands) + 1:
+            line = self.process.stdout.readline()
+            assert line, f"gdb ended: {parts}"
+            if line.endswith("@@@\n"):
+                parts[-1].append(line[:-4])
+                parts.append([])
+            else:
+                parts[-1].append(line)
+        return ["".join(part) for part in parts[1:-1]]
+
+    def end(self):
+        self.process.kill()
+        self.process.communicate()
+
+
+shared = None
+
+
+def anew():
+    """The next session is another gdb's."""
+    global shared
+    if shared:
+        shared.end()
+    shared = None
+
+
 def session(*commands, arguments=("200000",)):
-    """Runs gdb's commands; what each of them printed, in their order."""
-    line = ["gdb", "-nx", "-q", "-batch", "-x", SCRIPT]
-    for command in commands:
-        line += ["-ex", "echo @@@\\n", "-ex", command]
-    done = run([*line, "--args", PROGRAM, *arguments])
-    parts = done.stdout.split("@@@\n")[1:]
-    assert len(parts) == len(commands), done.stdout
+    """gdb's commands on the program, not started yet; what each of them printed, in their order."""
+    global shared
+    gdb, shared = shared or Gdb(), None  # one that hangs or ends is not used again
+    hanging = threading.Timer(SECONDS, gdb.end)
+    hanging.start()
+    try:
+        gdb.told([*Gdb.RESET, "set args " + " ".join(arguments)])
+        parts = gdb.told(commands)
+    except BaseException:
+        gdb.end()
+        raise
+    finally:
+        hanging.cancel()
+    shared = gdb
     for part in parts:
         assert "Traceback" not in part and "Python Exception" not in part, part
     return [part.strip() for part in parts]
@@ -337,6 +387,9 @@ class FaultTest(unittest.TestCase):
 
 
 class ManoeuvreTest(unittest.TestCase):
+    def setUp(self):
+        anew()  # gdb reads the names of manoeuvres in a program that runs or in one that never ran
+
     # Ready after 64 + 512 samples, two periods until the gates are on, 20 ms of catch, and an alignment of 16 over the
     # pendulum's frequency sqrt(p K_t I / J).
     ALIGNED = 64 + 512 + 2 + 200 + round(1e4 * 16 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
@@ -717,4 +770,7 @@ if __name__ == "__main__":
     if reason:
         print(f"skipped: {reason}")
         sys.exit(SKIPPED)
-    unittest.main(argv=[sys.argv[0], *REST])
+    try:
+        unittest.main(argv=[sys.argv[0], *REST])
+    finally:
+        anew()

@@ -271,18 +271,3 @@ static void test_each_call_is_one_task_with_one_short_section_at_most(void)
         TEST_ASSERT_TRUE(rec.interrupts_on);
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_set_taken_while_the_bridge_is_off_writes_dead_band_and_encoder);
-    RUN_TEST(test_a_set_without_them_leaves_the_encoder_alone);
-    RUN_TEST(test_a_set_taken_while_the_bridge_is_on_writes_no_register);
-    RUN_TEST(test_a_set_that_is_refused_turns_no_interrupt_off);
-    RUN_TEST(test_a_request_is_judged_before_interrupts_are_off_and_writes_no_register);
-    RUN_TEST(test_the_interrupt_alone_does_not_feed_the_watchdog);
-    RUN_TEST(test_the_background_alone_does_not_feed_the_watchdog);
-    RUN_TEST(test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_round);
-    RUN_TEST(test_each_call_is_one_task_with_one_short_section_at_most);
-    return UNITY_END();
-}

@@ -92,24 +92,28 @@ static void test_registers_are_reached_at_the_manual_s_addresses(void)
 
 /* ---- Start-up: words ---- */
 
+static bool is_wide(uint32_t address)
+{
+    return (address >= 0x0C00u && address < 0x0C18u && (address & 7u) < 4u) ||
+           (address >= 0x0D00u && address < 0x0E00u) || (address >= 0x6B00u && address < 0x6B12u) ||
+           (address >= 0x6F80u && address < 0x6FE0u);
+}
+
 typedef struct {
     const volatile void *reg;
-    bool wide;
     uint32_t value;
 } expected_t;
 
-static void assert_register(const expected_t *e)
-{
-    const uint32_t value = e->wide ? *(const volatile uint32_t *)e->reg : *(const volatile uint16_t *)e->reg;
-    char where[32];
-    (void)snprintf(where, sizeof where, "register 0x%04X", recording_address(e->reg));
-    TEST_ASSERT_EQUAL_HEX32_MESSAGE(e->value, value, where);
-}
-
 static void assert_registers(const expected_t *expected, uint32_t n)
 {
-    for (uint32_t i = 0; i < n; i++) {
-        assert_register(&expected[i]);
+    for (const expected_t *e = expected; e < expected + n; e++) {
+        const uint32_t address = recording_address(e->reg);
+        char where[32];
+        (void)snprintf(where, sizeof where, "register 0x%04X", (unsigned)address);
+        TEST_ASSERT_EQUAL_HEX32_MESSAGE(e->value,
+                                        is_wide(address) ? *(const volatile uint32_t *)e->reg
+                                                         : *(const volatile uint16_t *)e->reg,
+                                        where);
     }
 }
 
@@ -119,12 +123,10 @@ static void test_start_up_leaves_clock_and_flash_at_150_MHz(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&SYSCTRL->WDCR, false, 0x0068u},        {&SYSCTRL->PLLCR, false, 10u},
-        {&SYSCTRL->PLLSTS, false, 0x0101u},      {&SYSCTRL->HISPCP, false, 3u},
-        {&SYSCTRL->LOSPCP, false, 2u},           {&SYSCTRL->PCLKCR0, false, 0x040Cu},
-        {&SYSCTRL->PCLKCR1, false, 0x4007u},     {&SYSCTRL->PCLKCR3, false, 0x2700u},
-        {&FLASH_REGS->FBANKWAIT, false, 0x505u}, {&FLASH_REGS->FOTPWAIT, false, 8u},
-        {&FLASH_REGS->FOPT, false, 1u},          {&FLASH_REGS->FPWR, false, 3u},
+        {&SYSCTRL->WDCR, 0x0068u},    {&SYSCTRL->PLLCR, 10u},       {&SYSCTRL->PLLSTS, 0x0101u},
+        {&SYSCTRL->HISPCP, 3u},       {&SYSCTRL->LOSPCP, 2u},       {&SYSCTRL->PCLKCR0, 0x040Cu},
+        {&SYSCTRL->PCLKCR1, 0x4007u}, {&SYSCTRL->PCLKCR3, 0x2700u}, {&FLASH_REGS->FBANKWAIT, 0x505u},
+        {&FLASH_REGS->FOTPWAIT, 8u},  {&FLASH_REGS->FOPT, 1u},      {&FLASH_REGS->FPWR, 3u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -137,25 +139,25 @@ static void test_start_up_sets_each_leg_to_the_manual_s_words(void)
         const bool first = n == 1u;
         const volatile epwm_regs_t *leg = EPWM(n);
         const expected_t expected[] = {
-            {&leg->TBCTL, false, first ? 0x4012u : 0x6006u},
-            {&leg->TBPHS, false, first ? 0u : 2u},
-            {&leg->TBPRD, false, 7500u},
-            {&leg->CMPCTL, false, 0u},
-            {&leg->CMPA, false, 3750u},
-            {&leg->CMPB, false, first ? 87u : 0u},
-            {&leg->AQCTLA, false, 0x0090u},
-            {&leg->AQCTLB, false, 0u},
-            {&leg->AQCSFRC, false, 0u},
-            {&leg->TBCTR, false, 0u},
-            {&leg->DBCTL, false, EXPECTED_DBCTL},
-            {&leg->DBRED, false, 375u},
-            {&leg->DBFED, false, 375u},
-            {&leg->TZSEL, false, 0x0100u},
-            {&leg->TZCTL, false, EXPECTED_TZCTL},
-            {&leg->TZEINT, false, 0u},
-            {&leg->TZFLG, false, TZ_OST},
-            {&leg->ETSEL, false, first ? 0x0F00u : 0u},
-            {&leg->ETPS, false, first ? 0x0100u : 0u},
+            {&leg->TBCTL, first ? 0x4012u : 0x6006u},
+            {&leg->TBPHS, first ? 0u : 2u},
+            {&leg->TBPRD, 7500u},
+            {&leg->CMPCTL, 0u},
+            {&leg->CMPA, 3750u},
+            {&leg->CMPB, first ? 87u : 0u},
+            {&leg->AQCTLA, 0x0090u},
+            {&leg->AQCTLB, 0u},
+            {&leg->AQCSFRC, 0u},
+            {&leg->TBCTR, 0u},
+            {&leg->DBCTL, EXPECTED_DBCTL},
+            {&leg->DBRED, 375u},
+            {&leg->DBFED, 375u},
+            {&leg->TZSEL, 0x0100u},
+            {&leg->TZCTL, EXPECTED_TZCTL},
+            {&leg->TZEINT, 0u},
+            {&leg->TZFLG, TZ_OST},
+            {&leg->ETSEL, first ? 0x0F00u : 0u},
+            {&leg->ETPS, first ? 0x0100u : 0u},
         };
         ASSERT_REGISTERS(expected);
     }
@@ -166,9 +168,9 @@ static void test_start_up_sets_the_converter_to_four_pairs(void)
     recording_soil();
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&ADC->ADCTRL1, false, 0x0410u},        {&ADC->ADCTRL2, false, 0x4900u}, /* RST_SEQ1 in RAM stays */
-        {&ADC->ADCTRL3, false, 0x00E1u},        {&ADC->ADCMAXCONV, false, 3u},
-        {&ADC->ADCCHSELSEQ[0], false, 0x2102u}, {&ADC->ADCST, false, 0x0010u},
+        {&ADC->ADCTRL1, 0x0410u},        {&ADC->ADCTRL2, 0x4900u}, /* RST_SEQ1 in RAM stays */
+        {&ADC->ADCTRL3, 0x00E1u},        {&ADC->ADCMAXCONV, 3u},
+        {&ADC->ADCCHSELSEQ[0], 0x2102u}, {&ADC->ADCST, 0x0010u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -188,9 +190,9 @@ static void test_start_up_connects_gates_fault_line_encoder_and_serial_line(void
     rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that somebody else set up */
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&GPIO_CONTROL(0u)->MUX1, true, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, true, 0x55005500u},
-        {&GPIO_CONTROL(0u)->QSEL1, true, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, true, 0x03000000u},
-        {&GPIO_CONTROL(0u)->PUD, true, 0x0000EFFFu},   {&GPIO_CONTROL(0u)->DIR, true, 0u},
+        {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
+        {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
+        {&GPIO_CONTROL(0u)->PUD, 0x0000EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -201,10 +203,9 @@ static void test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_th
     rec.regs.eqep[0].QFLG = 0x0FFFu;
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&EQEP(1u)->QPOSMAX, true, 9999u}, {&EQEP(1u)->QPOSINIT, true, 0u},
-        {&EQEP(1u)->QUPRD, true, 15000u},  {&EQEP(1u)->QUTMR, true, 0u},
-        {&EQEP(1u)->QDECCTL, false, 0u},   {&EQEP(1u)->QEPCTL, false, 0x900Eu},
-        {&EQEP(1u)->QEINT, false, 0u},     {&EQEP(1u)->QFLG, false, 0u},
+        {&EQEP(1u)->QPOSMAX, 9999u}, {&EQEP(1u)->QPOSINIT, 0u}, {&EQEP(1u)->QUPRD, 15000u},
+        {&EQEP(1u)->QUTMR, 0u},      {&EQEP(1u)->QDECCTL, 0u},  {&EQEP(1u)->QEPCTL, 0x900Eu},
+        {&EQEP(1u)->QEINT, 0u},      {&EQEP(1u)->QFLG, 0u},
     };
     ASSERT_REGISTERS(expected);
     ASSERT(recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x908Cu) < rec.entries,
@@ -264,13 +265,6 @@ static bool is_protected(uint32_t address)
     }
     return (address >= 0x0A80u && address < 0x0A88u) || (address >= 0x0D00u && address < 0x0E00u) ||
            (address >= 0x6F80u && address < 0x6FC0u) || (address >= 0x7010u && address < 0x7030u);
-}
-
-static bool is_wide(uint32_t address)
-{
-    return (address >= 0x0C00u && address < 0x0C18u && (address & 7u) < 4u) ||
-           (address >= 0x0D00u && address < 0x0E00u) || (address >= 0x6B00u && address < 0x6B12u) ||
-           (address >= 0x6F80u && address < 0x6FE0u);
 }
 
 static void assert_every_write_is_as_the_register_wants_it(void)
@@ -872,72 +866,61 @@ static uint16_t late_at(uint32_t ticks)
     return sample_at(ticks).flags & HAL_FLAG_LATE;
 }
 
-static void test_samples_anywhere_in_their_period_are_in_time(void)
+typedef enum { NO_MORE, IN_TIME, LATE, ENDS } event_t; /* of a sample, or of the interrupt */
+
+/* From a start of the carrier on: `at` that event, in ticks of the period `period`. */
+static const struct {
+    const char *name;
+    struct {
+        event_t event;
+        uint32_t period, at;
+    } step[12];
+} courses[] = {
+    {"anywhere in its period",
+     {{IN_TIME, 1, 90},
+      {IN_TIME, 2, 5000},
+      {IN_TIME, 3, 7499},
+      {IN_TIME, 4, 7500},
+      {IN_TIME, 5, 7501},
+      {IN_TIME, 6, 14000},
+      {IN_TIME, 7, 14912},
+      {IN_TIME, 8, 90},
+      {IN_TIME, 9, 1},
+      {IN_TIME, 10, 0}}},
+    {"after the next conversion began",
+     {{IN_TIME, 1, PERIOD - 88}, {LATE, 2, PERIOD - 87}, {LATE, 3, PERIOD - 1}, {IN_TIME, 4, 100}}},
+    {"in the next period", /* the second is meant for period 2 */
+     {{IN_TIME, 1, 100}, {LATE, 3, 100}, {IN_TIME, 4, 100}, {LATE, 7, 100}}},
+    {"a second one of the same period", {{IN_TIME, 1, 100}, {LATE, 1, 2000}, {IN_TIME, 2, 100}}},
+    {"the first one", {{IN_TIME, 1, 80}}},
+    {"the first one, of the second period", {{LATE, 2, 80}}},
+    {"after an interrupt that ended after the next conversion began",
+     {{IN_TIME, 1, 100},
+      {ENDS, 1, PERIOD - 88},
+      {IN_TIME, 2, 100},
+      {ENDS, 2, PERIOD - 87},
+      {LATE, 3, 100},
+      {ENDS, 3, 3000},
+      {IN_TIME, 4, 100}}},
+    {"lost after an interrupt that was too long",
+     {{IN_TIME, 1, 100}, {ENDS, 2, 1000}, {LATE, 3, 100}, {IN_TIME, 4, 100}}},
+};
+
+static void test_a_sample_is_late_unless_its_own_period_goes_on(void)
 {
-    static const uint32_t phase[] = {90u, 5000u, 7499u, 7500u, 7501u, 14000u, 14912u, 90u, 1u, 0u};
-    start_carrier();
-    for (uint32_t k = 0; k < sizeof phase / sizeof phase[0]; k++) {
-        TEST_ASSERT_EQUAL_HEX16(0u, late_at((k + 1u) * PERIOD + phase[k]));
+    for (uint32_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
+        start_carrier();
+        for (uint32_t k = 0; k < 12u && courses[n].step[k].event != NO_MORE; k++) {
+            const uint32_t ticks = courses[n].step[k].period * PERIOD + courses[n].step[k].at;
+            if (courses[n].step[k].event == ENDS) {
+                at(ticks);
+                hal_end_of_sample();
+            } else {
+                TEST_ASSERT_EQUAL_HEX16_MESSAGE(courses[n].step[k].event == LATE ? HAL_FLAG_LATE : 0u,
+                                                late_at(ticks), courses[n].name);
+            }
+        }
     }
-}
-
-static void test_sample_after_the_next_conversion_began_is_late(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD - 87u - 1u));
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD - 87u));
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(4u * PERIOD - 1u));
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
-}
-
-static void test_sample_in_the_next_period_is_late(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u)); /* meant for period 2 */
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(7u * PERIOD + 100u));
-}
-
-static void test_second_sample_of_the_same_period_is_late(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(PERIOD + 2000u));
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD + 100u));
-}
-
-static void test_first_sample_is_in_time_when_the_first_period_is(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 80u));
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(2u * PERIOD + 80u));
-}
-
-static void test_interrupt_that_ends_after_the_next_conversion_began_makes_the_next_sample_late(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
-    at(2u * PERIOD - 87u - 1u);
-    hal_end_of_sample();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(2u * PERIOD + 100u));
-    at(3u * PERIOD - 87u);
-    hal_end_of_sample();
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u));
-    at(3u * PERIOD + 3000u);
-    hal_end_of_sample();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
-}
-
-static void test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too(void)
-{
-    start_carrier();
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(PERIOD + 100u));
-    at(2u * PERIOD + 1000u);
-    hal_end_of_sample();
-    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_LATE, late_at(3u * PERIOD + 100u));
-    TEST_ASSERT_EQUAL_HEX16(0u, late_at(4u * PERIOD + 100u));
 }
 
 /* As after a debugger's halt. Of more than half a turn of the clock, too. */
@@ -1103,76 +1086,4 @@ static void test_background_can_bracket_the_interrupt(void)
     TEST_ASSERT_FALSE(rec.interrupts_on);
     hal_interrupts_on();
     TEST_ASSERT_TRUE(rec.interrupts_on);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_registers_are_reached_at_the_manual_s_addresses);
-    RUN_TEST(test_start_up_leaves_clock_and_flash_at_150_MHz);
-    RUN_TEST(test_start_up_sets_each_leg_to_the_manual_s_words);
-    RUN_TEST(test_start_up_sets_the_converter_to_four_pairs);
-    RUN_TEST(test_currents_are_held_at_counter_zero);
-    RUN_TEST(test_start_up_connects_gates_fault_line_encoder_and_serial_line);
-    RUN_TEST(test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_the_carrier);
-    RUN_TEST(test_vectors_lead_to_the_application_and_all_others_shut_the_gates);
-    RUN_TEST(test_only_the_two_interrupts_are_enabled);
-    RUN_TEST(test_every_write_has_the_register_s_width_and_EALLOW_exactly_where_needed);
-    RUN_TEST(test_pll_follows_the_manual_step_by_step);
-    RUN_TEST(test_watchdog_goes_off_before_anything_else);
-    RUN_TEST(test_prescalers_and_flash_waits_are_ready_before_the_fast_clock);
-    RUN_TEST(test_modules_are_written_only_two_cycles_after_their_clock_came);
-    RUN_TEST(test_carrier_starts_last_and_stands_until_then);
-    RUN_TEST(test_every_leg_is_tripped_before_its_pins_are_connected);
-    RUN_TEST(test_forced_trip_of_start_up_does_not_interrupt);
-    RUN_TEST(test_converter_has_its_five_milliseconds);
-    RUN_TEST(test_vectors_are_there_before_interrupts_are_enabled);
-    RUN_TEST(test_what_an_earlier_program_enabled_or_requested_is_gone_before_the_vectors_change);
-    RUN_TEST(test_a_debugger_may_look_while_the_program_runs_and_halts_the_background_only);
-    RUN_TEST(test_calibration_of_the_chip_is_taken_over_before_power_up);
-    RUN_TEST(test_an_erased_calibration_is_left_alone);
-    RUN_TEST(test_dead_band_out_of_range_is_refused);
-    RUN_TEST(test_encoder_count_that_is_no_multiple_of_four_is_refused);
-    RUN_TEST(test_missing_functions_are_refused);
-    RUN_TEST(test_missing_clock_is_reported_before_the_pll_is_touched);
-    RUN_TEST(test_clock_lost_while_the_pll_locks_is_reported);
-    RUN_TEST(test_pll_that_never_locks_is_given_up);
-    RUN_TEST(test_pll_that_locks_at_the_last_moment_is_taken);
-    RUN_TEST(test_leg_that_takes_no_trip_keeps_all_pins_disconnected);
-    RUN_TEST(test_gates_come_on_after_start_up_and_arm_the_trip_interrupt);
-    RUN_TEST(test_gates_that_are_on_are_left_alone);
-    RUN_TEST(test_gates_stay_off_while_the_fault_line_is_low);
-    RUN_TEST(test_only_pin_12_is_the_fault_line);
-    RUN_TEST(test_trip_that_comes_back_at_once_shuts_all_legs);
-    RUN_TEST(test_gates_stay_off_when_a_safety_register_has_changed);
-    RUN_TEST(test_gates_come_on_with_the_shortest_and_the_longest_dead_band);
-    RUN_TEST(test_gates_are_refused_before_start_up);
-    RUN_TEST(test_gates_off_trips_all_legs_without_interrupt);
-    RUN_TEST(test_gates_come_on_again_after_a_hardware_trip_has_gone);
-    RUN_TEST(test_compare_values_reach_their_legs_and_end_at_full_duty);
-    RUN_TEST(test_dead_band_changes_within_its_limits_only);
-    RUN_TEST(test_dead_band_and_encoder_stay_unless_every_leg_is_tripped);
-    RUN_TEST(test_sample_drops_the_first_pair_and_reads_the_right_justified_results);
-    RUN_TEST(test_flags_tell_trip_and_fault_line_apart);
-    RUN_TEST(test_phase_error_of_the_encoder_is_told_once);
-    RUN_TEST(test_samples_anywhere_in_their_period_are_in_time);
-    RUN_TEST(test_sample_after_the_next_conversion_began_is_late);
-    RUN_TEST(test_sample_in_the_next_period_is_late);
-    RUN_TEST(test_second_sample_of_the_same_period_is_late);
-    RUN_TEST(test_first_sample_is_in_time_when_the_first_period_is);
-    RUN_TEST(test_interrupt_that_ends_after_the_next_conversion_began_makes_the_next_sample_late);
-    RUN_TEST(test_sample_lost_after_an_interrupt_that_was_too_long_is_noticed_too);
-    RUN_TEST(test_ten_samples_after_a_gap_of_ten_periods_are_late);
-    RUN_TEST(test_lateness_survives_the_wrap_of_the_clock);
-    RUN_TEST(test_end_of_sample_rearms_sequencer_flag_and_group_in_this_order);
-    RUN_TEST(test_end_of_trip_acknowledges_its_group_and_leaves_the_trip);
-    RUN_TEST(test_unit_timer_is_put_in_step_when_out_by_more_than_its_tolerance);
-    RUN_TEST(test_unit_timer_is_left_alone_by_a_late_sample);
-    RUN_TEST(test_new_encoder_restarts_the_position_and_the_same_one_does_not);
-    RUN_TEST(test_time_counts_up_at_150_MHz);
-    RUN_TEST(test_time_runs_before_anything_waits);
-    RUN_TEST(test_watchdog_is_fed_by_its_two_keys_in_order);
-    RUN_TEST(test_watchdog_starts_from_zero_at_279_ms);
-    RUN_TEST(test_background_can_bracket_the_interrupt);
-    return UNITY_END();
 }

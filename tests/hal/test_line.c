@@ -265,24 +265,3 @@ static void test_a_restart_shuts_the_gates_and_writes_a_wrong_check(void)
     TEST_ASSERT_TRUE(wrong < rec.entries);
     TEST_ASSERT_TRUE(rec.entry[wrong].allowed);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_start_up_sets_eight_bits_at_the_board_s_rate_with_both_fifos);
-    RUN_TEST(test_before_start_up_there_is_no_line);
-    RUN_TEST(test_the_line_is_there_on_a_board_that_does_not_take_its_trip);
-    RUN_TEST(test_reading_takes_what_is_there_and_there_is_room_for);
-    RUN_TEST(test_an_octet_without_its_stop_bit_is_left_out_and_counted);
-    RUN_TEST(test_an_overrun_is_counted_and_forgotten);
-    RUN_TEST(test_a_break_restarts_the_receiver);
-    RUN_TEST(test_writing_stops_where_the_fifo_is_full);
-    RUN_TEST(test_pages_are_sectors_c_and_b);
-    RUN_TEST(test_an_erase_runs_without_interrupts_and_watchdog);
-    RUN_TEST(test_words_are_programmed_one_by_one_and_read_back);
-    RUN_TEST(test_a_watchdog_that_did_not_run_stays_off);
-    RUN_TEST(test_with_gates_on_or_beyond_the_pages_nothing_is_done);
-    RUN_TEST(test_a_flash_that_does_not_follow_is_told);
-    RUN_TEST(test_a_restart_shuts_the_gates_and_writes_a_wrong_check);
-    return UNITY_END();
-}

@@ -1,8 +1,9 @@
 /* Broken scenario files: each is refused with file, line, column, the offending name and what would have been
- * accepted.
+ * accepted. And damaged ones: whatever is done to a good or broken one, it is read or refused in one line
+ * with a name, and nothing else happens (the sanitizer build sees to that).
  *
- * The first line of each file of tests/lab/broken says what is expected: `# LINE:COLUMN: NAME: PART & PART`,
- * where each part is somewhere in the message. LAGLESS_BROKEN is that folder. */
+ * LAGLESS_BROKEN is tests/lab/broken.txt, which says itself how it is read; LAGLESS_SCENARIOS the folder of
+ * the shipped ones. */
 #include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
@@ -16,36 +17,86 @@
 #include "unity.h"
 
 #define LINE_SIZE 1200u
+#define CASES     200u
+#define CASE_SIZE 16384u
+#define HEAD      "schema = 1\ntitle = \"broken\"\n[run]\nduration = \"1 s\"\n"
+#define SEED      UINT64_C(0x9E3779B97F4A7C15) /* of the damage */
+#define ROUNDS    10000u
 
 static char folder[] = "/tmp/lagless_broken_XXXXXX";
 static char path[512];
 
-void setUp(void)
+/* The broken ones, then the shipped ones. */
+static struct {
+    char text[CASE_SIZE];
+    size_t octets;
+} files[CASES];
+static size_t broken_count, file_count;
+static uint64_t state = SEED;
+
+static void append(const char *text)
 {
+    TEST_ASSERT_TRUE(file_count > 0u && files[file_count - 1u].octets + strlen(text) < CASE_SIZE);
+    strcpy(files[file_count - 1u].text + files[file_count - 1u].octets, text);
+    files[file_count - 1u].octets += strlen(text);
 }
 
-void tearDown(void)
+static void load_broken(void)
 {
+    char line[LINE_SIZE];
+    FILE *stream = fopen(LAGLESS_BROKEN, "r");
+    TEST_ASSERT_NOT_NULL(stream);
+    while (fgets(line, sizeof line, stream) != NULL) {
+        const bool with_head = strncmp(line, "#: ", 3) == 0;
+        if (with_head || strncmp(line, "#! ", 3) == 0) {
+            TEST_ASSERT_TRUE(file_count < CASES);
+            file_count++;
+        } else if (file_count == 0u) {
+            continue; /* what is said above the first */
+        }
+        append(line);
+        append(with_head ? HEAD : "");
+    }
+    fclose(stream);
+    broken_count = file_count;
 }
 
-/* Refused, and the text begins and goes on like this. */
-static void expect_refusal(const char *file, const char *begin, const char *parts)
+static void load_shipped(void)
+{
+    DIR *directory = opendir(LAGLESS_SCENARIOS);
+    TEST_ASSERT_NOT_NULL(directory);
+    for (struct dirent *entry = readdir(directory); entry != NULL; entry = readdir(directory)) {
+        if (strstr(entry->d_name, ".toml") == NULL) {
+            continue;
+        }
+        TEST_ASSERT_TRUE(file_count < CASES);
+        snprintf(path, sizeof path, "%s/%s", LAGLESS_SCENARIOS, entry->d_name);
+        FILE *stream = fopen(path, "rb");
+        TEST_ASSERT_NOT_NULL_MESSAGE(stream, path);
+        files[file_count].octets = fread(files[file_count].text, 1, CASE_SIZE, stream);
+        fclose(stream);
+        file_count++;
+    }
+    closedir(directory);
+}
+
+static void expect_one_line(const char *text)
+{
+    for (const char *c = text; *c != '\0'; c++) {
+        TEST_ASSERT_TRUE_MESSAGE((unsigned char)*c >= 0x20u && *c != 0x7F, text);
+    }
+}
+
+/* The text begins and goes on like this, and has each of the parts, " & " between them. */
+static void expect_message(const scenario_error_t *error, const char *file, const char *begin,
+                           const char *parts)
 {
     char text[LINE_SIZE];
     char all[LINE_SIZE];
     char start[LINE_SIZE];
-    scenario_error_t error;
-    scenario_t *scenario = scenario_read(file, &error);
-    if (scenario != NULL) {
-        scenario_free(scenario);
-        TEST_FAIL_MESSAGE(file);
-    }
-    scenario_error_text(&error, text, sizeof text);
+    scenario_error_text(error, text, sizeof text);
     snprintf(start, sizeof start, "%s:%s", file, begin);
-    if (strncmp(text, start, strlen(start)) != 0) {
-        fprintf(stderr, "expected %s\n", start);
-        TEST_FAIL_MESSAGE(text);
-    }
+    TEST_ASSERT_EQUAL_STRING_LEN(start, text, strlen(start));
     snprintf(all, sizeof all, "%s", parts);
     for (char *part = all; part != NULL;) {
         char *next = strstr(part, " & ");
@@ -59,45 +110,33 @@ static void expect_refusal(const char *file, const char *begin, const char *part
         }
         part = next;
     }
-    for (const char *c = text; *c != '\0'; c++) {
-        TEST_ASSERT_TRUE_MESSAGE((unsigned char)*c >= 0x20u, "one line");
-    }
+    expect_one_line(text);
 }
 
-/* "# 7:1: name: part & part" */
-static void check_file(const char *file)
+static void expect_refusal(const char *file, const char *begin, const char *parts)
 {
-    char line[LINE_SIZE];
-    FILE *stream = fopen(file, "r");
-    TEST_ASSERT_NOT_NULL_MESSAGE(stream, file);
-    TEST_ASSERT_NOT_NULL(fgets(line, sizeof line, stream));
-    fclose(stream);
-    line[strcspn(line, "\n")] = '\0';
-    char *name = strstr(line, ": ");
-    char *parts = name != NULL ? strstr(name + 2, ": ") : NULL;
-    TEST_ASSERT_TRUE_MESSAGE(strncmp(line, "# ", 2) == 0 && parts != NULL, file);
-    *parts = '\0';
-    expect_refusal(file, line + 2, parts + 2);
-}
-
-static int is_toml(const struct dirent *entry)
-{
-    const size_t length = strlen(entry->d_name);
-    return length > 5u && strcmp(entry->d_name + length - 5u, ".toml") == 0;
+    scenario_error_t error;
+    TEST_ASSERT_NULL_MESSAGE(scenario_read(file, &error), file);
+    expect_message(&error, file, begin, parts);
 }
 
 static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
 {
-    struct dirent **entries;
-    const int count = scandir(LAGLESS_BROKEN, &entries, is_toml, alphasort);
-    TEST_ASSERT_TRUE_MESSAGE(count >= 60, "broken files are there");
-    for (int n = 0; n < count; n++) {
-        snprintf(path, sizeof path, "%s/%s", LAGLESS_BROKEN, entries[n]->d_name);
-        check_file(path);
-        free(entries[n]);
+    TEST_ASSERT_TRUE_MESSAGE(broken_count >= 90u, "broken files are there");
+    for (size_t n = 0; n < broken_count; n++) {
+        char line[LINE_SIZE];
+        scenario_error_t error;
+        snprintf(line, sizeof line, "%.*s", (int)strcspn(files[n].text, "\n"), files[n].text);
+        char *place = strchr(line + 3, ' ');
+        char *name = place != NULL ? strstr(place, ": ") : NULL;
+        char *parts = name != NULL ? strstr(name + 2, ": ") : NULL;
+        TEST_ASSERT_NOT_NULL_MESSAGE(parts, line);
+        *place = *parts = '\0';
+        TEST_ASSERT_NULL_MESSAGE(scenario_read_text(line + 3, files[n].text, files[n].octets, &error),
+                                 line + 3);
+        expect_message(&error, line + 3, place + 1, parts + 2);
     }
-    free(entries);
-    printf("%d broken files\n", count);
+    printf("%zu broken files\n", broken_count);
 }
 
 /* ---- files that are none, or can not stand in the repository ---- */
@@ -178,6 +217,7 @@ static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
     expect_text_refused("schema\xEF\xBB\xBE"
                         "1 = 1\n",
                         "x:1:7: schema: not TOML: a character outside of ASCII");
+    expect_text_refused("schema = 1\ntitle = \"\xE4\xF6\"\n", "x:2:9: title: not TOML");
     expect_text_refused("a = \"\xC3\xA4\xC3\xB6\" \xC3\xBC\n",
                         "x:1:10: a: not TOML: a character outside of ASCII");
 }
@@ -270,12 +310,111 @@ static void test_many_keys_below_a_long_one_fit_into_memory(void)
     free(content);
 }
 
+/* ---- damaged files ---- */
+
+/* xorshift64* */
+static uint32_t any(uint32_t below)
+{
+    state ^= state >> 12;
+    state ^= state << 25;
+    state ^= state >> 27;
+    return (uint32_t)((state * UINT64_C(2685821657736338717)) >> 33) % below;
+}
+
+/* One damage; returns the new size. `text` has room for twice CASE_SIZE. */
+static size_t damage(char *text, size_t octets)
+{
+    static const char *const pieces[] = {"nan",
+                                         "inf",
+                                         "-",
+                                         "1e999",
+                                         "[[at]]\n",
+                                         "[plant]\n",
+                                         "\"",
+                                         "= ",
+                                         "true",
+                                         "\n",
+                                         "\\u0000",
+                                         "[",
+                                         "{",
+                                         "'''",
+                                         "99999999999999999999",
+                                         "time = -1\n",
+                                         "\xff",
+                                         "\xEF\xBB\xBF",
+                                         "."};
+    const size_t at = any((uint32_t)octets + 1u);
+    const size_t rest = octets - at;
+    const char *piece = pieces[any(sizeof pieces / sizeof pieces[0])];
+    size_t length = strlen(piece);
+    switch (any(4)) {
+    case 0: /* an octet becomes another */
+        text[at < octets ? at : 0u] = (char)any(256);
+        return octets;
+    case 1: /* some are left out */
+        length = rest == 0u ? 0u : 1u + any((uint32_t)(rest < 20u ? rest : 20u));
+        memmove(text + at, text + at + length, rest - length);
+        return octets - length;
+    case 2: { /* a part of another file */
+        const size_t other = any((uint32_t)file_count);
+        const size_t from = files[other].octets == 0u ? 0u : any((uint32_t)files[other].octets);
+        length = files[other].octets - from < 60u ? files[other].octets - from : 60u;
+        piece = files[other].text + from;
+        break;
+    }
+    default: /* something that has a meaning */
+        break;
+    }
+    memmove(text + at + length, text + at, rest);
+    memcpy(text + at, piece, length);
+    return octets + length;
+}
+
+static void test_damaged_files_are_read_or_refused_in_one_line(void)
+{
+    char *text = malloc(2u * CASE_SIZE);
+    unsigned accepted = 0;
+    unsigned refused = 0;
+    TEST_ASSERT_NOT_NULL(text);
+    for (size_t n = 0; n < ROUNDS; n++) {
+        const size_t which = n % 2u == 0u
+                                 ? (uint32_t)broken_count + any((uint32_t)(file_count - broken_count))
+                                 : any((uint32_t)file_count);
+        size_t octets = files[which].octets;
+        memcpy(text, files[which].text, octets);
+        for (uint32_t times = 1u + any(4); times > 0u && octets > 0u; times--) {
+            octets = damage(text, octets);
+        }
+        scenario_error_t error;
+        scenario_t *scenario = scenario_read_text("damaged.toml", text, octets, &error);
+        if (scenario != NULL) {
+            TEST_ASSERT_TRUE(scenario->periods > 0u && scenario->title[0] != '\0');
+            scenario_free(scenario);
+            accepted++;
+            continue;
+        }
+        char line[1200];
+        scenario_error_text(&error, line, sizeof line);
+        TEST_ASSERT_TRUE_MESSAGE(error.name[0] != '\0' && error.message[0] != '\0', line);
+        TEST_ASSERT_EQUAL_STRING("damaged.toml", error.file);
+        TEST_ASSERT_TRUE_MESSAGE(error.place.line > 0u && error.place.column > 0u, line);
+        expect_one_line(line);
+        refused++;
+    }
+    printf("seed %llx: %u accepted, %u refused\n", (unsigned long long)SEED, accepted, refused);
+    /* both ways were gone: some damages hit a comment or a number that stays in its range */
+    TEST_ASSERT_TRUE(accepted > 100u && refused > 5000u);
+    free(text);
+}
+
 int main(void)
 {
     if (mkdtemp(folder) == NULL) {
         perror("mkdtemp");
         return 1;
     }
+    load_broken();
+    load_shipped();
     UNITY_BEGIN();
     RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
     RUN_TEST(test_missing_file);
@@ -291,6 +430,8 @@ int main(void)
     RUN_TEST(test_deep_nesting_is_refused);
     RUN_TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count);
     RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);
+    RUN_TEST(test_damaged_files_are_read_or_refused_in_one_line);
+    const int failed = UNITY_END();
     rmdir(folder);
-    return UNITY_END();
+    return failed;
 }

@@ -12,13 +12,6 @@
 #include "host_sim/lab/campaign_parts.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-void tearDown(void)
-{
-}
-
 /* ---- what is drawn ---- */
 
 static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(void)
@@ -603,36 +596,4 @@ static void test_a_head_of_other_tables_is_refused(void)
     TEST_ASSERT_NOT_NULL(tables);
     tables[7] = tables[7] == '0' ? '1' : '0';
     TEST_ASSERT_FALSE(campaign_read_head(line, &read));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds);
-    RUN_TEST(test_every_quantity_reaches_over_its_range_and_not_beyond);
-    RUN_TEST(test_half_of_the_runs_have_one_fault_and_every_fault_comes);
-    RUN_TEST(test_every_motor_can_be_driven_by_the_board);
-    RUN_TEST(test_what_is_drawn_is_accepted);
-    RUN_TEST(test_a_case_of_defaults_sets_nothing_but_the_friction);
-    RUN_TEST(test_every_float_among_the_signals_is_watched);
-    RUN_TEST(test_every_float_that_is_no_number_or_infinite_is_a_violation);
-    RUN_TEST(test_current_beyond_1_2_times_the_trip_may_last_two_samples);
-    RUN_TEST(test_current_with_all_gates_off_is_excused_and_told);
-    RUN_TEST(test_an_angle_wrong_by_more_than_0_8_rad_may_last_50_ms_of_run);
-    RUN_TEST(test_a_gate_that_is_on_a_period_after_the_fault_was_latched_is_a_violation);
-    RUN_TEST(test_what_the_judge_knows_of_the_drive_is_so);
-    RUN_TEST(test_a_late_sample_a_short_through_a_leg_and_a_report_of_the_chip_are_violations);
-    RUN_TEST(test_what_a_fault_breaks_by_itself_is_excused_and_nothing_else);
-    RUN_TEST(test_a_sensor_that_stands_excuses_the_current_for_20_ms_with_the_bridge_on_up_to_25_A);
-    RUN_TEST(test_a_wrong_gain_excuses_the_current_up_to_25_A);
-    RUN_TEST(test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor);
-    RUN_TEST(test_swapped_wires_excuse_the_angle_only_without_an_encoder);
-    RUN_TEST(test_a_chip_that_is_reset_on_purpose_has_its_gates_off_and_shows_nothing_else);
-    RUN_TEST(test_threads_and_shards_change_nothing);
-    RUN_TEST(test_what_is_done_is_not_done_again);
-    RUN_TEST(test_a_campaign_that_is_stopped_keeps_nothing_half_done);
-    RUN_TEST(test_a_run_is_the_same_whatever_came_before_it);
-    RUN_TEST(test_a_result_reads_back_from_its_line_and_a_torn_one_does_not);
-    RUN_TEST(test_a_head_of_other_tables_is_refused);
-    return UNITY_END();
 }

@@ -25,10 +25,6 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-void tearDown(void)
-{
-}
-
 static void only(double rpm, double load)
 {
     setup.speeds[0] = rpm;
@@ -165,10 +161,9 @@ static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
 {
     setup.ideal = true;
     setup.averaged = true; /* the ripple moves the sampled i_q against the mean torque */
-    setup.speed_count = 3;
+    setup.speed_count = 2;
     setup.speeds[0] = 100.0;
-    setup.speeds[1] = 300.0;
-    setup.speeds[2] = 1490.0;
+    setup.speeds[1] = 1490.0;
     const size_t count = run(2);
     for (size_t n = 0; n < count; n++) {
         const map_point_t *p = &points[n];
@@ -193,7 +188,7 @@ static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
     for (map_claim_t claim = 0; claim < MAP_CLAIM_LEARNT; claim++) {
         const map_verdict_t verdict = map_judge(points, count, claim);
         TEST_ASSERT_TRUE(verdict.met);
-        TEST_ASSERT_EQUAL_UINT(claim == MAP_CLAIM_INDUCTANCE ? 24u : 48u, verdict.judged);
+        TEST_ASSERT_EQUAL_UINT(claim == MAP_CLAIM_INDUCTANCE ? 16u : 32u, verdict.judged);
     }
 }
 
@@ -548,34 +543,4 @@ static void test_learnt_is_judged_against_nominal_where_the_drive_is_sure(void)
     points[0].adaptation = MAP_ADAPTATION_OFF; /* the other column's nominal is none */
     expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 1);
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 0);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_default_covers_every_deviation_load_column_speed_and_direction_once);
-    RUN_TEST(test_ideal_map_has_the_machine_only);
-    RUN_TEST(test_every_deviation_has_its_own_name);
-    RUN_TEST(test_window_is_whole_electrical_periods);
-    RUN_TEST(test_samples_of_a_window_meet_every_angle_at_any_speed);
-    RUN_TEST(test_wrong_inductance_turns_the_angle_as_theory_says);
-    RUN_TEST(test_noise_and_dead_time_act);
-    RUN_TEST(test_every_deviation_reaches_the_drive);
-    RUN_TEST(test_offset_is_seen_at_the_start);
-    RUN_TEST(test_overloaded_point_is_not_locked_and_has_numbers);
-    RUN_TEST(test_what_has_no_effect_has_none_at_a_speed_of_whole_samples);
-    RUN_TEST(test_adaptation_takes_away_what_a_wrong_inductance_does);
-    RUN_TEST(test_adaptation_takes_away_what_a_wrong_dead_time_does);
-    RUN_TEST(test_scenario_gives_its_speeds_and_loads_once_each);
-    RUN_TEST(test_scenario_of_which_there_is_no_map_is_refused_with_its_line);
-    RUN_TEST(test_map_of_a_scenario_is_of_its_motor_and_parameters);
-    RUN_TEST(test_threads_do_not_change_a_bit);
-    RUN_TEST(test_refused_setting_is_told_with_its_point);
-    RUN_TEST(test_no_effect_is_judged_against_the_nominal_point);
-    RUN_TEST(test_inductance_is_judged_against_nominal_and_theory);
-    RUN_TEST(test_worst_point_is_named);
-    RUN_TEST(test_what_an_i_d_makes_of_a_wrong_resistance_is_expected);
-    RUN_TEST(test_learnt_is_judged_against_nominal_where_the_drive_is_sure);
-    RUN_TEST(test_map_without_the_rows_of_a_claim_does_not_meet_it);
-    return UNITY_END();
 }

@@ -21,10 +21,6 @@ void setUp(void)
     TEST_ASSERT_TRUE(matrix_size() <= CELLS_MAX);
 }
 
-void tearDown(void)
-{
-}
-
 static size_t lay_out(matrix_choice_t choice)
 {
     return matrix_lay_out(&choice, cells);
@@ -513,33 +509,4 @@ static void test_threads_do_not_change_a_bit(void)
         TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.speed, &again[n].seen.speed, sizeof(double));
         TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.noticed, &again[n].seen.noticed, sizeof(double));
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_document_tells_the_size);
-    RUN_TEST(test_every_cell_has_a_promise);
-    RUN_TEST(test_every_promise_decides_a_cell);
-    RUN_TEST(test_names_of_faults_and_manoeuvres_differ_and_have_no_slash);
-    RUN_TEST(test_what_a_fault_changes_can_be_changed);
-    RUN_TEST(test_promised_reasons_exist_and_are_there_where_one_is_needed);
-    RUN_TEST(test_more_than_25_A_needs_a_reason_of_physics);
-    RUN_TEST(test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none);
-    RUN_TEST(test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it);
-    RUN_TEST(test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur);
-    RUN_TEST(test_in_some_months_every_cell_has_had_its_turn);
-    RUN_TEST(test_a_fault_is_noticed_in_20_ms_or_a_third_of_a_turn);
-    RUN_TEST(test_a_kept_promise_is_green);
-    RUN_TEST(test_each_broken_part_of_a_promise_is_told);
-    RUN_TEST(test_a_rotor_that_is_driven_away_is_red_wherever_it_ends);
-    RUN_TEST(test_a_warning_of_something_else_is_a_wrong_reason);
-    RUN_TEST(test_reasons_are_whole_names);
-    RUN_TEST(test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_reason);
-    RUN_TEST(test_another_colour_than_is_known_is_a_surprise_both_ways);
-    RUN_TEST(test_nothing_wrong_is_green_in_every_manoeuvre);
-    RUN_TEST(test_a_sensor_at_its_rail_is_green_in_every_manoeuvre);
-    RUN_TEST(test_a_fault_comes_in_its_manoeuvre);
-    RUN_TEST(test_threads_do_not_change_a_bit);
-    return UNITY_END();
 }

@@ -30,6 +30,11 @@ def commands(target):
     return [line for line in listed.stdout.splitlines() if line.strip()]
 
 
+def without_launcher(words):
+    """A compiler's command line, from the compiler on."""
+    return words[next((n + 1 for n, word in enumerate(words) if pathlib.PurePath(word).name == "ccache"), 0):]
+
+
 def flat(text):
     """The header with its continued lines joined, each row in one."""
     return re.sub(r"\s*\\\n\s*", " ", text)
@@ -54,9 +59,10 @@ class Mutant:
         source = SOURCE / "firmware" / self.compiled
         if self.compiled in self.files:
             source = folder / self.compiled
-        made = f"firmware/CMakeFiles/lagless_firmware.dir/{self.compiled}.o"
-        words = shlex.split(commands(made)[-1])
-        words = [word for word in words if word not in ("ccache", "-Werror")]
+        library = "lagless_firmware" if self.compiled.startswith("drive/") else "lagless_core"
+        made = f"firmware/CMakeFiles/{library}.dir/{self.compiled}.o"
+        words = without_launcher(shlex.split(commands(made)[-1]))
+        words.remove("-Werror")
         words[words.index("-o") + 1] = str(folder / "mutant.o")
         words[words.index("-c") + 1] = str(source)
         for flag in ("-MD",):
@@ -71,7 +77,7 @@ class Mutant:
         words[words.index("-o") + 1] = str(folder / "cells")
         first = next(n for n, word in enumerate(words) if word.endswith(".o"))
         words.insert(first, str(folder / "mutant.o"))
-        subprocess.run([word for word in words if word != "ccache"], cwd=BUILD, check=True)
+        subprocess.run(words, cwd=BUILD, check=True)
         return folder / "cells"
 
 

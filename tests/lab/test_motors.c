@@ -18,13 +18,6 @@ static motor_sheet_t sheet;
 static motor_t motor;
 static tune_t tune;
 
-void setUp(void)
-{
-}
-void tearDown(void)
-{
-}
-
 /* A sheet from "key=value" texts; NULL ends them. */
 static bool given(const char *const *assignments)
 {
@@ -466,25 +459,4 @@ static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(whole, wrong[n].says), whole);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, text);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_way_to_say_the_flux_means_the_same_motor);
-    RUN_TEST(test_lines_are_twice_a_phase_and_poles_twice_the_pairs);
-    RUN_TEST(test_a_contradiction_is_told_with_both_numbers);
-    RUN_TEST(test_what_is_missing_is_named_and_nothing_is_said_twice);
-    RUN_TEST(test_the_rules_make_the_paper_s_rows);
-    RUN_TEST(test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of);
-    RUN_TEST(test_what_will_not_work_is_told_with_numbers);
-    RUN_TEST(test_the_drive_accepts_the_rows_of_whatever_motor_has_some);
-    RUN_TEST(test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw);
-    RUN_TEST(test_every_motor_of_the_library_runs_on_the_rows_of_tune);
-    RUN_TEST(test_every_motor_starts_from_wherever_it_stands);
-    RUN_TEST(test_a_motor_fills_params_and_plant_and_both_count_over_it);
-    RUN_TEST(test_a_motor_that_is_none_is_refused_where_it_stands);
-    RUN_TEST(test_a_profile_goes_from_point_to_point);
-    RUN_TEST(test_a_profile_that_is_none_is_refused_where_it_stands);
-    return UNITY_END();
 }

@@ -6,14 +6,6 @@
 #include "host_sim/rig/rig.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_distances(void)
 {
     TEST_ASSERT_EQUAL_UINT(0, names_distance("inertia", "inertia"));
@@ -121,18 +113,4 @@ static void test_choices(void)
     search = names_search("of");
     names_consider_choices(&search, "");
     TEST_ASSERT_NULL(names_found(&search));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_distances);
-    RUN_TEST(test_distance_is_symmetric);
-    RUN_TEST(test_names_that_are_too_long_are_near_to_nothing);
-    RUN_TEST(test_slips_find_the_row_that_was_meant);
-    RUN_TEST(test_a_part_of_a_name_finds_it_if_nothing_is_nearer);
-    RUN_TEST(test_a_third_of_the_longer_name_is_near_and_more_is_not);
-    RUN_TEST(test_nothing_near_is_said);
-    RUN_TEST(test_choices);
-    return UNITY_END();
 }

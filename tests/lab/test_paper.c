@@ -13,14 +13,6 @@
 static paper_t *paper; /* fig12, seed 1 */
 static paper_error_t why;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* ---- formulas ---- */
 
 /* Natural frequencies of docs/theory.md, 7, for omega_c in these ratios to that of the conventional loop,
@@ -292,6 +284,7 @@ int main(void)
     RUN_TEST(test_board_with_another_carrier_is_refused_by_name);
     RUN_TEST(test_what_was_not_wanted_is_not_written);
     RUN_TEST(test_threads_do_not_change_a_bit_and_seeds_do);
+    const int failed = UNITY_END();
     paper_free(paper);
-    return UNITY_END();
+    return failed;
 }

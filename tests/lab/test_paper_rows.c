@@ -152,14 +152,6 @@ static char *tables[2];             /* CSV: of the figure; of its second file, e
 static const paper_row_t *row;      /* of the test that runs */
 static const expected_t *should_be; /* likewise */
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static const expected_t *expectation(const char *id)
 {
     for (size_t n = 0; n < EXPECTED; n++) {

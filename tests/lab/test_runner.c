@@ -575,32 +575,3 @@ static void test_overrides_are_run(void)
     TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));
     TEST_ASSERT_EQUAL_STRING("overcurrent_trip", result.error.name);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_scenario_is_what_its_calls_by_hand_are);
-    RUN_TEST(test_rotor_stands_at_the_start_angle_held_or_locked);
-    RUN_TEST(test_same_seed_same_bits_another_seed_others);
-    RUN_TEST(test_onlookers_change_nothing);
-    RUN_TEST(test_an_event_acts_in_its_period_and_not_before);
-    RUN_TEST(test_of_two_events_at_one_time_the_later_in_the_file_wins);
-    RUN_TEST(test_a_ramp_is_straight_and_ends_on_its_value);
-    RUN_TEST(test_a_later_event_ends_a_ramp_of_its_row_and_of_no_other);
-    RUN_TEST(test_a_ramp_replaces_a_longer_one_that_is_under_way);
-    RUN_TEST(test_a_ramp_may_last_to_the_end_and_rows_without_fractions_switch);
-    RUN_TEST(test_parameters_can_ramp);
-    RUN_TEST(test_what_the_rig_refuses_on_the_way_names_line_and_time);
-    RUN_TEST(test_every_nth_period_is_recorded_from_the_first_on);
-    RUN_TEST(test_expectations_leave_the_recording_as_it_is);
-    RUN_TEST(test_more_rows_than_the_tap_holds_are_refused);
-    RUN_TEST(test_statistics_are_those_of_the_samples_in_the_window);
-    RUN_TEST(test_a_window_holds_from_and_not_to);
-    RUN_TEST(test_limits_are_accepted_themselves);
-    RUN_TEST(test_verdicts_in_words);
-    RUN_TEST(test_progress_is_told_every_thousand_periods);
-    RUN_TEST(test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over);
-    RUN_TEST(test_a_fault_is_told);
-    RUN_TEST(test_overrides_are_run);
-    return UNITY_END();
-}

@@ -468,37 +468,3 @@ static void test_names_are_qualified_where_they_must(void)
     scenario_row_name(rig_row_by_name("signals.sink_temperature"), name, sizeof name);
     TEST_ASSERT_EQUAL_STRING("signals.sink_temperature", name);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_least_file_has_every_default);
-    RUN_TEST(test_every_key_arrives);
-    RUN_TEST(test_ramp_may_fill_what_is_left_of_the_run);
-    RUN_TEST(test_times_are_rounded_to_the_nearest_period);
-    RUN_TEST(test_durations_at_their_limits);
-    RUN_TEST(test_an_event_at_zero_and_in_the_last_period_is_fine);
-    RUN_TEST(test_events_are_sorted_and_those_of_one_time_stay_in_order);
-    RUN_TEST(test_sub_tables_and_dotted_keys_mean_the_same);
-    RUN_TEST(test_settings_know_their_place);
-    RUN_TEST(test_a_parameter_set_is_judged_as_one);
-    RUN_TEST(test_a_broken_rule_points_at_the_row_that_breaks_it);
-    RUN_TEST(test_recorded_and_expected_rows_share_the_tap);
-    RUN_TEST(test_the_first_mistake_of_a_file_is_told_first);
-    RUN_TEST(test_settings_that_wait_for_each_other_find_their_order);
-    RUN_TEST(test_events_are_judged_in_the_order_of_time);
-    RUN_TEST(test_limits_of_a_row_are_accepted_and_what_is_beyond_is_not);
-    RUN_TEST(test_a_ramp_is_tried_between_its_ends);
-    RUN_TEST(test_choices_are_limits_by_name);
-    RUN_TEST(test_one_limit_leaves_the_other_side_open);
-    RUN_TEST(test_an_override_replaces_or_adds_a_setting);
-    RUN_TEST(test_run_and_start_can_be_overridden);
-    RUN_TEST(test_a_locked_shaft_has_a_start_angle_and_no_start_speed);
-    RUN_TEST(test_a_wrong_override_says_what_is_accepted_and_changes_nothing);
-    RUN_TEST(test_a_row_that_only_one_table_lets_be_set_needs_no_table);
-    RUN_TEST(test_overrides_that_fit_only_together_are_judged_together);
-    RUN_TEST(test_an_override_that_breaks_an_event_is_found);
-    RUN_TEST(test_every_settable_row_can_be_overridden_at_once);
-    RUN_TEST(test_names_are_qualified_where_they_must);
-    return UNITY_END();
-}

@@ -7,14 +7,6 @@
 #include "host_sim/rig/rig.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static const char *text_of(uint32_t period, uint64_t period_ticks)
 {
     static char text[TIMES_TEXT_SIZE];
@@ -137,19 +129,4 @@ static void test_time_is_rounded_to_the_nearest_period(void)
             TEST_ASSERT_EQUAL_UINT32(period, rig_periods_of(times_seconds(period, lengths[n]), lengths[n]));
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_10_khz_has_four_decimals);
-    RUN_TEST(test_other_carriers_have_as_many_as_are_exact);
-    RUN_TEST(test_period_without_end_has_nanoseconds);
-    RUN_TEST(test_every_text_tells_its_tick);
-    RUN_TEST(test_10_khz_reads_back_as_period_through_a_division);
-    RUN_TEST(test_length_of_a_period_is_exact_or_has_18_decimals);
-    RUN_TEST(test_nanoseconds_are_the_nearest);
-    RUN_TEST(test_text_of_the_rig_is_that_of_its_period);
-    RUN_TEST(test_time_is_rounded_to_the_nearest_period);
-    return UNITY_END();
 }

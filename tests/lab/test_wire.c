@@ -277,19 +277,3 @@ static void test_terminal_is_raw(void)
     TEST_ASSERT_EQUAL_UINT32(3u, read_some(got, 3u));
     close(again);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_octets_pass_both_ways_as_they_are);
-    RUN_TEST(test_second_client_sees_an_end_and_the_first_goes_on);
-    RUN_TEST(test_only_this_machine_is_listened_to);
-    RUN_TEST(test_port_in_use_is_named);
-    RUN_TEST(test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard);
-    RUN_TEST(test_nobody_there_takes_everything);
-    RUN_TEST(test_without_waiting_a_slow_client_leaves_no_room);
-    RUN_TEST(test_with_waiting_nothing_is_lost);
-    RUN_TEST(test_stop_ends_the_waiting);
-    RUN_TEST(test_terminal_is_raw);
-    return UNITY_END();
-}

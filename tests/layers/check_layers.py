@@ -5,7 +5,7 @@ stand in the C of firmware/ and hal/, and that no file cites a document that the
 
 usage: check_layers.py [--root FOLDER] [--nm NM] [--library ROOM=ARCHIVE]...
 
-Rooms with a library: firmware, app, hal, chip, plant, rig. Symbol rules need archives without sanitizer or coverage
+Libraries: core (of firmware/, what knows no board), firmware, app, hal, chip, plant, rig. Symbol rules need archives without sanitizer or coverage
 counters, compiled with -g for line numbers. Python 3.9, standard library only.
 """
 import argparse
@@ -93,15 +93,16 @@ COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr"}
 # it may own (regular expression or None). That the rooms of the firmware call only downward, and chip and plant nobody, is
 # the linker's to say (CMakeLists.txt beside this file).
 LIBRARIES = {
-    "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
+    "core": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
+    "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": ("core",), "data": None},
     # desk_drive_step: the desk's build puts it in the place of drive_step (host_sim/rig/rig.cmake).
-    "app": {"extern": r"desk_drive_step", "uses": ("firmware", "hal"), "data": r"app|talk_line"},
+    "app": {"extern": r"desk_drive_step", "uses": ("core", "firmware", "hal"), "data": r"app|talk_line"},
     "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
     "chip": {},
     "plant": {},
     "rig": {},
 }
-STRICT_LIBRARIES = ("firmware", "app", "hal")
+STRICT_LIBRARIES = ("core", "firmware", "app", "hal")
 
 # Functions of libm whose last bit depends on the machine's libm: nowhere in a state computation of firmware or desk.
 INEXACT = re.compile(
@@ -141,7 +142,7 @@ CITED_SECTION = re.compile(r"docs/theory\.md,[\s*#/]*(\d+)")
 # What a reader can hold in his head: lines of a function and of a file of firmware/ and hal/. A table may be longer.
 FUNCTION_LINES = 60
 FILE_LINES = {"firmware/drive/drive.c": 200}
-ANY_FILE_LINES = 300
+ANY_FILE_LINES = 500
 TABLES = re.compile(r".*/(registers|params|faults|signals|reasons)\.h|hal/f28335/boards/.*")
 
 # The parts of the estimator are its own: nobody else reaches through it into one of them.

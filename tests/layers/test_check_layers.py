@@ -68,6 +68,54 @@ LIBRARIES = {
 }
 
 
+FORBIDDEN_INCLUDES = (
+    ("firmware/math/angle.c", "estimator/smo.h"), ("firmware/math/angle.h", "../inverter/svpwm.h"),
+    ("firmware/math/angle.c", "contract/table.h"), ("firmware/contract/table.c", "estimator/smo.h"),
+    ("firmware/contract/table.h", "drive/drive.h"), ("firmware/estimator/smo.c", "inverter/svpwm.h"),
+    ("firmware/inverter/svpwm.c", "firmware/estimator/smo.h"), ("firmware/inverter/svpwm.c", "drive/drive.h"),
+    ("firmware/drive/drive.c", "app/app.h"), ("firmware/drive/drive.c", "hal/hal.h"),
+    ("firmware/app/app.c", "host_sim/chip/chip.h"), ("hal/f28335/pwm.c", "math/angle.h"), ("hal/hal.h", "host_sim/chip/chip.h"),
+    ("host_sim/chip/chip.c", "hal/hal.h"), ("host_sim/chip/chip.h", "host_sim/plant/plant.h"),
+    ("host_sim/chip/chip.c", "drive/drive.h"), ("host_sim/plant/plant.c", "../chip/chip.h"),
+    ("host_sim/plant/plant.c", "hal/f28335/registers.h"), ("host_sim/plant/plant.h", "math/angle.h"),
+    ("host_sim/rig/rig.c", "host_sim/cli/cli.h"), ("host_sim/rig/rig.c", "tests/unit/test_angle.h"),
+)
+
+# What must not stand in firmware/ or hal/, what is told of it, and where it is put if not in hal/f28335/pwm.c.
+FORBIDDEN_WORDS = (
+    ("typedef double wide_t;", "`double`", "firmware/math/angle.h"),
+    ("typedef struct { uint8_t x; } octet_t;", "`uint8_t`"),
+    ("typedef struct { int8_t x; } octet_t;", "`int8_t`"),
+    ("static void *f(void) { return malloc(1u); }", "`malloc`"),
+    ("static void f(int x) { assert(x); }", "`assert`: the library's console and abort; CHECK"),
+    ("void abort(void) { for (;;) { } }", "`abort`: the run-time library's", "firmware/app/app.c"),
+    ("static void f(void) { exit(1); }", "`exit`"),
+    ("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c"),
+    ("static float f(void) { return 1.5f * 2.5e-3; }", "`2.5e-3`"),
+    ("/* \" */ typedef double wide_t; /* \" */", "`double`"),
+)
+
+# Code behind a source, the line of it that is told, and what of it.
+FORBIDDEN_SYMBOLS = (
+    ("firmware/drive/drive.c", "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
+     5, "firmware must not need hal_write"),
+    ("firmware/drive/drive.c", "int puts(const char *);\nint f(void);\nint f(void)\n{\n    return puts(\"\");\n}\n",
+     5, "firmware must not need puts"),
+    ("firmware/drive/drive.c", "void __assert_fail(const char *);\nvoid f(void);\nvoid f(void)\n{\n    __assert_fail(\"\");\n}\n",
+     5, "firmware must not need __assert_fail"),
+    ("firmware/drive/drive.c", "int last;\n",
+     1, "firmware must own no writable data: last"),
+    ("firmware/app/app.c", "int spare;\n",
+     1, "app must own no writable data: spare"),
+    ("hal/f28335/pwm.c", "int shadow = 1;\n",
+     1, "hal must own no writable data: shadow in .data"),
+    ("hal/f28335/pwm.c", "float drive_step(float);\nvoid f(void);\nvoid f(void)\n{\n    drive_step(1.0f);\n}\n",
+     5, "hal must not need drive_step"),
+    ("host_sim/plant/plant.c", "double f(double);\ndouble f(double x)\n{\n    return exp(x);\n}\n",
+     4, "plant must not need exp"),
+)
+
+
 def write(root, name, text):
     path = root / name
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -158,10 +206,6 @@ class CheckLayers(unittest.TestCase):
 
     # Includes
 
-    def assert_forbidden_include(self, name, included):
-        self.prepend(name, f'#include "{included}"')
-        self.assert_breach(f"{name}:1: include: ", "must not include")
-
     def test_function_of_more_than_60_lines_is_told(self):
         for lines, too_long in ((60, False), (61, True)):
             with self.subTest(lines=lines):
@@ -172,11 +216,11 @@ class CheckLayers(unittest.TestCase):
                 else:
                     self.assertEqual(self.check().returncode, 0)
 
-    def test_file_of_more_than_300_lines_is_told_but_for_a_table(self):
-        self.write("firmware/drive/faults.h", "\n" * 301)
+    def test_file_of_more_than_500_lines_is_told_but_for_a_table(self):
+        self.write("firmware/drive/faults.h", "\n" * 501)
         self.assertEqual(self.check().returncode, 0)
-        self.prepend("firmware/math/angle.c", "\n" * 301)
-        self.assert_breach("firmware/math/angle.c:301: length: ", "300 at most")
+        self.prepend("firmware/math/angle.c", "\n" * 501)
+        self.assert_breach("firmware/math/angle.c:501: length: ", "500 at most")
 
     def test_drive_has_less_room(self):
         self.prepend("firmware/drive/drive.c", "\n" * 201)
@@ -195,72 +239,16 @@ class CheckLayers(unittest.TestCase):
         self.prepend("firmware/estimator/smo.c", "#define KNOWN(x) ((x)->smo.gain)\n")
         self.assertEqual(self.check().returncode, 0)
 
-    def test_math_must_not_include_estimator(self):
-        self.assert_forbidden_include("firmware/math/angle.c", "estimator/smo.h")
-
-    def test_math_must_not_include_inverter(self):
-        self.assert_forbidden_include("firmware/math/angle.h", "../inverter/svpwm.h")
-
-    def test_math_must_not_include_contract(self):
-        self.assert_forbidden_include("firmware/math/angle.c", "contract/table.h")
-
-    def test_contract_must_not_include_estimator(self):
-        self.assert_forbidden_include("firmware/contract/table.c", "estimator/smo.h")
-
-    def test_contract_must_not_include_drive(self):
-        self.assert_forbidden_include("firmware/contract/table.h", "drive/drive.h")
-
-    def test_estimator_must_not_include_inverter(self):
-        self.assert_forbidden_include("firmware/estimator/smo.c", "inverter/svpwm.h")
-
-    def test_inverter_must_not_include_estimator(self):
-        self.assert_forbidden_include("firmware/inverter/svpwm.c", "firmware/estimator/smo.h")
-
-    def test_inverter_must_not_include_drive(self):
-        self.assert_forbidden_include("firmware/inverter/svpwm.c", "drive/drive.h")
-
-    def test_drive_must_not_include_app(self):
-        self.assert_forbidden_include("firmware/drive/drive.c", "app/app.h")
-
-    def test_drive_must_not_include_hal(self):
-        self.assert_forbidden_include("firmware/drive/drive.c", "hal/hal.h")
-
-    def test_app_must_not_include_host_sim(self):
-        self.assert_forbidden_include("firmware/app/app.c", "host_sim/chip/chip.h")
-
-    def test_hal_must_not_include_firmware(self):
-        self.assert_forbidden_include("hal/f28335/pwm.c", "math/angle.h")
-
-    def test_hal_must_not_include_host_sim(self):
-        self.assert_forbidden_include("hal/hal.h", "host_sim/chip/chip.h")
-
-    def test_chip_must_not_include_hal_h(self):
-        self.assert_forbidden_include("host_sim/chip/chip.c", "hal/hal.h")
-
-    def test_chip_must_not_include_plant(self):
-        self.assert_forbidden_include("host_sim/chip/chip.h", "host_sim/plant/plant.h")
-
-    def test_chip_must_not_include_firmware(self):
-        self.assert_forbidden_include("host_sim/chip/chip.c", "drive/drive.h")
-
-    def test_plant_must_not_include_chip(self):
-        self.assert_forbidden_include("host_sim/plant/plant.c", "../chip/chip.h")
-
-    def test_plant_must_not_include_registers(self):
-        self.assert_forbidden_include("host_sim/plant/plant.c", "hal/f28335/registers.h")
-
-    def test_plant_must_not_include_firmware(self):
-        self.assert_forbidden_include("host_sim/plant/plant.h", "math/angle.h")
-
-    def test_rig_must_not_include_cli(self):
-        self.assert_forbidden_include("host_sim/rig/rig.c", "host_sim/cli/cli.h")
+    def test_each_forbidden_include_is_found(self):
+        for name, included in FORBIDDEN_INCLUDES:
+            with self.subTest(name=name, included=included):
+                self.prepend(name, f'#include "{included}"')
+                self.assert_breach(f"{name}:1: include: ", "must not include")
+                self.write(name, TREE[name])
 
     def test_cli_must_not_include_drive(self):
         self.write("host_sim/cli/main.c", '#include "host_sim/rig/rig.h"\n#include "contract/table.h"\n#include "drive/drive.h"\n')
         self.assert_breach("host_sim/cli/main.c:3: include: ", "host_sim/cli must not include firmware/drive/drive.h")
-
-    def test_nothing_includes_tests(self):
-        self.assert_forbidden_include("host_sim/rig/rig.c", "tests/unit/test_angle.h")
 
     def test_angle_brackets_do_not_hide_an_include(self):
         self.prepend("firmware/drive/drive.c", "  #  include <hal/hal.h>")
@@ -291,39 +279,13 @@ class CheckLayers(unittest.TestCase):
 
     # Words
 
-    def assert_forbidden_word(self, text, word, name="hal/f28335/pwm.c"):
-        self.append(name, "\n" + text + "\n")
-        self.assert_breach(f"{name}:{self.last_line(name) + 2}: word: ", word)
-
-    def test_double_is_found(self):
-        self.assert_forbidden_word("typedef double wide_t;", "`double`", "firmware/math/angle.h")
-
-    def test_eight_bit_types_are_found(self):
-        self.assert_forbidden_word("typedef struct { uint8_t x; } octet_t;", "`uint8_t`")
-
-    def test_signed_eight_bit_type_is_found(self):
-        self.assert_forbidden_word("typedef struct { int8_t x; } octet_t;", "`int8_t`")
-
-    def test_malloc_is_found(self):
-        self.assert_forbidden_word("static void *f(void) { return malloc(1u); }", "`malloc`")
-
-    def test_assert_is_found(self):
-        self.assert_forbidden_word("static void f(int x) { assert(x); }", "`assert`: the library's console and abort; CHECK")
-
-    def test_an_own_abort_is_found(self):
-        self.assert_forbidden_word("void abort(void) { for (;;) { } }", "`abort`: the run-time library's", "firmware/app/app.c")
-
-    def test_exit_is_found(self):
-        self.assert_forbidden_word("static void f(void) { exit(1); }", "`exit`")
-
-    def test_libm_is_found(self):
-        self.assert_forbidden_word("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c")
-
-    def test_double_literal_is_found(self):
-        self.assert_forbidden_word("static float f(void) { return 1.5f * 2.5e-3; }", "`2.5e-3`")
-
-    def test_code_after_a_comment_is_read(self):
-        self.assert_forbidden_word("/* \" */ typedef double wide_t; /* \" */", "`double`")
+    def test_each_forbidden_word_is_found(self):
+        for text, word, *names in FORBIDDEN_WORDS:
+            name = names[0] if names else "hal/f28335/pwm.c"
+            with self.subTest(text=text):
+                self.append(name, "\n" + text + "\n")
+                self.assert_breach(f"{name}:{self.last_line(name) + 2}: word: ", word)
+                self.write(name, TREE[name])
 
     # Recursion
 
@@ -390,35 +352,11 @@ class CheckLayers(unittest.TestCase):
         self.append(name, text)
         self.assert_breach(f"{name}:{self.last_line(name) + line}: symbol: ", message, symbols=True)
 
-    def test_firmware_must_not_need_hal(self):
-        self.assert_forbidden_symbol(
-            "firmware/drive/drive.c",
-            "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
-            5, "firmware must not need hal_write")
-
-    def test_firmware_must_not_need_the_c_library(self):
-        self.assert_forbidden_symbol(
-            "firmware/drive/drive.c",
-            "int puts(const char *);\nint f(void);\nint f(void)\n{\n    return puts(\"\");\n}\n",
-            5, "firmware must not need puts")
-
-    def test_firmware_must_not_need_the_librarys_assert(self):
-        self.assert_forbidden_symbol(
-            "firmware/drive/drive.c",
-            "void __assert_fail(const char *);\nvoid f(void);\nvoid f(void)\n{\n    __assert_fail(\"\");\n}\n",
-            5, "firmware must not need __assert_fail")
-
     def test_firmware_may_check_and_hal_may_not(self):
         text = "void check_failed(int);\nvoid g{0}(void);\nvoid g{0}(void)\n{{\n    check_failed(1);\n}}\n"
         self.append("firmware/drive/drive.c", text.format(1))
         self.assertEqual(self.check(*self.build()).returncode, 0)
         self.assert_forbidden_symbol("hal/f28335/pwm.c", text.format(2), 5, "hal must not need check_failed")
-
-    def test_firmware_must_not_own_data(self):
-        self.assert_forbidden_symbol(
-            "firmware/drive/drive.c",
-            "int last;\n",
-            1, "firmware must own no writable data: last")
 
     def test_static_data_in_a_function_is_data(self):
         self.append("firmware/drive/drive.c", "int f(void);\nint f(void)\n{\n    static int n = 3;\n    return n++;\n}\n")
@@ -426,33 +364,15 @@ class CheckLayers(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertRegex(run.stdout, r"symbol: firmware must own no writable data: n\.\d+ in \.data")
 
-    def test_app_may_own_nothing_but_app(self):
-        self.assert_forbidden_symbol(
-            "firmware/app/app.c",
-            "int spare;\n",
-            1, "app must own no writable data: spare")
-
     def test_data_of_a_thread_is_data(self):
         self.append("firmware/app/app.c", "_Thread_local int spare;\n")
         self.assert_breach("libapp.a(app.c.o):0: symbol: ", "app must own no writable data: spare in .tbss", symbols=True)
 
-    def test_hal_must_not_own_data(self):
-        self.assert_forbidden_symbol(
-            "hal/f28335/pwm.c",
-            "int shadow = 1;\n",
-            1, "hal must own no writable data: shadow in .data")
-
-    def test_hal_must_not_need_firmware(self):
-        self.assert_forbidden_symbol(
-            "hal/f28335/pwm.c",
-            "float drive_step(float);\nvoid f(void);\nvoid f(void)\n{\n    drive_step(1.0f);\n}\n",
-            5, "hal must not need drive_step")
-
-    def test_plant_must_not_need_inexact_libm(self):
-        self.assert_forbidden_symbol(
-            "host_sim/plant/plant.c",
-            "double f(double);\ndouble f(double x)\n{\n    return exp(x);\n}\n",
-            4, "plant must not need exp")
+    def test_each_forbidden_symbol_is_found(self):
+        for name, text, line, message in FORBIDDEN_SYMBOLS:
+            with self.subTest(message=message):
+                self.assert_forbidden_symbol(name, text, line, message)
+                self.write(name, TREE[name])
 
     # Wrong use
 

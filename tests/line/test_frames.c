@@ -16,10 +16,6 @@ void setUp(void)
     frames_init(&frames, false);
 }
 
-void tearDown(void)
-{
-}
-
 static void receive(const uint8_t *octets, uint32_t count)
 {
     uint32_t room;
@@ -190,20 +186,4 @@ static void test_over_a_lossless_line_silence_ends_no_frame(void)
     receive(octets + 3, 4);
     expect(2);
     TEST_ASSERT_EQUAL(0u, frames.dropped);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_frames_come_in_order);
-    RUN_TEST(test_a_frame_may_come_octet_by_octet);
-    RUN_TEST(test_counter_wraps_without_a_loss);
-    RUN_TEST(test_missing_frames_are_counted);
-    RUN_TEST(test_a_half_frame_ends_with_silence_and_the_next_one_is_good);
-    RUN_TEST(test_stream_is_found_again_after_a_lost_octet);
-    RUN_TEST(test_rubbish_before_the_first_frame_is_dropped);
-    RUN_TEST(test_lengths_0_and_above_the_most_are_no_frames);
-    RUN_TEST(test_over_a_lossless_line_rubbish_ends_it);
-    RUN_TEST(test_over_a_lossless_line_silence_ends_no_frame);
-    return UNITY_END();
 }

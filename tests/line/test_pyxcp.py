@@ -58,32 +58,9 @@ load_torque = "1 N m"
 
 FLOATS = ("i_a", "i_b", "i_d", "i_q", "u_d", "u_q", "u_dc", "theta_e", "omega_m", "theta_hat", "omega_hat", "duty_a")
 
-A2L_READER = """
-import json, sys
-import pya2l
-from pya2l import model
-session = pya2l.import_a2l(sys.argv[1], in_memory=True, progress_bar=False, loglevel="ERROR", encoding="utf-8")
-rows = []
-def choices(name):
-    method = session.query(model.CompuMethod).filter(model.CompuMethod.name == name).first()
-    if method is None or method.compu_tab_ref is None:
-        return None
-    table = session.query(model.CompuVtab).filter(model.CompuVtab.name == method.compu_tab_ref.conversionTable).first()
-    return [[pair.inVal, pair.outVal] for pair in table.pairs]
-for kind, shown in ((model.Measurement, True), (model.Characteristic, False)):
-    for row in session.query(kind):
-        rows.append({
-            "name": row.name, "shown": shown, "text": row.longIdentifier,
-            "address": row.ecu_address.address if shown else row.address,
-            "extension": row.ecu_address_extension.extension,
-            "type": row.datatype if shown else row.deposit,
-            "min": row.lowerLimit, "max": row.upperLimit, "unit": row.phys_unit.unit, "choices": choices(row.conversion)})
-epk = session.query(model.Epk).first().identifier
-print(json.dumps({"rows": rows, "epk": epk}))
-"""
-
-# IF_DATA by a grammar: that of the file itself, and that of the association's example, which is the standard's as a whole.
-IF_DATA_READER = """
+# The rows of a description; and its IF_DATA by two grammars: that of the file itself, and that of the association's example, which
+# is the standard's as a whole.
+READER = """
 import json, pathlib, re, sys
 import pya2l
 from pya2l import model
@@ -92,15 +69,30 @@ GRAMMAR = re.compile(r"/begin\\s+A2ML.*?/end\\s+A2ML", re.S)
 own = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8")
 example = pathlib.Path(pya2l.__file__).parent / "examples" / "ASAP2_Demo_V161.a2l"
 whole = GRAMMAR.search(example.read_text(encoding="latin-1"))[0]
-read = []
-for text in (own, GRAMMAR.sub(lambda _: whole, own)):
-    path = pathlib.Path("if_data.a2l")
+rows, blocks = [], []
+def choices(name):
+    method = session.query(model.CompuMethod).filter(model.CompuMethod.name == name).first()
+    if method is None or method.compu_tab_ref is None:
+        return None
+    table = session.query(model.CompuVtab).filter(model.CompuVtab.name == method.compu_tab_ref.conversionTable).first()
+    return [[pair.inVal, pair.outVal] for pair in table.pairs]
+for text in (GRAMMAR.sub(lambda _: whole, own), own):
+    path = pathlib.Path("read.a2l")
     path.write_text(text, encoding="utf-8")
     session = pya2l.import_a2l(str(path), in_memory=True, progress_bar=False, loglevel="ERROR", encoding="utf-8")
     [data] = session.query(model.Module).first().if_data
-    read.append(IfDataParser(session).parse(data.raw))
+    blocks.append(IfDataParser(session).parse(data.raw))
+for kind, shown in ((model.Measurement, True), (model.Characteristic, False)):
+    for row in session.query(kind):
+        rows.append({
+            "name": row.name, "shown": shown, "text": row.longIdentifier,
+            "address": row.ecu_address.address if shown else row.address,
+            "extension": row.ecu_address_extension.extension,
+            "type": row.datatype if shown else row.deposit,
+            "min": row.lowerLimit, "max": row.upperLimit, "unit": row.phys_unit.unit, "choices": choices(row.conversion)})
 commands = re.search(r'"OPTIONAL_CMD"\\s+enum\\s*{(.*?)}', whole, re.S)[1]
-print(json.dumps({"read": read, "commands": {name: int(code, 0) for name, code in re.findall(r'"(\\w+)"\\s*=\\s*(\\w+)', commands)}}))
+print(json.dumps({"rows": rows, "epk": session.query(model.Epk).first().identifier, "blocks": blocks,
+                  "commands": {name: int(code, 0) for name, code in re.findall(r'"(\\w+)"\\s*=\\s*(\\w+)', commands)}}))
 """
 
 
@@ -168,18 +160,19 @@ class Pyxcp(stuck.TestCase):
                      "EPK: lagless-"):
             self.assertIn(fact, done.stdout)
 
-    def test_info_is_clean(self):
+    def test_description_is_fetched_and_has_every_row_and_says_of_the_line_what_the_drive_says(self):
         self.serve("cold_start")
+        self.second_client_is_refused_within_a_tenth_of_a_second()
         self.info_is_clean()
-
-    def test_description_is_fetched_and_has_every_row(self):
-        self.serve("cold_start")
         self.tool("xcp-fetch-a2l")
-        path = os.path.join(self.folder, "lagless.a2l")
         reader = os.path.join(self.folder, "reader.py")
         with open(reader, "w") as file:
-            file.write(A2L_READER)
-        read = json.loads(self.python(reader, path).stdout.splitlines()[-1])
+            file.write(READER)
+        read = json.loads(self.python(reader, "lagless.a2l").stdout.splitlines()[-1])
+        self.rows_are_those_of_the_tables(read)
+        self.line_is_what_the_drive_says(read)
+
+    def rows_are_those_of_the_tables(self, read):
         self.assertRegex(read["epk"], "^lagless-[0-9a-f]{8}$")
         found = {row["name"]: row for row in read["rows"]}
         tables = self.tables()
@@ -200,16 +193,10 @@ class Pyxcp(stuck.TestCase):
                 if row["kind"] == "choice":
                     self.assertEqual(list(enumerate(row["choices"].split("|"))), [tuple(c) for c in entry["choices"]])
 
-    def test_description_says_of_the_line_what_the_drive_says(self):
+    def line_is_what_the_drive_says(self, done):
         """IF_DATA XCP, read by two grammars alike, against the answers of the drive, and what each transport is by its test."""
-        self.serve("cold_start")
-        self.tool("xcp-fetch-a2l")
-        reader = os.path.join(self.folder, "if_data_reader.py")
-        with open(reader, "w") as file:
-            file.write(IF_DATA_READER)
-        done = json.loads(self.python(reader, "lagless.a2l").stdout.splitlines()[-1])
-        self.assertEqual(done["read"][0], done["read"][1])
-        [blocks] = done["read"][0]["XCP"]
+        self.assertEqual(*done["blocks"])
+        [blocks] = done["blocks"][0]["XCP"]
         says = self.client("facts")
 
         layer = blocks["PROTOCOL_LAYER"]
@@ -276,8 +263,7 @@ class Pyxcp(stuck.TestCase):
         self.assertEqual([1, 0], done["pages"])
         self.assertEqual(14.0, done["applied"])
 
-    def test_second_client_is_refused_within_a_tenth_of_a_second(self):
-        self.serve("cold_start")
+    def second_client_is_refused_within_a_tenth_of_a_second(self):
         with socket.create_connection(("127.0.0.1", self.port)) as first:
             first.sendall(bytes.fromhex("02000000ff00"))
             self.assertEqual("08000000ff0580", first.recv(12).hex()[:14])
@@ -339,7 +325,8 @@ class Pyxcp(stuck.TestCase):
 
 
 if __name__ == "__main__":
-    asked = subprocess.run([PYTHON, "-c", "import pyxcp, pya2l"], capture_output=True, text=True)
+    both = "from importlib.util import find_spec; assert find_spec('pyxcp') and find_spec('pya2l')"
+    asked = subprocess.run([PYTHON, "-c", both], capture_output=True, text=True)
     if asked.returncode != 0:
         print("SKIPPED: %s has no pyxcp or no pya2l: nothing of the line was tried with a client of others. `tools/setup all` "
               "installs both into build/venv." % PYTHON)

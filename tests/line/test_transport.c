@@ -18,10 +18,6 @@ void setUp(void)
     why[0] = '\0';
 }
 
-void tearDown(void)
-{
-}
-
 static void refused(const char *target, const char *part)
 {
     TEST_ASSERT_FALSE(transport_parse(target, &parsed, why, sizeof why));
@@ -133,17 +129,4 @@ static void test_a_port_where_nobody_listens_is_told_with_the_remedy(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "nobody listens there"), why);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "lagless serve"), why);
     close(held);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_tcp_targets);
-    RUN_TEST(test_devices_with_and_without_a_baud);
-    RUN_TEST(test_what_is_no_target_is_told_with_what_would_be);
-    RUN_TEST(test_a_serial_device_is_raw_both_ways);
-    RUN_TEST(test_a_serial_device_is_taken_by_one_program_alone);
-    RUN_TEST(test_what_is_no_serial_device_is_told);
-    RUN_TEST(test_a_port_where_nobody_listens_is_told_with_the_remedy);
-    return UNITY_END();
 }

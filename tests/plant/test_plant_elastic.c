@@ -17,10 +17,6 @@ void setUp(void)
     loop.dead = 375;
 }
 
-void tearDown(void)
-{
-}
-
 /* Nothing but the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
 static plant_params_t bare(void)
 {
@@ -53,7 +49,6 @@ static void follow(const plant_params_t *q, double motor, double load, double se
         far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
         far[2] = fmax(far[2], fabs(now.omega_load - wanted[2]));
     }
-    printf("off by %.2g rad twist, %.2g and %.2g rad/s\n", far[0], far[1], far[2]);
     TEST_ASSERT_TRUE(far[0] < 1e-9);
     TEST_ASSERT_TRUE(far[1] < 1e-6);
     TEST_ASSERT_TRUE(far[2] < 1e-6);
@@ -239,7 +234,6 @@ static void balanced(double target)
     double stored = now.energy_magnetic + now.energy_kinetic - before.energy_magnetic - before.energy_kinetic;
     double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + stored;
     double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
-    printf("twist to %.3g rad, %.4g J moved, off by %.2g\n", most, moved, (now.energy_dc - sinks) / moved);
     TEST_ASSERT_TRUE(most > 1e-4 && moved > 10.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
     TEST_ASSERT_DOUBLE_WITHIN(0.1 * fabs(target), target, now.omega_load);
@@ -310,22 +304,4 @@ static void test_load_acts_at_the_far_end_and_friction_at_the_motor(void)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, 3.0, shaft);
     TEST_ASSERT_DOUBLE_WITHIN(3e-3 / 2000.0, 3.0 / 2000.0, twist);
     TEST_ASSERT_DOUBLE_WITHIN(5e-3, against, torque);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_two_free_masses_swing_as_the_closed_form_for_a_second);
-    RUN_TEST(test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_form);
-    RUN_TEST(test_an_overdamped_shaft_settles_as_the_closed_form);
-    RUN_TEST(test_a_held_motor_lets_the_far_end_swing_on_the_shaft);
-    RUN_TEST(test_a_swing_beyond_break_away_moves_the_motor);
-    RUN_TEST(test_a_locked_motor_drags_the_far_end_up_to_its_speed);
-    RUN_TEST(test_without_stiffness_both_masses_are_one_to_the_last_bit);
-    RUN_TEST(test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_loses_its_load_the_speed);
-    RUN_TEST(test_energy_balances_with_an_elastic_load_switched);
-    RUN_TEST(test_energy_balances_with_an_elastic_load_averaged);
-    RUN_TEST(test_energy_balances_with_an_elastic_load_and_stiction);
-    RUN_TEST(test_load_acts_at_the_far_end_and_friction_at_the_motor);
-    return UNITY_END();
 }

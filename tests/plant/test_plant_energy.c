@@ -15,10 +15,6 @@ void setUp(void)
     loop.dead = 375;
 }
 
-void tearDown(void)
-{
-}
-
 static void start(const plant_params_t *q, double omega)
 {
     plant_init(&plant, q, 1);
@@ -43,9 +39,6 @@ static plant_truth_t balanced(double kinetic_before)
     double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + now.energy_magnetic +
                    now.energy_kinetic - kinetic_before;
     double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
-    printf("dc %.4f copper %.4f inverter %.4f mechanical %.4f magnetic %.4f kinetic %.4f J: off by %.2g\n",
-           now.energy_dc, now.energy_copper, now.energy_inverter, now.energy_mechanical, now.energy_magnetic,
-           now.energy_kinetic - kinetic_before, (now.energy_dc - sinks) / moved);
     TEST_ASSERT_TRUE(moved > 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
     return now;
@@ -198,21 +191,4 @@ static void test_braking_raises_a_soft_link_because_the_rectifier_blocks(void)
     double expected = sqrt(311.0 * 311.0 - 2.0 * now.energy_dc / q.dc_capacitance);
     TEST_ASSERT_TRUE(expected > 320.0);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, expected, now.dc_voltage);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_energy_balances_while_accelerating_under_load);
-    RUN_TEST(test_energy_balances_while_braking_into_the_link);
-    RUN_TEST(test_energy_balances_at_low_current_inside_the_zone);
-    RUN_TEST(test_energy_balances_on_a_salient_machine_with_harmonics);
-    RUN_TEST(test_energy_balances_with_a_broken_phase);
-    RUN_TEST(test_energy_balances_in_averaged_mode);
-    RUN_TEST(test_energy_balances_with_a_soft_link);
-    RUN_TEST(test_energy_balances_while_the_shaft_sticks_and_breaks_loose);
-    RUN_TEST(test_all_motion_ends_in_the_friction_that_stops_it);
-    RUN_TEST(test_energies_count_only_while_metered);
-    RUN_TEST(test_braking_raises_a_soft_link_because_the_rectifier_blocks);
-    return UNITY_END();
 }

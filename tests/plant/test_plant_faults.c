@@ -20,10 +20,6 @@ void setUp(void)
     loop.dead = 375;
 }
 
-void tearDown(void)
-{
-}
-
 static uint64_t after(double seconds)
 {
     return plant.tick + (uint64_t)(seconds * TICKS + 0.5);
@@ -193,7 +189,6 @@ static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
         most = fmax(most, plant.i[0]);
         least = fmin(least, plant.i[0]);
     }
-    printf("phase a %.3g to %.3g A\n", least, most);
     TEST_ASSERT_TRUE(least < -3.0);
     TEST_ASSERT_TRUE(most < 1.5);
 }
@@ -256,7 +251,6 @@ static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
         most = fmax(most, plant.i[0]);
         work += plant.torque;
     }
-    printf("phase a %.3g to %.3g A, mean torque %.3g N m\n", least, most, work / 3000.0);
     TEST_ASSERT_TRUE(most > 5.0);
     TEST_ASSERT_TRUE(least > -0.2);
     TEST_ASSERT_TRUE(work / 3000.0 < -0.5);
@@ -561,7 +555,6 @@ static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_els
             worst = fmax(worst, fabs(plant.v_dc - v));
         }
     }
-    printf("off by %.3g V of %.4g\n", worst, v);
     /* First order in its steps, here 10 us: less than one at the steepest, 40 V 1885 /s. */
     TEST_ASSERT_TRUE(worst < 10e-6 * 40.0 * 1885.0);
 }
@@ -589,7 +582,6 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
                 loop_period(&loop, &plant, NULL, NULL);
             }
             double given = 0.5 * q.dc_capacitance * (v * v - plant.v_dc * plant.v_dc);
-            printf("%.4g to %.4g V, %.4g J of %.4g\n", v, plant.v_dc, plant.energy_dc, given);
             TEST_ASSERT_TRUE(plant.v_dc < v - 1.0);
             TEST_ASSERT_DOUBLE_WITHIN(2e-3 * given, given, plant.energy_dc);
             q.supply_lost = 0.0;
@@ -614,31 +606,4 @@ static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
     plant_advance(&plant, after(5e-3));
     TEST_ASSERT_EQUAL_DOUBLE(400.0, plant.v_dc);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current);
-    RUN_TEST(test_a_leg_s_own_resistance_decays_a_current_second_order);
-    RUN_TEST(test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_current);
-    RUN_TEST(test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant);
-    RUN_TEST(test_an_open_switch_takes_one_half_wave_of_its_phase);
-    RUN_TEST(test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module);
-    RUN_TEST(test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant);
-    RUN_TEST(test_a_shorted_switch_makes_the_turning_machine_brake_itself);
-    RUN_TEST(test_swapped_phases_are_exchanged_commands_to_the_last_bit);
-    RUN_TEST(test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest);
-    RUN_TEST(test_swapped_and_inverted_sensors_show_what_they_are_wired_to);
-    RUN_TEST(test_a_magnet_that_loses_flux_does_so_at_the_instant);
-    RUN_TEST(test_a_reversed_encoder_counts_back_from_where_it_is);
-    RUN_TEST(test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has);
-    RUN_TEST(test_an_encoder_that_slips_once_steps_by_that_much);
-    RUN_TEST(test_a_stuck_track_shows_the_edges_of_the_other_alone);
-    RUN_TEST(test_a_ripple_is_a_sine_from_the_instant_it_is_set);
-    RUN_TEST(test_a_ripple_reaches_the_motor_as_its_integral);
-    RUN_TEST(test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere);
-    RUN_TEST(test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter);
-    RUN_TEST(test_a_chopper_discharges_to_its_voltage_and_no_further);
-    return UNITY_END();
 }

@@ -11,14 +11,6 @@
 
 static plant_t plant;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static plant_truth_t truth_at(uint64_t tick)
 {
     plant_truth_t now;
@@ -91,8 +83,6 @@ static void test_dead_time_error_is_that_of_the_formula(void)
         double commanded = 2.0 / 3.0 * 0.12 * 311.0;
         for (int averaged = 0; averaged < 2; averaged++) {
             double error = commanded - mean_alpha(&q, 8400, 6600, dead[n], averaged);
-            printf("dead %u ticks, %s: leg error %.4f V\n", dead[n], averaged ? "averaged" : "switched",
-                   error * 0.75);
             /* Edges are exact to the tick; what is left is rounding and the last e^-15 of settling. */
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / 3.0 * v + small, error);
             TEST_ASSERT_DOUBLE_WITHIN(0.07, row[n],
@@ -156,7 +146,6 @@ static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
             }
         }
     }
-    printf("averaged %.4f %.4f A, switched %.4f %.4f A\n", mean[1][0], mean[1][1], mean[0][0], mean[0][1]);
     /* Impedance |R + j 628 L| = 7.9 ohm; by 8 mV a period's voltage differs in the mean. The samples of the
      * switched one lie (dead + on + off)/2 = 2.05 us from the middle of the zero vector, in which the EMF of
      * 115 V drives 9.2 A/ms: 19 mA. */
@@ -233,7 +222,6 @@ static void expect_missed(const char *what, double rpm, const missed_t *missed, 
     snprintf(message, sizeof message,
              "%s, %.0f r/min: %.4f V rms, mean (%.4f, %.4f); both edges by the mean current %.4f V", what,
              rpm, missed->rms, missed->mean_d, missed->mean_q, missed->one_current);
-    printf("%s\n", message);
     TEST_ASSERT_TRUE_MESSAGE(missed->rms <= limit, message);
     TEST_ASSERT_TRUE_MESSAGE(missed->rms <= share * missed->one_current, message);
     TEST_ASSERT_TRUE_MESSAGE(fabs(missed->mean_d) <= 0.008 && fabs(missed->mean_q) <= 0.008, message);
@@ -698,34 +686,4 @@ static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
         loop_period(&loop, &plant, NULL, NULL);
     }
     TEST_ASSERT_TRUE(fabs(plant.i[0]) + fabs(plant.i[1]) + fabs(plant.i[2]) > 1.0);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_dead_time_error_is_that_of_the_formula);
-    RUN_TEST(test_ideal_inverter_gives_the_commanded_mean);
-    RUN_TEST(test_averaged_mode_has_no_error_where_nothing_switches);
-    RUN_TEST(test_averaged_mode_carries_the_same_mean_currents_as_edges);
-    RUN_TEST(test_averaged_period_has_the_voltage_of_its_edges);
-    RUN_TEST(test_averaged_period_of_a_salient_machine_has_the_voltage_of_its_edges);
-    RUN_TEST(test_averaged_periods_go_on_until_told_otherwise);
-    RUN_TEST(test_gap_acts_from_turn_off_delay_to_turn_on_delay);
-    RUN_TEST(test_gap_shorter_than_the_difference_of_delays_vanishes);
-    RUN_TEST(test_pulse_shorter_than_the_difference_of_delays_vanishes);
-    RUN_TEST(test_more_edges_than_a_delay_holds_end_in_the_commanded_state);
-    RUN_TEST(test_current_commutates_to_the_diode_of_the_other_rail);
-    RUN_TEST(test_all_off_lets_the_current_die_into_the_link_and_then_none_flows);
-    RUN_TEST(test_emf_above_the_link_flows_through_the_diodes);
-    RUN_TEST(test_a_pulse_starts_the_wait_for_floating_legs_anew);
-    RUN_TEST(test_pole_voltage_goes_straight_through_the_zone);
-    RUN_TEST(test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones);
-    RUN_TEST(test_edge_during_the_fault_pulse_does_not_reopen_a_gate);
-    RUN_TEST(test_module_without_protection_only_counts_a_shoot_through);
-    RUN_TEST(test_overcurrent_trips_the_arm_that_carries_it);
-    RUN_TEST(test_forced_fault_shuts_everything_and_holds_the_line);
-    RUN_TEST(test_averaged_mode_stops_on_a_fault_and_resumes_after_it);
-    RUN_TEST(test_broken_phase_carries_nothing_and_the_others_the_same_current);
-    RUN_TEST(test_phase_that_breaks_while_turning_stays_at_exactly_zero);
-    return UNITY_END();
 }

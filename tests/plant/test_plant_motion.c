@@ -10,14 +10,6 @@
 
 static plant_t plant;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static plant_params_t ideal(void)
 {
     plant_params_t q = plant_params_default();
@@ -287,23 +279,4 @@ static void test_setting_motion_keeps_the_phase_currents(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, before.i_d * before.i_d + before.i_q * before.i_q, length);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, after.i_d * cos(after.theta_e) - after.i_q * sin(after.theta_e),
                               after.i_a);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_friction);
-    RUN_TEST(test_rotor_comes_to_rest_and_stays);
-    RUN_TEST(test_load_below_friction_makes_the_rotor_creep_slower_than_the_width);
-    RUN_TEST(test_active_load_turns_a_free_rotor_at_constant_acceleration);
-    RUN_TEST(test_passive_load_opposes_either_direction_and_active_load_only_one);
-    RUN_TEST(test_locked_winding_charges_on_its_time_constant);
-    RUN_TEST(test_locked_winding_sees_the_inductance_of_the_axis_it_lies_on);
-    RUN_TEST(test_steady_current_of_a_locked_winding_carries_the_drops);
-    RUN_TEST(test_short_circuited_machine_brakes_with_its_steady_torque);
-    RUN_TEST(test_rotor_without_magnets_does_not_matter_to_a_round_machine);
-    RUN_TEST(test_phasor_keeps_to_the_angle_however_long_the_run);
-    RUN_TEST(test_terminals_of_an_idle_machine_show_its_emf_and_harmonics);
-    RUN_TEST(test_setting_motion_keeps_the_phase_currents);
-    return UNITY_END();
 }

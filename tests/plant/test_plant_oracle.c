@@ -14,14 +14,6 @@ static uint64_t ticks[PERIODS];
 static plant_truth_t seen[PERIODS];
 static oracle_sample_t wanted[PERIODS];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 typedef struct {
     double current; /* [A] largest difference of a phase current */
     double angle;   /* [rad] of the mechanical angle */
@@ -60,8 +52,6 @@ static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omeg
         far.speed = fmax(far.speed, fabs(seen[n].omega_m - wanted[n].omega_m));
         far.largest = fmax(far.largest, fabs(wanted[n].i_a));
     }
-    printf("largest difference %.3g A (of %.3g A), %.3g rad, %.3g rad/s; speed at the end %.5g rad/s\n",
-           far.current, far.largest, far.angle, far.speed, seen[samples - 1].omega_m);
     return far;
 }
 
@@ -182,19 +172,4 @@ static void test_the_oracle_refuses_what_it_does_not_know(void)
     q = plant_params_default();
     q.load_inertia = 0.01;
     TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_follow_the_oracle_from_rest_to_rated_speed_under_load);
-    RUN_TEST(test_currents_follow_the_oracle_on_the_rig_at_low_current);
-    RUN_TEST(test_currents_follow_the_oracle_backwards_with_active_load);
-    RUN_TEST(test_currents_follow_the_oracle_on_a_salient_machine);
-    RUN_TEST(test_currents_follow_the_oracle_with_emf_harmonics);
-    RUN_TEST(test_currents_follow_the_oracle_at_three_tenths_of_a_radian_per_period);
-    RUN_TEST(test_currents_follow_the_oracle_with_unlike_device_slopes_and_no_delays);
-    RUN_TEST(test_the_oracle_agrees_with_itself_in_both_frames);
-    RUN_TEST(test_the_oracle_refuses_what_it_does_not_know);
-    return UNITY_END();
 }

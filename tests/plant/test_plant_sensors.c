@@ -12,14 +12,6 @@
 
 static plant_t plant;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static plant_params_t quiet(void)
 {
     plant_params_t q = plant_params_default();
@@ -108,8 +100,6 @@ static void test_noise_has_its_mean_deviation_and_independence(void)
     /* Five standard deviations: of a mean 1/sqrt(N), of a mean square sqrt(2/N), of a product 1/sqrt(N), of a
      * fourth power sqrt(96/N). Kurtosis 3 - 0.041 as noise.h says. */
     double five = 5.0 / sqrt(N);
-    printf("mean %.5f %.5f %.5f, square %.5f %.5f %.5f, a b %.5f, lag %.5f, fourth %.4f\n", sum_a / N,
-           sum_b / N, sum_v / N, square_a / N, square_b / N, square_v / N, cross / N, lag / N, fourth / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_a / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_b / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_v / N);
@@ -271,22 +261,4 @@ static void test_phasor_agrees_with_the_library_over_the_whole_range(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-15 * (1.0 + x) * exp(-x), exp(-x), phasor_decay(x));
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.0, phasor_decay(701.0));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_current_pins_read_offset_gain_and_range);
-    RUN_TEST(test_pins_stop_at_their_rails);
-    RUN_TEST(test_link_and_temperature_pins_are_straight_lines);
-    RUN_TEST(test_noise_has_its_mean_deviation_and_independence);
-    RUN_TEST(test_generator_gives_the_published_numbers);
-    RUN_TEST(test_same_seed_gives_the_same_noise_and_another_seed_another);
-    RUN_TEST(test_lagging_sensor_follows_a_step_on_its_exponential);
-    RUN_TEST(test_lagging_sensor_trails_a_ramp_by_its_time_constant);
-    RUN_TEST(test_encoder_counts_are_the_floor_of_the_angle);
-    RUN_TEST(test_encoder_steps_one_by_one_through_whole_turns_both_ways);
-    RUN_TEST(test_encoder_read_ahead_is_what_it_reads_then);
-    RUN_TEST(test_phasor_agrees_with_the_library_over_the_whole_range);
-    return UNITY_END();
 }

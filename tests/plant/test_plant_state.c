@@ -9,14 +9,6 @@
 static plant_t plant;
 static plant_t copy;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void refused(const plant_params_t *q, const char *field, double minimum, double maximum)
 {
     plant_params_error_t why;
@@ -248,21 +240,4 @@ static void test_every_leg_state_has_a_text(void)
     for (int leg = PLANT_LEG_OPEN; leg <= PLANT_LEG_AVERAGED; leg++) {
         TEST_ASSERT_TRUE(strlen(plant_leg_text((plant_leg_t)leg)) > 3);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_range_is_enforced_below_at_and_above);
-    RUN_TEST(test_counting_parameters_must_be_whole);
-    RUN_TEST(test_a_lost_supply_needs_a_capacitor);
-    RUN_TEST(test_a_switch_is_open_or_shorted_not_both);
-    RUN_TEST(test_an_elastic_shaft_has_an_end_of_its_speed);
-    RUN_TEST(test_passive_load_can_not_be_negative);
-    RUN_TEST(test_break_away_is_none_or_no_less_than_dry_friction);
-    RUN_TEST(test_copied_state_runs_on_identically);
-    RUN_TEST(test_two_plants_do_not_disturb_each_other);
-    RUN_TEST(test_where_one_stops_to_look_does_not_matter);
-    RUN_TEST(test_every_leg_state_has_a_text);
-    return UNITY_END();
 }

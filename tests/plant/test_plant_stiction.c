@@ -15,14 +15,6 @@
 static plant_t plant;
 static plant_t copy;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static plant_params_t sticking(double breakaway)
 {
     plant_params_t q = plant_params_default();
@@ -301,21 +293,4 @@ static void test_where_one_stops_to_look_moves_no_event(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, copy.omega_m);
     TEST_ASSERT_DOUBLE_WITHIN(1e-10, plant.theta_e, copy.theta_e);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_decelerating_rotor_rests_at_the_tick_of_algebra);
-    RUN_TEST(test_rotor_never_swings_through_zero_wherever_one_looks);
-    RUN_TEST(test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round);
-    RUN_TEST(test_shaft_is_held_at_break_away_and_loose_beyond_it);
-    RUN_TEST(test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping);
-    RUN_TEST(test_passive_load_holds_and_never_drives);
-    RUN_TEST(test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra);
-    RUN_TEST(test_brake_stops_the_rig_holds_it_and_lets_go);
-    RUN_TEST(test_brake_can_not_be_felt_on_a_locked_shaft);
-    RUN_TEST(test_copied_state_of_a_sticking_shaft_runs_on_identically);
-    RUN_TEST(test_where_one_stops_to_look_moves_no_event);
-    return UNITY_END();
 }

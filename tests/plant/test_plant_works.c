@@ -9,13 +9,6 @@
 
 static plant_t plant;
 
-void setUp(void)
-{
-}
-void tearDown(void)
-{
-}
-
 /* Nothing but inertia and the load that a test puts on; no magnets, so that the winding takes no part. */
 static plant_params_t bare(void)
 {
@@ -164,17 +157,4 @@ static void test_what_a_load_takes_is_metered(void)
     double before = 0.5 * q.inertia * 80.0 * 80.0;
     plant_truth_t now = truth_at(1.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4 * before, before - now.energy_kinetic, now.energy_mechanical);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_fan_slows_its_rotor_by_the_hyperbola);
-    RUN_TEST(test_a_spring_swings_its_rotor_as_a_cosine);
-    RUN_TEST(test_a_piston_takes_and_gives_back_what_its_potential_says);
-    RUN_TEST(test_a_table_is_straight_between_its_points_and_goes_on_behind_the_last);
-    RUN_TEST(test_the_load_is_at_the_far_end_of_an_elastic_shaft);
-    RUN_TEST(test_dry_friction_holds_a_wound_spring_and_lets_a_stronger_one_go);
-    RUN_TEST(test_what_a_load_takes_is_metered);
-    return UNITY_END();
 }

@@ -108,6 +108,22 @@ static void expect_part(const char *text, const char *part)
     TEST_ASSERT_TRUE_MESSAGE(strstr(text, part) != NULL, part);
 }
 
+/* The file holds this part. */
+static void expect_in(const char *name, const char *part)
+{
+    char *text = content(name);
+    expect_part(text, part);
+    free(text);
+}
+
+/* The samples of the CSV file are these lines. */
+static void expect_lines(const char *lines)
+{
+    char *text = content("run.csv");
+    TEST_ASSERT_EQUAL_STRING(lines, strchr(strstr(text, "time[s]"), '\n') + 1);
+    free(text);
+}
+
 static recorder_t *opened(void)
 {
     recorder_t *recorder = recorder_open(&options, &error);
@@ -144,16 +160,9 @@ static void test_csv_has_header_units_and_a_line_a_sample(void)
     sample(recorder, 12345, 10.000001f, 3, 9999);
     TEST_ASSERT_EQUAL_UINT64(3, recorder_samples(recorder));
     expect_closed(recorder);
-    char *text = content("run.csv");
-    const char *data = strstr(text, "time[s]");
-    TEST_ASSERT_NOT_NULL(data);
-    TEST_ASSERT_EQUAL_STRING("time[s],i_q[A],state[-],encoder_count[counts]\n"
-                             "0.0000,0.5,1,0\n"
-                             "0.0001,-1.25e-7,-1,4294967295\n"
-                             "1.2345,10.000001,3,9999\n",
-                             data);
+    expect_in("run.csv", "\ntime[s],i_q[A],state[-],encoder_count[counts]\n");
+    expect_lines("0.0000,0.5,1,0\n0.0001,-1.25e-7,-1,4294967295\n1.2345,10.000001,3,9999\n");
     TEST_ASSERT_EQUAL(1, files_left());
-    free(text);
 }
 
 static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
@@ -205,10 +214,8 @@ static void test_no_text_can_leave_its_comment(void)
     options.meta.commit = "\r1,2";
     recorder_t *recorder = opened();
     expect_closed(recorder);
-    char *text = content("run.csv");
-    expect_part(text, "# title: one\\x0atwo\\x7f\\\\ \xc3\xa9\n");
-    expect_part(text, "# commit: \\x0d1,2\n");
-    free(text);
+    expect_in("run.csv", "# title: one\\x0atwo\\x7f\\\\ \xc3\xa9\n");
+    expect_in("run.csv", "# commit: \\x0d1,2\n");
 }
 
 static void test_a_name_of_two_tables_is_qualified(void)
@@ -235,9 +242,7 @@ static void test_a_name_of_two_tables_is_qualified(void)
     options.count = 1;
     recorder_t *recorder = opened();
     expect_closed(recorder);
-    char *text = content("run.csv");
-    expect_part(text, expected);
-    free(text);
+    expect_in("run.csv", expected);
 }
 
 static void test_no_cell_of_a_header_needs_quotes(void)
@@ -310,11 +315,8 @@ static void test_going_back_in_time_takes_back_samples(void)
     sample(recorder, 60, 3.0f, 0, 60);
     sample(recorder, 60, 4.0f, 0, 60);
     expect_closed(recorder);
-    char *text = content("run.csv");
-    TEST_ASSERT_EQUAL_STRING("0.0000,1,0,0\n0.0010,1,0,10\n0.0020,1,0,20\n"
-                             "0.0030,2,0,30\n0.0040,2,0,40\n0.0050,2,0,50\n0.0060,4,0,60\n",
-                             strstr(strstr(text, "time[s]"), "\n") + 1);
-    free(text);
+    expect_lines("0.0000,1,0,0\n0.0010,1,0,10\n0.0020,1,0,20\n"
+                 "0.0030,2,0,30\n0.0040,2,0,40\n0.0050,2,0,50\n0.0060,4,0,60\n");
 }
 
 static void test_going_back_to_the_start_keeps_only_what_follows(void)
@@ -326,9 +328,7 @@ static void test_going_back_to_the_start_keeps_only_what_follows(void)
     sample(recorder, 0, 2.0f, 0, 0);
     TEST_ASSERT_EQUAL_UINT64(1, recorder_samples(recorder));
     expect_closed(recorder);
-    char *text = content("run.csv");
-    TEST_ASSERT_EQUAL_STRING("0.0000,2,0,0\n", strstr(strstr(text, "time[s]"), "\n") + 1);
-    free(text);
+    expect_lines("0.0000,2,0,0\n");
 }
 
 static void test_the_rigs_tap_feeds_it(void)
@@ -394,73 +394,82 @@ static void test_vcd_shows_edges_in_nanoseconds(void)
     free(text);
 }
 
-static void test_vcd_gates_are_unknown_until_told(void)
-{
-    options.formats = RECORDER_VCD;
-    options.count = 0;
-    recorder_t *recorder = opened();
-    recorder_edge(recorder, 15000, RIG_EDGE_GATES, 0);
-    expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(
-        text, "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n");
-    free(text);
-}
+/* Courses of edges, and what is shown of them. */
+static const struct {
+    const char *name;
+    uint32_t isr_ticks;
+    struct {
+        uint64_t tick;
+        rig_edge_t what;
+        uint32_t value;
+    } edges[12];
+    const char *shown;
+    bool ends; /* with it the file */
+} courses[] = {
+    {"gates are unknown until told",
+     1000,
+     {{15000, RIG_EDGE_GATES, 0}},
+     "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n",
+     false},
+    /* 600 ticks that wait inside; two in a row, 60 ticks together; the second of two waits */
+    {"an interrupt lasts until its exit",
+     30,
+     {{300, RIG_EDGE_ISR_ENTER, 32},
+      {900, RIG_EDGE_ISR_EXIT, 32},
+      {3000, RIG_EDGE_ISR_ENTER, 32},
+      {3000, RIG_EDGE_ISR_EXIT, 32},
+      {3003, RIG_EDGE_ISR_ENTER, 40},
+      {3003, RIG_EDGE_ISR_EXIT, 40},
+      {4500, RIG_EDGE_ISR_ENTER, 32},
+      {4500, RIG_EDGE_ISR_EXIT, 32},
+      {4503, RIG_EDGE_ISR_ENTER, 40},
+      {4800, RIG_EDGE_ISR_EXIT, 40},
+      {6000, RIG_EDGE_GATES, 0}},
+     "$end\n#2000\n1'\n#6000\n0'\n#20000\n1'\n#20400\n0'\n#30000\n1'\n#32000\n0'\n#40000\n",
+     false},
+    {"a short interrupt ends before the mark of the ADC",
+     3,
+     {{300, RIG_EDGE_ADC_START, 0},
+      {300, RIG_EDGE_ISR_ENTER, 32},
+      {300, RIG_EDGE_ISR_EXIT, 32},
+      {600, RIG_EDGE_GATES, 0}},
+     "$end\n#2000\n1'\n1(\n#2020\n0'\n#2200\n0(\n#4000\n",
+     false},
+    {"an interrupt that is gone back to is shown once",
+     300,
+     {{1500, RIG_EDGE_ISR_ENTER, 32},
+      {1500, RIG_EDGE_ISR_EXIT, 32},
+      {3000, RIG_EDGE_GATES, 0},
+      {1500, RIG_EDGE_ISR_ENTER, 32},
+      {1500, RIG_EDGE_ISR_EXIT, 32},
+      {3000, RIG_EDGE_GATES, 0}},
+     "$end\n#10000\n1'\n#12000\n0'\n#20000\n",
+     false},
+    {"it ends when the last interrupt has ended",
+     300,
+     {{1500, RIG_EDGE_ADC_START, 0}, {1500, RIG_EDGE_ISR_ENTER, 32}, {1500, RIG_EDGE_ISR_EXIT, 32}},
+     "#10000\n1'\n1(\n#10200\n0(\n#12000\n0'\n",
+     true},
+};
 
-static void test_vcd_interrupt_lasts_until_its_exit(void)
+static void test_vcd_shows_courses_of_edges(void)
 {
     options.formats = RECORDER_VCD;
     options.count = 0;
-    options.isr_ticks = 30;
-    recorder_t *recorder = opened();
-    recorder_edge(recorder, 300, RIG_EDGE_ISR_ENTER, 32); /* waits inside: 600 ticks */
-    recorder_edge(recorder, 900, RIG_EDGE_ISR_EXIT, 32);
-    recorder_edge(recorder, 3000, RIG_EDGE_ISR_ENTER, 32); /* two in a row: 60 ticks together */
-    recorder_edge(recorder, 3000, RIG_EDGE_ISR_EXIT, 32);
-    recorder_edge(recorder, 3003, RIG_EDGE_ISR_ENTER, 40);
-    recorder_edge(recorder, 3003, RIG_EDGE_ISR_EXIT, 40);
-    recorder_edge(recorder, 4500, RIG_EDGE_ISR_ENTER, 32); /* the second of two waits */
-    recorder_edge(recorder, 4500, RIG_EDGE_ISR_EXIT, 32);
-    recorder_edge(recorder, 4503, RIG_EDGE_ISR_ENTER, 40);
-    recorder_edge(recorder, 4800, RIG_EDGE_ISR_EXIT, 40);
-    recorder_edge(recorder, 6000, RIG_EDGE_GATES, 0);
-    expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(text, "$end\n#2000\n1'\n#6000\n0'\n#20000\n1'\n#20400\n0'\n#30000\n1'\n#32000\n0'\n#40000\n");
-    free(text);
-}
-
-static void test_vcd_short_interrupt_ends_before_the_mark_of_the_adc(void)
-{
-    options.formats = RECORDER_VCD;
-    options.count = 0;
-    options.isr_ticks = 3;
-    recorder_t *recorder = opened();
-    recorder_edge(recorder, 300, RIG_EDGE_ADC_START, 0);
-    recorder_edge(recorder, 300, RIG_EDGE_ISR_ENTER, 32);
-    recorder_edge(recorder, 300, RIG_EDGE_ISR_EXIT, 32);
-    recorder_edge(recorder, 600, RIG_EDGE_GATES, 0);
-    expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(text, "$end\n#2000\n1'\n1(\n#2020\n0'\n#2200\n0(\n#4000\n");
-    free(text);
-}
-
-static void test_vcd_going_back_to_an_interrupt_shows_it_once(void)
-{
-    options.formats = RECORDER_VCD;
-    options.count = 0;
-    options.isr_ticks = 300;
-    recorder_t *recorder = opened();
-    for (int n = 0; n < 2; n++) {
-        recorder_edge(recorder, 1500, RIG_EDGE_ISR_ENTER, 32);
-        recorder_edge(recorder, 1500, RIG_EDGE_ISR_EXIT, 32);
-        recorder_edge(recorder, 3000, RIG_EDGE_GATES, 0);
+    for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
+        options.isr_ticks = courses[n].isr_ticks;
+        recorder_t *recorder = opened();
+        for (size_t k = 0; k < 12u && courses[n].edges[k].tick != 0u; k++) {
+            recorder_edge(recorder, courses[n].edges[k].tick, courses[n].edges[k].what,
+                          courses[n].edges[k].value);
+        }
+        expect_closed(recorder);
+        char *text = content("run.vcd");
+        const char *shown = strstr(text, courses[n].shown);
+        TEST_ASSERT_TRUE_MESSAGE(shown != NULL && (!courses[n].ends || strcmp(shown, courses[n].shown) == 0),
+                                 courses[n].name);
+        free(text);
     }
-    expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(text, "$end\n#10000\n1'\n#12000\n0'\n#20000\n");
-    free(text);
 }
 
 static void test_vcd_ends_with_the_last_samples_period(void)
@@ -471,27 +480,8 @@ static void test_vcd_ends_with_the_last_samples_period(void)
     recorder_edge(recorder, 150, RIG_EDGE_GATES, 0x15);
     sample(recorder, 1, 1.0f, 0, 0);
     expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(text, "#1000\n1!\n0\"\n1#\n0$\n1%\n0&\n#200000\n");
-    free(text);
+    expect_in("run.vcd", "#1000\n1!\n0\"\n1#\n0$\n1%\n0&\n#200000\n");
     TEST_ASSERT_TRUE(exists("run.csv"));
-}
-
-static void test_vcd_ends_when_the_last_interrupt_has_ended(void)
-{
-    options.formats = RECORDER_VCD;
-    options.count = 0;
-    options.isr_ticks = 300;
-    recorder_t *recorder = opened();
-    recorder_edge(recorder, 1500, RIG_EDGE_ADC_START, 0);
-    recorder_edge(recorder, 1500, RIG_EDGE_ISR_ENTER, 32);
-    recorder_edge(recorder, 1500, RIG_EDGE_ISR_EXIT, 32);
-    expect_closed(recorder);
-    char *text = content("run.vcd");
-    const char *changes = strstr(text, "#10000\n");
-    TEST_ASSERT_NOT_NULL(changes);
-    TEST_ASSERT_EQUAL_STRING("#10000\n1'\n1(\n#10200\n0(\n#12000\n0'\n", changes);
-    free(text);
 }
 
 static void test_vcd_going_back_in_time_takes_back_edges(void)
@@ -518,10 +508,8 @@ static void test_vcd_comment_cannot_be_ended_by_a_text(void)
     options.meta.scenario_text = "# $end\n";
     recorder_t *recorder = opened();
     expect_closed(recorder);
-    char *text = content("run.vcd");
-    expect_part(text, "text: # \\x24end\n$end\n$timescale");
-    expect_part(text, "seed: 7\n");
-    free(text);
+    expect_in("run.vcd", "text: # \\x24end\n$end\n$timescale");
+    expect_in("run.vcd", "seed: 7\n");
 }
 
 /* ---- refusals: nothing is left behind ---- */
@@ -719,9 +707,7 @@ static void test_going_back_before_a_loss_mends_it(void)
     }
     sample(recorder, 5, 2.0f, 0, 5);
     expect_closed(recorder);
-    char *text = content("run.csv");
-    expect_part(text, "0.0004,1,0,4\n0.0005,2,0,5\n");
-    free(text);
+    expect_in("run.csv", "0.0004,1,0,4\n0.0005,2,0,5\n");
 }
 
 static void test_going_back_after_a_loss_does_not(void)
@@ -784,29 +770,22 @@ static void expect_full(uint32_t format, const char *ending, const char *why, bo
     TEST_ASSERT_EQUAL(3, files_left());
 }
 
-static void test_full_disk_is_told_for_csv(void)
+/* Also where the file is smaller than any buffer. */
+static void test_full_disk_is_told_for_each_file(void)
 {
-    expect_full(RECORDER_CSV, "csv", "No space left on device", true);
-}
-
-static void test_full_disk_is_told_for_a_csv_smaller_than_any_buffer(void)
-{
-    expect_full(RECORDER_CSV, "csv", "No space left on device", false);
-}
-
-static void test_full_disk_is_told_for_vcd(void)
-{
-    expect_full(RECORDER_VCD, "vcd", "No space left on device", true);
-}
-
-static void test_full_disk_is_told_for_mat(void)
-{
-    expect_full(RECORDER_MAT, "mat", "the disk did not take all of it", true);
-}
-
-static void test_full_disk_is_told_for_a_small_mat(void)
-{
-    expect_full(RECORDER_MAT, "mat", "the disk did not take all of it", false);
+    for (int many = 0; many <= 1; many++) {
+        static const struct {
+            uint32_t format;
+            const char *ending, *why;
+        } files[] = {{RECORDER_CSV, "csv", "No space left on device"},
+                     {RECORDER_MAT, "mat", "the disk did not take all of it"},
+                     {RECORDER_VCD, "vcd", "No space left on device"}};
+        for (int n = 0; n < 3; n++) {
+            expect_full(files[n].format, files[n].ending, files[n].why, many != 0);
+            tearDown();
+            setUp();
+        }
+    }
 }
 
 /* The disk takes the first `octets` of each file only. */
@@ -855,52 +834,4 @@ static void test_a_final_name_that_is_taken_is_told(void)
     TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
     expect_part(error.text, "run.csv: Is a directory: it keeps the name ");
     TEST_ASSERT_TRUE(exists("run.csv.partial"));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_csv_has_header_units_and_a_line_a_sample);
-    RUN_TEST(test_csv_begins_with_what_it_takes_to_run_it_again);
-    RUN_TEST(test_no_text_can_leave_its_comment);
-    RUN_TEST(test_a_name_of_two_tables_is_qualified);
-    RUN_TEST(test_no_cell_of_a_header_needs_quotes);
-    RUN_TEST(test_same_samples_same_bytes);
-    RUN_TEST(test_chunks_join_without_a_seam);
-    RUN_TEST(test_going_back_in_time_takes_back_samples);
-    RUN_TEST(test_going_back_to_the_start_keeps_only_what_follows);
-    RUN_TEST(test_the_rigs_tap_feeds_it);
-    RUN_TEST(test_vcd_shows_edges_in_nanoseconds);
-    RUN_TEST(test_vcd_gates_are_unknown_until_told);
-    RUN_TEST(test_vcd_interrupt_lasts_until_its_exit);
-    RUN_TEST(test_vcd_short_interrupt_ends_before_the_mark_of_the_adc);
-    RUN_TEST(test_vcd_going_back_to_an_interrupt_shows_it_once);
-    RUN_TEST(test_vcd_ends_with_the_last_samples_period);
-    RUN_TEST(test_vcd_ends_when_the_last_interrupt_has_ended);
-    RUN_TEST(test_vcd_going_back_in_time_takes_back_edges);
-    RUN_TEST(test_vcd_comment_cannot_be_ended_by_a_text);
-    RUN_TEST(test_options_out_of_range_are_refused);
-    RUN_TEST(test_rows_must_exist_and_differ);
-    RUN_TEST(test_settings_must_differ);
-    RUN_TEST(test_sixty_four_rows_are_accepted);
-    RUN_TEST(test_missing_folder_is_named);
-    RUN_TEST(test_one_file_that_cannot_be_made_takes_the_others_with_it);
-    RUN_TEST(test_plan_that_does_not_fit_is_refused_with_what_would);
-    RUN_TEST(test_plan_counts_edges);
-    RUN_TEST(test_abandon_removes_everything);
-    RUN_TEST(test_abandon_leaves_the_recording_before);
-    RUN_TEST(test_used_up_memory_is_told_and_the_file_stays_partial);
-    RUN_TEST(test_memory_used_to_the_last_octet_is_no_loss);
-    RUN_TEST(test_going_back_gives_memory_back);
-    RUN_TEST(test_going_back_before_a_loss_mends_it);
-    RUN_TEST(test_going_back_after_a_loss_does_not);
-    RUN_TEST(test_lost_edges_are_told_and_samples_kept);
-    RUN_TEST(test_full_disk_is_told_for_csv);
-    RUN_TEST(test_full_disk_is_told_for_a_csv_smaller_than_any_buffer);
-    RUN_TEST(test_full_disk_is_told_for_vcd);
-    RUN_TEST(test_full_disk_is_told_for_mat);
-    RUN_TEST(test_full_disk_is_told_for_a_small_mat);
-    RUN_TEST(test_a_disk_that_fills_up_halfway_is_told);
-    RUN_TEST(test_a_final_name_that_is_taken_is_told);
-    return UNITY_END();
 }

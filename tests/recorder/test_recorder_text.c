@@ -10,10 +10,6 @@
 #include "host_sim/lab/recorder_parts.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-
 void tearDown(void)
 {
     setlocale(LC_ALL, "C");
@@ -203,20 +199,4 @@ static void test_locale_changes_nothing(void)
     expect_float("0.5", 0.5f);
     expect_float("1.5e-7", 1.5e-7f);
     expect_value("0.95", (double)0.95f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_float_has_fewest_digits);
-    RUN_TEST(test_float_is_plain_between_1e_minus_4_and_1e9);
-    RUN_TEST(test_float_at_the_ends_of_the_format);
-    RUN_TEST(test_floats_over_the_whole_range_read_back_and_are_shortest);
-    RUN_TEST(test_the_float_that_rounds_twice_has_a_digit_more);
-    RUN_TEST(test_powers_of_two_and_their_neighbours_read_back);
-    RUN_TEST(test_small_multiples_of_powers_of_ten_are_short);
-    RUN_TEST(test_integers_to_their_ends);
-    RUN_TEST(test_settings_are_whole_numbers_or_floats);
-    RUN_TEST(test_locale_changes_nothing);
-    return UNITY_END();
 }

@@ -4,11 +4,13 @@
 #define TESTS_RIG_RUN_H
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "drive/drive.h"
 #include "host_sim/rig/rig.h"
+#include "tests/rig/seed.h"
 #include "unity.h"
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
@@ -24,11 +26,39 @@
 /* Torque of the paper's motor [N m] at so many amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
 
+/* Prints what was measured, and returns the line as the message of what is asked of it, until the next one.
+ */
+__attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)
+{
+    static char text[240];
+    va_list values;
+    va_start(values, format);
+    (void)vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    printf("%s\n", text);
+    return text;
+}
+
 static inline void run_put(rig_t *rig, const char *name, double value)
 {
     if (!rig_put(rig, name, value)) {
         TEST_FAIL_MESSAGE(rig_error(rig));
     }
+}
+
+/* These rows of every period from now on, to this function. */
+#define RUN_TAP_MOST 20u
+static inline void run_tap(rig_t *rig, const char *const names[], uint32_t count,
+                           void (*take)(void *context, uint32_t period, const uint32_t *slots,
+                                        uint32_t count),
+                           void *context)
+{
+    uint32_t ids[RUN_TAP_MOST];
+    TEST_ASSERT_TRUE(count <= RUN_TAP_MOST);
+    for (uint32_t n = 0; n < count; n++) {
+        ids[n] = rig_row_by_name(names[n])->id;
+    }
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, count, 1u, take, context));
 }
 
 static inline void run_seconds(rig_t *rig, double seconds)
@@ -101,6 +131,7 @@ static inline void run_motor_of_board(rig_t *rig)
 /* From power-on to ready; offsets are measured with whatever the plant does. */
 static inline void run_to_ready(rig_t *rig)
 {
+    rig_run(rig, seed_phase());
     run_seconds(rig, 0.06);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }

@@ -2,18 +2,13 @@
  * starts and the line of measured values that each prints.
  *
  * Inverter and sensors are the realistic ones (defaults and run_real()). Angles are spread over an electrical
- * turn; each has a seed of noise of its own. */
+ * turn; each point of a grid has noise of its own. */
 #ifndef TESTS_RIG_START_H
 #define TESTS_RIG_START_H
 
 #include "tests/rig/run.h"
 
 #define PI 3.14159265358979323846
-
-/* Of the points of a grid every so-manieth is run; 1: all. */
-#ifndef START_THINNED
-#define START_THINNED 1
-#endif
 
 #define POLE_PAIRS        4.0
 #define TORQUE_PER_AMPERE 1.098 /* 1.5 p psi_f [N m/A] */
@@ -34,6 +29,10 @@ typedef struct {
 } start_shaft_data_t;
 static const start_shaft_data_t start_shaft_data[] = {{0.0636, 1.32}, {0.003, 0.05}, {0.003, 0.0}};
 
+/* Of the rows of a table of cases: its first so many shafts. */
+#define START_BOTH 2u
+#define START_ALL  3u
+
 /* A row that a test changes. */
 typedef struct {
     const char *name;
@@ -43,8 +42,7 @@ typedef struct {
 /* Just switched on, nothing applied yet. */
 static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
 {
-    rig_t *rig = rig_create(seed);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig_t *rig = run_rig(seed);
     if (shaft != HEAVY) {
         run_put(rig, "inertia", start_shaft_data[shaft].inertia);
         run_put(rig, "friction_coulomb", start_shaft_data[shaft].friction);
@@ -125,12 +123,8 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
 /* `seen` is that of the last period from now on. */
 static inline void start_watch(rig_t *rig, start_seen_t *seen)
 {
-    uint32_t ids[START_SEEN_ROWS];
     *seen = (start_seen_t){0};
-    for (size_t n = 0; n < START_SEEN_ROWS; n++) {
-        ids[n] = rig_row_by_name(start_seen_rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, START_SEEN_ROWS, 1u, start_see, seen));
+    run_tap(rig, start_seen_rows, START_SEEN_ROWS, start_see, seen);
 }
 
 /* ---- figures of a grid ---- */

@@ -11,22 +11,11 @@
 #include <string.h>
 
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define FLUX       0.183   /* [Wb] */
 #define RESISTANCE 0.95    /* [ohm] */
 #define INDUCTANCE 12.5e-3 /* [H] */
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 static double complex vector_of(double a, double b, double c)
 {
@@ -52,8 +41,7 @@ static double complex lost_by_mean(double complex current)
 
 static missed_t measure(double rpm, double load)
 {
-    rig = rig_create(7);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig = run_rig(7);
     run_put(rig, "sensors", 1.0);
     run_put(rig, "current_noise", 0.0);
     run_paper_drive(rig);
@@ -114,21 +102,14 @@ static void test_the_observer_is_told_what_was_on_the_winding(void)
         {503.0, 5.0, 0.11, 0.35},  {1013.0, 0.0, 0.24, 0.25}, {1013.0, 5.0, 0.17, 0.25},
         {1490.0, 0.0, 0.31, 0.25}, {1490.0, 5.0, 0.21, 0.25},
     };
-    for (size_t n = 0; n < 2u * sizeof points / sizeof points[0]; n++) {
+    grid_t grid = grid_of("told", 2u * sizeof points / sizeof points[0]);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const double rpm = (n % 2u != 0u ? -1.0 : 1.0) * points[n / 2u].rpm;
         const missed_t missed = measure(rpm, points[n / 2u].load);
-        char message[160];
-        snprintf(message, sizeof message, "%.0f r/min, %g N m: %.3f V rms; one current for both edges %.3f V",
-                 rpm, points[n / 2u].load, missed.rms, missed.one_current);
-        printf("%s\n", message);
+        const char *const message =
+            run_say("%.0f r/min, %g N m: %.3f V rms; one current for both edges %.3f V", rpm,
+                    points[n / 2u].load, missed.rms, missed.one_current);
         TEST_ASSERT_TRUE_MESSAGE(missed.rms <= points[n / 2u].limit, message);
         TEST_ASSERT_TRUE_MESSAGE(missed.rms <= points[n / 2u].share * missed.one_current, message);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_observer_is_told_what_was_on_the_winding);
-    return UNITY_END();
 }

@@ -2,15 +2,8 @@
  * compensation. */
 #include <math.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 typedef struct {
     double first, fifth, seventh; /* [A] amplitudes */
@@ -24,7 +17,7 @@ static harmonics_t measure(double compensation)
     double re[3] = {0.0};
     double im[3] = {0.0};
     double turned = 0.0;
-    rig_t *rig = rig_create(21);
+    rig_t *rig = run_rig(21);
     run_paper_drive(rig);
     run_put(rig, "dead_time", 3e-6);
     run_parameter(rig, "compensation_gain", compensation);
@@ -58,11 +51,9 @@ static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(voi
 {
     const harmonics_t without = measure(0.0);
     const harmonics_t with = measure(1.0);
-    char message[200];
-    snprintf(message, sizeof message,
-             "fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with",
-             with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
-    printf("%s\n", message);
+    const char *const message =
+        run_say("fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with",
+                with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
     TEST_ASSERT_TRUE_MESSAGE(without.fifth > 5.0 * with.fifth, message);
     TEST_ASSERT_TRUE_MESSAGE(without.seventh > 5.0 * with.seventh, message);
     /* The fundamental carries load and friction either way. */
@@ -73,6 +64,6 @@ static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(voi
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away);
+    SEED_RUN_EIGHT(test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away);
     return UNITY_END();
 }

@@ -149,7 +149,7 @@ static void power_on(void (*how)(chip_t *, uint32_t))
 
 void setUp(void)
 {
-    rig = rig_create(41);
+    rig = run_rig(41);
     run_paper_drive(rig);
 }
 
@@ -542,25 +542,4 @@ static void test_a_start_past_the_boot_ROM_measures_as_one_through_it(void)
     TEST_ASSERT_NOT_EQUAL(off[0], off[1]);
     TEST_ASSERT_INT32_WITHIN(45, 0, off[0]);
     TEST_ASSERT_INT32_WITHIN(45, 0, off[1]);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_debugger_sees_memory_while_the_program_runs_but_not_before_start_up_allows_it);
-    RUN_TEST(test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero);
-    RUN_TEST(test_a_halted_bridge_shorts_the_motor);
-    RUN_TEST(test_after_a_halt_the_drive_says_late_and_opens_the_gates);
-    RUN_TEST(test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_first_new_sample);
-    RUN_TEST(test_after_a_halt_and_a_reset_the_drive_runs_again);
-    RUN_TEST(test_a_halt_with_gates_off_keeps_them_off);
-    RUN_TEST(test_the_fault_line_opens_the_gates_of_a_halted_drive);
-    RUN_TEST(test_a_real_time_halt_stops_the_background_and_leaves_the_drive_running);
-    RUN_TEST(test_a_request_written_during_a_real_time_halt_acts);
-    RUN_TEST(test_a_real_time_halt_with_the_carrier_bound_to_it_is_a_plain_one);
-    RUN_TEST(test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_anew);
-    RUN_TEST(test_a_restart_takes_no_interrupt_that_the_old_program_requested);
-    RUN_TEST(test_a_restart_serves_no_interrupt_that_an_earlier_program_enabled);
-    RUN_TEST(test_a_start_past_the_boot_ROM_measures_as_one_through_it);
-    return UNITY_END();
 }

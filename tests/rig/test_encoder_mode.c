@@ -2,24 +2,16 @@
  * directions. */
 #include <math.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define TRANSIENT_PERIODS 50u /* 5 ms after each step */
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* Runs one step and judges it: speed within 1 r/min at the end (0.2 s without leaving the band; the bare
  * motor within 1.3, for it ripples by 0.94 to 1.15 over seeds on the kit's board), i_d within 0.3 A of its
  * reference after 5 ms, no phase current above 1.2 times the limit. */
 static void step_to(rig_t *rig, double rpm, double seconds, const char *what)
 {
-    char message[160];
     double i_d_peak = 0.0;
     double i_peak = 0.0;
     double rpm_err = 0.0;
@@ -37,80 +29,50 @@ static void step_to(rig_t *rig, double rpm, double seconds, const char *what)
             rpm_err = fmax(rpm_err, fabs(rig_value(rig, "true_omega_m") / RPM - rpm));
         }
     }
-    snprintf(message, sizeof message, "%s to %.0f r/min: speed off by %.3f r/min, |i_d| %.3f A, peak %.2f A",
-             what, rpm, rpm_err, i_d_peak, i_peak);
-    printf("%s\n", message);
+    const char *const message =
+        run_say("%s to %.0f r/min: speed off by %.3f r/min, |i_d| %.3f A, peak %.2f A", what, rpm, rpm_err,
+                i_d_peak, i_peak);
     TEST_ASSERT_TRUE_MESSAGE(rpm_err <= (rig_value(rig, "inertia") < 0.01 ? 1.3 : 1.0), message);
     TEST_ASSERT_TRUE_MESSAGE(i_d_peak <= 0.3, message);
     TEST_ASSERT_TRUE_MESSAGE(i_peak <= 1.2 * rig_value(rig, "current_limit"), message);
     run_expect_no_fault(rig);
 }
 
-/* Inertia, friction and load as with 10 A. */
-static void profile(double inertia, double friction, double load, double direction, double seconds)
+/* The rig and the bare motor, without load and under the rated one; inertia, friction and load as with 10 A.
+ */
+static void test_speed_steps_of_both_shafts_in_both_directions(void)
 {
-    char what[80];
-    rig_t *rig = rig_create(11);
-    snprintf(what, sizeof what, "J %g, load %g N m,", inertia, load);
-    run_put(rig, "inertia", inertia);
-    run_put(rig, "friction_coulomb", friction);
-    run_paper_drive(rig);
-    run_shaft_of_board(rig);
-    TEST_ASSERT_TRUE(rig_apply(rig));
-    run_to_ready(rig);
-    run_on(rig, 0.0);
-    rig_step(rig);
-    run_put(rig, "load_torque", RUN_LIMIT_SHARE * load);
-    step_to(rig, direction * 100.0, seconds, what);
-    step_to(rig, direction * 1500.0, 1.6 * seconds, what);
-    step_to(rig, direction * 1000.0, seconds, what);
-    rig_free(rig);
-}
-
-static void test_rig_forward_no_load(void)
-{
-    profile(0.0636, 1.32, 0.0, 1.0, 2.2);
-}
-
-static void test_rig_forward_rated(void)
-{
-    profile(0.0636, 1.32, 5.0, 1.0, 2.2);
-}
-
-static void test_rig_reverse_no_load(void)
-{
-    profile(0.0636, 1.32, 0.0, -1.0, 2.2);
-}
-
-static void test_rig_reverse_rated(void)
-{
-    profile(0.0636, 1.32, 5.0, -1.0, 2.2);
-}
-
-static void test_bare_motor_forward_no_load(void)
-{
-    profile(0.003, 0.0, 0.0, 1.0, 2.0);
-}
-
-static void test_bare_motor_forward_rated(void)
-{
-    profile(0.003, 0.0, 5.0, 1.0, 2.0);
-}
-
-static void test_bare_motor_reverse_no_load(void)
-{
-    profile(0.003, 0.0, 0.0, -1.0, 2.0);
-}
-
-static void test_bare_motor_reverse_rated(void)
-{
-    profile(0.003, 0.0, 5.0, -1.0, 2.0);
+    static const struct {
+        double inertia, friction, seconds;
+    } shafts[] = {{0.0636, 1.32, 2.2}, {0.003, 0.0, 2.0}};
+    grid_t grid = grid_of("speed steps", 8u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const double direction = grid_axis(&n, 2u) == 0u ? 1.0 : -1.0;
+        const double load = grid_axis(&n, 2u) == 0u ? 0.0 : 5.0;
+        const double seconds = shafts[n].seconds;
+        char what[80];
+        rig_t *rig = run_rig(11);
+        snprintf(what, sizeof what, "J %g, load %g N m,", shafts[n].inertia, load);
+        run_put(rig, "inertia", shafts[n].inertia);
+        run_put(rig, "friction_coulomb", shafts[n].friction);
+        run_paper_drive(rig);
+        run_shaft_of_board(rig);
+        TEST_ASSERT_TRUE(rig_apply(rig));
+        run_to_ready(rig);
+        run_on(rig, 0.0);
+        rig_step(rig);
+        run_put(rig, "load_torque", RUN_LIMIT_SHARE * load);
+        step_to(rig, direction * 100.0, seconds, what);
+        step_to(rig, direction * 1500.0, 1.6 * seconds, what);
+        step_to(rig, direction * 1000.0, seconds, what);
+        rig_free(rig);
+    }
 }
 
 /* Another encoder: its lines reach the counter, which starts at zero again, as the rotor stands. */
 static void test_another_number_of_lines_reaches_the_counter(void)
 {
-    rig_t *rig = rig_create(13);
+    rig_t *rig = run_rig(13);
     run_paper_drive(rig);
     run_put(rig, "plant.encoder_lines", 1000.0);
     run_parameter(rig, "params.encoder_lines", 1000.0);
@@ -133,7 +95,7 @@ static void test_another_number_of_lines_reaches_the_counter(void)
 /* A salient machine with a wrong-way d current reference: cross-coupling feed-forward must hold both axes. */
 static void test_salient_machine_keeps_both_axes(void)
 {
-    rig_t *rig = rig_create(12);
+    rig_t *rig = run_rig(12);
     run_paper_drive(rig);
     run_put(rig, "plant.inductance_d", 0.008);
     run_put(rig, "plant.inductance_q", 0.016);
@@ -145,20 +107,4 @@ static void test_salient_machine_keeps_both_axes(void)
     run_seconds(rig, 0.05);
     step_to(rig, 1200.0, 3.0, "L_d 8 mH, L_q 16 mH, i_d -2 A,");
     rig_free(rig);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_rig_forward_no_load);
-    RUN_TEST(test_rig_forward_rated);
-    RUN_TEST(test_rig_reverse_no_load);
-    RUN_TEST(test_rig_reverse_rated);
-    RUN_TEST(test_bare_motor_forward_no_load);
-    RUN_TEST(test_bare_motor_forward_rated);
-    RUN_TEST(test_bare_motor_reverse_no_load);
-    RUN_TEST(test_bare_motor_reverse_rated);
-    RUN_TEST(test_another_number_of_lines_reaches_the_counter);
-    RUN_TEST(test_salient_machine_keeps_both_axes);
-    return UNITY_END();
 }

@@ -10,6 +10,7 @@
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define SENSORS_ADC   0.0
@@ -21,19 +22,10 @@
 /* Half an ulp of a float below 8, as phase currents are here. */
 #define HALF_ULP 2.4e-7
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* Turning at this speed already, under 5 N m, not yet enabled. */
 static rig_t *turning(double rpm)
 {
-    rig_t *rig = rig_create(61);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig_t *rig = run_rig(61);
     run_paper_drive(rig);
     run_put(rig, "fidelity", 1.0);
     run_put(rig, "load_torque", 5.0);
@@ -210,12 +202,9 @@ static void expect_voltages_act_in_their_period(double rpm)
         now = next;
         torque = torque_next;
     }
-    char message[200];
-    snprintf(
-        message, sizeof message,
+    const char *const message = run_say(
         "%g r/min: off by %.2g A; a tick %.2g, a period early %.2g, late %.2g A; torque %.3f N m, steps %.2g",
         rpm, error, tick, early, late, torque_mean, torque_step);
-    printf("%s\n", message);
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN(5.0, rpm, rig_value(rig, "true_omega_m") / RPM);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1, copysign(6.32, rpm), torque_mean, message); /* load and friction */
@@ -409,11 +398,9 @@ static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
     const double dead = BOARD_DEAD_TIME_NS;
     const double half_pulse = fmax(dead + BOARD_SHUNT_SETTLED_NS, 0.5 * (dead + BOARD_MINIMUM_PULSE_NS));
     const double before = 1e9 * TICK * (double)seen.before;
-    char message[160];
-    snprintf(message, sizeof message,
-             "%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
-             before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
-    printf("%s\n", message);
+    const char *const message =
+        run_say("%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
+                before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
     TEST_ASSERT_TRUE_MESSAGE(seen.samples > 1990u, message);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.others, message);
     if (half_pulse > dead) {
@@ -591,23 +578,4 @@ static void test_timing_the_interrupt_changes_nothing(void)
         rig_free(timed);
         rig_free(plain);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_each_voltage_acts_from_the_second_carrier_zero_after_its_sample_to_the_third);
-    RUN_TEST(test_each_voltage_acts_in_its_period_in_reverse_too);
-    RUN_TEST(test_exact_samples_are_past_all_sensor_errors);
-    RUN_TEST(test_adc_samples_are_off_by_quantisation_and_noise_at_most);
-    RUN_TEST(test_currents_of_each_sensor_are_within_a_code_of_the_truth);
-    RUN_TEST(test_currents_are_held_in_the_zero_vector_that_the_board_needs);
-    RUN_TEST(test_sensors_may_change_while_the_drive_runs_and_back);
-    RUN_TEST(test_sensors_may_change_while_offsets_are_measured);
-    RUN_TEST(test_unknown_sensors_are_refused_and_those_in_force_stay);
-    RUN_TEST(test_switching_is_no_misuse_of_the_chip);
-    RUN_TEST(test_rigs_in_turn_get_each_its_own_truth);
-    RUN_TEST(test_a_saved_state_goes_on_with_its_own_sensors);
-    RUN_TEST(test_timing_the_interrupt_changes_nothing);
-    return UNITY_END();
 }

@@ -2,18 +2,7 @@
  * large as it is, on a heavy and on a light rotor, in both directions; what the tracking loop gains by it
  * while the speed changes, and does not lose in a load step; and what must not teach anything. */
 #include "tests/rig/start.h"
-
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
+#include "tests/rig/the_rig.h"
 
 typedef struct {
     start_shaft_t shaft;
@@ -61,10 +50,10 @@ static void expect_running(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
 }
 
-/* Every rotor of a grid: shaft, direction, belief. Of each every so-manieth runs. */
-static rotor_t rotor_of(int n)
+/* Every rotor of a grid: shaft, direction, belief. */
+static rotor_t rotor_of(uint32_t n)
 {
-    return (rotor_t){n % 2 ? LIGHT : HEAVY, n / 2 % 2 ? -1.0 : 1.0, n / 4 % 2 ? 2.0 : 0.5, true, true};
+    return (rotor_t){n % 2u ? LIGHT : HEAVY, n / 2u % 2u ? -1.0 : 1.0, n / 4u % 2u ? 2.0 : 0.5, true, true};
 }
 
 static const char *name_of(const rotor_t *rotor)
@@ -78,11 +67,12 @@ static const char *name_of(const rotor_t *rotor)
 static void test_a_wrong_inertia_is_put_right_in_two_steps(void)
 {
     static const double steps[] = {1000.0, 300.0, 1500.0, 1000.0};
-    for (int n = 0; n < 16; n += START_THINNED < 5 ? 1 : 5) {
+    grid_t grid = grid_of("two steps", 16u);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const rotor_t rotor = rotor_of(n);
         double after[4];
         begin(&rotor);
-        if (n >= 8) {
+        if (n >= 8u) {
             run_load(rig, 0.5 * RATED_TORQUE, 1.5);
             run_seconds(rig, 0.5);
         }
@@ -91,7 +81,7 @@ static void test_a_wrong_inertia_is_put_right_in_two_steps(void)
             after[step] = ratio();
         }
         printf("%s, %+.0f, load %.1f N m, J x %.1f: %.3f %.3f %.3f %.3f\n", name_of(&rotor), sign,
-               n >= 8 ? 0.5 * RATED_TORQUE : 0.0, rotor.believed, after[0], after[1], after[2], after[3]);
+               n >= 8u ? 0.5 * RATED_TORQUE : 0.0, rotor.believed, after[0], after[1], after[2], after[3]);
         TEST_ASSERT_DOUBLE_WITHIN(0.034, 1.0, after[1]);
         TEST_ASSERT_DOUBLE_WITHIN(0.0065, 1.0, after[3]);
         expect_running();
@@ -100,7 +90,8 @@ static void test_a_wrong_inertia_is_put_right_in_two_steps(void)
 
 static void test_a_ramp_of_the_reference_teaches_as_well(void)
 {
-    for (int n = 0; n < 8; n += START_THINNED < 3 ? 1 : 3) {
+    grid_t grid = grid_of("a ramp", 8u);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const rotor_t rotor = rotor_of(n);
         begin(&rotor);
         run_parameter(rig, "speed_ramp", 100.0);
@@ -139,20 +130,21 @@ static peaks_t peaks_of(const rotor_t *rotor, double weight)
 /* Told of the torque as far as it accelerates: next to nothing is left in a change of speed; and a load step,
  * of which nobody is told, is what it is without, but for the millisecond in which the load's share follows.
  * With the reference in the proportional part the torque steps by all of the limit, at 100 r/min, where the
- * dead time of the crossing is what is left. */
+ * dead time of the crossing is what is left. Limits: the mean and four standard deviations over six seeds. */
 static void test_what_is_learnt_takes_the_error_of_acceleration_away(void)
 {
     static const struct {
         start_shaft_t shaft;
         double weight, up, down; /* [mrad] */
-    } cases[] = {{HEAVY, 0.0, 5.8, 10.0}, {LIGHT, 0.0, 12.0, 12.0}, {LIGHT, 1.0, 26.0, 18.5}};
-    for (int n = 0; n < 6; n += START_THINNED < 3 ? 1 : 2) {
-        const start_shaft_t shaft = cases[n / 2].shaft;
-        const rotor_t with = {shaft, n % 2 ? -1.0 : 1.0, 1.0, true, true};
-        const rotor_t without = {shaft, n % 2 ? -1.0 : 1.0, 1.0, false, false};
-        const peaks_t told = peaks_of(&with, cases[n / 2].weight);
-        const peaks_t plain = peaks_of(&without, cases[n / 2].weight);
-        TEST_ASSERT_TRUE(told.up < cases[n / 2].up && told.down < cases[n / 2].down);
+    } cases[] = {{HEAVY, 0.0, 11.0, 12.0}, {LIGHT, 0.0, 12.0, 12.0}, {LIGHT, 1.0, 26.0, 18.5}};
+    grid_t grid = grid_of("acceleration", 6u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = cases[n / 2u].shaft;
+        const rotor_t with = {shaft, n % 2u ? -1.0 : 1.0, 1.0, true, true};
+        const rotor_t without = {shaft, n % 2u ? -1.0 : 1.0, 1.0, false, false};
+        const peaks_t told = peaks_of(&with, cases[n / 2u].weight);
+        const peaks_t plain = peaks_of(&without, cases[n / 2u].weight);
+        TEST_ASSERT_TRUE(told.up < cases[n / 2u].up && told.down < cases[n / 2u].down);
         TEST_ASSERT_TRUE(told.up < 0.3 * plain.up && told.down < 0.3 * plain.down);
         TEST_ASSERT_TRUE(told.load < 1.05 * plain.load);
         TEST_ASSERT_TRUE(told.load < (shaft == HEAVY ? 32.0 : 115.0)); /* asked: 30, not quite reached; 120 */
@@ -198,7 +190,8 @@ static void test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing(void)
 /* A fifth of the rated load comes in the midst of each way up, and goes in that down. */
 static void test_a_load_that_comes_on_the_way_teaches_nothing(void)
 {
-    for (int n = 0; n < 8; n += START_THINNED < 3 ? 1 : 3) {
+    grid_t grid = grid_of("a load on the way", 8u);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const rotor_t rotor = rotor_of(n);
         begin(&rotor);
         for (int step = 0; step < 4; step++) {
@@ -244,6 +237,6 @@ int main(void)
     RUN_TEST(test_what_is_learnt_takes_the_error_of_acceleration_away);
     RUN_TEST(test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing);
     RUN_TEST(test_a_load_that_comes_on_the_way_teaches_nothing);
-    RUN_TEST(test_gains_follow_without_a_jump);
+    SEED_RUN_EIGHT(test_gains_follow_without_a_jump);
     return UNITY_END();
 }

@@ -31,7 +31,7 @@ static const rig_line_t elsewhere = {nothing_comes, nothing_goes, NULL};
 
 void setUp(void)
 {
-    rig = rig_create(1u);
+    rig = run_rig(1u);
     rig_line(rig, &elsewhere);
 }
 
@@ -256,7 +256,7 @@ static void test_the_flash_goes_through_a_file_of_octets(void)
     TEST_ASSERT_EQUAL_HEX8(0x12u, octets[1]);
     TEST_ASSERT_EQUAL_HEX8(0xCDu, octets[65536u + 18u]);
     TEST_ASSERT_EQUAL_HEX8(0xFFu, octets[RIG_FLASH_SIZE - 1u]);
-    rig_t *other = rig_create(2u);
+    rig_t *other = run_rig(2u);
     TEST_ASSERT_TRUE(rig_flash_load(other, octets, sizeof octets));
     rig_flash_save(other, again);
     TEST_ASSERT_EQUAL_MEMORY(octets, again, sizeof octets);
@@ -312,22 +312,4 @@ static void test_state_as_bytes_holds_line_and_pages(void)
     TEST_ASSERT_EQUAL_MEMORY(first, second, count * sizeof first[0]);
     TEST_ASSERT_TRUE(rig_hash(rig) == after);
     free(state);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_octets_come_through_at_the_line_s_rate);
-    RUN_TEST(test_octets_go_out_at_the_line_s_rate);
-    RUN_TEST(test_a_break_is_counted_and_the_line_goes_on);
-    RUN_TEST(test_an_overrun_leaves_the_newest_sixteen);
-    RUN_TEST(test_the_pages_outlive_the_supply_and_the_drive_begins_anew);
-    RUN_TEST(test_a_power_cycle_with_the_bridge_on_opens_the_gates);
-    RUN_TEST(test_the_pages_are_refused_while_the_bridge_is_on);
-    RUN_TEST(test_an_erase_takes_its_time_and_the_drive_stands_it);
-    RUN_TEST(test_a_cut_of_the_power_is_undone_by_the_next_cycle_only);
-    RUN_TEST(test_the_flash_goes_through_a_file_of_octets);
-    RUN_TEST(test_a_restart_that_the_drive_asks_for_boots_the_chip);
-    RUN_TEST(test_state_as_bytes_holds_line_and_pages);
-    return UNITY_END();
 }

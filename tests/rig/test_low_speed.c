@@ -1,19 +1,9 @@
 /* Without an encoder down to standstill and up again: every step of a staircase is held, and braking at the
  * limit of current to 100 r/min loses nothing. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 static void test_staircase_through_standstill_is_held(void)
 {
@@ -47,49 +37,39 @@ static void test_staircase_through_standstill_is_held(void)
         printf("staircase %c: mean within %.2f r/min, ripple <= %.1f r/min, %.2f A\n", START_SHAFT_NAMES[s],
                furthest, ripple, current);
         TEST_ASSERT_TRUE(furthest <= 0.3);
-        TEST_ASSERT_TRUE(ripple <= (s == 0u ? 19.0 : 72.0)); /* the light one swings in the forced frame */
+        TEST_ASSERT_TRUE(ripple <=
+                         (s == 0u ? 25.0 : 72.0)); /* 16.7 +- 2; the light one swings in the forced frame */
     }
 }
 
 #define BRAKE_SEEDS 16u
 
+/* Asked: 30 r/min of undershoot. */
 static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
 {
-    static const double loads[] = {0.0, RATED_TORQUE};
-    for (size_t s = 0; s < 2u; s++) {
-        for (size_t l = 0; l < 2u; l++) {
-            uint32_t lost = 0, tried = 0;
-            double under = 0.0, peak = 0.0, current = 0.0;
-            for (uint32_t seed = 1u; seed <= BRAKE_SEEDS; seed += START_THINNED) {
-                rig_free(rig);
-                rig = start_on_desk((start_shaft_t)s, seed);
-                start_running(rig, 1500.0, loads[l], 1.5);
-                start_watch(rig, &seen);
-                run_put(rig, "speed_request", 100.0 * RPM);
-                bool left = false;
-                for (uint32_t n = 0; n < rig_periods(3.0); n++) {
-                    rig_step(rig);
-                    start_raise(&under, 100.0 - seen.speed);
-                    start_raise(&peak, 1e3 * fabs(seen.error));
-                    start_raise(&current, seen.current);
-                    left = left || seen.manoeuvre != RUNS;
-                }
-                tried++;
-                lost += left || seen.losses > 0 || seen.fault != 0 || fabs(seen.speed - 100.0) > 5.0;
-            }
-            printf("braking %c, %.0f N m, 1500 to 100 r/min: %u/%u lost, undershoot %.1f r/min, error %.0f "
-                   "mrad, %.2f A\n",
-                   START_SHAFT_NAMES[s], loads[l], lost, tried, under, peak, current);
-            TEST_ASSERT_EQUAL_UINT32(0u, lost);
-            TEST_ASSERT_TRUE(under <= 10.0); /* asked: 30 */
+    grid_t grid = grid_of("braking", 4u * BRAKE_SEEDS);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double load = grid_axis(&n, 2u) == 0u ? 0.0 : RATED_TORQUE;
+        double under = 0.0, peak = 0.0, current = 0.0;
+        bool left = false;
+        rig_free(rig);
+        rig = start_on_desk(shaft, 1u + n);
+        start_running(rig, 1500.0, load, 1.5);
+        start_watch(rig, &seen);
+        run_put(rig, "speed_request", 100.0 * RPM);
+        for (uint32_t k = 0; k < rig_periods(3.0); k++) {
+            rig_step(rig);
+            start_raise(&under, 100.0 - seen.speed);
+            start_raise(&peak, 1e3 * fabs(seen.error));
+            start_raise(&current, seen.current);
+            left = left || seen.manoeuvre != RUNS;
         }
+        const char *const where =
+            run_say("braking %c, %.0f N m: undershoot %.1f r/min, error %.0f mrad, %.2f A",
+                    START_SHAFT_NAMES[shaft], load, under, peak, current);
+        TEST_ASSERT_FALSE_MESSAGE(left || seen.losses > 0 || seen.fault != 0, where);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - 100.0) <= 5.0, where);
+        TEST_ASSERT_TRUE_MESSAGE(under <= 10.0, where);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_staircase_through_standstill_is_held);
-    RUN_TEST(test_braking_at_the_limit_to_100_rpm_is_never_lost);
-    return UNITY_END();
 }

@@ -6,6 +6,7 @@
 
 #include "host_sim/rig/rig_state.h"
 #include "tests/oracle/oracle.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of run */
@@ -15,14 +16,6 @@ static size_t edge_count;
 static uint64_t ticks[PERIODS];
 static oracle_sample_t expected[PERIODS];
 static double seen[PERIODS][3];
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
@@ -34,7 +27,7 @@ static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 
 static void run_and_compare(oracle_frame_t frame, double inductance_d, double inductance_q)
 {
-    rig_t *rig = rig_create(41);
+    rig_t *rig = run_rig(41);
     edge_count = 0;
     rig_watch_edges(rig, on_edge, &rig_state(rig)->start);
     run_put(rig, "inertia", 0.003);
@@ -65,30 +58,28 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
         far = fmax(far, fabs(seen[k][2] - expected[k].i_c));
         largest = fmax(largest, fabs(expected[k].i_a));
     }
-    char message[160];
-    snprintf(message, sizeof message, "largest difference %.2g mA of %.2f A, %zu gate edges, %u samples",
-             1e3 * far, largest, edge_count, PERIODS);
-    printf("%s\n", message);
+    const char *const message = run_say("largest difference %.2g mA of %.2f A, %zu gate edges, %u samples",
+                                        1e3 * far, largest, edge_count, PERIODS);
     TEST_ASSERT_TRUE_MESSAGE(largest > 0.9 * rig_value(rig, "current_limit"), message);
     TEST_ASSERT_TRUE_MESSAGE(far <= 1e-3, message);
     rig_free(rig);
 }
 
+/* In the stationary frame, and of a salient machine in the rotor's. */
 static void test_currents_of_a_run_up_are_the_oracles_within_1_mA(void)
 {
-    run_and_compare(ORACLE_STATIONARY, 0.0125, 0.0125);
-}
-
-static void test_currents_of_a_salient_machine_are_the_oracles_within_1_mA(void)
-{
-    run_and_compare(ORACLE_ROTOR, 0.011, 0.015);
+    grid_t grid = grid_of("run-up", 2u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        run_and_compare(n == 0u ? ORACLE_STATIONARY : ORACLE_ROTOR, n == 0u ? 0.0125 : 0.011,
+                        n == 0u ? 0.0125 : 0.015);
+    }
 }
 
 /* Energy over half a second of run-up: what leaves the DC link is lost in copper and inverter, goes into the
  * shaft, or is stored. */
 static void test_energy_is_conserved_within_a_thousandth(void)
 {
-    rig_t *rig = rig_create(42);
+    rig_t *rig = run_rig(42);
     run_put(rig, "inertia", 0.003);
     run_put(rig, "load_torque", RUN_LIMIT_SHARE * 5.0);
     run_paper_drive(rig);
@@ -110,13 +101,4 @@ static void test_energy_is_conserved_within_a_thousandth(void)
     TEST_ASSERT_TRUE(t.energy_dc > RUN_LIMIT_SHARE * 200.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * t.energy_dc, t.energy_dc, out);
     rig_free(rig);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_of_a_run_up_are_the_oracles_within_1_mA);
-    RUN_TEST(test_currents_of_a_salient_machine_are_the_oracles_within_1_mA);
-    RUN_TEST(test_energy_is_conserved_within_a_thousandth);
-    return UNITY_END();
 }

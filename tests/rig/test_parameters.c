@@ -10,8 +10,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(70);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig = run_rig(70);
     run_to_ready(rig);
 }
 
@@ -174,16 +173,4 @@ static void test_cut_in_a_save_that_erases_leaves_old_or_new(void)
         before = given_saved_motor(n);
     }
     TEST_ASSERT_TRUE(cut_everywhere(&before, "loaded") >= words + 2u * 2048u);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_saved_set_runs_after_the_supply_was_off);
-    RUN_TEST(test_the_drive_goes_on_after_a_page_was_erased);
-    RUN_TEST(test_saving_is_refused_while_the_bridge_is_on);
-    RUN_TEST(test_a_corrupt_store_refuses_the_bridge_until_a_reset);
-    RUN_TEST(test_cut_in_the_first_save_leaves_the_defaults_or_the_set);
-    RUN_TEST(test_cut_in_a_save_that_erases_leaves_old_or_new);
-    return UNITY_END();
 }

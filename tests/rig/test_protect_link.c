@@ -3,6 +3,7 @@
  * shafts, with and without the encoder; every number is of every period. */
 #include "drive/reasons.h"
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #define OVER       (BOARD_OVERVOLTAGE_MV / 1e3)
 #define UNDER      (BOARD_UNDERVOLTAGE_MV / 1e3)
@@ -11,18 +12,7 @@
 #define ENCODER    0.0
 #define SENSORLESS 1.0
 
-static rig_t *rig;
 static const char *const sources[] = {"encoder", "sensorless"};
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 /* ---- every period ---- */
 
@@ -77,12 +67,8 @@ static void look(void *context, uint32_t period, const uint32_t *slots, uint32_t
 
 static void watch(seen_t *seen, double wish)
 {
-    uint32_t ids[ROWS];
     *seen = (seen_t){.u_least = 1e9, .slowest = 1e9, .fastest = -1e9, .wish = wish};
-    for (size_t n = 0; n < ROWS; n++) {
-        ids[n] = rig_row_by_name(rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, ROWS, 1u, look, seen));
+    run_tap(rig, rows, ROWS, look, seen);
 }
 
 static bool warned(const seen_t *seen, fault_bit_t row)
@@ -172,11 +158,11 @@ static void brake(start_shaft_t shaft, double source, braking_t how)
 
 static void test_braking_into_a_link_without_chopper_stays_below_the_trip(void)
 {
-    for (int shaft = HEAVY; shaft <= LIGHT; shaft++) {
-        for (int how = SLOWER; how <= THE_OTHER_WAY; how++) {
-            brake((start_shaft_t)shaft, ENCODER, (braking_t)how);
-            brake((start_shaft_t)shaft, SENSORLESS, (braking_t)how);
-        }
+    grid_t grid = grid_of("braking into a link", 16u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double source = grid_axis(&n, 2u) == 0u ? ENCODER : SENSORLESS;
+        brake(shaft, source, (braking_t)n);
     }
 }
 
@@ -350,14 +336,10 @@ static void warm(void *context, uint32_t period, const uint32_t *slots, uint32_t
 static void watch_heat(heat_t *heat, double continuous, double time)
 {
     static const char *const names[] = {"true_i_a", "true_i_b", "motor_heat", "i_q_upper"};
-    uint32_t ids[4];
     *heat = (heat_t){.per_square = 1.0 / (continuous * continuous),
                      .decay = exp(-RIG_PERIOD_SECONDS / time),
                      .limit = 1e9};
-    for (size_t n = 0; n < 4u; n++) {
-        ids[n] = rig_row_by_name(names[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, 4u, 1u, warm, heat));
+    run_tap(rig, names, 4u, warm, heat);
 }
 
 /* A load of 8 A for ever, of a motor that stands 5 A: the torque sags until h = 1, without a trip; the load
@@ -441,18 +423,4 @@ static void test_who_does_not_heed_the_limit_is_stopped(void)
         rig_free(rig);
         rig = NULL;
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_braking_into_a_link_without_chopper_stays_below_the_trip);
-    RUN_TEST(test_a_rotor_rides_through_300_ms_without_supply);
-    RUN_TEST(test_a_link_that_falls_opens_the_bridge_until_it_is_back);
-    RUN_TEST(test_a_supply_that_stays_away_is_a_fault_after_its_time);
-    RUN_TEST(test_ripple_of_a_lost_phase_is_told);
-    RUN_TEST(test_an_overload_is_derated_and_does_not_trip);
-    RUN_TEST(test_defaults_give_ten_amperes_for_half_a_minute);
-    RUN_TEST(test_who_does_not_heed_the_limit_is_stopped);
-    return UNITY_END();
 }

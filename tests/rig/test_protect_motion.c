@@ -6,24 +6,10 @@
  * fault shows: an angle that has gone by 0.64 rad, or a shaft that has begun to move. Below the hand-over's
  * speed the EMF does not tell: there a torque that is gone is a stall, after its time. */
 #include "drive/reasons.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/start.h"
 
 #define CURRENT_MOST 25.0 /* [A] */
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
-/* Of a grid's points, those that run where long tests do not: others for each fault, so that every speed,
- * load and shaft is among them. */
-static bool is_thinned_out(int point, int fault)
-{
-    return (point + fault) % START_THINNED != 0;
-}
 
 /* ---- what is seen ---- */
 
@@ -70,12 +56,8 @@ static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t 
 
 static void watch(rig_t *rig, seen_t *seen)
 {
-    uint32_t ids[SEEN_ROWS];
     *seen = (seen_t){0};
-    for (size_t n = 0; n < SEEN_ROWS; n++) {
-        ids[n] = rig_row_by_name(seen_rows[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, SEEN_ROWS, 1u, see, seen));
+    run_tap(rig, seen_rows, SEEN_ROWS, see, seen);
 }
 
 /* ---- the faults ---- */
@@ -147,7 +129,14 @@ static bool is_of_encoder(int reason)
            reason == REASON_ENCODER_MISMATCH || reason == REASON_RUNAWAY;
 }
 
-/* What a wrong frame does to the currents may look like a wire first: one in twenty. */
+/* What a wrong frame does to the currents may look like a broken wire first: one in twenty. Of so many runs
+ * that is, with three standard deviations of a count, at most so many. */
+static bool one_in_twenty(uint32_t count, uint32_t runs)
+{
+    const double expected = runs / 20.0;
+    return count <= expected + 3.0 * sqrt(expected);
+}
+
 static uint32_t as_wire;
 
 static bool told_as_wire(int fault)
@@ -199,21 +188,22 @@ static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double loa
 static void test_a_wrong_encoder_is_noticed_under_way(void)
 {
     static const double speeds[] = {150.0, -150.0, 600.0, -600.0, 1500.0, -1500.0};
+    uint32_t runs = 0u;
+    as_wire = 0u;
     for (fault_t fault = HALF_TURN; fault < FAULTS_OF_ENCODER; fault++) {
         if (fault == SWAPPED || fault == REVERSED) {
             continue; /* nobody swaps wires under way */
         }
         worst_t worst = {0};
-        for (int n = 0; n < 24; n++) {
-            if (!is_thinned_out(n, (int)fault)) {
-                under_way(n < 12 ? HEAVY : LIGHT, fault, speeds[n % 6], n % 12 < 6 ? 0.0 : 5.0, &worst);
-            }
+        grid_t grid = grid_of(names[fault], 24u);
+        for (uint32_t n; grid_next(&grid, &n); runs++) {
+            under_way(n < 12u ? HEAVY : LIGHT, fault, speeds[n % 6u], n % 12u < 6u ? 0.0 : 5.0, &worst);
         }
-        printf("%-16s under way: noticed after %4.1f ms at most, %4.1f A; %d of 24 stand and stall\n",
-               names[fault], 1e3 * worst.time, worst.current, worst.stalled);
+        printf("%-16s under way: noticed after %4.1f ms at most, %4.1f A; %d stand and stall\n", names[fault],
+               1e3 * worst.time, worst.current, worst.stalled);
     }
-    printf("told as a wire first: %u\n", (unsigned)as_wire);
-    TEST_ASSERT_TRUE(as_wire <= 3u); /* of 144 */
+    printf("told as a wire first: %u of %u\n", (unsigned)as_wire, (unsigned)runs);
+    TEST_ASSERT_TRUE(one_in_twenty(as_wire, runs));
 }
 
 /* Wrong from the start: what cannot turn the rotor stalls; else it is noticed before the rotor has got to
@@ -268,16 +258,16 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
     uint32_t runs = 0u;
     uint32_t wires = 0u; /* stopped because the catch takes what the encoder did for a broken wire */
     for (fault_t fault = HALF_TURN; fault <= STANDS; fault++) {
-        for (int n = 0; n < 24; n++) {
-            if (is_thinned_out(n, (int)fault)) {
-                continue;
-            }
-            const double rpm = speeds[n % 6];
-            rig_t *rig = ready(n < 12 ? HEAVY : LIGHT, 7u + (uint32_t)n, 1.0);
+        char name[40];
+        (void)snprintf(name, sizeof name, "on without: %s", names[fault]);
+        grid_t grid = grid_of(name, 24u);
+        for (uint32_t n; grid_next(&grid, &n);) {
+            const double rpm = speeds[n % 6u];
+            rig_t *rig = ready(n < 12u ? HEAVY : LIGHT, 7u + n, 1.0);
             seen_t seen;
             run_on(rig, rpm);
             run_seconds(rig, 1.2);
-            if (n % 12 >= 6) {
+            if (n % 12u >= 6u) {
                 run_load(rig, 3.0, 1.5);
                 run_seconds(rig, 0.3);
             }
@@ -285,8 +275,8 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
             inject(rig, fault);
             run_seconds(rig, 1.5);
             char where[96];
-            (void)snprintf(where, sizeof where, "%s, %d, %.0f r/min: fault %d, %.0f r/min", names[fault], n,
-                           rpm, seen.fault, seen.speed);
+            (void)snprintf(where, sizeof where, "%s, %u, %.0f r/min: fault %d, %.0f r/min", names[fault],
+                           (unsigned)n, rpm, seen.fault, seen.speed);
             runs++;
             if (seen.fault == REASON_PHASE_LOSS) {
                 wires++;
@@ -296,7 +286,7 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
             TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.fault, where);
             TEST_ASSERT_TRUE_MESSAGE(seen.noticed != 0u, where);
             TEST_ASSERT_EQUAL_INT_MESSAGE(RUNS, seen.manoeuvre, where);
-            TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - rpm) < 0.6, where);
+            TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - rpm) < 3.0, where);
             TEST_ASSERT_TRUE_MESSAGE(fabs(seen.err) < 0.1, where);
             TEST_ASSERT_TRUE_MESSAGE(seen.bad_most < 38e-3, where);
             TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
@@ -317,7 +307,7 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
     printf(
         "on without the encoder: %u of %u, %4.1f A, angle wrong by 0.8 rad for %4.1f ms, %3.1f r/min off\n",
         (unsigned)(runs - wires), (unsigned)runs, worst.current, 1e3 * worst.bad, off);
-    TEST_ASSERT_TRUE(wires <= (runs + 19u) / 20u);
+    TEST_ASSERT_TRUE(one_in_twenty(wires, runs));
 }
 
 /* ---- stall and overload, by their times ---- */
@@ -383,18 +373,19 @@ static void test_a_rotor_stalled_by_a_load_step_is_caught(void)
     static const double loads[] = {3.0, 6.0, 9.0};
     static const double speeds[] = {70.0, 100.0, 150.0};
     double bad = 0.0, current = 0.0;
-    for (int n = 0; n < 36; n++) {
-        const double way = n % 2 == 0 ? 1.0 : -1.0;
-        rig_t *rig = start_on_desk(LIGHT, 1u + (uint32_t)n);
+    grid_t grid = grid_of("stalled by a load step", 36u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const double way = n % 2u == 0u ? 1.0 : -1.0;
+        rig_t *rig = start_on_desk(LIGHT, 1u + n);
         seen_t seen;
         start_ready(rig, 0.35 * n);
         run_on(rig, way * 300.0);
         run_seconds(rig, 1.5);
-        run_put(rig, "speed_request", way * speeds[n % 3] * RPM);
+        run_put(rig, "speed_request", way * speeds[n % 3u] * RPM);
         run_seconds(rig, 1.0);
         TEST_ASSERT_EQUAL_DOUBLE(RUNS, rig_value(rig, "manoeuvre"));
         watch(rig, &seen);
-        run_put(rig, "load_torque", loads[n / 12]);
+        run_put(rig, "load_torque", loads[n / 12u]);
         double lost = 0.0;
         for (int m = 0; m < 5000; m++) {
             rig_run(rig, 1u);
@@ -453,7 +444,8 @@ static void test_healthy_runs_raise_nothing(void)
     static const double beliefs[] = {1.0, 1.0, 0.5, 2.0}; /* of J */
     for (int source = 0; source < 2; source++) {
         int runs = 0;
-        for (uint32_t n = 0; n < 264u; n += START_THINNED) {
+        grid_t grid = grid_of(own[source], 264u);
+        for (uint32_t n; grid_next(&grid, &n);) {
             const start_shaft_t shaft = (start_shaft_t)(n % 3u);
             const bool active = source == 0 && n % 2u == 1u;
             dice = 7919u * n + 17u;
@@ -484,17 +476,4 @@ static void test_healthy_runs_raise_nothing(void)
         }
         printf("%s: %d healthy runs, no alarm\n", own[source], runs);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_wrong_encoder_is_noticed_under_way);
-    RUN_TEST(test_a_wrong_encoder_is_noticed_at_a_start);
-    RUN_TEST(test_a_motor_whose_encoder_fails_goes_on_without);
-    RUN_TEST(test_a_held_or_overloaded_shaft_stops_the_drive_after_its_time);
-    RUN_TEST(test_current_mode_may_hold_a_standing_rotor);
-    RUN_TEST(test_a_rotor_stalled_by_a_load_step_is_caught);
-    RUN_TEST(test_healthy_runs_raise_nothing);
-    return UNITY_END();
 }

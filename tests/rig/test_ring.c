@@ -4,20 +4,12 @@
 
 #include "host_sim/chip/chip.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static rig_t *started(uint64_t seed, double rpm)
 {
-    rig_t *rig = rig_create(seed);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig_t *rig = run_rig(seed);
     run_paper_drive(rig);
     run_to_ready(rig);
     run_on(rig, rpm);
@@ -26,7 +18,7 @@ static rig_t *started(uint64_t seed, double rpm)
 
 static void test_board_comes_up_without_a_report_of_the_chip(void)
 {
-    rig_t *rig = rig_create(1);
+    rig_t *rig = run_rig(1);
     run_seconds(rig, 1.0);
     for (int kind = 1; kind < CHIP_REPORT_KINDS; kind++) {
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(0,
@@ -39,7 +31,7 @@ static void test_board_comes_up_without_a_report_of_the_chip(void)
 
 static void test_one_step_is_one_interrupt(void)
 {
-    rig_t *rig = rig_create(1);
+    rig_t *rig = run_rig(1);
     for (uint32_t n = 0; n < 100; n++) {
         const double before = rig_value(rig, "period");
         rig_step(rig);
@@ -98,7 +90,7 @@ static void saved_and_restored(double fidelity)
     const uint64_t hash_end = rig_hash(rig);
     TEST_ASSERT_TRUE(hash_saved != hash_end);
 
-    rig_t *other = rig_create(99);
+    rig_t *other = run_rig(99);
     TEST_ASSERT_TRUE(rig_load(other, state, rig_state_size()));
     TEST_ASSERT_EQUAL_HEX64(hash_saved, rig_hash(other));
     run_seconds(other, 0.5);
@@ -124,7 +116,7 @@ static void test_saved_at_one_second_and_restored_ends_the_same_averaged(void)
 
 static void test_a_state_of_another_size_is_refused(void)
 {
-    rig_t *rig = rig_create(1);
+    rig_t *rig = run_rig(1);
     const uint64_t hash = rig_hash(rig);
     char little[16] = {0};
     TEST_ASSERT_FALSE(rig_load(rig, little, sizeof little));
@@ -209,7 +201,7 @@ static void sink(void *context, uint32_t period, const uint32_t *slots, uint32_t
 static void expect_load_acts_from_its_instant_on(double fidelity)
 {
     const double load = 10.0;
-    rig_t *rig = rig_create(1);
+    rig_t *rig = run_rig(1);
     run_put(rig, "fidelity", fidelity);
     run_put(rig, "friction_coulomb", 0.0);
     rig_set_motion(rig, 0.0, 500.0 * RPM);
@@ -253,7 +245,7 @@ static void test_tap_hands_over_the_chosen_slots_every_nth_period(void)
 
 static void test_run_stops_in_the_period_that_meets_the_condition(void)
 {
-    rig_t *rig = rig_create(1);
+    rig_t *rig = run_rig(1);
     TEST_ASSERT_TRUE(rig_stop_when(rig, rig_row_by_name("state")->id, RIG_EQUAL, 1.0));
     /* 64 samples settle, 512 are averaged: ready in the 576th period */
     TEST_ASSERT_EQUAL_UINT32(576, rig_run(rig, 10000));
@@ -264,22 +256,4 @@ static void test_run_stops_in_the_period_that_meets_the_condition(void)
     TEST_ASSERT_EQUAL_UINT32(50, rig_run(rig, 50));
     TEST_ASSERT_FALSE(rig_stop_when(rig, 999999, RIG_EQUAL, 0.0));
     rig_free(rig);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_board_comes_up_without_a_report_of_the_chip);
-    RUN_TEST(test_one_step_is_one_interrupt);
-    RUN_TEST(test_same_seed_same_bits_other_seed_other_bits);
-    RUN_TEST(test_two_rigs_in_turn_do_not_disturb_each_other);
-    RUN_TEST(test_saved_at_one_second_and_restored_ends_the_same_switched);
-    RUN_TEST(test_saved_at_one_second_and_restored_ends_the_same_averaged);
-    RUN_TEST(test_a_state_of_another_size_is_refused);
-    RUN_TEST(test_averaged_follows_switched);
-    RUN_TEST(test_samples_are_those_of_t_k);
-    RUN_TEST(test_a_plant_row_acts_from_the_instant_at_which_it_is_set);
-    RUN_TEST(test_tap_hands_over_the_chosen_slots_every_nth_period);
-    RUN_TEST(test_run_stops_in_the_period_that_meets_the_condition);
-    return UNITY_END();
 }

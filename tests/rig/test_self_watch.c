@@ -16,8 +16,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(11);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig = run_rig(11);
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, 600.0);
     run_on(rig, 600.0);
@@ -111,14 +110,4 @@ static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
     printf("stops after %.4f s\n", taken);
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_QUICK_STOP, rig_value(rig, "state"));
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.1, taken);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_healthy_drive_finds_nothing_in_ten_seconds_and_a_thousand_changes);
-    RUN_TEST(test_changed_memory_opens_the_bridge_and_no_reset_helps);
-    RUN_TEST(test_a_changed_parameter_opens_the_bridge_until_a_set_is_taken_over);
-    RUN_TEST(test_a_background_that_stalls_brings_the_motor_to_a_stop);
-    return UNITY_END();
 }

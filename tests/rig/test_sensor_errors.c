@@ -1,27 +1,16 @@
 /* What the current sensors' errors make of the angle at low speed without an encoder, on a real inverter: a
  * start into a turning rotor, the bare motor at 100 r/min, a step of the speed, a reversal under load; and
- * what was learnt of the offsets outlasts a stop. Seeds in both directions; fewer of them where long tests do
- * not run. */
+ * what was learnt of the offsets outlasts a stop. Seeds in both directions. */
 #include "tests/rig/start.h"
+#include "tests/rig/the_rig.h"
 
 #include <complex.h>
 #include <stdlib.h>
 
-#define SEEDS       (16u / START_THINNED)
-#define RUNS_OF_ALL (2u * SEEDS)
+#define SEEDS     32u /* of both directions */
+#define RUNS_SLOW 8u  /* of the bare motor, of whose SD the median is judged */
 
-static rig_t *rig;
 static start_seen_t seen;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
 
 typedef struct {
     double sd, peak; /* [mrad] while run lasts */
@@ -70,26 +59,24 @@ static int by_size(const void *a, const void *b)
 
 static void test_start_into_a_rotor_at_100_rpm(void)
 {
-    for (start_shaft_t shaft = HEAVY; shaft <= LIGHT; shaft++) {
-        double worst = 0.0;
-        for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
-            const double rpm = n % 2u == 0u ? 100.0 : -100.0;
-            turning(shaft, 1u + n / 2u, NULL, 0u, rpm);
-            run_on(rig, rpm);
-            run_seconds(rig, 0.025); /* the catch */
-            start_raise(&worst, watch(0.5).peak);
-            run_expect_no_fault(rig);
-        }
-        printf("start at 100 r/min, %c: peak %.1f mrad of %u\n", START_SHAFT_NAMES[shaft], worst,
-               RUNS_OF_ALL);
-        TEST_ASSERT_TRUE(worst <= 39.0); /* asked: 80 */
+    grid_t grid = grid_of("start at 100 r/min", START_BOTH * SEEDS);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double rpm = n % 2u == 0u ? 100.0 : -100.0;
+        turning(shaft, 1u + n / 2u, NULL, 0u, rpm);
+        run_on(rig, rpm);
+        run_seconds(rig, 0.025); /* the catch */
+        const double peak = watch(0.5).peak;
+        run_expect_no_fault(rig);
+        printf("start at %.0f r/min, %c: peak %.1f mrad\n", rpm, START_SHAFT_NAMES[shaft], peak);
+        TEST_ASSERT_TRUE(peak <= 61.0); /* asked: 80; of 68 starts 21, one 47 */
     }
 }
 
 static void expect_calm(double friction, double median_limit)
 {
-    double sd[RUNS_OF_ALL], peak = 0.0;
-    for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+    double sd[RUNS_SLOW], peak = 0.0;
+    for (uint32_t n = 0; n < RUNS_SLOW; n++) {
         const double direction = n % 2u == 0u ? 1.0 : -1.0;
         turning(BARE, 1u + n / 2u, NULL, 0u, direction * 500.0);
         run_on(rig, direction * 500.0);
@@ -105,11 +92,11 @@ static void expect_calm(double friction, double median_limit)
         sd[n] = error.sd;
         start_raise(&peak, error.peak);
     }
-    qsort(sd, RUNS_OF_ALL, sizeof sd[0], by_size);
+    qsort(sd, RUNS_SLOW, sizeof sd[0], by_size);
     printf("bare motor at 100 r/min, %.2f N m: SD median %.2f, worst %.2f, peak %.1f mrad of %u\n", friction,
-           sd[RUNS_OF_ALL / 2u], sd[RUNS_OF_ALL - 1u], peak, RUNS_OF_ALL);
-    TEST_ASSERT_TRUE(sd[RUNS_OF_ALL / 2u] <= median_limit);
-    TEST_ASSERT_TRUE(sd[RUNS_OF_ALL - 1u] <= 2.9);
+           sd[RUNS_SLOW / 2u], sd[RUNS_SLOW - 1u], peak, RUNS_SLOW);
+    TEST_ASSERT_TRUE(sd[RUNS_SLOW / 2u] <= median_limit);
+    TEST_ASSERT_TRUE(sd[RUNS_SLOW - 1u] <= 2.9);
     TEST_ASSERT_TRUE(peak <= 18.0);
 }
 
@@ -124,19 +111,18 @@ static void test_bare_motor_at_100_rpm(void)
 static void test_step_from_100_to_1500_rpm(void)
 {
     static const start_row_t told[] = {{"torque_feedforward", 1.0}, {"inertia_adaptation", 0.0}};
-    for (start_shaft_t shaft = HEAVY; shaft <= BARE; shaft++) {
-        double worst = 0.0;
-        for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
-            const double direction = n % 2u == 0u ? 1.0 : -1.0;
-            turning(shaft, 1u + n / 2u, told, 2u, direction * 100.0);
-            run_on(rig, direction * 100.0);
-            run_seconds(rig, 2.0);
-            run_on(rig, direction * 1500.0);
-            start_raise(&worst, watch(2.0).peak);
-            run_expect_no_fault(rig);
-        }
-        printf("100 to 1500 r/min, %c: peak %.1f mrad of %u\n", START_SHAFT_NAMES[shaft], worst, RUNS_OF_ALL);
-        TEST_ASSERT_TRUE(worst <= (shaft == HEAVY ? 19.0 : 13.0)); /* asked: 20 */
+    grid_t grid = grid_of("100 to 1500 r/min", START_ALL * SEEDS);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_ALL);
+        const double direction = n % 2u == 0u ? 1.0 : -1.0;
+        turning(shaft, 1u + n / 2u, told, 2u, direction * 100.0);
+        run_on(rig, direction * 100.0);
+        run_seconds(rig, 2.0);
+        run_on(rig, direction * 1500.0);
+        const double peak = watch(2.0).peak;
+        run_expect_no_fault(rig);
+        printf("100 to 1500 r/min, %c: peak %.1f mrad\n", START_SHAFT_NAMES[shaft], peak);
+        TEST_ASSERT_TRUE(peak <= (shaft == HEAVY ? 19.0 : 13.0)); /* asked: 20 */
     }
 }
 
@@ -148,8 +134,9 @@ static void test_reversal_under_a_passive_load(void)
                                        {"inertia_adaptation", 0.0},
                                        {"pll_bandwidth", 500.0},
                                        {"feedforward_cutoff", 125.0}};
-    double worst = 0.0;
-    for (uint32_t n = 0; n < RUNS_OF_ALL; n++) {
+    grid_t grid = grid_of("reversal under a load", SEEDS);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        double worst = 0.0;
         const double rpm = n % 2u == 0u ? 500.0 : -500.0;
         turning(HEAVY, 1u + n / 2u, rows, 4u, rpm);
         run_on(rig, rpm);
@@ -165,9 +152,9 @@ static void test_reversal_under_a_passive_load(void)
         }
         run_expect_no_fault(rig);
         TEST_ASSERT_DOUBLE_WITHIN(10.0, -rpm, seen.speed);
+        printf("%.0f to %.0f r/min, 5 N m: peak %.1f mrad\n", rpm, -rpm, worst);
+        TEST_ASSERT_TRUE(worst <= 90.0); /* 62 +- 6.6 of 32 */
     }
-    printf("500 to -500 r/min, 5 N m: peak %.1f mrad of %u\n", worst, RUNS_OF_ALL);
-    TEST_ASSERT_TRUE(worst <= 88.0);
 }
 
 /* Of the angle's error over six turns, the part that goes with the rotor [mrad]. */
@@ -208,7 +195,7 @@ static void test_offset_that_was_learnt_outlasts_a_stop(void)
     TEST_ASSERT_EQUAL_DOUBLE(trim[1], rig_value(rig, "trim_beta"));
     TEST_ASSERT_DOUBLE_WITHIN(6e-3, 0.03, trim[0]);
     TEST_ASSERT_DOUBLE_WITHIN(6e-3, 0.03 / sqrt(3.0), trim[1]);
-    TEST_ASSERT_TRUE(after <= 0.3 * before);
+    TEST_ASSERT_TRUE(after <= 0.45 * before); /* 6 mA of each axis of 35, and the noise of six turns */
 }
 
 int main(void)
@@ -218,6 +205,6 @@ int main(void)
     RUN_TEST(test_bare_motor_at_100_rpm);
     RUN_TEST(test_step_from_100_to_1500_rpm);
     RUN_TEST(test_reversal_under_a_passive_load);
-    RUN_TEST(test_offset_that_was_learnt_outlasts_a_stop);
+    SEED_RUN_EIGHT(test_offset_that_was_learnt_outlasts_a_stop);
     return UNITY_END();
 }

@@ -10,6 +10,7 @@
 #include "drive/reasons.h"
 #include "estimator/estimator.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define SEED         72u
 #define FLUX_LINKAGE 0.183 /* psi_f [Wb] */
@@ -26,25 +27,12 @@
 #define SLIPPED_REAL  0.15
 #define SLIPPED_FAST  0.032
 
-static rig_t *rig;
-
-void setUp(void)
-{
-    rig = NULL;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
-}
-
 /* On the desk and not yet started: sensorless, the estimate's defaults, the paper's motor with a shaft in
  * proportion to the board's current, or both in proportion. */
 static void prepare_with(bool real, uint32_t seed, void (*of_board)(rig_t *))
 {
     rig_free(rig);
-    rig = rig_create(seed);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig = run_rig(seed);
     run_put(rig, "fidelity", real ? 0.0 : 1.0);
     run_paper_drive(rig);
     of_board(rig);
@@ -137,11 +125,7 @@ static watch_sums_t watch_begin(void)
 
 static void watch_more(watch_sums_t *sums, double seconds)
 {
-    uint32_t ids[WATCHED];
-    for (uint32_t n = 0; n < WATCHED; n++) {
-        ids[n] = rig_row_by_name(watched[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, WATCHED, 1u, watch_sample, sums));
+    run_tap(rig, watched, WATCHED, watch_sample, sums);
     run_seconds(rig, seconds);
     TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
     sums->seen.reason = rig_value(rig, "fault_reason");
@@ -306,7 +290,8 @@ static void test_current_sensor_stuck_within_its_range(void)
 {
     static const char *const rows[] = {"stuck_current_a", "stuck_current_b", "stuck_current_c"};
     static const double steps[] = {-500.0, 0.0, 12.0, 500.0}; /* [codes] of 20 A over 2048, from no current */
-    for (uint32_t n = 0; n < 4u * DRIVE_CURRENT_SENSORS; n++) {
+    grid_t grid = grid_of("stuck", 4u * DRIVE_CURRENT_SENSORS);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const double current = RUN_TRIP_SHARE * steps[n % 4u] * 20.0 / 2048.0;
         const double code = floor((current - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE);
         char what[60];
@@ -364,7 +349,8 @@ static void test_dc_link_sensor_stuck_within_its_range_is_survived(void)
 static void test_stalled_rotor_is_started_three_times_and_given_up(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
-    for (uint32_t n = 0; n < 12u; n++) {
+    grid_t grid = grid_of("stalled", 12u);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const bool real = n >= 6u;
         const double rpm = n % 2u == 0u ? 300.0 : -300.0;
         const double load = RUN_LIMIT_SHARE * loads[n / 2u % 3u];
@@ -391,9 +377,10 @@ static void test_stalled_rotor_is_told_wherever_it_stops(void)
 {
     static const double loads[] = {15.0, 50.0, 200.0};
     double latest = 0.0;
-    for (uint32_t n = 0; n < 24u; n++) {
+    grid_t grid = grid_of("stalled anywhere", 24u);
+    for (uint32_t n; grid_next(&grid, &n);) {
         const double rpm = n % 2u == 0u ? 300.0 : -300.0;
-        prepare_with(true, SEED + n, run_shaft_of_board);
+        prepare_with(true, SEED, run_shaft_of_board);
         start(true, rpm);
         run_seconds(rig, 2.3e-3 * n);
         run_put(rig, "load_torque", RUN_LIMIT_SHARE * loads[n / 2u % 3u]);
@@ -402,7 +389,7 @@ static void test_stalled_rotor_is_told_wherever_it_stops(void)
         TEST_ASSERT_TRUE(sums.seen.finite && sums.seen.relock != NEVER && sums.seen.stopped != NEVER);
         latest = fmax(latest, sums.seen.relock - sums.seen.stopped);
     }
-    printf("  of 24 stalls the last was told %.3f s after the rotor had come to rest\n", latest);
+    printf("  the last stall was told %.3f s after the rotor had come to rest\n", latest);
     TEST_ASSERT_TRUE(latest < TOLD);
 }
 
@@ -498,15 +485,18 @@ static void expect_crossing(bool real, double torque_feedforward, double rpm, do
 
 static void test_slow_crossing_of_zero_goes_by_a_forced_frame(void)
 {
-    for (int32_t n = 0; n < 4; n++) {
-        expect_crossing(false, n / 2, n % 2 == 0 ? 300.0 : -300.0, 2.0, SLIPPED_IDEAL);
+    grid_t grid = grid_of("crossing, ideal", 4u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        expect_crossing(false, n / 2u, n % 2u == 0u ? 300.0 : -300.0, 2.0, SLIPPED_IDEAL);
     }
 }
 
 static void test_slow_crossing_of_zero_with_a_real_inverter(void)
 {
-    for (int32_t n = 0; n < 8; n++) {
-        expect_crossing(true, n / 4, n % 2 == 0 ? 300.0 : -300.0, n / 2 % 2 == 0 ? 2.0 : 8.0, SLIPPED_REAL);
+    grid_t grid = grid_of("crossing, real", 8u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        expect_crossing(true, n / 4u, n % 2u == 0u ? 300.0 : -300.0, n / 2u % 2u == 0u ? 2.0 : 8.0,
+                        SLIPPED_REAL);
     }
 }
 
@@ -637,28 +627,4 @@ static void test_invalid_estimate_does_not_stop_a_drive_with_encoder(void)
     run_seconds(rig, 2.0);
     run_expect_no_fault(rig);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "estimator_invalid"));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_dc_link_at_zero_stops_the_drive);
-    RUN_TEST(test_dc_link_that_sinks_is_followed_until_the_limit);
-    RUN_TEST(test_sensor_at_its_rail_stops_the_drive);
-    RUN_TEST(test_current_sensor_stuck_within_its_range);
-    RUN_TEST(test_dc_link_sensor_stuck_within_its_range_is_survived);
-    RUN_TEST(test_stalled_rotor_is_started_three_times_and_given_up);
-    RUN_TEST(test_stalled_rotor_is_told_wherever_it_stops);
-    RUN_TEST(test_flux_linkage_off_by_2_2_is_told);
-    RUN_TEST(test_flux_linkage_too_small_is_told_too);
-    RUN_TEST(test_slow_crossing_of_zero_goes_by_a_forced_frame);
-    RUN_TEST(test_slow_crossing_of_zero_with_a_real_inverter);
-    RUN_TEST(test_fast_crossing_is_not_stopped);
-    RUN_TEST(test_amplitude_is_not_judged_when_off);
-    RUN_TEST(test_detector);
-    RUN_TEST(test_current_error);
-    RUN_TEST(test_speed);
-    RUN_TEST(test_debounce);
-    RUN_TEST(test_invalid_estimate_does_not_stop_a_drive_with_encoder);
-    return UNITY_END();
 }

@@ -4,15 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 #define AVERAGED 1.0
 #define SWITCHED 0.0
@@ -33,8 +26,7 @@ static rig_t *running(bool paper, double fidelity, const change_t *changes, size
                       double load)
 {
     const double rpm_loading = copysign(fmax(fabs(rpm), 300.0), rpm);
-    rig_t *rig = rig_create(7);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig_t *rig = run_rig(7);
     run_put(rig, "fidelity", fidelity);
     if (paper) {
         run_paper_drive(rig);
@@ -75,8 +67,9 @@ static void expect_at_most(double limit, double value, const char *what)
     TEST_ASSERT_TRUE_MESSAGE(fabs(value) <= limit, message);
 }
 
-/* Limits of a point, with 0 N m and under load [mrad]. All are the worst of 5 seeds in both directions, of
- * both fidelities where a test has both, and on both boards, times 1.3. */
+/* Limits of a point, with 0 N m and under load [mrad]: over 18 seeds in both directions, of both fidelities
+ * where a test has both, the mean and four standard deviations of a magnitude, or four rms where that is
+ * more; and no less than the worst of 5 seeds on both boards, times 1.3. */
 typedef struct {
     double rpm;
     double mean[2], sd[2], peak[2];
@@ -94,45 +87,61 @@ static void expect_limits(const limits_t *limits, bool loaded, const run_error_t
 /* A mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load (docs/theory.md, 21),
  * 1.5 and 1.5 under 5 N m: the drive is better than that. */
 static const limits_t compensated[] = {
-    {100.0, {0.26, 1.55}, {1.35, 1.8}, {8.7, 8.4}},    {313.0, {0.14, 1.15}, {0.7, 0.61}, {3.4, 3.6}},
-    {503.0, {0.3, 1.06}, {0.85, 0.47}, {4.1, 3.0}},    {1013.0, {0.25, 0.92}, {0.4, 0.36}, {1.75, 2.05}},
-    {1490.0, {0.36, 0.86}, {0.33, 0.34}, {1.4, 2.05}},
+    {100.0, {0.54, 3.0}, {1.35, 1.8}, {8.7, 8.4}},     {313.0, {0.2, 1.3}, {0.7, 0.61}, {3.4, 3.6}},
+    {503.0, {0.38, 1.55}, {0.85, 0.47}, {4.1, 3.1}},   {1013.0, {0.25, 1.1}, {0.4, 0.36}, {1.75, 2.1}},
+    {1490.0, {0.41, 0.91}, {0.33, 0.34}, {1.4, 2.05}},
 };
 
-#define SPEEDS 5
+#define SPEEDS 5u
 
-static void expect_required(double fidelity)
+static void expect_required(double fidelity, uint32_t point)
 {
-    for (int32_t point = 0; point < 4 * SPEEDS; point++) {
-        const limits_t *limits = &compensated[point / 4];
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
-        const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("compensated", fidelity, NULL, 0, rpm, loaded ? RATED : 0.0, 2.0);
-        expect_limits(limits, loaded, &err);
-    }
+    const limits_t *limits = &compensated[point / 4u];
+    const double rpm = (point % 2u != 0u ? -1.0 : 1.0) * limits->rpm;
+    const bool loaded = point / 2u % 2u != 0u;
+    const run_error_t err = measure("compensated", fidelity, NULL, 0, rpm, loaded ? RATED : 0.0, 2.0);
+    expect_limits(limits, loaded, &err);
 }
 
 static void test_averaged_inverter(void)
 {
-    expect_required(AVERAGED);
+    grid_t grid = grid_of("averaged", 4u * SPEEDS);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        expect_required(AVERAGED, n);
+    }
 }
 
+/* All of it: docs/accuracy.md has these numbers. */
 static void test_switched_inverter(void)
 {
-    expect_required(SWITCHED);
+    for (uint32_t n = 0; n < 4u * SPEEDS; n++) {
+        expect_required(SWITCHED, n);
+    }
 }
 
-/* The averaged inverter has the losses of the edges: the drive sees the same. At 100 r/min the scatter is
- * that of the noise. Limits: the worst on both boards, times 1.5. */
+/* The averaged inverter has the losses of the edges: the drive sees the same. What is left is that two runs
+ * do not have the same noise: four times the root of two of what a mean and an SD scatter over 18 seeds
+ * [mrad]. At 100 r/min that is more than the difference could be. */
 static void test_averaged_and_switched_agree(void)
 {
-    for (int32_t point = 2; point < 2 * SPEEDS; point++) {
-        const double rpm = compensated[point / 2].rpm;
-        const double load = (point & 1) != 0 ? LOAD_WITH_ROOM : 0.0;
-        const run_error_t averaged = measure("compensated", AVERAGED, NULL, 0, rpm, load, 2.0);
-        const run_error_t switched = measure("compensated", SWITCHED, NULL, 0, rpm, load, 2.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.12, switched.mean, averaged.mean);
-        TEST_ASSERT_DOUBLE_WITHIN(0.075, switched.sd, averaged.sd);
+    static const struct {
+        double mean[2], sd; /* without load and under it */
+    } scatter[SPEEDS] = {{{0.0, 0.0}, 0.0},
+                         {{0.05, 0.16}, 0.03},
+                         {{0.06, 0.25}, 0.027},
+                         {{0.05, 0.13}, 0.014},
+                         {{0.065, 0.09}, 0.017}};
+    grid_t grid = grid_of("averaged and switched", 2u * SPEEDS - 2u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t point = n + 2u;
+        const bool loaded = point % 2u != 0u;
+        const double rpm = compensated[point / 2u].rpm;
+        const double load = loaded ? LOAD_WITH_ROOM : 0.0;
+        const run_error_t averaged = measure("compared", AVERAGED, NULL, 0, rpm, load, 2.0);
+        const run_error_t switched = measure("compared", SWITCHED, NULL, 0, rpm, load, 2.0);
+        const double most = 4.0 * sqrt(2.0);
+        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].mean[loaded], switched.mean, averaged.mean);
+        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].sd, switched.sd, averaged.sd);
     }
 }
 
@@ -140,15 +149,16 @@ static void test_averaged_and_switched_agree(void)
 static void test_default_speed_control_and_low_speed_current(void)
 {
     static const limits_t by_rule[] = {
-        {100.0, {2.1, 3.95}, {1.75, 2.25}, {9.2, 10.7}},  {313.0, {0.36, 0.95}, {0.7, 0.8}, {2.9, 4.0}},
-        {503.0, {1.0, 0.85}, {1.15, 0.6}, {5.0, 2.75}},   {1013.0, {0.38, 0.46}, {0.38, 0.42}, {1.7, 2.1}},
-        {1490.0, {0.36, 0.41}, {0.36, 0.41}, {1.6, 1.6}},
+        {100.0, {3.1, 5.4}, {2.0, 2.25}, {9.6, 10.7}},    {313.0, {0.36, 1.45}, {0.7, 0.8}, {2.9, 4.0}},
+        {503.0, {1.8, 1.55}, {1.15, 0.6}, {5.6, 2.8}},    {1013.0, {0.38, 0.91}, {0.38, 0.42}, {1.7, 2.1}},
+        {1490.0, {0.43, 0.75}, {0.36, 0.41}, {1.6, 1.6}},
     };
-    for (int32_t point = 0; point < 8 * SPEEDS; point++) {
+    grid_t grid = grid_of("by rule", 8u * SPEEDS);
+    for (uint32_t point; grid_next(&grid, &point);) {
         const limits_t *limits = &by_rule[point / 8];
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
-        const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure_of(false, "default drive", (point & 4) != 0 ? SWITCHED : AVERAGED,
+        const double rpm = ((point & 1u) != 0u ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2u) != 0u;
+        const run_error_t err = measure_of(false, "default drive", (point & 4u) != 0u ? SWITCHED : AVERAGED,
                                            NULL, 0, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 2.0);
         expect_limits(limits, loaded, &err);
     }
@@ -161,11 +171,12 @@ static void test_dead_time_believed_too_small(void)
 {
     static const limits_t too_small[] = {{100.0, {22.7, 23.4}, {23.8, 27.6}, {65.0, 81.0}},
                                          {313.0, {7.2, 2.95}, {3.35, 3.5}, {18.5, 12.0}}};
-    for (int32_t point = 0; point < 16; point++) {
+    grid_t grid = grid_of("too small", 16u);
+    for (uint32_t point; grid_next(&grid, &point);) {
         const limits_t *limits = &too_small[point / 8];
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
-        const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("dead time 20 % too small", (point & 4) != 0 ? SWITCHED : AVERAGED,
+        const double rpm = ((point & 1u) != 0u ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2u) != 0u;
+        const run_error_t err = measure("dead time 20 % too small", (point & 4u) != 0u ? SWITCHED : AVERAGED,
                                         believed_too_small, 2, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
         expect_limits(limits, loaded, &err);
     }
@@ -175,15 +186,25 @@ static void test_dead_time_believed_too_small(void)
 static const change_t slow_estimate[] = {
     {"start_speed", 6.0}, {"handover_speed", 6.0}, {"fallback_speed", 3.0}};
 
+static void expect_slow(const limits_t *limits, double fidelity, uint32_t point)
+{
+    const double rpm = (point % 2u != 0u ? -1.0 : 1.0) * limits->rpm;
+    const bool loaded = point / 2u != 0u;
+    const run_error_t err =
+        measure("compensated", fidelity, slow_estimate, 3, rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
+    expect_limits(limits, loaded, &err);
+}
+
+/* Switched, all of it: docs/accuracy.md has these numbers. */
 static void test_50_rpm_is_held(void)
 {
-    static const limits_t slow = {50.0, {0.63, 2.9}, {4.0, 7.2}, {15.1, 48.4}};
-    for (int32_t point = 0; point < 8; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * slow.rpm;
-        const bool loaded = (point & 2) != 0;
-        const run_error_t err = measure("compensated", point / 4 > 0 ? SWITCHED : AVERAGED, slow_estimate, 3,
-                                        rpm, loaded ? LOAD_WITH_ROOM : 0.0, 3.0);
-        expect_limits(&slow, loaded, &err);
+    static const limits_t slow = {50.0, {1.05, 4.7}, {4.0, 7.2}, {15.1, 48.4}};
+    for (uint32_t point = 0; point < 4u; point++) {
+        expect_slow(&slow, SWITCHED, point);
+    }
+    grid_t grid = grid_of("50 r/min", 4u);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        expect_slow(&slow, AVERAGED, point);
     }
 }
 
@@ -197,15 +218,16 @@ static void test_without_trim_or_coasting_lock_is_kept(void)
     static const change_t no_trim[] = {{"params.offset_trim", 0.0}};
     static const change_t no_coasting[] = {{"doubtful_current", 0.0}};
     static const limits_t without[] = {
-        {100.0, {1.95, 2.65}, {6.3, 5.5}, {34.0, 30.0}},  {313.0, {0.51, 1.18}, {1.65, 0.95}, {8.5, 5.0}},
-        {503.0, {0.46, 1.0}, {3.6, 1.16}, {8.5, 3.9}},    {1013.0, {0.45, 0.84}, {1.06, 0.55}, {3.0, 2.6}},
-        {1490.0, {0.4, 0.78}, {0.57, 0.37}, {2.1, 1.85}},
+        {100.0, {3.2, 4.9}, {6.3, 5.5}, {43.0, 43.0}},     {313.0, {1.65, 2.2}, {1.65, 0.95}, {8.5, 5.0}},
+        {503.0, {0.64, 1.0}, {3.6, 1.16}, {8.5, 3.9}},     {1013.0, {0.53, 0.9}, {1.06, 0.55}, {3.0, 2.6}},
+        {1490.0, {0.42, 0.83}, {0.57, 0.37}, {2.1, 1.85}},
     };
-    for (int32_t point = 0; point < 8 * SPEEDS; point++) {
-        const bool trim = (point & 4) == 0;
+    grid_t grid = grid_of("without", 8u * SPEEDS);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        const bool trim = (point & 4u) == 0u;
         const limits_t *limits = &without[point / 8];
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * limits->rpm;
-        const bool loaded = (point & 2) != 0;
+        const double rpm = ((point & 1u) != 0u ? -1.0 : 1.0) * limits->rpm;
+        const bool loaded = (point & 2u) != 0u;
         const run_error_t err = measure(trim ? "no coasting" : "no trim", AVERAGED,
                                         trim ? no_coasting : no_trim, 1, rpm, loaded ? RATED : 0.0, 1.5);
         expect_limits(limits, loaded, &err);
@@ -233,12 +255,8 @@ static void sum_offsets(void *context, uint32_t period, const uint32_t *slots, u
 static offsets_t offset_left(rig_t *rig)
 {
     static const char *const names[] = {"i_alpha", "i_beta", "true_i_a", "true_i_b", "true_i_c"};
-    uint32_t ids[5];
     offsets_t sums = {0};
-    for (size_t n = 0; n < 5; n++) {
-        ids[n] = rig_row_by_name(names[n])->id;
-    }
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, 5u, 1u, sum_offsets, &sums));
+    run_tap(rig, names, 5u, sum_offsets, &sums);
     run_seconds(rig, 0.5);
     TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
     sums.alpha /= sums.count;
@@ -251,9 +269,10 @@ static offsets_t offset_left(rig_t *rig)
  * the drive reckons with have less than 5 mA of them left, half a step of the ADC. */
 static void test_offsets_are_trimmed_while_turning(void)
 {
-    for (int32_t point = 0; point < 2 * SPEEDS; point++) {
-        const double rpm = ((point & 1) != 0 ? -1.0 : 1.0) * compensated[point / 2].rpm;
-        const int32_t sensor = point / 2 % DRIVE_CURRENT_SENSORS;
+    grid_t grid = grid_of("trimmed", 2u * SPEEDS);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        const double rpm = ((point & 1u) != 0u ? -1.0 : 1.0) * compensated[point / 2u].rpm;
+        const uint32_t sensor = point / 2 % DRIVE_CURRENT_SENSORS;
         const double offset_a = sensor == 0 ? 0.03 : 0.0;
         const double offset_b = sensor == 1 ? -0.04 : 0.0;
         const double offset_c = sensor == 2 ? 0.035 : 0.0;
@@ -261,9 +280,7 @@ static void test_offsets_are_trimmed_while_turning(void)
         const double reckoned_c = DRIVE_CURRENT_SENSORS == 3 ? offset_c : -(offset_a + offset_b);
         const double alpha = (2.0 * offset_a - offset_b - reckoned_c) / 3.0;
         const double beta = (offset_b - reckoned_c) / sqrt(3.0);
-        char message[160];
-        rig_t *rig = rig_create(7);
-        TEST_ASSERT_NOT_NULL(rig);
+        rig_t *rig = run_rig(7);
         run_put(rig, "fidelity", AVERAGED);
         run_paper_drive(rig);
         run_parameter(rig, "position_source", 1.0);
@@ -275,11 +292,10 @@ static void test_offsets_are_trimmed_while_turning(void)
         run_on(rig, rpm);
         run_seconds(rig, 3.0);
         const offsets_t left = offset_left(rig);
-        snprintf(message, sizeof message,
-                 "%.0f r/min: trim (%.1f, %.1f) mA of (%.1f, %.1f), left (%.1f, %.1f)", rpm,
-                 1e3 * rig_value(rig, "trim_alpha"), 1e3 * rig_value(rig, "trim_beta"), 1e3 * alpha,
-                 1e3 * beta, 1e3 * left.alpha, 1e3 * left.beta);
-        printf("%s\n", message);
+        const char *const message =
+            run_say("%.0f r/min: trim (%.1f, %.1f) mA of (%.1f, %.1f), left (%.1f, %.1f)", rpm,
+                    1e3 * rig_value(rig, "trim_alpha"), 1e3 * rig_value(rig, "trim_beta"), 1e3 * alpha,
+                    1e3 * beta, 1e3 * left.alpha, 1e3 * left.beta);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_alpha") - alpha) <= 5e-3, message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_beta") - beta) <= 5e-3, message);
@@ -287,18 +303,4 @@ static void test_offsets_are_trimmed_while_turning(void)
         TEST_ASSERT_TRUE_MESSAGE(fabs(left.beta) <= 5e-3, message);
         rig_free(rig);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_averaged_inverter);
-    RUN_TEST(test_switched_inverter);
-    RUN_TEST(test_averaged_and_switched_agree);
-    RUN_TEST(test_default_speed_control_and_low_speed_current);
-    RUN_TEST(test_dead_time_believed_too_small);
-    RUN_TEST(test_50_rpm_is_held);
-    RUN_TEST(test_without_trim_or_coasting_lock_is_kept);
-    RUN_TEST(test_offsets_are_trimmed_while_turning);
-    return UNITY_END();
 }

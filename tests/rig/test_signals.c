@@ -739,10 +739,6 @@ void setUp(void)
     wire_all();
 }
 
-void tearDown(void)
-{
-}
-
 /* A new row belongs into the list above, with a check. */
 static void test_every_row_is_looked_at(void)
 {

@@ -29,8 +29,7 @@ static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 
 void setUp(void)
 {
-    rig = rig_create(5);
-    TEST_ASSERT_NOT_NULL(rig);
+    rig = run_rig(5);
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, RPM_ASKED);
     rig_watch_edges(rig, on_edge, NULL);
@@ -94,7 +93,7 @@ static void test_within_the_period_no_bit_hangs_on_it(void)
     void *state = malloc(rig_state_size());
     TEST_ASSERT_NOT_NULL(state);
     rig_save(rig, state);
-    rig_t *quick = rig_create(1);
+    rig_t *quick = run_rig(1);
     TEST_ASSERT_TRUE(rig_load(quick, state, rig_state_size()));
     free(state);
     run_put(quick, "interrupt_time", 0.0);
@@ -236,20 +235,4 @@ static void test_a_background_slower_than_the_watchdog_is_reset(void)
     run_seconds(rig, 1.2);
     TEST_ASSERT_TRUE(chip_halted(&rig_state(rig)->chip));
     TEST_ASSERT_TRUE(chip_report_count(&rig_state(rig)->chip, CHIP_WATCHDOG_RESET) > 0u);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_tracked_cost_is_what_the_interrupt_takes);
-    RUN_TEST(test_from_entry_to_exit_it_is_the_row);
-    RUN_TEST(test_within_the_period_no_bit_hangs_on_it);
-    RUN_TEST(test_an_interrupt_of_95_hundredths_of_a_period_is_not_late);
-    RUN_TEST(test_an_interrupt_longer_than_the_period_is_told_as_late);
-    RUN_TEST(test_truth_is_of_t_k_while_an_interrupt_runs_over_it);
-    RUN_TEST(test_an_interrupt_waits_for_the_end_of_a_section);
-    RUN_TEST(test_a_change_of_all_live_parameters_makes_no_sample_late_at_any_phase);
-    RUN_TEST(test_a_change_with_interrupts_off_for_periods_is_late);
-    RUN_TEST(test_a_background_slower_than_the_watchdog_is_reset);
-    return UNITY_END();
 }

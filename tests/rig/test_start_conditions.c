@@ -10,7 +10,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(3);
+    rig = run_rig(3);
     run_paper_drive(rig);
     run_shaft_of_board(rig);
     TEST_ASSERT_TRUE(rig_apply(rig));
@@ -115,7 +115,7 @@ static void test_angle_of_the_estimate_jumps_once_and_comes_back(void)
         rig_step(rig);
         TEST_ASSERT_DOUBLE_WITHIN(5e-3, jumps[n], rig_value(rig, "theta_hat_err") - before);
         /* The EMF that the loop has seen has not moved. */
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * amplitude, amplitude, rig_value(rig, "e_amplitude"));
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * amplitude, amplitude, rig_value(rig, "e_amplitude"));
         const double after = rig_value(rig, "theta_hat_err");
         rig_step(rig);
         TEST_ASSERT_TRUE(fabs(rig_value(rig, "theta_hat_err") - after) < 0.1 * fabs(jumps[n]));
@@ -181,9 +181,9 @@ static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
         signals = strcmp(rig_table(n)->name, "signals") == 0 ? rig_table(n) : signals;
     }
     TEST_ASSERT_NOT_NULL(signals);
-    rig_t *broken = rig_create(3);
+    rig_t *broken = run_rig(3);
     rig_free(rig);
-    rig = rig_create(3);
+    rig = run_rig(3);
     run_put(broken, "plant.encoder_lines", 1.0);
     run_to_ready(rig);
     run_to_ready(broken);
@@ -242,7 +242,7 @@ static void test_a_run_with_brake_jump_and_break_away_is_replayed_bit_for_bit(vo
     const uint64_t end = eventful();
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "true_omega_m"));
     rig_free(rig);
-    rig = rig_create(99);
+    rig = run_rig(99);
     TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
     free(state);
     TEST_ASSERT_EQUAL_HEX64(begin, rig_hash(rig));
@@ -254,10 +254,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_standing_rotor_stays_where_the_start_put_it);
-    RUN_TEST(test_motor_current_breaks_the_shaft_loose_beyond_break_away_only);
+    SEED_RUN_EIGHT(test_motor_current_breaks_the_shaft_loose_beyond_break_away_only);
     RUN_TEST(test_break_away_below_dry_friction_is_refused_whichever_is_set);
-    RUN_TEST(test_brake_stops_the_running_drive_holds_it_and_lets_it_go_on);
-    RUN_TEST(test_angle_of_the_estimate_jumps_once_and_comes_back);
+    SEED_RUN_EIGHT(test_brake_stops_the_running_drive_holds_it_and_lets_it_go_on);
+    SEED_RUN_EIGHT(test_angle_of_the_estimate_jumps_once_and_comes_back);
     RUN_TEST(test_without_the_encoder_no_signal_hangs_on_what_it_shows);
     RUN_TEST(test_a_run_with_brake_jump_and_break_away_is_replayed_bit_for_bit);
     return UNITY_END();

@@ -188,7 +188,7 @@ void setUp(void)
     by_chip = false;
     counter = 0u;
     samples = 0u;
-    rig = rig_create(1u);
+    rig = run_rig(1u);
     plug_in();
     rig_run(rig, rig_periods(0.06)); /* ready */
 }
@@ -589,22 +589,42 @@ static void test_restart_is_answered_and_begins_anew(void)
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-int main(void)
+/* ---- what is refused ---- */
+
+static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_staged(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_every_row_reads_as_the_rig_has_it);
-    RUN_TEST(test_a_parameter_is_staged_until_it_is_applied);
-    RUN_TEST(test_requests_of_one_command_are_one_set);
-    RUN_TEST(test_identification_is_where_the_description_says);
-    RUN_TEST(test_faults_are_told_newest_first);
-    RUN_TEST(test_a_silent_master_brings_a_quick_stop);
-    RUN_TEST(test_noise_is_no_sign_of_life);
-    RUN_TEST(test_command_timeout_may_be_another_one_or_none);
-    RUN_TEST(test_only_what_the_line_switched_on_stops_with_it);
-    RUN_TEST(test_stop_is_obeyed_while_the_line_is_flooded_by_samples);
-    RUN_TEST(test_a_flood_of_commands_delays_no_interrupt);
-    RUN_TEST(test_three_floats_stream_over_the_serial_line);
-    RUN_TEST(test_eight_signals_of_the_buffer_come_over_the_serial_line);
-    RUN_TEST(test_restart_is_answered_and_begins_anew);
-    return UNITY_END();
+    connect();
+    send_write(EXTENSION_PARAMS, id_of("current_limit"), bits_of(-1.0f));
+    expect_error(0x22);
+    TEST_ASSERT_EQUAL_HEX32(bits_of(10.0f), read_slot(EXTENSION_PARAMS, id_of("current_limit")));
+    send_write(EXTENSION_PARAMS, id_of("i_a"), bits_of(1.0f));
+    expect_error(0x22);
+}
+
+/* The entry of a list is a whole signal: no row of another table, and no address within a slot. */
+static void test_nothing_but_a_whole_signal_is_measured(void)
+{
+    const uint32_t signal = 4u * id_of("i_a");
+    const uint32_t parameter = 4u * id_of("current_limit");
+    connect();
+    SEND(0xD6);
+    expect_ok();
+    SEND(0xD5, 0, 1, 0);
+    expect_ok();
+    SEND(0xD4, 0, 0, 0, 1);
+    expect_ok();
+    SEND(0xD3, 0, 0, 0, 0, 1);
+    expect_ok();
+    SEND(0xE2, 0, 0, 0, 0, 0);
+    expect_ok();
+    SEND(0xE1, 0xFF, 4, EXTENSION_PARAMS, (uint8_t)parameter, (uint8_t)(parameter >> 8), 0, 0);
+    expect_error(0x22);
+    SEND(0xE1, 0xFF, 4, EXTENSION_PARAMS, (uint8_t)signal, (uint8_t)(signal >> 8), 0, 0);
+    expect_error(0x22);
+    for (uint32_t within = 1u; within < 4u; within++) {
+        SEND(0xE1, 0xFF, 4, EXTENSION_SIGNALS, (uint8_t)(signal + within), (uint8_t)(signal >> 8), 0, 0);
+        expect_error(0x22);
+    }
+    SEND(0xE1, 0xFF, 4, EXTENSION_SIGNALS, (uint8_t)signal, (uint8_t)(signal >> 8), 0, 0);
+    expect_ok();
 }

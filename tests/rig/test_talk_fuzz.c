@@ -389,7 +389,7 @@ void setUp(void)
     seed = 20260101u;
     put = taken = sent = received = frames = changes = 0u;
     booting = 0u;
-    rig = rig_create(1u);
+    rig = run_rig(1u);
     run_put(rig, "fidelity", 1.0); /* averaged: it is the software that is tried */
     rig_run(rig, rig_periods(0.06));
 }

@@ -9,7 +9,7 @@ static rig_t *rig;
 
 void setUp(void)
 {
-    rig = rig_create(1);
+    rig = run_rig(1);
     run_to_ready(rig);
     rig_bind(rig);
 }
@@ -141,19 +141,4 @@ static void test_a_protected_write_without_eallow_is_ignored_and_reported(void)
     TEST_ASSERT_EQUAL_STRING(name, chip_register_name(chip_last_report(&rig_state(rig)->chip)->address));
     rig_step(rig);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "chip_reports"));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_right_start_gives_an_interrupt_every_period);
-    RUN_TEST(test_hspclkdiv_left_at_reset_halves_the_carrier);
-    RUN_TEST(test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_reset);
-    RUN_TEST(test_missing_pieack_stops_the_interrupts_after_one);
-    RUN_TEST(test_wrong_dead_band_polarity_shoots_through_and_the_module_trips);
-    RUN_TEST(test_gates_do_not_come_on_over_a_wrong_polarity);
-    RUN_TEST(test_right_polarity_never_shoots_through);
-    RUN_TEST(test_no_dead_band_at_all_shoots_through);
-    RUN_TEST(test_a_protected_write_without_eallow_is_ignored_and_reported);
-    return UNITY_END();
 }

@@ -313,20 +313,3 @@ static void test_port_in_use_is_named(void)
     TEST_ASSERT_NOT_NULL(strstr(why, name));
     TEST_ASSERT_NOT_NULL(strstr(why, "in use"));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_page_is_given_with_headers_that_keep_it_alone);
-    RUN_TEST(test_foreign_host_is_refused);
-    RUN_TEST(test_post_without_the_own_header_does_nothing);
-    RUN_TEST(test_only_this_machine_is_answered);
-    RUN_TEST(test_requests_in_pieces_and_in_a_row);
-    RUN_TEST(test_what_is_too_long_or_no_request_is_refused);
-    RUN_TEST(test_events_come_as_lines);
-    RUN_TEST(test_one_stream_too_many_ends_the_oldest);
-    RUN_TEST(test_slow_reader_is_spared_samples);
-    RUN_TEST(test_more_connections_than_places_end_the_idlest);
-    RUN_TEST(test_port_in_use_is_named);
-    return UNITY_END();
-}

@@ -158,15 +158,3 @@ static void test_samples_are_as_many_as_the_line_allows(void)
     TEST_ASSERT_EQUAL_UINT32(46u, scope_every("/dev/ttyUSB0:115200", 8u));
     TEST_ASSERT_EQUAL_UINT32(255u, scope_every("/dev/ttyUSB0:1200", 8u));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_base64_is_that_of_the_standard);
-    RUN_TEST(test_rows_stand_by_ascending_id_and_none_is_of_the_desk);
-    RUN_TEST(test_news_are_told_once_and_all_on_demand);
-    RUN_TEST(test_rows_have_units_for_people);
-    RUN_TEST(test_values_are_read_as_people_write_them);
-    RUN_TEST(test_samples_are_as_many_as_the_line_allows);
-    return UNITY_END();
-}

@@ -1,12 +1,52 @@
 """What tests of tools/check-linker and tools/check-image work out once and not for each of their cases: the compiler's call
-graph of a source, its text without comments, the words of its command line. A case changes next to none of them."""
+graph of a source, which chip_build.py makes of all, its text without comments, the words of its command line. A case changes next
+to none of them, and no header."""
 import functools
+import importlib.machinery
+import importlib.util
+import json
+import os
 import types
+
+import chip_build
+
+FILE = "graphs.json"
+CC = os.environ.get("CC", "gcc")
+
+
+def tool(name):
+    """A program of tools/ as a module."""
+    loader = importlib.machinery.SourceFileLoader(name.replace("-", "_"), str(chip_build.ROOT / "tools" / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
+def make(folder):
+    """The graphs of all sources of the tree, by the command lines of its build."""
+    linker = tool("check-linker")
+    known = []
+    of_one = linker.graph_of
+
+    def noted(root, source, compiler, lister, output):
+        graph, (defined, needed) = of_one(root, source, compiler, lister, output)
+        known.append((source.name, (root / source.name).read_text(encoding="utf-8"), graph, sorted(defined), sorted(needed)))
+        return graph, (defined, needed)
+
+    linker.graph_of = noted
+    linker.Calls(chip_build.ROOT, linker.read_sources(chip_build.ROOT, folder / chip_build.BUILT / "compile_commands.json"), CC, "nm")
+    (folder / FILE).write_text(json.dumps(known), encoding="utf-8")
 
 
 def remember(linker):
-    """In the module of tools/check-linker. No case changes a header."""
-    known, graph_of = {}, linker.graph_of
+    """In the module of tools/check-linker."""
+    rows = json.loads((chip_build.folder() / FILE).read_text(encoding="utf-8"))
+    known = {(name, text): (graph, (set(defined), set(needed))) for name, text, graph, defined, needed in rows}
+    graph_of, calls, source, together, sources = linker.graph_of, linker.Calls, linker.Source, {}, {}
+
+    def one_source(name, options, in_ram, text):  # the same one, by which the tool compares
+        key = (name, tuple(options), in_ram, text)
+        return sources.setdefault(key, source(name, options, in_ram, text))
 
     def remembered(root, source, compiler, lister, output):
         key = (source.name, (root / source.name).read_text(encoding="utf-8"))
@@ -14,6 +54,13 @@ def remember(linker):
             known[key] = graph_of(root, source, compiler, lister, output)
         return known[key]
 
-    linker.graph_of = remembered
+    def all_calls(root, sources, *more):
+        key = tuple(map(id, sources.values()))
+        if key not in together:
+            together[key] = calls(root, sources, *more)
+        return together[key]
+
+    linker.graph_of, linker.Calls, linker.Source = remembered, all_calls, one_source
+    linker.NODE, linker.EDGE = (types.SimpleNamespace(findall=functools.cache(each.findall)) for each in (linker.NODE, linker.EDGE))
     linker.without_comments = functools.cache(linker.without_comments)
     linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name: no one else's split

@@ -1,7 +1,7 @@
 /* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
  * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. */
+#include "unity.h"
 #include <string.h>
-#include <unity.h>
 
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
@@ -25,10 +25,6 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
-
 static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void)
 {
     uint16_t flash[ROOM];
@@ -47,12 +43,4 @@ static void test_the_end_of_the_stack_is_painted_and_nothing_else_of_it(void)
         const bool end = n < STACK_WORDS && n >= STACK_WORDS - (int32_t)BUS_STACK_END_WORDS;
         TEST_ASSERT_EQUAL_HEX16(end ? BUS_STACK_PAINT : LEFT, stand_in_stack[n]);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_end_of_the_stack_is_painted_and_nothing_else_of_it);
-    RUN_TEST(test_the_code_stands_where_it_runs_and_nothing_else_has_changed);
-    return UNITY_END();
 }

@@ -2,76 +2,38 @@
 """The build description of the F28335 image, against stand-ins for TI's tools: every source once, with the right
 options, in the right order. What the options do, only the real tools can tell.
 
-usage: test_build.py [unittest options]
+usage: test_build.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 """
-import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
 
+import chip_build
 import stand_in
+from chip_build import ROOT, run
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 CHIP = ["-v28", "-ml", "-mt", "--abi=eabi", "--float_support=fpu32"]
 FLAGS = ["--gen_func_subsections=on", "--display_error_number", "--diag_warning=225", "--diag_wrap=off", "-O2", "-g"]
 
 
-def run(*command, **more):
-    return subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          check=False, **more)
-
-
-class Build:
-    """The preset, configured for one polarity of the gates and built by the stand-ins."""
-
-    def __init__(self, folder, gates):
-        self.folder = folder / gates
-        self.environment = stand_in.install(folder / f"{gates}-tools")
-        self.tools = pathlib.Path(self.environment["C2000_CGT_ROOT"])
-        self.ware = pathlib.Path(self.environment["C2000WARE_ROOT"], stand_in.FAST_RTS).parent
-        self.configured = run("cmake", "--preset", "f28335-flash", "-B", self.folder, f"-DLAGLESS_GATES={gates}",
-                              cwd=ROOT, env=self.environment)
-        log = pathlib.Path(self.environment["STAND_IN_LOG"])
-        log.write_text("", encoding="utf-8")  # what CMake tried out is no part of the build
-        self.built = run("cmake", "--build", self.folder, env=self.environment)
-        lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-        self.compiled, self.linked, self.archived, self.converted = {}, [], {}, []
-        for line in lines:
-            words = line["words"]
-            if line["tool"] == "ar2000":
-                self.archived[words[1]] = words[2:]
-            elif line["tool"] == "hex2000":
-                self.converted.append(words)
-            elif "--run_linker" in words:
-                self.linked.append(words)
-            else:
-                source = next(word for word in words if "_file=" in word).partition("=")[2]
-                self.compiled.setdefault(pathlib.Path(source).relative_to(ROOT).as_posix(), []).append(words)
-
-    def objects(self):
-        return [stand_in.value(lines[0], "--output_file") for lines in self.compiled.values()]
-
-
-class Preset:
-    """What holds for both polarities."""
-
+class Preset(unittest.TestCase):
     maxDiff = None
 
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.build = Build(pathlib.Path(cls.temporary.name), cls.gates)
+        cls.build = chip_build.Build(chip_build.folder())
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.temporary.cleanup()
+    def test_the_compiler_is_known(self):
+        self.assertIn("The C compiler identification is TI 22.6.1", self.build.configured)
 
-    def test_it_configures_and_builds(self):
-        self.assertEqual(self.build.configured.returncode, 0, self.build.configured.stdout)
-        self.assertIn("The C compiler identification is TI 22.6.1", self.build.configured.stdout)
-        self.assertEqual(self.build.built.returncode, 0, self.build.built.stdout)
+    def test_the_other_polarity_of_the_gates_is_built_by_the_same_commands_with_one_definition_changed(self):
+        high, low = (run("ninja", "-C", folder, "-t", "commands").stdout.replace(str(folder), "FOLDER")
+                     for folder in (self.build.folder, self.build.low))
+        given, other = (f"-DHAL_GATE_ACTIVE_HIGH={value}" for value in chip_build.GATES.values())
+        of_board = [name for name in self.build.compiled if name.startswith(("firmware/drive/", "firmware/app/", "hal/"))]
+        self.assertEqual(high.count(given), len(of_board))
+        self.assertEqual(high.replace(given, other), low)
 
     def test_every_source_of_firmware_and_hal_is_compiled_once(self):
         sources = [path.relative_to(ROOT).as_posix() for folder in ("firmware", "hal")
@@ -85,9 +47,10 @@ class Preset:
                 continue
             own = [word for word in words if word.startswith("-D")]
             where = [word for word in words if word == f"--include_path={ROOT}/firmware"]
-            gates = f"-DHAL_GATE_ACTIVE_HIGH={self.value}"
             output = stand_in.value(words, "--output_file")
-            self.assertEqual(own, [gates, '-DLAGLESS_BOARD_FILE="hal/f28335/boards/pm50rl1a060.h"'], name)
+            of_board = name.startswith(("firmware/drive/", "firmware/app/", "hal/"))  # the core knows no board
+            board = ["-DHAL_GATE_ACTIVE_HIGH=1", '-DLAGLESS_BOARD_FILE="hal/f28335/boards/pm50rl1a060.h"']
+            self.assertEqual(own, board if of_board else [], name)
             self.assertEqual(words, [
                 "--compile_only", f"--c_file={ROOT}/{name}", *own, *where, f"--include_path={ROOT}", *CHIP,
                 f"--include_path={self.build.tools}/include", *FLAGS, "--c99", "--relaxed_ansi",
@@ -113,10 +76,11 @@ class Preset:
             "--run_linker", "--output_file=lagless.out", "--map_file=lagless.map", "--rom_model",
             "--entry_point=code_start", "--stack_size=0x700", "--heap_size=0", "--warn_sections", "--reread_libs",
             "--priority",
-            f"--search_path={self.build.tools}/lib", f"--search_path={self.build.ware}",
+            f"--search_path={self.build.tools}/lib", f"--search_path={(self.build.ware / stand_in.FAST_RTS).parent}",
             f"{ROOT}/linker/f28335_flash.cmd",
             *sorted(objects, key=words.index),
-            "firmware/liblagless_app.a", "firmware/liblagless_firmware.a", "hal/liblagless_hal.a",
+            "firmware/liblagless_app.a", "firmware/liblagless_firmware.a", "firmware/liblagless_core.a",
+            "hal/liblagless_hal.a",
             "--library=rts2800_fpu32_fast_supplement_eabi.lib", "--library=rts2800_fpu32_eabi.lib"])
 
     def test_every_object_is_linked_once(self):
@@ -132,27 +96,18 @@ class Preset:
     def test_program_map_and_hex_are_there_and_say_what_they_are(self):
         for name in ("lagless.out", "lagless.map", "lagless.hex"):
             self.assertIn("STAND-IN", (self.build.folder / name).read_text(encoding="utf-8"))
-        self.assertIn("STAND_IN", self.build.built.stdout)  # size-report read the map
+        self.assertIn("STAND_IN", self.build.built)  # size-report read the map
 
     def test_a_changed_linker_file_links_again(self):
         query = run("ninja", "-C", self.build.folder, "-t", "query", "lagless.out")
         self.assertIn(f"| {ROOT}/linker/f28335_flash.cmd", query.stdout)
 
 
-class ActiveHigh(Preset, unittest.TestCase):
-    gates, value = "active_high", 1
-
-
-class ActiveLow(Preset, unittest.TestCase):
-    gates, value = "active_low", 0
-
-
 class Refusals(unittest.TestCase):
     def refused(self, *options, **environment):
         with tempfile.TemporaryDirectory() as folder:
             whole = {**stand_in.install(pathlib.Path(folder, "tools")), **environment}
-            asked = run("cmake", "--preset", "f28335-flash", "-B", pathlib.Path(folder, "build"), *options, cwd=ROOT,
-                        env=whole)
+            asked = chip_build.configure(pathlib.Path(folder, "build"), whole, *options)
         self.assertNotEqual(asked.returncode, 0)
         return " ".join(asked.stdout.split())
 
@@ -237,4 +192,4 @@ class SizeReport(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

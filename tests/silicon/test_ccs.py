@@ -2,7 +2,7 @@
 """The project for Code Composer Studio says what CMake does: held against the command lines that the preset gives to
 the stand-ins for TI's tools. What Code Composer Studio makes of it, only Code Composer Studio can tell.
 
-usage: test_ccs.py [unittest options]
+usage: test_ccs.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
 CC names a C compiler, for project_check.c.
 """
@@ -11,20 +11,18 @@ import pathlib
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 import xml.etree.ElementTree
 
-import stand_in
-import test_build
-from test_build import ROOT, run
+import chip_build
+from chip_build import ROOT, run
 
 TOOL = ROOT / "tools/projectspec"
 COMMITTED = ROOT / "ti"
 CC = os.environ.get("CC", "cc")
-GATES = {"active_high": "--define=HAL_GATE_ACTIVE_HIGH=1", "active_low": "--define=HAL_GATE_ACTIVE_HIGH=0"}
+GIVEN = "--define=HAL_GATE_ACTIVE_HIGH=1"  # by the user, where the project leaves the polarity of the gates open
 CHECK = "ti/project_check.c"  # the one source that only this project has
 
 
@@ -68,7 +66,7 @@ def differences(project, build, gates=None):
             found.append(f"{what}: {here} in the project, {there} in the build")
 
     def portable(word):
-        for folder, variable in ((build.tools, "${CG_TOOL_ROOT}"), (build.environment["C2000WARE_ROOT"],
+        for folder, variable in ((build.tools, "${CG_TOOL_ROOT}"), (build.ware,
                                  "${COM_TI_C2000WARE_INSTALL_DIR}"), (ROOT, "${LAGLESS_ROOT}")):
             word = re.sub(f"(^|=){re.escape(str(folder))}(?=/|$)", lambda m: m.group(1) + variable, word)
         return re.sub(r"^-D(\w+)$", r"--define=\1=1", re.sub(r"^-D(\w+=)", r"--define=\1", word))
@@ -117,44 +115,39 @@ class Projects(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.temporary.name).resolve()
-        cls.builds = {gates: test_build.Build(folder, gates) for gates in GATES}
+        cls.build = chip_build.Build(chip_build.folder())
+        cls.all = ((Project(COMMITTED), GIVEN), (Project(cls.build.folder / "ccs"), None))
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.temporary.cleanup()
-
-    def all(self):
-        """The committed project and those of the builds: project, build to compare with, gates."""
-        for gates, build in self.builds.items():
-            yield Project(COMMITTED), build, GATES[gates]
-            yield Project(build.folder / "ccs"), build, None
-
-    def test_the_committed_files_are_those_that_cmake_tells(self):
-        asked = run(TOOL, "--check")
+    def test_the_committed_files_are_those_that_cmake_tells_without_a_compiler_of_ti(self):
+        without = {name: value for name, value in os.environ.items() if not name.startswith("C2000")}
+        asked = run(sys.executable, "-B", TOOL, "--check", env=without)
         self.assertEqual((asked.returncode, asked.stdout), (0, ""))
 
     def test_a_build_writes_a_project_too(self):
-        for build in self.builds.values():
-            self.assertEqual(build.built.returncode, 0, build.built.stdout)
+        for folder in (self.build.folder, self.build.low):
             self.assertLessEqual({"lagless.projectspec", "makefile.defs", "project_check.c"},
-                                 {path.name for path in (build.folder / "ccs").iterdir()})
+                                 {path.name for path in (folder / "ccs").iterdir()})
+
+    def test_the_project_of_the_other_polarity_differs_in_its_definition_alone(self):
+        for path in (self.build.folder / "ccs").glob("*.*"):
+            high, low = (file.read_text(encoding="utf-8") for file in (path, self.build.low / "ccs" / path.name))
+            self.assertEqual(high.replace(GIVEN, GIVEN[:-1] + "0"), low)
+            self.assertEqual(high != low, path.suffix == ".projectspec")
 
     def test_sources_options_linker_files_and_libraries_are_those_of_the_build(self):
-        for project, build, gates in self.all():
-            with self.subTest(folder=project.folder, gates=gates):
-                self.assertEqual(differences(project, build, gates), [])
+        for project, gates in self.all:
+            with self.subTest(folder=project.folder):
+                self.assertEqual(differences(project, self.build, gates), [])
 
     def test_the_project_is_for_the_chip_its_abi_and_its_compiler(self):
-        for project, _, _ in self.all():
+        for project, _ in self.all:
             for name, value in (("device", "TMS320C28XX.TMS320F28335"), ("endianness", "little"),
                                 ("outputFormat", "ELF"), ("products", "C2000WARE"), ("linkerCommandFile", "")):
                 self.assertEqual(project.project.get(name), value)
             self.assertRegex(project.project.get("cgtVersion"), r"^22\.6\.\d+\.LTS$")
 
     def test_sources_and_linker_files_stay_in_the_tree_what_a_user_may_change_is_copied(self):
-        for project, _, _ in self.all():
+        for project, _ in self.all:
             for name, path, action in project.sources + project.linker_files + project.others:
                 self.assertTrue(path.is_file(), path)
                 self.assertEqual(action, "copy" if name.endswith((".defs", ".ccxml")) else "link")
@@ -162,7 +155,7 @@ class Projects(unittest.TestCase):
                 ["makefile.defs", *(f"targetConfigs/{path.name}" for path in (ROOT / "targetConfigs").iterdir())]))
 
     def test_the_variable_for_the_tree_leads_to_it(self):
-        for project, _, _ in self.all():
+        for project, _ in self.all:
             (variable,) = project.project.findall("pathVariable")
             self.assertEqual((variable.get("name"), project.path(variable)), ("LAGLESS_ROOT", ROOT))
 
@@ -174,11 +167,10 @@ class Projects(unittest.TestCase):
     def test_gnu_make_gives_each_object_its_options(self):
         if not shutil.which("make"):
             self.skipTest("make is not installed")
-        build = self.builds["active_high"]
-        project = Project(build.folder / "ccs")
+        project = Project(self.build.folder / "ccs")
         objects = [str(pathlib.PurePosixPath(name).with_suffix(".obj")) for name, _, _ in project.sources]
-        folder = build.folder / "ccs/flash"
-        folder.mkdir()
+        folder = self.build.folder / "ccs/flash"
+        folder.mkdir(exist_ok=True)
         # Shaped as Code Composer Studio's: a variable, rules that use it, and at the end the file of the project.
         rules = "".join(f"{name}:\n\t@echo $@ $(GEN_OPTS__FLAG)\n" for name in objects)
         (folder / "makefile").write_text("GEN_OPTS__FLAG := --given\nall: " + " ".join(objects) + f"\n{rules}"
@@ -191,14 +183,14 @@ class Projects(unittest.TestCase):
 
     def seeded(self, file, pattern, text):
         """What is told of the committed project, after one change to one of its files."""
-        with tempfile.TemporaryDirectory(dir=self.builds["active_high"].folder) as name:
+        with tempfile.TemporaryDirectory(dir=self.build.folder) as name:
             folder = pathlib.Path(name)
             for path in COMMITTED.iterdir():
                 old = path.read_text(encoding="utf-8").replace("../", os.path.relpath(ROOT, folder) + "/")
                 new = re.sub(pattern, text, old, count=1) if path.name == file else old
                 self.assertEqual(new != old, path.name == file)
                 (folder / path.name).write_text(new, encoding="utf-8")
-            return " ".join(differences(Project(folder), self.builds["active_high"], GATES["active_high"]))
+            return " ".join(differences(Project(folder), self.build, GIVEN))
 
     def test_each_seeded_difference_is_found(self):
         spec = "lagless.projectspec"
@@ -318,13 +310,6 @@ class Tool(unittest.TestCase):
         self.assertRegex(asked.stdout, r"^\S*lagless\.projectspec: is not what CMake tells")
         self.assertIn("--c99", Project(self.folder / "out").compiler)
 
-    def test_it_needs_no_compiler_of_ti(self):
-        with_none = {name: value for name, value in os.environ.items() if not name.startswith("C2000")}
-        asked = subprocess.run([sys.executable, "-B", TOOL, "--out", self.folder / "ti"], stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True, check=False, env=with_none)
-        self.assertEqual((asked.returncode, asked.stdout), (0, ""))
-        self.assertTrue((self.folder / "ti/lagless.projectspec").exists())
-
 
 class Targets(unittest.TestCase):
     """Target configurations: probe, its driver for the C28x, chip. The names are the files of TI's target database."""
@@ -358,4 +343,4 @@ class Targets(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

@@ -1,8 +1,8 @@
 /* What a failed check does on the chip: app/main.c as it is, above a board that writes down what it is asked.
  * Its loop has no end; the board leaves it after some turns. */
+#include "unity.h"
 #include <setjmp.h>
 #include <string.h>
-#include <unity.h>
 
 int chip_main(void);
 #define main chip_main
@@ -66,10 +66,6 @@ void setUp(void)
     starts = false;
 }
 
-void tearDown(void)
-{
-}
-
 static void test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place(void)
 {
     if (setjmp(leave) == 0) {
@@ -106,14 +102,4 @@ static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
     }
     TEST_ASSERT_EQUAL_UINT32(1u, n);
     TEST_ASSERT_EQUAL_STRING("", asked);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_gates_go_off_for_good_before_anything_else_and_the_watchdog_does_not_wipe_the_place);
-    RUN_TEST(test_function_and_line_are_there_for_a_debugger);
-    RUN_TEST(test_a_check_that_fails_in_the_start_never_reaches_the_background);
-    RUN_TEST(test_a_check_is_evaluated_once_and_passes_without_a_word);
-    return UNITY_END();
 }

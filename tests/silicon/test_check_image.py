@@ -2,15 +2,12 @@
 """tools/check-image on images made here, word by word: a good one, which must pass, and images with one fault, which must
 be named. No linker of TI's is needed; the files are as its files are.
 
-usage: test_check_image.py [unittest options]
+usage: test_check_image.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
 CC names a GCC, for the call graph.
 """
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
-import os
 import pathlib
 import struct
 import subprocess
@@ -18,16 +15,12 @@ import sys
 import tempfile
 import unittest
 
+import chip_build
 import graphs
-import stand_in
+from chip_build import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL = ROOT / "tools/check-image"
-CC = os.environ.get("CC", "gcc")
-
-loader = importlib.machinery.SourceFileLoader("check_image", str(TOOL))
-checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_image", loader))
-loader.exec_module(checker)
+checker = graphs.tool("check-image")
 graphs.remember(checker.linker)
 
 ALLOC, WRITE, EXEC = 2, 1, 4
@@ -187,6 +180,48 @@ def good():
     return elf
 
 
+# One fault each, and what is told of it.
+FAULTS = (
+    (lambda image: image.forget("app_trip"), "symbols: app_trip is not there: the interrupts of the drive\n"),
+    (lambda image: image.define("code_start", 0x300000, place=1),
+     "entry: code_start at 0x300000: code_start at 0x33fff6, where"),
+    (lambda image: image.forget("code_start"), "entry: code_start is not there: code_start at 0x33fff6, where"),
+    (lambda image: image.remove("codestart"), "entry: no section codestart: 2 words at 0x33fff6\n"),
+    (lambda image: image.more_segments.append((0x310000, [1, 2, 3])),
+     "segments: segment 8 loads 0x310000..0x310002, from 0x310000 on what no section holds:"),
+    (lambda image: image.add("ramfuncs", CONST, 0x310000, [1, 2]),
+     "memory: section ramfuncs, 0x310000..0x310001: sections that the linker command file gives a place: codestart, "),
+    (lambda image: image.add(".text.2", CODE, 0xD000, [NOP] * 4, load=0x310000),
+     "memory: section .text.2 runs at 0x00d000..0x00d003: FLASH_H_",
+     "code: code of .text.2 runs at 0x00d000..0x00d003: flash sectors H-D, 0x300000..0x327fff or L0-L3,",
+     "stored: .text.2 is loaded at 0x310000 and runs at 0x00d000: such a copy of .TI.ramfunc only"),
+    (lambda image: image.move(".const", 0xD000), "memory: section .const runs at 0x00d000..0x00d00f: FLASH_H_",
+     "stored: .const is loaded at 0x00d000..0x00d00f: flash, 0x300000..0x33ffff\n"),
+    (lambda image: image.move(".data", 0x9000), "memory: section .data runs at 0x009000..0x00903f: L4_L7,",
+     "variables: .data, 0x009000..0x00903f: L4-L7, 0x00c000..0x00ffff\n"),
+    (lambda image: image.add(".text.2", CODE, 0x33FFF8, [0] * 8), "memory: section .text.2 runs at 0x33fff8..0x33ffff:",
+     "code: code of .text.2 runs at 0x33fff8..0x33ffff:",
+     "reserved: .text.2, 0x33fff8..0x33ffff, reaches into the CSM password words, 0x33fff8..0x33ffff: nothing there\n",
+     "sectors: .text.2, 0x33fff8..0x33ffff, reaches into flash sector A, 0x338000..0x33ffff: codestart only\n"),
+    (lambda image: image.move(".const", 0x33FF80), "memory: section .const runs at",
+     "reserved: .const, 0x33ff80..0x33ff8f, reaches into "
+     "the words of the code security module that must stay free, 0x33ff80..0x33fff5:",
+     "sectors: .const, 0x33ff80..0x33ff8f, reaches into flash sector A,"),
+    (lambda image: image.move(".data", 0x6800), "memory: section .data runs at", "variables: .data, 0x006800",
+     "reserved: .data, 0x006800..0x00683f, reaches into the peripheral frame 1, 0x006000..0x006fff: nothing there\n"),
+    (lambda image: image.remove(".stack"), "stack: 0 sections .stack: one\n"),
+    (lambda image: image.move(".stack", 0x010000), "memory: section .stack runs at 0x010000..0x0106ff: M0_M1,",
+     "stack: .stack, 0x010000..0x0106ff: up to 0x00ffff: the stack pointer has 16 bits\n"),
+    (lambda image: image.define("__TI_STACK_SIZE", 0xE00, NOTYPE),
+     "stack: __TI_STACK_SIZE = 0xe00: 0x700, the words of .stack\n"),
+    (lambda image: image.define("board_on", 0, NOTYPE, GLOBAL, UNDEFINED), "undefined: board_on is undefined: all defined\n"),
+    (lambda image: image.define("board_on", 0, NOTYPE, WEAK, UNDEFINED), "undefined: board_on is undefined: all defined\n"),
+    (lambda image: image.add(".sysmem", VARIABLE, 0xC300, 0x40), "heap: .sysmem, 0x00c300..0x00c33f: no heap\n"),
+    (lambda image: image.add(".cio", VARIABLE, 0xC300, 0x120), "memory: section .cio,",
+     "console: .cio, 0x00c300..0x00c41f: no console of the library\n"),
+)
+
+
 class CheckImage(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
@@ -219,6 +254,13 @@ class CheckImage(unittest.TestCase):
         status, told = self.check(elf, *options)
         self.assertEqual(status, 0, told)
         return told
+
+    def test_each_fault_is_named(self):
+        for spoil, *texts in FAULTS:
+            with self.subTest(texts[0]):
+                elf = good()
+                spoil(elf)
+                self.assert_breach(elf, *texts)
 
     # Images that are right
 
@@ -294,23 +336,11 @@ class CheckImage(unittest.TestCase):
         self.assertIn("symbols: no symbol table: an image that was not stripped", told)
         self.assertIn("not made: interrupt (no symbol table), calls (no symbol table)", told)
 
-    def test_an_image_without_the_interrupt(self):
-        self.image.forget("app_trip")
-        self.assert_breach(self.image, "symbols: app_trip is not there: the interrupts of the drive\n")
-
     # The entry
 
     def test_an_entry_point_that_is_not_the_boot_roms(self):
         self.image.entry = 0x300000
         self.assert_breach(self.image, "entry: entry point 0x300000: code_start at 0x33fff6, where the boot ROM jumps to\n")
-
-    def test_code_start_elsewhere(self):
-        self.image.define("code_start", 0x300000, place=1)
-        self.assert_breach(self.image, "entry: code_start at 0x300000: code_start at 0x33fff6, where")
-
-    def test_no_code_start(self):
-        self.image.forget("code_start")
-        self.assert_breach(self.image, "entry: code_start is not there: code_start at 0x33fff6, where")
 
     def test_an_image_for_a_debugger(self):
         """All of it in RAM, where a reset loses it."""
@@ -337,20 +367,12 @@ class CheckImage(unittest.TestCase):
         self.image.section("codestart").contents = lb(0x310000)
         self.assert_breach(self.image, "entry: its branch leads to 0x310000: code of this image\n")
 
-    def test_no_section_of_the_entry(self):
-        self.image.remove("codestart")
-        self.assert_breach(self.image, "entry: no section codestart: 2 words at 0x33fff6\n")
-
     # Segments
 
     def test_a_gap_that_is_too_long_for_alignment(self):
         self.join_constants(5)
         self.assert_breach(self.image, "segments: segment 2 loads 0x300100..0x300117, from 0x300103 on what no section holds: "
                                        "segments made of sections")
-
-    def test_contents_without_a_section(self):
-        self.image.more_segments.append((0x310000, [1, 2, 3]))
-        self.assert_breach(self.image, "segments: segment 8 loads 0x310000..0x310002, from 0x310000 on what no section holds:")
 
     def test_contents_without_a_segment(self):
         self.image.section(".const").in_segment = False
@@ -376,27 +398,6 @@ class CheckImage(unittest.TestCase):
         self.assert_breach(self.image, "memory: section .data runs at 0x00bff0..0x00c02f: L4_L7, 0x00c000..0x00ffff\n",
                            "variables: .data, 0x00bff0..0x00c02f: L4-L7, 0x00c000..0x00ffff\n")
 
-    def test_a_section_that_the_command_file_does_not_place(self):
-        self.image.add("ramfuncs", CONST, 0x310000, [1, 2])
-        self.assert_breach(self.image, "memory: section ramfuncs, 0x310000..0x310001: sections that the linker command file "
-                                       "gives a place: codestart, ")
-
-    def test_code_in_memory_for_data(self):
-        self.image.add(".text.2", CODE, 0xD000, [NOP] * 4, load=0x310000)
-        self.assert_breach(self.image, "memory: section .text.2 runs at 0x00d000..0x00d003: FLASH_H_",
-                           "code: code of .text.2 runs at 0x00d000..0x00d003: flash sectors H-D, 0x300000..0x327fff or L0-L3,",
-                           "stored: .text.2 is loaded at 0x310000 and runs at 0x00d000: such a copy of .TI.ramfunc only")
-
-    def test_constants_that_a_reset_loses(self):
-        self.image.move(".const", 0xD000)
-        self.assert_breach(self.image, "memory: section .const runs at 0x00d000..0x00d00f: FLASH_H_",
-                           "stored: .const is loaded at 0x00d000..0x00d00f: flash, 0x300000..0x33ffff\n")
-
-    def test_variables_in_the_program_ram(self):
-        self.image.move(".data", 0x9000)
-        self.assert_breach(self.image, "memory: section .data runs at 0x009000..0x00903f: L4_L7,",
-                           "variables: .data, 0x009000..0x00903f: L4-L7, 0x00c000..0x00ffff\n")
-
     def test_variables_with_contents(self):
         self.image.section(".data").contents = [7] * 0x40
         self.image.section(".data").load = 0x310000
@@ -416,21 +417,6 @@ class CheckImage(unittest.TestCase):
 
     # What must stay free
 
-    def test_contents_in_the_password(self):
-        self.image.add(".text.2", CODE, 0x33FFF8, [0] * 8)
-        self.assert_breach(self.image, "memory: section .text.2 runs at 0x33fff8..0x33ffff:",
-                           "code: code of .text.2 runs at 0x33fff8..0x33ffff:",
-                           "reserved: .text.2, 0x33fff8..0x33ffff, reaches into the CSM password words, 0x33fff8..0x33ffff: "
-                           "nothing there\n",
-                           "sectors: .text.2, 0x33fff8..0x33ffff, reaches into flash sector A, 0x338000..0x33ffff: codestart "
-                           "only\n")
-
-    def test_contents_in_the_words_of_the_security_module(self):
-        self.image.move(".const", 0x33FF80)
-        self.assert_breach(self.image, "memory: section .const runs at", "reserved: .const, 0x33ff80..0x33ff8f, reaches into "
-                           "the words of the code security module that must stay free, 0x33ff80..0x33fff5:",
-                           "sectors: .const, 0x33ff80..0x33ff8f, reaches into flash sector A,")
-
     def test_a_load_image_in_sector_a(self):
         self.image.section(".TI.ramfunc").load = 0x338000
         self.image.define("ramfunc_load_start", 0x338000, NOTYPE)
@@ -443,11 +429,6 @@ class CheckImage(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("lagless.out: sectors: .const, 0x330000..0x33000f, reaches into flash sectors C and B, 0x328000..0x337fff: "
                       "nothing: they are kept for parameters\n", told)
-
-    def test_variables_in_the_registers(self):
-        self.image.move(".data", 0x6800)
-        self.assert_breach(self.image, "memory: section .data runs at", "variables: .data, 0x006800", "reserved: .data, "
-                           "0x006800..0x00683f, reaches into the peripheral frame 1, 0x006000..0x006fff: nothing there\n")
 
     def test_tables_that_would_be_written_into_the_boot_rom(self):
         tables = self.image.section("FPUmathTables")
@@ -506,37 +487,12 @@ class CheckImage(unittest.TestCase):
 
     # The stack
 
-    def test_no_stack(self):
-        self.image.remove(".stack")
-        self.assert_breach(self.image, "stack: 0 sections .stack: one\n")
-
     def test_a_stack_that_is_too_small(self):
         self.image.section(".stack").contents = 0x6FF
         self.image.define("__TI_STACK_SIZE", 0x6FF, NOTYPE)
         self.assert_breach(self.image, "stack: .stack has 0x6ff words: at least 0x700\n")
 
-    def test_a_stack_where_sp_does_not_reach(self):
-        self.image.move(".stack", 0x010000)
-        self.assert_breach(self.image, "memory: section .stack runs at 0x010000..0x0106ff: M0_M1,",
-                           "stack: .stack, 0x010000..0x0106ff: up to 0x00ffff: the stack pointer has 16 bits\n")
-
-    def test_a_stack_of_another_size_than_the_linker_says(self):
-        self.image.define("__TI_STACK_SIZE", 0xE00, NOTYPE)
-        self.assert_breach(self.image, "stack: __TI_STACK_SIZE = 0xe00: 0x700, the words of .stack\n")
-
     # What is linked
-
-    def test_a_symbol_that_nobody_defines(self):
-        self.image.define("board_on", 0, NOTYPE, GLOBAL, UNDEFINED)
-        self.assert_breach(self.image, "undefined: board_on is undefined: all defined\n")
-
-    def test_a_weak_symbol_of_ours_that_nobody_defines(self):
-        self.image.define("board_on", 0, NOTYPE, WEAK, UNDEFINED)
-        self.assert_breach(self.image, "undefined: board_on is undefined: all defined\n")
-
-    def test_a_heap(self):
-        self.image.add(".sysmem", VARIABLE, 0xC300, 0x40)
-        self.assert_breach(self.image, "heap: .sysmem, 0x00c300..0x00c33f: no heap\n")
 
     def test_a_heap_by_its_functions(self):
         for name in ("malloc", "calloc", "realloc", "free", "memalign"):
@@ -558,10 +514,6 @@ class CheckImage(unittest.TestCase):
                 elf = good()
                 elf.define(name, 0x300008, place=1)
                 self.assert_breach(elf, f"console: {name} is linked: no console of the library\n")
-
-    def test_the_memory_of_a_console(self):
-        self.image.add(".cio", VARIABLE, 0xC300, 0x120)
-        self.assert_breach(self.image, "memory: section .cio,", "console: .cio, 0x00c300..0x00c41f: no console of the library\n")
 
     def test_names_that_are_no_console(self):
         for name in ("app_read", "hal_output", "params_print", "sprint", "_lock", "abort", "exit", "memcpy"):
@@ -631,8 +583,7 @@ class CallGraph(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name).resolve()
-        subprocess.run(["cmake", "--preset", "f28335-flash", "-B", cls.folder / "build", "-DLAGLESS_GATES=active_high"],
-                       cwd=ROOT, env=stand_in.install(cls.folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+        cls.commands = chip_build.Build(chip_build.folder()).folder
 
     @classmethod
     def tearDownClass(cls):
@@ -642,18 +593,18 @@ class CallGraph(unittest.TestCase):
         elf.write(self.folder / "lagless.out")
         told = io.StringIO()
         with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
-            status = checker.main([str(self.folder / "lagless.out"), "--call-graph", str(graph), "--cc", CC])
+            status = checker.main([str(self.folder / "lagless.out"), "--call-graph", str(graph), "--cc", graphs.CC])
         return status, told.getvalue()
 
     def test_the_functions_of_this_tree(self):
-        status, told = self.check(good(), self.folder / "build")
+        status, told = self.check(good(), self.commands)
         self.assertEqual(status, 0, told)
         self.assertRegex(told, r"17 of 17 checks passed; 4 of the interrupt's \d{3} functions have a symbol")
 
     def test_a_function_of_this_tree_in_flash(self):
         elf = good()
         elf.define("drive_step", 0x300008, place=1)
-        status, told = self.check(elf, self.folder / "build/compile_commands.json")
+        status, told = self.check(elf, self.commands / "compile_commands.json")
         self.assertEqual(status, 1, told)
         self.assertIn("interrupt: drive_step at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", told)
 
@@ -663,9 +614,9 @@ class CallGraph(unittest.TestCase):
         elf.define("drive.asm", 0, FILE, LOCAL)
         elf.define("unexpected", 0x300008, FUNC, LOCAL, 1, 8)
         elf.define("interrupts.asm", 0, FILE, LOCAL)
-        self.assertEqual(self.check(elf, self.folder / "build")[0], 0)
+        self.assertEqual(self.check(elf, self.commands)[0], 0)
         elf.define("unexpected", 0x300010, FUNC, LOCAL, 1, 8)
-        status, told = self.check(elf, self.folder / "build")
+        status, told = self.check(elf, self.commands)
         self.assertEqual(status, 1, told)
         self.assertIn("interrupt: unexpected of hal/f28335/interrupts.c at 0x300010: .TI.ramfunc, ", told)
         self.assertNotIn("0x300008", told)
@@ -701,4 +652,4 @@ class CallGraph(unittest.TestCase):
 if __name__ == "__main__":
     if checker.ELFFile is None:
         sys.exit(f"pyelftools is missing for {sys.executable}: tools/setup installs it (Debian: python3-pyelftools)")
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

@@ -1,51 +1,116 @@
 #!/usr/bin/env python3
 """tools/check-linker on this tree, which must pass, and on copies of it with one thing broken, which must be named.
 
-usage: test_check_linker.py [unittest options]
+usage: test_check_linker.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
 CC names a GCC, for the call graph.
 """
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
-import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
+import chip_build
 import graphs
-import stand_in
+from chip_build import ROOT, run
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 FLASH = "linker/f28335_flash.cmd"
 IN_FLASH = "linker/interrupt_in_flash.txt"
 COMMANDS = "compile_commands.json"
-CC = os.environ.get("CC", "gcc")
 
-loader = importlib.machinery.SourceFileLoader("check_linker", str(ROOT / "tools/check-linker"))
-checker = importlib.util.module_from_spec(importlib.util.spec_from_loader("check_linker", loader))
-loader.exec_module(checker)
-
-
+checker = graphs.tool("check-linker")
 graphs.remember(checker)
+
+
+# What is changed, by a pattern that fits one place of a file, and what is told of it.
+BREACHES = (
+    (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000", "f28335_flash.cmd:",
+     "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff"),
+    (FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x009000, length = 0x000400",
+     "overlap: M0_M1 begins at 0x009000, in L0_L3, which ends at 0x00bfff"),
+    (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00C000, length = 0x005000",
+     "region: L4_L7, 0x00c000..0x010fff, is not in one memory of the chip"),
+    (FLASH, "origin = 0x008000, length = 0x004000", "origin = 0x008000, length = 0x004001",
+     "region: L0_L3, 0x008000..0x00c000, is not in one memory of the chip"),
+    (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x006000, length = 0x001800",
+     "region: L4_L7, 0x006000..0x0077ff, reaches into: peripheral frame 1, peripheral frame 2"),
+    (FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x00004F, length = 0x0007B1",
+     "region: M0_M1, 0x00004f..0x0007ff, reaches into: boot ROM's own data and stack"),
+    (FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x338000, length = 0x008000",
+     "reaches into: words of the code security module that must stay free, CSM password words"),
+    (FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x338000, length = 0x007F81",
+     "FLASH_H_D, 0x338000..0x33ff80, reaches into: words of the code security module that must stay free\n"),
+    (FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x300000, length = 0x028001",
+     "region: FLASH_H_D, 0x300000..0x328000, reaches into: sectors C and B, kept for stored parameters"),
+    (FLASH, r"\.text         : > FLASH_H_D", ".text         : > M0_M1",
+     "prefetch: M0_M1 ends at 0x0007ff and holds section .text"),
+    (FLASH, r"\n    \.switch ", "\n    .swich ", "missing: section .switch has no place", "unknown: section .swich"),
+    (FLASH, r"\.const        : > FLASH_H_D", ".const        : > L4_L7",
+     "place: section .const is in L4_L7, must be in flash: it must be there after a reset"),
+    (FLASH, r"\.text         : > FLASH_H_D", ".text         : >> L0_L3 | L4_L7",
+     "place: section .text is in L0_L3, must be in flash: it must be there after a reset",
+     "place: section .text is in L4_L7, must be in flash"),
+    (FLASH, r"\.bss          : > L4_L7", ".bss          : > FLASH_H_D",
+     "place: section .bss is in FLASH_H_D, must be in M0 and M1 or L0-L3 or L4-L7: it is written"),
+    (FLASH, "RUN = L0_L3", "RUN = L4_L7", "place: section .TI.ramfunc is in L4_L7, must be in L0-L3"),
+    (FLASH, r"\*\(\.TI\.ramfunc\) ", "*(ramfuncs) ",
+     "inputs: section .TI.ramfunc does not collect * ( .TI.ramfunc ), which the interrupt runs"),
+    (FLASH, r" -l rts2800_fpu32_fast_supplement_eabi\.lib\(\.text\)", "", "f28335_flash.cmd:",
+     "does not collect -l rts2800_fpu32_fast_supplement_eabi.lib ( .text )"),
+    (FLASH, r"\.data         : > L4_L7", ".data         : > L8",
+     "region: section .data goes to L8, which MEMORY does not have"),
+    (FLASH, ", TYPE = NOLOAD", "", "place: section FPUmathTables must be TYPE = NOLOAD"),
+    (FLASH, "origin = 0x3FEBDC", "origin = 0x3FEB50",
+     "place: section FPUmathTables is at 0x3feb50, the boot ROM has it at 0x3febdc"),
+    (FLASH, "origin = 0x33FFF6, length = 0x000002", "origin = 0x337FFE, length = 0x000002",
+     "entry: codestart is at 0x337ffe, 2 words; the boot ROM jumps to 0x33fff6, where 2 words are free"),
+    ("hal/f28335/codestart.asm", "code_start: LB ", "code_start: NOP\n            LB ",
+     "entry: section codestart must be one long branch (LB), 2 words; it has 2 instructions"),
+    ("hal/f28335/codestart.asm", "0068h", "0028h", "entry: watchdog_off does not stop the watchdog: WDCR 0x7029 = 0x0068"),
+    ("hal/f28335/codestart.asm", "LB      _c_int00", "NOP",
+     "entry: watchdog_off does not end in the run-time library's start-up: LB _c_int00"),
+    ("firmware/app/main.c", r" *hal_boot\(\);\n", "",
+     "firmware/app/main.c:7: copy: main does not call hal_boot: what runs from RAM"),
+    ("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n",
+     "copy: main calls app_start before hal_boot, which brings the code to RAM"),
+    (FLASH, r"LOAD_SIZE\(ramfunc_load_size\), ", "",
+     "copy: section .TI.ramfunc has no LOAD_SIZE symbol for the start-up to copy it by"),
+    (FLASH, r", RUN_SIZE\(stack_size\)", "", "stack: section .stack has no RUN_SIZE symbol for the look at its end"),
+    (FLASH, "ramfunc_run_start", "ramfunc_start",
+     "copy: hal_boot does not use ramfunc_start, the RUN_START symbol of linker/f28335_flash.cmd"),
+    (FLASH, r"\.const        : > FLASH_H_D", ".const        : LOAD = FLASH_H_D, RUN = L4_L7",
+     "copy: section .const runs elsewhere than where it is loaded, and nobody copies it"),
+    ("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n"
+     "    (void)params_check(&app->staged, 0);\n", "firmware/drive/judgement.c:", "params_check stays in flash",
+     "app_interrupt -> params_check"),
+    ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "
+     "app->drive.period = (uint32_t)sinf((float)app->drive.period);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
+     "calls: sinf is the library's and stays in flash: app_trip -> sinf"),
+    ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n",
+     "    void (*volatile trip)(drive_t *) = drive_trip;\n    trip(&app->drive);\n",
+     "calls: a call through a pointer cannot be followed: app_trip -> __indirect_call"),
+    ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "
+     "unsigned long);\n    memcpy(&app->staged, &app->drive, 2);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
+     "memcpy is the library's and stays in flash: app_trip -> memcpy"),
+    ("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody", 'hal/f28335/codestart.asm:',
+     'unresolved symbol "nobody"'),
+    ("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn", "hal/f28335/wait.c: ", "gives no call graph"),
+    (FLASH, "SECTIONS\n", "GROUP\n", "f28335_flash.cmd:", "'GROUP' where MEMORY or SECTIONS should stand"),
+)
 
 
 class CheckLinker(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.temporary.name).resolve()
-        cls.root = folder / "tree"
-        subprocess.run(["cmake", "--preset", "f28335-flash", "-B", folder / "build", "-DLAGLESS_GATES=active_high"],
-                       cwd=ROOT, env=stand_in.install(folder / "tools"), stdout=subprocess.DEVNULL, check=True)
+        cls.root = pathlib.Path(cls.temporary.name).resolve() / "tree"
         for name in ("firmware", "hal", "linker"):
             shutil.copytree(ROOT / name, cls.root / name)
-        commands = (folder / "build" / COMMANDS).read_text(encoding="utf-8").replace(str(ROOT), str(cls.root))
+        commands = (chip_build.Build(chip_build.folder()).folder / COMMANDS).read_text(encoding="utf-8").replace(str(ROOT), str(cls.root))
         (cls.root / COMMANDS).write_text(commands, encoding="utf-8")
 
     @classmethod
@@ -72,7 +137,7 @@ class CheckLinker(unittest.TestCase):
         self.write(name, re.sub(old, lambda _: new, text))
 
     def words(self):
-        return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", CC]
+        return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", graphs.CC]
 
     def check(self):
         """(exit status, what it printed)"""
@@ -88,55 +153,29 @@ class CheckLinker(unittest.TestCase):
             self.assertIn(text, told)
 
     def test_this_tree_passes(self):
-        told = subprocess.run([sys.executable, "-B", str(ROOT / "tools/check-linker"), *self.words()],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        self.assertEqual(told.returncode, 0, told.stdout)
-        self.assertRegex(told.stdout, r"^linker/f28335_flash.cmd: fits the chip; \d{3} functions of \d\d "
+        status, told = self.check()
+        self.assertEqual(status, 0, told)
+        self.assertRegex(told, r"^linker/f28335_flash.cmd: fits the chip; \d{3} functions of \d\d "
                          r"sources must run from RAM, and do; \d{3} of the interrupt's stay in flash, by linker/interrupt_in_flash.txt"
                          r"\nevery name is there once; of the library: _c_int00, ")
 
+    def test_the_program_itself_asks_for_the_command_lines(self):
+        told = run(sys.executable, "-B", ROOT / "tools/check-linker")
+        self.assertEqual(told.returncode, 2)
+        self.assertIn("--commands", told.stdout)
+
+    def test_each_breach_is_named(self):
+        for name, old, new, *texts in BREACHES:
+            with self.subTest(texts[0]):
+                self.change(name, old, new)
+                self.assert_breach(*texts)
+            self.doCleanups()
+
     # The memory map
-
-    def test_ranges_that_overlap(self):
-        self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000")
-        self.assert_breach("f28335_flash.cmd:", "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff")
-
-    def test_ranges_that_overlap_far_apart_in_the_file(self):
-        self.change(FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x009000, length = 0x000400")
-        self.assert_breach("overlap: M0_M1 begins at 0x009000, in L0_L3, which ends at 0x00bfff")
-
-    def test_a_range_outside_the_chip(self):
-        self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00C000, length = 0x005000")
-        self.assert_breach("region: L4_L7, 0x00c000..0x010fff, is not in one memory of the chip")
-
-    def test_a_range_over_two_memories(self):
-        self.change(FLASH, "origin = 0x008000, length = 0x004000", "origin = 0x008000, length = 0x004001")
-        self.assert_breach("region: L0_L3, 0x008000..0x00c000, is not in one memory of the chip")
-
-    def test_variables_in_the_registers(self):
-        self.change(FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x006000, length = 0x001800")
-        self.assert_breach("region: L4_L7, 0x006000..0x0077ff, reaches into: peripheral frame 1, peripheral frame 2")
-
-    def test_ram_of_the_boot_rom(self):
-        self.change(FLASH, "origin = 0x000050, length = 0x0007B0", "origin = 0x00004F, length = 0x0007B1")
-        self.assert_breach("region: M0_M1, 0x00004f..0x0007ff, reaches into: boot ROM's own data and stack")
-
-    def test_code_in_the_password_words(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x338000, length = 0x008000")
-        self.assert_breach("reaches into: words of the code security module that must stay free, CSM password words")
-
-    def test_code_in_the_reserved_words(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x338000, length = 0x007F81")
-        self.assert_breach("FLASH_H_D, 0x338000..0x33ff80, reaches into: words of the code security module that must "
-                           "stay free\n")
 
     def test_flash_up_to_the_reserved_words_is_allowed(self):
         self.change(FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x338000, length = 0x007F80")
         self.assertEqual(self.check()[0], 0)
-
-    def test_code_in_the_sector_of_the_stored_parameters(self):
-        self.change(FLASH, "origin = 0x300000, length = 0x028000", "origin = 0x300000, length = 0x028001")
-        self.assert_breach("region: FLASH_H_D, 0x300000..0x328000, reaches into: sectors C and B, kept for stored parameters")
 
     def test_code_up_to_the_end_of_memory(self):
         self.change(FLASH, "RUN = L0_L3", "RUN = L4_L7")
@@ -147,10 +186,6 @@ class CheckLinker(unittest.TestCase):
                 self.assert_breach(f"f28335_flash.cmd:12: prefetch: L4_L7 ends at {last:#08x} and holds section .TI.ramfunc: "
                                    "behind its memory nothing can be fetched, so it must end 8 words before")
 
-    def test_code_in_the_last_words_below_the_registers(self):
-        self.change(FLASH, r"\.text         : > FLASH_H_D", ".text         : > M0_M1")
-        self.assert_breach("prefetch: M0_M1 ends at 0x0007ff and holds section .text")
-
     # Sections
 
     def test_a_missing_section(self):
@@ -159,95 +194,13 @@ class CheckLinker(unittest.TestCase):
                 self.change(FLASH, rf"\n    {name} +:[^\n]*", "")
                 self.assert_breach(f"missing: section {name.replace(chr(92), '')} has no place")
 
-    def test_a_section_that_it_does_not_know(self):
-        self.change(FLASH, r"\n    \.switch ", "\n    .swich ")
-        self.assert_breach("missing: section .switch has no place", "unknown: section .swich")
-
-    def test_constants_in_ram_of_a_flash_image(self):
-        self.change(FLASH, r"\.const        : > FLASH_H_D", ".const        : > L4_L7")
-        self.assert_breach("place: section .const is in L4_L7, must be in flash: it must be there after a reset")
-
-    def test_code_in_ram_that_a_reset_loses(self):
-        self.change(FLASH, r"\.text         : > FLASH_H_D", ".text         : >> L0_L3 | L4_L7")
-        self.assert_breach("place: section .text is in L0_L3, must be in flash: it must be there after a reset",
-                           "place: section .text is in L4_L7, must be in flash")
-
-    def test_variables_in_flash(self):
-        self.change(FLASH, r"\.bss          : > L4_L7", ".bss          : > FLASH_H_D")
-        self.assert_breach("place: section .bss is in FLASH_H_D, must be in M0 and M1 or L0-L3 or L4-L7: it is written")
-
-    def test_the_interrupt_in_ram_with_wait_states(self):
-        self.change(FLASH, "RUN = L0_L3", "RUN = L4_L7")
-        self.assert_breach("place: section .TI.ramfunc is in L4_L7, must be in L0-L3")
-
-    def test_marked_functions_that_are_not_collected(self):
-        self.change(FLASH, r"\*\(\.TI\.ramfunc\) ", "*(ramfuncs) ")
-        self.assert_breach("inputs: section .TI.ramfunc does not collect * ( .TI.ramfunc ), which the interrupt runs")
-
-    def test_a_division_in_flash(self):
-        self.change(FLASH, r" -l rts2800_fpu32_fast_supplement_eabi\.lib\(\.text\)", "")
-        self.assert_breach("f28335_flash.cmd:", "does not collect -l rts2800_fpu32_fast_supplement_eabi.lib ( .text )")
-
-    def test_an_unknown_range(self):
-        self.change(FLASH, r"\.data         : > L4_L7", ".data         : > L8")
-        self.assert_breach("region: section .data goes to L8, which MEMORY does not have")
-
-    def test_boot_rom_tables_that_would_be_written(self):
-        self.change(FLASH, ", TYPE = NOLOAD", "")
-        self.assert_breach("place: section FPUmathTables must be TYPE = NOLOAD")
-
-    def test_boot_rom_tables_at_another_place(self):
-        self.change(FLASH, "origin = 0x3FEBDC", "origin = 0x3FEB50")
-        self.assert_breach("place: section FPUmathTables is at 0x3feb50, the boot ROM has it at 0x3febdc")
-
     # Entry
 
-    def test_an_entry_where_nobody_jumps_to(self):
-        self.change(FLASH, "origin = 0x33FFF6, length = 0x000002", "origin = 0x337FFE, length = 0x000002")
-        self.assert_breach("entry: codestart is at 0x337ffe, 2 words; the boot ROM jumps to 0x33fff6, "
-                           "where 2 words are free")
-
-    def test_an_entry_that_is_longer_than_its_place(self):
-        self.change("hal/f28335/codestart.asm", "code_start: LB ", "code_start: NOP\n            LB ")
-        self.assert_breach("entry: section codestart must be one long branch (LB), 2 words; it has 2 instructions")
-
-    def test_a_watchdog_that_runs_on(self):
-        self.change("hal/f28335/codestart.asm", "0068h", "0028h")
-        self.assert_breach("entry: watchdog_off does not stop the watchdog: WDCR 0x7029 = 0x0068")
-
-    def test_an_entry_that_leads_nowhere(self):
-        self.change("hal/f28335/codestart.asm", "LB      _c_int00", "NOP")
-        self.assert_breach("entry: watchdog_off does not end in the run-time library's start-up: LB _c_int00")
-
     # The copy to RAM
-
-    def test_ramfuncs_that_nobody_copies(self):
-        self.change("firmware/app/main.c", r" *hal_boot\(\);\n", "")
-        self.assert_breach("firmware/app/main.c:7: copy: main does not call hal_boot: what runs from RAM")
-
-    def test_a_copy_that_comes_too_late(self):
-        self.change("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n")
-        self.assert_breach("copy: main calls app_start before hal_boot, which brings the code to RAM")
 
     def test_a_copy_that_runs_from_ram_itself(self):
         self.in_ram("hal/f28335/boot.c")
         self.assert_breach("hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot")
-
-    def test_a_section_without_the_symbols_of_the_copy(self):
-        self.change(FLASH, r"LOAD_SIZE\(ramfunc_load_size\), ", "")
-        self.assert_breach("copy: section .TI.ramfunc has no LOAD_SIZE symbol for the start-up to copy it by")
-
-    def test_a_stack_whose_end_nobody_knows(self):
-        self.change(FLASH, r", RUN_SIZE\(stack_size\)", "")
-        self.assert_breach("stack: section .stack has no RUN_SIZE symbol for the look at its end")
-
-    def test_symbols_that_the_copy_does_not_use(self):
-        self.change(FLASH, "ramfunc_run_start", "ramfunc_start")
-        self.assert_breach("copy: hal_boot does not use ramfunc_start, the RUN_START symbol of linker/f28335_flash.cmd")
-
-    def test_another_section_that_needs_a_copy(self):
-        self.change(FLASH, r"\.const        : > FLASH_H_D", ".const        : LOAD = FLASH_H_D, RUN = L4_L7")
-        self.assert_breach("copy: section .const runs elsewhere than where it is loaded, and nobody copies it")
 
     # The interrupt's call tree
 
@@ -282,21 +235,6 @@ class CheckLinker(unittest.TestCase):
         self.listed_in_flash("hal/f28335/wait.c")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 
-    def test_a_new_call_into_the_background(self):
-        self.change("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n"
-                    "    (void)params_check(&app->staged, 0);\n")
-        self.assert_breach("firmware/drive/judgement.c:", "params_check stays in flash", "app_interrupt -> params_check")
-
-    def test_a_library_function_in_the_interrupt(self):
-        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "
-                    "app->drive.period = (uint32_t)sinf((float)app->drive.period);\n    drive_trip(&app->drive);\n")
-        self.assert_breach("firmware/app/app.c:", "calls: sinf is the library's and stays in flash: app_trip -> sinf")
-
-    def test_a_call_through_a_pointer_in_the_interrupt(self):
-        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n",
-                    "    void (*volatile trip)(drive_t *) = drive_trip;\n    trip(&app->drive);\n")
-        self.assert_breach("calls: a call through a pointer cannot be followed: app_trip -> __indirect_call")
-
     def test_flash_wait_states_set_by_code_in_flash(self):
         self.in_ram("hal/f28335/clock.c", "")
         self.assert_breach("hal/f28335/clock.c:", "set_flash_waits stays in flash")
@@ -308,11 +246,6 @@ class CheckLinker(unittest.TestCase):
     def test_ram_for_what_does_not_need_it(self):
         self.in_ram("firmware/contract/table.c")
         self.assert_breach("firmware/contract/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt")
-
-    def test_a_copy_by_the_library_in_the_interrupt(self):
-        self.change("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "
-                    "unsigned long);\n    memcpy(&app->staged, &app->drive, 2);\n    drive_trip(&app->drive);\n")
-        self.assert_breach("firmware/app/app.c:", "memcpy is the library's and stays in flash: app_trip -> memcpy")
 
     # Names
 
@@ -363,10 +296,6 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach(f'hal/f28335/board.c:{line}: names: error #10234: unresolved symbol "nobody": it is not in our '
                            "sources, not in linker/f28335_flash.cmd")
 
-    def test_a_reference_of_the_entry_that_nobody_defines(self):
-        self.change("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody")
-        self.assert_breach('hal/f28335/codestart.asm:', 'unresolved symbol "nobody"')
-
     def test_a_symbol_that_the_linker_file_does_not_make(self):
         self.append("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n")
         self.assert_breach('unresolved symbol "stack_end"', "not in linker/f28335_flash.cmd")
@@ -389,18 +318,10 @@ class CheckLinker(unittest.TestCase):
         self.write("hal/f28335/sci.c", "int sci;\n")
         self.assert_breach("hal/f28335/sci.c:1: build: is not compiled")
 
-    def test_a_source_that_is_no_c(self):
-        self.change("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn")
-        self.assert_breach("hal/f28335/wait.c: ", "gives no call graph")
-
-    def test_a_linker_file_that_it_cannot_read(self):
-        self.change(FLASH, "SECTIONS\n", "GROUP\n")
-        self.assert_breach("f28335_flash.cmd:", "'GROUP' where MEMORY or SECTIONS should stand")
-
     def test_a_linker_file_that_is_not_there(self):
         self.remove(FLASH)
         self.assert_breach("f28335_flash.cmd")
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

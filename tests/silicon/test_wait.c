@@ -1,6 +1,6 @@
 /* bus_wait() of the chip as it is, hal/f28335/wait.c, with a CPU timer that counts down by some cycles from
  * one look at it to the next, as code that runs takes time. */
-#include <unity.h>
+#include "unity.h"
 
 #include "hal/f28335/bus.h"
 
@@ -19,14 +19,6 @@ static const volatile cpu_timer_regs_t *look(uint32_t number)
 #undef CPU_TIMER
 #define CPU_TIMER(n) look(n)
 #include "hal/f28335/wait.c"
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* What the timer has counted when bus_wait returns, begun at this count. */
 static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
@@ -71,14 +63,4 @@ static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
 static void test_no_cycles_are_no_wait(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_waits_at_least_so_many_cycles_and_hardly_more);
-    RUN_TEST(test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference);
-    RUN_TEST(test_a_timer_that_stands_ends_it_after_as_many_turns);
-    RUN_TEST(test_no_cycles_are_no_wait);
-    return UNITY_END();
 }

@@ -15,7 +15,7 @@ def complaints(left_out, unit):
     for file, name in rows:
         if rows.count((file, name)) > 1:
             found.append(f"{file}: {name}: twice")
-        if f"RUN_TEST({name});" not in unit.get(file, ""):
+        if f"static void {name}(void)\n" not in unit.get(file, ""):
             found.append(f"{file} has no test {name}")
     return found
 

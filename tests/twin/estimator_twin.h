@@ -142,14 +142,9 @@ static inline bool twin_skips(const char *test)
 {
     static const char *const skipped[] = {
         /* of smo.h, lag.h and pll.h alone */
-        "test_corrected_lag_is_the_phase_of_the_continuous_observer",
         "test_gain_of_the_sign_is_the_same_in_all_quadrants",
-        "test_filter_lets_its_share_of_a_turn_through",
-        "test_filter_lets_its_share_of_a_length_through",
         "test_filter_is_switched_while_it_runs",
-        "test_without_feedforward_it_is_conventional_bit_for_bit",
         /* samples beyond the formats: ESTIMATOR_SAMPLE here */
-        "test_integrators_end_at_their_limits",
         "test_criterion_switched_off_is_not_judged",
         /* halves are rounded upward: the mirror image of chatter differs by a count, and then altogether */
         "test_backward_is_the_mirror_of_forward_with_the_sign",

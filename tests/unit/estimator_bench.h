@@ -21,27 +21,13 @@
 #include "tests/oracle/estimator_oracle.h"
 #include "tests/oracle/pll_oracle.h"
 #include "tests/oracle/smo_oracle.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/machines.h"
 
-#define T           1e-4
-#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
-#define PSI         0.183
-#define RATED       4.55 /* [A] of the paper's machine at 5 N m */
-#define FLOAT_MEAN  0.03 /* [mrad] */
-#define FLOAT_PEAK  0.1  /* [mrad] */
-
-static const struct {
-    double resistance, inductance, flux_linkage, omega_max;
-} MACHINES[] = {{0.95, 0.0125, PSI, 1500.0 * RAD_PER_RPM},
-                {0.2, 0.0008, 0.02, 3000.0},
-                {5.0, 0.03, 0.3, 1000.0},
-                {0.01, 0.0001, 0.008, 3000.0},
-                {30.0, 0.01, 0.05, 2000.0},
-                {50.0, 0.01, 0.05, 6000.0}};
-
-/* The last one, apart from the others, is at the limits: R T/L = 0.5, omega T = 0.6. */
-#define MACHINE_COUNT ((int)(sizeof MACHINES / sizeof MACHINES[0]) - 1)
-#define EXTREME       MACHINE_COUNT
+#define T          1e-4
+#define PSI        0.183
+#define RATED      4.55 /* [A] of the paper's machine at 5 N m */
+#define FLOAT_MEAN 0.03 /* [mrad] */
+#define FLOAT_PEAK 0.1  /* [mrad] */
 
 static estimator_t est;
 static flux_t flux;
@@ -49,15 +35,6 @@ static flux_t flux;
 void setUp(void)
 {
     memset(&est, 0, sizeof est);
-}
-
-void tearDown(void)
-{
-}
-
-static inline ab_t as_float(const double value[2])
-{
-    return (ab_t){(float)value[0], (float)value[1]};
 }
 
 static inline void tune(estimator_params_t *params, double bandwidth, double cutoff)
@@ -68,14 +45,7 @@ static inline void tune(estimator_params_t *params, double bandwidth, double cut
 /* The default: vector sigmoid by the rule (docs/theory.md, 3), exact lag, 2000 rad/s, PLL 200 / 50. */
 static inline estimator_params_t params_of(int machine)
 {
-    double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;
-    estimator_params_t params = {.smo = {.resistance = (float)MACHINES[machine].resistance,
-                                         .inductance = (float)MACHINES[machine].inductance,
-                                         .gain = (float)gain,
-                                         .slope = (float)(1.6 * MACHINES[machine].inductance / (gain * T)),
-                                         .emf_cutoff = 2000.0f,
-                                         .period = (float)T,
-                                         .switching = SMO_SIGMOID_VECTOR},
+    estimator_params_t params = {.smo = observer_of(machine, 2000.0f),
                                  .lag = LAG_EXACT,
                                  .pll = {.amplitude_floor = (float)(11.0 * MACHINES[machine].flux_linkage)},
                                  .flux_linkage = (float)MACHINES[machine].flux_linkage};
@@ -87,10 +57,7 @@ static inline estimator_params_t params_of(int machine)
 static inline estimator_params_t paper_params(lag_mode_t lag)
 {
     estimator_params_t params = params_of(0);
-    params.smo.gain = 200.0f;
-    params.smo.slope = 1.0f;
-    params.smo.emf_cutoff = 0.0f;
-    params.smo.switching = SMO_SIGMOID;
+    params.smo = PAPER;
     params.lag = lag;
     return params;
 }

@@ -12,14 +12,6 @@
 static uint16_t octets[8192];
 static char string[8192];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static const char *string_of(const text_t *text)
 {
     for (uint32_t n = 0; n < text->at; n++) {
@@ -296,18 +288,4 @@ static void test_beyond_its_end_nothing_is_written_and_all_is_counted(void)
     text = text_window(UINT32_MAX - 10u, 63u, octets); /* its end would wrap */
     a2l_write(&a2l, &place, &text);
     TEST_ASSERT_EQUAL_HEX16(0xFFFF, octets[0]);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_floats_read_back_as_they_were);
-    RUN_TEST(test_every_float_is_as_short_as_it_reads_back);
-    RUN_TEST(test_whole_numbers_and_hex);
-    RUN_TEST(test_quotes_are_escaped);
-    RUN_TEST(test_every_row_is_described);
-    RUN_TEST(test_a_board_without_a_serial_line_is_reached_by_tcp_alone);
-    RUN_TEST(test_any_window_shows_its_part_of_the_whole);
-    RUN_TEST(test_beyond_its_end_nothing_is_written_and_all_is_counted);
-    return UNITY_END();
 }

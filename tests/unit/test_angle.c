@@ -5,23 +5,15 @@
 #include <unity.h>
 
 #include "math/angle.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
-static const double PI = 3.14159265358979323846;
 static const double PI_REST = 1.2246467991473532e-16;
 
 /* What is left of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by rounding), the
  * product with the small part of 2 pi (1e-9), and one step of a float where the end of the range is not a
  * float. */
 #define TOLERANCE 4e-7
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* Distance on the circle between wrap(angle) and the angle itself [rad]. */
 static double error_of(float angle)
@@ -120,17 +112,4 @@ static void test_no_number_and_infinity_become_zero(void)
     TEST_ASSERT_TRUE(angle_wrap(NAN) == 0.0f);
     TEST_ASSERT_TRUE(angle_wrap(INFINITY) == 0.0f);
     TEST_ASSERT_TRUE(angle_wrap(-INFINITY) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_wraps_the_whole_range_into_one_turn);
-    RUN_TEST(test_stays_strictly_inside_next_to_every_half_turn);
-    RUN_TEST(test_leaves_what_is_inside_bit_for_bit);
-    RUN_TEST(test_is_idempotent);
-    RUN_TEST(test_floats_next_to_pi_go_to_the_other_side);
-    RUN_TEST(test_limit_of_the_range_below_at_above);
-    RUN_TEST(test_no_number_and_infinity_become_zero);
-    return UNITY_END();
 }

@@ -18,35 +18,14 @@ typedef struct {
     int32_t position;
 } source_t;
 
-#define ROW(number, what, member)                                                                            \
-    {                                                                                                        \
-        .id = (number), .kind = (what), .offset = offsetof(source_t, member), .name = #member, .unit = "-",  \
-        .text = "", .choices = ""                                                                            \
-    }
-#define SLOT(n) ROW(2000u + (n), SLOT_UINT, slot[n])
-static const table_row_t rows[] = {
-    SLOT(0),
-    SLOT(1),
-    SLOT(2),
-    SLOT(3),
-    SLOT(4),
-    SLOT(5),
-    SLOT(6),
-    SLOT(7),
-    SLOT(8),
-    SLOT(9),
-    SLOT(10),
-    SLOT(11),
-    SLOT(12),
-    SLOT(13),
-    SLOT(14),
-    SLOT(15),
-    ROW(2100u, SLOT_FLOAT, speed),
-    ROW(2101u, SLOT_ENUM, state),
-    ROW(2102u, SLOT_UINT, count),
-    ROW(2103u, SLOT_INT, position),
-};
-static const table_t table = {"signals", rows, sizeof rows / sizeof rows[0]};
+static table_row_t rows[SLOTS + 4];
+static const table_t table = {"signals", rows, SLOTS + 4};
+
+static void describe(uint32_t row, uint32_t id, slot_kind_t kind, size_t offset)
+{
+    rows[row] = (table_row_t){
+        .id = id, .kind = kind, .offset = offset, .name = "", .unit = "-", .text = "", .choices = ""};
+}
 
 static const capture_wish_t usual = {
     .on = CAPTURE_ON_FAULT,
@@ -72,12 +51,15 @@ void setUp(void)
     memset(&capture, 0x55, sizeof capture);
     memset(&source, 0, sizeof source);
     period = 0u;
+    for (uint32_t n = 0; n < SLOTS; n++) {
+        describe(n, 2000u + n, SLOT_UINT, offsetof(source_t, slot) + n * sizeof source.slot[0]);
+    }
+    describe(SLOTS, 2100u, SLOT_FLOAT, offsetof(source_t, speed));
+    describe(SLOTS + 1u, 2101u, SLOT_ENUM, offsetof(source_t, state));
+    describe(SLOTS + 2u, 2102u, SLOT_UINT, offsetof(source_t, count));
+    describe(SLOTS + 3u, 2103u, SLOT_INT, offsetof(source_t, position));
     default_tuning = prepared(&usual);
     capture_init(&capture, &default_tuning);
-}
-
-void tearDown(void)
-{
 }
 
 /* Every slot of every period differs from every other. */
@@ -173,26 +155,20 @@ static void test_does_not_follow_what_changes_later(void)
 
 /* ---- a fault ---- */
 
-static void test_fault_of_a_step_holds_with_its_own_period_the_newest(void)
+/* Within a step, before its row, or between two: the newest period is that of the fault. */
+static void test_fault_holds_with_its_own_period_the_newest(void)
 {
-    steps(1000u);
-    capture_trigger(&capture, 1001u); /* within the step, before its row */
-    expect_state(CAPTURE_TRIGGERED);
-    step();
-    expect_state(CAPTURE_HELD);
-    steps(500u);
-    TEST_ASSERT_EQUAL_UINT32(1001u, capture.at);
-    expect_rows(usual.id, 12u, 1001u - USUAL_PERIODS + 1u, 1001u);
-}
-
-static void test_fault_between_two_steps_holds_with_the_one_before(void)
-{
-    steps(1000u);
-    capture_trigger(&capture, 1000u);
-    expect_state(CAPTURE_HELD);
-    steps(500u);
-    TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
-    expect_rows(usual.id, 12u, 1000u - USUAL_PERIODS + 1u, 1000u);
+    for (uint32_t within = 0; within < 2u; within++) {
+        setUp();
+        steps(1000u);
+        capture_trigger(&capture, 1000u + within);
+        expect_state(within != 0u ? CAPTURE_TRIGGERED : CAPTURE_HELD);
+        steps(within);
+        expect_state(CAPTURE_HELD);
+        steps(500u);
+        TEST_ASSERT_EQUAL_UINT32(1000u + within, capture.at);
+        expect_rows(usual.id, 12u, 1000u + within - USUAL_PERIODS + 1u, 1000u + within);
+    }
 }
 
 static void test_reset_empties_what_nobody_asked_for(void)
@@ -291,44 +267,30 @@ static capture_wish_t on_speed(int32_t on, float level)
     return wish;
 }
 
-static void test_value_that_rises_above_triggers_with_its_period(void)
+/* Not at its level, with the first period beyond it; one that is beyond from the start has to come back
+ * first, and what is no number is beyond no level. */
+static void test_value_that_passes_its_level_triggers_with_its_period(void)
 {
-    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
-    arm(&wish);
-    speed_step(9.0f);
-    speed_step(10.0f);
-    expect_state(CAPTURE_ARMED); /* not above */
-    speed_step(nextafterf(10.0f, 11.0f));
-    expect_state(CAPTURE_HELD);
-    TEST_ASSERT_EQUAL_UINT32(3u, capture.at);
-    speed_step(9.0f);
-    expect_rows(usual.id, 12u, 1u, 3u);
-}
-
-static void test_value_that_falls_below_triggers_with_its_period(void)
-{
-    const capture_wish_t wish = on_speed(CAPTURE_ON_BELOW, -2.5f);
-    arm(&wish);
-    speed_step(3.0f);
-    speed_step(-2.5f);
-    expect_state(CAPTURE_ARMED);
-    speed_step(-2.75f);
-    expect_state(CAPTURE_HELD);
-    TEST_ASSERT_EQUAL_UINT32(3u, capture.at);
-}
-
-static void test_value_that_is_beyond_from_the_start_has_to_come_back_first(void)
-{
-    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
-    arm(&wish);
-    speed_step(11.0f);
-    speed_step(12.0f);
-    expect_state(CAPTURE_ARMED);
-    speed_step(9.0f);
-    expect_state(CAPTURE_ARMED);
-    speed_step(11.0f);
-    TEST_ASSERT_EQUAL_UINT32(4u, capture.at);
-    expect_state(CAPTURE_HELD);
+    static const struct {
+        int32_t on;
+        float level, speeds[4]; /* the last one triggers */
+    } cases[] = {{CAPTURE_ON_ABOVE, 10.0f, {8.0f, 9.0f, 10.0f, 10.000001f}},
+                 {CAPTURE_ON_BELOW, -2.5f, {4.0f, 3.0f, -2.5f, -2.75f}},
+                 {CAPTURE_ON_ABOVE, 10.0f, {11.0f, 12.0f, 9.0f, 11.0f}},
+                 {CAPTURE_ON_ABOVE, 10.0f, {8.0f, 9.0f, NAN, INFINITY}}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const capture_wish_t wish = on_speed(cases[n].on, cases[n].level);
+        setUp();
+        arm(&wish);
+        for (size_t k = 0; k < 4u; k++) {
+            expect_state(CAPTURE_ARMED);
+            speed_step(cases[n].speeds[k]);
+        }
+        expect_state(CAPTURE_HELD);
+        TEST_ASSERT_EQUAL_UINT32(4u, capture.at);
+        speed_step(9.0f);
+        expect_rows(usual.id, 12u, 1u, 4u);
+    }
 }
 
 static void test_edge_is_followed_by_as_many_periods_as_asked(void)
@@ -349,49 +311,28 @@ static void test_edge_is_followed_by_as_many_periods_as_asked(void)
     expect_rows(usual.id, 8u, 1001u + 256u - 511u, 1001u + 256u);
 }
 
-static void test_not_a_number_is_beyond_no_level(void)
-{
-    const capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
-    arm(&wish);
-    speed_step(9.0f);
-    speed_step(NAN);
-    expect_state(CAPTURE_ARMED);
-    speed_step(INFINITY);
-    expect_state(CAPTURE_HELD);
-}
-
 /* The sign bit of an int, the upper half of a uint. */
 static void test_whole_values_trigger_by_their_own_kind(void)
 {
-    capture_wish_t wish = on_speed(CAPTURE_ON_BELOW, -1.5f);
-    wish.source = 2103u;
-    arm(&wish);
-    source.position = -1;
-    step();
-    expect_state(CAPTURE_ARMED);
-    source.position = -2;
-    step();
-    expect_state(CAPTURE_HELD);
-
-    wish = on_speed(CAPTURE_ON_ABOVE, 3e9f);
-    wish.source = 2102u;
-    arm(&wish);
-    source.count = UINT32_C(2900000000);
-    step();
-    expect_state(CAPTURE_ARMED);
-    source.count = UINT32_C(3100000000);
-    step();
-    expect_state(CAPTURE_HELD);
-
-    wish = on_speed(CAPTURE_ON_ABOVE, 4.5f);
-    wish.source = 2101u;
-    arm(&wish);
-    source.state = 4;
-    step();
-    expect_state(CAPTURE_ARMED);
-    source.state = 5;
-    step();
-    expect_state(CAPTURE_HELD);
+    static const struct {
+        int32_t on;
+        uint32_t source;
+        float level;
+        uint32_t before, beyond; /* bits of the slot */
+    } cases[] = {{CAPTURE_ON_BELOW, 2103u, -1.5f, UINT32_MAX, UINT32_MAX - 1u},
+                 {CAPTURE_ON_ABOVE, 2102u, 3e9f, UINT32_C(2900000000), UINT32_C(3100000000)},
+                 {CAPTURE_ON_ABOVE, 2101u, 4.5f, 4u, 5u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        capture_wish_t wish = on_speed(cases[n].on, cases[n].level);
+        wish.source = cases[n].source;
+        arm(&wish);
+        table_set_bits(table_by_id(&table, wish.source), &source, cases[n].before);
+        step();
+        expect_state(CAPTURE_ARMED);
+        table_set_bits(table_by_id(&table, wish.source), &source, cases[n].beyond);
+        step();
+        expect_state(CAPTURE_HELD);
+    }
 }
 
 /* ---- command, arming, release ---- */
@@ -485,32 +426,4 @@ static void test_what_a_wish_does_not_use_may_be_anything(void)
     steps(1000u);
     expect_rows(usual.id, 11u, 1000u, 1340u); /* the trigger's own is the oldest */
     TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_begins_idle_and_empty);
-    RUN_TEST(test_keeps_the_last_periods_in_their_order);
-    RUN_TEST(test_each_number_of_columns_has_the_ring_to_itself);
-    RUN_TEST(test_does_not_follow_what_changes_later);
-    RUN_TEST(test_fault_of_a_step_holds_with_its_own_period_the_newest);
-    RUN_TEST(test_fault_between_two_steps_holds_with_the_one_before);
-    RUN_TEST(test_reset_empties_what_nobody_asked_for);
-    RUN_TEST(test_reset_leaves_what_was_asked_for);
-    RUN_TEST(test_goes_on_after_a_fault_for_as_long_as_was_asked);
-    RUN_TEST(test_fault_triggers_whatever_is_waited_for);
-    RUN_TEST(test_fault_of_the_last_periods_changes_nothing);
-    RUN_TEST(test_fault_before_the_first_step_holds_an_empty_ring);
-    RUN_TEST(test_value_that_rises_above_triggers_with_its_period);
-    RUN_TEST(test_value_that_falls_below_triggers_with_its_period);
-    RUN_TEST(test_value_that_is_beyond_from_the_start_has_to_come_back_first);
-    RUN_TEST(test_edge_is_followed_by_as_many_periods_as_asked);
-    RUN_TEST(test_not_a_number_is_beyond_no_level);
-    RUN_TEST(test_whole_values_trigger_by_their_own_kind);
-    RUN_TEST(test_command_triggers_with_the_period_that_is_kept_last);
-    RUN_TEST(test_held_until_armed_anew_or_released);
-    RUN_TEST(test_wish_is_refused_for_what_is_wrong_with_it);
-    RUN_TEST(test_what_a_wish_does_not_use_may_be_anything);
-    return UNITY_END();
 }

@@ -32,10 +32,6 @@ void setUp(void)
     catch_enter(&catching, WHOLE, 0.0f);
 }
 
-void tearDown(void)
-{
-}
-
 static double complex emf_of(double omega, double theta)
 {
     return (double complex)I * omega * PSI * cexp((double complex)I * theta);
@@ -402,30 +398,4 @@ static void test_new_coefficients_act_and_what_was_seen_stays(void)
                      catching.periods == before.periods && catching.omega_e == before.omega_e);
     (void)step(emf_of(100.0, 100.0 * T * 60.0), LINK);
     TEST_ASSERT_DOUBLE_WITHIN(5e-5, 50.0, (double)catching.omega_e);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_turning_rotor_is_caught_with_speed_direction_and_angle);
-    RUN_TEST(test_fast_rotor_is_caught_before_the_catch_is_over);
-    RUN_TEST(test_observer_that_arrives_does_not_make_the_speed_small);
-    RUN_TEST(test_mean_length_begins_with_that_of_2_ms);
-    RUN_TEST(test_speed_becomes_that_of_the_turning_whatever_psi_f);
-    RUN_TEST(test_voltage_error_that_stands_still_is_no_rotor);
-    RUN_TEST(test_rotor_is_caught_beside_such_an_error);
-    RUN_TEST(test_ripple_as_long_as_an_emf_is_no_rotor);
-    RUN_TEST(test_rotor_slower_than_the_least_speed_stands);
-    RUN_TEST(test_emf_beyond_the_link_is_told_within_a_millisecond);
-    RUN_TEST(test_speed_is_that_of_the_start_until_it_is_seen);
-    RUN_TEST(test_voltage_is_the_emf_when_it_acts);
-    RUN_TEST(test_current_takes_every_leg_out_of_doubt);
-    RUN_TEST(test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_axis_then);
-    RUN_TEST(test_current_stays_along_phase_a_without_a_rotor);
-    RUN_TEST(test_current_along_the_d_axis_is_never_the_smaller_one);
-    RUN_TEST(test_angle_is_freed_of_noise);
-    RUN_TEST(test_angle_is_a_quarter_turn_beside_the_emf);
-    RUN_TEST(test_catch_begins_anew);
-    RUN_TEST(test_new_coefficients_act_and_what_was_seen_stays);
-    return UNITY_END();
 }

@@ -13,14 +13,6 @@
 static jmp_buf back;
 static char told[200];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void aborted(int signal_number)
 {
     (void)signal_number;
@@ -63,12 +55,4 @@ static void test_what_holds_says_nothing(void)
 {
     TEST_ASSERT_FALSE(aborts(1));
     TEST_ASSERT_EQUAL_STRING("", told);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_what_fails_says_where_and_aborts);
-    RUN_TEST(test_what_holds_says_nothing);
-    return UNITY_END();
 }

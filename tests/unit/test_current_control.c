@@ -15,14 +15,6 @@ static const current_control_params_t PARAMS = {.resistance = 0.95f,
                                                 .bandwidth = 1000.0f,
                                                 .period = 1e-4f};
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static const dq_t NONE = {0.0f, 0.0f};
 
 static void begin(current_control_t *control, const current_control_params_t *params)
@@ -399,22 +391,4 @@ static void test_axes_stay_decoupled_at_speed_in_both_directions(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.01 + held, 0.0, turning.voltage_d);
         TEST_ASSERT_DOUBLE_WITHIN(0.01 + held, 0.95 * 5.0, turning.voltage_q);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_gains_follow_from_bandwidth_and_winding);
-    RUN_TEST(test_feed_forward_is_the_motor_equation_and_the_emf_it_is_told);
-    RUN_TEST(test_integrals_wait_for_the_applied_voltage);
-    RUN_TEST(test_axes_are_back_calculated_each_with_its_own_shortfall);
-    RUN_TEST(test_reset_gives_the_next_voltage);
-    RUN_TEST(test_new_coefficients_keep_the_integrals);
-    RUN_TEST(test_voltage_does_not_jump_when_the_frame_does);
-    RUN_TEST(test_step_response_is_the_algebraic_one_on_both_axes);
-    RUN_TEST(test_rise_and_overshoot);
-    RUN_TEST(test_loop_gain_one_is_the_limit_of_stability);
-    RUN_TEST(test_recovers_from_saturation_without_windup);
-    RUN_TEST(test_axes_stay_decoupled_at_speed_in_both_directions);
-    return UNITY_END();
 }

@@ -17,10 +17,6 @@ void setUp(void)
     daq_clear(&daq);
 }
 
-void tearDown(void)
-{
-}
-
 static uint32_t word_at(const uint16_t *octets)
 {
     return (uint32_t)octets[0] | (uint32_t)octets[1] << 8 | (uint32_t)octets[2] << 16 |
@@ -174,16 +170,4 @@ static void test_clearing_keeps_the_count_of_the_lost(void)
     TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, packet));
     sample(1u);
     TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, packet));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_sample_is_the_slots_of_its_period);
-    RUN_TEST(test_a_full_queue_loses_whole_samples_and_counts_them);
-    RUN_TEST(test_a_sample_of_two_packets_is_not_torn);
-    RUN_TEST(test_lists_of_different_rates_keep_their_order);
-    RUN_TEST(test_limits_of_what_is_asked_for);
-    RUN_TEST(test_clearing_keeps_the_count_of_the_lost);
-    return UNITY_END();
 }

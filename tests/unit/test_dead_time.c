@@ -5,10 +5,9 @@
 #include <unity.h>
 
 #include "inverter/dead_time.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .turn_on_delay = 0.7e-6f,
@@ -23,14 +22,6 @@ static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
 
 /* Error of one leg with its sign certain [V]. */
 static const double LEG = 2.3e-6 / 1e-4 * 311.0 + 0.875;
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 static double complex lost(const dead_time_params_t *params, double amplitude, double angle, double u_dc)
 {
@@ -165,20 +156,4 @@ static void test_a_leg_without_current_loses_nothing(void)
     TEST_ASSERT_TRUE(voltage.alpha == 0.0f && voltage.beta == 0.0f);
     /* Of a leg that would carry some. */
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, LEG, (double)dead_time_leg(&dead_time, 311.0f));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_size_of_one_leg_is_that_of_the_formula);
-    RUN_TEST(test_vector_has_constant_length_and_six_directions);
-    RUN_TEST(test_is_the_sum_of_its_legs_in_and_out_of_the_zone);
-    RUN_TEST(test_harmonics_of_the_uncompensated_inverter);
-    RUN_TEST(test_inside_the_zone_it_is_a_resistance);
-    RUN_TEST(test_each_edge_loses_half_by_its_own_current);
-    RUN_TEST(test_timing_part_scales_with_the_link_and_drops_do_not);
-    RUN_TEST(test_gain_scales_all_of_it);
-    RUN_TEST(test_zone_of_no_width_is_a_hard_sign);
-    RUN_TEST(test_a_leg_without_current_loses_nothing);
-    return UNITY_END();
 }

@@ -54,10 +54,6 @@ void setUp(void)
     };
 }
 
-void tearDown(void)
-{
-}
-
 /* Of this input alone, whatever came before. */
 static bool doubted(void)
 {
@@ -357,33 +353,4 @@ static void test_memory_ends_with_the_steady_drive(void)
     TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
     input.detector = 0.0f;
     TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_small_current_in_a_steady_drive_is_in_doubt);
-    RUN_TEST(test_nothing_is_in_doubt_at_first);
-    RUN_TEST(test_smallest_current_below_at_above_the_limit);
-    RUN_TEST(test_every_phase_counts_as_the_smallest);
-    RUN_TEST(test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn);
-    RUN_TEST(test_every_phase_counts_as_the_largest);
-    RUN_TEST(test_emf_below_at_above_four_leg_losses);
-    RUN_TEST(test_flux_lost_in_the_zone_below_at_above_the_angle_that_matters);
-    RUN_TEST(test_no_limit_is_no_doubt);
-    RUN_TEST(test_detector_below_at_above_what_is_no_error);
-    RUN_TEST(test_speed_miss_below_at_above_a_fifth);
-    RUN_TEST(test_speed_miss_of_a_light_rotor_below_at_above_a_tenth);
-    RUN_TEST(test_speed_below_at_above_the_least_of_a_steady_drive);
-    RUN_TEST(test_a_known_acceleration_needs_no_steady_drive);
-    RUN_TEST(test_known_acceleration_needs_a_large_current_below_at_above);
-    RUN_TEST(test_known_acceleration_needs_a_small_load_below_at_above);
-    RUN_TEST(test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above);
-    RUN_TEST(test_known_acceleration_needs_a_speed_below_at_above);
-    RUN_TEST(test_known_acceleration_takes_nothing_from_a_steady_drive);
-    RUN_TEST(test_is_remembered_as_long_as_the_filter_does);
-    RUN_TEST(test_memory_is_a_time);
-    RUN_TEST(test_a_new_doubt_begins_the_memory_anew);
-    RUN_TEST(test_memory_ends_with_the_steady_drive);
-    return UNITY_END();
 }

@@ -6,17 +6,12 @@
 #include "drive/drive.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
-
-#define PI 3.14159265358979323846
 
 void setUp(void)
 {
     bench_begin();
-}
-
-void tearDown(void)
-{
 }
 
 /* ---- from room to room ---- */
@@ -503,40 +498,4 @@ static void test_signals_show_the_drive(void)
     TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, table_choice(state, "fault"));
     TEST_ASSERT_EQUAL_UINT32(drive.period, table_bits(table_by_name(&signals_table, "period"), &drive));
     TEST_ASSERT_EQUAL_FLOAT(311.0f, table_get(table_by_name(&signals_table, "u_dc"), &drive));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_calibration_takes_exactly_its_time_and_gates_stay_off);
-    RUN_TEST(test_a_fault_calibrates_and_trims_anew);
-    RUN_TEST(test_a_fault_stops_the_calibration);
-    RUN_TEST(test_a_low_link_and_the_fault_line_refuse_the_start);
-    RUN_TEST(test_off_leaves_nothing_on_in_the_same_step);
-    RUN_TEST(test_quick_stop_brakes_until_standstill);
-    RUN_TEST(test_requests_reach_the_control);
-    RUN_TEST(test_switching_on_asks_for_no_current);
-    RUN_TEST(test_every_start_is_from_rest);
-    RUN_TEST(test_encoder_begins_where_it_stands);
-    RUN_TEST(test_trim_is_taken_from_the_current_that_is_controlled);
-    RUN_TEST(test_trip_goes_to_fault_at_once_and_freezes_what_was_seen);
-    RUN_TEST(test_a_trip_without_the_interrupt_is_seen_in_the_flags);
-    RUN_TEST(test_a_trip_with_the_bridge_off_is_no_fault);
-    RUN_TEST(test_a_stop_from_outside_is_a_fault);
-    RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
-    RUN_TEST(test_bad_samples_are_replaced_and_stop_the_drive_after_three);
-    RUN_TEST(test_history_ends_with_the_period_of_the_fault);
-    RUN_TEST(test_history_ends_with_the_step_before_a_trip);
-    RUN_TEST(test_history_begins_anew_with_the_reset);
-    RUN_TEST(test_an_offer_is_taken_at_the_start_of_the_next_step);
-    RUN_TEST(test_an_offer_withdrawn_is_not_taken);
-    RUN_TEST(test_other_encoder_lines_are_no_motion);
-    RUN_TEST(test_a_new_set_reaches_every_room);
-    RUN_TEST(test_gains_change_while_running_without_a_jump);
-    RUN_TEST(test_duties_stay_within_what_dead_time_and_pulse_allow);
-    RUN_TEST(test_voltage_is_what_the_control_asks_for_where_the_link_has_it);
-    RUN_TEST(test_control_is_told_what_the_link_has_too_little_for);
-    RUN_TEST(test_voltage_is_placed_where_the_rotor_will_be);
-    RUN_TEST(test_signals_show_the_drive);
-    return UNITY_END();
 }

@@ -12,10 +12,6 @@ void setUp(void)
     bench_begin();
 }
 
-void tearDown(void)
-{
-}
-
 static double complex integrals(void)
 {
     return (double)drive.current_control.d.integral +
@@ -103,13 +99,4 @@ static void test_integrals_are_zero_in_a_frame_anew(void)
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, drive.manoeuvres.now);
     TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, drive.demand.change);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(integrals()));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_voltage_stays_when_the_frame_turns);
-    RUN_TEST(test_integrals_go_on_with_the_frame);
-    RUN_TEST(test_integrals_are_zero_in_a_frame_anew);
-    return UNITY_END();
 }

@@ -7,11 +7,11 @@
 
 #include "drive/drive.h"
 #include "drive/reasons.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
 
 /* The paper's motor at a speed that nothing disturbs, behind an inverter that loses what the drive's model
  * says: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2). */
-#define PI     3.14159265358979323846
 #define PERIOD 1e-4
 #define R      (0.95 + 0.0215) /* winding and devices */
 #define L      0.0125
@@ -37,15 +37,6 @@ void setUp(void)
     machine.flux = PSI;
     machine.flux_end = PSI;
     bench_begin();
-}
-
-void tearDown(void)
-{
-}
-
-static double wrapped(double angle)
-{
-    return angle - 2.0 * PI * nearbyint(angle / (2.0 * PI));
 }
 
 static double complex vector_of(double a, double b, double c)
@@ -155,8 +146,8 @@ static void given_running_machine(double omega_e, double i_q)
 /* Angle of the estimator against the machine at the instant of the last sample. */
 static double estimate_error(void)
 {
-    return wrapped((double)drive.estimator.estimate.frame.theta_e -
-                   (machine.theta_e - machine.omega_e * PERIOD));
+    return circle((double)drive.estimator.estimate.frame.theta_e -
+                  (machine.theta_e - machine.omega_e * PERIOD));
 }
 
 /* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes: what an
@@ -288,7 +279,7 @@ static void test_position_source_changes_live_without_a_bump(void)
             for (int m = 0; m < 50 + n; m++) {
                 const double before = (double)drive.demand.frame.theta_e;
                 machine_step();
-                const double moved = wrapped((double)drive.demand.frame.theta_e - before);
+                const double moved = circle((double)drive.demand.frame.theta_e - before);
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.current.q);
                 TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.current.d);
@@ -351,17 +342,6 @@ static void test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another(
     }
 }
 
-static void test_with_the_encoder_nothing_is_caught(void)
-{
-    static const double speeds[] = {0.0, 6.2832, -150.0};
-    for (size_t n = 0; n < 3; n++) {
-        setUp();
-        given_running_machine(4.0 * speeds[n], 0.0);
-        expect_manoeuvre(MANOEUVRE_RUN);
-        TEST_ASSERT_TRUE(drive.encoder_position.theta_e == drive.demand.frame.theta_e);
-    }
-}
-
 /* 1100 rad/s are 201 V, more than 311 V/sqrt(3) = 179.6 V: the currents would find no voltage against it. */
 static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
 {
@@ -375,30 +355,6 @@ static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
         machine_steps(CATCH);
         expect_fault(REASON_ROTOR_TOO_FAST);
         TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-    }
-}
-
-/* With the gates off a current can only be one through the diodes: 0.4 A and more. Where it has gone the
- * start goes on by itself. */
-static void test_a_rotor_that_feeds_the_link_is_not_switched_on(void)
-{
-    for (int sensorless = 0; sensorless < 2; sensorless++) {
-        setUp();
-        params.position_source = sensorless != 0 ? POSITION_SENSORLESS : POSITION_ENCODER;
-        drive_init(&drive, &params);
-        bring_to_ready();
-        samples.i_a = 0.41f;
-        samples.i_b = -0.205f;
-        request(REQUEST_ON);
-        steps(100);
-        expect_state(DRIVE_READY);
-        TEST_ASSERT_EQUAL_INT32(REASON_ROTOR_TOO_FAST, drive.sequence.refusal);
-        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-        samples.i_a = 0.0f;
-        samples.i_b = 0.0f;
-        steps(3);
-        expect_state(DRIVE_OPERATION_ENABLED);
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
     }
 }
 
@@ -442,7 +398,6 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
         machine_step();
     }
     const double taken = (drive.period - begin) * PERIOD;
-    printf("%s after %.4f s\n", fault_rows[row].name, taken);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << row, drive.guard.losses.word[0]);
     TEST_ASSERT_EQUAL_HEX32(bit, drive.estimator.estimate.invalid);
     TEST_ASSERT_TRUE(taken > 0.1);
@@ -579,7 +534,6 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         const double after = told_after(way);
-        printf("unlocked after %.1f ms\n", 1e3 * after);
         TEST_ASSERT_TRUE(fault_set_has(drive.guard.losses, FAULT_UNLOCKED));
         TEST_ASSERT_TRUE(after <= 12e-3);
         expect_manoeuvre(MANOEUVRE_RELOCK);
@@ -672,29 +626,4 @@ static void test_a_large_emf_is_tracked_through_every_zero(void)
         }
         TEST_ASSERT_EQUAL(m == 1, coasted > 0u);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_observer_gets_the_voltage_that_acted_in_the_last_period);
-    RUN_TEST(test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses);
-    RUN_TEST(test_estimate_is_that_of_the_sample_in_either_direction);
-    RUN_TEST(test_estimator_starts_anew_at_every_switching_on);
-    RUN_TEST(test_position_source_changes_live_without_a_bump);
-    RUN_TEST(test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another);
-    RUN_TEST(test_with_the_encoder_nothing_is_caught);
-    RUN_TEST(test_a_rotor_beyond_what_the_link_holds_is_not_caught);
-    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_switched_on);
-    RUN_TEST(test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand);
-    RUN_TEST(test_estimate_whose_emf_does_not_fit_its_speed_is_lost);
-    RUN_TEST(test_estimate_that_does_not_keep_up_is_lost);
-    RUN_TEST(test_estimate_whose_current_is_not_the_measured_one_is_lost);
-    RUN_TEST(test_estimate_of_a_rotor_too_slow_to_see_is_lost);
-    RUN_TEST(test_a_lost_lock_is_told_whatever_criteria_are_off);
-    RUN_TEST(test_a_rotor_half_a_turn_off_is_caught_again_at_once);
-    RUN_TEST(test_lost_estimate_is_no_fault_on_the_encoder);
-    RUN_TEST(test_voltage_in_doubt_near_a_current_zero_is_not_tracked);
-    RUN_TEST(test_a_large_emf_is_tracked_through_every_zero);
-    return UNITY_END();
 }

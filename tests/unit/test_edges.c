@@ -14,14 +14,6 @@
 /* Currents of some 0.3 A, a dozen roundings of 1 A. */
 #define AMPERE_TOLERANCE (12.0 / 16777216.0)
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* What three legs do in a period; times in periods. */
 typedef struct {
     double duty[3]; /* of the compare registers [-] */
@@ -138,14 +130,4 @@ static void test_ripple_of_three_duties_by_hand(void)
     TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * 0.1 / 3.0 * ampere, (double)swing.a);
     TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.0, (double)swing.b);
     TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * (0.1 + 0.2) / 3.0 * ampere, (double)swing.c);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_currents_at_the_edges_sampled_while_the_upper_switches_are_on);
-    RUN_TEST(test_currents_at_the_edges_sampled_while_the_lower_switches_are_on);
-    RUN_TEST(test_no_voltage_is_no_swing);
-    RUN_TEST(test_ripple_of_three_duties_by_hand);
-    return UNITY_END();
 }

@@ -19,14 +19,6 @@ static const encoder_params_t PARAMS = {
  */
 #define ANGLE_ROUNDING 4e-7
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static uint32_t count_at(double turns, double steps)
 {
     return (uint32_t)floor((turns - floor(turns)) * steps);
@@ -331,22 +323,4 @@ static void test_retune_keeps_angle_and_speed(void)
         position_t position = encoder_step(&encoder, count_at(turns_per_period * k, 10000.0));
         TEST_ASSERT_DOUBLE_WITHIN(bound, 628.3, (double)position.omega_e);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_angle_is_exact_for_every_count);
-    RUN_TEST(test_offset_is_added_and_wrapped);
-    RUN_TEST(test_count_beyond_the_turn_is_the_last_one);
-    RUN_TEST(test_constant_speed_in_both_directions);
-    RUN_TEST(test_constant_speed_with_a_fraction_of_a_count_per_pole);
-    RUN_TEST(test_header_states_the_ripple_bound);
-    RUN_TEST(test_speed_is_late_in_an_acceleration_by_the_stated_amount);
-    RUN_TEST(test_speed_step_response_is_critically_damped);
-    RUN_TEST(test_reset_stands_still_at_the_given_count);
-    RUN_TEST(test_init_expects_count_zero_at_standstill);
-    RUN_TEST(test_other_angles_of_the_counts_are_no_motion);
-    RUN_TEST(test_retune_keeps_angle_and_speed);
-    return UNITY_END();
 }

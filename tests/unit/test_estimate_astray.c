@@ -116,15 +116,3 @@ static void test_no_other_fault_is_renamed(void)
     expect(REASON_OVERCURRENT, REASON_OVERCURRENT);
     expect(REASON_LOCK_LOST, REASON_LOCK_LOST);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_tracked_rotor_is_confirmed_by_its_emf);
-    RUN_TEST(test_the_encoder_needs_no_confirmation);
-    RUN_TEST(test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction);
-    RUN_TEST(test_an_emf_far_beyond_the_link_is_no_rotor);
-    RUN_TEST(test_a_rotor_that_is_lost_confirms_nothing);
-    RUN_TEST(test_no_other_fault_is_renamed);
-    return UNITY_END();
-}

@@ -13,25 +13,15 @@ static void check_conventional(double bandwidth, double cutoff)
         tune(&params, bandwidth, 0.0);
         estimator_oracle_case_t rig = ramp_rig(way * (a > 0.0 ? 42.0 : 620.0), way * a);
         ramp_t r = ramp(&params, &rig);
-        double ratio = RAMP / (double)params.pll.ki;
         double expected = -1e3 * way * asin(a / (double)params.pll.ki);
-        printf(
-            "conventional B%.0f ws %4.0f a %+.0f: steady %+.2f, asin(a/ki) %+.2f (%+.2f %%), a/ki %.2f, peak "
-            "%.1f mrad\n",
-            bandwidth, cutoff, way * a, r.steady, expected, 100.0 * (r.steady / expected - 1.0), 1e3 * ratio,
-            r.peak);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected), expected, r.steady);
     }
 }
 
-static void test_conventional_pll_lags_in_acceleration_by_a_over_ki(void)
+static void test_conventional_pll_lags_in_acceleration_by_a_over_ki_whatever_the_filter(void)
 {
     check_conventional(100.0, 0.0);
     check_conventional(200.0, 0.0);
-}
-
-static void test_emf_filter_does_not_change_the_lag_in_acceleration(void)
-{
     check_conventional(100.0, 2000.0);
     check_conventional(200.0, 2000.0);
 }
@@ -52,8 +42,6 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
         tune(&params, loop[0], loop[1]);
         estimator_oracle_case_t rig = ramp_rig(way * (a > 0.0 ? 42.0 : 620.0), way * a);
         ramp_t r = ramp(&params, &rig);
-        printf("feed-forward B%.0f wc %.0f ws %4.0f a %+.0f: steady %+.2f, peak %.1f mrad\n", loop[0],
-               loop[1], loop[2], way * a, r.steady, r.peak);
         check_below(fabs(r.steady), 2.0, "steady");
     }
 }
@@ -70,8 +58,6 @@ static void test_wrong_flux_leaves_its_share_of_the_lag(void)
         estimator_oracle_case_t rig = ramp_rig(way * 42.0, way * RAMP);
         ramp_t r = ramp(&params, &rig);
         double expected = -1e3 * way * asin((1.0 - 1.0 / wrong) * RAMP / (double)params.pll.ki);
-        printf("psi_hat %.1f psi, wc %.0f: steady %+.2f, theory %+.2f mrad\n", wrong, n / 4 ? 50.0 : 25.0,
-               r.steady, expected);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected), expected, r.steady);
     }
 }
@@ -94,7 +80,6 @@ static void test_torque_feedforward_takes_the_error_away(void)
             peaks[m] = r.peak;
             check_below(fabs(r.steady), 2.0, "steady");
         }
-        printf("K 0, 0.7, 1, 1.3: peak %.2f %.2f %.2f %.2f mrad\n", peaks[0], peaks[1], peaks[2], peaks[3]);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * peaks[0], 0.3 * peaks[0], peaks[1]);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * peaks[0], 0.3 * peaks[0], peaks[3]);
         check_below(peaks[2], 4.0, "right K");
@@ -160,8 +145,6 @@ static void test_error_of_a_swinging_speed_is_that_of_the_loop_alone(void)
                 difference = fmax(difference, fabs(error + 1e3 * errors[k]));
             }
         }
-        printf("swing, B%.0f wc %.0f: largest error %.2f mrad, off the loop alone by %.2f\n", loops[n / 2][0],
-               loops[n / 2][1], largest, difference);
         check_below(difference, 0.07 * largest + FLOAT_PEAK, "difference");
     }
 }
@@ -184,36 +167,15 @@ static void check_pull_in(double bandwidth, double cutoff, double angle, double 
                 last = k;
             }
         }
-        printf("pull-in B%.0f wc %.0f from %+.0f rad: %.1f ms\n", bandwidth, cutoff, n / 2 ? angle : -angle,
-               0.1 * (double)last);
         check_below((double)last * T, limit, "pull-in");
         TEST_ASSERT_TRUE(last > 100);
     }
 }
 
-static void test_pull_in_from_one_radian(void)
+static void test_pull_in_from_one_and_three_radians(void)
 {
     check_pull_in(200.0, 50.0, 1.0, 0.125);
     check_pull_in(100.0, 25.0, 1.0, 0.250);
-}
-
-static void test_pull_in_from_three_radians(void)
-{
     check_pull_in(200.0, 50.0, 3.0, 0.175);
     check_pull_in(100.0, 25.0, 3.0, 0.350);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_conventional_pll_lags_in_acceleration_by_a_over_ki);
-    RUN_TEST(test_emf_filter_does_not_change_the_lag_in_acceleration);
-    RUN_TEST(test_feedforward_leaves_nothing_in_acceleration);
-    RUN_TEST(test_wrong_flux_leaves_its_share_of_the_lag);
-    RUN_TEST(test_torque_feedforward_takes_the_error_away);
-    RUN_TEST(test_current_of_the_load_is_not_fed_forward);
-    RUN_TEST(test_error_of_a_swinging_speed_is_that_of_the_loop_alone);
-    RUN_TEST(test_pull_in_from_one_radian);
-    RUN_TEST(test_pull_in_from_three_radians);
-    return UNITY_END();
 }

@@ -161,15 +161,3 @@ static void test_lock_begins_validity_anew(void)
         TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_emf_of_a_turning_rotor_is_seen_without_the_loop);
-    RUN_TEST(test_speed_that_is_told_undoes_the_lag);
-    RUN_TEST(test_frame_and_speed_stay_meanwhile);
-    RUN_TEST(test_sample_that_is_no_number_changes_nothing);
-    RUN_TEST(test_lock_on_the_observed_emf_goes_on_without_a_bump);
-    RUN_TEST(test_lock_begins_validity_anew);
-    return UNITY_END();
-}

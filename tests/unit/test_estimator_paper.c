@@ -11,8 +11,6 @@ static void check_paper(lag_mode_t lag, const double *expected, double tolerance
     for (int n = 0; n < 4; n++) {
         estimator_oracle_case_t rig = rig_of(0, way * RPM[n] * RAD_PER_RPM, way * current);
         deviation_t d = settled(&params, &rig);
-        printf("lag mode %d, %+5.0f r/min, %.2f A: mean %+.2f sd %.2f mrad\n", (int)lag, way * RPM[n],
-               current, d.mean, d.sd);
         TEST_ASSERT_DOUBLE_WITHIN(tolerance, way * expected[n], d.mean);
         check_below(d.sd, 1.0, "sd");
     }
@@ -66,7 +64,6 @@ static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
     for (double way = -1.0; way <= 1.0; way += 2.0) {
         estimator_oracle_case_t rig = rig_of(0, way * 1500.0 * RAD_PER_RPM, way * RATED);
         deviation_t d = settled(&params, &rig);
-        printf("k_s 162 V: %+.2f mrad\n", d.mean);
         TEST_ASSERT_DOUBLE_WITHIN(3.0, -80.0 * way, d.mean);
     }
 }
@@ -88,8 +85,6 @@ static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
         deviation_t sigmoid = settled(&params, &rig);
         params.smo.switching = SMO_SIGN;
         deviation_t sign = settled(&params, &rig);
-        printf("ws %4.0f %+.0f r/min: sign mean %+.1f sd %.1f, sigmoid sd %.3f mrad\n", cutoffs[n / 4],
-               way * rpm[n / 2 % 2], sign.mean, sign.sd, sigmoid.sd);
         check_below(20.0 * sigmoid.sd, sign.sd, "ratio");
         check_below(fabs(sign.mean), 100.0, "mean of the sign");
         check_below(sign.sd, 200.0, "sd of the sign");
@@ -129,18 +124,4 @@ static void test_gain_of_the_sign_is_the_same_in_all_quadrants(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, (double)est.observer.smo.axes.gain_axis.beta);
         TEST_ASSERT_TRUE(v.alpha == (n % 2 ? 200.0f : -200.0f) && v.beta == (n / 2 ? 200.0f : -200.0f));
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_paper_uncompensated_lags_as_published);
-    RUN_TEST(test_paper_corrected_overcompensates_as_published);
-    RUN_TEST(test_paper_printed_overcompensates_as_published);
-    RUN_TEST(test_paper_with_the_exact_lag_has_no_deviation);
-    RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
-    RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
-    RUN_TEST(test_gain_of_the_sign_is_one_over_the_error);
-    RUN_TEST(test_gain_of_the_sign_is_the_same_in_all_quadrants);
-    return UNITY_END();
 }

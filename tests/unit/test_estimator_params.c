@@ -215,30 +215,6 @@ static void test_check_passes_on_what_observer_and_loop_refuse(void)
     TEST_ASSERT_TRUE(named(why.field, "ki"));
 }
 
-/* What the estimator is tuned by: -3 dB where it was asked for, by the polynomials (oracle); 24 steps of a
- * Newton iteration in float leave 2e-5. */
-static void check_bandwidth(double damping)
-{
-    for (double cutoff = 0.0; cutoff < 0.95; cutoff += 0.3) {
-        pll_params_t params = {.amplitude_floor = 2.0f};
-        TEST_ASSERT_TRUE(pll_design(&params, 200.0f, (float)damping, (float)(200.0 * cutoff), (float)T));
-        pll_oracle_t loop = {(double)params.kp, (double)params.ki, 200.0 * cutoff, 1.0, T};
-        int crossings;
-        TEST_ASSERT_DOUBLE_WITHIN(200.0 * 2e-5, 200.0, pll_oracle_bandwidth(&loop, &crossings));
-        TEST_ASSERT_EQUAL_INT(1, crossings);
-    }
-}
-
-static void test_bandwidth_is_as_wished_for_little_damping(void)
-{
-    check_bandwidth(0.5);
-}
-
-static void test_bandwidth_is_as_wished_for_the_papers_damping(void)
-{
-    check_bandwidth(1.0);
-}
-
 static jmp_buf back;
 
 static void aborted(int signal_number)
@@ -276,22 +252,4 @@ static void test_retune_keeps_the_state(void)
                      est.tracker.pll.integral == before.tracker.pll.integral);
     retune(&params);
     TEST_ASSERT_EQUAL_MEMORY(&before, &est, sizeof est);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_check_names_each_field_value_and_range);
-    RUN_TEST(test_check_refuses_what_is_no_lag_mode);
-    RUN_TEST(test_check_refuses_a_gain_below_the_largest_emf);
-    RUN_TEST(test_check_refuses_unequal_periods);
-    RUN_TEST(test_check_refuses_a_torque_share_that_nothing_forgets);
-    RUN_TEST(test_check_wants_speed_limits_in_order);
-    RUN_TEST(test_check_wants_the_upper_amplitude_above_one_or_off);
-    RUN_TEST(test_check_passes_on_what_observer_and_loop_refuse);
-    RUN_TEST(test_bandwidth_is_as_wished_for_little_damping);
-    RUN_TEST(test_bandwidth_is_as_wished_for_the_papers_damping);
-    RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
-    RUN_TEST(test_retune_keeps_the_state);
-    return UNITY_END();
 }

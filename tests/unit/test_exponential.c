@@ -1,31 +1,9 @@
 /* Against exp() and expm1() in double precision. The header's 5e-7 holds the minimax error (1.1e-7) and the
  * rounding of the reduced argument (2^-25), of the polynomial and of its sum with 1 (2^-24 each). */
-#include <math.h>
-#include <stdint.h>
-#include <unity.h>
-
 #include "math/exponential.h"
-#include "tests/unit/sweep.h"
+#include "tests/unit/worst.h"
 
 #define TOLERANCE 5e-7
-
-static double worst;
-
-static void keep_worst(double error)
-{
-    if (!(fabs(error) <= worst)) {
-        worst = fabs(error);
-    }
-}
-
-void setUp(void)
-{
-    worst = 0.0;
-}
-
-void tearDown(void)
-{
-}
 
 static void test_exponential_over_the_whole_range(void)
 {
@@ -35,7 +13,7 @@ static void test_exponential_over_the_whole_range(void)
             keep_worst((double)exponential(x) / exp((double)x) - 1.0);
         }
     }
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+    check("relative", TOLERANCE);
 }
 
 static void test_exponential_edges(void)
@@ -56,7 +34,7 @@ static void test_rest_is_accurate_however_small(void)
         float argument = (float)x;
         keep_worst((double)exponential_rest(argument) / -expm1(-(double)argument) - 1.0);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+    check("relative", TOLERANCE);
 }
 
 static void test_rest_over_the_range_of_coefficients(void)
@@ -65,7 +43,7 @@ static void test_rest_over_the_range_of_coefficients(void)
         float x = 1e-6f * (float)k;
         keep_worst((double)exponential_rest(x) / -expm1(-(double)x) - 1.0);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, worst);
+    check("relative", TOLERANCE);
 }
 
 static void test_rest_edges(void)
@@ -76,15 +54,4 @@ static void test_rest_edges(void)
     TEST_ASSERT_TRUE(exponential_rest(80.0f) == 1.0f);
     TEST_ASSERT_TRUE(exponential_rest(81.0f) == 1.0f);
     TEST_ASSERT_TRUE(exponential_rest(INFINITY) == 1.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_exponential_over_the_whole_range);
-    RUN_TEST(test_exponential_edges);
-    RUN_TEST(test_rest_is_accurate_however_small);
-    RUN_TEST(test_rest_over_the_range_of_coefficients);
-    RUN_TEST(test_rest_edges);
-    return UNITY_END();
 }

@@ -10,14 +10,6 @@ static const float PERIOD = 1e-4f;
  * e^-(n alpha) < 0.37); the sum rounds by 2^-25 a step and forgets it with 1/alpha steps. */
 #define TOLERANCE(alpha) (5e-7 + 3e-8 / (alpha))
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_step_response_is_the_exact_exponential(void)
 {
     static const float cutoffs[] = {20.0f, 600.0f, 2000.0f, 20000.0f};
@@ -66,15 +58,4 @@ static void test_cutoff_zero_holds_and_a_huge_one_passes(void)
 {
     TEST_ASSERT_TRUE(lowpass_step(2.0f, lowpass_share(0.0f, PERIOD), 100.0f) == 2.0f);
     TEST_ASSERT_TRUE(lowpass_step(2.0f, lowpass_share(1e7f, PERIOD), 100.0f) == 100.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_step_response_is_the_exact_exponential);
-    RUN_TEST(test_ramp_is_followed_late_by_the_known_time);
-    RUN_TEST(test_output_at_its_input_stays_bit_for_bit);
-    RUN_TEST(test_step_goes_on_from_any_output);
-    RUN_TEST(test_cutoff_zero_holds_and_a_huge_one_passes);
-    return UNITY_END();
 }

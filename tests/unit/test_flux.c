@@ -24,8 +24,6 @@ static void test_adapted_flux_leaves_little(void)
         TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)flux.flux_linkage);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.speed_per_volt));
         ramp_t r = ramp_from(&rig, RAMP_START);
-        printf("psi_hat from %.1f psi at %.0f rad/s, wc %.0f: %.5f Wb, steady %+.2f, peak %.1f mrad\n", wrong,
-               share, slow ? 25.0 : 50.0, (double)flux.flux_linkage, r.steady, r.peak);
         check_below(fabs(r.steady), 15.0, "steady");
         TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)flux.flux_linkage);
     }
@@ -170,18 +168,4 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
     TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
     init(&params);
     TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_adapted_flux_leaves_little);
-    RUN_TEST(test_flux_adapts_at_its_share);
-    RUN_TEST(test_flux_rests_where_it_cannot_be_seen);
-    RUN_TEST(test_flux_stops_at_half);
-    RUN_TEST(test_flux_stops_at_one_and_a_half);
-    RUN_TEST(test_flux_comes_back_from_its_limits);
-    RUN_TEST(test_flux_rests_while_the_detector_is_off);
-    RUN_TEST(test_retune_keeps_an_adapted_flux_while_it_is_meant);
-    return UNITY_END();
 }

@@ -48,10 +48,6 @@ void setUp(void)
     forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
 }
 
-void tearDown(void)
-{
-}
-
 static double natural(double inertia)
 {
     return sqrt(POLE_PAIRS * KT * CURRENT / inertia);
@@ -197,8 +193,6 @@ static void test_swing_decays_as_the_damping_says(void)
         const double ratio = decay / hypot(decay, rate);
         const double expected = -creal(s) / cabs(s);
         const double plain = KT * dampings[n] * PSI * POLE_PAIRS / (2.0 * inertias[n] * natural(inertias[n]));
-        printf("J %.4f: damping ratio %.4f, by the equation %.4f, plain %.4f\n", inertias[n], ratio, expected,
-               plain);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * cimag(s), cimag(s), rate);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, ratio);
         TEST_ASSERT_DOUBLE_WITHIN(0.15 * plain, plain, ratio);
@@ -330,24 +324,4 @@ static void test_init_stands_without_current(void)
     TEST_ASSERT_TRUE(forced.frame.theta_e == 0.0f && forced.frame.omega_e == 0.0f);
     TEST_ASSERT_TRUE(forced.frame.rotation.sin == 0.0f && forced.frame.rotation.cos == 1.0f);
     TEST_ASSERT_TRUE(current.d == 0.0f && current.q == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_damping_by_the_rule);
-    RUN_TEST(test_damping_that_is_given_is_taken);
-    RUN_TEST(test_damping_takes_power_out_of_a_swing_at_any_load_angle);
-    RUN_TEST(test_damping_takes_energy_out_of_every_swing_from_slow_to_fast);
-    RUN_TEST(test_swing_decays_as_the_damping_says);
-    RUN_TEST(test_rule_damps_a_light_rotor_by_half_of_critical);
-    RUN_TEST(test_alignment_comes_to_rest);
-    RUN_TEST(test_what_turns_along_is_no_swing);
-    RUN_TEST(test_current_stays_within_the_longest_vector);
-    RUN_TEST(test_less_current_damps_less);
-    RUN_TEST(test_frame_turns_on_by_its_speed);
-    RUN_TEST(test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end);
-    RUN_TEST(test_frame_and_current_go_on_with_new_coefficients);
-    RUN_TEST(test_init_stands_without_current);
-    return UNITY_END();
 }

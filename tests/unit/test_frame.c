@@ -19,10 +19,6 @@ void setUp(void)
     now = 1000u;
 }
 
-void tearDown(void)
-{
-}
-
 /* Packets that these octets, at this time, complete. */
 static uint32_t hear(const uint16_t *octets, uint32_t count)
 {
@@ -177,20 +173,4 @@ static void test_what_is_sent_has_length_and_counter_in_front(void)
         sender.sent = 6u;
         TEST_ASSERT_TRUE(frame_is_free(&sender));
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_frame_is_complete_with_its_last_octet_and_not_before);
-    RUN_TEST(test_a_packet_may_be_as_long_as_is_said_and_not_longer);
-    RUN_TEST(test_after_a_wrong_length_a_silence_brings_it_back);
-    RUN_TEST(test_half_a_frame_ends_with_a_silence);
-    RUN_TEST(test_slow_octets_make_a_frame_all_the_same);
-    RUN_TEST(test_an_error_of_the_line_drops_the_frame_under_way);
-    RUN_TEST(test_a_silence_that_nobody_heard_is_none);
-    RUN_TEST(test_only_the_lower_eight_bits_of_a_word_count);
-    RUN_TEST(test_time_may_wrap);
-    RUN_TEST(test_what_is_sent_has_length_and_counter_in_front);
-    return UNITY_END();
 }

@@ -5,10 +5,9 @@
 #include <unity.h>
 
 #include "math/frames.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 /* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
  * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */
@@ -31,14 +30,6 @@ static rotation_t rotation_of(double angle)
 {
     rotation_t rotation = {(float)sin(angle), (float)cos(angle)};
     return rotation;
-}
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
 }
 
 static void test_clarke_is_the_space_vector(void)
@@ -152,18 +143,4 @@ static void test_turn_between_two_frames(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)expected.q, (double)after.q);
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_clarke_is_the_space_vector);
-    RUN_TEST(test_clarke_drops_the_zero_sequence_exactly);
-    RUN_TEST(test_two_sensors_see_the_same_as_three_without_star_point);
-    RUN_TEST(test_inverse_clarke_gives_phases_back_without_zero_sequence);
-    RUN_TEST(test_park_is_a_turn_backwards_and_its_inverse_forwards);
-    RUN_TEST(test_balanced_phases_keep_their_amplitude_and_lie_on_d);
-    RUN_TEST(test_power_is_three_halves_of_the_dq_product);
-    RUN_TEST(test_turn_between_two_frames);
-    return UNITY_END();
 }

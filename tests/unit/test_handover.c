@@ -43,10 +43,6 @@ void setUp(void)
     make_good(1.0f);
 }
 
-void tearDown(void)
-{
-}
-
 static handover_outcome_t step(void)
 {
     return handover_step(&handover, &estimate, &lock, omega_forced, current);
@@ -215,21 +211,4 @@ static void test_new_coefficients_act_and_the_count_goes_on(void)
         TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
     }
     TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_good_after_a_sixth_of_a_second_in_either_direction);
-    RUN_TEST(test_speed_apart_prevents_it);
-    RUN_TEST(test_emf_elsewhere_or_of_another_length_prevents_it);
-    RUN_TEST(test_scatter_prevents_it);
-    RUN_TEST(test_current_beside_what_the_load_needs_prevents_it);
-    RUN_TEST(test_a_break_begins_it_anew);
-    RUN_TEST(test_what_is_handed_over_is_the_mean_of_the_current);
-    RUN_TEST(test_good_in_the_last_period_is_good);
-    RUN_TEST(test_current_goes_to_what_the_load_needs);
-    RUN_TEST(test_current_stays_within_that_of_this_try);
-    RUN_TEST(test_new_coefficients_act_and_the_count_goes_on);
-    return UNITY_END();
 }

@@ -42,10 +42,6 @@ static void take(double from, double psi, bool on)
     inertia_take(&x, &tuning);
 }
 
-void tearDown(void)
-{
-}
-
 static void step(double i_q, bool sound)
 {
     const inertia_input_t input = {(float)reference, (float)omega, (float)i_q};
@@ -422,30 +418,4 @@ static void test_another_parameter_or_off_begins_anew(void)
         TEST_ASSERT_EQUAL_FLOAT((float)from, x.said[0]);
         TEST_ASSERT_EQUAL_FLOAT((float)from, x.said[1]);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_way_says_what_the_inertia_is);
-    RUN_TEST(test_a_load_that_grows_with_the_speed_has_no_part_in_it);
-    RUN_TEST(test_a_ramp_of_the_reference_is_a_way_too);
-    RUN_TEST(test_a_wrong_flux_goes_into_the_inertia_alone);
-    RUN_TEST(test_two_ways_that_agree_are_believed_one_is_not);
-    RUN_TEST(test_what_is_learnt_is_the_median_of_three);
-    RUN_TEST(test_it_stays_within_its_range);
-    RUN_TEST(test_a_load_that_moves_says_nothing);
-    RUN_TEST(test_a_short_a_weak_and_a_long_way_say_nothing);
-    RUN_TEST(test_one_unsound_period_spoils_the_way);
-    RUN_TEST(test_a_speed_that_goes_against_the_torque_says_nothing);
-    RUN_TEST(test_what_is_no_number_teaches_nothing);
-    RUN_TEST(test_load_current_follows_while_the_reference_stands);
-    RUN_TEST(test_load_current_is_held_on_the_way);
-    RUN_TEST(test_a_reference_that_moves_again_makes_the_way_longer);
-    RUN_TEST(test_after_a_rest_the_load_is_what_the_current_is);
-    RUN_TEST(test_through_zero_no_torque_is_told_beside_a_load_that_matters);
-    RUN_TEST(test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_believed);
-    RUN_TEST(test_new_coefficients_keep_what_was_learnt_of_the_same_parameter);
-    RUN_TEST(test_another_parameter_or_off_begins_anew);
-    return UNITY_END();
 }

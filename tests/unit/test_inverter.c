@@ -2,6 +2,7 @@
  * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
  * two steps later. */
 #include "inverter/inverter.h"
+#include "tests/unit/compare.h"
 
 #include <complex.h>
 #include <math.h>
@@ -9,8 +10,6 @@
 #include <unity.h>
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 #define COUNTS     7500
 #define DUTY_MIN   0.04
@@ -60,10 +59,6 @@ static void begin(float gain)
 void setUp(void)
 {
     begin(1.0f);
-}
-
-void tearDown(void)
-{
 }
 
 static double complex of_ab(ab_t vector)
@@ -356,20 +351,4 @@ static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
     const abc_t duty = inverter_make(&inverter, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
     const double count = 2500.0 * (double)duty.a;
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_duties_make_up_for_all_that_will_be_lost);
-    RUN_TEST(test_duties_make_up_for_half_of_it);
-    RUN_TEST(test_duties_make_up_for_nothing);
-    RUN_TEST(test_no_voltage_without_current_is_the_middle);
-    RUN_TEST(test_what_the_link_has_too_little_for_is_missing);
-    RUN_TEST(test_duties_stay_within_their_limits);
-    RUN_TEST(test_nothing_has_acted_at_first);
-    RUN_TEST(test_duties_of_two_steps_ago_acted_less_what_the_inverter_took);
-    RUN_TEST(test_there_and_back_is_what_was_wanted);
-    RUN_TEST(test_new_coefficients_act_at_once_on_what_stays_in_memory);
-    return UNITY_END();
 }

@@ -8,99 +8,31 @@
 
 #include "estimator/lag.h"
 #include "tests/oracle/smo_oracle.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/machines.h"
 
-#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
-#define ANGLE       1e-5              /* [rad] */
-#define LENGTH      1e-5              /* [-] */
-
-static const smo_params_t PAPER = {.resistance = 0.95f,
-                                   .inductance = 0.0125f,
-                                   .gain = 200.0f,
-                                   .slope = 1.0f,
-                                   .emf_cutoff = 0.0f,
-                                   .period = 1e-4f,
-                                   .switching = SMO_SIGMOID_VECTOR};
+#define ANGLE  1e-5 /* [rad] */
+#define LENGTH 1e-5 /* [-] */
 
 static smo_t smo;
 
-/* R, L, psi_f and top speed; k_s and slope by the rule. From a large slow machine to a small fast one. */
-static const struct {
-    double resistance, inductance, flux_linkage, omega_max;
-} MOTORS[] = {{0.95, 0.0125, 0.183, 628.3},
-              {0.2, 0.0008, 0.02, 3000.0},
-              {5.0, 0.03, 0.3, 1000.0},
-              {0.01, 0.0001, 0.008, 3000.0},
-              {30.0, 0.01, 0.05, 2000.0}};
-
-#define MOTOR_COUNT ((int)(sizeof MOTORS / sizeof MOTORS[0]))
-
-static smo_params_t motor_params(int n, float emf_cutoff)
+static smo_params_t paper(void)
 {
-    double gain = 1.75 * MOTORS[n].flux_linkage * MOTORS[n].omega_max;
     smo_params_t params = PAPER;
-    params.resistance = (float)MOTORS[n].resistance;
-    params.inductance = (float)MOTORS[n].inductance;
-    params.gain = (float)gain;
-    params.slope = (float)(1.6 * MOTORS[n].inductance / (gain * 1e-4));
-    params.emf_cutoff = emf_cutoff;
+    params.switching = SMO_SIGMOID_VECTOR;
     return params;
 }
 
 static smo_oracle_case_t motor_case(int n, double omega_e)
 {
     smo_oracle_case_t rig = {
-        MOTORS[n].resistance, MOTORS[n].inductance, MOTORS[n].flux_linkage, 1e-4, omega_e, 0.3, 2.0};
+        MACHINES[n].resistance, MACHINES[n].inductance, MACHINES[n].flux_linkage, 1e-4, omega_e, 0.3, 2.0};
     return rig;
-}
-
-static ab_t as_float(const double value[2])
-{
-    ab_t pair = {(float)value[0], (float)value[1]};
-    return pair;
-}
-
-typedef struct {
-    double mean, sd; /* of the angle left after compensation [mrad] */
-    double ratio;    /* |e_hat|/|e| over lag_attenuation, mean [-] */
-} rest_t;
-
-static rest_t compensated(const smo_params_t *params, const smo_oracle_case_t *rig, lag_mode_t mode)
-{
-    long settle = 4000;
-    long count = 6000;
-    double sum = 0.0;
-    double squares = 0.0;
-    double ratio = 0.0;
-    smo_init(&smo, params);
-    for (long k = 1; k <= settle + count; k++) {
-        smo_oracle_sample_t now;
-        smo_oracle_sample(rig, k, &now);
-        ab_t emf = smo_step(&smo, as_float(now.voltage), as_float(now.current));
-        if (k > settle) {
-            double a = (double)emf.alpha;
-            double b = (double)emf.beta;
-            double angle = atan2(b * now.emf[0] - a * now.emf[1], a * now.emf[0] + b * now.emf[1]);
-            angle = 1e3 * (angle + (double)lag_angle(&smo, mode, (float)rig->omega_e));
-            sum += angle;
-            squares += angle * angle;
-            ratio += hypot(a, b) / hypot(now.emf[0], now.emf[1]) /
-                     (double)lag_attenuation(&smo, (float)rig->omega_e);
-        }
-    }
-    double n = (double)count;
-    rest_t rest = {sum / n, 0.0, ratio / n};
-    rest.sd = sqrt(squares / n - rest.mean * rest.mean);
-    return rest;
 }
 
 void setUp(void)
 {
-    smo_init(&smo, &PAPER);
-}
-
-void tearDown(void)
-{
+    const smo_params_t params = paper();
+    smo_init(&smo, &params);
 }
 
 static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
@@ -109,10 +41,10 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
     static const float errors[] = {0.0f, 0.3f, 1.5f};
     double worst = 0.0;
     double worst_ratio = 0.0;
-    for (int n = 0; n < MOTOR_COUNT; n++) {
+    for (int n = 0; n < MACHINE_COUNT; n++) {
         for (int c = 0; c < 5; c++) {
             for (int m = 0; m < 3; m++) {
-                smo_params_t params = motor_params(n, cutoffs[c]);
+                smo_params_t params = observer_of(n, cutoffs[c]);
                 smo_init(&smo, &params);
                 /* A k_f from a large, a small and no error. */
                 smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){0.6f * errors[m] * params.gain, 0.0f});
@@ -131,53 +63,8 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
             }
         }
     }
-    printf("exact lag within %.1e rad, attenuation within %.1e\n", worst, worst_ratio);
     TEST_ASSERT_TRUE(worst <= ANGLE);
     TEST_ASSERT_TRUE(worst_ratio <= LENGTH);
-}
-
-/* Acceptance: 0.03 mrad of float32 for the vector form, either direction, with and without filter. */
-static void test_exact_lag_leaves_nothing_of_the_vector_form(void)
-{
-    static const float cutoffs[] = {0.0f, 2000.0f};
-    for (int n = 0; n < MOTOR_COUNT; n++) {
-        for (int c = 0; c < 2; c++) {
-            for (double part = -1.0; part <= 1.0; part += 0.4) {
-                smo_params_t params = motor_params(n, cutoffs[c]);
-                smo_oracle_case_t rig = motor_case(n, part * MOTORS[n].omega_max);
-                rest_t rest = compensated(&params, &rig, LAG_EXACT);
-                TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.0, rest.mean);
-                TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, rest.sd);
-                TEST_ASSERT_DOUBLE_WITHIN(2e-5, 1.0, rest.ratio);
-            }
-        }
-    }
-}
-
-/* The table of docs/theory.md, 4; printed: +35.5 at 1500 r/min. */
-static void test_modes_leave_what_is_published_of_the_sigmoid_per_axis(void)
-{
-    static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
-    static const double none[] = {-3.1, -15.8, -33.1, -54.1};
-    static const double corrected[] = {2.1, 10.4, 20.7, 31.1};
-    smo_params_t params = PAPER;
-    params.switching = SMO_SIGMOID;
-    for (int n = 0; n < 4; n++) {
-        for (double way = -1.0; way <= 1.0; way += 2.0) {
-            smo_oracle_case_t rig = motor_case(0, way * rpm[n] * RAD_PER_RPM);
-            rest_t printed = compensated(&params, &rig, LAG_PRINTED);
-            rest_t mended = compensated(&params, &rig, LAG_CORRECTED);
-            rest_t exact = compensated(&params, &rig, LAG_EXACT);
-            printf("%6.0f r/min: printed %.2f corrected %.2f exact %.3f sd %.2f mrad\n", way * rpm[n],
-                   printed.mean, mended.mean, exact.mean, exact.sd);
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, way * none[n], compensated(&params, &rig, LAG_NONE).mean);
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, way * corrected[n], mended.mean);
-            TEST_ASSERT_DOUBLE_WITHIN(0.5, 0.0, exact.mean);
-            if (n == 3) {
-                TEST_ASSERT_DOUBLE_WITHIN(0.5, way * 35.5, printed.mean);
-            }
-        }
-    }
 }
 
 static void test_printed_and_corrected_are_the_formulas(void)
@@ -191,7 +78,7 @@ static void test_printed_and_corrected_are_the_formulas(void)
         TEST_ASSERT_TRUE(lag_angle(&smo, LAG_NONE, (float)omega) == 0.0f);
     }
     /* They agree for 1 ohm alone. */
-    smo_params_t params = PAPER;
+    smo_params_t params = paper();
     params.resistance = 1.0f;
     smo_init(&smo, &params);
     TEST_ASSERT_TRUE(lag_angle(&smo, LAG_PRINTED, 628.0f) == lag_angle(&smo, LAG_CORRECTED, 628.0f));
@@ -202,7 +89,7 @@ static void test_paper_modes_ignore_the_filter_and_the_exact_one_does_not(void)
     float printed = lag_angle(&smo, LAG_PRINTED, 628.0f);
     float corrected = lag_angle(&smo, LAG_CORRECTED, 628.0f);
     float exact = lag_angle(&smo, LAG_EXACT, 628.0f);
-    smo_params_t params = PAPER;
+    smo_params_t params = paper();
     params.emf_cutoff = 2000.0f;
     smo_init(&smo, &params);
     TEST_ASSERT_TRUE(lag_angle(&smo, LAG_PRINTED, 628.0f) == printed);
@@ -214,7 +101,7 @@ static void test_paper_modes_ignore_the_filter_and_the_exact_one_does_not(void)
 
 static void test_lag_is_odd_and_attenuation_even_bit_for_bit(void)
 {
-    smo_params_t params = motor_params(1, 2000.0f);
+    smo_params_t params = observer_of(1, 2000.0f);
     smo_init(&smo, &params);
     smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){30.0f, 10.0f});
     for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
@@ -231,7 +118,7 @@ static void test_lag_is_odd_and_attenuation_even_bit_for_bit(void)
  * lambda + j omega is the hold, d = lambda T. */
 static void test_turn_limit_by_hand(void)
 {
-    smo_params_t params = motor_params(4, 0.0f); /* d = 0.3 */
+    smo_params_t params = observer_of(4, 0.0f); /* d = 0.3 */
     smo_init(&smo, &params);
     const double d = 30.0 * 1e-4 / 0.01;
     const double x = 0.63;
@@ -258,7 +145,7 @@ static void test_attenuation_at_standstill_is_g_over_g_plus_r(void)
 {
     static const float cutoffs[] = {0.0f, 5.0f, 2000.0f};
     for (int c = 0; c < 3; c++) {
-        smo_params_t params = PAPER;
+        smo_params_t params = paper();
         params.emf_cutoff = cutoffs[c];
         smo_init(&smo, &params);
         TEST_ASSERT_DOUBLE_WITHIN(2e-6, 100.0 / 100.95, (double)lag_attenuation(&smo, 0.0f));
@@ -272,8 +159,8 @@ static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
     static const float beyond[] = {6300.01f, 6500.0f, 15708.0f, 31416.0f, 1e30f, INFINITY};
     static const float cutoffs[] = {0.0f, 2000.0f};
     for (int c = 0; c < 2; c++) {
-        for (int m = 0; m < MOTOR_COUNT; m++) {
-            smo_params_t params = motor_params(m, cutoffs[c]);
+        for (int m = 0; m < MACHINE_COUNT; m++) {
+            smo_params_t params = observer_of(m, cutoffs[c]);
             smo_init(&smo, &params);
             const double lag = (double)lag_angle(&smo, LAG_EXACT, 6299.99f);
             const double ratio = (double)lag_attenuation(&smo, 6299.99f);
@@ -310,10 +197,9 @@ static turn_t turn_of(ab_t from, ab_t to)
  * and stretched by the whole response. */
 static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
 {
-    double worst = 0.0;
-    for (int n = 0; n < MOTOR_COUNT; n++) {
+    for (int n = 0; n < MACHINE_COUNT; n++) {
         for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
-            smo_params_t params = motor_params(n, 2000.0f);
+            smo_params_t params = observer_of(n, 2000.0f);
             params.switching = (smo_switching_t)s;
             const ab_t switched = {0.1f * params.gain, 0.5f * params.gain};
             const ab_t filtered = {0.3f * params.gain, -0.4f * params.gain};
@@ -340,19 +226,17 @@ static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
                     const double off = fabs(remainder(turn.angle - angles[mode], 2.0 * PI));
                     TEST_ASSERT_TRUE(off <= ANGLE);
                     TEST_ASSERT_DOUBLE_WITHIN(LENGTH, 1.0, length);
-                    worst = exact ? fmax(worst, off) : worst;
                 }
             }
         }
     }
-    printf("EMF within %.1e rad\n", worst);
 }
 
 static void test_emf_beyond_the_turn_limit_is_finite(void)
 {
     static const float beyond[] = {6300.01f, 31416.0f, -31416.0f, 2e5f, -2e5f};
     for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
-        smo_params_t params = PAPER;
+        smo_params_t params = paper();
         params.switching = (smo_switching_t)s;
         smo_init(&smo, &params);
         smo_reset(&smo, (ab_t){1.0f, -2.0f}, (ab_t){30.0f, 60.0f});
@@ -369,7 +253,7 @@ static void test_emf_beyond_the_turn_limit_is_finite(void)
 static void test_emf_of_no_error_is_zero(void)
 {
     for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
-        smo_params_t params = PAPER;
+        smo_params_t params = paper();
         params.switching = (smo_switching_t)s;
         smo_init(&smo, &params);
         for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
@@ -384,9 +268,9 @@ static void test_emf_of_no_error_is_zero(void)
  * rounding. */
 static void test_switched_and_filtered_are_the_response(void)
 {
-    for (int n = 0; n < MOTOR_COUNT; n++) {
+    for (int n = 0; n < MACHINE_COUNT; n++) {
         for (int c = 0; c < 2; c++) {
-            smo_params_t params = motor_params(n, c == 0 ? 0.0f : 2000.0f);
+            smo_params_t params = observer_of(n, c == 0 ? 0.0f : 2000.0f);
             smo_oracle_observer_t observer = {(double)params.gain, (double)params.slope,
                                               (double)params.emf_cutoff};
             smo_init(&smo, &params);
@@ -418,11 +302,11 @@ static void test_switched_and_filtered_are_the_response(void)
  * the largest by the rule, 0.57 k_s. */
 static void test_error_makes_the_emf_again(void)
 {
-    for (int n = 0; n < MOTOR_COUNT; n++) {
-        smo_params_t params = motor_params(n, 0.0f);
+    for (int n = 0; n < MACHINE_COUNT; n++) {
+        smo_params_t params = observer_of(n, 0.0f);
         smo_init(&smo, &params);
         for (double part = -1.0; part <= 1.0; part += 0.16) {
-            const double omega = part * MOTORS[n].omega_max;
+            const double omega = part * MACHINES[n].omega_max;
             const double length = part * (double)params.gain / 1.75;
             const ab_t emf = {(float)(0.6 * length), (float)(0.8 * length)};
             smo_reset_error(&smo, (ab_t){0.0f, 0.0f}, lag_error(&smo, (float)omega, emf));
@@ -441,7 +325,7 @@ static void test_reset_while_turning_continues_in_step(void)
         smo_oracle_case_t rig = motor_case(0, way * 1500.0 * RAD_PER_RPM);
         smo_oracle_sample_t now;
         smo_oracle_sample(&rig, 10, &now);
-        smo_init(&smo, &PAPER);
+        setUp();
         smo_reset(&smo, as_float(now.current), as_float(now.emf));
         double lag = (double)lag_angle(&smo, LAG_EXACT, (float)rig.omega_e);
         double scale = (double)lag_attenuation(&smo, (float)rig.omega_e);
@@ -458,26 +342,4 @@ static void test_reset_while_turning_continues_in_step(void)
             TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, angle);
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_exact_lag_and_attenuation_are_those_of_the_sampled_system);
-    RUN_TEST(test_exact_lag_leaves_nothing_of_the_vector_form);
-    RUN_TEST(test_modes_leave_what_is_published_of_the_sigmoid_per_axis);
-    RUN_TEST(test_printed_and_corrected_are_the_formulas);
-    RUN_TEST(test_paper_modes_ignore_the_filter_and_the_exact_one_does_not);
-    RUN_TEST(test_lag_is_odd_and_attenuation_even_bit_for_bit);
-    RUN_TEST(test_turn_limit_by_hand);
-    RUN_TEST(test_corrected_lag_is_45_degrees_at_the_corner);
-    RUN_TEST(test_attenuation_at_standstill_is_g_over_g_plus_r);
-    RUN_TEST(test_speeds_beyond_the_turn_limit_are_answered_as_at_it);
-    RUN_TEST(test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation);
-    RUN_TEST(test_emf_beyond_the_turn_limit_is_finite);
-    RUN_TEST(test_emf_of_no_error_is_zero);
-    RUN_TEST(test_switched_and_filtered_are_the_response);
-    RUN_TEST(test_error_makes_the_emf_again);
-    RUN_TEST(test_reset_while_turning_continues_in_step);
-    return UNITY_END();
 }

@@ -1,5 +1,6 @@
 /* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
 #include "protect/link.h"
+#include "tests/unit/compare.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,8 +13,6 @@
 #define MOST   10.0   /* [A] */
 #define TORQUE 1.098  /* [N m/A] */
 #define OMEGA  157.08 /* [rad/s] 1500 r/min */
-#define PI     3.14159265358979323846
-
 static link_t x;
 
 static link_params_t usual(double ride_time)
@@ -40,10 +39,6 @@ static void begin(double ride_time)
 void setUp(void)
 {
     begin(0.5);
-}
-
-void tearDown(void)
-{
 }
 
 static void expect(double u_dc, double omega_m, double braking, double driving)
@@ -157,7 +152,6 @@ static void test_braking_into_a_capacitor_stays_below_the_trip(void)
     for (int n = 0; n < 3; n++) {
         setUp();
         const bounds_t seen = play(capacitances[n], 311.0, MOST, 10.0);
-        printf("%.2f mF: up to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.largest, seen.swing);
         TEST_ASSERT_TRUE(seen.largest < OVER);
         TEST_ASSERT_TRUE(seen.swing < 0.5);
         TEST_ASSERT_TRUE(seen.largest > 380.0);
@@ -171,7 +165,6 @@ static void test_a_rotor_holds_a_link_without_supply(void)
     for (int n = 0; n < 2; n++) {
         setUp();
         const bounds_t seen = play(capacitances[n], 311.0, -MOST, 50.0);
-        printf("%.2f mF: down to %.1f V, swing %.3f V\n", 1e3 * capacitances[n], seen.smallest, seen.swing);
         TEST_ASSERT_TRUE(seen.smallest > UNDER);
         TEST_ASSERT_TRUE(seen.swing < 0.5);
     }
@@ -267,22 +260,4 @@ static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
     link_limit(&x, 300.0f, (float)OMEGA);
     TEST_ASSERT_TRUE(x.driving == 4.0f && x.braking == 4.0f);
     TEST_ASSERT_FALSE(link_excuses(&x));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_braking_fades_towards_the_overvoltage);
-    RUN_TEST(test_driving_fades_towards_the_undervoltage);
-    RUN_TEST(test_without_ride_through_driving_is_never_limited);
-    RUN_TEST(test_limits_of_braking_open_towards_standstill);
-    RUN_TEST(test_limits_are_asked_for_as_long_as_they_act);
-    RUN_TEST(test_braking_into_a_capacitor_stays_below_the_trip);
-    RUN_TEST(test_a_rotor_holds_a_link_without_supply);
-    RUN_TEST(test_a_lost_supply_is_excused_for_its_time);
-    RUN_TEST(test_a_link_that_sinks_is_seen_twice);
-    RUN_TEST(test_a_lost_phase_shows_within_a_tenth_of_a_second);
-    RUN_TEST(test_three_phases_a_sag_and_a_braking_are_no_ripple);
-    RUN_TEST(test_new_coefficients_keep_what_is_lost_and_limit_anew);
-    return UNITY_END();
 }

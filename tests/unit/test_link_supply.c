@@ -224,17 +224,3 @@ static void test_bands_that_overlap_are_refused_with_their_rows(void)
     params.dc_overvoltage = 267.4f; /* 1.27 x 200 V / 0.95 = 267.37 V */
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_what_may_drive_a_full_link_is_five_per_mille);
-    RUN_TEST(test_a_supply_above_full_does_not_drive_a_rotor_without_friction);
-    RUN_TEST(test_a_supply_is_remembered_until_the_link_is_clearly_lower);
-    RUN_TEST(test_a_zero_error_does_not_fill_a_link_without_supply);
-    RUN_TEST(test_a_low_supply_that_delivers_limits_nothing);
-    RUN_TEST(test_a_low_supply_that_goes_is_lost);
-    RUN_TEST(test_a_link_that_the_rotor_holds_is_no_supply);
-    RUN_TEST(test_bands_that_overlap_are_refused_with_their_rows);
-    return UNITY_END();
-}

@@ -35,10 +35,6 @@ void setUp(void)
     lock_init(&lock, &tuning);
 }
 
-void tearDown(void)
-{
-}
-
 /* Periods until a sign shows, from a lock that has lasted; 0: none in 0.1 s. */
 static uint32_t lost_after(float omega_e)
 {
@@ -168,20 +164,4 @@ static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
         lock_step(&lock, &estimate);
     }
     TEST_ASSERT_TRUE(lock_is_lost(&lock, 200.0f, 200.0f, false));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_rotor_in_lock_shows_no_sign);
-    RUN_TEST(test_half_a_turn_off_shows_in_a_millisecond_and_a_half);
-    RUN_TEST(test_blocked_rotor_shows_in_three_milliseconds_and_a_half);
-    RUN_TEST(test_projection_counts_what_lies_along_the_axis);
-    RUN_TEST(test_scatter_of_the_detector_shows);
-    RUN_TEST(test_estimate_that_stands_while_speed_is_asked_for_shows);
-    RUN_TEST(test_expectation_has_a_floor);
-    RUN_TEST(test_reset_is_a_lock_that_has_lasted);
-    RUN_TEST(test_new_coefficients_act_and_the_means_go_on);
-    RUN_TEST(test_scatter_is_no_sign_before_the_loop_has_settled);
-    return UNITY_END();
 }

@@ -70,10 +70,6 @@ void setUp(void)
     traced = 0;
 }
 
-void tearDown(void)
-{
-}
-
 static double torque_of_current(void)
 {
     return KT * cimag(machine.current * cexp(-(double complex)I * machine.theta));
@@ -167,6 +163,9 @@ static uint32_t steps_until(manoeuvre_t manoeuvre, double most_seconds)
     return period - from;
 }
 
+#define EXPECT_TRACE(...)                                                                                    \
+    expect_trace((manoeuvre_t[]){__VA_ARGS__},                                                               \
+                 (int)(sizeof((manoeuvre_t[]){__VA_ARGS__}) / sizeof(manoeuvre_t)))
 static void expect_trace(const manoeuvre_t *names, int count)
 {
     for (int n = 0; n < count && n < traced; n++) {
@@ -197,6 +196,13 @@ static void given_running(double omega_m)
     (void)steps_until(MANOEUVRE_RUN, 0.021);
     steps(0.5);
     traced = 0;
+}
+
+static void given_heavy_running(double omega_m)
+{
+    setUp();
+    make_heavy();
+    given_running(omega_m);
 }
 
 /* ---- catch ---- */
@@ -239,7 +245,7 @@ static void test_turning_rotor_is_caught_and_run(void)
         step();
         TEST_ASSERT_TRUE(manoeuvres_judged(&m));
         steps(1.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_RUN}, 2);
+        EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, machine.omega_m / (double)wish.omega_m_ref);
     }
 }
@@ -409,9 +415,7 @@ static void check_start(const start_t *start, double theta)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * fabs(machine.omega_m), machine.omega_m, (double)m.run.omega_m_ref);
     TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
     steps(3.0);
-    expect_trace(
-        (manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
-        5);
+    EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs((double)start->speed), (double)start->speed, machine.omega_m);
     TEST_ASSERT_EQUAL_UINT32(0u, m.start_try); /* done */
 }
@@ -528,18 +532,18 @@ static void test_reference_too_slow_to_track_is_forced(void)
         wish.omega_m_ref = (float)way * 3.0f;
         begin();
         steps(5.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED}, 4);
+        EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 3.0, machine.omega_m);
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
         const frame_t rotor = manoeuvres_rotor(&m, &estimate.frame, &estimate);
         TEST_ASSERT_EQUAL_MEMORY(&m.forced.frame, &rotor, sizeof rotor);
         wish.omega_m_ref = (float)way * 40.0f;
         steps(3.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN}, 3);
+        EXPECT_TRACE(MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.4, way * 40.0, machine.omega_m);
         wish.omega_m_ref = (float)way * 2.0f;
         steps(3.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED}, 2);
+        EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 2.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
     }
@@ -603,9 +607,7 @@ static void test_fall_back_keeps_the_torque(void)
 static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
 {
     for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        make_heavy();
-        given_running(way * 50.0);
+        given_heavy_running(way * 50.0);
         TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
         wish.omega_m_ref = (float)way * -50.0f;
         bool sign = false, passed = false;
@@ -639,9 +641,7 @@ static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
         given_running(way * 40.0);
         wish.omega_m_ref = (float)way * -40.0f;
         steps(10.0);
-        expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER,
-                                     MANOEUVRE_RUN},
-                     5);
+        EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.4, way * -40.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
         TEST_ASSERT_EQUAL_UINT32(0u, m.lock_losses);
@@ -674,9 +674,7 @@ static void lose(void)
 static void test_lost_rotor_is_caught_again(void)
 {
     for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        make_heavy();
-        given_running(way * 60.0);
+        given_heavy_running(way * 60.0);
         lose();
         TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
@@ -702,9 +700,8 @@ static void test_rotor_that_stands_after_a_loss_is_started(void)
     machine.friction = 0.05;
     lose();
     steps(3.0);
-    expect_trace((manoeuvre_t[]){MANOEUVRE_RUN, MANOEUVRE_RELOCK, MANOEUVRE_ALIGN, MANOEUVRE_RAMP,
-                                 MANOEUVRE_HANDOVER, MANOEUVRE_RUN},
-                 6);
+    EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_RELOCK, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER,
+                 MANOEUVRE_RUN);
     TEST_ASSERT_DOUBLE_WITHIN(0.6, 60.0, machine.omega_m);
 }
 
@@ -713,9 +710,7 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
 {
     static const double apart[] = {0.1, 0.98, 1.02, 1.5};
     for (int n = 0; n < 4; n++) {
-        setUp();
-        make_heavy();
-        given_running(60.0);
+        given_heavy_running(60.0);
         for (uint32_t k = 1u; k <= 3u; k++) {
             lose();
             TEST_ASSERT_EQUAL_UINT32(k, m.lock_losses);
@@ -746,8 +741,7 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
 /* Those of the last time on do not count. */
 static void test_losses_begin_anew_when_the_bridge_comes_on(void)
 {
-    make_heavy();
-    given_running(60.0);
+    given_heavy_running(60.0);
     for (int n = 0; n < 2; n++) {
         lose();
         steps(0.1);
@@ -846,36 +840,4 @@ static void test_init_is_off_and_knows_of_nothing(void)
     TEST_ASSERT_TRUE(rotor.theta_e == 0.0f && rotor.omega_e == 0.0f);
     TEST_ASSERT_TRUE(m.failed == 0u && m.lock_losses == 0u && m.locking == 0u && m.tracking == 0u &&
                      m.start_try == 0u && m.reversing == 0u && m.other_source == 0u);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_turning_rotor_is_caught_and_run);
-    RUN_TEST(test_catch_holds_the_emf_and_hardly_a_current);
-    RUN_TEST(test_catch_waits_for_the_observer);
-    RUN_TEST(test_rotor_beyond_the_link_is_too_fast);
-    RUN_TEST(test_alignment_of_one_slow_turn_takes_every_rotor_along);
-    RUN_TEST(test_forced_frame_gets_its_share_of_the_emf);
-    RUN_TEST(test_standing_rotor_is_aligned_forced_handed_over_and_run);
-    RUN_TEST(test_estimate_that_does_not_settle_fails_the_start);
-    RUN_TEST(test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ramp);
-    RUN_TEST(test_current_of_a_retry_stays_within_the_limit);
-    RUN_TEST(test_load_beyond_the_first_current_is_started_by_a_retry);
-    RUN_TEST(test_reference_too_slow_to_track_is_forced);
-    RUN_TEST(test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency);
-    RUN_TEST(test_fall_back_keeps_the_torque);
-    RUN_TEST(test_quick_reversal_stays_in_run_and_is_not_judged_near_zero);
-    RUN_TEST(test_slow_reversal_goes_through_zero_in_a_forced_frame);
-    RUN_TEST(test_nothing_else_than_run_is_judged);
-    RUN_TEST(test_lost_rotor_is_caught_again);
-    RUN_TEST(test_rotor_that_stands_after_a_loss_is_started);
-    RUN_TEST(test_three_losses_within_two_seconds_are_one_too_many);
-    RUN_TEST(test_starts_that_are_lost_at_once_are_counted_as_tries);
-    RUN_TEST(test_losses_begin_anew_when_the_bridge_comes_on);
-    RUN_TEST(test_wish_for_a_current_starts_in_its_direction);
-    RUN_TEST(test_with_the_encoder_there_is_nothing_but_run);
-    RUN_TEST(test_other_source_under_way_turns_the_frame);
-    RUN_TEST(test_init_is_off_and_knows_of_nothing);
-    return UNITY_END();
 }

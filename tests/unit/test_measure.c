@@ -43,10 +43,6 @@ void setUp(void)
                                 .flags = DRIVE_SAMPLE_LATE};
 }
 
-void tearDown(void)
-{
-}
-
 static calibration_t calibrate(void)
 {
     measure_step(&measure, &samples, NO_TRIM);
@@ -310,25 +306,4 @@ static void test_new_coefficients_keep_offsets_and_a_calibration_under_way(void)
     TEST_ASSERT_EQUAL(CALIBRATION_FAILED, calibrate());
     TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, measure.measured.current_abc.a - 0.25f / PERIODS);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_sample_becomes_a_measurement);
-    RUN_TEST(test_offsets_are_removed);
-    RUN_TEST(test_trim_is_removed_in_the_stationary_frame_alone);
-    RUN_TEST(test_each_input_below_and_above_its_end);
-    RUN_TEST(test_each_input_that_is_no_number);
-    RUN_TEST(test_no_temperature_sensor_is_no_error);
-    RUN_TEST(test_a_bad_sample_keeps_the_last_good_values);
-    RUN_TEST(test_calibration_takes_exactly_its_time);
-    RUN_TEST(test_samples_of_the_settling_sensors_are_left_out);
-    RUN_TEST(test_offsets_are_the_mean);
-    RUN_TEST(test_bad_samples_are_left_out);
-    RUN_TEST(test_each_sensor_fails_at_its_limit_in_either_sign);
-    RUN_TEST(test_a_calibration_begins_anew);
-    RUN_TEST(test_a_broken_off_calibration_leaves_nothing_behind);
-    RUN_TEST(test_new_coefficients_keep_offsets_and_a_calibration_under_way);
-    return UNITY_END();
 }

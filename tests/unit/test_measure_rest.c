@@ -192,19 +192,3 @@ static void test_new_coefficients_begin_a_new_block(void)
     TEST_ASSERT_TRUE(period(0.5, 0.0));
     expect_offset(0.5, 0.0);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block);
-    RUN_TEST(test_a_drift_is_followed);
-    RUN_TEST(test_what_has_hardly_moved_stays);
-    RUN_TEST(test_what_the_trim_has_found_has_not_moved);
-    RUN_TEST(test_an_offset_beyond_its_limit_is_told_and_not_taken);
-    RUN_TEST(test_a_rotor_that_feeds_the_link_is_no_offset);
-    RUN_TEST(test_a_calibration_beside_a_current_is_replaced);
-    RUN_TEST(test_a_run_in_between_begins_anew);
-    RUN_TEST(test_what_is_no_measurement_is_left_out);
-    RUN_TEST(test_new_coefficients_begin_a_new_block);
-    return UNITY_END();
-}

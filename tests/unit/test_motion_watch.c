@@ -38,10 +38,6 @@ void setUp(void)
     begin(PER_AMPERE);
 }
 
-void tearDown(void)
-{
-}
-
 static motion_watch_input_t input_of(double i, double reference)
 {
     return (motion_watch_input_t){(float)i,         (float)i, (float)LIMIT, (float)omega,
@@ -246,20 +242,13 @@ static void test_time_below_the_limit_counts_back(void)
     TEST_ASSERT_EQUAL_UINT32(500u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 1000u));
 }
 
-int main(void)
+static void test_init_leaves_nothing_of_before(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_the_load_is_what_the_motion_lacks);
-    RUN_TEST(test_torque_of_the_wrong_sign_is_a_runaway);
-    RUN_TEST(test_a_runaway_shows_with_friction_and_a_wrong_inertia);
-    RUN_TEST(test_loads_up_to_what_the_motor_can_are_no_runaway);
-    RUN_TEST(test_a_jam_is_no_runaway);
-    RUN_TEST(test_a_shaft_that_is_hit_is_no_runaway);
-    RUN_TEST(test_only_a_sensor_sees_a_runaway);
-    RUN_TEST(test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time);
-    RUN_TEST(test_what_was_asked_for_is_no_stall);
-    RUN_TEST(test_times_of_zero_are_not_judged);
-    RUN_TEST(test_a_shaft_that_comes_nearer_is_not_stuck);
-    RUN_TEST(test_time_below_the_limit_counts_back);
-    return UNITY_END();
+    const motion_watch_tuning_t tuning = motion_watch_prepare(&params);
+    motion_watch_t other;
+    memset(&other, 0, sizeof other);
+    memset(&watch, 0x55, sizeof watch);
+    motion_watch_init(&other, &tuning);
+    motion_watch_init(&watch, &tuning);
+    TEST_ASSERT_EQUAL_MEMORY(&other, &watch, sizeof watch);
 }

@@ -6,10 +6,9 @@
 #include <unity.h>
 
 #include "adapt/offset_trim.h"
+#include "tests/unit/compare.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 #define GAIN   0.05f
 #define PERIOD 1e-4f
@@ -64,10 +63,6 @@ static void start(double samples_per_turn)
 void setUp(void)
 {
     start(200.0);
-}
-
-void tearDown(void)
-{
 }
 
 static ab_t step(double complex constant)
@@ -130,24 +125,18 @@ static void expect_offset(double complex wanted, double tolerance, ab_t offset)
 
 /* ---- what is found ---- */
 
-static void test_starts_with_no_offset(void)
+static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
 {
-    expect_offset(0.0, 0.0, rotor.trim.offset);
-}
-
-static void test_finds_the_constant_of_a_turning_emf(void)
-{
-    begin_window();
-    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW - 1));
-    expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
-}
-
-static void test_finds_the_same_when_turning_backwards(void)
-{
-    start(-200.0);
-    begin_window();
-    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW - 1));
-    expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
+    for (int way = -1; way <= 1; way += 2) {
+        start(way * 200.0);
+        expect_offset(0.0, 0.0, rotor.trim.offset);
+        begin_window();
+        expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW - 1));
+        const ab_t offset = step(CONSTANT);
+        expect_offset(-0.05 * CONSTANT, ROUNDING, offset);
+        TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.alpha, offset.alpha);
+        TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
+    }
 }
 
 /* Each window adds its share. */
@@ -175,13 +164,9 @@ static void converges(double samples_per_turn)
     TEST_ASSERT_TRUE(cabs(found - offset) < 1e-4);
 }
 
-static void test_converges_on_the_offset_forwards(void)
+static void test_converges_on_the_offset_either_way(void)
 {
     converges(200.0);
-}
-
-static void test_converges_on_the_offset_backwards(void)
-{
     converges(-200.0);
 }
 
@@ -231,60 +216,52 @@ static ab_t window_of_speeds(float begin, float end)
     return steps(CONSTANT, WINDOW);
 }
 
-static void test_too_slow_is_left_alone(void)
+static void expect_window_of_speeds(float begin, float end, bool counts)
+{
+    const ab_t offset = window_of_speeds(begin, end);
+    expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? ROUNDING : 0.0, offset);
+}
+
+/* Too slow, or moved by more than TRIM_SPEED_DRIFT of itself, either way; 512 and half a per cent of it are
+ * floats. */
+static void test_a_slow_or_changing_speed_is_left_alone(void)
 {
     const float limit = TRIM_SPEED_MIN;
     for (int32_t sign = -1; sign <= 1; sign += 2) {
         const float s = (float)sign;
-        expect_offset(0.0, 0.0, window_of_speeds(s * 0.999f * limit, s * 0.999f * limit));
-        expect_offset(0.0, 0.0, window_of_speeds(s * limit, s * limit));
-        expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_speeds(s * 1.001f * limit, s * 1.001f * limit));
-    }
-}
-
-/* The speed may move by TRIM_SPEED_DRIFT of itself, either way; 512 and half a per cent of it are floats. */
-static void test_a_changing_speed_is_left_alone(void)
-{
-    for (int32_t sign = -1; sign <= 1; sign += 2) {
-        const float s = (float)sign;
+        expect_window_of_speeds(s * 0.999f * limit, s * 0.999f * limit, false);
+        expect_window_of_speeds(s * limit, s * limit, false);
+        expect_window_of_speeds(s * 1.001f * limit, s * 1.001f * limit, true);
+        expect_window_of_speeds(s * 300.0f, s * -300.0f, false);
         for (int32_t up = -1; up <= 1; up += 2) {
             const float drift = (float)up * TRIM_SPEED_DRIFT * 512.0f;
-            const float end = s * 512.0f;
-            expect_offset(0.0, 0.0, window_of_speeds(s * (512.0f - 1.01f * drift), end));
-            expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_speeds(s * (512.0f - 0.99f * drift), end));
+            expect_window_of_speeds(s * (512.0f - 1.01f * drift), s * 512.0f, false);
+            expect_window_of_speeds(s * (512.0f - 0.99f * drift), s * 512.0f, true);
         }
     }
 }
 
-static void test_a_reversal_is_left_alone(void)
-{
-    expect_offset(0.0, 0.0, window_of_speeds(300.0f, -300.0f));
-}
-
 static void test_after_a_change_the_next_steady_window_counts(void)
 {
-    expect_offset(0.0, 0.0, window_of_speeds(300.0f, 400.0f));
+    expect_window_of_speeds(300.0f, 400.0f, false);
     expect_offset(-0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
 }
 
-static ab_t window_of_current(float alpha, float beta)
-{
-    setUp();
-    begin_window();
-    rotor.current = (ab_t){alpha, beta};
-    return steps(CONSTANT, WINDOW);
-}
-
+/* 0.5: its square is a float; both components count: 0.71^2 + 0.71^2 > 1. */
 static void test_a_small_current_is_left_alone(void)
 {
-    const float limit = TRIM_CURRENT_MIN; /* 0.5: its square is a float */
-    expect_offset(0.0, 0.0, window_of_current(0.99f * limit, 0.0f));
-    expect_offset(0.0, 0.0, window_of_current(0.0f, -limit));
-    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(-1.01f * limit, 0.0f));
-    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(0.0f, 1.01f * limit));
-    /* both components count: 0.71^2 + 0.71^2 > 1 */
-    expect_offset(-0.05 * CONSTANT, ROUNDING, window_of_current(0.71f * limit, 0.71f * limit));
-    expect_offset(0.0, 0.0, window_of_current(0.7f * limit, -0.7f * limit));
+    static const struct {
+        float alpha, beta; /* of TRIM_CURRENT_MIN */
+        bool counts;
+    } cases[] = {{0.99f, 0.0f, false}, {0.0f, -1.0f, false}, {-1.01f, 0.0f, true},
+                 {0.0f, 1.01f, true},  {0.71f, 0.71f, true}, {0.7f, -0.7f, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        begin_window();
+        rotor.current = (ab_t){cases[n].alpha * TRIM_CURRENT_MIN, cases[n].beta * TRIM_CURRENT_MIN};
+        const ab_t offset = steps(CONSTANT, WINDOW);
+        expect_offset(cases[n].counts ? -0.05 * CONSTANT : 0.0, cases[n].counts ? ROUNDING : 0.0, offset);
+    }
 }
 
 static void test_gain_zero_is_off(void)
@@ -366,29 +343,10 @@ static void test_result_is_the_offset(void)
     TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
 }
 
-int main(void)
+static void test_reset_leaves_nothing_of_before(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_starts_with_no_offset);
-    RUN_TEST(test_finds_the_constant_of_a_turning_emf);
-    RUN_TEST(test_finds_the_same_when_turning_backwards);
-    RUN_TEST(test_windows_add_up);
-    RUN_TEST(test_converges_on_the_offset_forwards);
-    RUN_TEST(test_converges_on_the_offset_backwards);
-    RUN_TEST(test_broken_turns_leave_less_than_a_sample);
-    RUN_TEST(test_a_slow_window_is_a_whole_turn);
-    RUN_TEST(test_first_window_after_a_reset_only_looks);
-    RUN_TEST(test_too_slow_is_left_alone);
-    RUN_TEST(test_a_changing_speed_is_left_alone);
-    RUN_TEST(test_a_reversal_is_left_alone);
-    RUN_TEST(test_after_a_change_the_next_steady_window_counts);
-    RUN_TEST(test_a_small_current_is_left_alone);
-    RUN_TEST(test_gain_zero_is_off);
-    RUN_TEST(test_each_component_stops_at_the_limit);
-    RUN_TEST(test_limit_below_at_and_above);
-    RUN_TEST(test_reset_takes_the_offset_and_forgets_the_window);
-    RUN_TEST(test_new_coefficients_keep_the_state);
-    RUN_TEST(test_window_is_a_time);
-    RUN_TEST(test_result_is_the_offset);
-    return UNITY_END();
+    const offset_trim_t fresh = rotor.trim;
+    (void)steps(CONSTANT, WINDOW + WINDOW / 2);
+    offset_trim_reset(&rotor.trim, NONE);
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &rotor.trim, sizeof fresh);
 }

@@ -6,14 +6,6 @@
 
 static const float PERIOD = 1e-4f;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void begin(pi_t *pi, float kp, float ki)
 {
     const pi_tuning_t tuning = pi_prepare(kp, ki, PERIOD);
@@ -164,22 +156,4 @@ static void test_reset_is_bumpless_and_new_coefficients_keep_the_integral(void)
     TEST_ASSERT_TRUE(pi_output(&pi, 1.0f) == 0.5f);
     begin(&pi, 2.0f, 300.0f);
     TEST_ASSERT_TRUE(pi_output(&pi, 0.0f) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_first_output_is_proportional_only);
-    RUN_TEST(test_output_changes_nothing);
-    RUN_TEST(test_constant_error_integrates_with_ki);
-    RUN_TEST(test_back_calculation_integrates_the_error_that_would_have_fitted);
-    RUN_TEST(test_clamp_cuts_both_ways_and_says_so_to_the_integral);
-    RUN_TEST(test_clamp_below_at_above_the_limit);
-    RUN_TEST(test_integral_settles_at_the_limit_while_saturated);
-    RUN_TEST(test_output_leaves_the_limit_as_soon_as_the_error_turns);
-    RUN_TEST(test_pure_integrator_stops_at_the_limit);
-    RUN_TEST(test_no_integral_part_stays_without);
-    RUN_TEST(test_back_calculation_gain_is_capped_at_one);
-    RUN_TEST(test_reset_is_bumpless_and_new_coefficients_keep_the_integral);
-    return UNITY_END();
 }

@@ -6,8 +6,8 @@
 #include <unity.h>
 
 #include "estimator/fixed/fixed.h"
+#include "tests/unit/compare.h"
 
-#define PI        3.14159265358979323846
 #define AMPLITUDE 10.0 /* [V] */
 
 /* A count: of a turn a period, and of U = 256 V, the power of two above k_s (formats.h). */
@@ -15,14 +15,6 @@
 #define VOLTAGE_UNIT (256.0 / 134217728.0)            /* [V] */
 
 static pll_q_t pll;
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
 
 /* The paper's motor; cutoff 0: the conventional loop [rad/s]. */
 static void start_at(float cutoff, double speed)
@@ -99,13 +91,4 @@ static void test_a_loop_that_turns_has_the_sign_of_its_speed(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, -way * share, detector_of(AMPLITUDE));
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_slow_start_has_a_direction_and_the_whole_gain);
-    RUN_TEST(test_the_direction_of_a_start_ends_at_20_rad_s);
-    RUN_TEST(test_a_loop_that_turns_has_the_sign_of_its_speed);
-    return UNITY_END();
 }

@@ -11,8 +11,8 @@
 #include "math/root_q.h"
 #include "math/tanh_q.h"
 #include "math/trig_q.h"
+#include "tests/unit/compare.h"
 
-#define PI   3.14159265358979323846
 #define TURN 4294967296.0
 
 static uint64_t seed;
@@ -20,10 +20,6 @@ static uint64_t seed;
 void setUp(void)
 {
     seed = UINT64_C(2026);
-}
-
-void tearDown(void)
-{
 }
 
 static uint64_t draw(void)
@@ -49,7 +45,6 @@ static void check_at_most(double limit, double value, const char *what)
 {
     char text[120];
     snprintf(text, sizeof text, "%s: %.4g, limit %.4g", what, value, limit);
-    printf("%s\n", text);
     TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 
@@ -407,32 +402,4 @@ static void test_filter_stays_in_range_for_every_input(void)
         int32_t value = lowpass_step_q(&filter, m % 3 ? INT32_MIN : INT32_MAX);
         TEST_ASSERT_TRUE(value >= -FILTER_Q_LARGEST && value <= FILTER_Q_LARGEST);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_floor_is_that_of_division);
-    RUN_TEST(test_round_goes_to_the_nearest_halves_up);
-    RUN_TEST(test_saturation_is_symmetric);
-    RUN_TEST(test_products_keep_all_their_bits);
-    RUN_TEST(test_upper_words_are_those_of_division);
-    RUN_TEST(test_cut_rounds_within_and_ends_beyond);
-    RUN_TEST(test_signed_angle_is_the_same_angle);
-    RUN_TEST(test_leading_zeros_of_every_bit);
-    RUN_TEST(test_inverse_root_is_within_its_bound);
-    RUN_TEST(test_quotient_is_within_its_bound);
-    RUN_TEST(test_root_of_the_smallest_and_largest);
-    RUN_TEST(test_tanh_ratio_is_within_its_bound);
-    RUN_TEST(test_rotation_is_within_its_bound);
-    RUN_TEST(test_rotation_is_exact_at_quarters_and_symmetric);
-    RUN_TEST(test_direction_is_within_its_bound);
-    RUN_TEST(test_direction_of_the_shortest_and_longest);
-    RUN_TEST(test_arc_tangent_is_within_its_bound);
-    RUN_TEST(test_arc_tangent_at_the_edges);
-    RUN_TEST(test_park_turns);
-    RUN_TEST(test_filter_has_no_dead_zone);
-    RUN_TEST(test_filter_follows_its_exponential);
-    RUN_TEST(test_filter_stays_in_range_for_every_input);
-    return UNITY_END();
 }

@@ -18,10 +18,6 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-void tearDown(void)
-{
-}
-
 static const table_row_t *row_of(const char *name)
 {
     const table_row_t *row = table_by_name(&params_table, name);
@@ -361,18 +357,4 @@ static void test_told_ranges_of_requests_are_true(void)
             }
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_told_range_is_true_of_random_sets);
-    RUN_TEST(test_every_told_range_of_the_start_is_true);
-    RUN_TEST(test_the_row_to_change_makes_room_for_the_one_that_has_none);
-    RUN_TEST(test_every_rule_of_the_estimator_is_told_in_rows_and_truly);
-    RUN_TEST(test_rules_of_thumb_are_told);
-    RUN_TEST(test_a_gain_without_room_asks_for_another_slope);
-    RUN_TEST(test_a_row_out_of_range_is_told_what_the_rules_leave_of_it);
-    RUN_TEST(test_told_ranges_of_requests_are_true);
-    return UNITY_END();
 }

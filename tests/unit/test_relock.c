@@ -208,17 +208,3 @@ static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame(voi
     TEST_ASSERT_TRUE(m.forced.frame.omega_e < 0.0f); /* it begins with the rotor's speed */
     TEST_ASSERT_EQUAL_UINT32(2u, m.lock_losses);
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_relocked_rotor_against_the_wish_keeps_its_speed_until_it_is_judged);
-    RUN_TEST(test_a_loop_that_scatters_is_lost_before_the_reversal);
-    RUN_TEST(test_a_relocked_rotor_with_the_wish_has_its_torque_at_once);
-    RUN_TEST(test_a_stop_waits_for_nothing);
-    RUN_TEST(test_a_wish_for_a_current_has_it_at_once);
-    RUN_TEST(test_a_wish_that_turns_round_ends_it);
-    RUN_TEST(test_a_first_catch_reverses_at_once);
-    RUN_TEST(test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame);
-    return UNITY_END();
-}

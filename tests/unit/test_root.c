@@ -4,41 +4,15 @@
  * they are not is what the exhaustive test is for. A factor of 4 in the argument is one of 2 in the result,
  * exactly, so that [1, 4) tells all, down to where products become denormal (2.4e-38). */
 #include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <unity.h>
 
 #include "math/root.h"
-#include "tests/unit/sweep.h"
+#include "tests/unit/worst.h"
 
 #define TOLERANCE 5e-7
 
-static double worst;
-
 static void look_at(float square)
 {
-    double error = fabs((double)inverse_root(square) * sqrt((double)square) - 1.0);
-    if (!(error <= worst)) {
-        worst = error;
-    }
-}
-
-static void check(void)
-{
-    char text[48];
-    snprintf(text, sizeof text, "largest relative error %.3e", worst);
-    TEST_ASSERT_TRUE_MESSAGE(worst <= TOLERANCE, text);
-    puts(text);
-}
-
-void setUp(void)
-{
-    worst = 0.0;
-}
-
-void tearDown(void)
-{
+    keep_worst((double)inverse_root(square) * sqrt((double)square) - 1.0);
 }
 
 static void test_every_float_from_one_to_four(void)
@@ -46,7 +20,7 @@ static void test_every_float_from_one_to_four(void)
     for (uint32_t k = 0; k < UINT32_C(0x1000000); k += SWEEP) {
         look_at(ldexpf(1.0f + ldexpf((float)(k & UINT32_C(0x7FFFFF)), -23), (int)(k >> 23)));
     }
-    check();
+    check("relative", TOLERANCE);
 }
 
 static void test_whole_range(void)
@@ -56,7 +30,7 @@ static void test_whole_range(void)
     }
     look_at(1e-30f);
     look_at(1e30f);
-    check();
+    check("relative", TOLERANCE);
 }
 
 static void test_ends_of_the_float_range(void)
@@ -67,7 +41,7 @@ static void test_ends_of_the_float_range(void)
     for (float square = FLT_MAX; square > 1e28f; square /= 1.0f + 3e-4f * SWEEP) {
         look_at(square);
     }
-    check();
+    check("relative", TOLERANCE);
 }
 
 static void test_factor_of_four_is_a_factor_of_two_exactly(void)
@@ -104,16 +78,4 @@ static void test_zero_and_denormals_give_something_finite_and_positive(void)
 static void test_vector_without_length_has_length_zero(void)
 {
     TEST_ASSERT_TRUE(0.0f * inverse_root(0.0f) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_float_from_one_to_four);
-    RUN_TEST(test_whole_range);
-    RUN_TEST(test_ends_of_the_float_range);
-    RUN_TEST(test_factor_of_four_is_a_factor_of_two_exactly);
-    RUN_TEST(test_zero_and_denormals_give_something_finite_and_positive);
-    RUN_TEST(test_vector_without_length_has_length_zero);
-    return UNITY_END();
 }

@@ -31,10 +31,6 @@ void setUp(void)
     begin(&tuning);
 }
 
-void tearDown(void)
-{
-}
-
 static demand_t step(run_mode_t mode, float omega_m_ref, float d, float q, float omega_m)
 {
     const run_wish_t wish = {mode, omega_m_ref, {d, q}};
@@ -233,24 +229,4 @@ static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
     expect(demand, 0.0f, 6.0f, 9.0f);
     TEST_ASSERT_EQUAL_FLOAT(0.25f * 32.0f, run_emf(&run, 32.0f).q);
     expect(step(RUN_SPEED, 18.0f, 0.0f, 0.0f, 8.0f), 0.0f, 6.5f, 18.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_emf_is_the_flux_turning);
-    RUN_TEST(test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest);
-    RUN_TEST(test_currents_are_taken_as_they_are_wished_for);
-    RUN_TEST(test_speed_makes_the_torque_current_and_the_wish_the_other);
-    RUN_TEST(test_torque_current_stays_within_the_limit);
-    RUN_TEST(test_torque_current_stays_within_what_is_left_of_the_limit);
-    RUN_TEST(test_what_a_limit_cuts_off_leaves_the_integral);
-    RUN_TEST(test_from_current_to_speed_without_a_jump);
-    RUN_TEST(test_it_is_entered_with_the_current_that_flows);
-    RUN_TEST(test_the_torque_current_fits_beside_what_a_hand_over_has_left);
-    RUN_TEST(test_ramps_take_the_reference_to_the_wish);
-    RUN_TEST(test_a_ramp_begins_at_the_speed_of_the_motor);
-    RUN_TEST(test_at_low_speed_the_current_vector_is_kept_long);
-    RUN_TEST(test_new_coefficients_act_and_the_speed_control_goes_on);
-    return UNITY_END();
 }

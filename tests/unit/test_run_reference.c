@@ -38,10 +38,6 @@ void setUp(void)
     begin(0.0f);
 }
 
-void tearDown(void)
-{
-}
-
 static demand_t step(run_mode_t mode, float wanted, float omega_m)
 {
     const run_wish_t wish = {mode, wanted, {0.0f, 0.0f}};
@@ -155,17 +151,4 @@ static void test_wish_for_currents_gets_nothing_else(void)
     demand_t demand;
     run_step(&run, &wish, 8.0f, 2.0f, &demand);
     TEST_ASSERT_TRUE(demand.current.d == -1.5f && demand.current.q == 3.0f && demand.omega_m_ref == 2.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_current_of_a_hand_over_is_held);
-    RUN_TEST(test_i_d_of_a_hand_over_fades);
-    RUN_TEST(test_i_q_waits_for_what_a_hand_over_has_left);
-    RUN_TEST(test_low_speed_current_fills_up_what_i_q_leaves);
-    RUN_TEST(test_low_speed_current_comes_with_its_low_pass);
-    RUN_TEST(test_larger_of_both_is_added_to_the_wish);
-    RUN_TEST(test_wish_for_currents_gets_nothing_else);
-    return UNITY_END();
 }

@@ -42,10 +42,6 @@ void setUp(void)
     look(calls_of_a_round());
 }
 
-void tearDown(void)
-{
-}
-
 static void test_nothing_is_found_where_nothing_changes(void)
 {
     look(50u * calls_of_a_round());
@@ -94,14 +90,4 @@ static void test_new_parameters_are_no_change_at_any_time(void)
         look(calls);
         TEST_ASSERT_EQUAL_HEX32(0u, watch.found);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_nothing_is_found_where_nothing_changes);
-    RUN_TEST(test_a_bit_of_any_word_of_any_memory_is_found_and_stays_found);
-    RUN_TEST(test_a_changed_parameter_is_found_whichever_it_is_until_a_set_is_taken_over);
-    RUN_TEST(test_new_parameters_are_no_change_at_any_time);
-    return UNITY_END();
 }

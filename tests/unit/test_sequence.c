@@ -25,10 +25,14 @@ static struct {
     fault_set_t faults, stops;
     calibration_t calibration;
 } input;
-static struct {
-    uint32_t gates;
-    bool preset, track, charge;
-} order;
+static uint32_t order; /* of the last period */
+
+#define OFF    ((uint32_t)GATES_OFF)
+#define KEEP   ((uint32_t)GATES_KEEP)
+#define ON     ((uint32_t)GATES_ON)
+#define PRESET SEQUENCE_PRESET
+#define TRACK  SEQUENCE_TRACK
+#define CHARGE SEQUENCE_CHARGE
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
@@ -53,10 +57,6 @@ void setUp(void)
     input.calibration = CALIBRATION_GOES_ON;
 }
 
-void tearDown(void)
-{
-}
-
 static void steps(uint32_t count)
 {
     measured.flags =
@@ -64,13 +64,8 @@ static void steps(uint32_t count)
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
-        const uint32_t bits =
-            sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
-                                                         is.standing, input.calibration});
-        order.gates = bits & SEQUENCE_GATES;
-        order.preset = (bits & SEQUENCE_PRESET) != 0u;
-        order.track = (bits & SEQUENCE_TRACK) != 0u;
-        order.charge = (bits & SEQUENCE_CHARGE) != 0u;
+        order = sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
+                                                             is.standing, input.calibration});
     }
 }
 
@@ -85,61 +80,77 @@ static void expect_state(drive_state_t state)
     TEST_ASSERT_EQUAL_INT32(state, sequence.state);
 }
 
-static void expect_order(drive_gates_t gates, bool preset, bool track)
+/* So many periods, after which the machine is there and gives this order. */
+static void go(uint32_t periods, drive_state_t state, uint32_t expected)
 {
-    TEST_ASSERT_EQUAL(gates, order.gates);
-    TEST_ASSERT_EQUAL(preset, order.preset);
-    TEST_ASSERT_EQUAL(track, order.track);
+    steps(periods);
+    expect_state(state);
+    TEST_ASSERT_EQUAL_HEX32(expected, order);
+}
+
+/* The same with this value of `enable`. */
+static void wish(int32_t enable, uint32_t periods, drive_state_t state, uint32_t expected)
+{
+    requests.enable = enable;
+    go(periods, state, expected);
+}
+
+/* In fault, by this reason. */
+static void expect_fault(int32_t reason)
+{
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(reason, sequence.fault_reason);
+}
+
+static void go_to_fault(uint32_t periods, int32_t reason)
+{
+    go(periods, DRIVE_FAULT, OFF);
+    expect_fault(reason);
+}
+
+/* Whether ready or not, `enable` is refused with this reason. */
+static void expect_refusal(int32_t enable, int32_t reason)
+{
+    requests.enable = enable;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
 }
 
 static void bring_to_ready(void)
 {
     steps(REARM);
     input.calibration = CALIBRATION_GOOD;
-    steps(1);
+    go(1, DRIVE_READY, OFF);
     input.calibration = CALIBRATION_GOES_ON;
-    expect_state(DRIVE_READY);
 }
 
-static void bring_to_switched_on(void)
+/* From the start, by way of the states before it. */
+static void from(drive_state_t state)
 {
-    bring_to_ready();
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
+    setUp();
+    if (state != DRIVE_NOT_READY) {
+        bring_to_ready();
+    }
+    if (state >= DRIVE_SWITCHED_ON) {
+        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
+    }
+    if (state >= DRIVE_OPERATION_ENABLED) {
+        go(1, DRIVE_SWITCHED_ON, ON);
+        is.tripped = false;
+        go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
+    }
+    if (state == DRIVE_QUICK_STOP) {
+        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, KEEP);
+    }
+    if (state == DRIVE_FAULT) {
+        input.faults = LATE;
+        go_to_fault(1, REASON_LATE);
+        input.faults = NOTHING;
+        is.tripped = true;
+    }
 }
 
-static void bring_to_operation(void)
-{
-    bring_to_switched_on();
-    steps(1);
-    is.tripped = false;
-    steps(1);
-    expect_state(DRIVE_OPERATION_ENABLED);
-}
-
-static void bring_to_quick_stop(void)
-{
-    bring_to_operation();
-    requests.enable = REQUEST_QUICK_STOP;
-    steps(1);
-    expect_state(DRIVE_QUICK_STOP);
-}
-
-static void bring_to_fault(void)
-{
-    bring_to_operation();
-    input.faults = LATE;
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    input.faults = NOTHING;
-    is.tripped = true;
-}
-
-static void (*const bring_to[])(void) = {
-    setUp, bring_to_ready, bring_to_switched_on, bring_to_operation, bring_to_quick_stop, bring_to_fault};
-
-#define STATES ((int32_t)(sizeof bring_to / sizeof bring_to[0]))
+#define STATES ((int32_t)DRIVE_FAULT + 1)
 
 /* A request of one period. */
 static void reset_edge(void)
@@ -155,91 +166,60 @@ static void reset_edge(void)
 static void test_begins_not_ready_with_gates_off(void)
 {
     expect_state(DRIVE_NOT_READY);
-    steps(3u * REARM);
-    expect_state(DRIVE_NOT_READY);
-    expect_order(GATES_OFF, false, false);
+    go(3u * REARM, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
     TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_periods); /* and counts no further */
 }
 
-static void test_a_good_calibration_makes_ready(void)
+static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 {
     input.calibration = CALIBRATION_GOOD;
-    steps(1);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
-}
-
-static void test_a_failed_calibration_is_a_fault(void)
-{
+    go(1, DRIVE_READY, OFF);
+    setUp();
     input.calibration = CALIBRATION_FAILED;
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    expect_order(GATES_OFF, false, false);
-    TEST_ASSERT_EQUAL_INT32(REASON_CURRENT_OFFSET, sequence.fault_reason);
+    go_to_fault(1, REASON_CURRENT_OFFSET);
 }
 
 static void test_not_ready_refuses_whatever_is_wished_for(void)
 {
-    requests.enable = REQUEST_ON;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NOT_READY, sequence.refusal);
-    requests.enable = REQUEST_QUICK_STOP;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NOT_READY, sequence.refusal);
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+    expect_refusal(REQUEST_ON, REASON_NOT_READY);
+    expect_refusal(REQUEST_QUICK_STOP, REASON_NOT_READY);
+    expect_refusal(REQUEST_OFF, REASON_NONE);
 }
 
 /* ---- ready ---- */
 
 static void test_on_goes_through_switched_on_with_duties_before_gates(void)
 {
-    bring_to_ready();
-    steps(10);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
-    expect_order(GATES_OFF, true, false);
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
-    expect_order(GATES_ON, false, false);
+    from(DRIVE_READY);
+    go(10, DRIVE_READY, OFF);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
+    go(1, DRIVE_SWITCHED_ON, ON);
     is.tripped = false;
-    steps(1);
-    expect_state(DRIVE_OPERATION_ENABLED);
-    expect_order(GATES_KEEP, true, true);
+    go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
     for (int n = 0; n < 100; n++) {
-        steps(1);
-        expect_state(DRIVE_OPERATION_ENABLED);
-        expect_order(GATES_KEEP, false, false); /* released once, never again by itself */
+        go(1, DRIVE_OPERATION_ENABLED, KEEP); /* released once, never again by itself */
     }
 }
 
 static void test_quick_stop_starts_nothing(void)
 {
-    bring_to_ready();
-    requests.enable = REQUEST_QUICK_STOP;
-    steps(10);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
+    from(DRIVE_READY);
+    wish(REQUEST_QUICK_STOP, 10, DRIVE_READY, OFF);
 }
 
 static void expect_refused(int32_t reason)
 {
-    steps(1);
-    expect_state(reason == REASON_NONE ? DRIVE_SWITCHED_ON : DRIVE_READY);
-    expect_order(GATES_OFF, reason == REASON_NONE, false);
+    const bool refused = reason != REASON_NONE;
+    go(1, refused ? DRIVE_READY : DRIVE_SWITCHED_ON, refused ? OFF : OFF | PRESET);
     TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
 }
 
 /* Each obstacle in its turn, the gravest first. */
 static void test_on_is_refused_with_the_reason(void)
 {
-    bring_to_ready();
+    from(DRIVE_READY);
     requests.enable = REQUEST_ON;
     is.fault_line = true;
     is.undervoltage = true;
@@ -263,8 +243,7 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
     for (int n = 0; n < 24; n++) {
         const float angle = 0.2618f * (float)n;
         const ab_t direction = {cosf(angle), sinf(angle)};
-        setUp();
-        bring_to_ready();
+        from(DRIVE_READY);
         requests.enable = REQUEST_ON;
         measured.flags = DRIVE_SAMPLE_TRIPPED;
         for (int over = 1; over >= 0; over--) {
@@ -280,28 +259,22 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
 
 static void test_without_a_wish_nothing_is_refused(void)
 {
-    bring_to_ready();
+    from(DRIVE_READY);
     is.undervoltage = true;
     is.feeding = true;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, sequence.refusal);
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+    expect_refusal(REQUEST_OFF, REASON_NONE);
+    expect_refusal(REQUEST_ON, REASON_DC_UNDERVOLTAGE);
+    expect_refusal(REQUEST_OFF, REASON_NONE);
 }
 
 static void test_obstacles_of_a_start_do_not_stop_a_running_drive(void)
 {
-    bring_to_operation();
+    from(DRIVE_OPERATION_ENABLED);
     is.undervoltage = true;
     is.feeding = true;
     is.fault_line = true;
     is.standing = true;
-    steps(10);
-    expect_state(DRIVE_OPERATION_ENABLED);
+    go(10, DRIVE_OPERATION_ENABLED, KEEP);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
 }
 
@@ -309,32 +282,21 @@ static void test_obstacles_of_a_start_do_not_stop_a_running_drive(void)
 
 static void test_gates_that_do_not_come_on_are_a_fault(void)
 {
-    bring_to_switched_on();
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    expect_order(GATES_OFF, false, false);
-    TEST_ASSERT_EQUAL_INT32(REASON_GATES_REFUSED, sequence.fault_reason);
+    from(DRIVE_SWITCHED_ON);
+    go(1, DRIVE_SWITCHED_ON, ON);
+    go_to_fault(1, REASON_GATES_REFUSED);
 }
 
 /* Before the gates and after. */
 static void test_any_other_wish_while_switching_on_goes_back_to_ready(void)
 {
     for (uint32_t before = 0; before < 2u; before++) {
-        for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
-            setUp();
-            bring_to_switched_on();
+        for (int32_t other = REQUEST_OFF; other <= REQUEST_QUICK_STOP; other += 2) {
+            from(DRIVE_SWITCHED_ON);
             steps(before);
-            requests.enable = wish;
-            steps(1);
-            expect_state(DRIVE_READY);
-            expect_order(GATES_OFF, false, false);
-            requests.enable = REQUEST_ON; /* and it takes its whole time again */
-            steps(1);
-            expect_state(DRIVE_SWITCHED_ON);
-            steps(1);
-            expect_order(GATES_ON, false, false);
+            wish(other, 1, DRIVE_READY, OFF);
+            wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET); /* and it takes its whole time again */
+            go(1, DRIVE_SWITCHED_ON, ON);
         }
     }
 }
@@ -343,126 +305,81 @@ static void test_any_other_wish_while_switching_on_goes_back_to_ready(void)
 
 static void test_off_opens_the_bridge_in_the_same_step(void)
 {
-    bring_to_operation();
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
+    from(DRIVE_OPERATION_ENABLED);
+    wish(REQUEST_OFF, 1, DRIVE_READY, OFF);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
 }
 
 static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void)
 {
-    bring_to_operation();
-    requests.enable = REQUEST_QUICK_STOP;
+    from(DRIVE_OPERATION_ENABLED);
     for (int n = 0; n < 100; n++) {
-        steps(1);
-        expect_state(DRIVE_QUICK_STOP);
-        expect_order(GATES_KEEP, false, false);
+        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, KEEP);
     }
     is.standing = true;
-    steps(1);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
+    go(1, DRIVE_READY, OFF);
 }
 
 static void test_quick_stop_ends_with_off_and_not_with_on(void)
 {
-    bring_to_quick_stop();
-    requests.enable = REQUEST_ON;
-    steps(10);
-    expect_state(DRIVE_QUICK_STOP);
-    expect_order(GATES_KEEP, false, false);
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
+    from(DRIVE_QUICK_STOP);
+    wish(REQUEST_ON, 10, DRIVE_QUICK_STOP, KEEP);
+    wish(REQUEST_OFF, 1, DRIVE_READY, OFF);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
 }
 
 static void test_after_a_quick_stop_on_runs_again(void)
 {
-    bring_to_quick_stop();
+    from(DRIVE_QUICK_STOP);
     is.standing = true;
-    steps(100);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
-}
-
-static void test_a_quick_stop_that_off_has_ended_waits_for_nothing(void)
-{
-    bring_to_quick_stop();
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
+    go(100, DRIVE_READY, OFF);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
 }
 
 /* ---- fault ---- */
 
 static void test_a_fault_in_any_state_opens_the_bridge_in_the_same_step(void)
 {
-    for (int32_t state = 0; state < STATES; state++) {
-        setUp();
-        bring_to[state]();
-        expect_state((drive_state_t)state);
-        if (state == (int32_t)DRIVE_FAULT) {
-            continue;
-        }
+    for (int32_t state = 0; state < (int32_t)DRIVE_FAULT; state++) {
+        from((drive_state_t)state);
         input.faults = BOTH;
-        steps(1);
-        expect_state(DRIVE_FAULT);
-        expect_order(GATES_OFF, false, false);
-        TEST_ASSERT_EQUAL_INT32(REASON_OVERCURRENT, sequence.fault_reason); /* the graver */
+        go_to_fault(1, REASON_OVERCURRENT); /* the graver */
         expect_later(NOTHING);
-        TEST_ASSERT_FALSE(sequence_bridge_on(&sequence));
     }
 }
 
 static void test_a_fault_from_outside_acts_in_any_state(void)
 {
     for (int32_t state = 0; state < STATES; state++) {
-        setUp();
-        bring_to[state]();
+        from((drive_state_t)state);
         sequence_fault(&sequence, REASON_MODULE_FAULT);
-        expect_state(DRIVE_FAULT);
-        TEST_ASSERT_EQUAL_INT32(REASON_MODULE_FAULT, sequence.fault_reason);
-        steps(1);
-        expect_state(DRIVE_FAULT);
-        expect_order(GATES_OFF, false, false);
+        expect_fault(REASON_MODULE_FAULT);
+        go(1, DRIVE_FAULT, OFF);
     }
 }
 
 static void test_the_first_fault_stays_and_later_ones_are_added(void)
 {
-    bring_to_fault();
+    from(DRIVE_FAULT);
     input.faults = OVERCURRENT;
     steps(1);
     input.faults = NOTHING;
-    steps(5);
-    TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
+    go_to_fault(5, REASON_LATE);
     expect_later(OVERCURRENT);
     steps(REARM);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
     input.faults = LATE;
-    steps(1);
-    expect_state(DRIVE_FAULT);
+    go_to_fault(1, REASON_LATE);
     expect_later(NOTHING); /* nothing of the one before */
 }
 
 /* What stopped the drive goes on, or comes again: that is known already. */
 static void test_the_latched_fault_is_no_later_one(void)
 {
-    bring_to_fault();
+    from(DRIVE_FAULT);
     input.faults = LATE;
-    steps(3);
-    TEST_ASSERT_EQUAL_INT32(REASON_LATE, sequence.fault_reason);
+    go_to_fault(3, REASON_LATE);
     expect_later(NOTHING);
     input.faults = NOTHING;
     steps(3);
@@ -479,8 +396,7 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
 {
     for (int line = 0; line < 2; line++) {
         for (uint32_t quiet = REARM - 1u; quiet <= REARM; quiet++) {
-            setUp();
-            bring_to_fault();
+            from(DRIVE_FAULT);
             steps(3u * REARM);
             input.faults = line == 0 ? LATE : NOTHING;
             is.fault_line = line != 0;
@@ -489,9 +405,7 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
             is.fault_line = false;
             steps(quiet - 1u);
             requests.fault_reset = 1;
-            steps(1);
-            expect_state(quiet == REARM ? DRIVE_NOT_READY : DRIVE_FAULT);
-            expect_order(GATES_OFF, false, false);
+            go(1, quiet == REARM ? DRIVE_NOT_READY : DRIVE_FAULT, OFF);
             TEST_ASSERT_EQUAL_INT32(quiet == REARM ? REASON_NONE : REASON_LATE, sequence.fault_reason);
             if (quiet != REARM) {
                 TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
@@ -503,32 +417,26 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
 /* A request that came too early must go and come again. */
 static void test_reset_needs_an_edge(void)
 {
-    bring_to_fault();
+    from(DRIVE_FAULT);
     requests.fault_reset = 1;
-    steps(3u * REARM);
-    expect_state(DRIVE_FAULT);
+    go(3u * REARM, DRIVE_FAULT, OFF);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
 }
 
 static void test_a_reset_from_before_the_fault_is_no_edge(void)
 {
-    bring_to_operation();
+    from(DRIVE_OPERATION_ENABLED);
     requests.fault_reset = 1;
     steps(1);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
-    steps(3u * REARM);
-    expect_state(DRIVE_FAULT);
+    go(3u * REARM, DRIVE_FAULT, OFF);
 }
 
 static void test_a_reset_elsewhere_does_nothing(void)
 {
     for (int32_t state = 0; state < (int32_t)DRIVE_FAULT; state++) {
-        setUp();
-        bring_to[state]();
-        requests.enable = state == (int32_t)DRIVE_NOT_READY || state == (int32_t)DRIVE_READY
-                              ? REQUEST_OFF
-                              : requests.enable;
+        from((drive_state_t)state);
         requests.fault_reset = 1;
         steps(1);
         expect_state((drive_state_t)state);
@@ -537,111 +445,78 @@ static void test_a_reset_elsewhere_does_nothing(void)
 
 static void test_a_fault_tells_why_it_refuses(void)
 {
-    bring_to_fault();
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal); /* quiet too short */
+    from(DRIVE_FAULT);
+    expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* quiet too short */
     steps(REARM);
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_LATCHED, sequence.refusal);
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
+    expect_refusal(REQUEST_OFF, REASON_NONE);
 }
 
 static void test_after_a_reset_it_calibrates_and_starts_as_at_first(void)
 {
-    bring_to_fault();
+    from(DRIVE_FAULT);
     steps(REARM);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
     requests.enable = REQUEST_OFF;
     bring_to_ready();
-    requests.enable = REQUEST_ON;
-    steps(2);
-    expect_order(GATES_ON, false, false);
+    wish(REQUEST_ON, 2, DRIVE_SWITCHED_ON, ON);
     is.tripped = false;
-    steps(1);
-    expect_state(DRIVE_OPERATION_ENABLED);
+    go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
 }
 
 /* ---- a fault that lets the motor stop first ---- */
 
+static void begin_stop(uint32_t periods)
+{
+    from(DRIVE_OPERATION_ENABLED);
+    input.stops = WARM;
+    go(periods, DRIVE_QUICK_STOP, KEEP);
+}
+
 static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
 {
-    bring_to_operation();
-    input.stops = WARM;
-    steps(1);
-    expect_state(DRIVE_QUICK_STOP);
-    expect_order(GATES_KEEP, false, false);
+    begin_stop(1);
     input.stops = NOTHING; /* what has begun is brought to its end */
-    steps(10);
-    expect_state(DRIVE_QUICK_STOP);
+    go(10, DRIVE_QUICK_STOP, KEEP);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
     is.standing = true;
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    expect_order(GATES_OFF, false, false);
-    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+    go_to_fault(1, REASON_SINK_WARM);
     expect_later(NOTHING);
 }
 
-static void test_a_stop_that_takes_too_long_opens_the_bridge(void)
+static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
 {
-    bring_to_operation();
-    input.stops = WARM;
-    steps(STOP_PERIODS);
-    expect_state(DRIVE_QUICK_STOP);
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
-}
-
-static void test_off_ends_a_stop_in_its_fault(void)
-{
-    bring_to_operation();
-    input.stops = WARM;
-    steps(2);
+    begin_stop(STOP_PERIODS);
+    go_to_fault(1, REASON_SINK_WARM);
+    begin_stop(2);
     requests.enable = REQUEST_OFF;
-    steps(1);
-    expect_state(DRIVE_FAULT);
-    TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+    go_to_fault(1, REASON_SINK_WARM);
 }
 
 /* The first cause is kept, not the second. */
 static void test_a_fault_during_a_stop_opens_at_once_and_comes_later(void)
 {
-    for (int outside = 0; outside < 2; outside++) {
-        setUp();
-        bring_to_operation();
-        input.stops = WARM;
-        steps(2);
-        if (outside != 0) {
-            sequence_fault(&sequence, REASON_OVERCURRENT);
-        } else {
-            input.faults = OVERCURRENT;
-            steps(1);
-        }
-        expect_state(DRIVE_FAULT);
-        TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
-        expect_later(OVERCURRENT);
-    }
+    begin_stop(2);
+    sequence_fault(&sequence, REASON_OVERCURRENT);
+    expect_fault(REASON_SINK_WARM);
+    expect_later(OVERCURRENT);
+    begin_stop(2);
+    input.faults = OVERCURRENT;
+    go_to_fault(1, REASON_SINK_WARM);
+    expect_later(OVERCURRENT);
 }
 
 static void test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once(void)
 {
-    for (int32_t state = 0; state < STATES; state++) {
-        setUp();
-        bring_to[state]();
-        if (state == (int32_t)DRIVE_FAULT) {
-            continue;
-        }
+    for (int32_t state = 0; state < (int32_t)DRIVE_FAULT; state++) {
+        from((drive_state_t)state);
         input.stops = WARM;
         steps(1);
         const bool brakes = state == (int32_t)DRIVE_OPERATION_ENABLED || state == (int32_t)DRIVE_QUICK_STOP;
         expect_state(brakes ? DRIVE_QUICK_STOP : DRIVE_FAULT);
         is.standing = true;
-        steps(1);
-        expect_state(DRIVE_FAULT);
-        TEST_ASSERT_EQUAL_INT32(REASON_SINK_WARM, sequence.fault_reason);
+        go_to_fault(1, REASON_SINK_WARM);
     }
 }
 
@@ -659,8 +534,7 @@ static void test_a_refused_reset_tells_what_is_still_there(void)
         {false, false, false, REASON_LATE}, /* has gone, but not for long enough */
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        setUp();
-        bring_to_fault();
+        from(DRIVE_FAULT);
         input.faults = cases[n].fault ? OVERCURRENT : NOTHING;
         input.stops = cases[n].stop ? WARM : NOTHING;
         is.fault_line = cases[n].line;
@@ -683,6 +557,7 @@ static void test_a_refused_reset_tells_what_is_still_there(void)
     }
 }
 
+/* As if in operation. */
 static void fail_the_module(void)
 {
     sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
@@ -692,50 +567,36 @@ static void fail_the_module(void)
 
 static void test_a_fault_of_the_module_resets_itself_so_often_and_no_more(void)
 {
-    bring_to_operation();
+    from(DRIVE_OPERATION_ENABLED);
     for (uint32_t n = 0; n < RETRIES; n++) {
         fail_the_module();
-        steps(RETRY_PAUSE - 1u);
-        expect_state(DRIVE_FAULT);
-        steps(1);
-        expect_state(DRIVE_NOT_READY);
+        go(RETRY_PAUSE - 1u, DRIVE_FAULT, OFF);
+        go(1, DRIVE_NOT_READY, OFF);
     }
     fail_the_module();
-    steps(3u * RETRY_PAUSE);
-    expect_state(DRIVE_FAULT);
-    requests.enable = REQUEST_OFF; /* whoever looks after it may have as many again */
-    steps(1);
-    requests.enable = REQUEST_ON;
-    steps(2u * RETRY_PAUSE);
-    expect_state(DRIVE_NOT_READY);
+    go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
+    wish(REQUEST_OFF, 1, DRIVE_FAULT, OFF); /* who looks after it may have as many again */
+    wish(REQUEST_ON, 2u * RETRY_PAUSE, DRIVE_NOT_READY, OFF);
 }
 
 static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
 {
-    bring_to_operation();
-    input.faults = LATE;
-    steps(1);
-    input.faults = NOTHING;
-    steps(3u * RETRY_PAUSE);
-    expect_state(DRIVE_FAULT);
-    setUp();
-    bring_to_operation();
+    from(DRIVE_FAULT);
+    go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
+    from(DRIVE_OPERATION_ENABLED);
     fail_the_module();
     is.fault_line = true;
-    steps(3u * RETRY_PAUSE);
-    expect_state(DRIVE_FAULT);
+    go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
     is.fault_line = false;
-    steps(REARM);
-    expect_state(DRIVE_NOT_READY);
+    go(REARM, DRIVE_NOT_READY, OFF);
 }
 
 /* A minute without a fault and all retries are there again. */
 static void test_retries_are_forgotten_after_a_quiet_minute(void)
 {
-    bring_to_operation();
+    from(DRIVE_OPERATION_ENABLED);
     fail_the_module();
-    steps(RETRY_PAUSE);
-    expect_state(DRIVE_NOT_READY);
+    go(RETRY_PAUSE, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_UINT32(1u, sequence.retried);
     sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
     sequence.retry_periods = 0u;
@@ -752,50 +613,36 @@ static void test_retries_are_forgotten_after_a_quiet_minute(void)
 static void test_gates_are_charged_before_anything_is_controlled(void)
 {
     for (uint32_t periods = 0; periods < 8u; periods++) {
-        setUp();
+        const uint32_t charge = periods > 0u ? CHARGE : 0u;
+        from(DRIVE_READY);
         sequence.tuning.charge_periods = periods;
-        bring_to_switched_on();
-        TEST_ASSERT_EQUAL(periods > 0u, order.charge);
+        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET | charge);
         if (periods > 0u) {
-            steps(1);
-            expect_order(GATES_OFF, false, false);
-            TEST_ASSERT_TRUE(order.charge);
+            go(1, DRIVE_SWITCHED_ON, OFF | CHARGE);
         }
-        steps(1);
-        expect_order(GATES_ON, false, false);
-        TEST_ASSERT_EQUAL(periods > 0u, order.charge);
+        go(1, DRIVE_SWITCHED_ON, ON | charge);
         is.tripped = false;
         for (uint32_t n = 0; n < periods; n++) {
-            steps(1);
-            expect_state(DRIVE_SWITCHED_ON);
-            expect_order(GATES_KEEP, false, false);
-            TEST_ASSERT_TRUE(order.charge);
+            go(1, DRIVE_SWITCHED_ON, KEEP | CHARGE);
         }
-        steps(1);
-        expect_state(DRIVE_OPERATION_ENABLED);
-        expect_order(GATES_KEEP, true, true);
-        TEST_ASSERT_FALSE(order.charge);
+        go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
     }
 }
 
 /* Gates off at once, no fault, and on again as soon as the link is there and `enable` still on. */
 static void test_a_coasting_drive_comes_on_again_by_itself(void)
 {
-    bring_to_operation();
+    from(DRIVE_OPERATION_ENABLED);
     steps(REARM);
     sequence_coast(&sequence);
     is.undervoltage = true;
     is.tripped = true;
-    steps(1);
-    expect_state(DRIVE_READY);
-    expect_order(GATES_OFF, false, false);
+    go(1, DRIVE_READY, OFF);
     TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
-    steps(1000);
-    expect_state(DRIVE_READY);
+    go(1000, DRIVE_READY, OFF);
     is.undervoltage = false;
-    steps(1);
-    expect_state(DRIVE_SWITCHED_ON);
+    go(1, DRIVE_SWITCHED_ON, OFF | PRESET);
 }
 
 /* ---- all of it ---- */
@@ -803,8 +650,7 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
 static void test_bridge_is_on_in_three_states(void)
 {
     for (int32_t state = 0; state < STATES; state++) {
-        setUp();
-        bring_to[state]();
+        from((drive_state_t)state);
         TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_SWITCHED_ON || state == (int32_t)DRIVE_OPERATION_ENABLED ||
                               state == (int32_t)DRIVE_QUICK_STOP,
                           sequence_bridge_on(&sequence));
@@ -850,14 +696,14 @@ static void test_no_input_leads_where_it_must_not(void)
                 seen[state][next] = true;
                 /* gates: released in one place alone, off unless the bridge is on and stays so */
                 const bool stays = sequence_bridge_on(&sequence) && state != (int32_t)DRIVE_READY;
-                TEST_ASSERT_EQUAL(!stays, order.gates == GATES_OFF);
+                TEST_ASSERT_EQUAL(!stays, (order & SEQUENCE_GATES) == OFF);
                 TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_SWITCHED_ON && next == state,
-                                  order.gates == GATES_ON);
+                                  (order & SEQUENCE_GATES) == ON);
                 /* control starts anew where it begins to act, the estimator with the operation */
                 const bool begins =
                     state != next && sequence_bridge_on(&sequence) && next != (int32_t)DRIVE_QUICK_STOP;
-                TEST_ASSERT_EQUAL(begins, order.preset);
-                TEST_ASSERT_EQUAL(begins && next == (int32_t)DRIVE_OPERATION_ENABLED, order.track);
+                TEST_ASSERT_EQUAL(begins, (order & PRESET) != 0u);
+                TEST_ASSERT_EQUAL(begins && next == (int32_t)DRIVE_OPERATION_ENABLED, (order & TRACK) != 0u);
                 /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
                 TEST_ASSERT_TRUE(!fault_set_any(input.faults) || next == (int32_t)DRIVE_FAULT);
                 TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,
@@ -868,48 +714,28 @@ static void test_no_input_leads_where_it_must_not(void)
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
 }
 
-int main(void)
+static void test_without_a_wish_for_on_no_fault_of_the_module_resets_itself(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(test_begins_not_ready_with_gates_off);
-    RUN_TEST(test_a_good_calibration_makes_ready);
-    RUN_TEST(test_a_failed_calibration_is_a_fault);
-    RUN_TEST(test_not_ready_refuses_whatever_is_wished_for);
-    RUN_TEST(test_on_goes_through_switched_on_with_duties_before_gates);
-    RUN_TEST(test_quick_stop_starts_nothing);
-    RUN_TEST(test_on_is_refused_with_the_reason);
-    RUN_TEST(test_a_rotor_that_feeds_the_link_is_not_started_on);
-    RUN_TEST(test_without_a_wish_nothing_is_refused);
-    RUN_TEST(test_obstacles_of_a_start_do_not_stop_a_running_drive);
-    RUN_TEST(test_gates_that_do_not_come_on_are_a_fault);
-    RUN_TEST(test_any_other_wish_while_switching_on_goes_back_to_ready);
-    RUN_TEST(test_off_opens_the_bridge_in_the_same_step);
-    RUN_TEST(test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands);
-    RUN_TEST(test_quick_stop_ends_with_off_and_not_with_on);
-    RUN_TEST(test_after_a_quick_stop_on_runs_again);
-    RUN_TEST(test_a_quick_stop_that_off_has_ended_waits_for_nothing);
-    RUN_TEST(test_a_fault_in_any_state_opens_the_bridge_in_the_same_step);
-    RUN_TEST(test_a_fault_from_outside_acts_in_any_state);
-    RUN_TEST(test_the_first_fault_stays_and_later_ones_are_added);
-    RUN_TEST(test_the_latched_fault_is_no_later_one);
-    RUN_TEST(test_a_stop_brakes_and_latches_its_fault_at_standstill);
-    RUN_TEST(test_a_stop_that_takes_too_long_opens_the_bridge);
-    RUN_TEST(test_off_ends_a_stop_in_its_fault);
-    RUN_TEST(test_a_fault_during_a_stop_opens_at_once_and_comes_later);
-    RUN_TEST(test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once);
-    RUN_TEST(test_a_refused_reset_tells_what_is_still_there);
-    RUN_TEST(test_a_fault_of_the_module_resets_itself_so_often_and_no_more);
-    RUN_TEST(test_no_other_fault_and_no_lasting_one_resets_itself);
-    RUN_TEST(test_retries_are_forgotten_after_a_quiet_minute);
-    RUN_TEST(test_reset_needs_quiet_for_its_whole_time);
-    RUN_TEST(test_reset_needs_an_edge);
-    RUN_TEST(test_a_reset_from_before_the_fault_is_no_edge);
-    RUN_TEST(test_a_reset_elsewhere_does_nothing);
-    RUN_TEST(test_a_fault_tells_why_it_refuses);
-    RUN_TEST(test_after_a_reset_it_calibrates_and_starts_as_at_first);
-    RUN_TEST(test_gates_are_charged_before_anything_is_controlled);
-    RUN_TEST(test_a_coasting_drive_comes_on_again_by_itself);
-    RUN_TEST(test_bridge_is_on_in_three_states);
-    RUN_TEST(test_no_input_leads_where_it_must_not);
-    return UNITY_END();
+    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
+    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
+        from(DRIVE_OPERATION_ENABLED);
+        fail_the_module();
+        requests.enable = wishes[n];
+        steps(3u * RETRY_PAUSE);
+        expect_state(DRIVE_FAULT);
+    }
+}
+
+static void test_a_stop_that_holds_keeps_a_fault_from_its_reset(void)
+{
+    from(DRIVE_FAULT);
+    input.stops = WARM;
+    steps(3u * REARM);
+    reset_edge();
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
+    input.stops = NOTHING;
+    steps(REARM);
+    reset_edge();
+    expect_state(DRIVE_NOT_READY);
 }

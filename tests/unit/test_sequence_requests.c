@@ -238,17 +238,3 @@ static void test_on_without_bridge_and_without_refusal_does_not_last(void)
         }
     }
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_on_during_a_quick_stop_names_the_stop_and_runs_after_it);
-    RUN_TEST(test_on_during_a_stop_for_a_fault_is_refused_by_that_fault);
-    RUN_TEST(test_a_reset_starts_nothing_while_enable_is_on);
-    RUN_TEST(test_enable_toggled_before_the_reset_is_still_held);
-    RUN_TEST(test_enable_that_is_not_on_over_the_reset_starts_with_on);
-    RUN_TEST(test_a_refused_reset_leaves_enable_as_it_is);
-    RUN_TEST(test_a_retry_of_its_own_starts_the_motor);
-    RUN_TEST(test_on_without_bridge_and_without_refusal_does_not_last);
-    return UNITY_END();
-}

@@ -11,18 +11,9 @@
 
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/machines.h"
 
-#define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
-#define FLOAT_MRAD  0.03
-
-static const smo_params_t PAPER = {.resistance = 0.95f,
-                                   .inductance = 0.0125f,
-                                   .gain = 200.0f,
-                                   .slope = 1.0f,
-                                   .emf_cutoff = 0.0f,
-                                   .period = 1e-4f,
-                                   .switching = SMO_SIGMOID};
+#define FLOAT_MRAD 0.03
 
 static smo_t smo;
 
@@ -41,18 +32,11 @@ static smo_oracle_case_t paper_case(double rpm, double current_q)
     return rig;
 }
 
-static ab_t as_float(const double value[2])
-{
-    ab_t pair = {(float)value[0], (float)value[1]};
-    return pair;
-}
-
 typedef struct {
     double mean, sd; /* [mrad] */
 } deviation_t;
 
-/* `early` periods too new a voltage. */
-static deviation_t deviation(const smo_params_t *params, const smo_oracle_case_t *rig, long early)
+static deviation_t deviation(const smo_params_t *params, const smo_oracle_case_t *rig)
 {
     long settle = 3000;
     long count = 6000; /* whole revolutions at 100, 500, 1000 and 1500 r/min */
@@ -61,10 +45,8 @@ static deviation_t deviation(const smo_params_t *params, const smo_oracle_case_t
     smo_init(&smo, params);
     for (long k = 1; k <= settle + count; k++) {
         smo_oracle_sample_t now;
-        smo_oracle_sample_t then;
         smo_oracle_sample(rig, k, &now);
-        smo_oracle_sample(rig, k + early, &then);
-        ab_t emf = smo_step(&smo, as_float(then.voltage), as_float(now.current));
+        ab_t emf = smo_step(&smo, as_float(now.voltage), as_float(now.current));
         if (k > settle) {
             double a = (double)emf.alpha;
             double b = (double)emf.beta;
@@ -83,40 +65,6 @@ void setUp(void)
     smo_init(&smo, &PAPER);
 }
 
-void tearDown(void)
-{
-}
-
-/* paper Fig. 11; the table of docs/theory.md, 4 (one decimal, after a PLL); both directions are mirror
- * images. */
-static void test_lag_of_the_sigmoid_grows_with_speed_as_published(void)
-{
-    static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
-    static const double per_axis[] = {-3.1, -15.8, -33.1, -54.1};
-    static const double vector[] = {-3.1, -15.9, -33.8, -57.0};
-    for (int n = 0; n < 4; n++) {
-        for (double way = -1.0; way <= 1.0; way += 2.0) {
-            smo_oracle_case_t rig = paper_case(way * rpm[n], way * 4.0);
-            smo_params_t params = with(SMO_SIGMOID, 200.0f, 0.0f);
-            deviation_t axis = deviation(&params, &rig, 0);
-            params.switching = SMO_SIGMOID_VECTOR;
-            deviation_t both = deviation(&params, &rig, 0);
-            printf("%6.0f r/min: per axis %.2f sd %.2f, vector %.3f sd %.4f mrad\n", way * rpm[n], axis.mean,
-                   axis.sd, both.mean, both.sd);
-            TEST_ASSERT_DOUBLE_WITHIN(1.0, way * per_axis[n], axis.mean);
-            TEST_ASSERT_DOUBLE_WITHIN(0.05 + FLOAT_MRAD, way * vector[n], both.mean);
-            TEST_ASSERT_TRUE(both.sd < 0.05);
-        }
-    }
-}
-
-static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
-{
-    smo_oracle_case_t rig = paper_case(1500.0, 4.0);
-    smo_params_t params = with(SMO_SIGMOID, 162.0f, 0.0f);
-    TEST_ASSERT_DOUBLE_WITHIN(3.0, -80.0, deviation(&params, &rig, 0).mean);
-}
-
 static void test_runs_as_the_same_observer_in_double_precision(void)
 {
     static const float cutoffs[] = {0.0f, 2000.0f};
@@ -127,39 +75,17 @@ static void test_runs_as_the_same_observer_in_double_precision(void)
             smo_oracle_run_t axis = smo_oracle_run(&rig, &observer, SMO_ORACLE_SIGMOID, 3000, 6000);
             smo_oracle_run_t both = smo_oracle_run(&rig, &observer, SMO_ORACLE_VECTOR, 3000, 6000);
             smo_params_t params = with(SMO_SIGMOID, 200.0f, cutoffs[n]);
-            deviation_t found = deviation(&params, &rig, 0);
+            deviation_t found = deviation(&params, &rig);
             TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.mean, found.mean);
             TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.sd, found.sd);
             /* The mean gain ripples with the sixth harmonic of the speed behind 100 rad/s: below 1 %. */
             TEST_ASSERT_DOUBLE_WITHIN(0.01 * axis.product / axis.square, axis.product / axis.square,
                                       (double)smo_equivalent_gain(&smo));
             params.switching = SMO_SIGMOID_VECTOR;
-            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * both.mean, deviation(&params, &rig, 0).mean);
+            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * both.mean, deviation(&params, &rig).mean);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, both.product / both.square, (double)smo_equivalent_gain(&smo));
         }
     }
-}
-
-/* Chatter is chaotic, so only sizes agree with the double-precision run. */
-static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
-{
-    smo_oracle_case_t rig = paper_case(1000.0, 4.0);
-    smo_params_t params = with(SMO_SIGN, 200.0f, 2000.0f);
-    deviation_t rough = deviation(&params, &rig, 0);
-    params.switching = SMO_SIGMOID_VECTOR;
-    deviation_t smooth = deviation(&params, &rig, 0);
-    printf("sign sd %.1f mrad, vector %.4f mrad\n", rough.sd, smooth.sd);
-    TEST_ASSERT_TRUE(rough.sd > 20.0 && rough.sd > 20.0 * smooth.sd);
-}
-
-/* omega T = 62.83 mrad at 1500 r/min; without current the voltage is the EMF's mean and shifts it exactly. */
-static void test_voltage_one_period_off_is_seen(void)
-{
-    smo_oracle_case_t rig = paper_case(1500.0, 0.0);
-    smo_params_t params = with(SMO_SIGMOID_VECTOR, 200.0f, 0.0f);
-    double right = deviation(&params, &rig, 0).mean;
-    TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, right + 62.832, deviation(&params, &rig, 1).mean);
-    TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, right - 62.832, deviation(&params, &rig, -1).mean);
 }
 
 /* Two steps from rest, by hand: i_hat = b (u - v), v = k_s tanh(x/2), e_hat filtered. */
@@ -489,32 +415,4 @@ static void test_init_asserts_on_a_set_that_the_check_refuses(void)
         TEST_FAIL_MESSAGE("smo_init took a loop gain of 1.9");
     }
     (void)signal(SIGABRT, SIG_DFL);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_lag_of_the_sigmoid_grows_with_speed_as_published);
-    RUN_TEST(test_smaller_gain_gives_the_papers_eighty_milliradians);
-    RUN_TEST(test_runs_as_the_same_observer_in_double_precision);
-    RUN_TEST(test_sign_is_rough_where_the_sigmoid_is_smooth);
-    RUN_TEST(test_voltage_one_period_off_is_seen);
-    RUN_TEST(test_two_steps_by_hand);
-    RUN_TEST(test_vector_form_turns_with_its_error);
-    RUN_TEST(test_mean_gain_is_the_describing_function);
-    RUN_TEST(test_gains_without_error);
-    RUN_TEST(test_gain_of_the_sign_is_capped);
-    RUN_TEST(test_reset_is_settled);
-    RUN_TEST(test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond);
-    RUN_TEST(test_reset_of_the_sign_continues_the_emf);
-    RUN_TEST(test_filter_goes_from_its_own_value_to_v);
-    RUN_TEST(test_reset_on_an_error_has_its_v);
-    RUN_TEST(test_take_keeps_the_state);
-    RUN_TEST(test_bad_sample_is_rejected);
-    RUN_TEST(test_what_is_rejected_hangs_on_the_sample_alone);
-    RUN_TEST(test_params_check_names_field_value_and_range);
-    RUN_TEST(test_params_check_refuses_too_much_loop_gain);
-    RUN_TEST(test_params_check_refuses_a_period_longer_than_half_the_time_constant);
-    RUN_TEST(test_init_asserts_on_a_set_that_the_check_refuses);
-    return UNITY_END();
 }

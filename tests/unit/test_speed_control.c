@@ -8,14 +8,6 @@
 static const speed_control_params_t PARAMS = {
     .kp = 0.5f, .ki = 2.5f, .weight = 1.0f, .current_limit = 10.0f, .period = 1e-4f};
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void begin_with(speed_control_t *control, const speed_control_params_t *params)
 {
     const speed_control_tuning_t tuning = speed_control_prepare(params);
@@ -230,22 +222,4 @@ static void test_without_weight_a_step_hardly_passes_the_reference(void)
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.33e-3, passed[0]);
     TEST_ASSERT_TRUE(passed[1] > 0.1);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_first_output_is_proportional);
-    RUN_TEST(test_output_below_at_above_the_limit);
-    RUN_TEST(test_reset_is_bumpless);
-    RUN_TEST(test_reset_beyond_the_limit_is_cut);
-    RUN_TEST(test_integral_follows_the_limit_while_it_holds);
-    RUN_TEST(test_new_coefficients_lower_the_limit_and_keep_the_integral);
-    RUN_TEST(test_weight_is_the_references_share_of_the_proportional_part);
-    RUN_TEST(test_new_gains_are_bumpless_at_the_reference);
-    RUN_TEST(test_reset_is_bumpless_with_every_weight);
-    RUN_TEST(test_without_weight_the_limit_leaves_nothing_to_unwind);
-    RUN_TEST(test_without_weight_a_step_hardly_passes_the_reference);
-    RUN_TEST(test_closed_loop_is_the_second_order_system_of_the_gains);
-    return UNITY_END();
 }

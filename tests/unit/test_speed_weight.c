@@ -38,14 +38,6 @@ static void begin_with(double weight, float limit)
     speed_control_init(&control, &tuning);
 }
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* Of the shaft: the integral alone knows the reference. */
 static void test_disturbance_is_answered_alike(void)
 {
@@ -85,7 +77,6 @@ static void test_loop_answers_a_step_as_its_transfer_function(void)
             omega += T * C * (double)step(10.0f, (float)omega);
             peaks[n] = fmax(peaks[n], omega / 10.0 - 1.0);
         }
-        printf("b %.1f: %.2f %% beyond\n", weights[n], 100.0 * peaks[n]);
         TEST_ASSERT_TRUE(peaks[n] < beyond[n] + 1e-3);
     }
     TEST_ASSERT_DOUBLE_WITHIN(5e-4, exp(-PI * sqrt(3.0)), peaks[0]);
@@ -153,16 +144,4 @@ static void test_step_that_needs_the_limit_does_not_run_past(void)
     TEST_ASSERT_TRUE(limited);
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 150.0, omega);
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 150.225, peak);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_disturbance_is_answered_alike);
-    RUN_TEST(test_loop_answers_a_step_as_its_transfer_function);
-    RUN_TEST(test_output_stays_within_the_limit_with_any_weight);
-    RUN_TEST(test_nothing_is_wound_up_at_the_limit);
-    RUN_TEST(test_integral_waits_at_the_limit);
-    RUN_TEST(test_step_that_needs_the_limit_does_not_run_past);
-    return UNITY_END();
 }

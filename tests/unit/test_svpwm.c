@@ -5,11 +5,10 @@
 #include <unity.h>
 
 #include "inverter/svpwm.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 #define J ((double complex)I)
-
-static const double PI = 3.14159265358979323846;
 
 /* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
 #define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)
@@ -20,14 +19,6 @@ static svpwm_t modulate(ab_t voltage, float u_dc, float duty_min, float duty_max
 {
     const svpwm_tuning_t tuning = svpwm_prepare(duty_min, duty_max);
     return svpwm_modulate(&tuning, voltage, u_dc);
-}
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
 }
 
 static double complex vector_of(abc_t duty, double u_dc)
@@ -201,18 +192,4 @@ static void test_extremes_inside_the_range_stay_finite_and_inside(void)
         TEST_ASSERT_TRUE(highest_of(result.duty) <= (double)0.96f && lowest_of(result.duty) >= (double)0.04f);
         TEST_ASSERT_TRUE(isfinite(result.voltage.alpha) && isfinite(result.voltage.beta));
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_any_vector_is_made_or_cut_in_its_direction);
-    RUN_TEST(test_voltage_is_a_share_of_the_request);
-    RUN_TEST(test_linear_limit_and_corner);
-    RUN_TEST(test_edge_of_the_hexagon_below_at_above);
-    RUN_TEST(test_no_voltage_is_the_middle_of_the_range);
-    RUN_TEST(test_each_phase_gets_its_own_duty);
-    RUN_TEST(test_nothing_sensible_gives_half_duties_and_says_no_voltage);
-    RUN_TEST(test_extremes_inside_the_range_stay_finite_and_inside);
-    return UNITY_END();
 }

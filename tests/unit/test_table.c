@@ -9,14 +9,6 @@
 #include "drive/signals.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 typedef struct {
     float f;
     int32_t i;
@@ -278,26 +270,4 @@ static void test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy(voi
     }
     TEST_ASSERT_NULL(reason_by_number(9999));
     TEST_ASSERT_EQUAL_STRING("overcurrent", reason_by_number(REASON_OVERCURRENT)->name);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_defaults_reach_every_slot);
-    RUN_TEST(test_set_rounds_integers_to_nearest_and_get_reads_back);
-    RUN_TEST(test_range_is_judged_below_at_and_above_each_limit);
-    RUN_TEST(test_what_is_no_number_or_not_whole_is_refused);
-    RUN_TEST(test_choices_are_found_by_whole_name_and_bound_the_value);
-    RUN_TEST(test_rows_are_found_by_id_and_name);
-    RUN_TEST(test_hash_notices_id_name_unit_kind_and_choices_but_not_text);
-    RUN_TEST(test_whole_numbers_are_exact_to_their_last_bit);
-    RUN_TEST(test_whole_limits_are_exact_and_so_are_defaults);
-    RUN_TEST(test_whole_limits_of_the_drive_are_exact_as_floats);
-    RUN_TEST(test_hash_is_fnv_1a);
-    RUN_TEST(test_hash_covers_all_of_an_id);
-    RUN_TEST(test_ids_and_names_of_the_drive_are_unique_and_in_their_bands);
-    RUN_TEST(test_defaults_of_the_drive_are_accepted_by_their_rows);
-    RUN_TEST(test_choices_of_the_drive_are_in_the_order_of_their_enumerations);
-    RUN_TEST(test_every_reason_has_a_unique_number_a_name_a_text_and_a_remedy);
-    return UNITY_END();
 }

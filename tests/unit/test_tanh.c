@@ -3,60 +3,19 @@
  * the line and one of the division, at worst 4e-7; of the long one as much and the last sum; of 1/sqrt its
  * 5e-7. */
 #include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
 
 #include "math/tanh.h"
-#include "tests/unit/sweep.h"
+#include "tests/unit/worst.h"
 
 #define TOLERANCE 2e-6
 
 /* How much a rounding of sum, division and last sum may raise what should fall. */
 #define ROUNDING 3e-7
 
-static double worst;
-
-static void keep_worst(double error)
-{
-    if (!(fabs(error) <= worst)) {
-        worst = fabs(error);
-    }
-}
-
-static void check(const char *what, double tolerance)
-{
-    char text[64];
-    snprintf(text, sizeof text, "%s: %.3e", what, worst);
-    TEST_ASSERT_TRUE_MESSAGE(worst <= tolerance, text);
-    puts(text);
-}
-
-void setUp(void)
-{
-    worst = 0.0;
-}
-
-void tearDown(void)
-{
-}
-
 static double exact_ratio(float square)
 {
     double x = sqrt((double)square);
     return x > 0.0 ? tanh(x) / x : 1.0;
-}
-
-/* n floats on from `value`, which is positive. */
-static float floats_on(float value, uint32_t n)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    bits += n * (uint32_t)SWEEP;
-    memcpy(&value, &bits, sizeof value);
-    return value;
 }
 
 static void test_ratio_every_seventh_float_from_small_to_saturated(void)
@@ -156,19 +115,4 @@ static void test_value_edges(void)
     TEST_ASSERT_TRUE(tanh_value(INFINITY) == 1.0f);
     TEST_ASSERT_TRUE(tanh_value(-INFINITY) == -1.0f);
     TEST_ASSERT_TRUE(tanh_value(NAN) == 0.0f);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_ratio_every_seventh_float_from_small_to_saturated);
-    RUN_TEST(test_ratio_over_the_whole_range);
-    RUN_TEST(test_ratio_falls);
-    RUN_TEST(test_ratio_is_continuous_at_the_seams);
-    RUN_TEST(test_ratio_edges);
-    RUN_TEST(test_ratio_never_exceeds_one);
-    RUN_TEST(test_value_over_the_whole_range);
-    RUN_TEST(test_value_is_odd_and_never_beyond_one);
-    RUN_TEST(test_value_edges);
-    return UNITY_END();
 }

@@ -12,14 +12,6 @@ typedef struct {
 
 static source_t source;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /* Every slot differs from every other. */
 static uint32_t value_of(uint32_t period, uint32_t slot)
 {
@@ -60,12 +52,4 @@ static void test_slots_are_copied_bit_for_bit(void)
         TEST_ASSERT_EQUAL_HEX32(patterns[p], slots[0]);
         TEST_ASSERT_EQUAL_HEX32(patterns[p], slots[1]);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_copies_chosen_slots_in_their_order);
-    RUN_TEST(test_slots_are_copied_bit_for_bit);
-    return UNITY_END();
 }

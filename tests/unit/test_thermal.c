@@ -1,6 +1,7 @@
 /* Heat of motor and module beside the exact solution of tau dh/dt = i^2/I_c^2 - h in double, period by period
  * of the carrier; and what it leaves of the current. */
 #include "protect/thermal.h"
+#include "tests/unit/compare.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,7 +9,6 @@
 
 #define PERIOD  1e-4 /* [s] of the carrier */
 #define EVERY   16   /* periods from one square to the next */
-#define PI      3.14159265358979323846
 #define WITHIN  0.02 /* of the largest heat */
 #define COOL    20.0f
 #define NOBODY  (-273.15f) /* what a sensor reads that is not there [degC] */
@@ -47,10 +47,6 @@ void setUp(void)
 {
     const thermal_params_t params = usual();
     begin(&params);
-}
-
-void tearDown(void)
-{
 }
 
 static abc_t phases(double length, double angle)
@@ -119,8 +115,6 @@ static void test_heat_of_a_load_cycle_is_that_of_the_exact_solution(void)
                 off_leg = fmax(off_leg, fabs((double)x.module_heat - worst));
             }
         }
-        printf("tau %g s and %g s: motor off by %.3f %%, leg by %.3f %%\n", times[n][0], times[n][1],
-               100.0 * off_motor / most_motor, 100.0 * off_leg / most_leg);
         TEST_ASSERT_TRUE(off_motor < WITHIN * most_motor);
         TEST_ASSERT_TRUE(off_leg < WITHIN * most_leg);
     }
@@ -288,20 +282,4 @@ static void test_new_coefficients_keep_the_heat_and_a_lower_limit_acts_at_once(v
     thermal_take(&x, &other);
     hold(phases(9.0, 0.0));
     TEST_ASSERT_TRUE(x.motor_heat > heat);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_heat_of_a_load_cycle_is_that_of_the_exact_solution);
-    RUN_TEST(test_a_slow_motor_warms_as_slowly_as_it_should);
-    RUN_TEST(test_a_standing_current_warms_one_leg_twice_as_much);
-    RUN_TEST(test_without_current_or_time_constant_nothing_is_judged);
-    RUN_TEST(test_torque_sags_to_what_the_motor_stands_and_nothing_trips);
-    RUN_TEST(test_a_leg_settles_at_what_the_module_stands);
-    RUN_TEST(test_who_goes_on_trips);
-    RUN_TEST(test_a_motor_that_stands_the_limit_is_never_derated);
-    RUN_TEST(test_a_warm_sink_or_motor_takes_the_limit_down);
-    RUN_TEST(test_new_coefficients_keep_the_heat_and_a_lower_limit_acts_at_once);
-    return UNITY_END();
 }

@@ -5,17 +5,10 @@
  * of sin h as large, an ulp of 1.2e-7 with two or three roundings of half of it: dc and ds up to 1.8e-7,
  * hence 4.8e-7 there and 2 dc = 3.6e-7 at pi. sin^2 + cos^2 has twice the root of both errors' squares at
  * worst. For atan2 near pi come the result's (2^-23) and the shortened pi (1.5e-7). */
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "math/angle.h"
 #include "math/trig.h"
-#include "tests/unit/sweep.h"
-
-static const double PI = 3.14159265358979323846;
+#include "tests/unit/compare.h"
+#include "tests/unit/worst.h"
 
 #define SINE_TOLERANCE     4e-7 /* to pi */
 #define LIMIT_TOLERANCE    5e-7 /* to TRIG_LIMIT */
@@ -23,47 +16,11 @@ static const double PI = 3.14159265358979323846;
 #define RELATIVE_TOLERANCE 3e-7
 #define ATAN2_TOLERANCE    3e-6
 
-static double worst;
-
-static void keep_worst(double error)
-{
-    if (!(fabs(error) <= worst)) {
-        worst = fabs(error);
-    }
-}
-
-static void check(const char *what, double tolerance)
-{
-    char text[64];
-    snprintf(text, sizeof text, "%s: %.3e", what, worst);
-    TEST_ASSERT_TRUE_MESSAGE(worst <= tolerance, text);
-    puts(text);
-}
-
-void setUp(void)
-{
-    worst = 0.0;
-}
-
-void tearDown(void)
-{
-}
-
 static void look_at(float theta)
 {
     rotation_t rotation = trig_rotation(theta);
     keep_worst((double)rotation.sin - sin((double)theta));
     keep_worst((double)rotation.cos - cos((double)theta));
-}
-
-/* n floats on from `value`, which is positive. */
-static float floats_on(float value, uint32_t n)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    bits += n * (uint32_t)SWEEP;
-    memcpy(&value, &bits, sizeof value);
-    return value;
 }
 
 static void test_sine_and_cosine_of_every_third_float_to_pi(void)
@@ -173,7 +130,7 @@ static void look_at_vector(float y, float x)
 {
     float angle = trig_atan2(y, x);
     double error = (double)angle - atan2((double)y, (double)x);
-    keep_worst(error - 2.0 * PI * nearbyint(error / (2.0 * PI)));
+    keep_worst(circle(error));
     if (!(angle >= -ANGLE_LARGEST && angle <= ANGLE_LARGEST)) {
         worst = (double)INFINITY;
     }
@@ -188,7 +145,7 @@ static void test_atan2_over_the_circle_at_every_length(void)
             look_at_vector((float)sin(angle) * lengths[n], (float)cos(angle) * lengths[n]);
         }
     }
-    TEST_ASSERT_DOUBLE_WITHIN(ATAN2_TOLERANCE, 0.0, worst);
+    check("atan2", ATAN2_TOLERANCE);
 }
 
 static void test_atan2_of_every_ratio(void)
@@ -198,7 +155,7 @@ static void test_atan2_of_every_ratio(void)
         look_at_vector(ratio, 1.0f);
         look_at_vector(-1.0f, -ratio);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(ATAN2_TOLERANCE, 0.0, worst);
+    check("atan2", ATAN2_TOLERANCE);
 }
 
 static void test_atan2_on_the_axes_and_diagonals(void)
@@ -252,7 +209,7 @@ static void test_angle_of_a_rotation(void)
             const rotation_t rotation = {(float)(lengths[n] * sin(theta)), (float)(lengths[n] * cos(theta))};
             const float angle = trig_angle(rotation);
             const double error = (double)angle - theta;
-            keep_worst(error - 2.0 * PI * nearbyint(error / (2.0 * PI)));
+            keep_worst(circle(error));
             TEST_ASSERT_TRUE(angle >= -ANGLE_LARGEST && angle <= ANGLE_LARGEST);
         }
         check("angle of a rotation", n == 0 ? 2e-6 : 6e-6);
@@ -266,26 +223,4 @@ static void test_angle_of_a_rotation_on_the_axes_and_of_none(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, PI / 2.0, (double)trig_angle((rotation_t){1.0f, 0.0f}));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, -PI / 2.0, (double)trig_angle((rotation_t){-1.0f, 0.0f}));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, PI, fabs((double)trig_angle((rotation_t){0.0f, -1.0f})));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_sine_and_cosine_of_every_third_float_to_pi);
-    RUN_TEST(test_sine_and_cosine_of_every_float_from_pi_to_the_limit);
-    RUN_TEST(test_sine_and_cosine_over_both_directions);
-    RUN_TEST(test_small_angles_keep_their_relative_accuracy);
-    RUN_TEST(test_angle_zero_is_exact);
-    RUN_TEST(test_sine_is_odd_and_cosine_even_bit_for_bit);
-    RUN_TEST(test_rotation_keeps_lengths);
-    RUN_TEST(test_rotation_limit_below_at_above);
-    RUN_TEST(test_turn_of_a_wrapped_angle);
-    RUN_TEST(test_atan2_over_the_circle_at_every_length);
-    RUN_TEST(test_atan2_of_every_ratio);
-    RUN_TEST(test_atan2_on_the_axes_and_diagonals);
-    RUN_TEST(test_atan2_of_no_vector_is_zero);
-    RUN_TEST(test_advance_turns_a_rotation_on);
-    RUN_TEST(test_angle_of_a_rotation);
-    RUN_TEST(test_angle_of_a_rotation_on_the_axes_and_of_none);
-    return UNITY_END();
 }

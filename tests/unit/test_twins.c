@@ -42,10 +42,6 @@ void setUp(void)
     memset(&fix, 0, sizeof fix);
 }
 
-void tearDown(void)
-{
-}
-
 static ab_t as_float(const double value[2])
 {
     return (ab_t){(float)value[0], (float)value[1]};
@@ -136,8 +132,6 @@ static void check_observers(smo_switching_t switching, float emf_cutoff)
                 fabs((double)smo_equivalent_gain_q(&fix.q.smo) * (double)fix.scale.units.gain / k_f - 1.0));
         }
     }
-    printf("observers, form %d, filter %.0f: %.2g V, k_f %.2g\n", (int)switching, (double)emf_cutoff, volts,
-           gain);
     check_below(volts, VOLTAGE_APART, "e_hat [V]");
     check_below(gain, switching == SMO_SIGMOID ? MEAN_APART : GAIN_APART, "k_f");
 }
@@ -170,8 +164,6 @@ static void check_lags(lag_mode_t mode, float emf_cutoff)
         double part = (double)lag_attenuation_q(&fix.q.smo, speed) / 16777216.0;
         length = fmax(length, fabs(part / full - 1.0));
     }
-    printf("lag mode %d, filter %.0f: %.2g rad, attenuation %.2g\n", (int)mode, (double)emf_cutoff, angle,
-           length);
     check_below(angle, ANGLE_APART, "lag [rad]");
     check_below(length, LENGTH_APART, "attenuation");
 }
@@ -222,7 +214,6 @@ static void test_error_of_an_emf_makes_it_again(void)
             worst = fmax(worst, hypot(turned[0] - cut * e[0], turned[1] - cut * e[1]) / hypot(e[0], e[1]));
             check_below(fabs(circle(atan2(turned[1], turned[0]) - angle)), 3e-6 + emfs[n].off, "angle [rad]");
         }
-        printf("error of an EMF of %.2f k_s: within %.2g\n", emfs[n].share, worst);
         check_below(worst, 3e-6 + emfs[n].off, "EMF [-]");
     }
     const ab_q_t none = lag_error_q(&fix.q.smo, 0, (ab_q_t){0, 0});
@@ -265,7 +256,6 @@ static void test_loops(void)
             theta = circle(theta + T * omega);
         }
     }
-    printf("loops: %.2g rad, %.2g rad/s, %.2g on the way\n", angle, speed, transient);
     check_below(angle, LOOP_APART, "angle [rad]");
     check_below(speed, LOOP_SPEED_APART, "speed [rad/s]");
     check_below(transient, LOOP_SPEED_APART, "speed on the way [rad/s]");
@@ -301,8 +291,6 @@ static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf
         }
         TEST_ASSERT_EQUAL_UINT16(estimator_invalid(&flt), fixed_invalid(&fix));
     }
-    printf("composed, form %d, lag %d, filter %.0f: %.4f mrad, settled %.4f mrad, %.2g rad/s\n",
-           (int)switching, (int)mode, (double)emf_cutoff, transient, settled, speed);
     check_below(transient, TRANSIENT_APART, "angle on the way [mrad]");
     check_below(settled, MRAD_APART, "angle [mrad]");
     check_below(speed, SPEED_APART, "speed [rad/s]");
@@ -341,7 +329,6 @@ static void test_estimators_of_the_sign(void)
             sums[1] += circle((double)b.theta_e - now.theta) / 15000.0;
         }
     }
-    printf("sign: means %.3f and %.3f mrad\n", 1e3 * sums[0], 1e3 * sums[1]);
     check_below(1e3 * fabs(sums[0] - sums[1]), 1.0, "mean [mrad]");
 }
 
@@ -544,26 +531,4 @@ static void test_flux_is_set_from_outside(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)a.omega_e);
         TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)b.omega_e);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_units_are_the_bases_over_their_counts);
-    RUN_TEST(test_observers_of_the_vector_form);
-    RUN_TEST(test_observers_per_axis);
-    RUN_TEST(test_lags);
-    RUN_TEST(test_error_of_an_emf_makes_it_again);
-    RUN_TEST(test_loops);
-    RUN_TEST(test_estimators_of_the_vector_form);
-    RUN_TEST(test_estimators_per_axis);
-    RUN_TEST(test_estimators_of_the_sign);
-    RUN_TEST(test_constants_that_do_not_fit_are_refused_by_name);
-    RUN_TEST(test_the_limit_of_a_refusal_is_accepted);
-    RUN_TEST(test_samples_that_do_not_fit_are_none);
-    RUN_TEST(test_range_of_the_samples);
-    RUN_TEST(test_take_in_other_bases_keeps_the_estimate);
-    RUN_TEST(test_flux_is_set_from_outside);
-    RUN_TEST(test_at_its_limit_a_criterion_still_holds);
-    return UNITY_END();
 }

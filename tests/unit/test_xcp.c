@@ -4,6 +4,8 @@
  * extensions 5 and 6. */
 #include "talk/xcp.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unity.h>
 
@@ -117,20 +119,52 @@ static xcp_access_t access = {
 
 /* ---- octets ---- */
 
+/* By their text: hexadecimal, and letters between quotes. */
+static uint32_t octets_of(const char *text, uint16_t *octets)
+{
+    uint32_t count = 0u;
+    for (bool letters = false; *text != '\0';) {
+        TEST_ASSERT_TRUE(count < FRAME_MAX_DTO);
+        if (*text == '\'') {
+            letters = !letters;
+            text++;
+        } else if (letters) {
+            octets[count++] = (uint16_t)*text++;
+        } else if (*text == ' ') {
+            text++;
+        } else {
+            char *end;
+            octets[count++] = (uint16_t)strtoul(text, &end, 16);
+            text = end;
+        }
+    }
+    return count;
+}
+
+static void expect(const char *text, const uint16_t *octets, uint32_t count)
+{
+    uint16_t expected[FRAME_MAX_DTO];
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(octets_of(text, expected), count, text);
+    if (count > 0u) {
+        TEST_ASSERT_EQUAL_HEX16_ARRAY_MESSAGE(expected, octets, count, text);
+    }
+}
+
 static void send(const uint16_t *octets, uint32_t count)
 {
     memset(answer, 0x55, sizeof answer);
     length = xcp_command(&xcp, &daq, &access, (frame_packet_t){octets, count}, answer);
 }
 
-#define SEND(...)                                                                                            \
-    send((const uint16_t[]){__VA_ARGS__}, sizeof((const uint16_t[]){__VA_ARGS__}) / sizeof(uint16_t))
-#define EXPECT(...)                                                                                          \
-    do {                                                                                                     \
-        static const uint16_t expected[] = {__VA_ARGS__};                                                    \
-        TEST_ASSERT_EQUAL_UINT32(sizeof expected / sizeof expected[0], length);                              \
-        TEST_ASSERT_EQUAL_HEX16_ARRAY(expected, answer, sizeof expected / sizeof expected[0]);               \
-    } while (0)
+/* A command and its answer; NULL: it only prepares. */
+static void ask(const char *command, const char *expected)
+{
+    uint16_t octets[FRAME_MAX_DTO];
+    send(octets, octets_of(command, octets));
+    if (expected != NULL) {
+        expect(expected, answer, length);
+    }
+}
 
 void setUp(void)
 {
@@ -145,11 +179,7 @@ void setUp(void)
     set_is_bad = false;
     clock_now = UINT32_C(0x12345678);
     access.period = 100000u;
-    SEND(0xFF, 0x00);
-}
-
-void tearDown(void)
-{
+    ask("FF 00", NULL);
 }
 
 /* ---- session ---- */
@@ -158,50 +188,39 @@ void tearDown(void)
  * MAX_CTO 64, MAX_DTO 128, both versions 1. */
 static void test_connect_tells_what_the_slave_can(void)
 {
-    EXPECT(0xFF, 0x05, 0x80, 64, 128, 0, 0x01, 0x01);
+    expect("FF 05 80 40 80 00 01 01", answer, length);
 }
 
 static void test_without_a_connection_only_connect_is_answered(void)
 {
-    SEND(0xFE);
-    EXPECT(0xFF);
+    ask("FE", "FF");
     for (uint16_t code = 0u; code < 0xFFu; code++) {
-        SEND(code, 0, 0, 0, 0, 0, 0, 0);
+        send((const uint16_t[8]){code}, 8u);
         TEST_ASSERT_EQUAL_UINT32(0u, length);
     }
-    SEND(0xFF, 0x00);
-    TEST_ASSERT_EQUAL_UINT32(8u, length);
+    ask("FF 00", "FF 05 80 40 80 00 01 01");
 }
 
 static void test_a_new_connection_begins_anew(void)
 {
-    SEND(0xD5, 0, 1, 0);
-    SEND(0xD4, 0, 0, 0, 1);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    SEND(0xE2, 0, 0, 0, 0, 0);
-    SEND(0xE1, 0xFF, 4, 0, 4, 0, 0, 0);
-    SEND(0xDE, 1, 0, 0);
-    SEND(0xEB, 0x02, 0, 0);
-    SEND(0xFD);
-    EXPECT(0xFF, 0x40, 0, 0, 0, 0); /* DAQ_RUNNING */
-    SEND(0xFF, 0x00);
-    SEND(0xFD);
-    EXPECT(0xFF, 0x00, 0, 0, 0, 0);
-    SEND(0xEA, 0x02, 0);
-    EXPECT(0xFF, 0, 0, 1); /* the client looks at the staged page again */
+    ask("D5 00 01 00", NULL);
+    ask("D4 00 00 00 01", NULL);
+    ask("D3 00 00 00 00 01", NULL);
+    ask("E2 00 00 00 00 00", NULL);
+    ask("E1 FF 04 00 04 00 00 00", NULL);
+    ask("DE 01 00 00", NULL);
+    ask("EB 02 00 00", NULL);
+    ask("FD", "FF 40 00 00 00 00"); /* DAQ_RUNNING */
+    ask("FF 00", NULL);
+    ask("FD", "FF 00 00 00 00 00");
+    ask("EA 02 00", "FF 00 00 01"); /* the client looks at the staged page again */
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lists);
 }
 
-static void test_synch_is_answered_by_its_error(void)
+static void test_synch_is_answered_by_its_error_and_comm_mode_info_by_octets(void)
 {
-    SEND(0xFC);
-    EXPECT(0xFE, 0x00);
-}
-
-static void test_comm_mode_info(void)
-{
-    SEND(0xFB);
-    EXPECT(0xFF, 0, 0, 0, 0, 0, 0, 0x10);
+    ask("FC", "FE 00");
+    ask("FB", "FF 00 00 00 00 00 00 10");
 }
 
 static void test_unknown_commands_are_told_so(void)
@@ -209,8 +228,8 @@ static void test_unknown_commands_are_told_so(void)
     static const uint16_t unknown[] = {0xF8, 0xF7, 0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6,
                                        0xE3, 0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
     for (uint32_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {
-        SEND(unknown[n], 0, 0, 0, 0, 0, 0, 0);
-        EXPECT(0xFE, 0x20);
+        send((const uint16_t[8]){unknown[n]}, 8u);
+        expect("FE 20", answer, length);
     }
 }
 
@@ -227,7 +246,7 @@ static void test_short_commands_are_told_so(void)
         for (uint32_t octets = 1u; octets < needs[n].octets; octets++) {
             const uint16_t command[8] = {needs[n].code, 1};
             send(command, octets);
-            EXPECT(0xFE, 0x21);
+            expect("FE 21", answer, length);
         }
     }
 }
@@ -236,79 +255,54 @@ static void test_short_commands_are_told_so(void)
  */
 static void test_identification(void)
 {
-    SEND(0xFA, 0);
-    EXPECT(0xFF, 1, 0, 0, 7, 0, 0, 0, 'l', 'a', 'g', 'l', 'e', 's', 's');
-    SEND(0xFA, 1);
-    EXPECT(0xFF, 1, 0, 0, 7, 0, 0, 0, 'l', 'a', 'g', 'l', 'e', 's', 's');
-    SEND(0xFA, 4);
-    EXPECT(0xFF, 0, 0, 0, 33, 0, 0, 0);
-    SEND(0xF5, 6);
-    EXPECT(0xFF, 'a', ' ', 'f', 'i', 'l', 'e');
-    SEND(0xF5, 3);
-    EXPECT(0xFF, ' ', 't', 'o');
-    SEND(0xFA, 5);
-    EXPECT(0xFF, 0, 0, 0, 16, 0, 0, 0);
-    SEND(0xF5, 8);
-    EXPECT(0xFF, 'l', 'a', 'g', 'l', 'e', 's', 's', '-');
-    SEND(0xFA, 2);
-    EXPECT(0xFF, 0, 0, 0, 0, 0, 0, 0); /* nothing of this type */
-    SEND(0xFA, 200);
-    EXPECT(0xFF, 0, 0, 0, 0, 0, 0, 0);
+    ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
+    ask("FA 01", "FF 01 00 00 07 00 00 00 'lagless'");
+    ask("FA 04", "FF 00 00 00 21 00 00 00");
+    ask("F5 06", "FF 'a file'");
+    ask("F5 03", "FF ' to'");
+    ask("FA 05", "FF 00 00 00 10 00 00 00");
+    ask("F5 08", "FF 'lagless-'");
+    ask("FA 02", "FF 00 00 00 00 00 00 00"); /* nothing of this type */
+    ask("FA C8", "FF 00 00 00 00 00 00 00");
 }
 
 /* ---- memory ---- */
 
 static void test_upload_goes_on_where_it_ended(void)
 {
-    SEND(0xF6, 0, 0, 1, 4, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xF5, 4);
-    EXPECT(0xFF, 0x04, 0x05, 0x06, 0x07);
-    SEND(0xF5, 6);
-    EXPECT(0xFF, 0x08, 0x09, 0x0A, 0x0B, 0x0C, 0x0D);
-    SEND(0xF5, 1);
-    EXPECT(0xFF, 0x0E);
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F5 04", "FF 04 05 06 07");
+    ask("F5 06", "FF 08 09 0A 0B 0C 0D");
+    ask("F5 01", "FF 0E");
 }
 
 static void test_short_upload_brings_its_address(void)
 {
-    SEND(0xF4, 4, 0, 1, 8, 0, 0, 0);
-    EXPECT(0xFF, 0x08, 0x09, 0x0A, 0x0B);
-    SEND(0xF5, 4); /* the transfer address stands behind it */
-    EXPECT(0xFF, 0x0C, 0x0D, 0x0E, 0x0F);
-    SEND(0xF4, 2, 0, 0, 7, 0, 0, 0); /* from the midst of a slot */
-    EXPECT(0xFF, 0x07, 0x08);
+    ask("F4 04 00 01 08 00 00 00", "FF 08 09 0A 0B");
+    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address stands behind it */
+    ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the midst of a slot */
 }
 
 static void test_what_is_not_there_is_out_of_range(void)
 {
-    static const uint16_t addresses[][5] = {
-        {1, 0, 0, 0, 0},    {1, 36, 0, 0, 0}, {1, 4, 1, 0, 0},
-        {1, 4, 0, 0, 0x80}, {2, 4, 0, 0, 0},  {255, 4, 0, 0, 0},
-    };
-    for (uint32_t n = 0; n < sizeof addresses / sizeof addresses[0]; n++) {
-        const uint16_t *a = addresses[n];
-        const uint16_t command[] = {0xF4, 4, 0, a[0], a[1], a[2], a[3], a[4]};
-        send(command, 8u);
-        EXPECT(0xFE, 0x22);
-    }
-    SEND(0xF4, 5, 0, 1, 32, 0, 0, 0); /* begins within, ends outside */
-    EXPECT(0xFE, 0x22);
-    SEND(0xF4, 0, 0, 1, 4, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF4, 64, 0, 1, 4, 0, 0, 0); /* one octet more than an answer holds */
-    EXPECT(0xFE, 0x22);
+    ask("F4 04 00 01 00 00 00 00", "FE 22");
+    ask("F4 04 00 01 24 00 00 00", "FE 22");
+    ask("F4 04 00 01 04 01 00 00", "FE 22");
+    ask("F4 04 00 01 04 00 00 80", "FE 22");
+    ask("F4 04 00 02 04 00 00 00", "FE 22");
+    ask("F4 04 00 FF 04 00 00 00", "FE 22");
+    ask("F4 05 00 01 20 00 00 00", "FE 22"); /* begins within, ends outside */
+    ask("F4 00 00 01 04 00 00 00", "FE 22");
+    ask("F4 40 00 01 04 00 00 00", "FE 22"); /* one octet more than an answer holds */
 }
 
 static void test_download_writes_slots(void)
 {
-    SEND(0xF6, 0, 0, 1, 8, 0, 0, 0);
-    SEND(0xF0, 8, 0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88);
-    EXPECT(0xFF);
+    ask("F6 00 00 01 08 00 00 00", NULL);
+    ask("F0 08 11 22 33 44 55 66 77 88", "FF");
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x44332211), memory[2]);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x88776655), memory[3]);
-    SEND(0xF0, 4, 0x01, 0x00, 0x00, 0x00); /* and the address goes on */
-    EXPECT(0xFF);
+    ask("F0 04 01 00 00 00", "FF"); /* and the address goes on */
     TEST_ASSERT_EQUAL_HEX32(1u, memory[4]);
 }
 
@@ -316,125 +310,84 @@ static void test_a_refused_download_changes_nothing(void)
 {
     uint32_t before[SLOTS];
     memcpy(before, memory, sizeof memory);
-    SEND(0xF6, 0, 0, 1, 4, 0, 0, 0);
-    SEND(0xF0, 8, 1, 0, 0, 0, 0xAD, 0xDE, 0xAD, 0xDE); /* the second of two */
-    EXPECT(0xFE, 0x22);
-    SEND(0xF0, 2, 1, 0); /* half a slot */
-    EXPECT(0xFE, 0x22);
-    SEND(0xF0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF0, 4, 1, 0, 0); /* an octet is missing */
-    EXPECT(0xFE, 0x21);
-    SEND(0xF0, 63, 1, 0, 0); /* more than a command holds */
-    EXPECT(0xFE, 0x21);
-    SEND(0xF0, 255, 1, 0, 0);
-    EXPECT(0xFE, 0x21);
-    SEND(0xF6, 0, 0, 1, 5, 0, 0, 0); /* across two slots */
-    SEND(0xF0, 4, 1, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF6, 0, 0, 0, 4, 0, 0, 0); /* a signal */
-    SEND(0xF0, 4, 1, 0, 0, 0);
-    EXPECT(0xFE, 0x23);
-    SEND(0xF6, 0, 0, 9, 4, 0, 0, 0); /* nothing at all */
-    SEND(0xF0, 4, 1, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
+    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F0 08 01 00 00 00 AD DE AD DE", "FE 22"); /* the second of two */
+    ask("F0 02 01 00", "FE 22");                   /* half a slot */
+    ask("F0 00", "FE 22");
+    ask("F0 04 01 00 00", "FE 21"); /* an octet is missing */
+    ask("F0 3F 01 00 00", "FE 21"); /* more than a command holds */
+    ask("F0 FF 01 00 00", "FE 21");
+    ask("F6 00 00 01 05 00 00 00", NULL); /* across two slots */
+    ask("F0 04 01 00 00 00", "FE 22");
+    ask("F6 00 00 00 04 00 00 00", NULL); /* a signal */
+    ask("F0 04 01 00 00 00", "FE 23");
+    ask("F6 00 00 09 04 00 00 00", NULL); /* nothing at all */
+    ask("F0 04 01 00 00 00", "FE 22");
     TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
 }
 
 /* CRC-32 of IEEE 802.3 over 04h, 05h, ... 0Fh, by Python's zlib.crc32(bytes(range(4, 16))): 0xBCFF1C39. */
 static void test_checksum_of_a_block(void)
 {
-    SEND(0xF6, 0, 0, 1, 4, 0, 0, 0);
-    SEND(0xF3, 0, 0, 0, 12, 0, 0, 0);
-    EXPECT(0xFF, 0x09, 0, 0, 0x39, 0x1C, 0xFF, 0xBC);
-    SEND(0xF5, 1);
-    EXPECT(0xFF, 0x10); /* the address stands behind the block */
-    SEND(0xF6, 0, 0, 1, 4, 0, 0, 0);
-    SEND(0xF3, 0, 0, 0, 0, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF3, 0, 0, 0, 13, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF3, 0, 0, 0, 0, 0, 0, 0x80);
-    EXPECT(0xFE, 0x22);
-    SEND(0xF3, 0, 0, 0, 64, 0, 0, 0); /* runs out of what there is */
-    EXPECT(0xFE, 0x22);
+    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F3 00 00 00 0C 00 00 00", "FF 09 00 00 39 1C FF BC");
+    ask("F5 01", "FF 10"); /* the address stands behind the block */
+    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F3 00 00 00 00 00 00 00", "FE 22");
+    ask("F3 00 00 00 0D 00 00 00", "FE 22");
+    ask("F3 00 00 00 00 00 00 80", "FE 22");
+    ask("F3 00 00 00 40 00 00 00", "FE 22"); /* runs out of what there is */
 }
 
 /* ---- pages ---- */
 
 static void test_setting_the_drives_page_applies_the_staged_set(void)
 {
-    SEND(0xEA, 0x01, 0);
-    EXPECT(0xFF, 0, 0, 0);
+    ask("EA 01 00", "FF 00 00 00");
     memory[3] = 77u;
-    SEND(0xEA, 0x01, 0);
-    EXPECT(0xFF, 0, 0, 1);
+    ask("EA 01 00", "FF 00 00 01");
     set_is_bad = true;
-    SEND(0xEB, 0x01, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xEA, 0x01, 0);
-    EXPECT(0xFF, 0, 0, 1);
+    ask("EB 01 00 00", "FE 22");
+    ask("EA 01 00", "FF 00 00 01");
     set_is_bad = false;
-    SEND(0xEB, 0x01, 0, 0);
-    EXPECT(0xFF);
+    ask("EB 01 00 00", "FF");
     TEST_ASSERT_EQUAL_UINT32(77u, applied_memory[3]);
-    SEND(0xEA, 0x01, 0);
-    EXPECT(0xFF, 0, 0, 0);
+    ask("EA 01 00", "FF 00 00 00");
 }
 
 static void test_pages_that_there_are_not(void)
 {
-    SEND(0xEB, 0x01, 0, 1); /* the drive runs on no staged set */
-    EXPECT(0xFE, 0x26);
-    SEND(0xEB, 0x02, 0, 2);
-    EXPECT(0xFE, 0x26);
-    SEND(0xEB, 0x00, 0, 0);
-    EXPECT(0xFE, 0x27);
-    SEND(0xEB, 0x01, 1, 0);
-    EXPECT(0xFE, 0x28);
-    SEND(0xEB, 0x81, 7, 0); /* of all segments */
-    EXPECT(0xFF);
-    SEND(0xEA, 0x03, 0);
-    EXPECT(0xFE, 0x27);
-    SEND(0xEA, 0x01, 1);
-    EXPECT(0xFE, 0x28);
+    ask("EB 01 00 01", "FE 26"); /* the drive runs on no staged set */
+    ask("EB 02 00 02", "FE 26");
+    ask("EB 00 00 00", "FE 27");
+    ask("EB 01 01 00", "FE 28");
+    ask("EB 81 07 00", "FF"); /* of all segments */
+    ask("EA 03 00", "FE 27");
+    ask("EA 01 01", "FE 28");
 }
 
 static void test_the_client_chooses_the_page_that_it_reads(void)
 {
     TEST_ASSERT_EQUAL_UINT32(XCP_PAGE_STAGED, xcp.page);
-    SEND(0xEB, 0x02, 0, 0);
-    EXPECT(0xFF);
+    ask("EB 02 00 00", "FF");
     TEST_ASSERT_EQUAL_UINT32(XCP_PAGE_ACTIVE, xcp.page);
-    SEND(0xEA, 0x02, 0);
-    EXPECT(0xFF, 0, 0, 0);
+    ask("EA 02 00", "FF 00 00 00");
 }
 
 /* One segment of two pages, without mappings, at address 4 of extension 1, 32 octets long. */
 static void test_what_is_said_of_segment_and_pages(void)
 {
-    SEND(0xE9);
-    EXPECT(0xFF, 1, 0);
-    SEND(0xE8, 1, 0, 0, 0);
-    EXPECT(0xFF, 2, 1, 0, 0, 0);
-    SEND(0xE8, 0, 0, 0, 0);
-    EXPECT(0xFF, 0, 0, 0, 4, 0, 0, 0);
-    SEND(0xE8, 0, 0, 1, 0);
-    EXPECT(0xFF, 0, 0, 0, 32, 0, 0, 0);
-    SEND(0xE8, 0, 0, 2, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xE8, 2, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xE8, 1, 1, 0, 0);
-    EXPECT(0xFE, 0x28);
-    SEND(0xE7, 0, 0, 0);
-    EXPECT(0xFF, 0x0F, 0);
-    SEND(0xE7, 0, 0, 1);
-    EXPECT(0xFF, 0x3C, 0);
-    SEND(0xE7, 0, 0, 2);
-    EXPECT(0xFE, 0x26);
-    SEND(0xE7, 0, 1, 0);
-    EXPECT(0xFE, 0x28);
+    ask("E9", "FF 01 00");
+    ask("E8 01 00 00 00", "FF 02 01 00 00 00");
+    ask("E8 00 00 00 00", "FF 00 00 00 04 00 00 00");
+    ask("E8 00 00 01 00", "FF 00 00 00 20 00 00 00");
+    ask("E8 00 00 02 00", "FE 22");
+    ask("E8 02 00 00 00", "FE 22");
+    ask("E8 01 01 00 00", "FE 28");
+    ask("E7 00 00 00", "FF 0F 00");
+    ask("E7 00 00 01", "FF 3C 00");
+    ask("E7 00 00 02", "FE 26");
+    ask("E7 00 01 00", "FE 28");
 }
 
 /* ---- data acquisition ---- */
@@ -444,76 +397,51 @@ static void test_what_is_said_of_segment_and_pages(void)
  * unit 5 (100 us), one tick each. */
 static void test_what_is_said_of_acquisition(void)
 {
-    SEND(0xDA);
-    EXPECT(0xFF, 0x93, 0, 0, 1, 0, 0, 0);
-    SEND(0xD5, 0, 2, 0);
-    SEND(0xDA);
-    EXPECT(0xFF, 0x93, 2, 0, 1, 0, 0, 0);
-    SEND(0xD9);
-    EXPECT(0xFF, 4, 4, 1, 0, 0x5C, 1, 0);
-    SEND(0xDC);
-    EXPECT(0xFF, 0, 0, 0, 0x78, 0x56, 0x34, 0x12);
+    ask("DA", "FF 93 00 00 01 00 00 00");
+    ask("D5 00 02 00", NULL);
+    ask("DA", "FF 93 02 00 01 00 00 00");
+    ask("D9", "FF 04 04 01 00 5C 01 00");
+    ask("DC", "FF 00 00 00 78 56 34 12");
 }
 
 /* Event 0: for DAQ, consistent as a whole, two lists, nine letters of name, every 1 x 100 us. */
 static void test_the_event_has_name_and_cycle(void)
 {
-    SEND(0xD7, 0, 0, 0);
-    EXPECT(0xFF, 0x84, 2, 9, 1, 5, 255);
-    SEND(0xF5, 9);
-    EXPECT(0xFF, 'i', 's', 'r', '_', '1', '0', 'k', 'H', 'z');
-    SEND(0xD7, 0, 1, 0);
-    EXPECT(0xFE, 0x22);
+    ask("D7 00 00 00", "FF 84 02 09 01 05 FF");
+    ask("F5 09", "FF 'isr_10kHz'");
+    ask("D7 00 01 00", "FE 22");
 }
 
 /* Other carriers: 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
 static void test_other_periods_are_told_as_exactly_as_it_can_be(void)
 {
     access.period = 50000u;
-    SEND(0xD9);
-    EXPECT(0xFF, 4, 4, 1, 0, 0x4C, 5, 0);
+    ask("D9", "FF 04 04 01 00 4C 05 00");
     access.period = 62500u;
-    SEND(0xD9);
-    EXPECT(0xFF, 4, 4, 1, 0, 0x2C, 0x71, 0x02);
-    SEND(0xD7, 0, 0, 0);
-    EXPECT(0xFF, 0x84, 2, 9, 63, 3, 255);
+    ask("D9", "FF 04 04 01 00 2C 71 02");
+    ask("D7 00 00 00", "FF 84 02 09 3F 03 FF");
 }
 
 /* Two ODTs of list 0: slots 1 and 2, and slot 3; one of list 1: slot 4. */
 static void configure(void)
 {
-    SEND(0xD6);
-    EXPECT(0xFF);
-    SEND(0xD5, 0, 2, 0);
-    EXPECT(0xFF);
-    SEND(0xD4, 0, 0, 0, 2);
-    EXPECT(0xFF);
-    SEND(0xD4, 0, 1, 0, 1);
-    EXPECT(0xFF);
-    SEND(0xD3, 0, 0, 0, 0, 2);
-    EXPECT(0xFF);
-    SEND(0xD3, 0, 0, 0, 1, 1);
-    EXPECT(0xFF);
-    SEND(0xD3, 0, 1, 0, 0, 1);
-    EXPECT(0xFF);
-    SEND(0xE2, 0, 0, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xE1, 0xFF, 4, 0, 4, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xE1, 0xFF, 4, 0, 8, 0, 0, 0); /* the pointer goes on */
-    EXPECT(0xFF);
-    SEND(0xE1, 0xFF, 4, 0, 12, 0, 0, 0); /* but not into the next ODT */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE2, 0, 0, 0, 1, 0);
-    SEND(0xE1, 0xFF, 4, 0, 12, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xE2, 0, 1, 0, 0, 0);
-    SEND(0xE1, 0xFF, 4, 0, 16, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xE0, 0x10, 0, 0, 0, 0, 1, 0);
-    EXPECT(0xFF);
-    SEND(0xE0, 0x10, 1, 0, 0, 0, 3, 0);
-    EXPECT(0xFF);
+    ask("D6", "FF");
+    ask("D5 00 02 00", "FF");
+    ask("D4 00 00 00 02", "FF");
+    ask("D4 00 01 00 01", "FF");
+    ask("D3 00 00 00 00 02", "FF");
+    ask("D3 00 00 00 01 01", "FF");
+    ask("D3 00 01 00 00 01", "FF");
+    ask("E2 00 00 00 00 00", "FF");
+    ask("E1 FF 04 00 04 00 00 00", "FF");
+    ask("E1 FF 04 00 08 00 00 00", "FF");    /* the pointer goes on */
+    ask("E1 FF 04 00 0C 00 00 00", "FE 22"); /* but not into the next ODT */
+    ask("E2 00 00 00 01 00", NULL);
+    ask("E1 FF 04 00 0C 00 00 00", "FF");
+    ask("E2 00 01 00 00 00", NULL);
+    ask("E1 FF 04 00 10 00 00 00", "FF");
+    ask("E0 10 00 00 00 00 01 00", "FF");
+    ask("E0 10 01 00 00 00 03 00", "FF");
 }
 
 static void sample(uint32_t period)
@@ -521,221 +449,137 @@ static void sample(uint32_t period)
     daq_sample(&daq, memory, period);
 }
 
-static void expect_packet(const uint16_t *octets, uint32_t count)
+static void packet(const char *text)
 {
-    uint16_t packet[FRAME_MAX_DTO];
-    TEST_ASSERT_EQUAL_UINT32(count, daq_next(&daq, daq.put, packet));
-    TEST_ASSERT_EQUAL_HEX16_ARRAY(octets, packet, count);
+    uint16_t octets[FRAME_MAX_DTO];
+    const uint32_t count = daq_next(&daq, daq.put, octets);
+    expect(text, octets, count);
 }
-#define PACKET(...)                                                                                          \
-    expect_packet((const uint16_t[]){__VA_ARGS__}, sizeof((const uint16_t[]){__VA_ARGS__}) / sizeof(uint16_t))
 
 /* By select and a common start, as recorders do it: both lists begin in the same period; packets are ODT
  * number, stamp in the first of a list, values. */
 static void test_selected_lists_start_together(void)
 {
-    uint16_t none[FRAME_MAX_DTO];
+    char stamped[60];
     configure();
-    SEND(0xDE, 2, 0, 0);
-    EXPECT(0xFF, 0); /* number of its first ODT */
-    SEND(0xDE, 2, 1, 0);
-    EXPECT(0xFF, 2);
+    ask("DE 02 00 00", "FF 00"); /* number of its first ODT */
+    ask("DE 02 01 00", "FF 02");
     sample(99u);
-    TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, none));
-    SEND(0xDD, 1);
-    EXPECT(0xFF);
+    packet("");
+    ask("DD 01", "FF");
     sample(UINT32_C(0x01020304));
-    PACKET(0, 0x04, 0x03, 0x02, 0x01, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B);
-    PACKET(1, 0x0C, 0x0D, 0x0E, 0x0F);
-    PACKET(2, 0x04, 0x03, 0x02, 0x01, 0x10, 0x11, 0x12, 0x13);
+    packet("00 04 03 02 01 04 05 06 07 08 09 0A 0B");
+    packet("01 0C 0D 0E 0F");
+    packet("02 04 03 02 01 10 11 12 13");
     for (uint32_t period = 1u; period <= 6u; period++) { /* list 1 has a prescaler of 3 */
         sample(period);
-        PACKET(0, (uint16_t)period, 0, 0, 0, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B);
-        PACKET(1, 0x0C, 0x0D, 0x0E, 0x0F);
+        snprintf(stamped, sizeof stamped, "00 %02X 00 00 00 04 05 06 07 08 09 0A 0B", (unsigned)period);
+        packet(stamped);
+        packet("01 0C 0D 0E 0F");
         if (period % 3u == 0u) {
-            PACKET(2, (uint16_t)period, 0, 0, 0, 0x10, 0x11, 0x12, 0x13);
+            snprintf(stamped, sizeof stamped, "02 %02X 00 00 00 10 11 12 13", (unsigned)period);
+            packet(stamped);
         }
-        TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, none));
+        packet("");
     }
-    SEND(0xDD, 0);
-    EXPECT(0xFF);
+    ask("DD 00", "FF");
     sample(7u);
-    TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, none));
+    packet("");
 }
 
 static void test_one_list_is_started_and_stopped_by_itself(void)
 {
-    uint16_t packet[FRAME_MAX_DTO];
     configure();
-    SEND(0xDE, 1, 1, 0);
-    EXPECT(0xFF, 2);
+    ask("DE 01 01 00", "FF 02");
     sample(1u);
-    PACKET(2, 1, 0, 0, 0, 0x10, 0x11, 0x12, 0x13);
-    TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, packet));
-    SEND(0xDE, 1, 0, 0); /* the other one beside it, which is not disturbed */
-    EXPECT(0xFF, 0);
+    packet("02 01 00 00 00 10 11 12 13");
+    packet("");
+    ask("DE 01 00 00", "FF 00"); /* the other one beside it, which is not disturbed */
     sample(2u);
-    PACKET(0, 2, 0, 0, 0, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B);
-    PACKET(1, 0x0C, 0x0D, 0x0E, 0x0F);
-    SEND(0xDE, 0, 0, 0);
-    EXPECT(0xFF, 0);
+    packet("00 02 00 00 00 04 05 06 07 08 09 0A 0B");
+    packet("01 0C 0D 0E 0F");
+    ask("DE 00 00 00", "FF 00");
     sample(3u);
-    TEST_ASSERT_EQUAL_UINT32(0u, daq_next(&daq, daq.put, packet));
+    packet("");
     sample(4u);
-    PACKET(2, 4, 0, 0, 0, 0x10, 0x11, 0x12, 0x13);
-    SEND(0xDE, 2, 1, 0);
-    SEND(0xDD, 2); /* stop what is selected */
-    EXPECT(0xFF);
-    SEND(0xFD);
-    EXPECT(0xFF, 0, 0, 0, 0, 0);
+    packet("02 04 00 00 00 10 11 12 13");
+    ask("DE 02 01 00", NULL);
+    ask("DD 02", "FF"); /* stop what is selected */
+    ask("FD", "FF 00 00 00 00 00");
 }
 
 static void test_a_running_list_is_not_changed(void)
 {
     configure();
-    SEND(0xDE, 1, 0, 0);
-    SEND(0xD5, 0, 1, 0);
-    EXPECT(0xFE, 0x11);
-    SEND(0xD4, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x11);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x11);
-    SEND(0xE2, 0, 0, 0, 0, 0);
-    SEND(0xE1, 0xFF, 4, 0, 4, 0, 0, 0);
-    EXPECT(0xFE, 0x11);
-    SEND(0xE0, 0x10, 0, 0, 0, 0, 1, 0);
-    EXPECT(0xFE, 0x11);
-    SEND(0xD6); /* but all of it may be given up */
-    EXPECT(0xFF);
+    ask("DE 01 00 00", NULL);
+    ask("D5 00 01 00", "FE 11");
+    ask("D4 00 00 00 01", "FE 11");
+    ask("D3 00 00 00 00 01", "FE 11");
+    ask("E2 00 00 00 00 00", NULL);
+    ask("E1 FF 04 00 04 00 00 00", "FE 11");
+    ask("E0 10 00 00 00 00 01 00", "FE 11");
+    ask("D6", "FF"); /* but all of it may be given up */
     TEST_ASSERT_EQUAL_UINT32(0u, daq.running);
 }
 
 static void test_allocations_have_an_order_and_an_end(void)
 {
-    SEND(0xD4, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD5, 0, 3, 0);
-    EXPECT(0xFE, 0x30);
-    SEND(0xD5, 0, 2, 0);
-    SEND(0xD5, 0, 2, 0);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD4, 0, 2, 0, 1);
-    EXPECT(0xFE, 0x22);
-    SEND(0xD4, 0, 0, 0, 17);
-    EXPECT(0xFE, 0x30);
-    SEND(0xD4, 0, 0, 0, 255);
-    EXPECT(0xFE, 0x30);
-    SEND(0xD4, 0, 0, 0, 2);
-    EXPECT(0xFF);
-    SEND(0xD4, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD3, 0, 0, 0, 2, 1);
-    EXPECT(0xFE, 0x22);
-    SEND(0xD3, 0, 0, 0, 0, 17);
-    EXPECT(0xFE, 0x30);
-    SEND(0xD3, 0, 0, 0, 0, 10);
-    EXPECT(0xFF);
-    SEND(0xD3, 0, 0, 0, 1, 7);
-    EXPECT(0xFE, 0x30);
-    SEND(0xD3, 0, 0, 0, 1, 6);
-    EXPECT(0xFF);
-    SEND(0xD3, 0, 0, 0, 1, 1);
-    EXPECT(0xFE, 0x29);
-    SEND(0xD4, 0, 1, 0, 1);
-    EXPECT(0xFE, 0x29);
+    ask("D4 00 00 00 01", "FE 29");
+    ask("D3 00 00 00 00 01", "FE 29");
+    ask("D5 00 03 00", "FE 30");
+    ask("D5 00 02 00", NULL);
+    ask("D5 00 02 00", "FE 29");
+    ask("D3 00 00 00 00 01", "FE 29");
+    ask("D4 00 02 00 01", "FE 22");
+    ask("D4 00 00 00 11", "FE 30");
+    ask("D4 00 00 00 FF", "FE 30");
+    ask("D4 00 00 00 02", "FF");
+    ask("D4 00 00 00 01", "FE 29");
+    ask("D3 00 00 00 02 01", "FE 22");
+    ask("D3 00 00 00 00 11", "FE 30");
+    ask("D3 00 00 00 00 0A", "FF");
+    ask("D3 00 00 00 01 07", "FE 30");
+    ask("D3 00 00 00 01 06", "FF");
+    ask("D3 00 00 00 01 01", "FE 29");
+    ask("D4 00 01 00 01", "FE 29");
 }
 
 static void test_what_cannot_be_measured_is_refused(void)
 {
-    SEND(0xD5, 0, 1, 0);
-    SEND(0xD4, 0, 0, 0, 1);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    SEND(0xE2, 0, 0, 0, 0, 1);
-    EXPECT(0xFE, 0x22);
-    SEND(0xE2, 0, 0, 0, 1, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xE2, 0, 1, 0, 0, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xE2, 0, 0, 0, 0, 0);
-    EXPECT(0xFF);
-    SEND(0xE1, 0xFF, 2, 0, 4, 0, 0, 0); /* half a slot */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE1, 0xFF, 8, 0, 4, 0, 0, 0); /* two of them */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE1, 3, 4, 0, 4, 0, 0, 0); /* one bit */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE1, 0xFF, 4, 1, 4, 0, 0, 0); /* a parameter */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE1, 0xFF, 4, 0, 6, 0, 0, 0); /* across two slots */
-    EXPECT(0xFE, 0x22);
-    SEND(0xDE, 1, 0, 0); /* and nothing was written */
-    EXPECT(0xFE, 0x2A);
-    SEND(0xDE, 1, 1, 0);
-    EXPECT(0xFE, 0x22);
-    SEND(0xDE, 3, 0, 0);
-    EXPECT(0xFE, 0x27);
-    SEND(0xDD, 4);
-    EXPECT(0xFE, 0x27);
-    SEND(0xE0, 0x12, 0, 0, 0, 0, 1, 0); /* stimulation */
-    EXPECT(0xFE, 0x27);
-    SEND(0xE0, 0x30, 0, 0, 0, 0, 1, 0); /* without number */
-    EXPECT(0xFE, 0x27);
-    SEND(0xE0, 0x10, 0, 0, 1, 0, 1, 0); /* another event */
-    EXPECT(0xFE, 0x22);
-    SEND(0xE0, 0x10, 1, 0, 0, 0, 1, 0); /* another list */
-    EXPECT(0xFE, 0x22);
+    ask("D5 00 01 00", NULL);
+    ask("D4 00 00 00 01", NULL);
+    ask("D3 00 00 00 00 01", NULL);
+    ask("E2 00 00 00 00 01", "FE 22");
+    ask("E2 00 00 00 01 00", "FE 22");
+    ask("E2 00 01 00 00 00", "FE 22");
+    ask("E2 00 00 00 00 00", "FF");
+    ask("E1 FF 02 00 04 00 00 00", "FE 22"); /* half a slot */
+    ask("E1 FF 08 00 04 00 00 00", "FE 22"); /* two of them */
+    ask("E1 03 04 00 04 00 00 00", "FE 22"); /* one bit */
+    ask("E1 FF 04 01 04 00 00 00", "FE 22"); /* a parameter */
+    ask("E1 FF 04 00 06 00 00 00", "FE 22"); /* across two slots */
+    ask("DE 01 00 00", "FE 2A");             /* and nothing was written */
+    ask("DE 01 01 00", "FE 22");
+    ask("DE 03 00 00", "FE 27");
+    ask("DD 04", "FE 27");
+    ask("E0 12 00 00 00 00 01 00", "FE 27"); /* stimulation */
+    ask("E0 30 00 00 00 00 01 00", "FE 27"); /* without number */
+    ask("E0 10 00 00 01 00 01 00", "FE 22"); /* another event */
+    ask("E0 10 01 00 00 00 01 00", "FE 22"); /* another list */
 }
 
 /* One of the lists that shall start is not complete: neither does. */
 static void test_a_common_start_is_all_or_nothing(void)
 {
-    SEND(0xD5, 0, 2, 0);
-    SEND(0xD4, 0, 0, 0, 1);
-    SEND(0xD4, 0, 1, 0, 1);
-    SEND(0xD3, 0, 0, 0, 0, 1);
-    SEND(0xD3, 0, 1, 0, 0, 1);
-    SEND(0xE2, 0, 0, 0, 0, 0);
-    SEND(0xE1, 0xFF, 4, 0, 4, 0, 0, 0);
-    SEND(0xDE, 2, 0, 0);
-    SEND(0xDE, 2, 1, 0);
-    SEND(0xDD, 1);
-    EXPECT(0xFE, 0x2A);
+    ask("D5 00 02 00", NULL);
+    ask("D4 00 00 00 01", NULL);
+    ask("D4 00 01 00 01", NULL);
+    ask("D3 00 00 00 00 01", NULL);
+    ask("D3 00 01 00 00 01", NULL);
+    ask("E2 00 00 00 00 00", NULL);
+    ask("E1 FF 04 00 04 00 00 00", NULL);
+    ask("DE 02 00 00", NULL);
+    ask("DE 02 01 00", NULL);
+    ask("DD 01", "FE 2A");
     TEST_ASSERT_EQUAL_UINT32(0u, daq.running);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_connect_tells_what_the_slave_can);
-    RUN_TEST(test_without_a_connection_only_connect_is_answered);
-    RUN_TEST(test_a_new_connection_begins_anew);
-    RUN_TEST(test_synch_is_answered_by_its_error);
-    RUN_TEST(test_comm_mode_info);
-    RUN_TEST(test_unknown_commands_are_told_so);
-    RUN_TEST(test_short_commands_are_told_so);
-    RUN_TEST(test_identification);
-    RUN_TEST(test_upload_goes_on_where_it_ended);
-    RUN_TEST(test_short_upload_brings_its_address);
-    RUN_TEST(test_what_is_not_there_is_out_of_range);
-    RUN_TEST(test_download_writes_slots);
-    RUN_TEST(test_a_refused_download_changes_nothing);
-    RUN_TEST(test_checksum_of_a_block);
-    RUN_TEST(test_setting_the_drives_page_applies_the_staged_set);
-    RUN_TEST(test_pages_that_there_are_not);
-    RUN_TEST(test_the_client_chooses_the_page_that_it_reads);
-    RUN_TEST(test_what_is_said_of_segment_and_pages);
-    RUN_TEST(test_what_is_said_of_acquisition);
-    RUN_TEST(test_the_event_has_name_and_cycle);
-    RUN_TEST(test_other_periods_are_told_as_exactly_as_it_can_be);
-    RUN_TEST(test_selected_lists_start_together);
-    RUN_TEST(test_one_list_is_started_and_stopped_by_itself);
-    RUN_TEST(test_a_running_list_is_not_changed);
-    RUN_TEST(test_allocations_have_an_order_and_an_end);
-    RUN_TEST(test_what_cannot_be_measured_is_refused);
-    RUN_TEST(test_a_common_start_is_all_or_nothing);
-    return UNITY_END();
 }

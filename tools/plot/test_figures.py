@@ -189,7 +189,7 @@ class Pictures(unittest.TestCase):
         (cls.folder / "data").mkdir()
         for name, text in [*tables(), *((name, traces(name)) for name in TRACES)]:
             (cls.folder / "data" / f"{name}.csv").write_text(text)
-        cls.manifest = manifest()
+        cls.manifest, cls.kept = manifest(), {}
         cls.figures = {figure["id"]: figure for figure in cls.manifest["figures"]}
 
     def data(self, name):
@@ -201,10 +201,16 @@ class Pictures(unittest.TestCase):
                       self.manifest)
         return [(self.folder / "out" / f"{name}.{kind}").read_bytes() for kind in ("png", "svg")]
 
+    def once(self, name):
+        """As it is, drawn for all tests."""
+        if name not in self.kept:
+            self.kept[name] = self.draw(name)
+        return self.kept[name]
+
     def test_every_figure_is_drawn(self):
         for name in self.figures:
             with self.subTest(name):
-                png, svg = self.draw(name)
+                png, svg = self.once(name)
                 width, height = struct.unpack(">II", png[16:24])
                 self.assertEqual((png[:8], width), (b"\x89PNG\r\n\x1a\n", 1800))
                 self.assertGreater(height, 600)
@@ -240,7 +246,7 @@ class Pictures(unittest.TestCase):
 
     def test_same_data_give_the_same_octets_and_other_data_others(self):
         for name, column, row in (("fig12", "exact_real_theta_err", 700), ("beyond_map", "mean", 3)):
-            first = self.draw(name)
+            first = self.once(name)
             self.assertEqual(self.draw(name), first)
             data = self.data(name)
             data[column][row] += 40.0

@@ -10,6 +10,8 @@ import sys
 import tempfile
 import unittest
 
+from called import called
+
 SCRIPT = pathlib.Path(__file__).resolve().with_name("map.py")
 DRAWS = importlib.util.find_spec("matplotlib") is not None
 FIRST = {"rpm": -100, "load_nm": 0, "deviation": "nominal", "adaptation": "off", "mean_mrad": -0.5, "sd_mrad": 1.0, "peak_mrad": 3.0,
@@ -28,11 +30,10 @@ class Map(unittest.TestCase):
         self.json = self.folder / "map.json"
         self.png = self.folder / "out" / "map.png"
 
-    def run_script(self, what, *arguments, python=()):
+    def run_script(self, what, *arguments):
         if what is not None:
             self.json.write_text(what if isinstance(what, str) else json.dumps(what))
-        return subprocess.run([sys.executable, "-B", *python, SCRIPT, self.json, self.png, *arguments],
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+        return called("map", self.json, self.png, *arguments)
 
     def assert_refused(self, what, *words):
         run = self.run_script(what)
@@ -71,7 +72,9 @@ class Map(unittest.TestCase):
         self.assertEqual(self.run_script(points()).returncode, 2)
 
     def test_missing_matplotlib_is_said(self):
-        run = self.run_script(points(), python=("-I", "-S"))  # no packages at all
+        self.json.write_text(json.dumps(points()))
+        run = subprocess.run([sys.executable, "-B", "-I", "-S", SCRIPT, self.json, self.png], stderr=subprocess.PIPE, text=True,
+                             check=False)  # no packages at all
         self.assertEqual(run.returncode, 3, run.stderr)
         self.assertIn("matplotlib is missing", run.stderr)
 
@@ -120,7 +123,6 @@ class Map(unittest.TestCase):
         self.assertIn("map.py: ", run.stderr)
 
     def test_numbers_have_three_digits_and_shades_grow_with_the_magnitude(self):
-        sys.path.insert(0, str(SCRIPT.parent))
         import map as script
         minus = "\N{MINUS SIGN}"
         for value, text in ((0.0, "0.00"), (-0.004, "0.00"), (-0.006, minus + "0.01"), (9.99, "9.99"), (9.996, "10.0"),

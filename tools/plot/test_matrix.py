@@ -4,12 +4,10 @@ import html.parser
 import json
 import pathlib
 import shutil
-import subprocess
-import sys
 import tempfile
 import unittest
 
-SCRIPT = pathlib.Path(__file__).resolve().with_name("matrix.py")
+from called import called
 
 
 def cell(fault, manoeuvre, source, shaft, verdict, reaction="opens"):
@@ -61,8 +59,7 @@ class Page(unittest.TestCase):
 
     def run_script(self, what, *arguments):
         self.json.write_text(what if isinstance(what, str) else json.dumps(what))
-        return subprocess.run([sys.executable, "-B", SCRIPT, self.json, self.html, *arguments], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, text=True, check=False)
+        return called("matrix", self.json, self.html, *arguments)
 
     def assert_refused(self, what, *words):
         run = self.run_script(what)

@@ -1,0 +1,20 @@
+/* One rig a test, made by the test and freed after it. */
+#ifndef TESTS_RIG_THE_RIG_H
+#define TESTS_RIG_THE_RIG_H
+
+#include "host_sim/rig/rig.h"
+#include "unity.h"
+
+static rig_t *rig;
+
+void setUp(void)
+{
+    rig = NULL;
+}
+
+void tearDown(void)
+{
+    rig_free(rig);
+}
+
+#endif

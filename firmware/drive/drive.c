@@ -3,14 +3,30 @@
 #include "math/bounds.h"
 #include "math/trig.h"
 
+/* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
+ * slowly may feed the link with what seems to be one. */
+static calibration_t calibrate(drive_t *drive, const drive_samples_t *samples)
+{
+    const ab_t none = {0.0f, 0.0f};
+    measure_t *measure = &drive->measure;
+    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
+        offset_trim_reset(&drive->offset_trim, none);
+        return measure_calibrate(measure, samples);
+    }
+    if (drive->sequence.state != (int32_t)DRIVE_READY) {
+        return CALIBRATION_GOES_ON;
+    }
+    if (measure->measured.u_dc < drive->sequence.tuning.dc_undervoltage) {
+        measure_begin_rest(measure);
+    } else if (measure_rest(measure, samples, drive->offset_trim.offset)) {
+        offset_trim_reset(&drive->offset_trim, none);
+    }
+    return (calibration_t)measure->rest.found;
+}
+
 static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
 {
     const bool was_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
-    calibration_t calibration = CALIBRATION_GOES_ON;
-    if (drive->sequence.state == (int32_t)DRIVE_NOT_READY) {
-        offset_trim_reset(&drive->offset_trim, (ab_t){0.0f, 0.0f});
-        calibration = measure_calibrate(&drive->measure, samples);
-    }
     const sequence_input_t input = {
         .requests = &drive->requests,
         .measured = &drive->measure.measured,
@@ -18,7 +34,7 @@ static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
         .stops = drive->guard.stops,
         .standing =
             manoeuvres_knows(&drive->manoeuvres) && bounds_within(drive->omega_m, SEQUENCE_STANDSTILL),
-        .calibration = calibration,
+        .calibration = calibrate(drive, samples),
     };
     const uint32_t order = sequence_step(&drive->sequence, &input);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;
@@ -35,6 +51,7 @@ static void start(drive_t *drive, uint32_t order)
     const bool sensorless = drive->manoeuvres.sensorless != 0u;
     const position_t unknown = {0.0f, 0.0f};
     if ((order & SEQUENCE_PRESET) != 0u) {
+        measure_begin_rest(&drive->measure);
         current_control_reset(&drive->current_control, (dq_t){0.0f, 0.0f});
         manoeuvres_begin(&drive->manoeuvres, drive->omega_m);
     }

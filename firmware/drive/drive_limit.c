@@ -51,7 +51,9 @@ void drive_limit(drive_t *drive, bool look)
         ride_through(drive);
     }
     if (link_is_near(link, measured->u_dc)) {
-        link_limit(link, measured->u_dc, drive->omega_m);
+        /* in a forced frame the limits of i_q do not act: the rotor feeds nothing on their behalf */
+        const bool forced = manoeuvres_forces(&drive->manoeuvres) && drive->manoeuvres.sensorless != 0u;
+        link_limit(link, measured->u_dc, forced ? 0.0f : drive->omega_m);
         changes = true;
     }
     if (changes) {

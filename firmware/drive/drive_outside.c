@@ -4,7 +4,16 @@
 
 #include "drive/reasons.h"
 #include "drive/signals.h"
+#include "math/bounds.h"
 #include "math/check.h"
+
+/* [-] of the EMF that a rotor of the estimated speed has: psi_f wrong by a quarter, and an angle by 0.35 rad
+ */
+#define CONFIRMED_LEAST 0.7f
+#define CONFIRMED_MOST  1.5f
+
+/* [-] of the link, that the EMF of a rotor may have whose current through the diodes is not seen */
+#define CONFIRMED_BEYOND 1.15f
 
 void drive_take(drive_t *drive, uint32_t encoder_count)
 {
@@ -92,8 +101,49 @@ void drive_request(drive_t *drive, const requests_t *next)
     drive->requests = *next;
 }
 
+/* Does the EMF of a catch come from a rotor? Noise has a length, but no mean in a frame that turns, and no
+ * direction. A rotor whose EMF is far beyond the link would have fed it before the gates came on. What has
+ * been lost is no witness. */
+static bool is_caught(const drive_t *drive)
+{
+    const catch_t *catching = &drive->manoeuvres.catching;
+    const float least = CONFIRMED_LEAST * catching->length;
+    const float most = CONFIRMED_BEYOND * FRAMES_ONE_OVER_SQRT_3 * drive->measure.measured.u_dc;
+    const ab_t mean = catching->emf;
+    return drive->manoeuvres.now == (int32_t)MANOEUVRE_CATCH &&
+           mean.alpha * mean.alpha + mean.beta * mean.beta >= least * least &&
+           !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
+}
+
+/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length. The
+ * encoder needs no confirmation. */
+static bool is_confirmed(const drive_t *drive)
+{
+    const manoeuvres_t *m = &drive->manoeuvres;
+    if (m->sensorless == 0u) {
+        return true;
+    }
+    if (m->tracking == 0u) {
+        return is_caught(drive);
+    }
+    return m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
+           m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
+}
+
+/* A fault that speaks of the shaft's speed, where only the estimate has one, names the estimate. */
+static void name_estimate(drive_t *drive)
+{
+    sequence_t *sequence = &drive->sequence;
+    const bool of_speed = sequence->fault_reason == (int32_t)REASON_OVERSPEED ||
+                          sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
+    if (of_speed && !is_confirmed(drive)) {
+        sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
+    }
+}
+
 void drive_note_fault(drive_t *drive)
 {
+    name_estimate(drive);
     measure_begin_calibration(&drive->measure);
     drive->fault = (drive_fault_t){
         .reason = drive->sequence.fault_reason,

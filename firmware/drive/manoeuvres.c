@@ -24,6 +24,7 @@ void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e)
     manoeuvres_enter(m, MANOEUVRE_RUN);
     m->tracking = 1u;
     m->reversing = 0u;
+    m->proving = 0u;
     m->sound_periods = 0u;
     m->omega_ref = omega_e;
     lock_reset(&m->lock, omega_e);

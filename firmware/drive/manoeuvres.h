@@ -5,7 +5,8 @@
  *                                       --> forced                 the reference is too slow to track
  *     run --> forced      the reference is below fallback_speed
  *         --> reverse     through zero speed, if that takes longer than the model of the loop can bridge
- *         --> relock      the lock is lost: catch again, at once
+ *         --> relock      the lock is lost: catch again, at once; a rotor that then turns against the wish
+ *                         keeps its speed until its lock has been judged
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
  *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
  *
@@ -56,6 +57,11 @@ typedef enum {
 
 /* And so long nothing is learnt: what a hand-over leaves of error would be taken for the motor's. */
 #define MANOEUVRE_STEADY_PERIODS DRIVE_PERIODS(50e-3f)
+
+/* So long a rotor that was lost, is caught again and turns against the wish keeps its speed: in the reversal
+ * that follows nothing is judged where the EMF is small, so that ten means of the signs of a lost lock, the
+ * scatter's too, have to be good before it. */
+#define MANOEUVRE_PROVING_PERIODS (MANOEUVRE_STEADY_PERIODS + DRIVE_PERIODS(10e-3f))
 
 /* When one ends. */
 typedef struct {
@@ -109,12 +115,14 @@ typedef struct {
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
     uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
     uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
+    uint32_t proving;       /* [periods] for which a rotor that was caught again still keeps its speed */
     uint32_t slow_periods;  /* [periods] without an EMF */
     uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
     uint32_t sound_periods; /* [periods] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
     float omega_ref;        /* of the last period of run [rad/s], electrical */
+    float omega_m_proved;   /* the speed that is kept meanwhile [rad/s], mechanical */
     float current;          /* of the forced frame, wanted [A] */
     float needed;           /* of it, as last seen [A] */
     float length;           /* of the EMF in a forced frame, low-passed [V] */

@@ -18,10 +18,14 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *d
     const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
     const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
+    const bool lost = m->now == (int32_t)MANOEUVRE_RELOCK && input->wish.mode == RUN_SPEED;
+    const bool against = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
     manoeuvres_enter_run(m, current, rotor.omega_e);
     m->locking = 1u;
     m->locked = rotor;
-    m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
+    m->reversing = against && !lost;
+    m->proving = against && lost ? MANOEUVRE_PROVING_PERIODS : 0u;
+    m->omega_m_proved = m->run.omega_m_ref;
     manoeuvres_run_by(m, input, &frame, frames_park(m->catching.emf, frame.rotation), m->run.omega_m_ref,
                       demand);
     demand->change = (int32_t)FRAME_TURNS;
@@ -135,7 +139,7 @@ static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, de
                       demand);
 }
 
-void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+static void run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const estimate_t *estimate = input->estimate;
@@ -161,6 +165,33 @@ void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *
     }
     if (is_too_slow(m, input)) {
         manoeuvres_fall_back(m, input, demand);
+    }
+}
+
+/* A rotor that was caught again against the wish keeps its speed until its lock is judged. One that has been
+ * lost twice is not reversed by a closed loop then, but in the forced frame. */
+static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
+    manoeuvres_input_t kept = *input;
+    m->proving--;
+    if (input->wish.mode != RUN_SPEED || input->wish.omega_m_ref * m->omega_m_proved >= 0.0f) {
+        m->proving = 0u; /* the wish has changed */
+        run(m, input, demand);
+        return;
+    }
+    kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}};
+    run(m, &kept, demand);
+    if (m->proving == 0u && m->lock_losses >= 2u && m->now == (int32_t)MANOEUVRE_RUN) {
+        manoeuvres_fall_back(m, input, demand);
+    }
+}
+
+void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
+    if (m->proving != 0u) {
+        prove(m, input, demand);
+    } else {
+        run(m, input, demand);
     }
 }
 

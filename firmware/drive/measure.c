@@ -24,10 +24,53 @@ void measure_init(measure_t *measure, const measure_tuning_t *tuning)
 void measure_begin_calibration(measure_t *measure)
 {
     measure->calibrated = 0u;
+    measure_begin_rest(measure);
+}
+
+static void widen(float value, float *smallest, float *largest)
+{
+    *smallest = value < *smallest ? value : *smallest;
+    *largest = value > *largest ? value : *largest;
+}
+
+/* The first sample of a block, or another one. */
+static void collect(measure_rest_t *rest, const drive_samples_t *samples, float weight, bool first)
+{
+    const abc_t now = {samples->i_a, samples->i_b, samples->i_c};
+    if (first) {
+        rest->mean = (abc_t){0.0f, 0.0f, 0.0f};
+        rest->smallest = now;
+        rest->largest = now;
+    }
+    rest->mean.a += weight * now.a;
+    rest->mean.b += weight * now.b;
+    rest->mean.c += weight * now.c;
+    widen(now.a, &rest->smallest.a, &rest->largest.a);
+    widen(now.b, &rest->smallest.b, &rest->largest.b);
+    widen(now.c, &rest->smallest.c, &rest->largest.c);
+}
+
+/* Did no current flow in this block? */
+static bool is_quiet(const measure_rest_t *rest)
+{
+    return rest->largest.a - rest->smallest.a <= MEASURE_QUIET &&
+           rest->largest.b - rest->smallest.b <= MEASURE_QUIET &&
+           rest->largest.c - rest->smallest.c <= MEASURE_C_SHARE * MEASURE_QUIET;
+}
+
+/* May sensors have these offsets [A]? */
+static calibration_t judged(const measure_tuning_t *tuning, abc_t offset)
+{
+    const float limit = tuning->offset_max;
+    return bounds_within(offset.a, limit) && bounds_within(offset.b, limit) &&
+                   bounds_within(offset.c, MEASURE_C_SHARE * limit)
+               ? CALIBRATION_GOOD
+               : CALIBRATION_FAILED;
 }
 
 calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples)
 {
+    measure_rest_t *rest = &measure->rest;
     if (measure->calibrated == 0u) {
         measure->offset = (abc_t){0.0f, 0.0f, 0.0f};
     }
@@ -38,14 +81,56 @@ calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *sampl
         measure->offset.a += measure->tuning.weight * samples->i_a;
         measure->offset.b += measure->tuning.weight * samples->i_b;
         measure->offset.c += measure->tuning.weight * samples->i_c;
+        collect(rest, samples, measure->tuning.weight, measure->calibrated == SETTLE_PERIODS);
     }
     measure->calibrated++;
     if (measure->calibrated < measure->tuning.periods) {
         return CALIBRATION_GOES_ON;
     }
-    const float limit = measure->tuning.offset_max;
-    return bounds_within(measure->offset.a, limit) && bounds_within(measure->offset.b, limit) &&
-                   bounds_within(measure->offset.c, MEASURE_C_SHARE * limit)
-               ? CALIBRATION_GOOD
-               : CALIBRATION_FAILED;
+    rest->unsure = is_quiet(rest) ? 0u : 1u;
+    return judged(&measure->tuning, measure->offset);
+}
+
+void measure_begin_rest(measure_t *measure)
+{
+    measure->rest.periods = 0u;
+    measure->rest.found = (int32_t)CALIBRATION_GOES_ON;
+}
+
+/* Is what the sensors read in this block, less what is known of their offsets, as good as no current? */
+static bool has_moved(const measure_t *measure, ab_t trim)
+{
+    const abc_t mean = measure->rest.mean;
+    const abc_t offset = measure->offset;
+    const ab_t left = frames_clarke((abc_t){mean.a - offset.a, mean.b - offset.b, mean.c - offset.c});
+    const ab_t moved = {left.alpha - trim.alpha, left.beta - trim.beta};
+    return moved.alpha * moved.alpha + moved.beta * moved.beta > MEASURE_MOVED * MEASURE_MOVED;
+}
+
+bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)
+{
+    measure_rest_t *rest = &measure->rest;
+    if (measure->measured.good == 0u) {
+        return false;
+    }
+    rest->periods++;
+    if (rest->periods <= SETTLE_PERIODS) {
+        return false;
+    }
+    collect(rest, samples, measure->tuning.weight, rest->periods == SETTLE_PERIODS + 1u);
+    if (rest->periods < measure->tuning.periods) {
+        return false;
+    }
+    rest->periods = SETTLE_PERIODS;
+    if (!is_quiet(rest)) {
+        return false;
+    }
+    const calibration_t found = judged(&measure->tuning, rest->mean);
+    rest->found = (int32_t)found;
+    if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !has_moved(measure, trim))) {
+        return false;
+    }
+    measure->offset = rest->mean;
+    rest->unsure = 0u;
+    return true;
 }

@@ -1,5 +1,10 @@
 /* Samples to measurements: offsets of the current sensors, found while no current flows, and what is no
- * measurement at all: not a number, or a sensor at its end. The last good sample then stands in. */
+ * measurement at all: not a number, or a sensor at its end. The last good sample then stands in.
+ *
+ * While the bridge is off and the drive ready, the offsets are measured again and again, block by block, so
+ * that a start finds them measured and waits for nothing. A block tells by its span whether a current flows
+ * (a rotor whose EMF is beyond the link feeds it through the diodes): such a block says nothing. Offsets that
+ * have moved by less than MEASURE_MOVED stay, and with them what was found while turning. */
 #ifndef DRIVE_MEASURE_H
 #define DRIVE_MEASURE_H
 
@@ -39,20 +44,36 @@ typedef struct {
 /* DC link [V] and temperatures [degC] of sensors that work are less than this together. */
 #define MEASURE_LIMIT 2000.0f
 
+/* Span of a phase current within a block up to which none flows [A]; and what an offset must have moved by,
+ * as the length of the current's vector, to be taken again [A]. */
+#define MEASURE_QUIET (0.02f * DRIVE_CURRENT_RANGE)
+#define MEASURE_MOVED (0.005f * DRIVE_CURRENT_RANGE)
+
 typedef struct {
     float weight;     /* 1/calibration_periods [-] */
     uint32_t periods; /* [periods] of the whole calibration */
     float offset_max; /* [A] of a sensor that is accepted */
 } measure_tuning_t;
 
+typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED } calibration_t;
+
+/* A block of samples while the bridge is off. */
+typedef struct {
+    abc_t mean;       /* [A] sum so far, weighted */
+    abc_t smallest;   /* [A] */
+    abc_t largest;    /* [A] */
+    uint32_t periods; /* [periods] settling and block so far */
+    uint32_t unsure; /* [-] 1: a current may have flowed in the calibration: the first quiet block is taken */
+    int32_t found;   /* [-] calibration_t of the last block that says something; GOES_ON: none yet */
+} measure_rest_t;
+
 typedef struct {
     measure_tuning_t tuning;
     abc_t offset;        /* [A] measured at zero current */
     uint32_t calibrated; /* [periods] of the calibration so far */
+    measure_rest_t rest;
     measured_t measured; /* of the newest sample */
 } measure_t;
-
-typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED } calibration_t;
 
 /* Coefficients. One division. */
 measure_tuning_t measure_prepare(const params_t *params);
@@ -60,19 +81,28 @@ measure_tuning_t measure_prepare(const params_t *params);
 /* These coefficients; offsets zero, nothing measured. */
 void measure_init(measure_t *measure, const measure_tuning_t *tuning);
 
-/* New coefficients; offsets and a calibration under way go on. */
+/* New coefficients; offsets and a calibration under way go on, a block begins anew. */
 static inline void measure_take(measure_t *measure, const measure_tuning_t *tuning)
 {
     measure->tuning = *tuning;
+    measure->rest.periods = 0u;
 }
 
-/* The next calibration begins anew. */
+/* The next calibration begins anew, and so does what is measured after it. */
 void measure_begin_calibration(measure_t *measure);
 
 /* A period of the calibration: the offsets become the mean of the currents while none flows. The first
  * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
  * than a sensor's may be. No division. */
 calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
+
+/* The bridge comes on, or the link is too low to say that no current flows: what follows begins anew. */
+void measure_begin_rest(measure_t *measure);
+
+/* A period with the bridge off. `trim` [A]: as in measure_step(). true: the offsets have moved and are those
+ * of this block now, and the trim is to be 0. measure->rest.found CALIBRATION_FAILED: an offset is larger
+ * than a sensor's may be. No division. */
+bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim);
 
 /* Is this sample one of a sensor that works? */
 static inline bool measure_is_good(const drive_samples_t *samples)

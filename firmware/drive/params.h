@@ -150,7 +150,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "mechanical speed from which on control turns with the estimate; 0: EMF over dead time and R I")       \
     F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed below which it turns with a forced frame; 0: 0.4 of the hand-over's")                \
-    I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE, "starts that may fail before the drive stops")            \
+    I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \
+      "starts that may fail before the drive stops; until then each is followed by another, by itself")      \
     F(55, speed_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
       "mechanical acceleration of the speed reference; 0: none, the current limit alone")                    \
     F(56, speed_setpoint_weight, "-", 0.0f, 0.0f, 1.0f, TABLE_LIVE,                                          \
@@ -177,8 +178,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")                                                                                        \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
-      "whether a rotor that the estimate has lost is told at once (unlocked), whatever estimate_... judge; " \
-      "off: as in the paper, whose loop lags by more than that")                                             \
+      "whether a rotor that the estimate has lost is told at once (unlocked), whatever estimate_... judge, " \
+      "and caught again by itself; off: as in the paper, whose loop lags by more than that")                 \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
       "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
@@ -191,7 +192,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "whether current sensors and phases are judged by what the winding must do; off: a desk without a "    \
       "motor")                                                                                               \
     F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
-      "for so long a lost supply is no fault: the rotor holds the DC link, or coasts and is caught; 0: off") \
+      "for so long a lost supply is no fault: the rotor holds the DC link, or coasts, and with the supply "  \
+      "the motor runs again by itself; 0: off")                                                              \
     F(81, motor_current_continuous, "A", 0.7f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f, 1000.0f,        \
       TABLE_LIVE, "length of the current vector that the motor stands for ever; 0: not judged")              \
     F(82, motor_time_constant, "s", 60.0f, 0.0f, 3600.0f, TABLE_LIVE,                                        \
@@ -208,7 +210,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
       "that the master on the line may be silent before a motor that it has switched on stops; 0: for ever") \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
-      "how often a fault of the power module resets itself, a second after, while `enable` stays on")
+      "how often a fault of the power module resets itself, a second after, while `enable` stays on: the "   \
+      "motor then starts again by itself")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

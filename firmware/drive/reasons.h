@@ -38,7 +38,16 @@
       "set the parameters of your motor, reset the fault, save")                                             \
     R(74, STORE_FAILED, "store_failed",                                                                      \
       "the flash did not take the parameters: those stored before are still there",                          \
-      "switch the bridge off and save again; if it comes again, replace the controller")
+      "switch the bridge off and save again; if it comes again, replace the controller")                     \
+    R(80, ENABLE_HELD, "enable_held",                                                                        \
+      "`enable` was on while a fault was reset: a reset alone starts nothing",                               \
+      "set `enable` to off, then to on")                                                                     \
+    R(81, STOPPING, "stopping", "a quick stop is under way, and is brought to its end first",                \
+      "wait until the rotor stands, or set `enable` to off and let it coast")                                \
+    R(82, ESTIMATE_ASTRAY, "estimate_astray",                                                                \
+      "the estimated speed exceeded overspeed_trip, and the back-EMF did not confirm it: the shaft may be "  \
+      "slow",                                                                                                \
+      "check the current sensors for noise and delay; check motor_inductance_q and motor_flux_linkage")
 
 typedef enum {
 #define REASON_OF_REFUSAL(number, NAME, name, text, remedy) REASON_##NAME = number,

@@ -1,5 +1,7 @@
 #include "drive/rules.h"
 
+#include "protect/link.h"
+
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
 #define ROUNDING 1.0000005f
 
@@ -108,6 +110,12 @@ const rule_t rules[RULES] = {
                     {PARAM_motor_inertia, LESS_HELPS},
                     {PARAM_motor_flux_linkage, MORE_HELPS},
                     {PARAM_motor_pole_pairs, MORE_HELPS}}},
+    [RULE_RIDE] = {"ride_through_time = 0, or 1.27 dc_undervoltage <= 0.95 dc_overvoltage, else the link "
+                   "limits braking and driving at once",
+                   3,
+                   {{PARAM_dc_undervoltage, LESS_HELPS},
+                    {PARAM_dc_overvoltage, MORE_HELPS},
+                    {PARAM_ride_through_time, LESS_HELPS}}},
 };
 
 /* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
@@ -183,6 +191,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_CATCH:
     case RULE_HANDOVER:
     case RULE_RAMP:
+    case RULE_RIDE:
     case RULES:
         break;
     }
@@ -251,6 +260,10 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_CATCH:
     case RULE_RAMP:
         return start_takes(rule, params);
+    case RULE_RIDE:
+        return params->ride_through_time == 0.0f ||
+               (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
+                   (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
     case RULES:
         break;
     }

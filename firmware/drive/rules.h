@@ -37,6 +37,7 @@ typedef enum {
     RULE_CATCH,
     RULE_HANDOVER,
     RULE_RAMP,
+    RULE_RIDE,
     RULES
 } rule_number_t;
 

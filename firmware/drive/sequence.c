@@ -96,7 +96,9 @@ static uint32_t in_fault(sequence_t *sequence, const sequence_input_t *input, bo
             sequence->faults_later, fault_set_without(input->faults, guard_fault_of(sequence->fault_reason)));
     }
     sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
-    if ((reset_edge && rearmed(sequence)) || retries(sequence, input)) {
+    const bool reset = reset_edge && rearmed(sequence);
+    if (reset || retries(sequence, input)) {
+        sequence->held = reset && input->requests->enable == (int32_t)REQUEST_ON ? UINT32_C(1) : UINT32_C(0);
         sequence->fault_reason = REASON_NONE;
         sequence->fault_present = REASON_NONE;
         enter(sequence, DRIVE_NOT_READY);
@@ -129,11 +131,17 @@ static bool current_flows(const sequence_input_t *input)
 
 static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *input)
 {
+    if (sequence->held != 0u) {
+        return REASON_ENABLE_HELD;
+    }
     if (!rearmed(sequence)) {
         return REASON_FAULT_PRESENT;
     }
     if (input->measured->u_dc < sequence->tuning.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
+    }
+    if (input->calibration == CALIBRATION_FAILED) {
+        return REASON_CURRENT_OFFSET;
     }
     return current_flows(input) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
 }
@@ -147,7 +155,7 @@ static uint32_t charge(const sequence_t *sequence)
 static uint32_t in_ready(sequence_t *sequence, const sequence_input_t *input)
 {
     uint32_t order = OFF;
-    if (input->requests->enable == (int32_t)REQUEST_ON && sequence->stopped == 0u) {
+    if (input->requests->enable == (int32_t)REQUEST_ON) {
         sequence->refusal = why_not_on(sequence, input);
         if (sequence->refusal == (int32_t)REASON_NONE) {
             order |= SEQUENCE_PRESET | charge(sequence);
@@ -215,9 +223,11 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
         return OFF;
     }
     if (input->standing) {
-        sequence->stopped = 1u;
         enter(sequence, DRIVE_READY);
         return OFF;
+    }
+    if (input->requests->enable == (int32_t)REQUEST_ON) { /* what has begun is brought to its end */
+        sequence->refusal = for_fault ? sequence->stop_reason : (int32_t)REASON_STOPPING;
     }
     return KEEP;
 }
@@ -265,7 +275,7 @@ uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
     sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
     sequence->refusal = REASON_NONE;
     if (input->requests->enable == (int32_t)REQUEST_OFF) {
-        sequence->stopped = 0u;
+        sequence->held = 0u;
         sequence->retried = 0u;
     }
 

@@ -1,12 +1,22 @@
 /* The state machine, states by their DS-402 names: which of them the drive is in, what the gates shall do,
  * and why a wish is not obeyed. One transition at most per period.
  *
- *   not ready           current offsets are being measured, gates off
- *   ready               gates off, waiting for `enable` = on
- *   switched on         two periods: control preset to the turning rotor, gates coming on; then for as long
- * as the board's gate supplies need it the lower switches stay on operation enabled   the motor follows the
- * references quick stop          speed reference zero until standstill, then ready; or, where a fault asks
- * for it, fault fault               gates off until fault_reset, then not ready */
+ * not ready: current offsets are being measured, gates off.
+ *
+ * ready: gates off, waiting for `enable` = on.
+ *
+ * switched on: two periods, control preset to the turning rotor, gates coming on; then for as long as the
+ * board's gate supplies need it the lower switches stay on.
+ *
+ * operation enabled: the motor follows the references.
+ *
+ * quick stop: speed reference zero until standstill, then ready; or, where a fault stops the motor, fault.
+ *
+ * fault: gates off until fault_reset, then not ready.
+ *
+ * `enable` = on means run: again after a quick stop too, once that has ended. A reset alone starts nothing:
+ * if `enable` is on then, it has to go to off once (EN 60204-1, 9.2). Where it is on and nothing runs, a
+ * refusal says why, in every state. */
 #ifndef DRIVE_SEQUENCE_H
 #define DRIVE_SEQUENCE_H
 
@@ -63,7 +73,7 @@ typedef struct {
     uint32_t coming_on;       /* [periods] in switched on */
     uint32_t quiet_periods;   /* [periods] without a fault or its line, up to what a reset asks for */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
-    uint32_t stopped;         /* [-] 1: quick stop is done; `enable` must go off before the next start */
+    uint32_t held;            /* [-] 1: `enable` was on over a reset; it must go off before the next start */
 } sequence_t;
 
 /* The limits of this set. */
@@ -85,7 +95,7 @@ typedef struct {
     fault_set_t faults;        /* of the fault table, that open the bridge */
     fault_set_t stops;         /* that ask for a stop */
     bool standing;             /* the rotor is known to stand */
-    calibration_t calibration; /* while not ready */
+    calibration_t calibration; /* while not ready, and of the last block while ready */
 } sequence_input_t;
 
 /* The state of this period. Returns what follows from it: SEQUENCE_... */

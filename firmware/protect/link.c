@@ -10,6 +10,7 @@ link_tuning_t link_prepare(const link_params_t *params)
     const float hold_band = LINK_HOLD_BAND * params->undervoltage;
     const float full = LINK_FULL * params->overvoltage;
     const float hold = LINK_HOLD * params->undervoltage;
+    const float slow = LINK_FREE * params->resistance * params->current_max / params->torque;
     return (link_tuning_t){
         .current_max = params->current_max,
         .full = full,
@@ -19,7 +20,15 @@ link_tuning_t link_prepare(const link_params_t *params)
         .driving_gain = params->current_max / hold_band,
         .driving_from = rides ? hold + hold_band : 0.0f,
         .undervoltage = params->undervoltage,
-        .free_inverse = params->torque / (LINK_FREE * params->resistance * params->current_max),
+        .free_inverse = 1.0f / slow,
+        .taken = LINK_TAKEN * params->current_max,
+        .gained = slow,
+        .back = full - LINK_BACK * params->overvoltage,
+        .sink_most = LINK_SINK * params->undervoltage,
+        .sink = LINK_SINK * params->undervoltage * (params->period / LINK_SINK_TIME),
+        .above = LINK_ABOVE * hold_band,
+        .above_sum = LINK_ABOVE * hold_band * (float)periods_of(LINK_FED_TIME, params->period),
+        .fed_looks = periods_of(LINK_FED_TIME, params->period),
         .ride_looks = periods_of(params->ride_time, params->period),
         .window_looks = periods_of(LINK_WINDOW, params->period),
     };
@@ -45,28 +54,97 @@ void link_take(link_t *x, const link_tuning_t *tuning)
     x->limits = 1u; /* looked at in the next period */
 }
 
+/* What may drive a rotor of this speed at a link above u_full [A]. A link that the rotor has filled slows it
+ * or leaves it alone: one that becomes faster is driven, and the power comes from a supply. */
+static float taken(link_t *x, float u_dc, float speed)
+{
+    const link_tuning_t *tuning = &x->tuning;
+    if (u_dc < tuning->full) {
+        x->slowest = speed;
+        x->held = u_dc < tuning->back ? 0u : x->held;
+    } else if (speed < x->slowest) {
+        x->slowest = speed;
+    } else if (speed - x->slowest > tuning->gained + LINK_GAINED * x->slowest) {
+        x->held = 1u;
+    }
+    return x->held != 0u ? 0.0f : tuning->taken;
+}
+
 void link_limit(link_t *x, float u_dc, float omega_m)
 {
     const link_tuning_t *tuning = &x->tuning;
     const float most = tuning->current_max;
-    const float slow = 1.0f - bounds_magnitude(omega_m) * tuning->free_inverse;
+    const float speed = bounds_magnitude(omega_m);
+    const float slow = 1.0f - speed * tuning->free_inverse;
     const float opened = slow > 0.0f ? slow : 0.0f;
-    const float braking = bounds_clamp(tuning->braking_gain * (tuning->full - u_dc), most);
-    const float driving =
-        tuning->ride_looks == 0u ? most : bounds_clamp(tuning->driving_gain * (u_dc - tuning->hold), most);
+    const float least = -taken(x, u_dc, speed);
+    const float falling = tuning->braking_gain * (tuning->full - u_dc);
+    const float braking = falling > least ? (falling < most ? falling : most) : least;
+    const float hold = tuning->hold - x->sunk;
+    const float driving = tuning->ride_looks == 0u || x->low != 0u
+                              ? most
+                              : bounds_clamp(tuning->driving_gain * (u_dc - hold), most);
+    x->slow = slow > 0.0f ? UINT32_C(1) : UINT32_C(0);
     x->braking = braking + opened * (most - braking);
     x->driving = driving > 0.0f ? driving : driving * (1.0f - opened);
     x->limits = x->braking < most || x->driving < most;
+}
+
+static void begin_fed(link_t *x, float before)
+{
+    x->fed_looks = 0u;
+    x->fed_sum = 0.0f;
+    x->fed_before = before;
+}
+
+/* Is the link fed although the supply seems lost: has a window of looks passed in which it stood so high, and
+ * another before it, from which it has not fallen? */
+static bool is_fed(link_t *x, float u_dc)
+{
+    const link_tuning_t *tuning = &x->tuning;
+    const bool stays = u_dc > tuning->hold - x->sunk + tuning->above || x->slow != 0u;
+    if (!stays || u_dc < tuning->undervoltage) {
+        begin_fed(x, 0.0f);
+        return false;
+    }
+    x->fed_sum += u_dc;
+    x->fed_looks++;
+    if (x->fed_looks < tuning->fed_looks) {
+        return false;
+    }
+    const bool fed = x->fed_before > 0.0f && x->fed_sum >= x->fed_before - tuning->above_sum;
+    begin_fed(x, x->fed_sum);
+    return fed;
+}
+
+/* A link in the band of the driving limit, or below: the hold sinks until it is known who feeds it. */
+static void look_in_the_band(link_t *x, float u_dc)
+{
+    const link_tuning_t *tuning = &x->tuning;
+    x->sunk += x->sunk < tuning->sink_most ? tuning->sink : 0.0f;
+    if (is_fed(x, u_dc)) {
+        x->low = 1u;
+        x->lost_looks = 0u;
+    }
 }
 
 /* Is the supply there? */
 static void look_at_supply(link_t *x, float u_dc)
 {
     const link_tuning_t *tuning = &x->tuning;
-    if (u_dc < tuning->hold || (x->lost_looks != 0u && u_dc < tuning->driving_from)) {
+    const float lost_below = x->low != 0u ? tuning->undervoltage : tuning->hold;
+    const float back_above = x->low != 0u ? tuning->undervoltage : tuning->driving_from;
+    if (u_dc < lost_below || (x->lost_looks != 0u && u_dc < back_above)) {
         x->lost_looks += x->lost_looks <= tuning->ride_looks ? 1u : 0u;
     } else {
         x->lost_looks = 0u;
+    }
+    if (u_dc >= tuning->driving_from) {
+        x->low = 0u;
+        x->sunk = 0.0f;
+        begin_fed(x, 0.0f);
+    } else if (x->low == 0u) {
+        look_in_the_band(x, u_dc);
     }
     if (u_dc < tuning->undervoltage) {
         x->low_looks += x->low_looks < 2u ? 1u : 0u;

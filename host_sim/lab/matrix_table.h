@@ -203,10 +203,10 @@
     P(STUCK_C_ZERO,     AT(OFF),    BOTH, BOARD_HAS_C(OPENS), SENSOR_REASONS " current_sum", 0.5, LIMIT, OUT, NO_SENSOR_C) \
     P(STUCK_A_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
     P(STUCK_A_2A,       AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", 2e-3, LIMIT, OUT, TWO_WINDOWS) \
-    P(STUCK_A_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "rotor_too_fast", SOON, LIMIT, OUT, "") \
+    P(STUCK_A_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(STUCK_B_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
     P(STUCK_B_2A,       AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", 2e-3, LIMIT, OUT, TWO_WINDOWS) \
-    P(STUCK_B_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "rotor_too_fast", SOON, LIMIT, OUT, "") \
+    P(STUCK_B_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(CURRENT_RANGE,    EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(CURRENT_RANGE,    AT(OFF) | AT(CATCH), BOTH, RIDES | OPENS, "current_gain", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
     P(CURRENT_RANGE,    AT(OFF),    SENSORLESS, OPENS, "current_gain", 0.5, LIMIT, OUT, "the current of the alignment rises within some ms") \
@@ -220,7 +220,7 @@
     P(GAIN_A,           EVERYWHERE, ENCODER, RIDES | OPENS, "current_gain encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES "; " CONTRADICTS) \
     P(OFFSET_A,         EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME) \
     P(OFFSET_A,         EVERYWHERE, ENCODER, RIDES | OPENS, "encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME "; " CONTRADICTS) \
-    P(OFFSET_A,         AT(OFF),    BOTH, OPENS | REFUSES, "rotor_too_fast", SOON, LIMIT, OUT, "") \
+    P(OFFSET_A,         AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(NOISE_BURST,      EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(NOISE_BURST,      EVERYWHERE & ~AT(OFF), SENSORLESS, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     \

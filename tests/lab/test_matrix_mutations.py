@@ -128,7 +128,7 @@ def watch(row, compiled, path, old, new):
 CAUGHT = {"unlocked": ["estimate_jump/run_slow/sensorless", "estimate_jump/run_fast/sensorless", "estimate_jump/braking/sensorless"]}
 
 # Rows whose reason is given past the table: cells with it say nothing of the row.
-PAST_THE_TABLE = {"rotor_too_fast": "in these cells the sequence refuses to come on, before the row counts"}
+PAST_THE_TABLE = {"rotor_too_fast": "no cell has a rotor that fast: where a sensor is off by 2 A, the sequence refuses by current_offset"}
 
 # For every day: mutation, cells that it must turn red.
 FEW = [

@@ -850,6 +850,7 @@ const scope = (() => {
     }
 
     async function resetFault() {
+        await set("enable", "off"); // the request to run that was there before the fault starts nothing after it
         await set("fault_reset", "no");
         const answer = await set("fault_reset", "yes");
         const gone = answer.ok && await until(() => !value("fault_reason"), RESET_WAIT);

@@ -1,0 +1,118 @@
+/* A fault that speaks of the shaft's speed names the estimate where only that has such a speed: what the EMF
+ * of a tracked, a caught and a lost rotor confirms, and what it does not. */
+#include "drive/drive.h"
+
+#include <string.h>
+#include <unity.h>
+
+#include "drive/reasons.h"
+
+static drive_t drive;
+
+/* Sensorless, running with 100 V of EMF expected and seen. */
+void setUp(void)
+{
+    params_t params;
+    params_defaults(&params);
+    params.position_source = POSITION_SENSORLESS;
+    drive_init(&drive, &params);
+    drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    drive.measure.measured.u_dc = 311.0f;
+    manoeuvres_t *m = &drive.manoeuvres;
+    m->now = (int32_t)MANOEUVRE_RUN;
+    m->sensorless = 1u;
+    m->tracking = 1u;
+    m->lock.expected = 100.0f;
+    m->lock.projection = 100.0f;
+}
+
+void tearDown(void)
+{
+}
+
+/* Caught, with 100 V of EMF that turns. */
+static void given_catch(void)
+{
+    manoeuvres_t *m = &drive.manoeuvres;
+    m->now = (int32_t)MANOEUVRE_CATCH;
+    m->tracking = 0u;
+    m->catching.length = 100.0f;
+    m->catching.emf = (ab_t){60.0f, -80.0f};
+    m->catching.cross = -2.0f;
+    m->catching.cross_min = 1.0f;
+}
+
+static void expect(int32_t of, int32_t reason)
+{
+    drive_stop(&drive, of);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.sequence.fault_reason);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.fault.reason);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.log.faults[(drive.log.count - 1u) % DRIVE_FAULT_LOG].reason);
+    TEST_ASSERT_FALSE(fault_set_any(drive.sequence.faults_later));
+}
+
+/* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. */
+static void test_a_tracked_rotor_is_confirmed_by_its_emf(void)
+{
+    static const struct {
+        float share;
+        int32_t reason;
+    } cases[] = {
+        {-1.0f, REASON_ESTIMATE_ASTRAY}, {0.0f, REASON_ESTIMATE_ASTRAY}, {0.5f, REASON_ESTIMATE_ASTRAY},
+        {0.71f, REASON_OVERSPEED},       {1.0f, REASON_OVERSPEED},       {1.33f, REASON_OVERSPEED},
+        {1.6f, REASON_ESTIMATE_ASTRAY},  {3.0f, REASON_ESTIMATE_ASTRAY},
+    };
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        drive.manoeuvres.lock.projection = 100.0f * cases[n].share;
+        expect(REASON_OVERSPEED, cases[n].reason);
+    }
+}
+
+static void test_the_encoder_needs_no_confirmation(void)
+{
+    drive.manoeuvres.sensorless = 0u;
+    drive.manoeuvres.lock.projection = 0.0f;
+    expect(REASON_OVERSPEED, REASON_OVERSPEED);
+}
+
+static void test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction(void)
+{
+    given_catch();
+    expect(REASON_OVERSPEED, REASON_OVERSPEED);
+    given_catch();
+    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
+    given_catch();
+    drive.manoeuvres.catching.emf = (ab_t){0.0f, 65.0f}; /* noise: its mean is a part of its length */
+    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
+    given_catch();
+    drive.manoeuvres.catching.cross = 0.9f; /* it does not turn */
+    expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
+}
+
+/* 311 V hold 179.6 V in every direction: a rotor with 207 V would have fed the link before. */
+static void test_an_emf_far_beyond_the_link_is_no_rotor(void)
+{
+    given_catch();
+    drive.manoeuvres.catching.length = 200.0f;
+    drive.manoeuvres.catching.emf = (ab_t){120.0f, -160.0f};
+    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
+    given_catch();
+    drive.manoeuvres.catching.length = 208.0f;
+    drive.manoeuvres.catching.emf = (ab_t){124.8f, -166.4f};
+    expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
+}
+
+static void test_a_rotor_that_is_lost_confirms_nothing(void)
+{
+    given_catch();
+    drive.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK;
+    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
+}
+
+static void test_no_other_fault_is_renamed(void)
+{
+    drive.manoeuvres.lock.projection = 0.0f;
+    expect(REASON_OVERCURRENT, REASON_OVERCURRENT);
+    expect(REASON_LOCK_LOST, REASON_LOCK_LOST);
+}

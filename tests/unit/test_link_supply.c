@@ -1,0 +1,226 @@
+/* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
+ * that of driving it must not brake it; and which bands of the two a set of parameters may have. */
+#include "protect/link.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unity.h>
+
+#include "drive/params.h"
+#include "drive/reasons.h"
+
+#define LOOK     1.6e-3 /* [s] */
+#define PERIOD   1e-4   /* [s] */
+#define OVER     400.0
+#define UNDER    200.0
+#define MOST     10.0   /* [A] */
+#define TORQUE   1.098  /* [N m/A] */
+#define OMEGA    157.08 /* [rad/s] 1500 r/min */
+#define FREE     1.325  /* [rad/s] 0.15 R I/K_t */
+#define FULL     392.0  /* [V] */
+#define TAKEN    0.05   /* [A] 5 per mille of 10 A */
+#define PER_LOOK 16     /* [periods] */
+
+static link_t x;
+
+static void begin(double ride_time)
+{
+    const link_params_t params = {
+        .overvoltage = (float)OVER,
+        .undervoltage = (float)UNDER,
+        .ride_time = (float)ride_time,
+        .current_max = (float)MOST,
+        .resistance = 0.97f,
+        .torque = (float)TORQUE,
+        .period = (float)LOOK,
+    };
+    const link_tuning_t tuning = link_prepare(&params);
+    memset(&x, 0x55, sizeof x);
+    link_init(&x, &tuning);
+}
+
+void setUp(void)
+{
+    begin(0.5);
+}
+
+void tearDown(void)
+{
+}
+
+/* A period as the drive does it: a look in one of sixteen. */
+static void step(int k, double u, double omega)
+{
+    if (k % PER_LOOK == 0) {
+        link_look(&x, (float)u);
+    }
+    if (link_is_near(&x, (float)u)) {
+        link_limit(&x, (float)u, (float)omega);
+    }
+}
+
+/* ---- above ---- */
+
+/* However far the link is above u_full: 5 per mille, in both directions of rotation. */
+static void test_what_may_drive_a_full_link_is_five_per_mille(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        for (double u = FULL + 0.1; u < 500.0; u += 3.0) {
+            begin(0.5);
+            link_limit(&x, 385.0f, (float)(way * OMEGA));
+            link_limit(&x, (float)u, (float)(way * OMEGA));
+            TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)-TAKEN, x.braking);
+        }
+    }
+}
+
+/* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit asks for.
+ * Its speed rises by omega_free and one per cent, and by what half a look brings, and no further. */
+static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(void)
+{
+    static const double supplies[] = {392.5, 396.0, 399.9};
+    static const double speeds[] = {3.0, -20.0, 157.0};
+    for (int n = 0; n < 9; n++) {
+        double omega = speeds[n / 3];
+        const double first = fabs(omega);
+        begin(0.0);
+        link_limit(&x, 385.0f, (float)omega);
+        for (int k = 0; k < 50000; k++) {
+            step(k, supplies[n % 3], omega);
+            const double drives = fmax(-(double)x.braking, 0.0);
+            omega += copysign(TORQUE * drives / 0.003 * PERIOD, omega);
+        }
+        TEST_ASSERT_TRUE(fabs(omega) < first + FREE + 0.01 * first + 0.05);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
+    }
+}
+
+/* One that the supply has been found to hold stays so until the link is 4 V below u_full. */
+static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
+{
+    link_limit(&x, 385.0f, 20.0f);
+    link_limit(&x, 395.0f, 20.0f);
+    TEST_ASSERT_TRUE(x.braking < 0.0f);
+    link_limit(&x, 395.0f, 20.0f + (float)FREE + 0.21f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
+    link_limit(&x, 389.0f, 20.0f);
+    link_limit(&x, 395.0f, 20.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
+    link_limit(&x, 387.9f, 20.0f);
+    link_limit(&x, 395.0f, 20.0f);
+    TEST_ASSERT_TRUE(x.braking < 0.0f);
+}
+
+/* What the 5 per mille are for: a zero error of 30 mA feeds 5 W into 1 mF that nobody takes power from, from
+ * 390 V to the trip in 0.8 s. The link stays where it is full while friction slows the rotor. */
+static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
+{
+    double u = 390.0, omega = OMEGA;
+    for (int k = 0; k < 100000 && omega > 5.0; k++) {
+        step(k, u, omega);
+        const double asked = fmin(0.0, (double)x.braking); /* nothing is wished for */
+        u += PERIOD * TORQUE * omega * (asked + 0.030) / (1e-3 * u);
+        omega -= 20.0 * PERIOD;
+        TEST_ASSERT_TRUE(u < 392.5);
+    }
+}
+
+/* ---- below ---- */
+
+static void supplied(double u, double omega, double seconds)
+{
+    for (int k = 0; k < (int)(seconds / PERIOD); k++) {
+        step(k, u, omega);
+    }
+}
+
+/* From 0.5 % over the trip up, whether the rotor turns or not: after two windows of 50 ms and the 150 ms that
+ * the hold sinks for nothing is limited, and the drive does not call the supply lost. */
+static void test_a_low_supply_that_delivers_limits_nothing(void)
+{
+    for (double u = 212.0; u < 254.0; u += 3.0) {
+        begin(0.5);
+        supplied(311.0, OMEGA, 0.1);
+        supplied(u, OMEGA, 0.31);
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
+        supplied(u, OMEGA, 3.0);
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
+        TEST_ASSERT_TRUE(link_excuses(&x));
+    }
+    for (double u = 200.5; u < 254.0; u += 3.0) {
+        begin(0.5);
+        supplied(u, 0.0, 0.11);
+        supplied(u, OMEGA, 1.0);
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
+    }
+}
+
+/* Once the link was above the band the next loss is one again; and a low supply that goes is lost, too. */
+static void test_a_low_supply_that_goes_is_lost(void)
+{
+    supplied(215.0, 0.0, 0.5);
+    supplied(199.0, OMEGA, 0.01);
+    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, x.conditions & (LINK_SINKS | LINK_LOST));
+    supplied(199.0, OMEGA, 0.6);
+    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, x.conditions & (LINK_SINKS | LINK_LOST));
+    supplied(260.0, OMEGA, 0.01);
+    link_limit(&x, 220.0f, (float)OMEGA);
+    TEST_ASSERT_TRUE(x.driving < 0.0f);
+}
+
+/* A capacitor that the rotor holds, while `taken` [W] go elsewhere and the motor wishes for `wish` [A]: it
+ * follows the hold down, and is not taken for a supply, for as long as the rotor turns. */
+static void held(double capacitance, double taken, double wish)
+{
+    double u = 254.0, omega = OMEGA;
+    setUp();
+    supplied(311.0, OMEGA, 0.1);
+    for (int k = 0; k < 20000; k++) {
+        step(k, u, omega);
+        const double i = fmin(wish, (double)x.driving);
+        u -= PERIOD * (TORQUE * omega * i + taken) / (capacitance * u);
+        TEST_ASSERT_EQUAL_UINT32(0u, x.low);
+        TEST_ASSERT_TRUE(u > UNDER);
+    }
+    printf("%g mF, %g W, %g A: %.1f V\n", 1e3 * capacitance, taken, wish, u);
+    TEST_ASSERT_TRUE(u < 212.0);
+}
+
+static void test_a_link_that_the_rotor_holds_is_no_supply(void)
+{
+    held(1e-3, 10.0, 10.0);
+    held(1e-3, 10.0, 1.0);
+    held(1e-3, 100.0, 1.0);
+    held(5e-3, 10.0, 10.0);
+    held(5e-3, 100.0, 1.0);
+    held(1e-3, 0.0, 0.1);
+}
+
+/* ---- the set ---- */
+
+static void test_bands_that_overlap_are_refused_with_their_rows(void)
+{
+    params_t params;
+    params_error_t why;
+    params_defaults(&params);
+    params.dc_overvoltage = 320.0f;
+    params.dc_undervoltage = 300.0f;
+    TEST_ASSERT_TRUE(params_check(&params, &why)); /* without ride-through nothing limits the driving */
+    params.ride_through_time = 0.5f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_INT32(REASON_CROSS_RULE, why.reason);
+    TEST_ASSERT_EQUAL_STRING("dc_undervoltage", why.field);
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "dc_undervoltage"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "dc_overvoltage"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "ride_through_time"));
+    /* 0.95 x 320 V / 1.27 */
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 239.37f, why.max);
+    params.dc_undervoltage = why.max;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.dc_undervoltage = 200.0f;
+    params.dc_overvoltage = 267.3f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    params.dc_overvoltage = 267.4f; /* 1.27 x 200 V / 0.95 = 267.37 V */
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+}

@@ -1,0 +1,194 @@
+/* Offsets of the current sensors while the bridge is off: found block by block, kept where they have hardly
+ * moved, left alone where a current flows, refused where they are too large. */
+#include "drive/measure.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#define SETTLE 64u
+#define BLOCK  512u
+#define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] of the board whose sensors see 20 A */
+#define PI     3.14159265358979323846
+
+static measure_t measure;
+static drive_samples_t samples;
+static ab_t trim;
+
+void setUp(void)
+{
+    params_t params;
+    params_defaults(&params);
+    params.calibration_periods = (int32_t)BLOCK;
+    params.current_offset_max = 1.0f * SHARE;
+    const measure_tuning_t tuning = measure_prepare(&params);
+    measure_init(&measure, &tuning);
+    memset(&samples, 0, sizeof samples);
+    samples.u_dc = 311.0f;
+    trim = (ab_t){0.0f, 0.0f};
+}
+
+void tearDown(void)
+{
+}
+
+static bool period(double a, double b)
+{
+    samples.i_a = (float)a * SHARE;
+    samples.i_b = (float)b * SHARE;
+    samples.i_c = -samples.i_a - samples.i_b;
+    measure_step(&measure, &samples, trim);
+    return measure_rest(&measure, &samples, trim);
+}
+
+static uint32_t periods(double a, double b, uint32_t count)
+{
+    uint32_t moved = 0u;
+    for (uint32_t n = 0; n < count; n++) {
+        moved += period(a, b) ? 1u : 0u;
+    }
+    return moved;
+}
+
+static void expect_offset(double a, double b)
+{
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f * SHARE, (float)a * SHARE, measure.offset.a);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f * SHARE, (float)b * SHARE, measure.offset.b);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f * SHARE, (float)(-a - b) * SHARE, measure.offset.c);
+}
+
+/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and nothing in between.
+ */
+static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.2, SETTLE + BLOCK - 1u));
+    expect_offset(0.0, 0.0);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
+    TEST_ASSERT_TRUE(period(0.5, -0.2));
+    expect_offset(0.5, -0.2);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(-0.4, 0.3, BLOCK - 1u));
+    TEST_ASSERT_TRUE(period(-0.4, 0.3));
+    expect_offset(-0.4, 0.3);
+}
+
+/* What a warm board does: 0.2 A/s. The offset is never older than a block, 0.2 A/s x 51.2 ms, and its mean
+ * lags by half of one more. */
+static void test_a_drift_is_followed(void)
+{
+    double a = 0.0;
+    for (uint32_t n = 0; n < 25000u; n++, a += 0.2e-4) {
+        (void)period(a, 0.0);
+        if (n > SETTLE + BLOCK) {
+            /* what is left stays below 0.1 A, the least that is taken, and 1.5 blocks of drift */
+            TEST_ASSERT_TRUE(fabs(a - (double)(measure.offset.a / SHARE)) < 0.1 + 0.2 * 1.5 * 0.0512);
+        }
+    }
+}
+
+/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. */
+static void test_what_has_hardly_moved_stays(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.099, -0.0495, SETTLE + 3u * BLOCK));
+    expect_offset(0.0, 0.0);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
+    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.101, -0.0505, BLOCK));
+    expect_offset(0.101, -0.0505);
+}
+
+/* What the trim has found while turning is the sensor's, too: then nothing has moved. */
+static void test_what_the_trim_has_found_has_not_moved(void)
+{
+    trim.alpha = 0.5f * SHARE;
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.25, SETTLE + 2u * BLOCK));
+    expect_offset(0.0, 0.0);
+    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.0, 0.0, BLOCK)); /* it was the trim that is wrong now */
+}
+
+static void test_an_offset_beyond_its_limit_is_told_and_not_taken(void)
+{
+    (void)periods(0.5, 0.0, SETTLE + BLOCK);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(1.1, 0.0, 2u * BLOCK));
+    expect_offset(0.5, 0.0);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure.rest.found);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.0, -1.1, 2u * BLOCK));
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure.rest.found);
+    (void)periods(0.6, 0.0, 2u * BLOCK); /* it has come back */
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
+}
+
+/* A rotor that feeds the link: each phase conducts near its crests, twice a turn. A block of it says nothing,
+ * however the turns lie in it. */
+static void test_a_rotor_that_feeds_the_link_is_no_offset(void)
+{
+    for (double hertz = 15.0; hertz < 400.0; hertz *= 1.3) {
+        setUp();
+        (void)periods(0.3, 0.0, SETTLE + BLOCK);
+        for (uint32_t n = 0; n < 5000u; n++) {
+            const double phase = 2.0 * PI * hertz * 1e-4 * n;
+            const double crest_a = fmax(0.0, fabs(sin(phase)) - 0.8) * copysign(2.0, sin(phase));
+            const double crest_b = fmax(0.0, fabs(sin(phase - 2.1)) - 0.8) * copysign(2.0, sin(phase - 2.1));
+            TEST_ASSERT_FALSE(period(0.3 + crest_a, crest_b));
+        }
+        expect_offset(0.3, 0.0);
+        TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
+    }
+}
+
+/* A calibration with a current in it, whose mean of 2.3 turns is (1 - cos(0.3 x 2 pi))/(2.3 x 2 pi) of 0.5 A,
+ * 45 mA: the first quiet block replaces it, though it is nearer than what has to have moved. */
+static void test_a_calibration_beside_a_current_is_replaced(void)
+{
+    for (uint32_t n = 0; n < SETTLE + BLOCK; n++) {
+        const double current = 0.5 * sin(2.0 * PI * 45.0 * 1e-4 * (n - (double)SETTLE));
+        samples.i_a = (float)current * SHARE;
+        samples.i_b = (float)(-0.5 * current) * SHARE;
+        samples.i_c = -samples.i_a - samples.i_b;
+        measure_step(&measure, &samples, trim);
+        TEST_ASSERT_EQUAL(n + 1u < SETTLE + BLOCK ? CALIBRATION_GOES_ON : CALIBRATION_GOOD,
+                          measure_calibrate(&measure, &samples));
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.003f * SHARE, 0.045f * SHARE, measure.offset.a);
+    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.01, 0.0, SETTLE + BLOCK));
+    expect_offset(0.01, 0.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.03, 0.0, 2u * BLOCK));
+}
+
+/* The bridge was on: the currents decay, the sensors settle, and what was found before is no more. */
+static void test_a_run_in_between_begins_anew(void)
+{
+    (void)periods(0.5, 0.0, SETTLE + BLOCK + 100u);
+    measure_begin_rest(&measure);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* what is left of the run */
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, 0.0, BLOCK));
+    expect_offset(0.5, 0.0);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
+}
+
+static void test_what_is_no_measurement_is_left_out(void)
+{
+    (void)periods(0.5, 0.0, SETTLE + 200u);
+    for (int n = 0; n < 100; n++) {
+        samples.i_a = NAN;
+        measure_step(&measure, &samples, trim);
+        TEST_ASSERT_FALSE(measure_rest(&measure, &samples, trim));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.5, 0.0, BLOCK - 200u));
+    expect_offset(0.5, 0.0);
+}
+
+/* Another length of the block while one is under way: that one is thrown away. */
+static void test_new_coefficients_begin_a_new_block(void)
+{
+    params_t params;
+    (void)periods(0.5, 0.0, SETTLE + 300u);
+    params_defaults(&params);
+    params.calibration_periods = 16;
+    params.current_offset_max = 1.0f * SHARE;
+    const measure_tuning_t tuning = measure_prepare(&params);
+    measure_take(&measure, &tuning);
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, 0.0, SETTLE + 15u));
+    TEST_ASSERT_TRUE(period(0.5, 0.0));
+    expect_offset(0.5, 0.0);
+}

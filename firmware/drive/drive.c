@@ -34,7 +34,7 @@ static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)
         .stops = drive->guard.stops,
         .standing =
             manoeuvres_knows(&drive->manoeuvres) && bounds_within(drive->omega_m, SEQUENCE_STANDSTILL),
-        .calibration = calibrate(drive, samples),
+        .calibration = drive_bridge_on(drive) ? CALIBRATION_GOES_ON : calibrate(drive, samples),
     };
     const uint32_t order = sequence_step(&drive->sequence, &input);
     const bool is_fault = drive->sequence.state == (int32_t)DRIVE_FAULT;

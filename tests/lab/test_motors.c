@@ -178,7 +178,7 @@ static void test_what_will_not_work_is_told_with_numbers(void)
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
     TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
     /* 48 V x 100 us/(6 x 85 uH) = 9.41 A */
-    TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: ripple 9.4 A"));
+    TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: ripple 9.41 A"));
     TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
     /* EMF 0.1 x 4 x 523.6 = 209 V of a link of 311 V, which makes 180 V of a phase at most */
@@ -199,7 +199,8 @@ static void test_what_will_not_work_is_told_with_numbers(void)
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=10 ohm", "inductance=1 mH", "flux_linkage=0.1",
                            "rated_current_peak=1", "inertia=1e-4"));
     TEST_ASSERT_FALSE(tune_motor(&motor, &tune, &error)); /* L/R 0.1 ms */
-    TEST_ASSERT_NOT_NULL(strstr(error.message, "motor_resistance"));
+    /* told by the inductance, of which 2 x 100 us x 10 ohm = 2 mH would do */
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "2000 uH at least"));
 }
 
 /* Rows are never refused: motors drawn over the whole range of the table, each either accepted by a drive

@@ -289,7 +289,7 @@ class Refusals(Case):
         short = self.folder / "short.mat"
         short.write_bytes(b"MATLAB 5.0 MAT-file, cut off")
         cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file"),
-                 (self.folder, "Is a directory"), (short, "short.mat: this MAT file cannot be read"),
+                 (self.folder, "; name one of them"), (short, "short.mat: this MAT file cannot be read"),
                  (self.recording(("recording: 1", "recording: 7")), "format 7: this program reads format 1"),
                  (self.recording(("time[s]", "t[s]"), name="t.csv"), "t.csv:11: column time[s] is missing"),
                  (self.recording(("i_q[A]", "i_q"), name="u.csv"), "u.csv:11: column `i_q`: a unit in brackets"),

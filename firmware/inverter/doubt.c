@@ -11,9 +11,11 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params)
     const float turn = 0.5f * params->acceleration * DOUBT_TIME * DOUBT_TIME;
     /* a load that turns round is missed twice */
     const float load = 0.5f * params->current_max * DOUBT_TURN / turn;
+    const uint32_t memory = (uint32_t)(DOUBT_LEAST + filter);
     return (doubt_tuning_t){
         .current = params->current,
-        .memory = (uint32_t)(DOUBT_LEAST + filter),
+        .memory = memory,
+        .share_per_speed = DOUBT_REMEMBERED * params->period * (float)memory,
         .load_most = params->acceleration_known ? load : 0.0f,
         .speed_share = turn < DOUBT_TURN ? DOUBT_SPEED_HEAVY : DOUBT_SPEED_LIGHT,
         .miss_share = DOUBT_TURN / turn,

@@ -22,8 +22,10 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-#define DOUBT_EMF          4.0f /* [-] of a leg's loss: a longer EMF is tracked even by a wrong sign */
-#define DOUBT_SHARE        0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
+#define DOUBT_EMF   4.0f /* [-] of a leg's loss: a longer EMF is tracked even by a wrong sign */
+#define DOUBT_SHARE 0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
+#define DOUBT_REMEMBERED                                                                                     \
+    0.577f /* [-] of it a turn by a radian while a crossing is remembered takes as much time */
 #define DOUBT_ANGLE        0.005f /* [rad] */
 #define DOUBT_SPEED_STEADY 8.0f   /* [rad/s] slower, a current is near zero for too long to coast */
 #define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
@@ -45,11 +47,12 @@ typedef struct {
 } doubt_params_t;
 
 typedef struct {
-    float current;     /* [A] */
-    uint32_t memory;   /* [periods] for which a doubtful voltage is remembered */
-    float load_most;   /* with which a change of speed is foreseen [A]; 0: none is */
-    float speed_share; /* of the speed that may be missing [-] */
-    float miss_share;  /* of the speed gained that may not have been foreseen [-] */
+    float current;         /* [A] */
+    uint32_t memory;       /* [periods] for which a doubtful voltage is remembered */
+    float share_per_speed; /* by which that memory lessens DOUBT_SHARE [s/rad] */
+    float load_most;       /* with which a change of speed is foreseen [A]; 0: none is */
+    float speed_share;     /* of the speed that may be missing [-] */
+    float miss_share;      /* of the speed gained that may not have been foreseen [-] */
 } doubt_tuning_t;
 
 typedef struct {
@@ -99,9 +102,10 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
                            doubt->tuning.miss_share * bounds_magnitude(input->gained);
     const bool foreseen = far && borne_out && bounds_within(input->load, doubt->tuning.load_most) &&
                           zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;
+    const float share = DOUBT_SHARE - doubt->tuning.share_per_speed * speed;
     if (!steady && !foreseen) {
         doubt->left = 0u;
-    } else if (span.smallest < zone && zone < DOUBT_SHARE * span.largest && small &&
+    } else if (span.smallest < zone && zone < share * span.largest && small &&
                input->leg * zone > DOUBT_ANGLE * input->amplitude * span.largest) {
         doubt->left = doubt->tuning.memory;
     } else if (doubt->left > 0u) {

@@ -2,8 +2,8 @@
  * pseudo terminal. One client at a time: who comes second over TCP is accepted and closed at once, so that it
  * sees an end and no silence.
  *
- * Over TCP only whole frames of XCP are handed on. A client whose octets are no frame, a web page's request for
- * instance, is closed, and nothing of what it sent from there on is heard.
+ * Over TCP only whole frames of XCP are handed on. A client whose octets are no frame, a web page's request
+ * for instance, is closed, and nothing of what it sent from there on is heard.
  *
  * A client that leaves the port without a word has ended its session: for it the line falls silent, and then
  * a DISCONNECT is said, whose answer nobody gets, before the next client is heard. Otherwise the next one

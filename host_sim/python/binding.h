@@ -37,7 +37,7 @@ typedef struct {
 
 /* Sizes of the structs below and hash of the tables, to be compared: one number. */
 BINDING uint32_t binding_layout(void);
-BINDING double binding_period(void); /* [s] */
+BINDING double binding_period(void);       /* [s] */
 BINDING const char *binding_version(void); /* of the project in CMakeLists.txt */
 
 /* The n-th row of all tables; false: there are not so many. */

@@ -44,7 +44,7 @@ struct scope {
     double next_frame, next_ask, next_tell, next_again; /* [s] */
     /* values */
     scope_values_t values;
-    double heard_at; /* [s] when the last of them came */
+    double heard_at;                /* [s] when the last of them came */
     block_t blocks[SCOPE_ROWS_MAX]; /* those that change fast first */
     uint32_t block_count, fast_count;
     uint32_t next_fast, next_slow, asks;
@@ -430,8 +430,8 @@ static bool is_state(int32_t state, const char *name)
     return state == table_choice(rig_row_by_name("state"), name);
 }
 
-/* Whether the drive, which has `enable` on, goes on, by what it reports itself. If not it is off again, so that
- * nothing starts later that nobody expects. */
+/* Whether the drive, which has `enable` on, goes on, by what it reports itself. If not it is off again, so
+ * that nothing starts later that nobody expects. */
 static bool goes_on(scope_t *scope, char *why, size_t size)
 {
     char not_off[TEXT_MAX] = "";
@@ -516,9 +516,10 @@ static bool stop_motor(scope_t *scope, char *why, size_t size)
     scope->started = false;
     const int32_t state = reported(scope, "state");
     snprintf(why, size, "%s",
-             is_state(state, "fault")                                     ? "the bridge is off already: a fault is latched"
-             : is_state(state, "ready") || is_state(state, "not_ready") ? "the bridge is off"
-                                                                          : "it brakes to standstill, then the bridge is off");
+             is_state(state, "fault") ? "the bridge is off already: a fault is latched"
+             : is_state(state, "ready") || is_state(state, "not_ready")
+                 ? "the bridge is off"
+                 : "it brakes to standstill, then the bridge is off");
     return true;
 }
 

@@ -1,5 +1,5 @@
-/* Board: for the tests of `lagless tune`, after desk48.h: 48 V and 50 A at 16 kHz, whose module stands less current (40 A for 50 ms) than
- * its drive may have. */
+/* Board: for the tests of `lagless tune`, after desk48.h: 48 V and 50 A at 16 kHz, whose module stands less
+ * current (40 A for 50 ms) than its drive may have. */
 #define BOARD_NAME "esc48" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000

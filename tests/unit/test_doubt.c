@@ -113,9 +113,11 @@ static void test_every_phase_counts_as_the_smallest(void)
     TEST_ASSERT_EQUAL_INT(18, found); /* six zeros, 1.43 degrees to either side of each */
 }
 
+/* By the slowest, for the memory of a crossing counts into the part of a turn, too. */
 static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn(void)
 {
     static const float limit = 0.5f; /* 0.1 A/0.2 */
+    doubt.tuning.share_per_speed = 0.0f;
     for (int sign = -1; sign <= 1; sign += 2) {
         input.current = largest_of((float)sign * limit);
         expect_around(&input.current.alpha, (float)sign * limit, false, false, true);
@@ -125,6 +127,7 @@ static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_th
 /* The largest, whichever phase it is: here b or c, at 0.45 A of a, whose 0.866 beta makes up for it. */
 static void test_every_phase_counts_as_the_largest(void)
 {
+    doubt.tuning.share_per_speed = 0.0f;
     for (int sign = -1; sign <= 1; sign += 2) {
         input.current = (ab_t){0.05f, (float)sign * 0.54f}; /* 0.025 + 0.4677 = 0.4927 A */
         TEST_ASSERT_FALSE(doubted());
@@ -320,8 +323,33 @@ static void test_is_remembered_as_long_as_the_filter_does(void)
         doubt_params_t params = PARAMS;
         params.emf_cutoff = cases[n].cutoff;
         setUp();
+        input.omega_e = 9.0f; /* so slow that 102 periods of it leave the share a tenth */
         begin(&params);
         TEST_ASSERT_EQUAL_UINT32(cases[n].periods, coasted());
+    }
+}
+
+/* Of a turn at omega with the width w = 2 zone/|i| of each of six crossings and m periods of memory the loop
+ * coasts for 6 (2 asin(zone/|i|) + omega m T)/(2 pi): a third at most, at every speed, zone and memory. */
+static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
+{
+    static const double speeds[] = {9.0, 42.0, 150.0, 400.0, 700.0, 900.0, 1100.0, 3000.0};
+    for (size_t n = 0; n < sizeof speeds / sizeof speeds[0]; n++) {
+        for (int part = 1; part < 40; part++) {
+            const double length = 0.1 * part + 0.2;
+            uint32_t coasts = 0u;
+            const uint32_t periods = (uint32_t)(6.28318530718 * 20.0 / (speeds[n] * 1e-4));
+            setUp();
+            input.omega_e = (float)speeds[n];
+            for (uint32_t k = 0; k < periods; k++) {
+                const double angle = speeds[n] * 1e-4 * k;
+                input.current = (ab_t){(float)(length * cos(angle)), (float)(length * sin(angle))};
+                coasts += doubt_step(&doubt, &input) ? 1u : 0u;
+            }
+            /* a crossing begins and ends with a period: up to two more of each */
+            TEST_ASSERT_TRUE((double)coasts / periods <=
+                             0.3334 + 6.0 * 2.0 * speeds[n] * 1e-4 / 6.28318530718);
+        }
     }
 }
 

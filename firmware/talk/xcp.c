@@ -104,7 +104,7 @@ static bool is_certain(xcp_call_t *call)
         crc = crc_add(crc, call->command[n]);
     }
     const bool certain = xcp->once != 0u && xcp->once_check == crc_end(crc);
-    xcp->once = certain ? 0u : 1u;
+    xcp->once = certain ? UINT32_C(0) : UINT32_C(1);
     xcp->once_check = crc_end(crc);
     return certain;
 }

@@ -447,7 +447,7 @@ static bool goes_on(scope_t *scope, char *why, size_t size)
     const table_row_t *row = rig_row_by_name("enable");
     if (!set_row(scope, row, (double)table_choice(row, "off"), not_off, sizeof not_off)) {
         const size_t used = strlen(why);
-        snprintf(why + used, size - used, "; enable is still on: %s", not_off);
+        snprintf(why + used, size - used, "; enable is still on: %.200s", not_off);
     } else {
         scope->started = false;
     }

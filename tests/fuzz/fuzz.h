@@ -70,7 +70,7 @@ static inline size_t fuzz_mutate(char *text, size_t count, size_t room, const ch
             const size_t length = some < other_count - from ? some : other_count - from;
             if (count + length <= room) {
                 memmove(text + at + length, text + at, count - at);
-                memcpy(text + at, other + from, length);
+                memmove(text + at, other + from, length);
                 count += length;
             }
             break;

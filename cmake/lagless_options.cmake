@@ -22,13 +22,12 @@ if(CMAKE_C_COMPILER_ID STREQUAL TI)
     return()
 endif()
 
-# Compilations are remembered across folders and clones where ccache is installed.
+# Compilations are remembered where ccache is installed.
 find_program(LAGLESS_CCACHE ccache)
 mark_as_advanced(LAGLESS_CCACHE)
 if(LAGLESS_CCACHE AND NOT CMAKE_C_COMPILER_LAUNCHER AND NOT LAGLESS_SANITIZE)
-    set(remembered "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${LAGLESS_CCACHE}")
-    set(CMAKE_C_COMPILER_LAUNCHER ${remembered})
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${remembered})
+    set(CMAKE_C_COMPILER_LAUNCHER "${LAGLESS_CCACHE}")
+    set(CMAKE_CXX_COMPILER_LAUNCHER "${LAGLESS_CCACHE}")
 endif()
 
 option(LAGLESS_LONG "Also builds what only tools/check --long runs: the boards at further carriers" OFF)

@@ -7,7 +7,7 @@ foreach(name
         reset_starts_the_motor reset_then_off_then_on reset_of_a_hot_motor retry_of_the_module_starts_by_itself
         offset_drifts_while_off offset_drifts_between_two_runs offset_beyond_its_limit_while_off
         offset_beside_a_rotor_that_feeds_the_link
-        relock_hands_over_too_early relock_backwards relock_other_noise relock_twice
+           relock_twice
         noise_told_as_overspeed noise_told_as_too_fast slow_sensor_told_as_overspeed large_inductance_told_as_overspeed
         true_overspeed true_overspeed_wrong_flux true_overspeed_encoder)
     add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)

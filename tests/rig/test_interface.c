@@ -297,9 +297,5 @@ static void test_the_estimator_replayed_ends_where_the_drive_is(void)
     TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "theta_hat"), (double)rig_estimator_replay(record, false));
     TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "theta_hat"), (double)rig_estimator_replay(record, false));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)rig_estimator_replay(record, true));
-    /* in seconds for one step: more than a nanosecond on any host, and far less than 10 ms even on a busy one
-     */
-    const double seconds = rig_estimator_seconds(record);
-    TEST_ASSERT_TRUE(seconds > 1e-9 && seconds < 1e-2);
     free(record);
 }

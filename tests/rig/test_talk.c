@@ -6,6 +6,7 @@
 #include "drive/reasons.h"
 #include "drive/signals.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/frame_tail.h"
 #include "tests/rig/run.h"
 
 #define ROOM 65536u
@@ -75,27 +76,12 @@ static void periods(uint32_t count)
 
 /* ---- the master ---- */
 
-/* Octets behind a packet on a serial line (SxI, CHECKSUM_WORD): to an even number, and the sum of the words.
- */
-static uint32_t tail_of(uint8_t *frame, uint32_t count)
-{
-    const uint32_t end = count + count % 2u;
-    uint32_t sum = 0u;
-    frame[count] = 0u;
-    for (uint32_t n = 0; n < end; n++) {
-        sum += (uint32_t)frame[n] << 8u * (n % 2u);
-    }
-    frame[end] = (uint8_t)sum;
-    frame[end + 1u] = (uint8_t)(sum >> 8);
-    return end + 2u - count;
-}
-
 static void send(const uint8_t *packet, uint32_t count)
 {
     uint8_t frame[4u + 64u + 3u] = {(uint8_t)count, 0, (uint8_t)counter, (uint8_t)(counter >> 8)};
     counter++;
     memcpy(frame + 4, packet, count);
-    put_octets(frame, 4u + count + (by_chip ? tail_of(frame, 4u + count) : 0u));
+    put_octets(frame, by_chip ? frame_add_tail(frame, 4u + count) : 4u + count);
 }
 #define SEND(...) send((const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
 
@@ -113,7 +99,7 @@ static uint32_t next_packet(uint8_t packet[256])
     if (by_chip) {
         uint8_t again[4u + 128u + 3u];
         memcpy(again, wire.from_drive, 4u + length);
-        (void)tail_of(again, 4u + length);
+        (void)frame_add_tail(again, 4u + length);
         TEST_ASSERT_EQUAL_MEMORY(again, wire.from_drive, whole);
     }
     memmove(wire.from_drive, wire.from_drive + whole, wire.count - whole);

@@ -9,6 +9,7 @@
 #include "app/talk.h"
 #include "drive/signals.h"
 #include "host_sim/rig/rig_state.h"
+#include "tests/rig/frame_tail.h"
 #include "tests/rig/run.h"
 
 #define RECENT 1024u /* octets that are remembered: more than a command and what waits before it */
@@ -289,20 +290,6 @@ static uint32_t command(uint8_t packet[64])
     return count;
 }
 
-/* Fill and sum of words behind so many octets, on the serial line; how many there are then. */
-static uint32_t add_tail(uint8_t *frame, uint32_t count)
-{
-    const uint32_t end = count + count % 2u;
-    uint32_t sum = 0u;
-    frame[count] = 0u;
-    for (uint32_t n = 0; n < end; n++) {
-        sum += (uint32_t)frame[n] << 8u * (n % 2u);
-    }
-    frame[end] = (uint8_t)sum;
-    frame[end + 1u] = (uint8_t)(sum >> 8);
-    return end + 2u;
-}
-
 /* In a frame; mutated by a bit, an octet, its length, or cut off. Half of those on the serial line get a sum
  * that agrees all the same. */
 static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
@@ -314,7 +301,7 @@ static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
     count_sent = (number + 1u) & 0xFFFFu;
     memcpy(frame + 4, packet, length);
     if (by_chip && !sum_agrees) {
-        count = add_tail(frame, count);
+        count = frame_add_tail(frame, count);
     }
     if (mutated) {
         switch (dice(4u)) {
@@ -333,7 +320,7 @@ static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
         }
     }
     if (by_chip && sum_agrees) {
-        count = add_tail(frame, count);
+        count = frame_add_tail(frame, count);
     }
     for (uint32_t n = 0; n < count; n++) {
         send_octet(frame[n]);

@@ -6,17 +6,14 @@ Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedri
 import http.server
 import pathlib
 import re
-import shutil
 import sys
-import tempfile
 import threading
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "report"), str(HERE.parent / "scope"), str(HERE.parent)]
-import stuck  # noqa: E402
-from test_browser import SKIPPED, Browser, Fault, expect  # noqa: E402
-from test_page import Bench  # noqa: E402
+from test_browser import SKIPPED, Fault, expect  # noqa: E402
+from test_page import Bench, browser_programs, go_through  # noqa: E402
 
 FAILS = """schema = 1
 title = "a motor whose link rises for a while, and stays too high after the second time"
@@ -190,38 +187,17 @@ def main():
     if len(sys.argv) != 3:
         print(__doc__)
         return 2
-    driver = shutil.which("chromedriver")
-    chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-    if not driver or not chromium:
+    programs = browser_programs()
+    if not programs:
         print("skipped: chromium or chromedriver is missing")
         return SKIPPED
     folder = pathlib.Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
     for scenario, checks in RUNS:
-        with tempfile.TemporaryDirectory() as work:
-            work = pathlib.Path(work)
-            page = None
-            try:
-                page = Page(sys.argv[1], folder, work, scenario)
-                page.browser = Browser(driver, chromium, work, "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost")
-                for check in checks:
-                    watching = stuck.watch(check)
-                    getattr(page, check)()
-                    watching.cancel()
-                    print(f"good: {check}", flush=True)
-            except Fault as fault:
-                if "uPlot" in str(fault):
-                    print(f"skipped: {fault}")
-                    return SKIPPED
-                print(f"FAILED: {fault}")
-                if page and page.browser:
-                    page.shoot("failed")
-                return 1
-            finally:
-                if page:
-                    if page.browser:
-                        page.browser.close()
-                    page.close()
+        code = go_through(lambda work: Page(sys.argv[1], folder, work, scenario), [(check, getattr(Page, check)) for check in checks], programs,
+                          "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost")
+        if code != 0:
+            return code
     return 0
 
 

@@ -340,28 +340,26 @@ class Bench:
               stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
 
 
-def main():
-    if len(sys.argv) != 3:
-        print(__doc__)
-        return 2
+def browser_programs():
+    """Paths of chromedriver and of a Chromium; None where one is missing."""
     driver = shutil.which("chromedriver")
     chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-    if not driver or not chromium:
-        print("skipped: chromium or chromedriver is missing")
-        return SKIPPED
-    folder = pathlib.Path(sys.argv[2])
-    folder.mkdir(parents=True, exist_ok=True)
+    return (driver, chromium) if driver and chromium else None
+
+
+def go_through(make_bench, checks, programs, rules):
+    """Opens a bench in a folder of its own and calls the checks, a name and a function of the bench each. Returns the exit code."""
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
         bench = None
         try:
-            bench = Bench(sys.argv[1], folder, work)
-            bench.browser = Browser(driver, chromium, work, "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
-            for check in Bench.CHECKS:
-                watching = stuck.watch(check.__name__)
+            bench = make_bench(work)
+            bench.browser = Browser(*programs, work, rules)
+            for name, check in checks:
+                watching = stuck.watch(name)
                 check(bench)
                 watching.cancel()
-                print(f"good: {check.__name__}")
+                print(f"good: {name}", flush=True)
         except Fault as fault:
             if "uPlot" in str(fault):
                 print(f"skipped: {fault}")
@@ -376,6 +374,20 @@ def main():
                     bench.browser.close()
                 bench.close()
     return 0
+
+
+def main():
+    if len(sys.argv) != 3:
+        print(__doc__)
+        return 2
+    programs = browser_programs()
+    if not programs:
+        print("skipped: chromium or chromedriver is missing")
+        return SKIPPED
+    folder = pathlib.Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    return go_through(lambda work: Bench(sys.argv[1], folder, work), [(check.__name__, check) for check in Bench.CHECKS], programs,
+                      "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
 
 
 if __name__ == "__main__":

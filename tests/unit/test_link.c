@@ -1,40 +1,11 @@
 /* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
 #include "protect/link.h"
 #include "tests/unit/compare.h"
+#include "tests/unit/link_bench.h"
 
 #include <math.h>
 #include <string.h>
 #include <unity.h>
-
-#define LOOK   1.6e-3 /* [s] */
-#define PERIOD 1e-4   /* [s] */
-#define OVER   400.0
-#define UNDER  200.0
-#define MOST   10.0   /* [A] */
-#define TORQUE 1.098  /* [N m/A] */
-#define OMEGA  157.08 /* [rad/s] 1500 r/min */
-static link_t x;
-
-static link_params_t usual(double ride_time)
-{
-    return (link_params_t){
-        .overvoltage = (float)OVER,
-        .undervoltage = (float)UNDER,
-        .ride_time = (float)ride_time,
-        .current_max = (float)MOST,
-        .resistance = 0.97f,
-        .torque = (float)TORQUE,
-        .period = (float)LOOK,
-    };
-}
-
-static void begin(double ride_time)
-{
-    const link_params_t params = usual(ride_time);
-    const link_tuning_t tuning = link_prepare(&params);
-    memset(&x, 0x55, sizeof x);
-    link_init(&x, &tuning);
-}
 
 void setUp(void)
 {

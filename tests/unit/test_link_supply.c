@@ -9,36 +9,12 @@
 
 #include "drive/params.h"
 #include "drive/reasons.h"
+#include "tests/unit/link_bench.h"
 
-#define LOOK     1.6e-3 /* [s] */
-#define PERIOD   1e-4   /* [s] */
-#define OVER     400.0
-#define UNDER    200.0
-#define MOST     10.0   /* [A] */
-#define TORQUE   1.098  /* [N m/A] */
-#define OMEGA    157.08 /* [rad/s] 1500 r/min */
-#define FREE     1.325  /* [rad/s] 0.15 R I/K_t */
-#define FULL     392.0  /* [V] */
-#define TAKEN    0.05   /* [A] 5 per mille of 10 A */
-#define PER_LOOK 16     /* [periods] */
-
-static link_t x;
-
-static void begin(double ride_time)
-{
-    const link_params_t params = {
-        .overvoltage = (float)OVER,
-        .undervoltage = (float)UNDER,
-        .ride_time = (float)ride_time,
-        .current_max = (float)MOST,
-        .resistance = 0.97f,
-        .torque = (float)TORQUE,
-        .period = (float)LOOK,
-    };
-    const link_tuning_t tuning = link_prepare(&params);
-    memset(&x, 0x55, sizeof x);
-    link_init(&x, &tuning);
-}
+#define FREE     1.325 /* [rad/s] 0.15 R I/K_t */
+#define FULL     392.0 /* [V] */
+#define TAKEN    0.05  /* [A] 5 per mille of 10 A */
+#define PER_LOOK 16    /* [periods] */
 
 void setUp(void)
 {

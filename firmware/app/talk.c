@@ -61,7 +61,7 @@ void talk_restart(void)
 static void fetch(talk_t *talk)
 {
     const uint32_t serial = is_serial();
-    frame_receiver_tail(&talk->receiver, serial);
+    talk->receiver.tail = serial;
     talk->sender.tail = serial;
     talk->xcp.serial = serial;
     const uint32_t waiting = talk->octets_count - talk->octets_at;

@@ -23,7 +23,7 @@
 
 typedef struct {
     uint32_t silence;  /* [periods] */
-    uint32_t tail;     /* [-] 1: frames have a tail, and are judged */
+    uint32_t tail;     /* [-] 1: frames have a tail, and are judged; holds from the next frame on */
     uint32_t counted;  /* [-] 1: `counter` is known */
     uint32_t counter;  /* [-] of the next frame, 16 bits */
     uint32_t count;    /* [octets] of the frame under way */
@@ -35,12 +35,6 @@ typedef struct {
 } frame_receiver_t;
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
-
-/* Whether frames have a tail, from the next one on. */
-static inline void frame_receiver_tail(frame_receiver_t *receiver, uint32_t tail)
-{
-    receiver->tail = tail;
-}
 
 /* Whether an octet comes or not: what a silence ends at this time [periods]. */
 void frame_listen(frame_receiver_t *receiver, uint32_t now);

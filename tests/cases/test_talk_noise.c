@@ -130,7 +130,7 @@ void setUp(void)
     now = 1000u;
     positive = 0u;
     frame_receiver_init(&receiver, SILENCE);
-    frame_receiver_tail(&receiver, 1u);
+    receiver.tail = 1u;
     xcp_init(&xcp, 1u);
     daq_clear(&daq);
     put_frame(&stream, connect, sizeof connect);

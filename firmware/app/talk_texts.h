@@ -1,4 +1,4 @@
-/* What the drive tells as text over the line: its description, its identification, the name of its event. For
+/* What the drive sends as text over the line: its description, its identification, the name of its event. For
  * talk_values.c alone. */
 #ifndef APP_TALK_TEXTS_H
 #define APP_TALK_TEXTS_H
@@ -11,7 +11,7 @@ bool talk_is_text(uint32_t extension);
 
 uint32_t talk_text_length(uint32_t extension); /* [octets] */
 
-/* Octets of it, one per word. XCP_OK, or XCP_OUT_OF_RANGE beyond its end. */
+/* Octets of the text from this address on, one per word. XCP_OK, or XCP_OUT_OF_RANGE beyond its end. */
 uint32_t talk_read_text(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets);
 
 #endif

@@ -178,8 +178,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
       "in the paper")                                                                                        \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
-      "whether a rotor that the estimate has lost is told at once (unlocked), whatever estimate_... judge, " \
-      "and caught again by itself; off: as in the paper, whose loop lags by more than that")                 \
+      "whether a rotor that the estimate has lost is reported at once (unlocked), whatever estimate_... "    \
+      "judge, and caught again by itself; off: as in the paper, whose loop lags by more than that")          \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
       "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \

@@ -22,10 +22,11 @@ if(CMAKE_C_COMPILER_ID STREQUAL TI)
     return()
 endif()
 
-# Compilations are remembered where ccache is installed.
+# Compilations are remembered where ccache is installed. It keeps objects only: the counters of executed lines and the call graphs of the
+# target m4f, which tools/cost reads, would be missing.
 find_program(LAGLESS_CCACHE ccache)
 mark_as_advanced(LAGLESS_CCACHE)
-if(LAGLESS_CCACHE AND NOT CMAKE_C_COMPILER_LAUNCHER AND NOT LAGLESS_SANITIZE)
+if(LAGLESS_CCACHE AND NOT CMAKE_C_COMPILER_LAUNCHER AND NOT LAGLESS_SANITIZE AND NOT CMAKE_CROSSCOMPILING)
     set(CMAKE_C_COMPILER_LAUNCHER "${LAGLESS_CCACHE}")
     set(CMAKE_CXX_COMPILER_LAUNCHER "${LAGLESS_CCACHE}")
 endif()

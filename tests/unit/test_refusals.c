@@ -84,6 +84,8 @@ static void expect_true(const params_t *set)
     const table_row_t *row = table_by_id(&params_table, why.id);
     TEST_ASSERT_NOT_NULL(row);
     TEST_ASSERT_EQUAL_STRING(row->name, why.field);
+    const float held = table_get(row, set);
+    TEST_ASSERT_FLOAT_WITHIN_MESSAGE(1e-6f * fabsf(held), held, why.value, why.rule);
     expect_told_in_rows(why.rule);
     if (params_none_accepted(&why)) {
         for (int n = 0; n <= 20; n++) { /* nothing, wherever one looks */

@@ -156,20 +156,6 @@ static void test_what_is_handed_over_is_the_mean_of_the_current(void)
                               (double)handover.mean.d);
 }
 
-/* The last period of the second may still be the one that makes it. */
-static void test_good_in_the_last_period_is_good(void)
-{
-    lock.scatter = 1.0f;
-    for (uint32_t n = 0u; n < LONGEST - HELD; n++) {
-        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
-    }
-    lock.scatter = 0.0f;
-    for (uint32_t n = 1u; n < HELD; n++) {
-        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
-    }
-    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
-}
-
 /* Towards 1.3 |i_q| and a tenth of I, with 10 rad/s. */
 static void test_current_goes_to_what_the_load_needs(void)
 {

@@ -311,35 +311,6 @@ static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ram
     }
 }
 
-static void test_current_of_a_retry_stays_within_the_limit(void)
-{
-    machine.blocked = true;
-    begin();
-    for (uint32_t n = 0u; n < 60000u && m.failed == 0u; n++) {
-        step();
-        TEST_ASSERT_TRUE(m.forced.current <= params.current_limit);
-        TEST_ASSERT_TRUE(cabs(machine.current) <= 10.0001);
-    }
-    TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_STALLED, m.failed);
-}
-
-/* 5 N m need 4.6 A: 4 A are too few, and 5.2 A, or 6.8 A, must last until the hand-over is done. */
-static void test_load_beyond_the_first_current_is_started_by_a_retry(void)
-{
-    params.start_current = 4.0f;
-    machine.friction = 5.0;
-    begin();
-    while (m.now != (int32_t)MANOEUVRE_RUN && m.failed == 0u) {
-        step();
-        TEST_ASSERT_TRUE(period < 100000u);
-    }
-    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
-    TEST_ASSERT_TRUE(m.start_try > 1u);
-    steps(2.0);
-    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
-    TEST_ASSERT_DOUBLE_WITHIN(0.5, 50.0, machine.omega_m);
-}
-
 /* ---- slow ---- */
 
 static void test_reference_too_slow_to_track_is_forced(void)

@@ -142,20 +142,6 @@ static void test_it_is_entered_with_the_current_that_flows(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, 0.0f, 8.0f);
 }
 
-/* What a hand-over has left goes first, for it fades without a step: sqrt(10^2 - 6^2) is left beside 6 A, all
- * of it once it is gone. */
-static void test_the_torque_current_fits_beside_what_a_hand_over_has_left(void)
-{
-    run_enter(&run, (dq_t){6.0f, 10.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
-    run_enter(&run, (dq_t){20.0f, 10.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
-    for (int n = 0; n < 20; n++) {
-        (void)step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f);
-    }
-    TEST_ASSERT_TRUE(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f).current.q == 10.0f);
-}
-
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
 static void test_ramps_take_the_reference_to_the_wish(void)
 {
@@ -191,29 +177,6 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
         run_enter(&run, (dq_t){0.0f, 0.0f}, -50.0f);
         (void)step(modes[n], 0.0f, 0.0f, 1.0f, 8.0f);
         TEST_ASSERT_EQUAL_FLOAT(8.25f, step(RUN_SPEED, 20.0f, 0.0f, 0.0f, 8.0f).omega_m_ref);
-    }
-}
-
-/* 1/low_inverse = 100 rad/s: all of 2 A up to 20 rad/s, a fifth of it, and no less, from 100 rad/s on, in
- * either direction; i_q counts, i_d that is wished for does not. */
-static void test_at_low_speed_the_current_vector_is_kept_long(void)
-{
-    static const struct {
-        float omega_e, i_q, i_d;
-    } cases[] = {{0.0f, 0.0f, 2.0f},   {20.0f, 0.0f, 2.0f},   {-20.0f, 0.0f, 2.0f}, {70.0f, 0.0f, 1.0f},
-                 {-70.0f, 0.5f, 0.5f}, {70.0f, -0.5f, 0.5f},  {100.0f, 0.0f, 0.4f}, {800.0f, 0.0f, 0.4f},
-                 {0.0f, 1.5f, 0.5f},   {0.0f, -1.5f, 0.5f},   {0.0f, 2.0f, 0.0f},   {0.0f, 5.0f, 0.0f},
-                 {70.0f, 1.0f, 0.0f},  {-300.0f, 0.4f, 0.0f}, {300.0f, 0.1f, 0.3f}};
-    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
-    tuning.low_current = 2.0f;
-    tuning.low_inverse = 0.01f;
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        const float omega_m = cases[n].omega_e / POLE_PAIRS;
-        begin(&tuning);
-        run_enter(&run, (dq_t){0.0f, cases[n].i_q}, omega_m);
-        const demand_t demand = step(RUN_SPEED, omega_m, -3.0f, 0.0f, omega_m);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_q, demand.current.q);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_d - 3.0f, demand.current.d);
     }
 }
 

@@ -46,31 +46,6 @@ static demand_t step(run_mode_t mode, float wanted, float omega_m)
     return demand;
 }
 
-/* At the speed that the reference starts from the first i_q is the one that flowed. */
-static void test_current_of_a_hand_over_is_held(void)
-{
-    static const float currents[] = {0.0f, 4.5f, -4.5f, 9.9f};
-    static const float speeds[] = {15.0f, -15.0f, 0.0f};
-    for (int n = 0; n < 12; n++) {
-        const dq_t current = {1.0f, currents[n % 4]};
-        const float omega_m = speeds[n / 4];
-        run_enter(&run, current, omega_m);
-        const demand_t demand = step(RUN_SPEED, omega_m, omega_m);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, current.q, demand.current.q);
-        TEST_ASSERT_EQUAL_FLOAT(omega_m, demand.omega_m_ref);
-    }
-}
-
-/* With 0.1 s. */
-static void test_i_d_of_a_hand_over_fades(void)
-{
-    run_enter(&run, (dq_t){6.0f, 0.0f}, 15.0f);
-    for (int n = 1; n <= 10000; n++) {
-        const demand_t demand = step(RUN_SPEED, 15.0f, 15.0f);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 6.0 * exp(-T * n / 0.1), (double)demand.current.d);
-    }
-}
-
 /* What fades goes first, so that both of them together are within the longest vector all the time. */
 static void test_i_q_waits_for_what_a_hand_over_has_left(void)
 {

@@ -73,11 +73,6 @@ static void expect_around(float *value, float limit, bool below, bool at, bool a
     TEST_ASSERT_EQUAL(above, doubted());
 }
 
-static void test_a_small_current_in_a_steady_drive_is_in_doubt(void)
-{
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
-}
-
 static void test_nothing_is_in_doubt_at_first(void)
 {
     doubt.left = 5u;
@@ -94,23 +89,6 @@ static void test_smallest_current_below_at_above_the_limit(void)
         input.current = smallest_of(0.0f);
         expect_around(&input.current.alpha, (float)sign * ZONE, true, false, false);
     }
-}
-
-/* Whichever phase it is: a turn of the current, judged by the three cosines. */
-static void test_every_phase_counts_as_the_smallest(void)
-{
-    int found = 0;
-    for (int degree = 0; degree < 360; degree++) {
-        const double angle = degree * 3.14159265358979323846 / 180.0;
-        double smallest = 100.0;
-        for (int phase = 0; phase < 3; phase++) {
-            smallest = fmin(smallest, fabs(4.0 * cos(angle - phase * 2.0 * 3.14159265358979323846 / 3.0)));
-        }
-        input.current = (ab_t){(float)(4.0 * cos(angle)), (float)(4.0 * sin(angle))};
-        TEST_ASSERT_EQUAL(smallest < 0.1, doubted()); /* no whole degree comes closer to 0.1 A than 30 mA */
-        found += smallest < 0.1;
-    }
-    TEST_ASSERT_EQUAL_INT(18, found); /* six zeros, 1.43 degrees to either side of each */
 }
 
 /* By the slowest, for the memory of a crossing counts into the part of a turn, too. */
@@ -285,18 +263,6 @@ static void test_known_acceleration_needs_a_speed_below_at_above(void)
     }
 }
 
-/* Either is enough: a steady drive at a current too small for the other. */
-static void test_known_acceleration_takes_nothing_from_a_steady_drive(void)
-{
-    given_known_acceleration();
-    input.current = largest_of(0.9f);
-    TEST_ASSERT_FALSE(doubted());
-    input.detector = 0.0f;
-    input.omega_m_miss = 0.0f;
-    input.omega_e = 42.0f;
-    TEST_ASSERT_TRUE(doubted());
-}
-
 /* ---- memory ---- */
 
 /* The doubtful period itself and those that remember it. */
@@ -351,15 +317,6 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
                              0.3334 + 6.0 * 2.0 * speeds[n] * 1e-4 / 6.28318530718);
         }
     }
-}
-
-static void test_memory_is_a_time(void)
-{
-    doubt_params_t params = PARAMS;
-    params.emf_cutoff = 2300.0f;
-    params.period = 0.5e-4f;
-    begin(&params);
-    TEST_ASSERT_EQUAL_UINT32(3u + 17u, coasted());
 }
 
 static void test_a_new_doubt_begins_the_memory_anew(void)

@@ -139,19 +139,6 @@ static void test_current_stays_within_the_longest_vector(void)
     }
 }
 
-/* Volts of dead time per ampere grow as it falls. */
-static void test_less_current_damps_less(void)
-{
-    float across[2];
-    for (int n = 0; n < 2; n++) {
-        forced_enter(&forced, 0.0f, 0.0f, n == 0 ? 8.0f : 2.0f);
-        for (int k = 0; k < 50; k++) {
-            across[n] = forced_step(&forced, (dq_t){0.0f, 4.0f}).q;
-        }
-    }
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.25f * across[0], across[1]);
-}
-
 static void test_frame_turns_on_by_its_speed(void)
 {
     static const float speeds[] = {0.0f, 50.0f, -50.0f, 5000.0f};

@@ -137,23 +137,6 @@ static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
     }
 }
 
-static void test_a_ramp_of_the_reference_is_a_way_too(void)
-{
-    way_t way = usual(0.04, 500.0);
-    way.ramp = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI / 0.04 * way.current;
-    go(&way);
-    TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.04));
-}
-
-/* A wrong flux linkage is taken for inertia: K stays. */
-static void test_a_wrong_flux_goes_into_the_inertia_alone(void)
-{
-    take(J_FROM, 1.2 * PSI, true);
-    const way_t way = usual(0.04, 500.0);
-    go(&way);
-    TEST_ASSERT_DOUBLE_WITHIN(0.005, 1.2, said(0.04));
-}
-
 static void test_two_ways_that_agree_are_believed_one_is_not(void)
 {
     way_t way = usual(0.04, 500.0);
@@ -274,15 +257,6 @@ static void test_what_is_no_number_teaches_nothing(void)
 
 /* ---- the load's share ---- */
 
-static void test_load_current_follows_while_the_reference_stands(void)
-{
-    stand(0.0, 0.1);
-    stand(4.0, 1.0 / (double)INERTIA_LOAD_CUTOFF);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4.0 * (1.0 - exp(-1.0)), (double)x.load);
-    stand(4.0, 0.1);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0, (double)x.load);
-}
-
 /* From the period in which the reference moves, until the speed has been there for the tail. */
 static void test_load_current_is_held_on_the_way(void)
 {
@@ -301,17 +275,6 @@ static void test_load_current_is_held_on_the_way(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
     stand(1.5, 0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.5, (double)x.load);
-}
-
-static void test_a_reference_that_moves_again_makes_the_way_longer(void)
-{
-    stand(1.2, 0.1);
-    reference = 104.0;
-    stand(1.2, 0.1);
-    reference = 105.0;
-    stand(3.0, 0.1);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
-    TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
 /* After a rest nothing is known of the load until the speed has stood: all of the current is its, and what

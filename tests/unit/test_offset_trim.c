@@ -294,3 +294,11 @@ static void test_new_coefficients_keep_the_state(void)
     TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.count);
     expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, WINDOW / 2));
 }
+
+static void test_reset_leaves_nothing_of_before(void)
+{
+    const offset_trim_t fresh = rotor.trim;
+    (void)steps(CONSTANT, WINDOW + WINDOW / 2);
+    offset_trim_reset(&rotor.trim, NONE);
+    TEST_ASSERT_EQUAL_MEMORY(&fresh, &rotor.trim, sizeof fresh);
+}

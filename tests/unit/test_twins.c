@@ -22,16 +22,14 @@
 #define RAD_PER_RPM (4.0 * PI / 30.0)
 #define PSI         0.183
 
-#define VOLTAGE_APART    4e-4   /* [V] */
-#define GAIN_APART       4e-6   /* of k_f [-] */
-#define MEAN_APART       1e-5   /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
-#define LENGTH_APART     8e-6   /* [-] */
-#define ANGLE_APART      5e-6   /* [rad] */
-#define LOOP_APART       5.5e-5 /* [rad] float integrator at rest, either way: 0.1 mrad 1624/6495; rotation */
-#define LOOP_SPEED_APART 3e-3   /* [rad/s] settled */
-#define TRANSIENT_APART  0.05   /* composed, on the way [mrad] */
-#define MRAD_APART       0.01   /* composed, settled [mrad] */
-#define SPEED_APART      0.003  /* composed, settled [rad/s] */
+#define VOLTAGE_APART   4e-4  /* [V] */
+#define GAIN_APART      4e-6  /* of k_f [-] */
+#define MEAN_APART      1e-5  /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
+#define LENGTH_APART    8e-6  /* [-] */
+#define ANGLE_APART     5e-6  /* [rad] */
+#define TRANSIENT_APART 0.05  /* composed, on the way [mrad] */
+#define MRAD_APART      0.01  /* composed, settled [mrad] */
+#define SPEED_APART     0.003 /* composed, settled [rad/s] */
 
 static estimator_t flt;
 static fixed_t fix;
@@ -176,91 +174,6 @@ static void test_lags(void)
     }
 }
 
-/* The error of an EMF, forward again: e = Z(k_f(|x|)) x (lag.h), in double precision with W in its closed
- * form. Half a count of x on each axis, 42 nA, times 90 ohm is 2e-6 of the smallest; what the four steps
- * leave is lag.c's word, and as the angle of Z depends on k_f, it may show in the direction too. Beyond 0.99
- * k_s the length is that. */
-static void test_error_of_an_emf_makes_it_again(void)
-{
-    static const struct {
-        double share, off;
-    } emfs[] = {{0.01, 2e-6}, {0.3, 0.0}, {0.7, 1e-7}, {0.9, 2e-4}, {0.99, 0.02}, {1.5, 0.02}};
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
-    init(&params);
-    const double rest = 1.0 - exp(-0.95 * T / 0.0125);
-    for (unsigned n = 0; n < sizeof emfs / sizeof emfs[0]; n++) {
-        double worst = 0.0;
-        for (double turn = -0.2; turn < 0.201; turn += 0.05) {
-            double angle = 1.0 + 7.0 * turn;
-            double e[2] = {200.0 * emfs[n].share * cos(angle), 200.0 * emfs[n].share * sin(angle)};
-            const ab_q_t emf = {(int32_t)lrint(e[0] / (double)fix.scale.units.voltage),
-                                (int32_t)lrint(e[1] / (double)fix.scale.units.voltage)};
-            ab_q_t found =
-                lag_error_q(&fix.q.smo, (int32_t)lrint(turn / T / (double)fix.scale.units.speed), emf);
-            double x[2] = {found.alpha * (double)fix.scale.units.current,
-                           found.beta * (double)fix.scale.units.current};
-            double length = hypot(x[0], x[1]);
-            double g = 200.0 * tanh(0.5 * length) / length;
-            /* W = b (R + j omega L)/(z - a) */
-            double a = 1.0 - rest;
-            double reactance = turn / T * 0.0125;
-            double size = rest / 0.95 / (pow(cos(turn) - a, 2.0) + pow(sin(turn), 2.0));
-            double w_re = size * (0.95 * (cos(turn) - a) + reactance * sin(turn));
-            double w_im = size * (reactance * (cos(turn) - a) - 0.95 * sin(turn));
-            double re = 0.95 + g * w_re;
-            double im = reactance + g * w_im;
-            double turned[2] = {re * x[0] - im * x[1], re * x[1] + im * x[0]};
-            double cut = fmin(1.0, 0.99 / emfs[n].share);
-            worst = fmax(worst, hypot(turned[0] - cut * e[0], turned[1] - cut * e[1]) / hypot(e[0], e[1]));
-            check_below(fabs(circle(atan2(turned[1], turned[0]) - angle)), 3e-6 + emfs[n].off, "angle [rad]");
-        }
-        check_below(worst, 3e-6 + emfs[n].off, "EMF [-]");
-    }
-    const ab_q_t none = lag_error_q(&fix.q.smo, 0, (ab_q_t){0, 0});
-    TEST_ASSERT_EQUAL_INT32(0, none.alpha);
-    TEST_ASSERT_EQUAL_INT32(0, none.beta);
-}
-
-/* One turning EMF into both loops: in lock, with a ramp, from a wrong start and an empty filter. */
-static void test_loops(void)
-{
-    static const double cutoffs[] = {0.0, 50.0};
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    double angle = 0.0;
-    double speed = 0.0;
-    double transient = 0.0;
-    for (int n = 0; n < 8; n++) {
-        TEST_ASSERT_TRUE(pll_design(&params.pll, 200.0f, 1.0f, (float)cutoffs[n % 2], 1e-4f));
-        double way = n / 2 % 2 ? -1.0 : 1.0;
-        double ramp = n / 4 ? 600.0 : 0.0;
-        init(&params);
-        double theta = 0.3;
-        position_t start = {(float)theta + 0.2f, (float)(way * 100.0)};
-        pll_reset(&flt.tracker.pll, start);
-        pll_reset_q(&fix.q.pll,
-                    (position_q_t){(uint32_t)lrint((double)start.theta_e / PI * 2147483648.0),
-                                   (int32_t)lrint((double)start.omega_e / (double)fix.scale.units.speed)});
-        for (long k = 0; k < 10000; k++) {
-            double omega = way * (100.0 + (k < 5000 ? ramp * T * (double)k : ramp * 0.5));
-            double length = PSI * omega;
-            ab_t e = {(float)(-length * sin(theta)), (float)(length * cos(theta))};
-            ab_q_t e_q = {(int32_t)lrint(-length * sin(theta) / (double)fix.scale.units.voltage),
-                          (int32_t)lrint(length * cos(theta) / (double)fix.scale.units.voltage)};
-            position_t a = pll_step(&flt.tracker.pll, e, (float)(1.0 / PSI), 0.0f);
-            position_q_t b = pll_step_q(&fix.q.pll, e_q, fix.q.tuning.speed_per_volt, 0);
-            double between = circle((double)a.theta_e - (double)q_signed(b.theta_e) * PI / 2147483648.0);
-            angle = fmax(angle, fabs(between));
-            double faster = fabs((double)a.omega_e - (double)b.omega_e * (double)fix.scale.units.speed);
-            double *largest = k < 2000 ? &transient : &speed;
-            *largest = fmax(*largest, faster);
-            theta = circle(theta + T * omega);
-        }
-    }
-    check_below(angle, LOOP_APART, "angle [rad]");
-    check_below(speed, LOOP_SPEED_APART, "speed [rad/s]");
-    check_below(transient, LOOP_SPEED_APART, "speed on the way [rad/s]");
-}
-
 /* ---- all in a row ---- */
 
 /* From 0.1 rad beside, over the transient, then settled. */
@@ -309,27 +222,6 @@ static void test_estimators_per_axis(void)
     for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
         check_composed(SMO_SIGMOID, (lag_mode_t)mode, 0.0f);
     }
-}
-
-/* Chatter is chaotic: only the mean over whole turns can be compared, and that to its own scatter. */
-static void test_estimators_of_the_sign(void)
-{
-    estimator_params_t params = params_of(SMO_SIGN, LAG_EXACT, 2000.0f);
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
-    init(&params);
-    reset(&rig, 0, 0.0);
-    double sums[2] = {0.0, 0.0};
-    for (long k = 1; k <= 20000; k++) {
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(&rig, k, &now);
-        position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
-        position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        if (k > 5000) {
-            sums[0] += circle((double)a.theta_e - now.theta) / 15000.0;
-            sums[1] += circle((double)b.theta_e - now.theta) / 15000.0;
-        }
-    }
-    check_below(1e3 * fabs(sums[0] - sums[1]), 1.0, "mean [mrad]");
 }
 
 /* ---- the boundary ---- */
@@ -509,26 +401,5 @@ static void test_at_its_limit_a_criterion_still_holds(void)
         fix.q.tuning.detector_max = detector - beyond;
         (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
         TEST_ASSERT_EQUAL_UINT16(beyond ? ESTIMATOR_DETECTOR : 0u, fixed_invalid(&fix));
-    }
-}
-
-/* psi_f comes from outside, as of the adaptation: what it gives is the speed of the same EMF. */
-static void test_flux_is_set_from_outside(void)
-{
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
-    params.flux_linkage = 0.2f;
-    init(&params);
-    const float psi = (float)PSI;
-    estimator_set_flux(&flt, psi, 1.0f / psi);
-    fixed_set_flux(&fix, psi, 1.0f / psi);
-    reset(&rig, 0, 0.0);
-    for (long k = 1; k <= 100; k++) {
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(&rig, k, &now);
-        const position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
-        const position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)a.omega_e);
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)b.omega_e);
     }
 }

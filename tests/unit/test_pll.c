@@ -90,12 +90,6 @@ static void input(int n, double scale)
     }
 }
 
-static double random_within(uint32_t *seed)
-{
-    *seed = *seed * UINT32_C(1664525) + UINT32_C(1013904223);
-    return (double)(*seed >> 8) / 8388608.0 - 1.0;
-}
-
 static double largest_difference(const double *a, const double *b, size_t from, size_t to)
 {
     double largest = 0.0;
@@ -604,34 +598,6 @@ static void test_reversal_ends_locked_and_stays_locked_with_the_torque_feedforwa
     }
 }
 
-/* A turning EMF whose length and angle jump at every sample, filtered: length and sine are those of the
- * filtered vector, from the state before the step; rotation 2e-6, reciprocal root 1e-6. */
-static void test_length_and_sine_follow_every_jump(void)
-{
-    pll_params_t params = design(200.0f, 50.0f);
-    params.emf_cutoff = 2000.0f;
-    const double c = exp(-0.2);
-    uint32_t seed = 1u;
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        pll_t pll;
-        start(&pll, &params, 0.0, way * 200.0);
-        pll_reset_emf(&pll, (float)(PSI * 200.0));
-        for (size_t k = 0; k < COUNT; k++) {
-            double omega = way * (200.0 + 100.0 * sin(2.0 * PI * (double)k / COUNT));
-            double theta = (double)pll.theta_e;
-            ab_t emf = emf_at(theta + 0.2 * random_within(&seed), omega * (1.0 + 0.3 * random_within(&seed)));
-            double d = (double)emf.alpha * cos(theta) + (double)emf.beta * sin(theta);
-            double q = (double)emf.beta * cos(theta) - (double)emf.alpha * sin(theta);
-            d += c * ((double)pll.emf.d - d);
-            q += c * ((double)pll.emf.q - q);
-            const double sign = pll.omega_smooth < 0.0f ? -1.0 : 1.0;
-            (void)pll_step(&pll, emf, (float)(1.0 / PSI), 1000.0f);
-            TEST_ASSERT_DOUBLE_WITHIN(4e-6 * hypot(d, q), hypot(d, q), (double)pll.amplitude);
-            TEST_ASSERT_DOUBLE_WITHIN(4e-6, -sign * d / hypot(d, q), (double)pll.detector);
-        }
-    }
-}
-
 static void test_wrong_angle_is_pulled_in_in_time(void)
 {
     static const double cases[][4] = {{200, 50, 1.0, 0.125}, {200, 50, 3.0, 0.196}, {100, 25, 1.0, 0.250},
@@ -653,27 +619,6 @@ static void test_wrong_angle_is_pulled_in_in_time(void)
     }
 }
 
-static void test_reset_is_bumpless(void)
-{
-    static const double speed[] = {-3000.0, -628.0, -42.0, -10.0, 10.0, 42.0, 628.0, 3000.0};
-    for (size_t n = 0; n < LOOP_COUNT; n++) {
-        for (size_t m = 0; m < sizeof speed / sizeof speed[0]; m++) {
-            pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
-            pll_t pll;
-            input(0, 0.0);
-            start(&pll, &params, 1.0, 77.0);
-            run(&pll, 1.0, 500.0, 1.0, 300);
-            pll_reset(&pll, (position_t){0.0f, (float)speed[m]});
-            TEST_ASSERT_EQUAL_FLOAT((float)speed[m], pll.omega_smooth);
-            run(&pll, speed[m] < 0.0 ? -1.0 : 1.0, fabs(speed[m]), 1.0, 2000);
-            for (size_t k = 0; k < 2000; k++) {
-                check_below(fabs(error_out[k]), 5e-4, "after reset");
-                check_below(fabs(omega_out[k]), 0.2, "speed after reset");
-            }
-        }
-    }
-}
-
 static void test_take_keeps_the_state(void)
 {
     pll_params_t params = design(200.0f, 50.0f), other = design(100.0f, 25.0f);
@@ -692,35 +637,6 @@ static void test_take_keeps_the_state(void)
     pll_prepare(&tuning, &params);
     pll_take(&pll, &tuning);
     TEST_ASSERT_EQUAL_MEMORY(&before, &pll, sizeof pll);
-}
-
-/* The two recursions of (18) alone, in the same float operations, from the same detector; whatever
- * speed_per_volt. */
-static void test_without_feedforward_it_is_the_conventional_loop_bit_for_bit(void)
-{
-    static const float scale[] = {0.0f, 5.4644809f, -3e9f, INFINITY, NAN};
-    pll_params_t params = design(200.0f, 0.0f);
-    for (size_t n = 0; n < 5; n++) {
-        pll_t pll;
-        start(&pll, &params, 1.0, SPEED);
-        float theta = pll.theta_e, integral = (float)SPEED;
-        float ki_period = params.ki * params.period;
-        for (int k = 0; k < 5000; k++) {
-            double speed = SPEED + 40.0 * sin(0.003 * k);
-            position_t p = pll_step(&pll, emf_at(SPEED * k * T, speed), scale[n], 0.0f);
-            float omega = integral + params.kp * pll.detector;
-            TEST_ASSERT_EQUAL_MEMORY(&theta, &p.theta_e, sizeof theta);
-            TEST_ASSERT_EQUAL_MEMORY(&omega, &p.omega_e, sizeof omega);
-            theta += params.period * omega;
-            theta = theta > 3.1415925f ? (float)circle((double)theta) : theta;
-            if (theta != pll.theta_e) { /* wrapped: rounded once more */
-                TEST_ASSERT_DOUBLE_WITHIN(5e-7, 0.0, circle((double)theta - (double)pll.theta_e));
-                theta = pll.theta_e;
-            }
-            integral += ki_period * pll.detector;
-            TEST_ASSERT_EQUAL_MEMORY(&integral, &pll.omega_smooth, sizeof integral);
-        }
-    }
 }
 
 /* One bad sample of any kind in each place: finite, and nothing but kp eps lost: locked within 1 mrad right

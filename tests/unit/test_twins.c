@@ -10,6 +10,7 @@
  *   speeds     3e-5 rad/s a count; float 1e-7 of up to 1e3 rad/s and its dead zone, 2e-4 of a mrad of angle
  */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <unity.h>
@@ -226,57 +227,50 @@ static void test_estimators_per_axis(void)
 
 /* ---- the boundary ---- */
 
-static void check_refused(estimator_params_t params, const char *field, bool above)
-{
-    params_error_t why;
-    memset(&why, 0, sizeof why);
-    TEST_ASSERT_TRUE_MESSAGE(estimator_params_check(&params, &why), why.rule);
-    TEST_ASSERT_FALSE_MESSAGE(fixed_params_check(&params, &why), field);
-    TEST_ASSERT_EQUAL_STRING(field, why.field);
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "fixed point"));
-    TEST_ASSERT_TRUE(above ? why.value > why.max : why.value < why.min);
-}
-
+/* Accepted by the float estimator, and beyond what a format of the fixed one holds, above or below. */
 static void test_constants_that_do_not_fit_are_refused_by_name(void)
 {
+#define SET(field, value)                                                                                    \
+    {                                                                                                        \
+        offsetof(estimator_params_t, field), value                                                           \
+    }
+    static const struct {
+        const char *field;
+        bool above;
+        lag_mode_t lag;
+        struct {
+            size_t at; /* 0: no more */
+            float value;
+        } set[3];
+    } cases[] = {
+        {"inductance", true, LAG_EXACT, {SET(smo.inductance, 0.9f)}},
+        {"slope", true, LAG_EXACT, {SET(smo.inductance, 0.6f), SET(smo.slope, 40.0f)}},
+        {"flux_linkage", false, LAG_EXACT, {SET(flux_linkage, 0.005f)}},
+        {"amplitude_floor", false, LAG_EXACT, {SET(pll.amplitude_floor, 2e-3f)}},
+        {"amplitude_floor", true, LAG_EXACT, {SET(pll.amplitude_floor, 2e3f)}},
+        {"torque_feedforward", /* I = 32 A */
+         true,
+         LAG_EXACT,
+         {SET(smo.inductance, 1e-3f), SET(smo.slope, 0.1f), SET(torque_feedforward, 9e6f)}},
+        {"ki", true, LAG_EXACT, {SET(pll.kp, 1.5e4f), SET(pll.ki, 8e7f), SET(smo.emf_cutoff, 0.0f)}},
+        {"emf_cutoff", false, LAG_CORRECTED, {SET(smo.emf_cutoff, 10.0f)}},
+        {"period", false, LAG_EXACT, {SET(smo.period, 2e-6f), SET(pll.period, 2e-6f)}},
+    };
+#undef SET
     params_error_t why;
-    estimator_params_t good = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    TEST_ASSERT_TRUE(fixed_params_check(&good, &why));
-
-    estimator_params_t params = good;
-    params.smo.inductance = 0.9f;
-    check_refused(params, "inductance", true);
-    params = good;
-    params.smo.inductance = 0.6f;
-    params.smo.slope = 40.0f;
-    check_refused(params, "slope", true);
-    params = good;
-    params.flux_linkage = 0.005f;
-    check_refused(params, "flux_linkage", false);
-    params = good;
-    params.pll.amplitude_floor = 2e-3f;
-    check_refused(params, "amplitude_floor", false);
-    params = good;
-    params.pll.amplitude_floor = 2e3f;
-    check_refused(params, "amplitude_floor", true);
-    params = good;
-    params.smo.inductance = 1e-3f; /* I = 32 A */
-    params.smo.slope = 0.1f;
-    params.torque_feedforward = 9e6f;
-    check_refused(params, "torque_feedforward", true);
-    params = good;
-    params.pll.kp = 1.5e4f;
-    params.pll.ki = 8e7f;
-    params.smo.emf_cutoff = 0.0f;
-    check_refused(params, "ki", true);
-    params = good;
-    params.lag = LAG_CORRECTED;
-    params.smo.emf_cutoff = 10.0f;
-    check_refused(params, "emf_cutoff", false);
-    params = good;
-    params.smo.period = 2e-6f;
-    params.pll.period = 2e-6f;
-    check_refused(params, "period", false);
+    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    TEST_ASSERT_TRUE(fixed_params_check(&params, &why));
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        params = params_of(SMO_SIGMOID_VECTOR, cases[n].lag, 2000.0f);
+        for (size_t m = 0; m < 3u && cases[n].set[m].at != 0u; m++) {
+            memcpy((char *)&params + cases[n].set[m].at, &cases[n].set[m].value, sizeof(float));
+        }
+        TEST_ASSERT_TRUE_MESSAGE(estimator_params_check(&params, &why), cases[n].field);
+        TEST_ASSERT_FALSE_MESSAGE(fixed_params_check(&params, &why), cases[n].field);
+        TEST_ASSERT_EQUAL_STRING(cases[n].field, why.field);
+        TEST_ASSERT_NOT_NULL(strstr(why.rule, "fixed point"));
+        TEST_ASSERT_TRUE(cases[n].above ? why.value > why.max : why.value < why.min);
+    }
 }
 
 /* A limit that is just kept, and just not: the rule says which. */

@@ -171,20 +171,6 @@ static void test_current_goes_to_what_the_load_needs(void)
     }
 }
 
-/* A start that was tried again has more of it. */
-static void test_current_stays_within_that_of_this_try(void)
-{
-    static const float most[] = {10.0f, 13.0f};
-    for (int n = 0; n < 2; n++) {
-        float now = 8.0f;
-        for (int k = 0; k < 20000; k++) {
-            now = handover_current(&handover, now, most[n], 9.9f);
-            TEST_ASSERT_TRUE(now <= most[n]);
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, (double)most[n], (double)now);
-    }
-}
-
 static void test_new_coefficients_act_and_the_count_goes_on(void)
 {
     for (uint32_t n = 0u; n < 700u; n++) {

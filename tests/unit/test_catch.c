@@ -11,9 +11,7 @@
 #define SPEED_MIN 6.0   /* [rad/s] */
 #define WHOLE     200u  /* [periods] */
 #define LINK      1e4f  /* [V] more than any EMF here */
-#define LENGTH    330.0 /* [rad/s] cutoff of the EMF's length */
 #define EMF       600.0 /* [rad/s] cutoff of the EMF in its own frame */
-#define SEEN      20u   /* [periods] 2 ms: its mean begins */
 #define SETTLED   40u   /* [periods] 4 ms: the speed is believed */
 #define SURE      100u  /* [periods] 10 ms */
 
@@ -68,12 +66,6 @@ static caught_t catch_of(double omega, double theta_start, double complex error)
     return caught;
 }
 
-/* What its low-pass has kept, so many periods later. */
-static double kept(uint32_t periods)
-{
-    return exp(-LENGTH * T * periods);
-}
-
 /* The low-pass of the EMF begins with nothing, as if it had been -e exp(-(w_c + j omega) t) more until then:
  * of that exp(-3) is left after 10 ms. Else its lag is taken off exactly. */
 static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
@@ -110,30 +102,6 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
         TEST_ASSERT_UINT32_WITHIN(1u, expected, catch_of(-speeds[n], 0.4, 0.0).periods);
         TEST_ASSERT_EQUAL(n < 3, expected == 100u);
         TEST_ASSERT_EQUAL(n >= 5, expected == WHOLE);
-    }
-}
-
-/* Whatever the first 2 ms bring, of their lengths the last alone is the mean's beginning; then that of a
- * low-pass: a step comes in with 3 ms, and of a ripple from period to period next to nothing. */
-static void test_mean_length_begins_with_that_of_2_ms(void)
-{
-    const double begins = 0.5;
-    const double ripple = 0.1;
-    /* a low-pass of share a leaves a/(2 - a) of what changes its sign in every period */
-    const double leaves = (1.0 - kept(1u)) / (1.0 + kept(1u));
-    for (uint32_t n = 1u; n <= 95u; n++) {
-        const double omega = 300.0;
-        const double sign = n % 2u == 0u ? 1.0 : -1.0;
-        double share = 1.0 + sign * ripple;
-        if (n <= SEEN) {
-            share = n == SEEN ? begins : 7.0 - 0.3 * n;
-        }
-        (void)step(share * emf_of(omega, omega * T * n), LINK);
-        if (n >= 40u) {
-            const double expected =
-                1.0 + sign * ripple * leaves + (begins - 1.0 - ripple * leaves) * kept(n - SEEN);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-4, expected, (double)catching.length / (omega * PSI));
-        }
     }
 }
 

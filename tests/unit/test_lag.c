@@ -99,27 +99,6 @@ static void test_paper_modes_ignore_the_filter_and_the_exact_one_does_not(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, filter, (double)(lag_angle(&smo, LAG_EXACT, 628.0f) - exact));
 }
 
-/* x = LAG_TURN_LIMIT: numbers from the formulas with nothing but sqrt, sin, cos and atan. z - a over
- * lambda + j omega is the hold, d = lambda T. */
-static void test_turn_limit_by_hand(void)
-{
-    smo_params_t params = observer_of(4, 0.0f); /* d = 0.3 */
-    smo_init(&smo, &params);
-    const double d = 30.0 * 1e-4 / 0.01;
-    const double x = 0.63;
-    const double a = exp(-d);
-    const double bg = (1.0 - a) / 30.0 * (double)params.gain * 0.5 * (double)params.slope;
-    const double p = a - bg;
-    const double lag = atan2(sin(x), cos(x) - p) - atan2(sin(x), cos(x) - a) + atan2(x, d);
-    const double ratio =
-        bg / hypot(cos(x) - p, sin(x)) * d / (1.0 - a) * hypot(cos(x) - a, sin(x)) / hypot(d, x);
-    for (int way = -1; way <= 1; way += 2) {
-        const float omega = (float)(way * x / 1e-4);
-        TEST_ASSERT_DOUBLE_WITHIN(ANGLE, way * lag, (double)lag_angle(&smo, LAG_EXACT, omega));
-        TEST_ASSERT_DOUBLE_WITHIN(LENGTH, 1.0, (double)lag_attenuation(&smo, omega) / ratio);
-    }
-}
-
 /* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300
  * rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
 static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)

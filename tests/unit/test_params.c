@@ -130,6 +130,13 @@ static void check_rule(const rule_t *rule)
 static const rule_t between_rows[] = {
     {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, {{"current_limit", 10.0f}}},
     {"dc_undervoltage", 290.0f, 291.0f, 10.0f, 290.0f, {{"dc_overvoltage", 300.0f}}},
+    /* the bands of the limits of braking and driving must not overlap: 0.95 x 320 V/1.27 */
+    {"dc_undervoltage",
+     239.3f,
+     300.0f,
+     10.0f,
+     0.95f * 320.0f / 1.27f,
+     {{"dc_overvoltage", 320.0f}, {"ride_through_time", 0.5f}}},
     /* turned off before the other switch turns on */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, {{"dead_time", 2e-6f}, {"turn_on_delay", 0.5e-6f}}},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, {{"encoder_lines", 256.0f}}},

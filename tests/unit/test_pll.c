@@ -639,33 +639,6 @@ static void test_take_keeps_the_state(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &pll, sizeof pll);
 }
 
-/* One bad sample of any kind in each place: finite, and nothing but kp eps lost: locked within 1 mrad right
- * after. */
-static void test_non_finite_input_is_kept_out(void)
-{
-    static const float bad[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f};
-    for (int place = 0; place < 4; place++) {
-        for (size_t n = 0; n < 5; n++) {
-            pll_params_t params = design(200.0f, 50.0f);
-            pll_t pll;
-            start(&pll, &params, 0.0, SPEED);
-            for (int k = 0; k < 500; k++) {
-                ab_t emf = emf_at(SPEED * k * T, SPEED);
-                float scale = (float)(1.0 / PSI), acceleration = 0.0f;
-                if (k == 200) {
-                    emf.alpha = place == 0 ? bad[n] : emf.alpha;
-                    emf.beta = place == 1 ? bad[n] : emf.beta;
-                    scale = place == 2 ? bad[n] : scale;
-                    acceleration = place == 3 ? bad[n] : acceleration;
-                }
-                position_t p = pll_step(&pll, emf, scale, acceleration);
-                check_finite(&pll, p);
-                check_below(fabs(circle(SPEED * k * T - (double)p.theta_e)), 1e-3, "after a bad sample");
-            }
-        }
-    }
-}
-
 /* Held off its angle for ever, and pushed by an acceleration for ever, it ends at the limits and comes back:
  * an I that would pass 20000 rad/s stays, an F that would pass 10000 rad/s likewise, after 33 steps of 300.
  */

@@ -282,21 +282,6 @@ static void test_params_check_refuses_too_much_loop_gain(void)
     TEST_ASSERT_TRUE(smo_params_check(&params, &why));
 }
 
-static void test_params_check_refuses_a_period_longer_than_half_the_time_constant(void)
-{
-    params_error_t why;
-    smo_params_t params = with(SMO_SIGMOID, 1.0f, 0.0f);
-    params.inductance = 1e-3f;
-    params.resistance = 5.0f;
-    params.period = 1e-4f;
-    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
-    params.resistance = 5.001f;
-    TEST_ASSERT_FALSE(smo_params_check(&params, &why));
-    TEST_ASSERT_EQUAL_STRING("period", why.field);
-    params.resistance = 4.999f;
-    TEST_ASSERT_TRUE(smo_params_check(&params, &why));
-}
-
 static jmp_buf back;
 
 static void aborted(int signal_number)

@@ -1,14 +1,8 @@
-/* Float and fixed twin side by side on one set of exact data, each module alone and all in a row. How far
- * they may be apart follows from the formats (estimator/fixed/formats.h) and from float's own 24 bits:
- *
- *   voltages   a current of up to 6 A is rounded by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V
- *              twice (sample and observer); k_f and tanh differ by 3e-6 in what v is for a given error, not
- *              in what it settles on: 1e-4 V of 200 V
- *   k_f        the same tanh: 3e-6, and a count of Q24 in 0.5
- *   lag        counts of Q24 and Q28 in vectors of about 1: 2e-7; float 5e-7
- *   angles     1.2e-7 rad of the arc tangent; float 3e-6; the polynomials of tan 2e-6
- *   speeds     3e-5 rad/s a count; float 1e-7 of up to 1e3 rad/s and its dead zone, 2e-4 of a mrad of angle
- */
+/* Float and fixed twin side by side on one set of exact data. How far they may be apart follows from the
+ * formats (estimator/fixed/formats.h) and from float's own 24 bits: a current of up to 6 A is rounded
+ * by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V twice (sample and observer); angles 1.2e-7 rad of
+ * the arc tangent, float 3e-6; speeds 3e-5 rad/s a count, float 1e-7 of up to 1e3 rad/s and its dead zone,
+ * 2e-4 of a mrad of angle. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -23,11 +17,6 @@
 #define RAD_PER_RPM (4.0 * PI / 30.0)
 #define PSI         0.183
 
-#define VOLTAGE_APART   4e-4  /* [V] */
-#define GAIN_APART      4e-6  /* of k_f [-] */
-#define MEAN_APART      1e-5  /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
-#define LENGTH_APART    8e-6  /* [-] */
-#define ANGLE_APART     5e-6  /* [rad] */
 #define TRANSIENT_APART 0.05  /* composed, on the way [mrad] */
 #define MRAD_APART      0.01  /* composed, settled [mrad] */
 #define SPEED_APART     0.003 /* composed, settled [rad/s] */
@@ -99,80 +88,6 @@ static void test_units_are_the_bases_over_their_counts(void)
     TEST_ASSERT_EQUAL_FLOAT(256.0f / 134217728.0f, fix.scale.units.voltage);
     TEST_ASSERT_EQUAL_FLOAT(2.0f / 33554432.0f, fix.scale.units.current);
     TEST_ASSERT_DOUBLE_WITHIN(2e-12, 2.0 * PI / T / 2147483648.0, (double)fix.scale.units.speed);
-}
-
-/* ---- each module ---- */
-
-/* Both observers run on the same data for a second; currents of 0 and 6 A, both directions. */
-static void check_observers(smo_switching_t switching, float emf_cutoff)
-{
-    estimator_params_t params = params_of(switching, LAG_CORRECTED, emf_cutoff);
-    double volts = 0.0;
-    double gain = 0.0;
-    for (int n = 0; n < 8; n++) {
-        static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
-        double way = n % 2 ? -1.0 : 1.0;
-        estimator_oracle_case_t rig = rig_of(way * rpm[n / 2], n / 4 ? 6.0 : 0.0);
-        init(&params);
-        for (long k = 1; k <= 3000; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
-            ab_t a = smo_step(&flt.observer.smo, as_float(now.voltage), as_float(now.current));
-            const ab_q_t u = {(int32_t)lrint(now.voltage[0] / (double)fix.scale.units.voltage),
-                              (int32_t)lrint(now.voltage[1] / (double)fix.scale.units.voltage)};
-            const ab_q_t i = {(int32_t)lrint(now.current[0] / (double)fix.scale.units.current),
-                              (int32_t)lrint(now.current[1] / (double)fix.scale.units.current)};
-            ab_q_t b = smo_step_q(&fix.q.smo, u, i);
-            volts = fmax(volts, hypot((double)a.alpha - b.alpha * (double)fix.scale.units.voltage,
-                                      (double)a.beta - b.beta * (double)fix.scale.units.voltage));
-            double k_f = (double)smo_equivalent_gain(&flt.observer.smo);
-            gain = fmax(
-                gain,
-                fabs((double)smo_equivalent_gain_q(&fix.q.smo) * (double)fix.scale.units.gain / k_f - 1.0));
-        }
-    }
-    check_below(volts, VOLTAGE_APART, "e_hat [V]");
-    check_below(gain, switching == SMO_SIGMOID ? MEAN_APART : GAIN_APART, "k_f");
-}
-
-static void test_observers_of_the_vector_form(void)
-{
-    check_observers(SMO_SIGMOID_VECTOR, 0.0f);
-    check_observers(SMO_SIGMOID_VECTOR, 2000.0f);
-}
-
-static void test_observers_per_axis(void)
-{
-    check_observers(SMO_SIGMOID, 0.0f);
-    check_observers(SMO_SIGMOID, 2000.0f);
-}
-
-/* Lag and length that each twin makes of the same settled state, at every speed. */
-static void check_lags(lag_mode_t mode, float emf_cutoff)
-{
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_CORRECTED, emf_cutoff);
-    init(&params);
-    double angle = 0.0;
-    double length = 0.0;
-    for (double omega = -6000.0; omega <= 6000.0; omega += 37.0) {
-        int32_t speed = (int32_t)lrint(omega / (double)fix.scale.units.speed);
-        double a = (double)lag_angle(&flt.observer.smo, mode, (float)omega);
-        double b = (double)q_signed(lag_angle_q(&fix.q.smo, mode, speed)) * PI / 2147483648.0;
-        angle = fmax(angle, fabs(circle(a - b)));
-        double full = (double)lag_attenuation(&flt.observer.smo, (float)omega);
-        double part = (double)lag_attenuation_q(&fix.q.smo, speed) / 16777216.0;
-        length = fmax(length, fabs(part / full - 1.0));
-    }
-    check_below(angle, ANGLE_APART, "lag [rad]");
-    check_below(length, LENGTH_APART, "attenuation");
-}
-
-static void test_lags(void)
-{
-    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
-        check_lags((lag_mode_t)mode, 0.0f);
-        check_lags((lag_mode_t)mode, 2000.0f);
-    }
 }
 
 /* ---- all in a row ---- */

@@ -379,25 +379,6 @@ static void test_estimate_whose_current_is_not_the_measured_one_is_lost(void)
     expect_lost(FAULT_ESTIMATE_CURRENT, ESTIMATOR_CURRENT, 1.2);
 }
 
-/* estimate_speed_min = 15 rad/s are 60 rad/s electrical, well above where a forced frame takes over, 25. */
-static void test_estimate_of_a_rotor_too_slow_to_see_is_lost(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        params.estimate_speed_min = 15.0f;
-        given_sensorless(way * 80.0);
-        machine.acceleration = way * -100.0;
-        machine_steps(1900);
-        machine.acceleration = 0.0;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way * 61.0, machine.omega_e);
-        machine_steps(2000);
-        expect_manoeuvre(MANOEUVRE_RUN);
-        TEST_ASSERT_EQUAL_UINT32(0u, drive.manoeuvres.lock_losses);
-        machine.acceleration = way * -30.0;
-        expect_lost(FAULT_ESTIMATE_SPEED, ESTIMATOR_SPEED, 0.2); /* at 57 rad/s */
-    }
-}
-
 /* Half a turn off in one period, with the current's torque reversed: how long the guard takes to tell [s];
  * 0.1: it does not. */
 static double told_after(double way)

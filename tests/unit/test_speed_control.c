@@ -1,8 +1,11 @@
+#include <complex.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 #include <unity.h>
 
 #include "control/speed_control.h"
+#include "tests/unit/compare.h"
 
 /* The paper's gains and limit, section 2. */
 static const speed_control_params_t PARAMS = {
@@ -157,4 +160,72 @@ static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f, step(&control, 157.0f, 20.0f));
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 10.0f + 3.425f - 5.0f, step(&control, 157.0f, 30.0f));
+}
+
+/* ---- on an inertia ---- */
+
+/* With the setpoint weight b, i_q = kp (b omega_ref - omega) + I, the loop on an inertia J/K_t is
+ *
+ *     omega/omega_ref = (b kp s + ki) c/(s^2 + kp c s + ki c),   c = K_t/J
+ *
+ * whose poles b does not move. */
+#define T  1e-4
+#define C  17.26 /* K_t/J [rad/s^2 per A]: 1.098 N m/A on 0.0636 kg m^2 */
+#define KP 0.8277
+#define KI (KP * KP * C / 3.0) /* damping sqrt(3)/2 */
+
+static void begin_loop(speed_control_t *control, double weight, float limit)
+{
+    const speed_control_params_t params = {(float)KP, (float)KI, (float)weight, limit, (float)T};
+    begin_with(control, &params);
+}
+
+/* Step answer of the loop in closed form: residues of the two poles. */
+static double answer(double weight, double t)
+{
+    const double complex root = csqrt(KP * KP * C * C / 4.0 - KI * C + (double complex)I * 0.0);
+    const double complex s = -KP * C / 2.0 + root;
+    const double complex residue = (weight * KP * s + KI) * C / (s * 2.0 * root);
+    return 1.0 + 2.0 * creal(residue * cexp(s * t));
+}
+
+/* Held for a period, the answer is half a period late: 0.5e-4 of the poles' 14 1/s. */
+static void test_loop_answers_a_step_as_its_transfer_function(void)
+{
+    static const double weights[] = {0.0, 0.5, 1.0};
+    static const double beyond[] = {0.0043, 0.05, 0.3}; /* no more than this; exp(-pi sqrt 3) with b = 0 */
+    double peaks[3] = {0.0};
+    for (int n = 0; n < 3; n++) {
+        speed_control_t control;
+        begin_loop(&control, weights[n], 1e3f);
+        double omega = 0.0;
+        for (int k = 0; k < 20000; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(2e-3, answer(weights[n], k * T), omega / 10.0);
+            omega += T * C * (double)step(&control, 10.0f, (float)omega);
+            peaks[n] = fmax(peaks[n], omega / 10.0 - 1.0);
+        }
+        TEST_ASSERT_TRUE(peaks[n] < beyond[n] + 1e-3);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(5e-4, exp(-PI * sqrt(3.0)), peaks[0]);
+    TEST_ASSERT_TRUE(peaks[0] < peaks[1] && peaks[1] < peaks[2]);
+}
+
+/* It leaves the limit where the integral's raise no longer makes up for the speed's, ki e = kp c limit, e =
+ * 3 limit/kp = 36.2 rad/s; from there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t)), a = kp c/2, b = a/sqrt
+ * 3: 0.225 rad/s beyond. */
+static void test_step_that_needs_the_limit_does_not_run_past(void)
+{
+    speed_control_t control;
+    begin_loop(&control, 0.0, 10.0f);
+    double omega = 0.0, peak = 0.0;
+    bool limited = false;
+    for (int k = 0; k < 40000; k++) {
+        const double current = (double)step(&control, 150.0f, (float)omega);
+        limited = limited || current > 0.9999 * 10.0;
+        omega += T * C * current;
+        peak = fmax(peak, omega);
+    }
+    TEST_ASSERT_TRUE(limited);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 150.0, omega);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 150.225, peak);
 }

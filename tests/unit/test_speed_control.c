@@ -183,7 +183,7 @@ static void begin_loop(speed_control_t *control, double weight, float limit)
 /* Step answer of the loop in closed form: residues of the two poles. */
 static double answer(double weight, double t)
 {
-    const double complex root = csqrt(KP * KP * C * C / 4.0 - KI * C + (double complex)I * 0.0);
+    const double complex root = (double complex)I * sqrt(KI * C - KP * KP * C * C / 4.0);
     const double complex s = -KP * C / 2.0 + root;
     const double complex residue = (weight * KP * s + KI) * C / (s * 2.0 * root);
     return 1.0 + 2.0 * creal(residue * cexp(s * t));
@@ -219,7 +219,7 @@ static void test_step_that_needs_the_limit_does_not_run_past(void)
     begin_loop(&control, 0.0, 10.0f);
     double omega = 0.0, peak = 0.0;
     bool limited = false;
-    for (int k = 0; k < 40000; k++) {
+    for (int32_t k = 0; k < 40000; k++) {
         const double current = (double)step(&control, 150.0f, (float)omega);
         limited = limited || current > 0.9999 * 10.0;
         omega += T * C * current;

@@ -9,6 +9,8 @@
 #include <stddef.h>
 #include <unity.h>
 
+#include "sweep.h"
+
 #define ZONE 0.1f /* [A] */
 #define LEG  8.0f /* [V] */
 
@@ -286,7 +288,7 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
 {
     static const double speeds[] = {9.0, 42.0, 150.0, 400.0, 700.0, 900.0, 1100.0, 3000.0};
     for (size_t n = 0; n < sizeof speeds / sizeof speeds[0]; n++) {
-        for (int part = 1; part < 40; part++) {
+        for (int part = 1; part < 40; part += SWEEP_FEW * SWEEP_FEW) {
             const double length = 0.1 * part + 0.2;
             uint32_t coasts = 0u;
             const uint32_t periods = (uint32_t)(6.28318530718 * 20.0 / (speeds[n] * 1e-4));

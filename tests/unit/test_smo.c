@@ -167,6 +167,15 @@ static void test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond(void)
     TEST_ASSERT_TRUE(smo.current_hat.alpha > 5.0f && smo.current_hat.beta < -5.0f);
 }
 
+static void test_reset_of_the_sign_continues_the_emf(void)
+{
+    smo_params_t params = with(SMO_SIGN, 200.0f, 2000.0f);
+    smo_init(&smo, &params);
+    smo_reset(&smo, (ab_t){1.0f, 0.0f}, (ab_t){60.0f, -20.0f});
+    TEST_ASSERT_TRUE(smo.emf_hat.alpha == 60.0f && smo.emf_hat.beta == -20.0f);
+    TEST_ASSERT_TRUE(smo.current_err.alpha == 0.0f && smo.current_hat.alpha == 1.0f);
+}
+
 /* The voltage that holds current and v: v stays, and the filter goes from its own value towards it. Rounding
  * as in test_reset_is_settled. */
 static void test_filter_goes_from_its_own_value_to_v(void)

@@ -232,6 +232,14 @@ static void test_bad_sample_is_rejected(void)
             TEST_ASSERT_EQUAL_MEMORY(&before, &smo, sizeof smo);
         }
     }
+    /* SMO_ERROR_LIMIT, 1e6 A, from a zero state: the error is minus the current, and may be as long as the
+     * limit. */
+    const ab_t none = {0.0f, 0.0f};
+    float error_square;
+    smo_init(&smo, &PAPER);
+    TEST_ASSERT_TRUE(smo_predict(&smo, none, (ab_t){6e5f, -8e5f}, &error_square));
+    smo_init(&smo, &PAPER);
+    TEST_ASSERT_FALSE(smo_predict(&smo, none, (ab_t){6.001e5f, -8e5f}, &error_square));
 }
 
 static void test_params_check_names_field_value_and_range(void)

@@ -105,6 +105,28 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
     }
 }
 
+/* An observer that comes upon the EMF from nothing lacks exp(-t/0.4 ms) of it: 0.7 % after 2 ms, and from
+ * then on nothing that a catch could tell; the slip has taken part of it for psi_f, and gives it back. A fast
+ * rotor is caught after 10 ms, a slow one after 20. */
+static void test_observer_that_arrives_does_not_make_the_speed_small(void)
+{
+    static const double speeds[] = {500.0, 20.0};
+    for (int n = 0; n < 2; n++) {
+        for (int way = -1; way <= 1; way += 2) {
+            const double omega = way * speeds[n];
+            catch_outcome_t outcome = CATCH_GOES_ON;
+            uint32_t k = 0u;
+            catch_enter(&catching, WHOLE, 0.0f);
+            for (; outcome == CATCH_GOES_ON && k < 2u * WHOLE; k++) {
+                outcome = step(emf_of(omega, omega * T * k) * (1.0 - exp(-T * k / 0.4e-3)), LINK);
+            }
+            TEST_ASSERT_EQUAL_INT(CATCH_TURNING, outcome);
+            TEST_ASSERT_EQUAL_UINT32(n == 0 ? WHOLE / 2u : WHOLE, k);
+            TEST_ASSERT_DOUBLE_WITHIN(n == 0 ? 1.5e-3 * 500.0 : 1e-4 * 20.0, omega, (double)catching.omega_e);
+        }
+    }
+}
+
 /* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
  * frame, and the frame's speed, in continuous time from where the speed is first believed,
  *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0,  w_c = 600 rad/s

@@ -261,6 +261,17 @@ static void test_load_current_is_held_on_the_way(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.5, (double)x.load);
 }
 
+static void test_a_reference_that_moves_again_makes_the_way_longer(void)
+{
+    stand(1.2, 0.1);
+    reference = 104.0;
+    stand(1.2, 0.1);
+    reference = 105.0;
+    stand(3.0, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
+    TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
+}
+
 /* After a rest nothing is known of the load until the speed has stood: all of the current is its, and what
  * the reference does is no way. */
 static void test_after_a_rest_the_load_is_what_the_current_is(void)

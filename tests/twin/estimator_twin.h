@@ -142,7 +142,6 @@ static inline bool twin_skips(const char *test)
 {
     static const char *const skipped[] = {
         /* of smo.h, lag.h and pll.h alone */
-        "test_gain_of_the_sign_is_the_same_in_all_quadrants",
         "test_filter_is_switched_while_it_runs",
         /* samples beyond the formats: ESTIMATOR_SAMPLE here */
         "test_criterion_switched_off_is_not_judged",

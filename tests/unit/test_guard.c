@@ -295,14 +295,6 @@ static void recover(void)
 
 /* ---- every row ---- */
 
-static void test_a_healthy_drive_runs_on(void)
-{
-    for (int n = 0; n < 3000; n++) {
-        step(&healthy);
-        expect_nothing();
-    }
-}
-
 static void test_every_row_at_its_limit_is_silent(void)
 {
     for (uint32_t row = 0; row < ROWS; row++) {
@@ -495,22 +487,6 @@ static void test_the_gravest_of_several_is_named(void)
     }
     TEST_ASSERT_EQUAL_INT32(REASON_MODULE_FAULT, fault_rows[0].reason);
     TEST_ASSERT_EQUAL_INT32(REASON_OVERCURRENT, fault_rows[1].reason);
-}
-
-/* The link is low from the first period on, the interrupt late from the fifth, a phase over its limit in
- * the eighth alone. */
-static void test_each_row_counts_for_itself(void)
-{
-    for (uint32_t n = 1; n <= DRIVE_PERIODS(1e-3f) + 5u; n++) {
-        scene_t scene = healthy;
-        scene.measured.u_dc = 0.0f;
-        scene.measured.flags |= n >= 5u ? DRIVE_SAMPLE_LATE : 0u;
-        scene.measured.current_abc.b = n == 8u ? 1000.0f : 1.0f;
-        step(&scene);
-        TEST_ASSERT_EQUAL(n >= DRIVE_PERIODS(1e-3f), fault_set_has(guard.faults, FAULT_DC_UNDERVOLTAGE));
-        TEST_ASSERT_EQUAL(n >= 7u, fault_set_has(guard.faults, FAULT_LATE));
-        TEST_ASSERT_EQUAL(n == 8u, fault_set_has(guard.faults, FAULT_OVERCURRENT));
-    }
 }
 
 /* Any two ways of conditions that fail at once, of one word or of two. */

@@ -515,18 +515,6 @@ static void expect_steady(const steps_t *result, double limit_mrad)
     expect_at_most("on the way down", limit_mrad, result->down.plateau);
 }
 
-/* All of them on the board of docs/accuracy.md, which has their numbers, with one noise; else a grid's share.
- */
-#define DOCUMENTED (DRIVE_CURRENT_SENSORS == 2)
-static bool next_documented(grid_t *grid, uint32_t *point)
-{
-    if (!DOCUMENTED) {
-        return grid_next(grid, point);
-    }
-    *point = grid->next++;
-    return *point < grid->points;
-}
-
 /* Real: at 10 A the model's one slope for IGBT and diode leaves 0.5 mrad, offset and gain error of the
  * sensors 0.6 more, and the plateau of the deceleration is only 25 ms of noise: 3 in place of 2. The ripple
  * at 100 r/min without load adds to the peak: 67.5 +- 1.4 and 84 +- 1.2 over 6 seeds, four standard
@@ -534,7 +522,7 @@ static bool next_documented(grid_t *grid, uint32_t *point)
 static void test_steps_without_torque_feed_forward(void)
 {
     grid_t grid = grid_of("steps without", 4u);
-    for (uint32_t n; next_documented(&grid, &n);) {
+    for (uint32_t n; grid_next_documented(&grid, &n);) {
         const bool real = n >= 2u;
         const steps_t *const result = steps_without(real, n % 2 == 0 ? FORWARD : BACKWARD);
         expect_peaks(result, real ? 74.0 : 65.0, real ? 89.0 : 85.0);
@@ -546,7 +534,7 @@ static void test_steps_without_torque_feed_forward(void)
 static void test_steps_with_torque_feed_forward(void)
 {
     grid_t grid = grid_of("steps with", 4u);
-    for (uint32_t n; next_documented(&grid, &n);) {
+    for (uint32_t n; grid_next_documented(&grid, &n);) {
         const bool real = n >= 2u;
         const drive_case_t drive = paper_rig(real, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
@@ -570,9 +558,9 @@ static void test_steps_of_the_bare_motor(void)
 static void test_steps_of_the_bare_motor_with_a_real_inverter(void)
 {
     grid_t grid = grid_of("bare motor, real", 16u);
-    for (uint32_t n; next_documented(&grid, &n);) {
+    for (uint32_t n; grid_next_documented(&grid, &n);) {
         const double direction = n % 2u == 0u ? FORWARD : BACKWARD;
-        seed_member = DOCUMENTED ? n : seed_member;
+        seed_member = GRID_DOCUMENTED ? n : seed_member;
         const drive_case_t drive = bare_motor(true, direction, ALL_OF_IT, 0.0);
         start_slow(&drive);
         const steps_t result = steps_at(&drive, n / 2u % STEP_ANGLES);
@@ -628,7 +616,7 @@ static void test_bare_motor_is_calm_at_100_rpm(void)
 static void test_inertia_wrong_by_30_percent_leaves_at_most_half_the_peaks(void)
 {
     grid_t grid = grid_of("30 % of the inertia", 8u);
-    for (uint32_t n; next_documented(&grid, &n);) {
+    for (uint32_t n; grid_next_documented(&grid, &n);) {
         const bool real = n >= 4u;
         const double direction = n % 2u == 0u ? FORWARD : BACKWARD;
         const steps_t *const reference = steps_without(real, direction);

@@ -24,21 +24,6 @@ static void running(double fidelity, double rpm, double seconds)
     run_expect_no_fault(rig);
 }
 
-static int64_t position(void)
-{
-    return (int64_t)rig_state(rig)->chip.registers.eqep[QEP_MODULE - 1u].QPOSCNT;
-}
-
-/* Counts that have come in so many periods. */
-static int64_t counted(uint32_t periods)
-{
-    const int64_t turn = 10000;
-    const int64_t before = position();
-    rig_run(rig, periods);
-    const int64_t way = ((position() - before) % turn + turn) % turn;
-    return way > turn / 2 ? way - turn : way;
-}
-
 /* ---- none ---- */
 
 /* Every such row, put to what it is: the bits are those of any other row that is put to what it is. */
@@ -100,41 +85,6 @@ static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
     TEST_ASSERT_TRUE(chip_tripped(&state->chip, BOARD_LEG_A));
     run_seconds(rig, 0.001);
     TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
-}
-
-/* ---- encoder ---- */
-
-/* 600 r/min: 10 turns a second, 10 counts a period. */
-static void test_the_counter_of_the_chip_sees_what_the_encoder_is(void)
-{
-    static const struct {
-        const char *row;
-        double value;
-        int64_t counts; /* in 100 periods, of 1000 */
-    } rows[] = {{"encoder_reversed", 1.0, -1000},
-                {"encoder_slip", 0.2, 800},
-                {"encoder_slip", 1.0, 0},
-                {"encoder_stuck_a", 0.0, 0},
-                {"encoder_stuck_b", 1.0, 0}};
-    for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
-        for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-            rig_free(rig);
-            rig = run_rig(5);
-            run_put(rig, "fidelity", fidelity);
-            run_put(rig, "shaft_locked", 1.0);
-            run_put(rig, "shaft_locked_speed", 600.0 * RPM);
-            run_to_ready(rig);
-            TEST_ASSERT_INT64_WITHIN(1, 1000, counted(100u));
-            const double none = rig_value(rig, rows[n].row);
-            run_put(rig, rows[n].row, rows[n].value);
-            /* The counter is as of the last interrupt: a period's counts at either end. */
-            TEST_ASSERT_INT64_WITHIN(20, rows[n].counts, counted(100u));
-            run_put(rig, rows[n].row, none);
-            rig_run(rig, 1u);
-            TEST_ASSERT_INT64_WITHIN(1, 1000, counted(100u));
-        }
-        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
-    }
 }
 
 /* ---- samples and memory ---- */

@@ -13,7 +13,6 @@
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
-#define SENSORS_ADC   0.0
 #define SENSORS_EXACT 1.0
 #define TICK          (1.0 / 150e6)                    /* [s] */
 #define LSB           ((double)BOARD_CURRENT_PER_CODE) /* [A] of the current channels */
@@ -285,81 +284,5 @@ static void test_adc_samples_are_off_by_quantisation_and_noise_at_most(void)
     /* offset put on and taken off again: two roundings */
     TEST_ASSERT_TRUE(largest_sample_error(rig, 2000) <= 2.0 * HALF_ULP);
     run_expect_no_fault(rig);
-    rig_free(rig);
-}
-
-/* ---- switching ---- */
-
-static void test_sensors_may_change_while_the_drive_runs_and_back(void)
-{
-    rig_t *rig = turning(700.0);
-    run_put(rig, "current_noise", 0.0);
-    run_put(rig, "current_offset_a", 0.3); /* measured by the drive and taken off */
-    run_put(rig, "current_offset_b", -0.2);
-    run_to_ready(rig);
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.2);
-    const double zero = rig_value(rig, "offset_a");
-    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.3, zero);
-    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) > 1e-3);
-
-    run_put(rig, "sensors", SENSORS_EXACT);
-    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) <= 2.0 * HALF_ULP);
-    TEST_ASSERT_EQUAL_DOUBLE(zero, rig_value(rig, "offset_a"));
-
-    run_put(rig, "sensors", SENSORS_ADC);
-    const double error = largest_sample_error(rig, 500);
-    TEST_ASSERT_TRUE(error > 1e-3);
-    TEST_ASSERT_TRUE(error <= LSB + 1e-5);
-    run_expect_no_fault(rig);
-    rig_free(rig);
-}
-
-static void test_sensors_may_change_while_offsets_are_measured(void)
-{
-    rig_t *rig = turning(700.0);
-    run_put(rig, "current_offset_a", 0.5);
-    rig_run(rig, 300); /* of 64 that settle and 512 that are averaged */
-    run_put(rig, "sensors", SENSORS_EXACT);
-    run_to_ready(rig);
-    /* the mean of (300 - 64) samples of 0.5 A and of zeros */
-    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.5 * 236.0 / 512.0, rig_value(rig, "offset_a"));
-    run_put(rig, "enable", 1.0);
-    TEST_ASSERT_TRUE(largest_sample_error(rig, 1000) <= 2.0 * HALF_ULP);
-    run_expect_no_fault(rig);
-
-    /* A reset measures anew: of these sensors, which have no offset. */
-    run_put(rig, "force_fault", 1.0);
-    run_seconds(rig, 0.01);
-    run_put(rig, "enable", 0.0);
-    run_put(rig, "force_fault", 0.0);
-    run_seconds(rig, 0.03);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
-    run_put(rig, "enable", 1.0);
-    expect_samples_are_the_truth(rig, 1000);
-    run_expect_no_fault(rig);
-    rig_free(rig);
-}
-
-static void test_unknown_sensors_are_refused_and_those_in_force_stay(void)
-{
-    rig_t *rig = turning(700.0);
-    TEST_ASSERT_EQUAL_UINT32(5006, rig_row_by_name("sensors")->id);
-    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_ADC, rig_value(rig, "sensors"));
-    run_put(rig, "sensors", SENSORS_EXACT);
-    run_to_ready(rig);
-    const double wrong[] = {2.0, -1.0, 0.5, NAN};
-    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-        TEST_ASSERT_FALSE(rig_put(rig, "sensors", wrong[n]));
-        TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, rig_error_reason(rig));
-        TEST_ASSERT_EQUAL_UINT32(5006, rig_error_id(rig));
-    }
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "accepted whole numbers 0 to 1"), rig_error(rig));
-    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_EXACT, rig_value(rig, "sensors"));
-    run_put(rig, "enable", 1.0);
-    expect_samples_are_the_truth(rig, 500);
     rig_free(rig);
 }

@@ -234,48 +234,40 @@ static void test_the_speed_s_ripple_is_small(void)
 
 /* ---- what it must not learn from ---- */
 
-/* Of L, for a second of this: at most so much. */
-static void expect_kept(const wrong_t *rows, double share)
+/* Of L, for a second of this: at most so much. The magnets are gone; the current sensors stick, both or one;
+ * all load goes at once, and with it what is in step with the dither by chance in the cycles before it rests.
+ */
+static const struct {
+    wrong_t rows[2];
+    double share; /* [-] */
+} nothing_to_learn[] = {
+    {{{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}}, 0.0},
+    {{{"stuck_current_a", 2300.0}, {"stuck_current_b", 2000.0}}, 0.0},
+    {{{"stuck_current_a", 2048.0}, {"stuck_current_a", 2048.0}}, 0.0},
+    {{{"load_torque", 0.0}, {"friction_coulomb", 0.0}}, 0.03},
+};
+#define NOTHING_TO_LEARN (sizeof nothing_to_learn / sizeof nothing_to_learn[0])
+
+static void test_what_says_nothing_of_l_leaves_it_where_it_was(void)
 {
-    to_speed(false, 1000.0, 0.8, NULL);
-    run_real(rig);
-    learn();
-    run_seconds(rig, 3.0);
-    const double before = rig_value(rig, "inductance_hat");
-    for (; rows->row != NULL; rows++) {
-        run_put(rig, rows->row, rows->factor);
+    grid_t grid = grid_of("nothing to learn", SEED_PHASES);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        to_speed(false, 1000.0, 0.8, NULL);
+        run_real(rig);
+        learn();
+        run_seconds(rig, 3.0);
+        const double before = rig_value(rig, "inductance_hat");
+        void *const learnt = run_kept(rig);
+        for (size_t c = 0; c < NOTHING_TO_LEARN; c++) {
+            run_back_to(rig, learnt);
+            run_put(rig, nothing_to_learn[c].rows[0].row, nothing_to_learn[c].rows[0].factor);
+            run_put(rig, nothing_to_learn[c].rows[1].row, nothing_to_learn[c].rows[1].factor);
+            for (int k = 0; k < 10; k++) {
+                run_seconds(rig, 0.1);
+                TEST_ASSERT_DOUBLE_WITHIN(nothing_to_learn[c].share * before, before,
+                                          rig_value(rig, "inductance_hat"));
+            }
+        }
+        free(learnt);
     }
-    for (int n = 0; n < 10; n++) {
-        run_seconds(rig, 0.1);
-        TEST_ASSERT_DOUBLE_WITHIN(share * before, before, rig_value(rig, "inductance_hat"));
-    }
-}
-
-/* The magnets are gone; the current sensors stick, both or one. */
-static void test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing(void)
-{
-    expect_kept((const wrong_t[]){{"plant.flux_linkage", 0.0}, {NULL, 0.0}}, 0.0);
-    expect_kept((const wrong_t[]){{"stuck_current_a", 2300.0}, {"stuck_current_b", 2000.0}, {NULL, 0.0}},
-                0.0);
-    expect_kept((const wrong_t[]){{"stuck_current_a", 2048.0}, {NULL, 0.0}}, 0.0);
-}
-
-/* All load at once: what is in step with the dither by chance in the cycles before it rests. */
-static void test_a_load_that_goes_leaves_it_where_it_was(void)
-{
-    expect_kept((const wrong_t[]){{"load_torque", 0.0}, {"friction_coulomb", 0.0}, {NULL, 0.0}}, 0.03);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_l_a_fifth_wrong_is_put_right);
-    RUN_TEST(test_a_light_rotor_teaches_it_beside_its_own_swing);
-    RUN_TEST(test_what_else_is_wrong_has_no_part_in_it);
-    RUN_TEST(test_errors_of_the_current_sensors_have_no_part_in_it);
-    RUN_TEST(test_a_load_that_toggles_does_not_move_it);
-    RUN_TEST(test_the_speed_s_ripple_is_small);
-    SEED_RUN_EIGHT(test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing);
-    SEED_RUN_EIGHT(test_a_load_that_goes_leaves_it_where_it_was);
-    return UNITY_END();
 }

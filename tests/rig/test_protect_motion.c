@@ -211,40 +211,35 @@ static void test_a_wrong_encoder_is_noticed_under_way(void)
  * tells or the torque pushes the wrong way. */
 static void test_a_wrong_encoder_is_noticed_at_a_start(void)
 {
-    for (fault_t fault = HALF_TURN; fault < FAULTS_OF_ENCODER; fault++) {
-        worst_t worst = {0};
-        double fastest = 0.0;
-        int stalled = 0;
-        for (int n = 0; n < 4; n++) {
-            rig_t *rig = ready(n < 2 ? HEAVY : LIGHT, 70u + (uint32_t)n, 0.0);
-            seen_t seen;
-            inject(rig, fault);
-            run_seconds(rig, 0.03);
-            watch(rig, &seen);
-            run_on(rig, n % 2 == 0 ? 600.0 : -600.0);
-            const uint32_t begun = (uint32_t)rig_value(rig, "period");
-            uint32_t fast = 0u;
-            for (uint32_t m = 0; m < 40000u && seen.noticed == 0u; m++) {
-                rig_run(rig, 1u);
-                fast = fast == 0u && fabs(seen.speed) > 143.0 && fabs(seen.err) > 0.64 ? seen.period : fast;
-                fastest = fmax(fastest, fabs(seen.speed));
-            }
-            char where[96];
-            (void)snprintf(where, sizeof where, "%s, %d: %d", names[fault], n, seen.fault);
-            TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || seen.fault == REASON_STALLED, where);
-            TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
-            if (seen.fault == REASON_STALLED) {
-                stalled++;
-                TEST_ASSERT_DOUBLE_WITHIN(0.4, 2.2, start_time(seen.noticed - begun));
-            } else if (fast != 0u) {
-                TEST_ASSERT_TRUE_MESSAGE(start_time(seen.noticed - fast) <= 20e-3, where);
-                start_raise(&worst.time, start_time(seen.noticed - fast));
-            }
-            start_raise(&worst.current, seen.current);
-            rig_free(rig);
+    grid_t grid = grid_of("wrong at a start", 4u * FAULTS_OF_ENCODER);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t number = n;
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double rpm = grid_axis(&n, 2u) == 0u ? 600.0 : -600.0;
+        rig_t *rig = ready(shaft, 70u + number, 0.0);
+        seen_t seen;
+        inject(rig, (fault_t)n);
+        run_seconds(rig, 0.03);
+        watch(rig, &seen);
+        run_on(rig, rpm);
+        const uint32_t begun = (uint32_t)rig_value(rig, "period");
+        uint32_t fast = 0u;
+        for (uint32_t m = 0; m < 40000u && seen.noticed == 0u; m++) {
+            rig_run(rig, 1u);
+            fast = fast == 0u && fabs(seen.speed) > 143.0 && fabs(seen.err) > 0.64 ? seen.period : fast;
         }
-        printf("%-16s at a start: %d of 4 stall; %4.1f ms after its EMF tells, at %4.0f r/min, %4.1f A\n",
-               names[fault], stalled, 1e3 * worst.time, fastest, worst.current);
+        const double time = fast != 0u ? start_time(seen.noticed - fast) : 0.0;
+        const char *const where =
+            run_say("%s at a start, %c, %.0f r/min: fault %d, %.1f ms after its EMF tells, %.1f A", names[n],
+                    START_SHAFT_NAMES[shaft], rpm, seen.fault, 1e3 * time, seen.current);
+        TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || seen.fault == REASON_STALLED, where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
+        if (seen.fault == REASON_STALLED) {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.4, 2.2, start_time(seen.noticed - begun), where);
+        } else {
+            TEST_ASSERT_TRUE_MESSAGE(time <= 20e-3, where);
+        }
+        rig_free(rig);
     }
 }
 
@@ -312,36 +307,25 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 
 /* ---- stall and overload, by their times ---- */
 
+/* A passive load that holds either shaft; and a hoist that is pulled down by more than the motor holds. */
 static void test_a_held_or_overloaded_shaft_stops_the_drive_after_its_time(void)
 {
-    for (int n = 0; n < 4; n++) {
-        rig_t *rig = ready(n < 2 ? HEAVY : LIGHT, 5u, 0.0);
-        const double rpm = n % 2 == 0 ? 600.0 : -600.0;
+    grid_t grid = grid_of("held or overloaded", 6u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const double way = grid_axis(&n, 2u) == 0u ? 1.0 : -1.0;
+        const bool hoist = n == 2u;
+        rig_t *rig = ready(n == 1u ? LIGHT : HEAVY, 5u, 0.0);
         seen_t seen;
-        run_parameter(rig, "stall_time", 0.5);
-        run_parameter(rig, "speed_error_time", 1.0);
-        run_on(rig, rpm);
-        run_seconds(rig, 1.0);
-        watch(rig, &seen);
-        run_put(rig, "load_torque", 30.0); /* passive: it stands */
-        run_seconds(rig, 1.5);
-        TEST_ASSERT_EQUAL_INT(REASON_STALLED, seen.first_fault);
-        TEST_ASSERT_TRUE(seen.current <= CURRENT_MOST);
-        rig_free(rig);
-    }
-    /* a hoist that is pulled down by more than the motor holds */
-    for (int n = 0; n < 2; n++) {
-        rig_t *rig = ready(HEAVY, 5u, 0.0);
-        seen_t seen;
-        run_parameter(rig, "speed_error_time", 0.5);
-        run_parameter(rig, "fault_stop_time", 0.3);
-        run_on(rig, n == 0 ? 600.0 : -600.0);
+        run_put(rig, "stall_time", hoist ? 2.0 : 0.5);
+        run_put(rig, "fault_stop_time", hoist ? 0.3 : 5.0);
+        run_parameter(rig, "speed_error_time", hoist ? 0.5 : 1.0);
+        run_on(rig, way * 600.0);
         run_seconds(rig, 1.2);
         watch(rig, &seen);
-        run_put(rig, "load_kind", 1.0);
-        run_put(rig, "load_torque", n == 0 ? 12.5 : -12.5);
+        run_put(rig, "load_kind", hoist ? 1.0 : 0.0);
+        run_put(rig, "load_torque", hoist ? way * 12.5 : 30.0);
         run_seconds(rig, 2.0);
-        TEST_ASSERT_EQUAL_INT(REASON_SPEED_ERROR, seen.first_fault);
+        TEST_ASSERT_EQUAL_INT(hoist ? REASON_SPEED_ERROR : REASON_STALLED, seen.first_fault);
         TEST_ASSERT_TRUE(seen.current <= CURRENT_MOST);
         rig_free(rig);
     }

@@ -98,3 +98,4 @@ class TestCase(stuck.TestCase):
         self.assertEqual(code, done.returncode, told)
         for fragment in fragments:
             self.assertIn(fragment, told)
+        return done

@@ -78,6 +78,7 @@ typedef struct {
     double loads[MAP_LOADS_MAX];   /* [N m] against the rotation, besides the friction; 0..MAP_LOAD_MAX */
     size_t load_count;             /* [-] 1..MAP_LOADS_MAX */
     bool columns[MAP_ADAPTATIONS]; /* [-] which of them to run; at least one */
+    bool left_out[MAP_DEVIATIONS]; /* [-] deviations that the map does without */
     const scenario_t *scenario;    /* what to run on; NULL: the conditions above */
     bool ideal;                    /* [-] inverter and sensors without error; not with a scenario */
     bool averaged;                 /* [-] mean voltages instead of every gate edge */

@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "host_sim/lab/motor.h"
-#include "host_sim/lab/motor_trial.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/tune.h"
+#include "tests/rig/seed.h"
 #include "unity.h"
 
 #define PI 3.14159265358979323846
@@ -276,52 +276,34 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
     TEST_ASSERT_TRUE(least < 30.0 && most > 5000.0);
 }
 
-/* From standstill, without an encoder, to the top speed and under all of the load: what the written scenario
- * expects (tune_scenario): never lost, the speed within 0.5 %, the angle within 30 mrad (50 of a salient
- * rotor), SD 50. */
-static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
-{
-    static motor_trial_t trial;
-    char **names;
-    const int count = motor_library(&names);
-    for (int n = 0; n < count; n++) {
-        char text[640];
-        TEST_ASSERT_TRUE(motor_read_library(names[n], &sheet, &error));
-        TEST_ASSERT_TRUE_MESSAGE(motor_trial(&sheet, &trial, &error), error.message);
-        snprintf(text, sizeof text, "%s: %s", names[n], trial.miss);
-        TEST_ASSERT_TRUE_MESSAGE(trial.met, text);
-        TEST_ASSERT_TRUE_MESSAGE(trial.load > 0.55 * motor_torque_constant(&trial.motor) * trial.tune.current,
-                                 text);
-        free(names[n]);
-    }
-    free(names);
-}
-
-/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. */
+/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. A grid of motors and
+ * places. That each runs to its top speed under load is tests/lab/test_tune_boards.c. */
 static void test_every_motor_starts_from_wherever_it_stands(void)
 {
     char **names;
     const int count = motor_library(&names);
+    grid_t grid = grid_of("motors, places of the rotor", 8u * (uint32_t)count);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        const double place = 0.41 * grid_axis(&point, 8u);
+        const char *name = names[point];
+        char text[400];
+        snprintf(
+            text, sizeof text,
+            "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n[start]\nangle = %.3f\n"
+            "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
+            "statistic = \"max\"\nat_most = 0\n",
+            name, place);
+        scenario_t *scenario = scenario_read_text(name, text, strlen(text), &error);
+        TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+        const runner_options_t options = {.has_seed = false};
+        runner_result_t result;
+        TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
+        snprintf(text, sizeof text, "%s from %.3f rad", name, place);
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(0, result.fault_reason, text);
+        runner_result_free(&result);
+        scenario_free(scenario);
+    }
     for (int n = 0; n < count; n++) {
-        for (int place = 0; place < 8; place++) {
-            char text[400];
-            snprintf(
-                text, sizeof text,
-                "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n[start]\nangle = "
-                "%.3f\n"
-                "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
-                "statistic = \"max\"\nat_most = 0\n",
-                names[n], 0.41 * place);
-            scenario_t *scenario = scenario_read_text(names[n], text, strlen(text), &error);
-            TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
-            const runner_options_t options = {.has_seed = false};
-            runner_result_t result;
-            TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
-            snprintf(text, sizeof text, "%s from %.3f rad", names[n], 0.41 * place);
-            TEST_ASSERT_EQUAL_INT32_MESSAGE(0, result.fault_reason, text);
-            runner_result_free(&result);
-            scenario_free(scenario);
-        }
         free(names[n]);
     }
     free(names);

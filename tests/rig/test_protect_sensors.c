@@ -9,33 +9,7 @@
 
 #define CODES_PER_AMPERE 102.4
 
-/* ---- what is seen of every period ---- */
-
-static struct {
-    double current; /* [A] largest true phase current */
-    int state, fault;
-} seen;
-
-static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    float current[3];
-    (void)context;
-    (void)period;
-    (void)count;
-    memcpy(current, slots, sizeof current);
-    for (size_t n = 0; n < 3u; n++) {
-        seen.current = fmax(seen.current, fabs((double)current[n]));
-    }
-    seen.state = (int)slots[3];
-    seen.fault = (int)slots[4];
-}
-
-static void watch(void)
-{
-    static const char *const rows[] = {"true_i_a", "true_i_b", "true_i_c", "state", "fault_reason"};
-    run_tap(rig, rows, 5u, see, NULL);
-    memset(&seen, 0, sizeof seen);
-}
+static start_seen_t seen;
 
 /* ---- cases ---- */
 
@@ -66,7 +40,7 @@ static void begin(const case_t *c, uint32_t seed)
         run_seconds(rig, 0.2 + c->wait);
         run_expect_no_fault(rig);
     }
-    watch();
+    start_watch(rig, &seen);
 }
 
 /* From now on until the gates are off, or so many seconds; the time in ms. */
@@ -111,7 +85,7 @@ static const char *say(const case_t *c, double time)
 {
     return run_say("%s, %c, %.0f r/min: fault %d after %.2f of what is promised, %.1f A",
                    c->encoder ? "encoder" : "sensorless", START_SHAFT_NAMES[c->shaft], c->rpm, seen.fault,
-                   time / promised(c), seen.current);
+                   time / promised(c), seen.peak);
 }
 
 /* ---- stuck ---- */
@@ -132,7 +106,7 @@ static void stick(const case_t *c, uint32_t number)
     violent += seen.fault == (int)REASON_OVERCURRENT ? 1u : 0u;
     TEST_ASSERT_TRUE_MESSAGE(seen.fault == (int)REASON_CURRENT_STUCK || seen.fault == (int)REASON_OVERCURRENT,
                              where);
-    TEST_ASSERT_TRUE_MESSAGE(seen.current < 19.0, where);
+    TEST_ASSERT_TRUE_MESSAGE(seen.peak < 19.0, where);
     TEST_ASSERT_TRUE_MESSAGE(time <= 0.58 * promised(c), where);
 }
 
@@ -154,7 +128,7 @@ static void open_wire(const case_t *c, uint32_t number)
     const char *const where = say(c, time);
     TEST_ASSERT_EQUAL_INT_MESSAGE(REASON_PHASE_LOSS, seen.fault, where);
     TEST_ASSERT_TRUE_MESSAGE(time <= 0.84 * promised(c), where);
-    TEST_ASSERT_TRUE_MESSAGE(seen.current < 11.5, where);
+    TEST_ASSERT_TRUE_MESSAGE(seen.peak < 11.5, where);
 }
 
 static void test_a_broken_wire_is_told_while_running(void)
@@ -198,10 +172,10 @@ static void test_a_wrong_gain_is_told_by_the_rise_of_the_forced_current(void)
         run_put(rig, "enable", 1.0);
         const double time = wait_for_fault(0.04);
         const char *const where = run_say("%s %.2f: fault %d after %.1f ms, %.1f A", rows[n / 4u].name,
-                                          rows[n / 4u].value, seen.fault, time, seen.current);
+                                          rows[n / 4u].value, seen.fault, time, seen.peak);
         missed += seen.fault == (int)REASON_CURRENT_GAIN ? 0u : 1u;
         TEST_ASSERT_TRUE_MESSAGE(seen.fault != (int)REASON_CURRENT_GAIN || time < 20.0 + 12.0, where);
-        TEST_ASSERT_TRUE_MESSAGE(seen.current < 20.0, where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.peak < 20.0, where);
     }
     TEST_ASSERT_TRUE(missed <= 0.2 * cases + 3.0 * sqrt(0.2 * cases));
 }

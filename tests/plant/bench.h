@@ -8,6 +8,13 @@
 
 static plant_t plant;
 
+/* The plant anew with these parameters, which it returns. */
+static inline plant_params_t begin(plant_params_t params)
+{
+    plant_init(&plant, &params, 1);
+    return params;
+}
+
 static inline plant_truth_t truth(void)
 {
     plant_truth_t now;

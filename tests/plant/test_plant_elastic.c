@@ -103,8 +103,7 @@ static void test_an_overdamped_shaft_settles_as_the_closed_form(void)
 static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
 {
     /* w = sqrt(k/J_load); the torque stays below break-away: k amplitude = 1 rad/s w J_load. */
-    plant_params_t q = plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3"));
     plant.omega_load = 1.0;
     plant_set_params(&plant, &q);
     double w = sqrt(q.shaft_stiffness / q.load_inertia);
@@ -139,8 +138,7 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
 
 static void test_a_locked_motor_drags_the_far_end_up_to_its_speed(void)
 {
-    plant_params_t q = plant_with(bare(), "shaft_damping = 0.5");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(bare(), "shaft_damping = 0.5"));
     plant_set_metering(&plant, true);
     q.shaft_locked = 1.0;
     q.shaft_locked_speed = 20.0;
@@ -176,8 +174,7 @@ static void test_without_stiffness_both_masses_are_one_to_the_last_bit(void)
 
 static void test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_loses_its_load_the_speed(void)
 {
-    plant_params_t q = bare();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(bare());
     plant_set_motion(&plant, 0.0, 10.0);
     plant.omega_load = 20.0;
     plant_set_params(&plant, &q);

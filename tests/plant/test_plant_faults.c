@@ -67,8 +67,7 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
 /* Current decays through a leg of its own resistance: L di/dt = -(1.5 R + R_leg)/1.5 i, all lower on. */
 static void test_a_leg_s_own_resistance_decays_a_current_second_order(void)
 {
-    plant_params_t q = plant_of("flux_linkage = 0, shaft_locked = 1, " NO_DROPS ", leg_b_resistance = 3");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("flux_linkage = 0, shaft_locked = 1, " NO_DROPS ", leg_b_resistance = 3"));
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     put_currents(-5.0, 10.0, -5.0);
@@ -123,8 +122,7 @@ static plant_leg_t leg_a(void)
 
 static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(void)
 {
-    plant_params_t q = choke();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(choke());
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     put_currents(2.0, -1.0, -1.0);
@@ -152,8 +150,7 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
 /* A loop with an open upper a: phase a has no positive half wave worth the name. */
 static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
 {
-    plant_params_t q = plant_of("shaft_locked = 1, shaft_locked_speed = 60, open_switches = 1");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, open_switches = 1"));
     double most = 0.0;
     double least = 0.0;
     for (int k = 0; k < 1500; k++) {
@@ -168,8 +165,7 @@ static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
 
 static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module(void)
 {
-    plant_params_t q = plant_with(choke(), "shorted_switches = 1");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(choke(), "shorted_switches = 1"));
     put_currents(2.0, -1.0, -1.0);
     plant_advance(&plant, 100);
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
@@ -190,8 +186,7 @@ static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips
 
 static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant(void)
 {
-    plant_params_t q = choke();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(choke());
     plant_gates(&plant, 0, PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
@@ -207,8 +202,7 @@ static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_thr
  * diodes of the other legs, one way only. */
 static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
 {
-    plant_params_t q = plant_of("shaft_locked = 1, shaft_locked_speed = 60, shorted_switches = 1");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, shorted_switches = 1"));
     double least = 0.0;
     double most = 0.0;
     double work = 0.0;
@@ -241,8 +235,7 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 {
     static oracle_edge_t edges[12 * 400];
     for (uint32_t pair = 1; pair <= 3; pair++) {
-        plant_params_t q = plant_params_default();
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(plant_params_default());
         size_t count = 0;
         setUp();
         for (int k = 0; k < 400; k++) {
@@ -275,8 +268,7 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
-        plant_params_t q = plant_with(choke(), "current_bandwidth = 1e5");
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(plant_with(choke(), "current_bandwidth = 1e5"));
         const uint32_t high[3] = {10000, 7000, 3000};
         if (averaged) {
             plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
@@ -306,10 +298,9 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
 
 static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
 {
-    plant_params_t q = plant_with(
+    plant_params_t q = begin(plant_with(
         choke(),
-        "current_noise = 0, current_gain_error_b = 0.1, current_offset_b = 0.5, current_gain_error_c = -2");
-    plant_init(&plant, &q, 1);
+        "current_noise = 0, current_gain_error_b = 0.1, current_offset_b = 0.5, current_gain_error_c = -2"));
     put_currents(3.0, 1.0, -4.0);
     double volts = 1.5 / q.current_range;
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 4.0, plant_analog(&plant, PLANT_CURRENT_C));
@@ -324,8 +315,7 @@ static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
 
 static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
 {
-    plant_params_t q = plant_with(choke(), "flux_linkage = 0.2");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(choke(), "flux_linkage = 0.2"));
     put_currents(2.0, -1.0, -1.0);
     plant_set_motion(&plant, -PI / 8.0, 0.0); /* all of it is i_q */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * 4.0 * 0.2 * 2.0, plant.torque);
@@ -345,8 +335,7 @@ static plant_params_t turning(void)
 
 static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(0.12345));
     TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
     q.encoder_reversed = 1.0;
@@ -368,8 +357,7 @@ static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
 
 static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(3.00005));
     TEST_ASSERT_EQUAL_INT64(30000, plant_encoder(&plant));
     q.encoder_slip = 0.25;
@@ -390,8 +378,7 @@ static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(vo
 
 static void test_an_encoder_that_slips_once_steps_by_that_much(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(0.50005));
     q.encoder_offset = -0.05 * 2.0 * PI;
     plant_set_params(&plant, &q);
@@ -423,8 +410,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
     for (int start = 1000; start < 1004; start++) {
         for (int a = -1; a <= 1; a++) {
             for (int b = -1; b <= 1; b++) {
-                plant_params_t q = turning();
-                plant_init(&plant, &q, 1);
+                plant_params_t q = begin(turning());
                 plant_advance(&plant, after((start + 0.5) * 1e-4));
                 TEST_ASSERT_EQUAL_INT64(start, plant_encoder(&plant));
                 q.encoder_stuck_a = a;
@@ -448,8 +434,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
 
 static void test_a_ripple_is_a_sine_from_the_instant_it_is_set(void)
 {
-    plant_params_t q = plant_params_default();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_params_default());
     plant_advance(&plant, 123456);
     q.dc_ripple = 20.0;
     q.dc_ripple_frequency = 2.0 * PI * 300.0;
@@ -494,9 +479,8 @@ static void test_a_ripple_reaches_the_motor_as_its_integral(void)
 /* v' = (V + r sin - v)/RC + chopper, in steps of 0.1 us: no motor. */
 static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere(void)
 {
-    plant_params_t q = plant_of("dc_capacitance = 2e-4, dc_resistance = 2, chopper_resistance = 30, "
-                                "chopper_voltage = 320, dc_ripple = 40");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("dc_capacitance = 2e-4, dc_resistance = 2, chopper_resistance = 30, "
+                                      "chopper_voltage = 320, dc_ripple = 40"));
     double v = plant.v_dc;
     double worst = 0.0;
     for (int n = 0; n < 200000; n++) {
@@ -548,9 +532,8 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
 
 static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
 {
-    plant_params_t q = plant_of("dc_capacitance = 1e-3, dc_resistance = 1, supply_lost = 1, dc_voltage = "
-                                "450, chopper_resistance = 20, chopper_voltage = 400");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_capacitance = 1e-3, dc_resistance = 1, supply_lost = 1, dc_voltage = "
+                   "450, chopper_resistance = 20, chopper_voltage = 400"));
     plant_advance(&plant, after(1e-3));
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
     plant_advance(&plant, after(5e-3));

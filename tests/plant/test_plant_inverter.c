@@ -351,8 +351,7 @@ static void test_current_commutates_to_the_diode_of_the_other_rail(void)
 
 static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(void)
 {
-    plant_params_t q = plant_with(locked(), "shaft_locked_speed = 20");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(locked(), "shaft_locked_speed = 20"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 60000u);
     plant_gates(&plant, 60000u, 0);
@@ -371,8 +370,7 @@ static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(
 
 static void test_emf_above_the_link_flows_through_the_diodes(void)
 {
-    plant_params_t q = plant_of("dc_voltage = 100, friction_coulomb = 0");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_voltage = 100, friction_coulomb = 0"));
     plant_set_motion(&plant, 0.0, 157.0); /* 199 V between lines */
     plant_set_metering(&plant, true);
     plant_truth_t now = truth_at(1500000u);
@@ -390,8 +388,7 @@ static void test_emf_above_the_link_flows_through_the_diodes(void)
 static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
 {
     uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    begin(locked());
     plant_gates(&plant, 0, lower);
     plant_gates(&plant, 1000, 0); /* acts at 1135 */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(1135u + 5000u).leg_a);
@@ -403,8 +400,7 @@ static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
 
 static void test_pole_voltage_goes_straight_through_the_zone(void)
 {
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    begin(locked());
     for (int law = PLANT_LAW_OFF; law <= PLANT_LAW_LOWER; law++) {
         double v[5], share[5];
         for (int n = 0; n < 5; n++) {
@@ -542,8 +538,7 @@ static void test_forced_fault_shuts_everything_and_holds_the_line(void)
 static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
 {
     uint32_t high[3] = {8400, 6600, 6600};
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(locked());
     for (uint64_t k = 0; k < 200; k++) {
         plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     }

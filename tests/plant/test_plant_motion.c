@@ -16,8 +16,7 @@ static plant_params_t ideal(void)
 
 static void test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_friction(void)
 {
-    plant_params_t q = plant_of("friction_viscous = 0.01");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("friction_viscous = 0.01"));
     plant_set_motion(&plant, 0.0, 150.0);
     /* J w' = -T_c - B w: w = (w_0 + T_c/B) exp(-B t/J) - T_c/B. */
     for (int k = 1; k <= 5; k++) {
@@ -35,8 +34,7 @@ static void test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_frictio
 
 static void test_rotor_comes_to_rest_and_stays(void)
 {
-    plant_params_t q = plant_of("inertia = 0.003, load_torque = 5");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("inertia = 0.003, load_torque = 5"));
     plant_set_motion(&plant, 0.0, 20.0);
     /* w = 2e-4 6.32/0.003 = 0.42 rad/s. Above, the sign is full and the speed falls by 6.32/0.003 per second;
      * inside it must die out: within 40 periods below a millionth of w, and never a thousandth of w
@@ -66,8 +64,7 @@ static void test_load_below_friction_makes_the_rotor_creep_slower_than_the_width
 
 static void test_active_load_turns_a_free_rotor_at_constant_acceleration(void)
 {
-    plant_params_t q = plant_of("friction_coulomb = 0, load_kind = 1, load_torque = -5");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("friction_coulomb = 0, load_kind = 1, load_torque = -5"));
     double alpha = 5.0 / q.inertia;
     for (int k = 1; k <= 10; k++) {
         double t = 0.1 * k;
@@ -83,8 +80,7 @@ static void test_active_load_turns_a_free_rotor_at_constant_acceleration(void)
 static void test_passive_load_opposes_either_direction_and_active_load_only_one(void)
 {
     plant_truth_t now;
-    plant_params_t q = plant_of("load_torque = 5");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("load_torque = 5"));
     plant_set_motion(&plant, 0.0, 50.0);
     now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 6.32, now.load_torque);
@@ -99,8 +95,7 @@ static void test_passive_load_opposes_either_direction_and_active_load_only_one(
 
 static void test_locked_winding_charges_on_its_time_constant(void)
 {
-    plant_params_t q = plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     for (int k = 1; k <= 20; k++) {
         double t = 3e-3 * k;
@@ -138,8 +133,7 @@ static void test_locked_winding_sees_the_inductance_of_the_axis_it_lies_on(void)
 
 static void test_steady_current_of_a_locked_winding_carries_the_drops(void)
 {
-    plant_params_t q = plant_of("dc_voltage = 30, shaft_locked = 1");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     /* Three IGBTs, 0.8 V + 18 mohm: u = 2/3 (30 - 1.6) - 18 mohm (2 i + i/2 + i/2)/3. 20 time constants. */
     plant_truth_t now = truth_at(SECOND / 4u);
@@ -151,9 +145,8 @@ static void test_steady_current_of_a_locked_winding_carries_the_drops(void)
 static void test_short_circuited_machine_brakes_with_its_steady_torque(void)
 {
     /* All lower switches on at a locked speed, ideal: i_q = -w^2 psi L../(R^2 + w^2 L_d L_q), textbook. */
-    plant_params_t q = plant_with(
-        ideal(), "inductance_d = 0.008, inductance_q = 0.02, shaft_locked = 1, shaft_locked_speed = 25");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(
+        ideal(), "inductance_d = 0.008, inductance_q = 0.02, shaft_locked = 1, shaft_locked_speed = 25"));
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     double w = 100.0;
     double square = q.resistance * q.resistance + w * w * q.inductance_d * q.inductance_q;
@@ -188,8 +181,7 @@ static void test_rotor_without_magnets_does_not_matter_to_a_round_machine(void)
 
 static void test_phasor_keeps_to_the_angle_however_long_the_run(void)
 {
-    plant_params_t q = plant_of("shaft_locked = 1, shaft_locked_speed = 249");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 249"));
     for (uint64_t k = 1; k <= 100; k++) {
         plant_advance(&plant, k * SECOND / 10u);
         /* 64 turns of 0.09 rad at most between two exact ones: 64 * 1e-15. */
@@ -203,8 +195,7 @@ static void test_phasor_keeps_to_the_angle_however_long_the_run(void)
 
 static void test_terminals_of_an_idle_machine_show_its_emf_and_harmonics(void)
 {
-    plant_params_t q = plant_of("emf_5th = 0.05, emf_7th = 0.03, shaft_locked = 1, shaft_locked_speed = 50");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("emf_5th = 0.05, emf_7th = 0.03, shaft_locked = 1, shaft_locked_speed = 50"));
     for (int k = 0; k < 50; k++) {
         plant_truth_t now = truth_at((uint64_t)k * 33333u);
         double sum_alpha = 0.0;
@@ -223,8 +214,7 @@ static void test_terminals_of_an_idle_machine_show_its_emf_and_harmonics(void)
 
 static void test_setting_motion_keeps_the_phase_currents(void)
 {
-    plant_params_t q = plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1));
     plant_truth_t before = truth_at(100000u);
     plant_set_motion(&plant, -7.3, 40.0);

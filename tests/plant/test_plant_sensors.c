@@ -54,9 +54,8 @@ static void test_pins_stop_at_their_rails(void)
 
 static void test_link_and_temperature_pins_are_straight_lines(void)
 {
-    plant_params_t q = plant_with(
-        quiet(), "dc_voltage = 311, dc_gain_error = -0.03, sink_temperature = 25, motor_temperature = 120");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(
+        quiet(), "dc_voltage = 311, dc_gain_error = -0.03, sink_temperature = 25, motor_temperature = 120"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 0.97 * 311.0 / 500.0, plant_analog(&plant, PLANT_DC_LINK));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 75.0 / 200.0, plant_analog(&plant, PLANT_SINK));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 170.0 / 200.0, plant_analog(&plant, PLANT_MOTOR));
@@ -168,8 +167,7 @@ static void test_lagging_sensor_trails_a_ramp_by_its_time_constant(void)
 static void test_encoder_counts_are_the_floor_of_the_angle(void)
 {
     static const double angles[] = {0.0, 0.001, 1.0, 3.2, 6.2, 6.3, -0.001, -0.7, -6.29, 1000.3, -1000.3};
-    plant_params_t q = plant_params_default();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_params_default());
     for (size_t n = 0; n < sizeof angles / sizeof angles[0]; n++) {
         plant_set_motion(&plant, angles[n], 0.0);
         TEST_ASSERT_EQUAL_INT64((int64_t)floor(angles[n] * 10000.0 / (2.0 * PI)), plant_encoder(&plant));
@@ -205,8 +203,7 @@ static void test_encoder_steps_one_by_one_through_whole_turns_both_ways(void)
 
 static void test_encoder_read_ahead_is_what_it_reads_then(void)
 {
-    plant_params_t q = plant_of("shaft_locked = 1, shaft_locked_speed = -150");
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = -150"));
     for (uint64_t k = 1; k <= 1000; k++) {
         int64_t ahead = plant_encoder_at(&plant, k * 14999u);
         TEST_ASSERT_EQUAL_INT64(plant_encoder(&plant), plant_encoder_at(&plant, plant.tick));

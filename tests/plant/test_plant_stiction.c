@@ -54,8 +54,7 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
 
 static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
 {
-    plant_params_t q = plant_with(sticking(2.0), "inertia = 0.003");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(sticking(2.0), "inertia = 0.003"));
     plant_set_motion(&plant, 0.0, 1.0);
     double before = 1.0;
     for (uint64_t tick = 0; tick < SECOND / 100u; tick += 997u) {
@@ -70,8 +69,7 @@ static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
 static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round(void)
 {
     for (int n = 0; n < 2; n++) {
-        plant_params_t q = plant_with(sticking(n == 0 ? 5.5 : 4.5), "load_kind = 1, load_torque = 5");
-        plant_init(&plant, &q, 1);
+        begin(plant_with(sticking(n == 0 ? 5.5 : 4.5), "load_kind = 1, load_torque = 5"));
         plant_set_motion(&plant, 0.0, 20.0);
         const double turn = INERTIA * 20.0 / (5.0 + COULOMB);
         const double way = 0.5 * 20.0 * turn;
@@ -88,8 +86,7 @@ static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_
 
 static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
 {
-    plant_params_t q = plant_with(sticking(2.0), "load_kind = 1, load_torque = 2");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 2"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     q.load_torque = nextafter(2.0, 3.0);
     plant_set_params(&plant, &q);
@@ -103,8 +100,7 @@ static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
 static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping(void)
 {
     for (int k = -5; k <= 5; k++) {
-        plant_params_t q = plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.99");
-        plant_init(&plant, &q, 1);
+        begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.99"));
         plant_set_motion(&plant, 1.7 * k, 0.0);
         plant_truth_t before = truth();
         const plant_truth_t now = truth_at(10u * SECOND);
@@ -117,8 +113,7 @@ static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creep
 
 static void test_passive_load_holds_and_never_drives(void)
 {
-    plant_params_t q = plant_with(sticking(2.0), "load_torque = 50");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "load_torque = 50"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     plant_set_motion(&plant, 0.0, -100.0);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(2u * SECOND).omega_m);
@@ -171,8 +166,7 @@ static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(voi
 static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
 {
     for (int sticks = 0; sticks < 2; sticks++) {
-        plant_params_t q = sticking(sticks ? 2.0 : 0.0);
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(sticking(sticks ? 2.0 : 0.0));
         plant_set_motion(&plant, 0.0, 150.0);
         plant_set_brake(&plant, 60.0);
         const double seconds = INERTIA * 150.0 / (60.0 + COULOMB);
@@ -206,8 +200,7 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
 
 static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 {
-    plant_params_t q = plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30");
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30"));
     plant_set_brake(&plant, 60.0);
     TEST_ASSERT_EQUAL_DOUBLE(30.0, truth_at(SECOND).omega_m);
     /* Let go, it is an ordinary braked shaft. */
@@ -253,8 +246,7 @@ static void test_copied_state_of_a_sticking_shaft_runs_on_identically(void)
 
 static void test_where_one_stops_to_look_moves_no_event(void)
 {
-    plant_params_t q = plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.9");
-    plant_init(&plant, &q, 1);
+    begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.9"));
     plant_set_motion(&plant, 0.0, 20.0);
     memcpy(&copy, &plant, sizeof copy);
     plant_advance(&plant, SECOND);

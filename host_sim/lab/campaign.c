@@ -493,5 +493,5 @@ uint32_t campaign_summary(FILE *file, const campaign_t *campaign, const campaign
     } else {
         say_text(file, campaign, results, &counts);
     }
-    return counts.violated;
+    return counts.violated + (counts.alarmed ? 1u : 0u);
 }

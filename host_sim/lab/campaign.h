@@ -386,7 +386,8 @@ bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign
 /* Name of a violation's file. */
 void campaign_file_name(uint32_t run, char name[32]);
 
-/* The summary: the same octets however the runs were divided. Returns the number of violations. */
+/* The summary: the same octets however the runs were divided. Returns the number of violations; false alarms
+ * beyond their rate count as one more. */
 uint32_t campaign_summary(FILE *file, const campaign_t *campaign, const campaign_result_t *results,
                           bool json);
 

@@ -48,7 +48,9 @@ static bool make_run(void *context, size_t n, char why[POOL_WHY])
         return true;
     }
     if (result.end == CAMPAIGN_VIOLATED) {
-        (void)campaign_shrink(&drawn, &result, campaign->stop);
+        if (!campaign->as_drawn) {
+            (void)campaign_shrink(&drawn, &result, campaign->stop);
+        }
         if (campaign->stop != NULL && *campaign->stop != 0) {
             return true; /* not as small as it gets: the run is made again */
         }

@@ -233,7 +233,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
       "without a fault the torque of a motor that runs does not drive away from what is asked for, by more " \
-      "than that, for 100 ms, or for three time constants of a slower speed control")                        \
+      "than that, for 100 ms or three time constants of a slower speed control, while the speed comes no "   \
+      "nearer; in a quick stop it does not drive at all for 100 ms")                                         \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \
       "without a fault and with half of rated torque as a load at most, the speed is where it is asked to "  \
       "be, to that, as a mean over 100 ms")                                                                  \
@@ -346,6 +347,7 @@ typedef struct {
     uint32_t shard;             /* 1.. */
     uint32_t shards;            /* 1.. */
     unsigned threads;           /* 1.. */
+    bool as_drawn;              /* violations are not made smaller */
     const volatile sig_atomic_t *stop;
     /* Each finished run, by one thread at a time; scenario is that of a violation, else NULL. false: it could
      * not be kept, and the campaign ends. */

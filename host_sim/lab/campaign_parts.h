@@ -54,6 +54,10 @@ typedef struct {
 
 void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor);
 double campaign_loop(const campaign_case_t *drawn); /* [rad/s] pll_bandwidth */
+/* campaign_space.c: offsets that drift while the bridge is on are a fault, and not meant: such an event goes.
+ */
+void campaign_drop_drifts(campaign_case_t *drawn);
+
 bool campaign_has_encoder(const campaign_case_t *drawn);
 
 /* Text that grows in a buffer; what does not fit is cut, and `used` is size - 1 then. */
@@ -135,6 +139,8 @@ typedef struct {
     bool limited;                   /* the link limits the torque of braking */
     uint32_t off, fast, high, mute; /* [periods] so long has it been so */
     uint32_t away;                  /* [periods] so long has the torque driven away */
+    double away_error;              /* [rad/s] by which the speed was wrong when that began */
+    bool coded;                     /* control turns with the encoder throughout */
     double answer;                  /* [s] in which the speed control answers a change */
     uint32_t stopping;              /* [periods] since the quick stop began */
     double stop_most;               /* [s] it may take; 0: it is not judged */

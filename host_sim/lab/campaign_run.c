@@ -214,6 +214,7 @@ static bool without_event(shrink_t *shrink, uint32_t n)
     smaller.event_count--;
     memmove(&smaller.events[n], &smaller.events[n + 1u],
             (smaller.event_count - n) * sizeof smaller.events[0]);
+    campaign_drop_drifts(&smaller);
     return try_smaller(shrink, &smaller);
 }
 

@@ -271,8 +271,7 @@ static int by_time(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Offsets that drift while the bridge is on are a fault, and not meant: such an event goes. */
-static void drop_drifts(campaign_case_t *drawn)
+void campaign_drop_drifts(campaign_case_t *drawn)
 {
     campaign_event_kind_t last = CAMPAIGN_V_OFF;
     uint32_t kept = 0;
@@ -331,7 +330,7 @@ void campaign_draw(uint64_t seed, uint32_t run, double seconds, campaign_case_t 
         add_with_company(drawn, &source, kind, time_from(&source, 0.1, seconds));
     }
     qsort(drawn->events, drawn->event_count, sizeof drawn->events[0], by_time);
-    drop_drifts(drawn);
+    campaign_drop_drifts(drawn);
 
     /* in half of the runs one fault, in a tenth of them another one behind it */
     if (even(&source) < 0.5) {

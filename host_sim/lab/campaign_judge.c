@@ -280,9 +280,11 @@ void campaign_watch_sample(void *context, uint32_t period, const uint32_t *slots
     judge_gates(watch, period, rows);
     campaign_judge_duty(watch, period, rows);
     campaign_judge_reasons(watch, period, rows);
-    if (campaign_number(rows, CAMPAIGN_AT_shoot_throughs) > 0.0) {
+    const double shorts = campaign_number(rows, CAMPAIGN_AT_shoot_throughs);
+    if (shorts > watch->shorts) { /* it counts, so that one that was excused stays in it */
         violated(watch, CAMPAIGN_I_LEGS, period, 1u, rig_row_by_name("shoot_throughs")->id);
     }
+    watch->shorts = shorts;
     if (campaign_number(rows, CAMPAIGN_AT_chip_reports) > 0.0) {
         violated(watch, CAMPAIGN_I_CHIP, period, 1u, rig_row_by_name("chip_reports")->id);
         watch->reset = is_excused(watch, CAMPAIGN_BIT(CHIP), period);

@@ -180,6 +180,7 @@ typedef struct {
     uint32_t latched;     /* [periods] since the fault was latched */
     uint32_t gates;       /* now on, bit for bit */
     bool gates_seen;      /* one was on in this period */
+    double shorts;        /* [-] shoot_throughs of the period before */
     bool reset;           /* the chip was, by a fault that is excused for it */
 } campaign_watch_t;
 

@@ -215,7 +215,8 @@ class CommandLine(TestCase):
         done = self.campaign("--json")
         told = json.loads(done.stdout)
         self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
-                          "excused", "refused", "violated", "invariants", "reasons", "refusals", "violations"}, set(told))
+                          "excused", "refused", "violated", "invariants", "calm", "alarms", "alarmed", "excuses", "reasons",
+                          "refusals", "violations"}, set(told))
         self.assertEqual((3, 12, 12, 0.1), (told["seed"], told["runs"], told["done"], told["seconds"]))
         self.assertEqual(12, told["held"] + told["refused"] + told["violated"])
         self.assertEqual(told["violated"], sum(told["invariants"].values()))

@@ -67,6 +67,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     tuning->catching = catch_prepare(&catching);
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
+    tuning->proof = proof_prepare(psi_f, DRIVE_PERIOD);
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 

@@ -84,6 +84,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m)
     m->lock_losses = 0u;
     m->failed = 0u;
     m->encoder_lost = 0u;
+    run_calm(&m->run, true);
     (void)source(m, m->limits.sensorless);
     if (m->sensorless != 0u) {
         manoeuvres_enter_catch(m, MANOEUVRE_CATCH, CATCH_PERIODS, 0.0f);

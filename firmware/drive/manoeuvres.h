@@ -84,6 +84,7 @@ typedef struct {
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
+    uint32_t slow_loop;        /* [-] 1: the tracking loop is too slow for inertia and current limit */
     uint32_t judging;          /* [-] 1: the lock is judged */
     int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: what to do with an encoder that is wrong */
 } manoeuvres_limits_t;

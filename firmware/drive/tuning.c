@@ -165,6 +165,15 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_MOTION_PERIODS,
     };
     tuning->motion_watch = motion_watch_prepare(&motion);
+    const float bandwidth = params_loop(params, believed).bandwidth;
+    const oscillation_watch_params_t oscillation = {
+        .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
+        .fast = bandwidth,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+        .every = GUARD_LOOK_PERIODS,
+    };
+    tuning->oscillation_watch = oscillation_watch_prepare(&oscillation);
 }
 
 static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)

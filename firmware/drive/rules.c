@@ -38,11 +38,11 @@ const rule_t rules[RULES] = {
                       {{PARAM_motor_resistance, LESS_HELPS},
                        {PARAM_device_resistance, LESS_HELPS},
                        {PARAM_motor_inductance_q, MORE_HELPS}}},
-    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth",
+    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth, or both 0: by their rule",
                           2,
                           {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
-    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, else nothing forgets "
-                         "its error",
+    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, or 0 with "
+                         "pll_bandwidth 0, else nothing forgets its error",
                          2,
                          {{PARAM_torque_feedforward, LESS_HELPS}, {PARAM_feedforward_cutoff, MORE_HELPS}}},
     [RULE_TORQUE] = {"torque_feedforward 1.5 motor_pole_pairs^2 motor_flux_linkage / motor_inertia <= 1e7 "
@@ -236,7 +236,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
     case RULE_FORGETTING:
-        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f;
+        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f ||
+               (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f);
     case RULE_SPEEDS:
         return params->estimate_speed_min < params->overspeed_trip && estimator_takes(rule, params);
     case RULE_RINGING:

@@ -126,9 +126,9 @@ static inline void twin_observe(twin_t *est, ab_t voltage, ab_t current, float o
     twin_show(est);
 }
 
-static inline void twin_lock(twin_t *est, position_t start)
+static inline void twin_lock(twin_t *est, position_t start, float amplitude)
 {
-    fixed_lock(&est->fixed, start);
+    fixed_lock(&est->fixed, start, amplitude);
     twin_show(est);
 }
 

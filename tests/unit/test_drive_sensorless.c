@@ -116,7 +116,8 @@ static void make_inverter_ideal(void)
     params.device_drop = 0.0f;
 }
 
-#define CATCH DRIVE_PERIODS(20e-3f) /* a catch takes no longer */
+#define CATCH  DRIVE_PERIODS(20e-3f)       /* a catch takes no longer */
+#define PROVED (4u * DRIVE_PERIODS(2e-3f)) /* windows that agree after a relock */
 
 static void expect_manoeuvre(manoeuvre_t manoeuvre)
 {
@@ -342,8 +343,8 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
     TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.lock_losses);
     TEST_ASSERT_EQUAL_INT32(GATES_KEEP, command.gates);
 
-    machine_steps(CATCH + 1u);
-    expect_manoeuvre(MANOEUVRE_RUN);
+    machine_steps(CATCH + PROVED + 1u); /* caught again, or, where the flux is wrong by 0.4, not even that */
+    expect_state(DRIVE_OPERATION_ENABLED);
     for (int n = 0; drive.sequence.state == (int32_t)DRIVE_OPERATION_ENABLED && n < 10000; n++) {
         machine_step();
     }
@@ -419,7 +420,7 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
         TEST_ASSERT_TRUE(fault_set_has(drive.guard.losses, FAULT_UNLOCKED));
         TEST_ASSERT_TRUE(after <= 12e-3);
         expect_manoeuvre(MANOEUVRE_RELOCK);
-        machine_steps(CATCH + 1u);
+        machine_steps(CATCH + PROVED + 1u);
         expect_manoeuvre(MANOEUVRE_RUN);
         machine_steps(25000);
         expect_state(DRIVE_OPERATION_ENABLED);

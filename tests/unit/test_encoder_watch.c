@@ -27,8 +27,8 @@ static bool doubtful;         /* the EMF */
 
 void setUp(void)
 {
-    const encoder_watch_params_t params = {(float)R,    (float)L, (float)PSI, (float)LEAST,
-                                           (float)STEP, (float)T, EVERY};
+    const encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
+                                           0.0f,     (float)STEP, (float)T,   EVERY};
     const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
     memset(&watch, 0x55, sizeof watch);
     encoder_watch_init(&watch, &tuning);
@@ -37,6 +37,23 @@ void setUp(void)
     encoder = 0.3;
     current = (ab_t){0.0f, 0.0f};
     doubtful = false;
+}
+
+/* Three standard deviations of the mean of two windows, 3 sqrt(2) L n/(2 n_w T): where psi_f omega_least is
+ * less, noise would be judged. */
+static void test_what_noise_makes_of_an_emf_is_not_judged(void)
+{
+    encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
+                                     0.0f,     (float)STEP, (float)T,   EVERY};
+    const double quiet = (double)encoder_watch_prepare(&params).emf_least;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
+    const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L); /* makes twice that */
+    params.noise = (float)noise;
+    const encoder_watch_tuning_t noisy = encoder_watch_prepare(&params);
+    TEST_ASSERT_DOUBLE_WITHIN(0.005 * quiet, 2.0 * quiet, (double)noisy.emf_least);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * quiet, 2.0 * quiet * 8e-3 / (EVERY * T), (double)noisy.holds);
+    params.noise = (float)(0.4 * noise);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, quiet, (double)encoder_watch_prepare(&params).emf_least);
 }
 
 static uint32_t judged(double said)

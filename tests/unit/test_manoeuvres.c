@@ -462,9 +462,16 @@ static void test_lost_rotor_is_caught_again(void)
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
         TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
-        TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.021) <= 200u);
+        for (uint32_t n = 0; n < 200u && m.tracking == 0u; n++) {
+            step();
+        }
+        TEST_ASSERT_EQUAL_UINT32(1u, m.locking);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now); /* locked, and not yet proved: no torque */
         expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        TEST_ASSERT_TRUE(demand.current.q == 0.0f);
+        /* four windows of 2 ms */
+        TEST_ASSERT_EQUAL_UINT32(80u, steps_until(MANOEUVRE_RUN, 0.009));
         steps(0.5);
         TEST_ASSERT_DOUBLE_WITHIN(0.6, way * 60.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);

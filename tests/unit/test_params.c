@@ -165,7 +165,7 @@ static const rule_t between_rows[] = {
      0.0f,
      95.0f,
      {{"torque_feedforward", 0.0f}, {"pll_bandwidth", 100.0f}}},
-    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, {{"feedforward_cutoff", 0.0f}}},
+    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, {{"feedforward_cutoff", 0.0f}, {"pll_bandwidth", 200.0f}}},
     {"start_current", 10.0f, 10.1f, 0.0f, 10.0f, {{NULL, 0.0f}}},
     {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, {{NULL, 0.0f}}}, /* below the fastest */
     {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, {{NULL, 0.0f}}},
@@ -192,6 +192,7 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     /* a feed-forward that forgets its error may be fed with the torque */
     params_defaults(&params);
     params.torque_feedforward = 0.5f;
+    params.pll_bandwidth = 200.0f;
     expect_accepted_at("feedforward_cutoff", 1.0f);
 }
 
@@ -234,6 +235,7 @@ static void test_emf_filter_must_be_faster_than_the_loop(void)
     expect_rule("observer_emf_cutoff", loop.kp, 1e5f);
     expect_accepted_at("observer_emf_cutoff", why.min);
     params.pll_bandwidth = 210.0f; /* the same from the other side */
+    params.feedforward_cutoff = 50.0f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("observer_emf_cutoff", why.field);
     params.lag_compensation = LAG_CORRECTED;
@@ -241,6 +243,54 @@ static void test_emf_filter_must_be_faster_than_the_loop(void)
     params.lag_compensation = LAG_EXACT;
     params.observer_emf_cutoff = 0.0f; /* none */
     TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+static loop_params_t loop_of(float inertia, float current_limit)
+{
+    params_defaults(&params);
+    params.motor_inertia = inertia;
+    params.current_limit = current_limit;
+    const believed_t believed = params_believed(&params);
+    return params_loop(&params, &believed);
+}
+
+/* 1.6 sqrt(p T/J), T half of what the current limit makes, K_t = 1.098 N m/A; 50 rad/s at least, 0.025 a
+ * period at most; the loop is four times as quick. */
+static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
+{
+    const loop_params_t rig = loop_of(0.0636f, 10.0f); /* 29.7 rad/s */
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, rig.cutoff);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, rig.bandwidth);
+    const loop_params_t bare = loop_of(0.003f, 10.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 136.9f, bare.cutoff); /* 1.6 sqrt(4 x 5.49/0.003) */
+    TEST_ASSERT_FLOAT_WITHIN(0.4f, 547.6f, bare.bandwidth);
+    const loop_params_t weak = loop_of(0.003f, 5.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 96.8f, weak.cutoff);
+    const loop_params_t tiny = loop_of(1e-5f, 10.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.025f / DRIVE_PERIOD, tiny.cutoff);
+    TEST_ASSERT_FALSE(rig.slow || bare.slow || weak.slow || tiny.slow);
+}
+
+/* Of the bandwidth by the rule 0.6 is enough: 328.6 rad/s of the bare motor. */
+static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
+{
+    static const struct {
+        float inertia, bandwidth;
+        bool slow;
+    } cases[] = {
+        {0.003f, 328.0f, true}, {0.003f, 329.0f, false}, {0.0636f, 72.0f, false}, {0.0636f, 71.0f, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        params_defaults(&params);
+        params.motor_inertia = cases[n].inertia;
+        params.pll_bandwidth = cases[n].bandwidth;
+        params.feedforward_cutoff = 25.0f;
+        TEST_ASSERT_TRUE(params_check(&params, &why));
+        const believed_t believed = params_believed(&params);
+        const loop_params_t loop = params_loop(&params, &believed);
+        TEST_ASSERT_EQUAL_FLOAT(cases[n].bandwidth, loop.bandwidth);
+        TEST_ASSERT_EQUAL_FLOAT(25.0f, loop.cutoff);
+        TEST_ASSERT_EQUAL(cases[n].slow, loop.slow);
+    }
 }
 
 #ifndef LAGLESS_ESTIMATOR_FIXED /* whose formats take less */

@@ -238,15 +238,17 @@ static const struct {
     {"gain", "observer_gain", {{"motor_flux_linkage", 0.3f}}},
     {"gain", "observer_gain", {{"motor_pole_pairs", 5.0f}}},
     {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 100.0f}}},
-    {"emf_cutoff", "observer_emf_cutoff", {{"pll_bandwidth", 4750.0f}}},
+    {"emf_cutoff", "observer_emf_cutoff", {{"pll_bandwidth", 4750.0f}, {"feedforward_cutoff", 50.0f}}},
     {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 105.0f}, {"pll_damping", 2.0f}}},
     {"torque_feedforward", "torque_feedforward", {{"torque_feedforward", 1.0f}, {"motor_inertia", 4e-7f}}},
     {"torque_feedforward",
      "torque_feedforward",
-     {{"torque_feedforward", 0.5f}, {"feedforward_cutoff", 0.0f}}},
+     {{"torque_feedforward", 0.5f}, {"feedforward_cutoff", 0.0f}, {"pll_bandwidth", 200.0f}}},
     {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 220.0f}}},
     {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 300.0f}}},
-    {"period", "feedforward_cutoff", {{"feedforward_cutoff", 200.0f}}}, /* no such loop: none is made */
+    {"period",
+     "feedforward_cutoff",
+     {{"feedforward_cutoff", 200.0f}, {"pll_bandwidth", 200.0f}}}, /* no such loop: none is made */
 };
 
 static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)

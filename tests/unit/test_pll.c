@@ -453,6 +453,30 @@ static void test_watching_fills_the_filter_and_coasts(void)
     }
 }
 
+/* After a reset the filter starts from nothing, or from what it is told to have settled on, in either
+ * direction; the direction of the EMF is right at once. */
+static void test_filter_starts_empty_or_settled(void)
+{
+    pll_params_t params = design(200.0f, 50.0f);
+    params.emf_cutoff = 1000.0f;
+    for (int n = 0; n < 4; n++) {
+        const double direction = n % 2 ? -1.0 : 1.0;
+        pll_t pll;
+        start(&pll, &params, 0.0, SPEED);
+        for (int k = 0; k < 50; k++) {
+            (void)pll_step(&pll, emf_at(SPEED * k * T, SPEED), 5.5f, 0.0f);
+        }
+        pll_reset(&pll, (position_t){2.0f, (float)(direction * 100.0)});
+        if (n >= 2) {
+            pll_reset_emf(&pll, (float)(PSI * 100.0));
+        }
+        (void)pll_step(&pll, emf_at(2.0, direction * 100.0), (float)(1.0 / PSI), 0.0f);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, (double)pll.detector);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-6, n >= 2 ? 1.0 : 1.0 - exp(-0.1),
+                                  (double)pll.amplitude / (PSI * 100.0));
+    }
+}
+
 /* F at what the EMF tells with a psi_f that is wrong, I at the rest: the loop stays on the rotor, which it
  * leaves when F starts at the whole speed. */
 static void test_lock_with_a_wrong_psi_f_stays_locked(void)

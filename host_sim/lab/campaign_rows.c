@@ -160,8 +160,12 @@ double campaign_loop(const campaign_case_t *drawn)
     return fmax(LOOP_MIN, fmin(asked, LOOP_MAX)) * CAMPAIGN_VALUE(drawn, loop_share);
 }
 
+/* With a share of 1 the drive's own rule decides. */
 static void set_loop(campaign_settings_t *to, const campaign_case_t *drawn)
 {
+    if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0) {
+        return;
+    }
     const double bandwidth = campaign_loop(drawn);
     set(to, "pll_bandwidth", bandwidth);
     set(to, "feedforward_cutoff", 0.25 * bandwidth);

@@ -38,6 +38,7 @@ typedef enum {
     RULE_HANDOVER,
     RULE_RAMP,
     RULE_RIDE,
+    RULE_SALIENT,
     RULES
 } rule_number_t;
 
@@ -49,6 +50,10 @@ typedef struct {
 } lever_t;
 
 #define LEVERS 11
+
+/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
+ * makes the tracking loop unstable under load (docs/theory.md, 6). */
+#define RULES_SALIENT_MAX 1.2f
 
 typedef struct {
     const char *text; /* in rows */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "drive/rules.h"
 #include "host_sim/lab/board_facts.h"
 #include "host_sim/lab/scenario_parts.h"
 
@@ -279,11 +280,11 @@ static void judge_winding(tune_t *tune, const given_t *g)
              "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
              1e3 * tau, tau / T_S);
     }
-    if (g->l_q > 1.5 * g->l_d) {
+    if (tune->needs_encoder) {
         warn(tune,
-             "L_q is %.2g L_d: i_d is held at 0, reluctance torque is not used, and at low speed the "
-             "angle of a salient rotor is off by more",
-             g->l_q / g->l_d);
+             "L_q is %.3g L_d: without an encoder the drive accepts %.2g L_d at most, so position_source is "
+             "encoder; i_d is held at 0, reluctance torque is not used",
+             g->l_q / g->l_d, (double)RULES_SALIENT_MAX);
     }
 }
 
@@ -481,13 +482,20 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
             1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
             1e6 * WINDING_LEAST * T_S * g.r);
     }
+    tune->needs_encoder = g.l_q > (double)RULES_SALIENT_MAX * g.l_d;
     judge_winding(tune, &g);
     judge_sensing(tune, &g);
     add_motor(motor, tune, &g);
     add_limits(motor, tune, &g);
     add_control(motor, tune, &g);
     add_estimator(tune, &g);
-    add(tune, "position_source", 1.0, "without an encoder");
+    if (tune->needs_encoder) {
+        add(tune, "position_source", POSITION_ENCODER,
+            "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)", g.l_q / g.l_d,
+            (double)RULES_SALIENT_MAX);
+    } else {
+        add(tune, "position_source", POSITION_SENSORLESS, "without an encoder");
+    }
     add_plant(motor, tune, &g);
     return accepted(tune, error);
 }

@@ -225,13 +225,16 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
+/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
+ * makes the tracking loop unstable under load (docs/theory.md, 6). */
+#define SALIENT_MAX 1.2f
+
 /* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
 static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    return !estimated ||
-           params->motor_inductance_q <= RULES_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+    return !estimated || params->motor_inductance_q <= SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)

@@ -51,10 +51,6 @@ typedef struct {
 
 #define LEVERS 11
 
-/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
- * makes the tracking loop unstable under load (docs/theory.md, 6). */
-#define RULES_SALIENT_MAX 1.2f
-
 typedef struct {
     const char *text; /* in rows */
     int32_t count;    /* [-] of levers */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/rules.h"
 #include "host_sim/lab/board_facts.h"
 #include "host_sim/lab/scenario_parts.h"
 
@@ -48,6 +47,9 @@
 #define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
+#define ESTIMATED_MOST    1.2  /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define ENCODER           0.0  /* position_source */
+#define SENSORLESS        1.0  /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
@@ -284,7 +286,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
         warn(tune,
              "L_q is %.3g L_d: without an encoder the drive accepts %.2g L_d at most, so position_source is "
              "encoder; i_d is held at 0, reluctance torque is not used",
-             g->l_q / g->l_d, (double)RULES_SALIENT_MAX);
+             g->l_q / g->l_d, ESTIMATED_MOST);
     }
 }
 
@@ -482,7 +484,7 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
             1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
             1e6 * WINDING_LEAST * T_S * g.r);
     }
-    tune->needs_encoder = g.l_q > (double)RULES_SALIENT_MAX * g.l_d;
+    tune->needs_encoder = g.l_q > ESTIMATED_MOST * g.l_d;
     judge_winding(tune, &g);
     judge_sensing(tune, &g);
     add_motor(motor, tune, &g);
@@ -490,11 +492,10 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     add_control(motor, tune, &g);
     add_estimator(tune, &g);
     if (tune->needs_encoder) {
-        add(tune, "position_source", POSITION_ENCODER,
-            "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)", g.l_q / g.l_d,
-            (double)RULES_SALIENT_MAX);
+        add(tune, "position_source", ENCODER, "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)",
+            g.l_q / g.l_d, ESTIMATED_MOST);
     } else {
-        add(tune, "position_source", POSITION_SENSORLESS, "without an encoder");
+        add(tune, "position_source", SENSORLESS, "without an encoder");
     }
     add_plant(motor, tune, &g);
     return accepted(tune, error);

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/params.h"
+#include "drive/params.h" /* position_source_t */
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"

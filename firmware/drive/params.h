@@ -170,8 +170,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: "   \
-      "off")                                                                                                 \
+      "rate at which L_d and L_q, and R with them, begin to follow what a small alternating i_d shows, at "  \
+      "last a tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                            \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \

@@ -63,7 +63,7 @@ typedef enum {
     K(pole_pairs,       MOTOR,   WHOLE, 4.0,   1.0,   8.0,   "-",       "p; fewer where p speed would be beyond 2000 rad/s") \
     K(reactance,        MOTOR,   LOG,   0.2,   0.05,  0.4,   "-",       "omega_e L I over the EMF, at rated speed; more where the ripple asks for it") \
     K(resistive,        MOTOR,   LOG,   0.04,  0.01,  0.1,   "-",       "R I over the EMF at rated speed") \
-    K(saliency,         MOTOR,   HALF,  1.0,   1.0,   1.19,  "-",       "L_q/L_d") \
+    K(saliency,         MOTOR,   HALF,  1.0,   1.0,   1.19,  "-",       "L_q/L_d, as far as the drive accepts it without encoder") \
     K(friction,         SHAFT,   EVEN,  0.0,   0.0,   0.15,  "-",       "dry friction over rated torque") \
     K(stiction,         SHAFT,   HALF,  0.0,   1.0,   1.5,   "-",       "break-away over dry friction; 0: none") \
     K(viscous,          SHAFT,   HALF,  0.0,   0.0,   0.1,   "-",       "viscous friction at rated speed over rated torque") \

@@ -226,19 +226,18 @@ static void test_every_limit_that_is_printed_is_accepted(void)
 }
 
 /* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which nobody has
- * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; a salient
- * motor on a seventh of its link starts with an angle that reluctance turns; the EMF of a hub motor of 48 V
- * on a board of 400 V is below the error of the dead time. */
+ * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF
+ * of a hub motor of 48 V on a board of 400 V is below the error of the dead time. */
 static bool is_known(const char *name)
 {
     const bool fast = RIG_PERIOD_SECONDS < 70e-6;
     return (fast && (strcmp(name, "anaheim-bly172s-24v on pm50rl1a060") == 0 ||
                      strcmp(name, "sheet 0 on pm50rl1a060") == 0)) ||
-           strncmp(name, "awan-2kw2-ipm", 13) == 0 || strcmp(name, "sheet 0 on hvmtrpfckit") == 0;
+           strcmp(name, "sheet 0 on hvmtrpfckit") == 0;
 }
 
-/* The scenario that tune writes does what it says: from standstill without an encoder to the top speed and
- * under all of the load, no fault, in control of the estimate at the end. A grid of motors. */
+/* The scenario that tune writes does what it says: from standstill to the top speed and under all of the
+ * load, without an encoder where the motor allows it; no fault, and running at the end. A grid of motors. */
 static void test_what_tune_writes_runs(void)
 {
     static motor_trial_t trial;

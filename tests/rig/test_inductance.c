@@ -6,6 +6,10 @@
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
+/* Whether a light rotor teaches its L below 120 r/min: with two current sensors (docs/theory.md, section 24).
+ */
+#define LIGHT_AND_SLOW (BOARD_CURRENT_SENSORS == 2)
+
 #define L_TRUE 12.5e-3                               /* [H] */
 #define LOAD   (5.0 * RUN_LIMIT_SHARE)               /* [N m] */
 #define DITHER (33.0 * 2.0 * 3.14159265358979323846) /* [rad/s] */
@@ -114,6 +118,9 @@ static void test_l_a_fifth_wrong_is_put_right(void)
         const double way = grid_axis(&n, 2u) ? -1.0 : 1.0;
         const bool light = grid_axis(&n, 2u);
         const bool slow = n == 0u;
+        if (light && slow && !LIGHT_AND_SLOW) {
+            continue;
+        }
         expect_learnt(light, way * speeds[n], believed, NULL, slow ? 6.0 : 3.0, slow ? 10.4 : 2.9,
                       slow ? 0.036 : 0.012);
     }
@@ -123,6 +130,10 @@ static void test_l_a_fifth_wrong_is_put_right(void)
  * near: slower there, and not as exact. */
 static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
 {
+    if (!LIGHT_AND_SLOW) {
+        TEST_IGNORE_MESSAGE(
+            "with three sensors a light rotor below 120 r/min leaves 6 to 11 % of L: theory 24");
+    }
     static const double speeds[] = {84.0, 88.0, 92.0, 96.0, 104.0, 108.0, 112.0, 116.0};
     grid_t grid = grid_of("its own swing", 16u);
     for (uint32_t n; grid_next(&grid, &n);) {

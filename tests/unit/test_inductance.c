@@ -255,12 +255,36 @@ static void test_a_salient_motor_keeps_its_ratio(void)
     for (int n = 0; n < 2; n++) {
         motor_t motor = usual();
         const double wrong = n ? 1.2 : 0.8;
-        motor.l_d = 0.9 * L_TRUE;
-        motor.l_d_from = wrong * 0.9 * L_TRUE;
+        motor.l_d = L_TRUE / 1.05;
+        motor.l_d_from = wrong * L_TRUE / 1.05;
         motor.l_q_from = wrong * L_TRUE;
         begin(&motor);
         run(&motor, 10.0);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1.0, ratio());
+    }
+}
+
+/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, whatever the rate is. At 1.1 it still is. */
+static void test_a_rotor_too_salient_is_left_as_it_is(void)
+{
+    static const double ratios[] = {1.11, 1.15, 2.0, 1.1};
+    for (size_t n = 0; n < sizeof ratios / sizeof ratios[0]; n++) {
+        motor_t motor = usual();
+        motor.rate = 20.0;
+        motor.l_d = L_TRUE / ratios[n];
+        motor.l_d_from = 0.8 * L_TRUE / ratios[n];
+        motor.l_q_from = 0.8 * L_TRUE;
+        begin(&motor);
+        run(&motor, 5.0);
+        if (ratios[n] > 1.1) {
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, x.tuning.rate);
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, asked_most);
+            TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
+            TEST_ASSERT_EQUAL_FLOAT(x.resistance.from, x.resistance.value);
+        } else {
+            TEST_ASSERT_TRUE(asked_most > 0.0);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-3, 1.0, ratio());
+        }
     }
 }
 
@@ -433,7 +457,7 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     motor.rate = 1.0;
     believe(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == learnt);
-    motor.l_q_from = 0.9 * L_TRUE;
+    motor.l_d_from = motor.l_q_from = 0.9 * L_TRUE;
     believe(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == (float)(0.9 * L_TRUE));
     TEST_ASSERT_TRUE(x.learnt.from == (float)(0.9 * L_TRUE));

@@ -221,6 +221,40 @@ static void test_observer_reaches_the_largest_emf_and_does_not_ring(void)
     expect_accepted_at("observer_gain", 1.001f * ringing);
 }
 
+/* On the estimator L_q is 1.2 L_d at most: 15 mH of 12.5 mH. The default observer does not ring with a slope
+ * of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
+static void test_a_salient_rotor_runs_on_an_encoder_only(void)
+{
+    const double resistance = 0.95 + 0.0215;
+    const float ringing = (float)(-resistance * 1e-4 / log1p(-0.012 * resistance));
+    const rule_t on_the_estimator = {
+        "motor_inductance_q", 1.19f * 12.5e-3f, 1.21f * 12.5e-3f, ringing, 15e-3f, {{NULL, 0.0f}}};
+    check_rule(&on_the_estimator);
+    params.motor_inductance_q = 1.21f * 12.5e-3f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= 1.2 motor_inductance_d"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "use an encoder"));
+
+    params.position_source = POSITION_ENCODER;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.encoder_fault_reaction = ENCODER_FAULT_IGNORED;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* leads back to the estimator */
+    expect_rule("motor_inductance_q", ringing, 15e-3f);
+}
+
+/* With L_d = 5 mH L_q is 6 mH at most, and 8.3 mH at least are needed for the observer: an encoder makes
+ * room.
+ */
+static void test_a_salient_rotor_is_advised_an_encoder(void)
+{
+    params.motor_inductance_d = 5e-3f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
+    TEST_ASSERT_TRUE(params_none_accepted(&why));
+    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "position_source")->id, why.change);
+}
+
 /* kp = 2 wn of the default loop, 104 rad/s: the filter in front of it shall not be slower. The
  * paper's modes have their filter elsewhere. */
 static void test_emf_filter_must_be_faster_than_the_loop(void)

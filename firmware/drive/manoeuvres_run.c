@@ -70,8 +70,6 @@ static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, demand_
     demand->emf = estimate->emf_loop;
     demand->omega_m_ref = 0.0f;
     switch (proof_step(&m->proof, estimate)) {
-    case PROOF_GOES_ON:
-        break;
     case PROOF_GOOD:
         proved(m, input, demand);
         break;
@@ -81,6 +79,9 @@ static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, demand_
             m->failed |= MANOEUVRE_LOST;
         }
         manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, estimate->omega_smooth);
+        break;
+    case PROOF_GOES_ON:
+    default:
         break;
     }
 }

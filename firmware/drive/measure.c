@@ -132,6 +132,6 @@ bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)
         return false;
     }
     measure->offset = rest->mean;
-    rest->unsure = moved ? 1u : 0u; /* a step within this block leaves its mean halfway */
+    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step within this block leaves its mean halfway */
     return true;
 }

@@ -51,12 +51,12 @@ believed_t params_believed(const params_t *params)
     };
 }
 
-#define LOOP_CUTOFF     1.6f  /* [-] over sqrt(p T/J), by the rule: 0.12 rad for a step of T */
-#define LOOP_TORQUE     0.5f  /* [-] of that at current_limit: the rated one */
-#define LOOP_LEAST      50.0f /* [rad/s] */
-#define LOOP_MOST       (0.025f / DRIVE_PERIOD) /* [rad/s] a bandwidth of 0.1 a period; noise beyond */
-#define LOOP_BANDWIDTHS 4.0f                    /* [-] of the loop over the feed-forward, least overshoot */
-#define LOOP_SLOW       0.6f                    /* [-] of the bandwidth by the rule, without its least */
+#define LOOP_CUTOFF     1.6f   /* [-] over sqrt(p T/J), by the rule: 0.12 rad for a step of T */
+#define LOOP_TORQUE     0.5f   /* [-] of that at current_limit: the rated one */
+#define LOOP_LEAST      50.0f  /* [rad/s] */
+#define LOOP_MOST       0.025f /* [rad] a period: a bandwidth of 0.1 a period; noise beyond */
+#define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
+#define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
 
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
@@ -64,7 +64,8 @@ loop_params_t params_loop(const params_t *params, const believed_t *believed)
     const float torque = LOOP_TORQUE * 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
     const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
     const float cutoff = square * inverse_root(square);
-    const float within = cutoff < LOOP_MOST ? cutoff : LOOP_MOST;
+    const float most = LOOP_MOST / DRIVE_PERIOD;
+    const float within = cutoff < most ? cutoff : most;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
         const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
         return (loop_params_t){LOOP_BANDWIDTHS * by_rule, by_rule, false};

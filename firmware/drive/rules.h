@@ -38,7 +38,6 @@ typedef enum {
     RULE_HANDOVER,
     RULE_RAMP,
     RULE_RIDE,
-    RULE_SALIENT,
     RULES
 } rule_number_t;
 

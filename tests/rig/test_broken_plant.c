@@ -24,6 +24,21 @@ static void running(double fidelity, double rpm, double seconds)
     run_expect_no_fault(rig);
 }
 
+static int64_t position(void)
+{
+    return (int64_t)rig_state(rig)->chip.registers.eqep[QEP_MODULE - 1u].QPOSCNT;
+}
+
+/* Counts that have come in so many periods. */
+static int64_t counted(uint32_t periods)
+{
+    const int64_t turn = 10000;
+    const int64_t before = position();
+    rig_run(rig, periods);
+    const int64_t way = ((position() - before) % turn + turn) % turn;
+    return way > turn / 2 ? way - turn : way;
+}
+
 /* ---- none ---- */
 
 /* Every such row, put to what it is: the bits are those of any other row that is put to what it is. */
@@ -87,6 +102,183 @@ static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
     TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
 }
 
+/* The half wave that the open switch would carry stays away; repaired, it is there again. */
+static void test_an_open_switch_takes_a_half_wave_and_gives_it_back(void)
+{
+    running(0.0, 300.0, 0.05);
+    run_put(rig, "current_judged", 0.0); /* else the drive opens the bridge */
+    run_parameter(rig, "encoder_fault_reaction", ENCODER_FAULT_IGNORED);
+    run_put(rig, "load_torque", 3.0);
+    run_seconds(rig, 0.2);
+    double most[2] = {0.0, 0.0};
+    for (uint32_t open = 0; open < 2u; open++) {
+        run_put(rig, "open_switches", open == 0u ? 1.0 : 0.0);
+        for (uint32_t n = 0; n < 1500u; n++) { /* three electrical turns; the first third of one aside */
+            rig_step(rig);
+            if (n > 200u) {
+                most[open] = fmax(most[open], rig_value(rig, "true_i_a"));
+            }
+        }
+    }
+    printf("i_a up to %.3f A, repaired %.3f A\n", most[0], most[1]);
+    TEST_ASSERT_TRUE(most[0] < 0.5);
+    TEST_ASSERT_TRUE(most[1] > 3.0);
+}
+
+/* A loop that takes the motor the wrong way round, encoder and wires alike, is no fault at all: i_q as ever.
+ */
+static void test_wires_and_encoder_the_other_way_round_together_turn_the_motor_backwards(void)
+{
+    for (int sensors = 0; sensors < 2; sensors++) {
+        rig_free(rig);
+        rig = run_rig(5);
+        run_put(rig, "sensors", sensors);
+        run_paper_drive(rig);
+        run_put(rig, "swap_phases", 1.0);
+        run_put(rig, "encoder_reversed", 1.0);
+        run_to_ready(rig);
+        run_on(rig, 300.0);
+        run_seconds(rig, 2.5);
+        run_expect_no_fault(rig);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, -300.0, rig_value(rig, "true_omega_m") / RPM);
+        TEST_ASSERT_DOUBLE_WITHIN(6.0, 300.0, rig_value(rig, "omega_m") / RPM); /* of one instant */
+    }
+}
+
+static void test_current_signals_come_in_as_they_are_wired(void)
+{
+    running(0.0, 300.0, 0.05);
+    run_put(rig, "load_torque", 3.0);
+    run_seconds(rig, 0.3);
+    run_put(rig, "current_noise", 0.0);
+    run_put(rig, "enable", 0.0); /* nothing the drive could do about it: the sensors alone */
+    run_put(rig, "swap_currents", 3.0);
+    rig_step(rig);
+    const plant_t *plant = &rig_state(rig)->plant;
+    const double volts = 1.5 / plant->params.current_range;
+    TEST_ASSERT_TRUE(fabs(plant->i[0] - plant->i[1]) > 0.2);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5 + volts * plant->i[1],
+                              plant_analog(&rig_state(rig)->plant, PLANT_CURRENT_A));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5 + volts * plant->i[0],
+                              plant_analog(&rig_state(rig)->plant, PLANT_CURRENT_B));
+}
+
+/* A burst: the noise of the samples that it lasts, not of those before and after. */
+static void test_a_burst_of_noise_is_in_the_samples_while_it_lasts(void)
+{
+    rig = run_rig(5);
+    run_paper_drive(rig);
+    run_to_ready(rig);
+    const double quiet = 3.0 * 0.05;
+    for (int part = 0; part < 3; part++) {
+        run_put(rig, "current_noise", part == 1 ? 2.0 : 0.01);
+        double most = 0.0;
+        for (int n = 0; n < 50; n++) {
+            rig_step(rig);
+            most = fmax(most, fabs(rig_value(rig, "i_a")));
+        }
+        TEST_ASSERT_TRUE((most > 2.0) == (part == 1));
+        TEST_ASSERT_TRUE((most < quiet) == (part != 1));
+    }
+}
+
+/* ---- encoder ---- */
+
+/* 600 r/min: 10 turns a second, 10 counts a period. */
+static void test_the_counter_of_the_chip_sees_what_the_encoder_is(void)
+{
+    static const struct {
+        const char *row;
+        double value;
+        int64_t counts; /* in 100 periods, of 1000 */
+    } rows[] = {{"encoder_reversed", 1.0, -1000},
+                {"encoder_slip", 0.2, 800},
+                {"encoder_slip", 1.0, 0},
+                {"encoder_stuck_a", 0.0, 0},
+                {"encoder_stuck_b", 1.0, 0}};
+    for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
+        for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+            rig_free(rig);
+            rig = run_rig(5);
+            run_put(rig, "fidelity", fidelity);
+            run_put(rig, "shaft_locked", 1.0);
+            run_put(rig, "shaft_locked_speed", 600.0 * RPM);
+            run_to_ready(rig);
+            TEST_ASSERT_INT64_WITHIN(1, 1000, counted(100u));
+            const double none = rig_value(rig, rows[n].row);
+            run_put(rig, rows[n].row, rows[n].value);
+            /* The counter is as of the last interrupt: a period's counts at either end. */
+            TEST_ASSERT_INT64_WITHIN(20, rows[n].counts, counted(100u));
+            run_put(rig, rows[n].row, none);
+            rig_run(rig, 1u);
+            TEST_ASSERT_INT64_WITHIN(1, 1000, counted(100u));
+        }
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
+    }
+}
+
+/* The disc slips once, by 0.5 rad electrical: 198.9 counts, and no more. */
+static void test_an_encoder_that_slips_once_is_off_by_that_from_then_on(void)
+{
+    running(0.0, 600.0, 0.1);
+    const double before = rig_value(rig, "theta_err");
+    run_put(rig, "plant.encoder_offset", 0.125);
+    TEST_ASSERT_INT64_WITHIN(30, 10 * 10 + 199, counted(10u));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, before + 0.5, rig_value(rig, "theta_err"));
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, before + 0.5, rig_value(rig, "theta_err"));
+}
+
+/* ---- supply ---- */
+
+static void test_ripple_of_the_supply_is_in_what_the_drive_measures(void)
+{
+    for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
+        running(fidelity, 300.0, 0.05);
+        run_put(rig, "dc_ripple", 30.0);
+        run_put(rig, "dc_ripple_frequency", 2.0 * 3.14159265358979323846 * 100.0);
+        double most = 0.0;
+        double least = 1e3;
+        const double nominal = rig_value(rig, "dc_voltage");
+        for (int n = 0; n < 200; n++) {
+            rig_step(rig);
+            const double t = n * RIG_PERIOD_SECONDS;
+            const double wanted = nominal + 30.0 * sin(2.0 * 3.14159265358979323846 * 100.0 * t);
+            TEST_ASSERT_DOUBLE_WITHIN(0.2, wanted, rig_value(rig, "true_u_dc"));
+            most = fmax(most, rig_value(rig, "u_dc"));
+            least = fmin(least, rig_value(rig, "u_dc"));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, nominal + 30.0, most);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, nominal - 30.0, least);
+    }
+}
+
+/* What the capacitor had is what the drive took, by the plant's meters; without a capacitor it is refused. */
+static void test_a_lost_supply_drains_the_link_by_what_the_drive_takes(void)
+{
+    for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
+        running(fidelity, 600.0, 0.1);
+        TEST_ASSERT_FALSE(rig_put(rig, "supply_lost", 1.0));
+        TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "dc_capacitance"));
+        run_put(rig, "dc_capacitance", 2e-3);
+        run_put(rig, "dc_resistance", 0.2);
+        run_put(rig, "load_torque", 2.0);
+        run_seconds(rig, 0.05);
+        run_put(rig, "supply_lost", 1.0);
+        run_put(rig, "metering", 1.0);
+        const double before = rig_state(rig)->plant.v_dc;
+        run_seconds(rig, 0.1);
+        const plant_t *plant = &rig_state(rig)->plant;
+        const double given = 0.5 * 2e-3 * (before * before - plant->v_dc * plant->v_dc);
+        printf("%.1f V to %.1f V, %.3f J of %.3f J\n", before, plant->v_dc, plant->energy_dc, given);
+        TEST_ASSERT_TRUE(plant->v_dc < before - 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3 * given, given, plant->energy_dc);
+        run_put(rig, "supply_lost", 0.0);
+        run_seconds(rig, 0.02);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, rig_value(rig, "dc_voltage"), plant->v_dc);
+    }
+}
+
 /* ---- samples and memory ---- */
 
 static void test_missing_samples_are_as_many_as_asked_for(void)
@@ -137,4 +329,38 @@ static void test_a_flipped_bit_is_that_bit_alone_and_flips_back(void)
     TEST_ASSERT_EQUAL_HEX32(was[0] ^ 0x80000000u, now[0]);
     TEST_ASSERT_FALSE(rig_put(rig, "flip_word", 0.5));
     TEST_ASSERT_FALSE(rig_put(rig, "flip_bit", 32.0));
+}
+
+/* ---- elastic load ---- */
+
+/* Two thirds of the rig's inertia behind a shaft that swings with 40 Hz: the loop holds the speed in both
+ * fidelities, and the far end with it. */
+static void test_the_drive_turns_an_elastic_load(void)
+{
+    for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
+        rig_free(rig);
+        rig = run_rig(5);
+        run_put(rig, "fidelity", fidelity);
+        run_paper_drive(rig);
+        run_put(rig, "inertia", 0.0212);
+        run_put(rig, "load_inertia", 0.0424);
+        run_put(rig, "shaft_damping", 0.05);
+        run_put(rig, "shaft_stiffness", 893.0);
+        run_to_ready(rig);
+        run_on(rig, 600.0);
+        double most = 0.0;
+        for (uint32_t n = 0; n < 20000u; n++) {
+            rig_step(rig);
+            most = fmax(most, fabs(rig_state(rig)->plant.twist));
+        }
+        run_expect_no_fault(rig);
+        plant_truth_t now;
+        plant_truth(&rig_state(rig)->plant, &now);
+        printf("twist to %.4f rad, far end %.2f r/min\n", most, now.omega_load / RPM);
+        /* 10 A, 11 N m less friction, two thirds of it through 893 N m/rad; at a step twice that. */
+        TEST_ASSERT_TRUE(most > 0.9 * (11.0 - 1.3) * 2.0 / 3.0 / 893.0);
+        TEST_ASSERT_TRUE(most < 2.2 * 11.0 * 2.0 / 3.0 / 893.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, now.omega_m / RPM);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, now.omega_load / RPM);
+    }
 }

@@ -13,6 +13,7 @@
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
+#define SENSORS_ADC   0.0
 #define SENSORS_EXACT 1.0
 #define TICK          (1.0 / 150e6)                    /* [s] */
 #define LSB           ((double)BOARD_CURRENT_PER_CODE) /* [A] of the current channels */
@@ -285,4 +286,296 @@ static void test_adc_samples_are_off_by_quantisation_and_noise_at_most(void)
     TEST_ASSERT_TRUE(largest_sample_error(rig, 2000) <= 2.0 * HALF_ULP);
     run_expect_no_fault(rig);
     rig_free(rig);
+}
+
+/* ---- the instant of the sample ---- */
+
+/* Of each sensor, rms over so many periods: what the drive believes minus what flows. Every gate edge or mean
+ * voltages; the noise is the samples' own. Beyond it is less than one code: half a step that the measured
+ * zero may lie beside, the rounding, and the 0.28 us that a third current is held later, in which the largest
+ * EMF here moves it by 2.6 mA. */
+static void expect_currents_within_a_code(double fidelity, double noise)
+{
+    rig_t *rig = turning(1500.0);
+    double square[3] = {0.0};
+    run_put(rig, "fidelity", fidelity);
+    run_put(rig, "current_noise", noise);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.3);
+    for (uint32_t n = 0; n < 4000; n++) {
+        rig_step(rig);
+        for (uint32_t s = 0; s < BOARD_CURRENT_SENSORS; s++) {
+            const double error = rig_value(rig, sampled[s]) - rig_value(rig, truths[s]);
+            square[s] += error * error / 4000.0;
+        }
+    }
+    run_expect_no_fault(rig);
+    for (uint32_t s = 0; s < BOARD_CURRENT_SENSORS; s++) {
+        char message[120];
+        snprintf(message, sizeof message, "%s: %.2f mA rms, noise %.1f, a code %.2f", sampled[s],
+                 1e3 * sqrt(square[s]), 1e3 * noise, 1e3 * LSB);
+        printf("  fidelity %.0f, %s\n", fidelity, message);
+        TEST_ASSERT_TRUE_MESSAGE(square[s] <= noise * noise + LSB * LSB, message);
+        TEST_ASSERT_TRUE_MESSAGE(square[s] > 0.9 * noise * noise, message);
+    }
+    rig_free(rig);
+}
+
+static void test_currents_of_each_sensor_are_within_a_code_of_the_truth(void)
+{
+    for (int32_t n = 0; n < 4; n++) {
+        expect_currents_within_a_code(n % 2, n / 2 == 0 ? 0.0 : 0.01);
+    }
+}
+
+/* What the gates are at the instants t_k. */
+typedef struct {
+    uint64_t next;     /* [ticks] the t_k that comes */
+    uint64_t since[3]; /* [ticks] when the sampled side's switch of each leg came on */
+    uint32_t on;       /* six commands */
+    uint32_t samples;  /* [periods] seen, all commands known */
+    uint32_t others;   /* [periods] in which a switch of the other side was on */
+    uint32_t away;     /* [periods] in which one of the sampled side was not */
+    uint64_t before;   /* [ticks] shortest time that the three had been on */
+    uint64_t after;    /* [ticks] shortest time that they stayed on */
+} zero_vector_t;
+
+#define SAMPLED_SIDE  (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? 0u : 1u)
+#define OF_LEGS(side) (0x15u << (side))
+
+static void on_gates_at_samples(void *context, uint64_t tick, uint32_t what, uint32_t value)
+{
+    zero_vector_t *seen = context;
+    if (what != RIG_EDGE_GATES) {
+        return;
+    }
+    while (seen->next < tick) {
+        seen->samples++;
+        seen->others += (seen->on & OF_LEGS(1u - SAMPLED_SIDE)) != 0u;
+        seen->away += (seen->on & OF_LEGS(SAMPLED_SIDE)) != OF_LEGS(SAMPLED_SIDE);
+        for (uint32_t leg = 0; leg < 3u; leg++) {
+            const bool on = (seen->on >> (2u * leg + SAMPLED_SIDE) & 1u) != 0u;
+            const uint64_t age = on ? seen->next - seen->since[leg] : 0u;
+            seen->before = age < seen->before ? age : seen->before;
+        }
+        seen->after = tick - seen->next < seen->after ? tick - seen->next : seen->after;
+        seen->next += RIG_PERIOD_TICKS;
+    }
+    for (uint32_t leg = 0; leg < 3u; leg++) {
+        const uint32_t bit = 1u << (2u * leg + SAMPLED_SIDE);
+        if ((value & bit) != 0u && (seen->on & bit) == 0u) {
+            seen->since[leg] = tick;
+        }
+    }
+    seen->on = value;
+}
+
+/* A link too low for the speed: some leg has its largest duty, another its smallest, in every period. t_k is
+ * the middle of the shortest pulse, which lacks the dead time at its beginning. Where shunts below the lower
+ * switches are sampled, what is left of its first half is the time that they need to settle. */
+static void test_currents_are_held_in_the_zero_vector_that_the_board_needs(void)
+{
+    rig_t *rig = turning(1500.0);
+    zero_vector_t seen = {.before = UINT64_MAX, .after = UINT64_MAX};
+    run_put(rig, "fidelity", 0.0);
+    run_put(rig, "dc_voltage", 1.02 * rig_value(rig, "dc_undervoltage"));
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.1);
+    rig_watch_edges(rig, on_gates_at_samples, &seen);
+    rig_step(rig); /* each leg switches */
+    seen = (zero_vector_t){
+        .next = RIG_PERIOD_TICKS * rig_period(rig), .on = seen.on, .before = UINT64_MAX, .after = UINT64_MAX};
+    memcpy(seen.since,
+           (uint64_t[3]){seen.next - RIG_PERIOD_TICKS, seen.next - RIG_PERIOD_TICKS,
+                         seen.next - RIG_PERIOD_TICKS},
+           sizeof seen.since);
+    rig_run(rig, 2000);
+    run_expect_no_fault(rig);
+    rig_watch_edges(rig, NULL, NULL);
+
+    const double dead = BOARD_DEAD_TIME_NS;
+    const double half_pulse = fmax(dead + BOARD_SHUNT_SETTLED_NS, 0.5 * (dead + BOARD_MINIMUM_PULSE_NS));
+    const double before = 1e9 * TICK * (double)seen.before;
+    const char *const message =
+        run_say("%u samples: on for %.0f ns at least, another %.0f; off in %u, others on in %u", seen.samples,
+                before, 1e9 * TICK * (double)seen.after, seen.away, seen.others);
+    TEST_ASSERT_TRUE_MESSAGE(seen.samples > 1990u, message);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.others, message);
+    if (half_pulse > dead) {
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, seen.away, message);
+        TEST_ASSERT_TRUE_MESSAGE(before >= BOARD_SHUNT_SETTLED_NS, message);
+        TEST_ASSERT_TRUE_MESSAGE(1e9 * TICK * (double)seen.after >= BOARD_SHUNT_SETTLED_NS, message);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(20.0, half_pulse - dead, before, message); /* it was reached */
+    } else {
+        TEST_ASSERT_TRUE_MESSAGE(seen.away > 1000u, message); /* it was reached: nothing is on yet */
+    }
+    rig_free(rig);
+}
+
+/* ---- switching ---- */
+
+static void test_sensors_may_change_while_the_drive_runs_and_back(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "current_noise", 0.0);
+    run_put(rig, "current_offset_a", 0.3); /* measured by the drive and taken off */
+    run_put(rig, "current_offset_b", -0.2);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.2);
+    const double zero = rig_value(rig, "offset_a");
+    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.3, zero);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) > 1e-3);
+
+    run_put(rig, "sensors", SENSORS_EXACT);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 500) <= 2.0 * HALF_ULP);
+    TEST_ASSERT_EQUAL_DOUBLE(zero, rig_value(rig, "offset_a"));
+
+    run_put(rig, "sensors", SENSORS_ADC);
+    const double error = largest_sample_error(rig, 500);
+    TEST_ASSERT_TRUE(error > 1e-3);
+    TEST_ASSERT_TRUE(error <= LSB + 1e-5);
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+static void test_sensors_may_change_while_offsets_are_measured(void)
+{
+    rig_t *rig = turning(700.0);
+    run_put(rig, "current_offset_a", 0.5);
+    rig_run(rig, 300); /* of 64 that settle and 512 that are averaged */
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_to_ready(rig);
+    /* the mean of (300 - 64) samples of 0.5 A and of zeros */
+    TEST_ASSERT_DOUBLE_WITHIN(LSB, 0.5 * 236.0 / 512.0, rig_value(rig, "offset_a"));
+    run_put(rig, "enable", 1.0);
+    TEST_ASSERT_TRUE(largest_sample_error(rig, 1000) <= 2.0 * HALF_ULP);
+    run_expect_no_fault(rig);
+
+    /* A reset measures anew: of these sensors, which have no offset. */
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.01);
+    run_put(rig, "enable", 0.0);
+    run_put(rig, "force_fault", 0.0);
+    run_seconds(rig, 0.03);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
+    run_put(rig, "enable", 1.0);
+    expect_samples_are_the_truth(rig, 1000);
+    run_expect_no_fault(rig);
+    rig_free(rig);
+}
+
+static void test_unknown_sensors_are_refused_and_those_in_force_stay(void)
+{
+    rig_t *rig = turning(700.0);
+    TEST_ASSERT_EQUAL_UINT32(5006, rig_row_by_name("sensors")->id);
+    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_ADC, rig_value(rig, "sensors"));
+    run_put(rig, "sensors", SENSORS_EXACT);
+    run_to_ready(rig);
+    const double wrong[] = {2.0, -1.0, 0.5, NAN};
+    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+        TEST_ASSERT_FALSE(rig_put(rig, "sensors", wrong[n]));
+        TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, rig_error_reason(rig));
+        TEST_ASSERT_EQUAL_UINT32(5006, rig_error_id(rig));
+    }
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "accepted whole numbers 0 to 1"), rig_error(rig));
+    TEST_ASSERT_EQUAL_DOUBLE(SENSORS_EXACT, rig_value(rig, "sensors"));
+    run_put(rig, "enable", 1.0);
+    expect_samples_are_the_truth(rig, 500);
+    rig_free(rig);
+}
+
+/* The vector of the interrupt is a protected register; the chip counts every misuse. */
+static void test_switching_is_no_misuse_of_the_chip(void)
+{
+    rig_t *rig = turning(700.0);
+    for (int n = 0; n < 10; n++) {
+        run_put(rig, "sensors", n % 2 == 0 ? SENSORS_EXACT : SENSORS_ADC);
+        rig_run(rig, 10);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
+    TEST_ASSERT_EQUAL_DOUBLE(100.0, rig_value(rig, "period"));
+    rig_free(rig);
+}
+
+/* ---- several rigs, saved states, timed runs ---- */
+
+static rig_t *running(double rpm, double sensors)
+{
+    rig_t *rig = turning(rpm);
+    run_put(rig, "sensors", sensors);
+    run_to_ready(rig);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.1);
+    return rig;
+}
+
+static void test_rigs_in_turn_get_each_its_own_truth(void)
+{
+    rig_t *a = running(700.0, SENSORS_EXACT);
+    rig_t *b = running(-400.0, SENSORS_EXACT);
+    rig_t *c = running(700.0, SENSORS_ADC);
+    rig_t *alone = running(700.0, SENSORS_EXACT);
+    rig_run(alone, 500);
+    for (int n = 0; n < 500; n++) {
+        expect_samples_are_the_truth(a, 1);
+        expect_samples_are_the_truth(b, 1);
+        rig_step(c);
+    }
+    TEST_ASSERT_EQUAL_HEX64(rig_hash(alone), rig_hash(a));
+    TEST_ASSERT_TRUE(largest_sample_error(c, 500) > 1e-3);
+    rig_free(a);
+    rig_free(b);
+    rig_free(c);
+    rig_free(alone);
+}
+
+static void test_a_saved_state_goes_on_with_its_own_sensors(void)
+{
+    const double kinds[] = {SENSORS_EXACT, SENSORS_ADC};
+    for (size_t n = 0; n < 2; n++) {
+        rig_t *rig = running(1200.0, kinds[n]);
+        void *state = malloc(rig_state_size());
+        TEST_ASSERT_NOT_NULL(state);
+        rig_save(rig, state);
+        rig_run(rig, 1000);
+        const uint64_t end = rig_hash(rig);
+
+        rig_t *other = running(-300.0, kinds[1 - n]);
+        TEST_ASSERT_TRUE(rig_load(other, state, rig_state_size()));
+        TEST_ASSERT_EQUAL_DOUBLE(kinds[n], rig_value(other, "sensors"));
+        rig_run(other, 1000);
+        TEST_ASSERT_EQUAL_HEX64(end, rig_hash(other));
+
+        run_put(rig, "sensors", kinds[1 - n]); /* back in time over a change of sensors */
+        rig_run(rig, 100);
+        TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
+        rig_run(rig, 1000);
+        TEST_ASSERT_EQUAL_HEX64(end, rig_hash(rig));
+        free(state);
+        rig_free(rig);
+        rig_free(other);
+    }
+}
+
+static void test_timing_the_interrupt_changes_nothing(void)
+{
+    const double kinds[] = {SENSORS_EXACT, SENSORS_ADC};
+    for (size_t n = 0; n < 2; n++) {
+        rig_t *timed = running(700.0, kinds[n]);
+        rig_t *plain = running(700.0, kinds[n]);
+        TEST_ASSERT_TRUE(rig_interrupt_seconds(timed, 500) > 0.0);
+        rig_run(plain, 500);
+        TEST_ASSERT_EQUAL_HEX64(rig_hash(plain), rig_hash(timed));
+        rig_run(timed, 500);
+        rig_run(plain, 500);
+        TEST_ASSERT_EQUAL_HEX64(rig_hash(plain), rig_hash(timed));
+        rig_free(timed);
+        rig_free(plain);
+    }
 }

@@ -36,6 +36,16 @@ static void expect_stopped(int32_t reason)
     TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
 }
 
+/* A fault that leaves time for it: a quick stop has begun, which ends at standstill with the bridge open. */
+static void expect_braked(int32_t reason)
+{
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_QUICK_STOP, rig_value(rig, "state"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    run_seconds(rig, rig_value(rig, "fault_stop_time"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0 * RPM, 0.0, rig_value(rig, "true_omega_m"));
+    expect_stopped(reason);
+}
+
 /* The cause is gone and `enable` off: a reset, and the drive runs again. */
 static void expect_reset_and_running_again(void)
 {
@@ -63,6 +73,192 @@ static void test_module_fault_stops_in_the_same_period_and_can_be_reset(void)
     run_put(rig, "force_fault", 0.0);
     run_seconds(rig, 0.03);
     expect_reset_and_running_again();
+}
+
+/* A temperature of the plant rises above the limit; it comes back, and the limit goes down to 0 degC, the
+ * lowest that is accepted. A drive without that sensor shows that it has none, and nothing stops it. */
+static void expect_stopped_by_heat(const char *name, bool sensor, double hot, reason_t reason)
+{
+    char plant[40];
+    char limit[40];
+    snprintf(plant, sizeof plant, "plant.%s", name);
+    snprintf(limit, sizeof limit, "%s_max", name);
+    char signal[40];
+    snprintf(signal, sizeof signal, "signals.%s", name);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, sensor ? 40.0 : (double)DRIVE_NO_TEMPERATURE, rig_value(rig, signal));
+    run_put(rig, plant, hot);
+    run_seconds(rig, 0.09);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, sensor ? hot : (double)DRIVE_NO_TEMPERATURE, rig_value(rig, signal));
+    run_seconds(rig, 0.02);
+    if (sensor) {
+        expect_braked(reason);
+        return;
+    }
+    run_parameter(rig, limit, 0.0);
+    run_seconds(rig, 0.3);
+    run_expect_no_fault(rig);
+    run_put(rig, plant, 150.0);
+    run_seconds(rig, 0.3);
+    run_put(rig, plant, -50.0);
+    run_seconds(rig, 0.3);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_NO_TEMPERATURE, rig_value(rig, signal));
+}
+
+static void test_hot_heat_sink(void)
+{
+    expect_stopped_by_heat("sink_temperature", DRIVE_SINK_SENSOR, 95.0, REASON_SINK_HOT);
+}
+
+static void test_hot_motor(void)
+{
+    expect_stopped_by_heat("motor_temperature", DRIVE_MOTOR_SENSOR, 135.0, REASON_MOTOR_HOT);
+}
+
+/* Degrees from the point where the warning begins, 10 K below the limit: whatever the limit is. */
+static void put_sink_beside_warning(double kelvin)
+{
+    run_put(rig, "plant.sink_temperature", rig_value(rig, "sink_temperature_max") - 10.0 + kelvin);
+}
+
+static bool warns_of_heat(void)
+{
+    return ((uint32_t)rig_value(rig, "warnings") >> FAULT_SINK_WARM & 1u) != 0u;
+}
+
+/* A code of the converter is worth less than 0.05 K. A drive without the sensor has nothing to warn of; one
+ * with it has less current, at the next step of its heat at the latest. */
+static void expect_warning_of_heat(bool sensor)
+{
+    put_sink_beside_warning(-0.2);
+    run_seconds(rig, 0.3);
+    TEST_ASSERT_FALSE(warns_of_heat());
+
+    put_sink_beside_warning(0.2);
+    rig_run(rig, rig_periods(0.1) - 2u);
+    TEST_ASSERT_FALSE(warns_of_heat());
+    rig_run(rig, 4u + 2u * GUARD_LOOK_PERIODS);
+    TEST_ASSERT_EQUAL(sensor, warns_of_heat());
+    put_sink_beside_warning(9.8);
+    run_seconds(rig, 0.3);
+    TEST_ASSERT_EQUAL(sensor, warns_of_heat());
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "refusal"));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
+
+    put_sink_beside_warning(-0.2);
+    rig_run(rig, 2u + GUARD_LOOK_PERIODS);
+    TEST_ASSERT_FALSE(warns_of_heat());
+    run_expect_no_fault(rig);
+}
+
+static void test_warm_heat_sink_warns_and_the_drive_runs_on(void)
+{
+    expect_warning_of_heat(DRIVE_SINK_SENSOR);
+}
+
+/* Once hot the warning goes on beside the fault; it is no fault itself, not even a later one. */
+static void expect_warmth_then_fault(bool sensor)
+{
+    put_sink_beside_warning(0.2);
+    run_seconds(rig, 0.2);
+    run_expect_no_fault(rig);
+    put_sink_beside_warning(10.2);
+    run_seconds(rig, 0.11);
+    if (!sensor) {
+        run_expect_no_fault(rig);
+        return;
+    }
+    TEST_ASSERT_TRUE(warns_of_heat());
+    expect_braked(REASON_SINK_HOT);
+    TEST_ASSERT_BITS(1u << FAULT_SINK_WARM, 0u, (uint32_t)rig_value(rig, "faults_later"));
+}
+
+static void test_warm_heat_sink_that_gets_hot_stops_the_drive(void)
+{
+    expect_warmth_then_fault(DRIVE_SINK_SENSOR);
+}
+
+/* ---- the history before a fault ---- */
+
+#define KEPT   (CAPTURE_SLOTS / CAPTURE_COLUMNS)
+#define TAPPED (CAPTURE_COLUMNS + 1u)
+
+static uint32_t tapped[KEPT][TAPPED]; /* `period` and the rows of the history, in place of `period` */
+static uint32_t taps;
+
+static void keep_tap(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
+{
+    (void)context;
+    (void)period;
+    memcpy(tapped[slots[0] % KEPT], slots, count * sizeof *slots);
+    taps++;
+}
+
+static void tap_rows_of_history(void)
+{
+    uint32_t ids[TAPPED] = {rig_row_by_name("period")->id};
+    memcpy(&ids[1], rig_history_rows(rig), CAPTURE_COLUMNS * sizeof ids[0]);
+    taps = 0;
+    TEST_ASSERT_TRUE(rig_tap(rig, ids, TAPPED, 1u, keep_tap, NULL));
+}
+
+/* Bit for bit what the tap saw, back from this period. */
+static void expect_history_as_tapped(uint32_t newest, uint32_t count)
+{
+    TEST_ASSERT_EQUAL_UINT32(count, rig_history_count(rig));
+    for (uint32_t ago = 0; ago < count; ago++) {
+        uint32_t period = 0;
+        const uint32_t *slots = rig_history(rig, ago, &period);
+        const uint32_t *seen = tapped[(newest - ago) % KEPT];
+        TEST_ASSERT_EQUAL_UINT32(newest - ago, period);
+        TEST_ASSERT_EQUAL_UINT32(newest - ago, seen[0]);
+        TEST_ASSERT_EQUAL_HEX32_ARRAY(&seen[1], slots, CAPTURE_COLUMNS);
+    }
+}
+
+static void test_history_goes_with_the_run_and_ends_with_the_period_of_the_fault(void)
+{
+    tap_rows_of_history();
+    run_seconds(rig, 0.05);
+    TEST_ASSERT_FALSE(rig_history_held(rig));
+    expect_history_as_tapped((uint32_t)rig_value(rig, "period"), KEPT);
+
+    run_put(rig, "dc_voltage", rig_value(rig, "dc_overvoltage") + 5.0);
+    while (rig_value(rig, "state") != 5.0) {
+        rig_step(rig);
+    }
+    const uint32_t fault = (uint32_t)rig_value(rig, "fault_period");
+    TEST_ASSERT_EQUAL_UINT32(fault, (uint32_t)rig_value(rig, "period")); /* the step itself found it */
+    TEST_ASSERT_TRUE(rig_history_held(rig));
+    expect_history_as_tapped(fault, KEPT);
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    run_seconds(rig, 0.05);
+    expect_history_as_tapped(fault, KEPT); /* held */
+}
+
+static void test_history_before_a_trip_ends_with_the_step_before_it_and_a_reset_begins_anew(void)
+{
+    tap_rows_of_history();
+    run_seconds(rig, 0.05);
+    const uint32_t period = (uint32_t)rig_value(rig, "period");
+    TEST_ASSERT_TRUE(rig_tap(rig, rig_history_rows(rig), 1u, 1u, NULL, NULL));
+    run_put(rig, "force_fault", 1.0);
+    run_seconds(rig, 0.01);
+    TEST_ASSERT_EQUAL_UINT32(period, (uint32_t)rig_value(rig, "fault_period"));
+    expect_history_as_tapped(period, KEPT);
+
+    run_put(rig, "force_fault", 0.0);
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.03);
+    TEST_ASSERT_TRUE(rig_history_held(rig));
+    run_put(rig, "fault_reset", 1.0);
+    tap_rows_of_history();
+    rig_run(rig, 30u);
+    TEST_ASSERT_FALSE(rig_history_held(rig));
+    TEST_ASSERT_EQUAL_UINT32(30u, taps);
+    expect_history_as_tapped((uint32_t)rig_value(rig, "period"), 30u);
 }
 
 /* ---- encoder and position ---- */
@@ -121,6 +317,41 @@ static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
     run_put(rig, "enable", 1.0);
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
+}
+
+/* The shaft seizes: the EMF is gone at once, and within 20 ms the rotor counts as lost. It is not found,
+ * three starts find it held, and the drive stops: each is a catch or a pause, an alignment of 16 over the
+ * pendulum's frequency w_n = sqrt(p K_t I/J), and a ramp. The EMF of 46 V that is gone surges through L
+ * before the current control sees it: 46 V/(e L 1000 rad/s) = 1.4 A on top of the limit, for which there must
+ * be room below the trip. */
+static void test_seized_shaft_is_started_three_times_and_then_stops_the_drive(void)
+{
+    const double limit = rig_value(rig, "overcurrent_trip") / 1.5;
+    const double natural = sqrt(4.0 * 1.5 * 4.0 * 0.183 * limit / rig_value(rig, "motor_inertia"));
+    const double aligning = 3.0 * 16.0 / natural;
+    run_put(rig, "current_limit", limit);
+    run_parameter(rig, "position_source", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, rig_value(rig, "theta_hat_err"));
+    const double period = rig_value(rig, "period");
+    run_put(rig, "shaft_locked", 1.0);
+    run_seconds(rig, 0.02);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "lock_losses"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)MANOEUVRE_RELOCK, rig_value(rig, "manoeuvre"));
+    run_seconds(rig, 3.0 * aligning);
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "start_try"));
+    const double seconds = (rig_value(rig, "fault_period") - period) * RIG_PERIOD_SECONDS;
+    printf("told after %.3f s, of which %.3f s of alignment\n", seconds, aligning);
+    TEST_ASSERT_TRUE(seconds > aligning + 0.6 && seconds < 2.5 * aligning + 0.6);
+    expect_stopped(REASON_START_STALLED);
+}
+
+static void test_late_interrupt_is_noticed(void)
+{
+    run_put(rig, "interrupt_delay", 99.5e-6); /* past the zero of the next period */
+    run_seconds(rig, 0.002);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
 }
 
 static void test_interrupt_that_is_delayed_but_in_time_does_no_harm(void)

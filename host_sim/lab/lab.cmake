@@ -53,7 +53,11 @@ add_library(lagless_lab STATIC
     ${board_sources}
     lab/campaign.c
     lab/campaign_around.c
+    lab/campaign_duty.c
     lab/campaign_judge.c
+    lab/campaign_motor.c
+    lab/campaign_reasons.c
+    lab/campaign_rows.c
     lab/campaign_run.c
     lab/campaign_space.c
     lab/campaign_text.c

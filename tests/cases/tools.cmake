@@ -6,17 +6,6 @@ foreach(name unexpected_end overwrite cut_files texts own_motor)
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
 endforeach()
 
-# The same rules in the Python package.
-if(NOT LAGLESS_SANITIZE)
-    set(package_python "${CMAKE_SOURCE_DIR}/build/venv/bin/python3")
-    if(NOT EXISTS "${package_python}")
-        set(package_python "${Python3_EXECUTABLE}")
-    endif()
-    add_test(NAME python_unexpected_end COMMAND "${package_python}" -B ${CMAKE_SOURCE_DIR}/tests/python/test_unexpected_end.py)
-    set_tests_properties(python_unexpected_end PROPERTIES LABELS python TIMEOUT 300 SKIP_RETURN_CODE 77 ENVIRONMENT
-        "PYTHONPATH=${CMAKE_SOURCE_DIR}/host_sim/python;LAGLESS_LIBRARY=$<TARGET_FILE:lagless_python>;PYTHONDONTWRITEBYTECODE=1")
-endif()
-
 # Units as data sheets spell them.
 lagless_test(lab_spellings LABEL lab SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_spellings.c LIBS lagless_lab m)
 target_compile_definitions(test_lab_spellings PRIVATE _GNU_SOURCE)

@@ -143,7 +143,7 @@ static void test_a_calibration_beside_a_current_is_replaced(void)
 /* The bridge was on: the currents decay, the sensors settle, and what was found before is no more. */
 static void test_a_run_in_between_begins_anew(void)
 {
-    (void)periods(0.5, 0.0, SETTLE + BLOCK + 100u);
+    (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the block after one that moved confirms it */
     measure_begin_rest(&measure);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* what is left of the run */

@@ -6,7 +6,7 @@
 #define BOARD_CRYSTAL_HZ 20000000 /* 2: 20 MHz x 10/2 */
 #define BOARD_SYSCLK_HZ  100000000
 
-#define BOARD_CARRIER_HZ 12500 /* 3: 100 MHz/8000; the longest interrupt takes nearly all of it */
+#define BOARD_CARRIER_HZ 10000 /* 3: 100 MHz/10000; the longest interrupt takes nine tenths */
 
 #define BOARD_LEG_A 5 /* 4: GPIO8, 9 */
 #define BOARD_LEG_B 6 /* GPIO10, 11 */

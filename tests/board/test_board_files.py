@@ -164,7 +164,7 @@ class Mistakes(BoardFileTest):
         (9, "no scale", {"BOARD_CURRENT_STEP_MV": -1320}),
         (10, "BOARD_UPPER_ZERO_VECTOR or BOARD_LOWER_ZERO_VECTOR", {"BOARD_SAMPLES_AT": 2}),
         (10, "an eighth of a carrier period",
-         {"BOARD_SAMPLES_AT": "BOARD_LOWER_ZERO_VECTOR", "BOARD_SHUNT_SETTLED_NS": 125000000 // 12500 - 400 + 1}),
+         {"BOARD_SAMPLES_AT": "BOARD_LOWER_ZERO_VECTOR", "BOARD_SHUNT_SETTLED_NS": 125000000 // 10000 - 400 + 1}),
         (10, "0 at the upper zero vector", {"BOARD_SHUNT_SETTLED_NS": 1}),
         (11, "BOARD_DC_INPUT is BOARD_ADC_A", {"BOARD_DC_INPUT": "BOARD_NONE"}),
         (11, "no scale", {"BOARD_DC_PIN_MV": 0}),

@@ -7,8 +7,9 @@
 
 #define SETTLE_PERIODS 64u    /* [periods] after the start before offsets are averaged */
 #define RECENT_SHARE   0.015f /* [-] of a sample in what the sensors have read in the last 7 ms */
-#define UNSURE_SHARE   0.25f /* [-] of MEASURE_MOVED, by which offsets that are unsure may be off at a start \
-                              */
+#define UNSURE_SHARE                                                                                         \
+    0.25f /* [-] of MEASURE_MOVED, by which offsets that are unsure may be off at a start                    \
+           */
 
 measure_tuning_t measure_prepare(const params_t *params)
 {
@@ -121,7 +122,8 @@ calibration_t measure_found(const measure_t *measure)
     const measure_rest_t *rest = &measure->rest;
     const calibration_t found = (calibration_t)rest->found;
     const float most = rest->unsure != 0u ? UNSURE_SHARE * MEASURE_MOVED : MEASURE_MOVED;
-    return found != CALIBRATION_FAILED && is_longer(rest->recent, most) ? CALIBRATION_DUE : found;
+    const bool due = found != CALIBRATION_FAILED && is_quiet(rest) && is_longer(rest->recent, most);
+    return due ? CALIBRATION_DUE : found;
 }
 
 bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)

@@ -107,7 +107,8 @@ void measure_begin_rest(measure_t *measure);
  * than a sensor's may be. No division. */
 bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim);
 
-/* What is known of the offsets while the bridge is off. No start with DUE: its offsets would be wrong. */
+/* What is known of the offsets while the bridge is off. No start with DUE: its offsets would be wrong. A
+ * block that is not quiet says nothing: others judge what flows there. */
 calibration_t measure_found(const measure_t *measure);
 
 /* Is this sample one of a sensor that works? */

@@ -139,6 +139,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
     const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
     const bool wrong = aside || gone;
+    watch->confirmed = seen.length > tuning->emf_least && !wrong ? UINT32_C(1) : UINT32_C(0);
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
     const bool backward =
         turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&

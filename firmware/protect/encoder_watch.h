@@ -97,6 +97,7 @@ typedef struct {
     uint32_t waited;     /* judgements that were put off [-]; each without the sign halves them */
     ab_t off;            /* of the last look that was wrong: what its EMF has beside the rotor's [V] */
     uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
+    uint32_t confirmed;  /* 1: the last window's EMF is large, and where the encoder puts it [-] */
 } encoder_watch_t;
 
 /* What it takes, all of t_k. */
@@ -127,6 +128,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->count = 0u;
     watch->waited = 0u;
     watch->of_a_phase = 0u;
+    watch->confirmed = 0u;
 }
 
 /* The voltage that acted on [t_k-1, t_k) [V]. */

@@ -176,6 +176,19 @@ static void test_what_is_left_to_the_trim_is_not_due(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure_found(&measure));
 }
 
+/* Noise of 1 A to both sides has a low-passed current, too; so has a rotor that feeds the link. What begins a
+ * block spans nothing yet. */
+static void test_nothing_is_due_where_a_current_flows(void)
+{
+    uint32_t due = 0u;
+    for (uint32_t n = 0; n < SETTLE + 3u * BLOCK; n++) {
+        (void)period(n % 2u == 0u ? 1.3 : -0.7, 0.0);
+        due += measure_found(&measure) == CALIBRATION_DUE ? 1u : 0u;
+    }
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(2u, due);
+    expect_offset(0.0, 0.0);
+}
+
 /* The bridge was on: the currents decay, the sensors settle, and what was found before is no more. */
 static void test_a_run_in_between_begins_anew(void)
 {

@@ -233,8 +233,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
       "without a fault the torque of a motor that runs does not drive away from what is asked for, by more " \
-      "than that, for 100 ms or three time constants of a slower speed control, while the speed comes no "   \
-      "nearer; in a quick stop it does not drive at all for 100 ms")                                         \
+      "than that, for 100 ms or three time constants of a slower speed control, in both halves of which "    \
+      "the speed gets further away; in a quick stop it does not drive at all for 100 ms")                    \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \
       "without a fault and with half of rated torque as a load at most, the speed is where it is asked to "  \
       "be, to that, as a mean over 100 ms")                                                                  \

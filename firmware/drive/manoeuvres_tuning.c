@@ -11,7 +11,7 @@
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
 #define EMF_WRONG          1.3f    /* [-] of psi_f, that may be believed */
-#define EMF_HELD           0.5f    /* [-] of what the resistance takes, that may be fed forward too much */
+#define EMF_HELD           0.15f   /* [-] of what the resistance holds, that may be fed forward too much */
 #define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
 #define FADE_TIME          0.1f    /* [s] of what a hand-over leaves of i_d */
 #define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */

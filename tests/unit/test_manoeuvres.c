@@ -337,7 +337,8 @@ static void test_reference_too_slow_to_track_is_forced(void)
     }
 }
 
-/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once instead. */
+/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once instead.
+ */
 static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -356,22 +357,23 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
     }
 }
 
-/* A flux believed 1.3 times too large, R and J as much too large: what is fed forward of the EMF too much,
- * delta = s psi_f - psi_f/1.3 per p omega, drives less than the resistance holds, K_t delta < J w_b R (theory
- * 15), however light the rotor; and all of it is fed forward where that is so anyway. */
+/* A flux believed 1.3 times too large, R and J as much too large, and only a quarter of J on this side of an
+ * elastic shaft: what is fed forward of the EMF too much, delta = s psi_f - psi_f/1.3 per p omega, drives no
+ * more than the resistance holds, K_t delta < J w_b R (theory 15), where s is not at its least; and s is 1
+ * where that is far off. */
 static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
 {
-    for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.5) {
+    for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.3) {
         params.motor_inertia = (float)inertia;
         tune();
         const double share = (double)tuning.run.flux_linkage / (double)params.motor_flux_linkage;
         const double flux = POLE_PAIRS * (double)params.motor_flux_linkage / 1.3;
         const double resistance = (double)(params.motor_resistance + params.device_resistance) / 1.3;
         const double drives = 1.5 * flux * flux * (1.3 * share - 1.0);
-        const double holds = inertia / 1.3 * (double)params.current_bandwidth * resistance;
+        const double holds = 0.25 * inertia / 1.3 * (double)params.current_bandwidth * resistance;
         TEST_ASSERT_TRUE(share >= 1.0 / 1.3 - 1e-6 && share <= 1.0);
-        TEST_ASSERT_TRUE(drives < holds);
-        TEST_ASSERT_TRUE(share == 1.0 || 1.5 * flux * flux * 0.3 > 0.8 * holds);
+        TEST_ASSERT_TRUE(drives < 1.1 * holds);
+        TEST_ASSERT_TRUE(share == 1.0 || 1.5 * flux * flux * 0.3 > 0.9 * holds);
     }
 }
 

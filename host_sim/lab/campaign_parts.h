@@ -36,7 +36,8 @@ double campaign_load(const campaign_case_t *drawn);
 /* Is no fault injected? Around a scenario nobody knows. */
 bool campaign_is_healthy(const campaign_case_t *drawn);
 
-/* Is it healthy, with a load that cannot overhaul the motor and a supply away from its limits? */
+/* Is it healthy, with a load that cannot overhaul the motor, no current asked for that takes it beyond
+ * overspeed_trip, and a supply away from its limits? */
 bool campaign_is_calm(const campaign_case_t *drawn);
 
 /* campaign_rows.c: what is set at t = 0. */

@@ -207,10 +207,15 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
 }
 
 /* May a speed be expected? A latched fault is judged by its reason, and a stop is brought to its end first;
- * what is refused because `enable` was on at a reset waits for the user. */
+ * what is refused because `enable` was on at a reset waits for the user, and the bridge does not come on
+ * while a load drives the shaft beyond the trip. */
 static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;
+    if (rows[CAMPAIGN_AT_state] <= watch->ready &&
+        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed) {
+        return false;
+    }
     return duty->healthy && !duty->limited && load <= REACH_LOAD && rows[CAMPAIGN_AT_enable] == 1u &&
            rows[CAMPAIGN_AT_mode] == 0u && rows[CAMPAIGN_AT_state] != watch->fault &&
            rows[CAMPAIGN_AT_state] != watch->stops &&

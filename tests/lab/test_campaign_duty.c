@@ -280,6 +280,23 @@ static void test_a_refusal_that_lasts_is_a_speed_that_is_not_reached(void)
     expect_violated(CAMPAIGN_I_REACH);
 }
 
+/* 220 rad/s are the trip. A load that drives the shaft beyond that while the bridge is off is to be waited
+ * for. */
+static void test_a_shaft_beyond_its_trip_is_not_expected_to_be_started(void)
+{
+    judge_anew("", 0.0);
+    gates(false);
+    *slot("state") = (uint32_t)DRIVE_READY;
+    *slot("refusal") = (uint32_t)REASON_ROTOR_TOO_FAST;
+    put("speed_request", 100.0f);
+    put("true_omega_m", -221.0f);
+    pass(5.0);
+    expect_held();
+    put("true_omega_m", -219.0f);
+    pass(10.0);
+    expect_violated(CAMPAIGN_I_REACH);
+}
+
 static void test_a_hot_motor_is_reported_within_150_ms(void)
 {
     judge_anew("motor_hot", 140.0);

@@ -5,7 +5,9 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
 
-#define CARRIES      0.25  /* [-] of rated current: with less nothing is expected of a phase */
+#define CARRIES 0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
+#define CARRIES_SEEN                                                                                         \
+    0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
 #define NOTICE_TIMES 3.0   /* [-] of what is promised, in which current is asked for */
 #define WITNESS      0.05  /* [s] what a report is about was so within that */
 #define LOCK_WITNESS 2.0   /* [s] in which three losses of the lock are one too many */
@@ -268,8 +270,9 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t period, c
 {
     const double asked =
         hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
-    const bool carries = rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
-                         asked > CARRIES * watch->motor.current;
+    const bool carries =
+        rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
+        asked > fmax(CARRIES * watch->motor.current, CARRIES_SEEN * (double)BOARD_CURRENT_RANGE);
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     switch (how) {
     case WHENEVER:

@@ -21,7 +21,7 @@ static calibration_t calibrate(drive_t *drive, const drive_samples_t *samples)
     } else if (measure_rest(measure, samples, drive->offset_trim.offset)) {
         offset_trim_reset(&drive->offset_trim, none);
     }
-    return (calibration_t)measure->rest.found;
+    return measure_found(measure);
 }
 
 static uint32_t sequence(drive_t *drive, const drive_samples_t *samples)

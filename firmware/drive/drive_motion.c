@@ -22,6 +22,7 @@ static uint32_t look_at_motion(drive_t *drive)
         .omega_m = drive->omega_m,
         .omega_m_ref = drive->demand.omega_m_ref,
         .believed = m->sensorless == 0u,
+        .confirmed = drive->encoder_watch.confirmed != 0u,
         .asked = speed,
     };
     return motion_watch_step(&drive->motion_watch, &input);

@@ -132,13 +132,23 @@ static bool is_confirmed(const drive_t *drive)
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
+/* The speed of a catch is the EMF's length over psi_f: may a psi_f that is believed too small make it one
+ * beyond the trip? A loop that tracks counts turns instead. */
+static bool is_by_length(const drive_t *drive)
+{
+    const manoeuvres_t *m = &drive->manoeuvres;
+    const float least = CONFIRMED_LEAST * drive->omega_m;
+    return m->sensorless != 0u && m->tracking == 0u &&
+           bounds_within(least, drive->guard.tuning.limit[FAULT_LIMIT_OVERSPEED]);
+}
+
 /* A fault that speaks of the shaft's speed, where only the estimate has one, names the estimate. */
 static void name_estimate(drive_t *drive)
 {
     sequence_t *sequence = &drive->sequence;
-    const bool of_speed = sequence->fault_reason == (int32_t)REASON_OVERSPEED ||
-                          sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
-    if (of_speed && !is_confirmed(drive)) {
+    const bool overspeed = sequence->fault_reason == (int32_t)REASON_OVERSPEED;
+    const bool of_speed = overspeed || sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
+    if (of_speed && (!is_confirmed(drive) || (overspeed && is_by_length(drive)))) {
         sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
     }
 }

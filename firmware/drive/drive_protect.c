@@ -64,6 +64,7 @@ static void watch_currents(drive_t *drive)
             .rotor = drive->rotor.rotation,
             .omega_e = known ? omega_e : 0.0f,
             .doubt = (known ? EMF_KNOWN : EMF_UNKNOWN) * bounds_magnitude(omega_e),
+            .hidden = !known && !manoeuvres_knows(m) && omega_e == 0.0f,
             .forced = !known && manoeuvres_knows(m),
             .contradicted = drive->encoder_watch.of_a_phase != 0u,
             .comparable = is_comparable(m),

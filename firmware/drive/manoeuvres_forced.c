@@ -59,8 +59,9 @@ static void raise_current(manoeuvres_t *m, float wanted)
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
+    const bool stops = input->wish.mode == RUN_STOP; /* the frame does not go round first */
     raise_current(m, m->current);
-    if (m->periods >= m->limits.align_periods) {
+    if (m->periods >= m->limits.align_periods || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
     force_by(m, input, FRAME_GOES_ON, demand);

@@ -143,7 +143,10 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (input->calibration == CALIBRATION_FAILED) {
         return REASON_CURRENT_OFFSET;
     }
-    return current_flows(input) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
+    if (current_flows(input)) {
+        return REASON_ROTOR_TOO_FAST;
+    }
+    return input->calibration == CALIBRATION_DUE ? REASON_NOT_READY : REASON_NONE;
 }
 
 /* What goes out while the gates come on and are charged. */

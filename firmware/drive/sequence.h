@@ -95,7 +95,7 @@ typedef struct {
     fault_set_t faults;        /* of the fault table, that open the bridge */
     fault_set_t stops;         /* that ask for a stop */
     bool standing;             /* the rotor is known to stand */
-    calibration_t calibration; /* while not ready, and of the last block while ready */
+    calibration_t calibration; /* while not ready, and what is known of the offsets while ready */
 } sequence_input_t;
 
 /* The state of this period. Returns what follows from it: SEQUENCE_... */

@@ -23,7 +23,7 @@
 
 typedef struct {
     speed_control_tuning_t speed;
-    float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
+    float flux_linkage; /* of the EMF that control is told of [Wb]: psi_f, or a share of it */
     float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
     float stop_ramp;    /* likewise, in a quick stop */
     float low_current;  /* i_d + |i_q| at low speed, at least, where that is kept [A]; 0: no i_d for that */
@@ -141,7 +141,7 @@ static inline float run_i_q(run_t *run, float omega_m)
     return speed_control_step(&run->speed, run->omega_m_ref, omega_m, lower, upper);
 }
 
-/* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
+/* EMF of a rotor at this speed [V]: what is fed forward where no observer sees it. */
 static inline dq_t run_emf(const run_t *run, float omega_e)
 {
     return (dq_t){0.0f, omega_e * run->tuning.flux_linkage};

@@ -130,6 +130,7 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     spread(window->error, frames_inverse_clarke(input->error));
     spread(window->given, frames_inverse_clarke(given));
     spread(window->moved, frames_inverse_clarke(moved));
+    window->hidden = input->hidden;
     window->largest = 0.0f;
     for (uint32_t n = 0; n < 3u; n++) {
         const float amount = bounds_magnitude(window->value[n]);
@@ -195,7 +196,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const float off = bounds_magnitude(p - window->periods * phase->held);
     const float beyond = bounds_magnitude(p) - window->dead - window->resistive - window->emf;
     const float changed = off - HELD_SHARE * window->dead - 2.0f * window->emf;
-    const float more = beyond > changed ? beyond : changed;
+    const float more = beyond > changed && !window->hidden ? beyond : changed;
     phase->stuck += more > 0.0f ? more : 0.0f;
     phase->path += off;
     const uint32_t sure =

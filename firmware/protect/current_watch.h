@@ -132,6 +132,7 @@ typedef struct {
     rotation_t rotor;  /* where it is believed at t_k */
     float omega_e;     /* [rad/s] likewise; 0 where only its speed is known */
     float doubt;       /* speed whose EMF may be wrong [rad/s] */
+    bool hidden;       /* is there an EMF of which nothing is known yet? */
     bool forced;       /* does a forced frame take the rotor along? */
     bool contradicted; /* does the EMF along a phase's axis contradict where the rotor is believed? */
     bool comparable;   /* does the EMF go on smoothly in this window, or as it is believed? */

@@ -18,6 +18,7 @@ typedef struct {
     float emf;       /* what of the EMF may be wrong [A] */
     float reverse;   /* likewise if the rotor is anywhere [A] */
     float largest;   /* amount of the phase currents [A] */
+    bool hidden;     /* all of p may be the EMF's */
 } current_watch_window_t;
 
 /* One after the other. */

@@ -38,6 +38,7 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
     return (encoder_watch_tuning_t){
         .flux_linkage = params->flux_linkage,
         .emf_least = least,
+        .doubtful = params->doubtful * params->doubtful,
         .alone = alone * alone,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
@@ -128,6 +129,11 @@ static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t midd
            cross * cross < SAME_AXIS * squares;
 }
 
+static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
+{
+    return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
+}
+
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
@@ -136,9 +142,12 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         watch->windows++;
         return 0u;
     }
-    const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
-    const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
+    const float least =
+        hardly_flows(tuning, input->current) ? ENCODER_WATCH_SIGNS * tuning->emf_least : tuning->emf_least;
+    const bool aside = seen.length > least && seen.along < ENCODER_WATCH_AXIS * seen.length;
+    const bool gone = seen.expected > least && seen.length < ENCODER_WATCH_GONE * seen.expected;
     const bool wrong = aside || gone;
+    watch->confirmed = seen.length > least && !wrong ? UINT32_C(1) : UINT32_C(0);
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
     const bool backward =
         turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&

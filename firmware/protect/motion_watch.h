@@ -11,9 +11,11 @@
  * hold.
  *
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
- *                 for MOTION_RUNAWAY_TIME, and meanwhile by a tenth of what it was at first
+ *                 for MOTION_RUNAWAY_TIME, and meanwhile to 1.1 of the largest that it was of late
  *
- * A load on an elastic shaft swings back by less than that; what runs away does not end before it.
+ * A load on an elastic shaft swings back by less than that; what runs away does not end before it. An EMF
+ * that stands where the encoder puts the rotor says that the torque has the right sign: whatever takes the
+ * shaft on then is a load, and no runaway.
  *
  * A shaft that is hit is no runaway: its acceleration is held within 2 (K_t/J) i_max, from which it has come
  * down to 0.3 of that after 1.9 tau, and a runaway must last for 2.2 tau at least. tau is long enough that
@@ -41,6 +43,7 @@
 #define MOTION_TAU_NOISE    5.0f  /* [-] limit of current over the noise of i_L */
 #define MOTION_RUNAWAY_TIME 8e-3f /* [s] that it must last ... */
 #define MOTION_RUNAWAY_TAUS 2.2f  /* [-] ... and for so many tau */
+#define MOTION_PEAK_TIME    0.2f  /* [s] so long a speed is remembered that has been left since */
 #define MOTION_AT_LIMIT     0.9f  /* [-] of the limit in force: the current is at it */
 #define MOTION_ASKED        0.05f /* [-] of the reference: so far off it is not where it is asked for */
 
@@ -65,6 +68,7 @@ typedef struct {
     float per_speed;      /* J/K_t over the time that the low-pass is behind [A s/rad] */
     float load_most;      /* [A] */
     float gained_most;    /* omega - LP(omega) at the most acceleration [rad/s] */
+    float remembers;      /* of a speed from one judgement to the next [-] */
     float pushes;         /* [A] */
     float standing;       /* [rad/s] */
     float progress;       /* [rad/s] */
@@ -80,7 +84,7 @@ typedef struct {
     float load;       /* i_L [A] */
     float base;       /* speed in the direction of the reference from which it must come nearer [rad/s] */
     uint32_t settled; /* [-] 1: the low-passes have begun */
-    float calm;       /* |omega| at the last judgement without a runaway [rad/s] */
+    float calm;       /* largest |omega| of late, up to the last judgement without a runaway [rad/s] */
     uint32_t away;    /* judgements that a runaway has lasted [-] */
     uint32_t stuck;   /* judgements at the limit that have brought nothing [-]; 0: none */
     uint32_t forward; /* [-] 1: the reference lies above the speed, of those */
@@ -94,6 +98,7 @@ typedef struct {
     float omega_m;     /* of the shaft as it is believed, mechanical [rad/s] */
     float omega_m_ref; /* [rad/s] */
     bool believed;     /* the speed is that of a sensor: a runaway is judged */
+    bool confirmed;    /* the EMF stands where that sensor puts it: the torque has the sign of its current */
     bool asked;        /* a speed is asked for, not a current */
 } motion_watch_input_t;
 
@@ -114,6 +119,7 @@ static inline void motion_watch_rest(motion_watch_t *watch)
 {
     watch->settled = 0u;
     watch->away = 0u;
+    watch->calm = 0.0f;
     watch->stuck = 0u;
 }
 

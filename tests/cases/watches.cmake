@@ -5,6 +5,9 @@ foreach(name
         elastic_shaft elastic_shaft_softer elastic_shaft_heavy_load elastic_shaft_heavy_stiff quiet_shaft
         false_alarm_encoder_332 false_alarm_encoder_970 false_alarm_encoder_start false_alarm_encoder_standing
         false_alarm_encoder_large_inductance
+        found_offset_drift_told_as_gain found_offset_drift_with_encoder found_wrong_flux_told_as_overspeed
+        found_elastic_shaft_told_as_runaway found_large_flux_drives_a_light_rotor found_quick_stop_in_the_alignment
+        found_small_offset_told_as_wrong_encoder found_catch_told_as_stuck_sensor
         false_alarm_runaway false_alarm_runaway_fan false_alarm_runaway_reversal false_alarm_lock_lost)
     add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)
     set_tests_properties(case_${name} PROPERTIES LABELS scenario TIMEOUT 300)

@@ -353,7 +353,7 @@ class FaultTest(unittest.TestCase):
     def test_why_names_a_refusal(self):
         _, why = session("period 100", "why")
         self.assertIn("refusal 1, not_ready: the current offsets are still being measured", why)
-        self.assertIn("remedy: wait until the state is ready", why)
+        self.assertIn("remedy: wait; it takes a tenth of a second with the bridge off", why)
 
     def test_why_says_when_nothing_is_wrong(self):
         _, why = session("period 8000", "why")

@@ -21,6 +21,7 @@ static uint32_t periods;            /* [periods] until the first of them */
 static double per_ampere;           /* [rad/s^2 per A] of the rotor */
 static double salience;             /* [-] L_q over L_d, their mean as believed */
 static bool forced;                 /* a forced frame takes the rotor along */
+static bool hidden;                 /* nothing is known of the EMF */
 static bool contradicted;           /* the EMF along a phase's axis is wrong */
 static float doubt;                 /* [rad/s] of the rotor's speed */
 
@@ -52,17 +53,26 @@ void setUp(void)
 {
     per_ampere = 0.0;
     salience = 1.0;
-    forced = contradicted = false;
+    forced = contradicted = hidden = false;
     doubt = 0.0f;
     prepare(false, 1.0, 1.0);
 }
 
 static void judge(ab_t voltage, abc_t measured, ab_t reference)
 {
-    const current_watch_input_t input = {measured,     error,       {reference.alpha, reference.beta},
-                                         {0.0f, 1.0f}, (float)LINK, {0.0f, 1.0f},
-                                         0.0f,         doubt,       forced,
-                                         contradicted, true};
+    const current_watch_input_t input = {
+        .current = measured,
+        .error = error,
+        .reference = {reference.alpha, reference.beta},
+        .frame = {0.0f, 1.0f},
+        .u_dc = (float)LINK,
+        .rotor = {0.0f, 1.0f},
+        .doubt = doubt,
+        .hidden = hidden,
+        .forced = forced,
+        .contradicted = contradicted,
+        .comparable = true,
+    };
     ticks++;
     const bool surprised = ticks % CURRENT_WATCH_QUICK == 0u && current_watch_is_surprised(&watch, error);
     const bool due = current_watch_add(&watch, voltage, input.reference, &measured,
@@ -228,6 +238,25 @@ static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
         judge((ab_t){voltage, 0.0f}, (abc_t){8.0f, -4.0f, -4.0f}, (ab_t){8.0f, 0.0f});
     }
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
+/* The same beside a rotor that is not known to turn: its 200 V of EMF hold a current that does not move. A
+ * sensor that does not move while the voltage goes up, by which control means to move its current, is stuck
+ * all the same.
+ */
+static void test_an_emf_of_which_nothing_is_known_is_no_stuck_sensor(void)
+{
+    hidden = true;
+    for (uint32_t n = 0; n < 1000u; n++) {
+        judge((ab_t){200.0f, 0.0f}, (abc_t){0.3f, -0.15f, -0.15f}, (ab_t){0.3f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    periods = 0u;
+    for (uint32_t n = 0; n < 100u; n++) {
+        judge((ab_t){200.0f + 5.0f * (float)n, 0.0f}, (abc_t){0.3f, -0.15f, -0.15f}, (ab_t){0.3f, 0.0f});
+    }
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
+    TEST_ASSERT_LESS_THAN_UINT32(40u, periods);
 }
 
 /* One sample of a sensor that is 10 A off. */

@@ -25,10 +25,22 @@ static double rotor, encoder; /* [rad] */
 static ab_t current;          /* [A] */
 static bool doubtful;         /* the EMF */
 
+static encoder_watch_params_t usual(void)
+{
+    return (encoder_watch_params_t){
+        .resistance = (float)R,
+        .inductance = (float)L,
+        .flux_linkage = (float)PSI,
+        .speed_least = (float)LEAST,
+        .step = (float)STEP,
+        .period = (float)T,
+        .every = EVERY,
+    };
+}
+
 void setUp(void)
 {
-    const encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
-                                           0.0f,     (float)STEP, (float)T,   EVERY};
+    const encoder_watch_params_t params = usual();
     const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
     memset(&watch, 0x55, sizeof watch);
     encoder_watch_init(&watch, &tuning);
@@ -43,8 +55,7 @@ void setUp(void)
  * less, noise would be judged. */
 static void test_what_noise_makes_of_an_emf_is_not_judged(void)
 {
-    encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
-                                     0.0f,     (float)STEP, (float)T,   EVERY};
+    encoder_watch_params_t params = usual();
     const double quiet = (double)encoder_watch_prepare(&params).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
     const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L); /* makes twice that */
@@ -94,6 +105,48 @@ static uint32_t noticed(double omega, double share, double said, uint32_t *bits)
         }
     }
     return 0u;
+}
+
+/* An encoder that is half a turn off, at this speed and with this current along alpha: is it noticed? */
+static bool is_noticed(double omega, float alpha)
+{
+    encoder_watch_params_t params = usual();
+    uint32_t bits;
+    setUp();
+    params.doubtful = 0.2f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    encoder_watch_take(&watch, &tuning);
+    current.alpha = alpha;
+    rotor += PI;
+    return noticed(omega, 1.0, omega, &bits) != 0u;
+}
+
+/* Where hardly a current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
+ * believed to be. */
+static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        TEST_ASSERT_FALSE(is_noticed(way * 1.9 * LEAST, 0.0f));
+        TEST_ASSERT_FALSE(is_noticed(way * 1.9 * LEAST, 0.19f));
+        TEST_ASSERT_TRUE(is_noticed(way * 1.9 * LEAST, 0.21f));
+        TEST_ASSERT_TRUE(is_noticed(way * 2.1 * LEAST, 0.0f));
+    }
+}
+
+/* The EMF confirms an encoder that puts it where it is, as long as there is enough. */
+static void test_an_emf_on_the_encoders_axis_confirms_it(void)
+{
+    settle(1.2 * LEAST);
+    TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
+    encoder_watch_rest(&watch);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+    settle(0.9 * LEAST);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+    settle(1.2 * LEAST);
+    encoder += 1.0;
+    (void)judge(1.2 * LEAST, 1.0, 1.2 * LEAST);
+    (void)judge(1.2 * LEAST, 1.0, 1.2 * LEAST);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
 }
 
 /* Likewise, of those that are not put off. */

@@ -68,6 +68,22 @@ static void test_on_is_refused_with_the_reason(void)
     expect_refused(REASON_NONE);
 }
 
+/* Sensors that have just moved: the offsets would be wrong. A current that flows is the better reason. */
+static void test_a_start_waits_for_offsets_that_are_due(void)
+{
+    from(DRIVE_READY);
+    input.calibration = CALIBRATION_DUE;
+    requests.enable = (int32_t)REQUEST_ON;
+    go(500, DRIVE_READY, OFF);
+    expect_refused(REASON_NOT_READY);
+    is.feeding = true;
+    go(1, DRIVE_READY, OFF);
+    expect_refused(REASON_ROTOR_TOO_FAST);
+    is.feeding = false;
+    input.calibration = CALIBRATION_GOOD;
+    go(1, DRIVE_SWITCHED_ON, OFF | PRESET);
+}
+
 /* A current that no gate drives: the rotor feeds the link through the diodes. The gates would give it more
  * than they can turn off. Every direction is as bad. */
 static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)

@@ -64,7 +64,8 @@ typedef struct {
     position_t encoder_position; /* at t_k, of the encoder */
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
-    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
+    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k) */
+    float emf_shape;             /* [V] amplitude of the EMF's shape, which the estimator does not get of it */
     float dead_voltage;          /* [V] that a leg loses at the link of that time */
     frame_t rotor;               /* as it is believed at t_k */
     float omega_m;               /* [rad/s] mechanical, of the rotor */
@@ -95,6 +96,7 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
+    float emf_shape_share; /* [-] of the shape learnt that emf_shape is */
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
     uint32_t encoder_wrong; /* [-] ENCODER_WATCH_... bits of the last look */

@@ -2,6 +2,8 @@
  * its own, what they teach. */
 #include "drive/drive.h"
 
+#include "adapt/emf_shape.h"
+
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_LEARN_PERIODS - 1u) * DRIVE_PERIOD)
 
@@ -9,6 +11,7 @@
 #define INERTIA_TURN    1u
 #define DEAD_TIME_TURN  2u
 #define INDUCTANCE_TURN 3u
+#define EMF_SHAPE_TURN  4u
 
 /* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
  * that. */
@@ -48,7 +51,20 @@ static void learn_dead_time(drive_t *drive, float link)
         .link = link,
     };
     dead_time_learn_step(&drive->dead_time_learn, &input);
-    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+}
+
+/* What that means for the dead time and for the shape of the EMF, which the estimator is spared while it
+ * tracks.
+ */
+static void follow_dead_time(drive_t *drive)
+{
+    dead_time_learn_t *learn = &drive->dead_time_learn;
+    dead_time_learn_follow(learn, 1.0f - drive->emf_shape_share);
+    inverter_set_dead_time(&drive->inverter, learn->effective);
+    const float omega = drive->means.omega;
+    const float share = drive->manoeuvres.tracking != 0u ? emf_shape_share(omega) : 0.0f;
+    drive->emf_shape_share = share;
+    drive->emf_shape = share * learn->tuning.flux_linkage * omega * learn->shape.d;
 }
 
 /* What a locked loop without encoder answers to the dither, and the next of it. */
@@ -75,6 +91,8 @@ static void learn_in_turn(drive_t *drive, uint32_t turn, float link)
 {
     if (turn == DEAD_TIME_TURN && drive->dead_time_learn.tuning.rate > 0.0f) {
         learn_dead_time(drive, link);
+    } else if (turn == EMF_SHAPE_TURN && drive->dead_time_learn.tuning.rate > 0.0f) {
+        follow_dead_time(drive);
     } else if (turn == INDUCTANCE_TURN && drive->inductance.tuning.rate > 0.0f) {
         learn_inductance(drive);
     } else if (turn == INERTIA_TURN && drive->inertia.tuning.on != 0u) {
@@ -103,6 +121,8 @@ void drive_learn_pause(drive_t *drive)
     const ab_t none = {0.0f, 0.0f};
     inductance_rest(&drive->inductance);
     dead_time_learn_pause(&drive->dead_time_learn);
+    drive->emf_shape = 0.0f;
+    drive->emf_shape_share = 0.0f;
     sums_clear(&drive->sums);
     drive->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }

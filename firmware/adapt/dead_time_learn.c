@@ -14,8 +14,8 @@
 #define OF_REST  (OF_SHAPE - OF_BOTH * OF_BOTH / OF_SIGNS)
 #define ALIKE    (OF_BOTH / OF_SIGNS) /* [-] legs' voltage that a shape is taken for at first, over its own */
 
-#define SHAPE_RATE        0.5f /* [-] of the rate of the dead time: that at which the two are told apart */
-#define SHAPE_APART       0.2f /* [-] of what it is in line with it, across the EMF, whose direction V turns */
+#define SHAPE_RATE        0.8f /* [-] of the rate of the dead time: that at which the two are told apart */
+#define ALONE             0.7f /* [-] of its first spread, at which the dead time is no longer learnt alone */
 #define PER_SIGNS_SQUARED 0.61685028f /* [-] (pi/4)^2: length of a direction over the mean signs along it */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
@@ -24,7 +24,7 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     const float drift = GAIN_LEAST * GAIN_LEAST * GAIN_FORGETS;
     const float time = params->rate / OF_SIGNS;
-    const float shape = params->rate * SHAPE_RATE / OF_REST;
+    const float shape = params->shaped ? params->rate * SHAPE_RATE / OF_REST : 0.0f;
     return (dead_time_learn_tuning_t){
         .rate = params->rate,
         .effective = effective,
@@ -51,7 +51,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
         dead_time_learn_pause(learn);
     }
     if (!same || tuning->rate != learn->tuning.rate) {
-        learn->spread.tt = tuning->time;
+        learn->spread = (dead_time_learn_spread_t){tuning->time, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         learn->fresh = 1u;
     }
     learn->tuning = *tuning;
@@ -67,25 +67,22 @@ static ab_t sixth_power(ab_t unit)
     return (ab_t){cube_re * cube_re - cube_im * cube_im, 2.0f * cube_re * cube_im};
 }
 
-/* With what is first seen: an error is taken for one of the dead time and follows by the first rate, and what
- * it was is told apart more slowly, whatever of a shape looks like dead time at this EMF and this place of
- * the current. */
+/* From here on the shape is regressed beside the dead time, which has followed all that was seen until now.
+ * What of that was a shape goes over to it more slowly, so far as at this EMF and this place of the current
+ * it looks like dead time. */
 static void begin(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const dead_time_learn_look_t *look = &learn->look;
     const float in_line = look->rotor.alpha * look->rotor.alpha;
     const float alike = ALIKE * look->rotor.alpha * in_line * in_line * sixth_power(look->rotor).alpha;
-    const float per_due = look->per_due;
-    const float known = tuning->shape * (SHAPE_APART + (1.0f - SHAPE_APART) * in_line * in_line);
-    const float shape = known * per_due * per_due;
+    const float shape = tuning->shape * look->shrink;
+    const float both = alike * look->due;
     learn->fresh = 0u;
-    learn->spread = (dead_time_learn_spread_t){tuning->time + alike * alike * tuning->shape,
-                                               -alike * tuning->shape * per_due,
-                                               0.0f,
-                                               shape,
-                                               0.0f,
-                                               shape};
+    learn->spread.tt += both * both * shape;
+    learn->spread.td = -both * shape;
+    learn->spread.dd = shape;
+    learn->spread.qq = shape;
 }
 
 static inline float cross(ab_t a, ab_t b)
@@ -184,7 +181,9 @@ static void look_at(dead_time_learn_t *learn, const dead_time_learn_input_t *inp
     const float near_2 = near * near;
     const float near_4 = near_2 * near_2;
     const float slow = due < DEAD_TIME_LEARN_EMF_FULL ? due * (1.0f / DEAD_TIME_LEARN_EMF_FULL) : 1.0f;
-    look->per_due = inverse_root(due * due);
+    const float per_due = inverse_root(due * due);
+    look->due = due;
+    look->shrink = per_due * per_due;
     look->time = slow * slow * tuning->period;
     look->weight = look->time * (1.0f - near_4 * near_4);
 }
@@ -218,9 +217,11 @@ static void drift(dead_time_learn_t *learn)
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const dead_time_learn_look_t *look = &learn->look;
     dead_time_learn_spread_t *spread = &learn->spread;
-    const float square = look->per_due * look->per_due;
-    const float most = tuning->shape * square;
-    const float more = look->time * tuning->shape_drift * square;
+    const float most = tuning->shape * look->shrink;
+    const float more = look->time * tuning->shape_drift * look->shrink;
+    if (learn->fresh != 0u) {
+        return;
+    }
     spread->tt += spread->tt < tuning->time ? look->time * tuning->time_drift : 0.0f;
     spread->dd += spread->dd < most ? more : 0.0f;
     spread->qq += spread->qq < most ? more : 0.0f;
@@ -234,7 +235,7 @@ void dead_time_learn_follow(dead_time_learn_t *learn, float left)
     if (look->time == 0.0f) {
         return;
     }
-    if (learn->fresh != 0u) {
+    if (learn->fresh != 0u && spread->tt < ALONE * tuning->time) {
         begin(learn);
     }
     const float t = look->of_time;

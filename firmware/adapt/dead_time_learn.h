@@ -70,7 +70,8 @@ typedef struct {
     float of_d;    /* of it by a shape of 1 in the d axis */
     float of_q;    /* of it by a shape of 1 in the q axis */
     ab_t rotor;    /* direction of the rotor's EMF, seen from the current [-] */
-    float per_due; /* one over the EMF of the speed */
+    float due;     /* EMF of the speed */
+    float shrink;  /* of the spread of a shape: 1, or one over the square of that EMF */
     float time, weight;
 } dead_time_learn_look_t;
 
@@ -80,8 +81,10 @@ typedef struct {
     float band;         /* dead band over T, which the hardware keeps exactly [-] */
     float flux_linkage; /* psi_f [Wb] */
     float zone;         /* half width of the zone around zero current [A] */
-    float period;       /* T [s] */
-    uint32_t every;     /* [periods] from one step to the next, at least 1 */
+    bool
+        shaped; /* is the EMF's shape learnt beside? Not of a rotor that swings with a ripple of its torque */
+    float period;   /* T [s] */
+    uint32_t every; /* [periods] from one step to the next, at least 1 */
 } dead_time_learn_params_t;
 
 typedef struct {

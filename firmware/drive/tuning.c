@@ -5,6 +5,9 @@
 /* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
+#define SWING_MAX                                                                                            \
+    0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
+
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
 {
     believed_t believed = params_believed(params);
@@ -81,6 +84,20 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->inertia = inertia_prepare(&inertia);
 }
 
+/* At the speed whose EMF is the dead band's voltage, by how much does the rotor swing with the sixth harmonic
+ * of the current limit's torque, an angle over the share of it? What a light one swings with is no shape of
+ * its EMF.
+ */
+static bool is_heavy(const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float acceleration =
+        1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit / believed->inertia;
+    const float sixth =
+        6.0f * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage / believed->flux_linkage;
+    return acceleration < SWING_MAX * sixth * sixth;
+}
+
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const inverter_params_t inverter = {
@@ -107,6 +124,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .band = params->dead_time / DRIVE_PERIOD,
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
+        .shaped = is_heavy(params, believed),
         .period = DRIVE_PERIOD,
         .every = DRIVE_LEARN_PERIODS,
     };

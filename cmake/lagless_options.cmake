@@ -54,6 +54,11 @@ if(CMAKE_C_COMPILER_ID STREQUAL GNU)
     # GCC 12's straight-line vectoriser fuses multiply and add where the machine can, whatever is said about contraction.
     target_compile_options(lagless_flags INTERFACE -fno-tree-slp-vectorize)
 endif()
+if(LAGLESS_TARGET STREQUAL m4f)
+    # GCC takes a struct apart into registers only where its maker was inlined early. The quantities of the fault table are just
+    # beyond what it inlines early by itself; without this all of them are put into memory in each period.
+    target_compile_options(lagless_flags INTERFACE --param early-inlining-insns=30)
+endif()
 target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(LAGLESS_SANITIZE)
     target_compile_options(lagless_flags INTERFACE -O1 -fsanitize=address,undefined -fno-sanitize-recover=all)

@@ -36,7 +36,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
-        .rate = params->rate,
+        .rate = params->inductance_q > INDUCTANCE_SALIENT_MAX * params->inductance_d ? 0.0f : params->rate,
         .from = params->from,
         .inductance_q = params->inductance_q,
         .saliency = params->inductance_d - params->inductance_q,

@@ -29,7 +29,8 @@
  * torque, there is no dither.
  *
  * One step in every so-manieth T, from the means of these; two divisions at the end of a cycle. Does not
- * handle: an L_q that falls with i_q otherwise than L_d. */
+ * handle: an L_q that falls with i_q otherwise than L_d; a salient rotor, on which what is learnt drifts away
+ * from the right value and takes the loop with it: above L_q = 1.1 L_d the rate is 0. */
 #ifndef ADAPT_INDUCTANCE_H
 #define ADAPT_INDUCTANCE_H
 
@@ -60,6 +61,7 @@
 #define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles that say the same */
+#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1, and its rounding; above it nothing is learnt */
 
 typedef struct {
     float inductance_d;    /* L_d, believed [H], above 0 */
@@ -83,7 +85,7 @@ typedef struct {
 
 typedef struct {
     inductance_wave_t wave[INDUCTANCE_FREQUENCIES];
-    float rate;            /* at which it begins [1/s]; 0 = off */
+    float rate;            /* at which it begins [1/s]; 0 = off, and for a salient rotor */
     float from;            /* L_q of the parameters [H] */
     float inductance_q;    /* L_q with which the observer works [H] */
     float saliency;        /* L_d - L_q of this belief [H] */

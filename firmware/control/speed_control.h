@@ -46,6 +46,17 @@ typedef struct {
 /* Coefficients. One division. */
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params);
 
+/* The same loop, slower: its bandwidth times `factor` [-], 0..1, with its damping. No division. */
+static inline speed_control_tuning_t speed_control_slower(const speed_control_tuning_t *tuning, float factor)
+{
+    speed_control_tuning_t slower = *tuning;
+    slower.kick *= factor;
+    slower.pi.kp *= factor;
+    slower.pi.ki_period *= factor * factor;
+    slower.pi.back_gain *= factor;
+    return slower;
+}
+
 /* These coefficients; integral 0. */
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
 

@@ -95,7 +95,7 @@ static void manoeuvre(drive_t *drive)
     const frame_t last = drive->demand.frame;
     manoeuvres_step(&drive->manoeuvres, &input, &drive->demand);
     if (drive->manoeuvres.locking != 0u) {
-        chosen_lock(&drive->estimator, drive->manoeuvres.locked);
+        chosen_lock(&drive->estimator, drive->manoeuvres.locked, drive->manoeuvres.locked_emf);
         flux_reset(&drive->flux, drive->manoeuvres.locked.omega_e);
         offset_trim_reset(&drive->offset_trim, drive->offset_trim.offset);
     }

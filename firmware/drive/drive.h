@@ -34,6 +34,7 @@
 #include "math/frames.h"
 #include "protect/encoder_watch.h"
 #include "protect/motion_watch.h"
+#include "protect/oscillation_watch.h"
 
 typedef struct {
     abc_t duty;    /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
@@ -99,6 +100,7 @@ typedef struct {
     float emf_shape_share; /* [-] of the shape learnt that emf_shape is */
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
+    oscillation_watch_t oscillation_watch;
     uint32_t encoder_wrong; /* [-] ENCODER_WATCH_... bits of the last look */
     uint32_t moves_wrong;   /* [-] MOTION_... bits likewise */
     current_watch_t current_watch;

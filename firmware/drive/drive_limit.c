@@ -22,12 +22,22 @@ static void ride_through(drive_t *drive)
     }
 }
 
+/* A quick stop without a ramp only brakes: what the speed control held against a load when it began must not
+ * drive the motor on until the integral has come down. */
+static bool only_brakes(const drive_t *drive)
+{
+    return drive->sequence.state == (int32_t)DRIVE_QUICK_STOP &&
+           drive->manoeuvres.run.tuning.stop_ramp == 0.0f;
+}
+
 /* What both leave, on the side of the speed. */
 static void put_in_force(drive_t *drive)
 {
     const float most = drive->thermal.limit;
     const float braking = bounds_clamp(drive->link.braking, most);
-    const float driving = bounds_clamp(drive->link.driving, most);
+    const float asked = bounds_clamp(drive->link.driving, most);
+    const float least = braking < 0.0f ? -braking : 0.0f; /* what a full link gives away */
+    const float driving = only_brakes(drive) && asked > least ? least : asked;
     if (drive->omega_m < 0.0f) {
         run_limit(&drive->manoeuvres.run, -driving, braking);
     } else {
@@ -39,7 +49,7 @@ void drive_limit(drive_t *drive, bool look)
 {
     const measured_t *measured = &drive->measure.measured;
     link_t *link = &drive->link;
-    bool changes = !look; /* else only where a limit may have changed */
+    bool changes = !look || only_brakes(drive); /* else only where a limit may have changed */
     if (look && drive->period % DRIVE_LIMIT_PERIODS < GUARD_LOOK_PERIODS) {
         thermal_add(&drive->thermal, measured->current_abc);
         if (thermal_is_due(&drive->thermal)) {

@@ -57,8 +57,20 @@ static void rest(drive_t *drive)
 {
     encoder_watch_rest(&drive->encoder_watch);
     motion_watch_rest(&drive->motion_watch);
+    oscillation_watch_rest(&drive->oscillation_watch);
     drive->moves_wrong = 0u;
     drive->encoder_wrong = 0u;
+}
+
+/* A speed loop that oscillates is made slower. In mode current nothing is controlled by the speed. */
+static void look_for_oscillation(drive_t *drive)
+{
+    oscillation_watch_t *watch = &drive->oscillation_watch;
+    if (drive->requests.mode != (int32_t)MODE_SPEED) {
+        oscillation_watch_rest(watch);
+    } else if (oscillation_watch_step(watch, drive->demand.current.q, drive->demand.omega_m_ref)) {
+        run_calm(&drive->manoeuvres.run, false);
+    }
 }
 
 void drive_watch_motion(drive_t *drive, bool in_slot, bool jumped)
@@ -71,6 +83,7 @@ void drive_watch_motion(drive_t *drive, bool in_slot, bool jumped)
     }
     if (in_slot) {
         drive->encoder_wrong = 0u;
+        look_for_oscillation(drive);
         if (drive->period % DRIVE_MOTION_PERIODS < GUARD_LOOK_PERIODS) {
             drive->moves_wrong = look_at_motion(drive);
         }

@@ -47,6 +47,7 @@ void drive_take(drive_t *drive, uint32_t encoder_count)
     sequence_take(&drive->sequence, &tuning->sequence);
     encoder_watch_take(&drive->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&drive->motion_watch, &tuning->motion_watch);
+    oscillation_watch_take(&drive->oscillation_watch, &tuning->oscillation_watch);
     current_watch_take(&drive->current_watch, &tuning->current_watch);
     drive->offered = 0u;
 }
@@ -71,6 +72,7 @@ void drive_init(drive_t *drive, const params_t *params)
     inertia_init(&drive->inertia, &tuning->inertia);
     encoder_watch_init(&drive->encoder_watch, &tuning->encoder_watch);
     motion_watch_init(&drive->motion_watch, &tuning->motion_watch);
+    oscillation_watch_init(&drive->oscillation_watch, &tuning->oscillation_watch);
     thermal_init(&drive->thermal, &tuning->thermal);
     link_init(&drive->link, &tuning->link);
     drive_take(drive, 0u);

@@ -36,6 +36,14 @@ static inline uint32_t drive_too_fast(const drive_t *drive)
                : 0u;
 }
 
+/* What is wrong with the loops: GUARD_LOOP_... bits. */
+static inline uint32_t drive_loops(const drive_t *drive)
+{
+    const manoeuvres_t *m = &drive->manoeuvres;
+    return (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
+           (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u);
+}
+
 /* What the rows of the fault table compare; `look`: the slow ones are judged, too. */
 static inline guard_input_t drive_seen(const drive_t *drive, bool look)
 {
@@ -55,6 +63,7 @@ static inline guard_input_t drive_seen(const drive_t *drive, bool look)
         .current_faults = drive->current_faults,
         .heat = drive->thermal.conditions,
         .link = drive->link.conditions,
+        .loops = drive_loops(drive),
         .now = drive_moments(drive),
         .look = look ? 1u : 0u,
     };

@@ -162,7 +162,13 @@
       "brake more slowly or add a brake resistor; check the supply")                                         \
     F(71, MASTER_SILENT, "master_silent", master_silent, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,            \
       "the master on the line was silent for command_timeout: the motor was stopped",                        \
-      "look after cable and master, then set `enable` anew; or choose another command_timeout")
+      "look after cable and master, then set `enable` anew; or choose another command_timeout")              \
+    F(83, LOOP_SLOW, "loop_slow", loop_slow, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                        \
+      "pll_bandwidth is too slow for motor_inertia and current_limit: a step of the load loses the rotor",   \
+      "set pll_bandwidth and feedforward_cutoff to 0: they then follow the motor")                           \
+    F(84, OSCILLATION, "oscillation", oscillation, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                  \
+      "the speed control made the shaft oscillate: it is slower until the next switching on",                \
+      "look for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff")
 
 /* A row's bit, and how many there are. */
 typedef enum {

@@ -39,6 +39,10 @@ typedef struct {
 #define GUARD_CORRUPT_PARAMS         UINT32_C(8)
 #define GUARD_MASTER_SILENT          UINT32_C(0x10000)
 
+/* What is wrong with the loops. */
+#define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is set too slow */
+#define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated, and was slowed down */
+
 /* What is judged in a period. */
 typedef struct {
     const measured_t *measured;
@@ -55,6 +59,7 @@ typedef struct {
     uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */
     uint32_t heat;             /* [-] THERMAL_... bits */
     uint32_t link;             /* [-] LINK_... bits */
+    uint32_t loops;            /* [-] GUARD_LOOP_... bits */
     uint32_t now;              /* [-] GUARD_... bits: which rows count */
     uint32_t look;             /* [-] 1: the slow rows are judged, too */
 } guard_input_t;

@@ -59,6 +59,8 @@ typedef struct {
     uint32_t derating;           /* [-] the limit of the current is lower */
     uint32_t dc_ripple;          /* [-] of the DC link */
     uint32_t dc_limits;          /* [-] the DC link limits the torque */
+    uint32_t loop_slow;          /* [-] the tracking loop is set too slow */
+    uint32_t oscillation;        /* [-] the speed loop oscillated, and was slowed down */
     uint32_t master_silent;      /* [-] the master on the line was silent for too long */
 } guard_quantities_t;
 
@@ -107,6 +109,8 @@ static inline guard_quantities_t guard_quantities_of(const guard_input_t *input)
         .derating = input->heat & THERMAL_DERATING,
         .dc_ripple = input->link & LINK_RIPPLES,
         .dc_limits = input->link & LINK_LIMITS,
+        .loop_slow = input->loops & GUARD_LOOP_SLOW,
+        .oscillation = input->loops & GUARD_LOOP_OSCILLATED,
         .master_silent = input->reported & GUARD_MASTER_SILENT,
     };
 }

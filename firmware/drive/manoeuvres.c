@@ -31,10 +31,11 @@ void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e)
     run_enter(&m->run, current, omega_e * m->limits.pole_pairs_inverse);
 }
 
-void manoeuvres_lock_to(manoeuvres_t *m, position_t position)
+void manoeuvres_lock_to(manoeuvres_t *m, position_t position, float emf)
 {
     m->locking = 1u;
     m->locked = position;
+    m->locked_emf = emf;
     m->tracking = 1u;
     lock_reset(&m->lock, position.omega_e);
 }
@@ -55,6 +56,7 @@ void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     catch_init(&m->catching, &tuning->catching);
     handover_init(&m->handover, &tuning->handover);
     lock_init(&m->lock, &tuning->lock);
+    proof_init(&m->proof, &tuning->proof);
     run_init(&m->run, &tuning->run);
     m->limits = tuning->limits;
     (void)source(m, m->limits.sensorless);
@@ -67,6 +69,7 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     catch_take(&m->catching, &tuning->catching);
     handover_take(&m->handover, &tuning->handover);
     lock_take(&m->lock, &tuning->lock);
+    proof_take(&m->proof, &tuning->proof);
     run_take(&m->run, &tuning->run);
     m->limits = tuning->limits;
     m->other_source = source(m, m->limits.sensorless | m->encoder_lost);
@@ -81,6 +84,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m)
     m->lock_losses = 0u;
     m->failed = 0u;
     m->encoder_lost = 0u;
+    run_calm(&m->run, true);
     (void)source(m, m->limits.sensorless);
     if (m->sensorless != 0u) {
         manoeuvres_enter_catch(m, MANOEUVRE_CATCH, CATCH_PERIODS, 0.0f);

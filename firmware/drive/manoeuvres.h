@@ -5,8 +5,9 @@
  *                                       --> forced                 the reference is too slow to track
  *     run --> forced      the reference is below fallback_speed
  *         --> reverse     through zero speed, if that takes longer than the model of the loop can bridge
- *         --> relock      the lock is lost: catch again, at once; a rotor that then turns against the wish
- *                         keeps its speed until its lock has been judged
+ *         --> relock      the lock is lost: catch again, at once; the loop that is locked then has no torque
+ *                         until several windows of its EMF agree (proof.h), else it is caught once more; a
+ *                         rotor that turns against the wish keeps its speed until its lock has been judged
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
  *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
  *
@@ -30,6 +31,7 @@
 #include "manoeuvre/forced.h"
 #include "manoeuvre/handover.h"
 #include "manoeuvre/lock.h"
+#include "manoeuvre/proof.h"
 #include "manoeuvre/run.h"
 
 typedef enum {
@@ -82,6 +84,7 @@ typedef struct {
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
+    uint32_t slow_loop;        /* [-] 1: the tracking loop is too slow for inertia and current limit */
     uint32_t judging;          /* [-] 1: the lock is judged */
     int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: what to do with an encoder that is wrong */
 } manoeuvres_limits_t;
@@ -92,6 +95,7 @@ typedef struct {
     catch_tuning_t catching;
     handover_tuning_t handover;
     lock_tuning_t lock;
+    proof_tuning_t proof;
     run_tuning_t run;
 } manoeuvres_tuning_t;
 
@@ -101,6 +105,7 @@ typedef struct {
     catch_t catching;
     handover_t handover;
     lock_t lock;
+    proof_t proof;
     run_t run;
 
     int32_t now;            /* [-] manoeuvre_t */
@@ -116,6 +121,7 @@ typedef struct {
     uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
     uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
     uint32_t proving;       /* [periods] for which a rotor that was caught again still keeps its speed */
+    uint32_t relocks;       /* [-] catches since the lock was lost last whose lock was not proved */
     uint32_t slow_periods;  /* [periods] without an EMF */
     uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
     uint32_t sound_periods; /* [periods] since the start succeeded */
@@ -130,6 +136,7 @@ typedef struct {
 
     uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */
     position_t locked; /* [rad], [rad/s] at t_k */
+    float locked_emf;  /* mean length of its EMF [V] */
 } manoeuvres_t;
 
 /* What a period brings. */

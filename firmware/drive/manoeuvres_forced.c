@@ -94,7 +94,8 @@ static void track_beside(manoeuvres_t *m, const estimate_t *estimate)
     const float speed = bounds_magnitude(m->forced.frame.omega_e);
     if (m->tracking == 0u && speed >= TRACK_SHARE * m->limits.handover_speed) {
         const float omega_e = m->forced.frame.omega_e;
-        manoeuvres_lock_to(m, (position_t){catch_angle(estimate->emf, omega_e), omega_e});
+        manoeuvres_lock_to(m, (position_t){catch_angle(estimate->emf, omega_e), omega_e},
+                           estimate->amplitude);
     } else if (m->tracking != 0u && speed < UNTRACK_SHARE * m->limits.handover_speed) {
         m->tracking = 0u;
     } else if (m->tracking != 0u) {

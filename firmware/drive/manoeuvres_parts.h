@@ -43,8 +43,8 @@ static inline void manoeuvres_judge(manoeuvres_t *m, float amplitude, float omeg
                 m->sensorless != 0u;
 }
 
-/* The loop shall be locked there in this period. */
-void manoeuvres_lock_to(manoeuvres_t *m, position_t position);
+/* The loop shall be locked there in this period, on an EMF of this length [V]. */
+void manoeuvres_lock_to(manoeuvres_t *m, position_t position, float emf);
 
 /* Run in this frame of the rotor, with this EMF [V] and mechanical speed [rad/s]; the change from one source
  * to another while running keeps the voltage. */

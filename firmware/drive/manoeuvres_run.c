@@ -8,33 +8,92 @@
 #define LOSS_PERIODS  DRIVE_PERIODS(2.0f)  /* in which three losses are one too many */
 #define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when that is asked for */
 #define SOUND_PERIODS DRIVE_PERIODS(0.5f)  /* of run, after which a start counts as done */
+#define RELOCKS       10u                  /* [-] catches after one loss, none of which could be proved */
 #define LOCKED_ASIDE  0.3f                 /* [-] of the EMF along the q axis: 17 degrees */
 #define LOCKED_LENGTH 0.3f                 /* [-] of psi_f omega, that the EMF may be off */
 #define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
 
-/* The rotor turns: locked and run from here on, without torque; what flows along its d axis goes on. */
+/* The current along the d axis of a rotor whose lock is not proved: it makes no torque, and keeps the legs
+ * out of the dead time's zone. */
+static inline dq_t without_torque(const manoeuvres_t *m)
+{
+    return (dq_t){m->catching.tuning.current_d, 0.0f};
+}
+
+/* The rotor turns: locked from here on, without torque; what flows along its d axis goes on. At first sight
+ * it runs, too; a rotor that was lost is proved before. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const position_t rotor = catch_position(&m->catching);
     const frame_t frame = {rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
-    const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
-    const bool lost = m->now == (int32_t)MANOEUVRE_RELOCK && input->wish.mode == RUN_SPEED;
-    const bool against = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    manoeuvres_enter_run(m, current, rotor.omega_e);
-    m->locking = 1u;
-    m->locked = rotor;
-    m->reversing = against && !lost;
-    m->proving = against && lost ? MANOEUVRE_PROVING_PERIODS : 0u;
-    m->omega_m_proved = m->run.omega_m_ref;
-    manoeuvres_run_by(m, input, &frame, frames_park(m->catching.emf, frame.rotation), m->run.omega_m_ref,
-                      demand);
+    const dq_t emf = frames_park(m->catching.emf, frame.rotation);
+    manoeuvres_lock_to(m, rotor, catch_length(&m->catching));
+    if (m->now == (int32_t)MANOEUVRE_RELOCK) {
+        proof_enter(&m->proof);
+        demand->frame = frame;
+        demand->current = without_torque(m);
+        demand->emf = emf;
+    } else {
+        const dq_t current = {frames_park(input->current, frame.rotation).d, 0.0f};
+        manoeuvres_enter_run(m, current, rotor.omega_e);
+        m->reversing = rotor.omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
+        manoeuvres_run_by(m, input, &frame, emf, m->run.omega_m_ref, demand);
+    }
     demand->change = (int32_t)FRAME_TURNS;
+}
+
+/* The loop agrees with its EMF: run from here on. A rotor that turns against the wish keeps its speed first.
+ */
+static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
+    const estimate_t *estimate = input->estimate;
+    const float omega_e = estimate->omega_smooth;
+    const dq_t current = {frames_park(input->current, estimate->frame.rotation).d, 0.0f};
+    const bool against = omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
+    const bool speed = input->wish.mode == RUN_SPEED;
+    manoeuvres_enter_run(m, current, omega_e);
+    m->periods = MANOEUVRE_MASKED_PERIODS; /* judged from the next period on */
+    m->reversing = against && !speed;
+    m->proving = against && speed ? MANOEUVRE_PROVING_PERIODS : 0u;
+    m->omega_m_proved = m->run.omega_m_ref;
+    manoeuvres_run_observed(m, input, m->run.omega_m_ref, demand);
+}
+
+/* A relock whose loop is locked. One that does not agree with its EMF is caught again: it has had no torque,
+ * and is no loss of its own, until that has been so too often. */
+static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
+{
+    const estimate_t *estimate = input->estimate;
+    demand->frame = estimate->frame;
+    demand->change = (int32_t)FRAME_GOES_ON;
+    demand->current = without_torque(m);
+    demand->emf = estimate->emf_loop;
+    demand->omega_m_ref = 0.0f;
+    switch (proof_step(&m->proof, estimate)) {
+    case PROOF_GOOD:
+        proved(m, input, demand);
+        break;
+    case PROOF_FAILED:
+        m->relocks++;
+        if (m->relocks >= RELOCKS) {
+            m->failed |= MANOEUVRE_LOST;
+        }
+        manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, estimate->omega_smooth);
+        break;
+    case PROOF_GOES_ON:
+    default:
+        break;
+    }
 }
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand)
 {
     const estimate_t *estimate = input->estimate;
     const ab_t current = catch_current(&m->catching);
+    if (m->now == (int32_t)MANOEUVRE_RELOCK && m->tracking != 0u) {
+        prove_lock(m, input, demand);
+        return;
+    }
     demand->frame = manoeuvres_stationary();
     demand->change = (int32_t)(m->periods <= 1u ? FRAME_ANEW : FRAME_GOES_ON);
     demand->current = (dq_t){current.alpha, current.beta};
@@ -69,6 +128,7 @@ static void lose(manoeuvres_t *m, float omega_e)
         m->failed |= MANOEUVRE_LOST;
     }
     m->lock_losses++;
+    m->relocks = 0u;
     m->loss_clock[1] = m->loss_clock[0];
     m->loss_clock[0] = m->clock;
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, CATCH_PERIODS, omega_e);
@@ -130,7 +190,7 @@ static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, de
     const float omega_e = input->encoder->omega_e;
     const position_t rotor = {angle_turn_back(input->encoder->theta_e + DRIVE_PERIOD * omega_e), omega_e};
     const frame_t frame = {rotor.theta_e, omega_e, trig_turn(rotor.theta_e)};
-    manoeuvres_lock_to(m, rotor);
+    manoeuvres_lock_to(m, rotor, input->estimate->amplitude);
     m->periods = 0u;
     m->slow_periods = 0u;
     m->reversing = bounds_within(omega_e, m->limits.fallback_speed);

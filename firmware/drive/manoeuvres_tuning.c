@@ -6,8 +6,7 @@
 #include "math/exponential.h"
 #include "math/filter.h"
 
-#define SPEED_BELOW_PLL 14.0f /* [-] pll_bandwidth over that of the speed control, by the rule */
-#define SPEED_DAMPING   3.0f  /* [-] four times the square of its damping, by the rule */
+#define SPEED_DAMPING 3.0f /* [-] four times the square of its damping, by the rule */
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
@@ -30,7 +29,7 @@ static float within(float value, float least, float most)
 
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
-    const float fast = params->pll_bandwidth / SPEED_BELOW_PLL;
+    const float fast = params_loop(params, believed).bandwidth / PARAMS_SPEED_BELOW_LOOP;
     const float per_ampere =
         1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
     const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
@@ -67,6 +66,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     tuning->catching = catch_prepare(&catching);
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
+    tuning->proof = proof_prepare(psi_f, DRIVE_PERIOD);
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 
@@ -116,6 +116,8 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
+        .slow_loop =
+            params->position_source == (int32_t)POSITION_SENSORLESS && params_loop(params, believed).slow,
         .judging = params->lock_judged == (int32_t)LOCK_JUDGED,
         .encoder_fault = params->encoder_fault_reaction,
     };

@@ -127,10 +127,11 @@ bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)
     }
     const calibration_t found = judged(&measure->tuning, rest->mean);
     rest->found = (int32_t)found;
-    if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !has_moved(measure, trim))) {
+    const bool moved = has_moved(measure, trim);
+    if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !moved)) {
         return false;
     }
     measure->offset = rest->mean;
-    rest->unsure = 0u;
+    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step within this block leaves its mean halfway */
     return true;
 }

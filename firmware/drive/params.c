@@ -1,5 +1,7 @@
 #include "drive/params.h"
 
+#include "math/root.h"
+
 /* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
  * motor, what its dead time leaves after compensation. */
 #define FLOOR_SPEED 11.0f
@@ -49,6 +51,29 @@ believed_t params_believed(const params_t *params)
     };
 }
 
+#define LOOP_CUTOFF     1.6f   /* [-] over sqrt(p T/J), by the rule: 0.12 rad for a step of T */
+#define LOOP_TORQUE     0.5f   /* [-] of that at current_limit: the rated one */
+#define LOOP_LEAST      50.0f  /* [rad/s] */
+#define LOOP_MOST       0.025f /* [rad] a period: a bandwidth of 0.1 a period; noise beyond */
+#define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
+#define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
+
+loop_params_t params_loop(const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float torque = LOOP_TORQUE * 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
+    const float cutoff = square * inverse_root(square);
+    const float most = LOOP_MOST / DRIVE_PERIOD;
+    const float within = cutoff < most ? cutoff : most;
+    if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
+        const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
+        return (loop_params_t){LOOP_BANDWIDTHS * by_rule, by_rule, false};
+    }
+    return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
+                           params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -86,8 +111,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
                 .speed_time = params->estimate_time,
             },
     };
-    (void)pll_design(&estimator->pll, params->pll_bandwidth, params->pll_damping, params->feedforward_cutoff,
-                     DRIVE_PERIOD);
+    const loop_params_t loop = params_loop(params, believed);
+    (void)pll_design(&estimator->pll, loop.bandwidth, params->pll_damping, loop.cutoff, DRIVE_PERIOD);
 }
 
 #define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */

@@ -112,11 +112,14 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "switching function of the observer")                                                                  \
     E(34, lag_compensation, "none|printed|corrected|exact", LAG_EXACT, TABLE_LIVE,                           \
       "phase self-compensation: paper eq. (14) as printed, as mended, or of the sampled observer")           \
-    F(35, pll_bandwidth, "rad/s", 200.0f, 1.0f, 5000.0f, TABLE_LIVE,                                         \
-      "-3 dB bandwidth of the closed tracking loop")                                                         \
+    F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
+      "-3 dB bandwidth of the closed tracking loop; 0, with feedforward_cutoff 0: four times what that is "  \
+      "by its rule")                                                                                         \
     F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
-    F(37, feedforward_cutoff, "rad/s", 50.0f, 0.0f, 5000.0f, TABLE_LIVE,                                     \
-      "omega_c of the speed feed-forward; 0: conventional PLL")                                              \
+    F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
+      "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by motor_inertia "    \
+      "and "                                                                                                 \
+      "current_limit")                                                                                       \
     F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
       "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
     F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
@@ -167,8 +170,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
       "off")                                                                                                 \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q begin to follow what a small alternating i_d shows, at last a tenth; 0: "   \
-      "off")                                                                                                 \
+      "rate at which L_d and L_q, and R with them, begin to follow what a small alternating i_d shows, at "  \
+      "last a tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                            \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
@@ -241,6 +244,18 @@ bool params_check_live(const params_t *active, const params_t *next, params_erro
 /* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
  * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator);
+
+/* Bandwidth of the tracking loop over that of the speed control, by the rule [-]. */
+#define PARAMS_SPEED_BELOW_LOOP 14.0f
+
+/* The tracking loop: rows as they are, or by their rule where pll_bandwidth is 0 (docs/theory.md, 7). */
+typedef struct {
+    float bandwidth; /* [rad/s] */
+    float cutoff;    /* of the feed-forward [rad/s] */
+    bool slow; /* a step of torque as large as the current limit takes the angle further than it reaches */
+} loop_params_t;
+
+loop_params_t params_loop(const params_t *params, const believed_t *believed);
 
 /* What a set of parameters says of all that could be learnt. */
 believed_t params_believed(const params_t *params);

@@ -38,11 +38,11 @@ const rule_t rules[RULES] = {
                       {{PARAM_motor_resistance, LESS_HELPS},
                        {PARAM_device_resistance, LESS_HELPS},
                        {PARAM_motor_inductance_q, MORE_HELPS}}},
-    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth",
+    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth, or both 0: by their rule",
                           2,
                           {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
-    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, else nothing forgets "
-                         "its error",
+    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, or 0 with "
+                         "pll_bandwidth 0, else nothing forgets its error",
                          2,
                          {{PARAM_torque_feedforward, LESS_HELPS}, {PARAM_feedforward_cutoff, MORE_HELPS}}},
     [RULE_TORQUE] = {"torque_feedforward 1.5 motor_pole_pairs^2 motor_flux_linkage / motor_inertia <= 1e7 "
@@ -116,6 +116,14 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
+    [RULE_SALIENT] = {"motor_inductance_q <= 1.2 motor_inductance_d where position_source or "
+                      "encoder_fault_reaction is sensorless, else the rotor is lost under load; use an "
+                      "encoder",
+                      4,
+                      {{PARAM_motor_inductance_q, LESS_HELPS},
+                       {PARAM_position_source, LESS_HELPS},
+                       {PARAM_motor_inductance_d, MORE_HELPS},
+                       {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
 /* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
@@ -192,6 +200,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_HANDOVER:
     case RULE_RAMP:
     case RULE_RIDE:
+    case RULE_SALIENT:
     case RULES:
         break;
     }
@@ -216,6 +225,18 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
+/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
+ * makes the tracking loop unstable under load (docs/theory.md, 6). */
+#define SALIENT_MAX 1.2f
+
+/* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
+static bool salient_takes(const params_t *params)
+{
+    const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
+                           params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
+    return !estimated || params->motor_inductance_q <= SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+}
+
 bool rules_hold(rule_number_t rule, const params_t *params)
 {
     switch (rule) {
@@ -236,7 +257,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
     case RULE_FORGETTING:
-        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f;
+        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f ||
+               (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f);
     case RULE_SPEEDS:
         return params->estimate_speed_min < params->overspeed_trip && estimator_takes(rule, params);
     case RULE_RINGING:
@@ -264,6 +286,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         return params->ride_through_time == 0.0f ||
                (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    case RULE_SALIENT:
+        return salient_takes(params);
     case RULES:
         break;
     }

@@ -38,6 +38,7 @@ typedef enum {
     RULE_HANDOVER,
     RULE_RAMP,
     RULE_RIDE,
+    RULE_SALIENT,
     RULES
 } rule_number_t;
 

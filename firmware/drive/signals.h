@@ -103,6 +103,8 @@
       "likewise of the module's warmest leg, by module_current_continuous")                                  \
     F(2092, i_q_lower, manoeuvres.run.lower, "A", "limit of i_q in force, by heat and DC link")              \
     F(2093, i_q_upper, manoeuvres.run.upper, "A", "limit of i_q in force, by heat and DC link")              \
+    F(2096, speed_calm, manoeuvres.run.calm, "-",                                                            \
+      "factor on the bandwidth of the speed control; below 1: it oscillated and was slowed down")            \
     F(2094, dc_swing, link.ripple, "V", "DC link in the last 20 ms: largest less smallest")                  \
     U(2095, coasting, coasting, "-", "1: bridge off until the lost supply is back")                          \
     F(2068, encoder_theta_e, encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k")      \

@@ -2,6 +2,9 @@
 
 #include "math/angle.h"
 
+/* Standard deviation of a measured current, of the range: three codes [-]. */
+#define CURRENT_NOISE 1.5e-3f
+
 /* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
@@ -167,6 +170,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .inductance = believed->inductance_q,
         .flux_linkage = believed->flux_linkage,
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
+        .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
         .step = pole_pairs * step,
         .period = DRIVE_PERIOD,
         .every = GUARD_LOOK_PERIODS,
@@ -183,6 +187,15 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_MOTION_PERIODS,
     };
     tuning->motion_watch = motion_watch_prepare(&motion);
+    const float bandwidth = params_loop(params, believed).bandwidth;
+    const oscillation_watch_params_t oscillation = {
+        .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
+        .fast = bandwidth,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+        .every = GUARD_LOOK_PERIODS,
+    };
+    tuning->oscillation_watch = oscillation_watch_prepare(&oscillation);
 }
 
 static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)

@@ -27,6 +27,7 @@
 #include "protect/encoder_watch.h"
 #include "protect/link.h"
 #include "protect/motion_watch.h"
+#include "protect/oscillation_watch.h"
 #include "protect/thermal.h"
 
 /* Inductance, dead time and inertia learn from means of so many periods. */
@@ -56,6 +57,7 @@ typedef struct {
     manoeuvres_tuning_t manoeuvres;
     encoder_watch_tuning_t encoder_watch;
     motion_watch_tuning_t motion_watch;
+    oscillation_watch_tuning_t oscillation_watch;
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_tuning_t link;

@@ -115,10 +115,10 @@ void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega
     (void)one_period(est, voltage, current, omega_e, REST);
 }
 
-void estimator_lock(estimator_t *est, position_t start)
+void estimator_lock(estimator_t *est, position_t start, float amplitude)
 {
     estimate_t *estimate = &est->estimate;
-    tracker_reset(&est->tracker, start, estimate->amplitude);
+    tracker_reset(&est->tracker, start, amplitude);
     pll_reset_feedforward(&est->tracker.pll, est->tracker.speed_per_volt);
     show_tracker(est, start);
     estimate->frame.rotation = trig_turn(start.theta_e);

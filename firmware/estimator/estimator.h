@@ -124,9 +124,9 @@ position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
  * amplitude are those of t_k; frame, speed and validity stay. A sample that is no number changes nothing. */
 void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e);
 
-/* The loop as if locked at `start` (angle [rad] and speed [rad/s] at t_k, finite) on the EMF that is
- * observed; the observer goes on, validity starts anew, and the next step is that of t_k+1. */
-void estimator_lock(estimator_t *est, position_t start);
+/* The loop as if locked at `start` (angle [rad] and speed [rad/s] at t_k, finite) on an EMF of this mean
+ * length [V], >= 0; the observer goes on, validity starts anew, and the next step is that of t_k+1. */
+void estimator_lock(estimator_t *est, position_t start, float amplitude);
 
 /* The same as estimator_step for a sample whose voltage is in doubt (a phase current near zero in an inverter
  * with dead time): the observer goes on, the tracking loop coasts, nothing is judged. */

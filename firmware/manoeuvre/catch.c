@@ -169,3 +169,10 @@ position_t catch_position(const catch_t *catching)
 {
     return (position_t){catch_angle(catching->emf, catching->omega_e), catching->omega_e};
 }
+
+float catch_length(const catch_t *catching)
+{
+    const ab_t emf = catching->emf;
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    return square * inverse_root(square);
+}

@@ -101,6 +101,9 @@ ab_t catch_voltage(const catch_t *catching, ab_t emf);
 /* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
 position_t catch_position(const catch_t *catching);
 
+/* Length of the EMF that turns with it, the mean of some periods [V]. No division. */
+float catch_length(const catch_t *catching);
+
 /* Angle of the d axis [rad] under this EMF [V], which turns with a speed of this sign. No division. */
 float catch_angle(ab_t emf, float omega_e);
 

@@ -1,8 +1,13 @@
 #include "manoeuvre/run.h"
 
+/* Of the speed control that is slowed down because it oscillates [-]. */
+#define CALMER     0.5f /* each time */
+#define CALM_LEAST 0.25f
+
 void run_init(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
+    run->calm = 1.0f;
     run->low_kept = 1.0f;
     speed_control_init(&run->speed, &tuning->speed);
     run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
@@ -15,4 +20,12 @@ void run_enter(run_t *run, dq_t current, float omega_m)
     run->omega_m_ref = omega_m;
     run->i_d_left = current.d;
     run->i_d_low = bounds_clamp(current.d, run->low_kept * run->tuning.low_current);
+}
+
+void run_calm(run_t *run, bool whole)
+{
+    const float calmer = CALMER * run->calm;
+    run->calm = whole ? 1.0f : calmer > CALM_LEAST ? calmer : CALM_LEAST;
+    const speed_control_tuning_t speed = speed_control_slower(&run->tuning.speed, run->calm);
+    speed_control_take(&run->speed, &speed, run->omega_m_ref);
 }

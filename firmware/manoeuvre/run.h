@@ -37,6 +37,7 @@ typedef struct {
     run_tuning_t tuning;
     speed_control_t speed;
     float omega_m_ref; /* reference in force [rad/s], mechanical */
+    float calm;        /* factor on the bandwidth of the speed control [-]; 1: as the set says */
     float low_kept;    /* [-] 1: low_current is kept; 0: who has an encoder needs none */
     float i_d_left;    /* of a hand-over [A] */
     float i_d_low;     /* for the low-speed current [A] */
@@ -81,8 +82,13 @@ static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
     run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
-    speed_control_take(&run->speed, &tuning->speed, run->omega_m_ref);
+    const speed_control_tuning_t speed = speed_control_slower(&tuning->speed, run->calm);
+    speed_control_take(&run->speed, &speed, run->omega_m_ref);
 }
+
+/* The speed control half as quick as it is, but not below a quarter of what the set says; or, with `whole`,
+ * as the set says again. Its next output for zero error stays. */
+void run_calm(run_t *run, bool whole);
 
 /* The speed control goes on from this current [A] in the rotor's frame at this mechanical speed [rad/s]: its
  * i_q is held, its i_d fades but for what the low speed needs of it, the reference starts from the speed. */

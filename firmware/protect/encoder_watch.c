@@ -21,6 +21,9 @@
 
 #define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
+#define EMF_NOISE                                                                                            \
+    2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
+
 #define SAME_AXIS 0.1f /* [-] square of the sine between two looks: 18 degrees */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
@@ -28,10 +31,13 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
     const float every = (float)params->every;
     const float window = every * params->period;
     const float rate = 1.0f / window;
-    const float alone = ENCODER_WATCH_ALONE * params->flux_linkage * params->speed_least;
+    const float noise = EMF_NOISE * params->noise * params->inductance * rate;
+    const float judged = params->flux_linkage * params->speed_least;
+    const float least = judged > noise ? judged : noise;
+    const float alone = ENCODER_WATCH_ALONE * least;
     return (encoder_watch_tuning_t){
         .flux_linkage = params->flux_linkage,
-        .emf_least = params->flux_linkage * params->speed_least,
+        .emf_least = least,
         .alone = alone * alone,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
@@ -40,7 +46,7 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
         .volts = params->inductance * rate,
         .middle = -0.5f * window,
         .rate = rate,
-        .holds = ENCODER_WATCH_TIME * rate * params->flux_linkage * params->speed_least,
+        .holds = ENCODER_WATCH_TIME * rate * least,
         .settles = periods_of(ENCODER_WATCH_SETTLE, window),
         .waits = periods_of(ENCODER_WATCH_WAIT, window),
     };

@@ -25,7 +25,9 @@
  * current sensor may be wrong, or what it has beside psi_f omega lies along the axis of one phase, as that of
  * an open wire or switch does, the judgement waits for ENCODER_WATCH_WAIT in all until a judgement without
  * the sign: what it has seen stays. Below omega_least the EMF is not judged: there it drowns in dead time and
- * R i (docs/theory.md, 28). An angle that moves from one period to the next by more than 0.5 rad and two
+ * R i, and in a winding of large inductance in the noise of the current: where three standard deviations of
+ * the mean of two windows, 3 sqrt(2) L n_i/(2 T_j), are more than psi_f omega_least, they take its place
+ * (docs/theory.md, 28). An angle that moves from one period to the next by more than 0.5 rad and two
  * counts beside what the speed explains is no rotor at all: told in the same period.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
@@ -61,6 +63,7 @@ typedef struct {
     float inductance;   /* L_q [H], > 0 */
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_least;  /* omega_least [rad/s] electrical, > 0 */
+    float noise;        /* of a measured current, standard deviation [A], >= 0 */
     float step;         /* a count of the encoder [rad] electrical */
     float period;       /* T [s] */
     uint32_t every;     /* n, periods of a window [-] */
@@ -68,7 +71,7 @@ typedef struct {
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb] */
-    float emf_least;    /* psi_f omega_least [V] */
+    float emf_least;    /* psi_f omega_least, or what noise does not make in the mean of two windows [V] */
     float alone;        /* square of the EMF from which on a window is judged by itself [V^2] */
     float leap;         /* [rad] electrical; more than half a turn: not judged */
     float share;        /* of the low-pass [-] */

@@ -10,6 +10,9 @@
 #define PROGRESS_NOISE 2.0f
 #define PROGRESS_LEAST 0.5f /* [rad/s] */
 
+/* Of the speed at which a runaway has begun: so large it is at least when it is told [-]. */
+#define GROWN 1.1f
+
 /* 0 only for a time of 0. */
 static uint32_t judgements_in(float time, float period)
 {
@@ -95,7 +98,9 @@ uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *in
     } else {
         watch->away = runs_away(watch, input) ? watch->away + 1u : 0u;
     }
-    if (watch->away >= tuning->runaway) {
+    const float speed = bounds_magnitude(input->omega_m);
+    watch->calm = watch->away == 0u ? speed : watch->calm;
+    if (watch->away >= tuning->runaway && speed >= GROWN * watch->calm) {
         watch->away = tuning->runaway;
         bits |= MOTION_RUNAWAY;
     }

@@ -11,7 +11,9 @@
  * hold.
  *
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
- *                 for MOTION_RUNAWAY_TIME
+ *                 for MOTION_RUNAWAY_TIME, and meanwhile by a tenth of what it was at first
+ *
+ * A load on an elastic shaft swings back by less than that; what runs away does not end before it.
  *
  * A shaft that is hit is no runaway: its acceleration is held within 2 (K_t/J) i_max, from which it has come
  * down to 0.3 of that after 1.9 tau, and a runaway must last for 2.2 tau at least. tau is long enough that
@@ -78,6 +80,7 @@ typedef struct {
     float load;       /* i_L [A] */
     float base;       /* speed in the direction of the reference from which it must come nearer [rad/s] */
     uint32_t settled; /* [-] 1: the low-passes have begun */
+    float calm;       /* |omega| at the last judgement without a runaway [rad/s] */
     uint32_t away;    /* judgements that a runaway has lasted [-] */
     uint32_t stuck;   /* judgements at the limit that have brought nothing [-]; 0: none */
     uint32_t forward; /* [-] 1: the reference lies above the speed, of those */

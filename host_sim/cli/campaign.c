@@ -121,6 +121,10 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 'c':
         options->scenario = argument;
         return 0;
+    case 'a':
+        campaign->as_drawn = true;
+        options->runs_given = true;
+        return 0;
     case 'r':
         options->resume = true;
         output_force(); /* the scenario of a run whose line was not written is written again */
@@ -443,6 +447,7 @@ int command_campaign(int argc, char **argv)
         {"seed", 'S', "S", 0, "of all that is drawn (default 1)", 0},
         {"seconds", 't', "T", 0, "simulated, of each run (default 2)", 0},
         {"shard", 'i', "I/N", 0, "every N-th run, from the I-th on", 0},
+        {"as-drawn", 'a', NULL, 0, "violations are not made smaller", 0},
         {"resume", 'r', NULL, 0, "go on with what stands in FOLDER", 0},
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write results and the scenarios of violations there"),
         {0},

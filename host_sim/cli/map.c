@@ -312,7 +312,7 @@ static void print_promise(FILE *file, bool json, bool kept, const char *text)
 /* Of one's own motor: what the drive promises, and the numbers that one looks for. */
 static bool judge_own(const options_t *options, const map_point_t *points, size_t count)
 {
-    const map_own_t own = map_judge_own(&options->setup, points, count);
+    const map_own_t own = map_judge_own(points, count);
     const bool json = options->output.json;
     char place[100];
     char other[100];

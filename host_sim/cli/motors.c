@@ -123,7 +123,8 @@ static void print_trial(const motor_sheet_t *sheet, const motor_trial_t *trial)
     printf("| %s | %.0f W | %.4g V | %.0f of %.0f r/min | %.3g of %.3g N m | %.1f %% | %.0f | %.0f | %s |\n",
            sheet->name, power(&trial->motor, &trial->tune), trial->tune.link, trial->tune.speed_top / RPM,
            rated / RPM, trial->load, trial->motor.value[MOTOR_TORQUE], 100.0 * trial->speed_error,
-           1e3 * trial->angle_mean, 1e3 * trial->angle_sd, trial->met ? "runs" : trial->miss);
+           1e3 * trial->angle_mean, 1e3 * trial->angle_sd,
+           trial->met ? (trial->tune.needs_encoder ? "runs, with an encoder" : "runs") : trial->miss);
 }
 
 /* Each motor, one after the other: by its line, or its trial. */

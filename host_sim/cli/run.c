@@ -473,6 +473,13 @@ static void print_end(const runner_result_t *result)
     if (why != NULL) {
         printf("%s: %s; %s\n", result->never_on ? "never on" : "not on", why->text, why->remedy);
     }
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        const reason_row_t *row =
+            (result->warnings >> n & 1u) != 0u ? reason_by_number(fault_rows[n].reason) : NULL;
+        if (row != NULL) {
+            printf("warning %s: %s; %s\n", row->name, row->text, row->remedy);
+        }
+    }
 }
 
 static void print_text(const scenario_t *scenario, const runner_result_t *result, bool quiet)

@@ -48,7 +48,9 @@ static bool make_run(void *context, size_t n, char why[POOL_WHY])
         return true;
     }
     if (result.end == CAMPAIGN_VIOLATED) {
-        (void)campaign_shrink(&drawn, &result, campaign->stop);
+        if (!campaign->as_drawn) {
+            (void)campaign_shrink(&drawn, &result, campaign->stop);
+        }
         if (campaign->stop != NULL && *campaign->stop != 0) {
             return true; /* not as small as it gets: the run is made again */
         }
@@ -134,10 +136,10 @@ void campaign_line(uint32_t run, const campaign_result_t *result, char line[CAMP
 {
     snprintf(line, CAMPAIGN_LINE_SIZE,
              "%" PRIu32 ",%u,%u,%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRId32 ",%" PRIu32 ",%" PRIu32
-             ",%" PRIu32 ",%" PRIu32 "\n",
+             ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 "\n",
              run, (unsigned)result->end, (unsigned)result->invariant, result->period, result->row,
              result->fault, result->reason, result->excused, result->from, result->reproduced,
-             result->latched);
+             result->latched, result->second, result->calm);
 }
 
 bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign_result_t *result)
@@ -145,16 +147,16 @@ bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign
     unsigned end;
     unsigned invariant;
     char again[CAMPAIGN_LINE_SIZE];
-    const int read =
-        sscanf(line,
-               "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32 ",%10" SCNu32
-               ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32,
-               run, &end, &invariant, &result->period, &result->row, &result->fault, &result->reason,
-               &result->excused, &result->from, &result->reproduced, &result->latched);
-    if (read != 11 || result->reproduced > 1u || *run >= runs || end < CAMPAIGN_HELD ||
+    const int read = sscanf(line,
+                            "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32
+                            ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32,
+                            run, &end, &invariant, &result->period, &result->row, &result->fault,
+                            &result->reason, &result->excused, &result->from, &result->reproduced,
+                            &result->latched, &result->second, &result->calm);
+    if (read != 13 || result->reproduced > 1u || result->calm > 1u || *run >= runs || end < CAMPAIGN_HELD ||
         end > CAMPAIGN_REFUSED || invariant > CAMPAIGN_NO_INVARIANT ||
         (end == CAMPAIGN_VIOLATED) != (invariant < CAMPAIGN_NO_INVARIANT) ||
-        result->fault >= campaign_fault_count) {
+        result->fault >= campaign_fault_count || result->second >= campaign_fault_count) {
         return false;
     }
     result->end = (campaign_end_t)end;
@@ -172,8 +174,39 @@ void campaign_file_name(uint32_t run, char name[32])
 
 typedef struct {
     uint32_t done, held, refused, violated, reproduced, excused, faulted, injected;
+    uint32_t calm, alarms;
+    bool alarmed; /* more than chance explains */
     uint32_t violations[CAMPAIGN_INVARIANT_COUNT];
 } counts_t;
+
+/* Of so many calm runs, how likely are so many false alarms or more, at the rate that is allowed? A binomial
+ * tail, its terms one after the other. */
+static double by_chance(uint32_t calm, uint32_t alarms)
+{
+    const double odds = CAMPAIGN_ALARM_RATE / (1.0 - CAMPAIGN_ALARM_RATE);
+    double term = exp((double)calm * log1p(-CAMPAIGN_ALARM_RATE));
+    double below = 0.0;
+    for (uint32_t n = 0; n < alarms; n++) {
+        below += term;
+        term *= odds * (double)(calm - n) / (double)(n + 1u);
+    }
+    return 1.0 - below;
+}
+
+#define ALARM_CHANCE 1e-6 /* [-] of campaigns in which the rate is exceeded by chance */
+
+bool campaign_alarms(const campaign_t *campaign, const campaign_result_t *results, uint32_t *calm,
+                     uint32_t *alarms)
+{
+    *calm = 0u;
+    *alarms = 0u;
+    for (uint32_t run = 0; run < campaign->runs; run++) {
+        const bool counts = results[run].end == CAMPAIGN_HELD && results[run].calm != 0u;
+        *calm += counts ? 1u : 0u;
+        *alarms += counts && results[run].reason != 0 ? 1u : 0u;
+    }
+    return *alarms == 0u || by_chance(*calm, *alarms) >= ALARM_CHANCE;
+}
 
 static counts_t count_all(const campaign_t *campaign, const campaign_result_t *results)
 {
@@ -192,6 +225,7 @@ static counts_t count_all(const campaign_t *campaign, const campaign_result_t *r
             counts.violations[result->invariant]++;
         }
     }
+    counts.alarmed = !campaign_alarms(campaign, results, &counts.calm, &counts.alarms);
     return counts;
 }
 
@@ -225,6 +259,61 @@ static void say_count(list_t *list, const char *name, uint32_t healthy, uint32_t
         fprintf(list->file, "  %-24s %8" PRIu32 " %8" PRIu32 "\n", name, healthy, broken);
     }
     list->first = false;
+}
+
+/* What was excused, by its cause: in how many runs, and in what share of all. */
+static void say_excuse(list_t *list, const char *because, uint32_t count, uint32_t done)
+{
+    if (count == 0u) {
+        return;
+    }
+    if (list->json) {
+        fprintf(list->file, "%s\"%s\": %" PRIu32, list->first ? "" : ", ", because, count);
+    } else {
+        fprintf(list->file, "  %5" PRIu32 " %6.2f %%  %s\n", count, 100.0 * count / (double)done, because);
+    }
+    list->first = false;
+}
+
+/* Is this the excuse of the fault's row? */
+static bool excuses(uint32_t fault, uint32_t excused, const char *because)
+{
+    return (campaign_faults[fault].excused & excused) != 0u &&
+           strcmp(campaign_faults[fault].because, because) == 0;
+}
+
+static bool is_by_fault(const campaign_result_t *result)
+{
+    return ((campaign_faults[result->fault].excused | campaign_faults[result->second].excused) &
+            result->excused) != 0u;
+}
+
+static void say_excuses(list_t *list, const campaign_t *campaign, const campaign_result_t *results)
+{
+    uint32_t done = 0;
+    uint32_t diodes = 0;
+    for (uint32_t run = 0; run < campaign->runs; run++) {
+        const campaign_result_t *result = &results[run];
+        done += result->end != CAMPAIGN_NOT_DONE;
+        diodes += result->end == CAMPAIGN_HELD && result->excused != 0u && !is_by_fault(result);
+    }
+    for (uint32_t n = 0; n < campaign_fault_count; n++) {
+        const char *because = campaign_faults[n].because;
+        uint32_t count = 0;
+        bool first = because[0] != '\0';
+        for (uint32_t before = 0; before < n; before++) {
+            first = first && strcmp(campaign_faults[before].because, because) != 0;
+        }
+        for (uint32_t run = 0; first && run < campaign->runs; run++) {
+            const campaign_result_t *result = &results[run];
+            count += result->end == CAMPAIGN_HELD && (excuses(result->fault, result->excused, because) ||
+                                                      excuses(result->second, result->excused, because));
+        }
+        say_excuse(list, because, count, done);
+    }
+    say_excuse(list,
+               "with all gates off, or caught beyond its overspeed, a rotor drives the current by itself",
+               diodes, done);
 }
 
 /* The drive's faults by reason, in runs that held: without and with one injected. */
@@ -331,6 +420,11 @@ static void say_text(FILE *file, const campaign_t *campaign, const campaign_resu
             "held      %" PRIu32 ", of which %" PRIu32 " ended in a fault of the drive and %" PRIu32
             " were excused something\n",
             counts->held, counts->faulted, counts->excused);
+    fprintf(file,
+            "alarms    %" PRIu32 " of %" PRIu32
+            " runs without a fault, whose load cannot overhaul the motor, ended in a fault: %s\n",
+            counts->alarms, counts->calm,
+            counts->alarmed ? "MORE than 2 in 1000" : "no more than 2 in 1000 explain");
     fprintf(file, "refused   %" PRIu32 "\n", counts->refused);
     fprintf(file, "violated  %" PRIu32 ", of which %" PRIu32 " failed again when their files were run\n",
             counts->violated, counts->reproduced);
@@ -341,6 +435,11 @@ static void say_text(FILE *file, const campaign_t *campaign, const campaign_resu
             fprintf(file, ": %g %s", campaign_invariants[n].limit, campaign_invariants[n].unit);
         }
         fprintf(file, "\n");
+    }
+    if (counts->excused > 0u) {
+        fprintf(file, "\nexcused, in runs that held\n");
+        say_excuses(&list, campaign, results);
+        list.first = true;
     }
     if (counts->faulted > 0u) {
         fprintf(file, "\nfaults of the drive         healthy injected\n");
@@ -361,6 +460,7 @@ static void say_json(FILE *file, const campaign_t *campaign, const campaign_resu
 {
     list_t faults = {file, true, true};
     list_t refusals = {file, true, true};
+    list_t excused = {file, true, true};
     fprintf(file, "{\"seed\": %" PRIu64 ", \"runs\": %" PRIu32 ", \"done\": %" PRIu32 ", \"seconds\": ",
             campaign->seed, campaign->runs, counts->done);
     json_number(file, campaign->seconds);
@@ -375,6 +475,9 @@ static void say_json(FILE *file, const campaign_t *campaign, const campaign_resu
         fprintf(file, "%s\"%s\": %" PRIu32, n == 0u ? "" : ", ", campaign_invariants[n].name,
                 counts->violations[n]);
     }
+    fprintf(file, "},\n \"calm\": %" PRIu32 ", \"alarms\": %" PRIu32 ", \"alarmed\": %s,\n \"excuses\": {",
+            counts->calm, counts->alarms, counts->alarmed ? "true" : "false");
+    say_excuses(&excused, campaign, results);
     fprintf(file, "},\n \"reasons\": {");
     say_faults(&faults, campaign, results);
     fprintf(file, "},\n \"refusals\": {");
@@ -392,5 +495,5 @@ uint32_t campaign_summary(FILE *file, const campaign_t *campaign, const campaign
     } else {
         say_text(file, campaign, results, &counts);
     }
-    return counts.violated;
+    return counts.violated + (counts.alarmed ? 1u : 0u);
 }

@@ -4,28 +4,14 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define CURRENT_SAMPLES 3u    /* two periods from the first to the last */
-#define ANGLE_SECONDS   50e-3 /* [s] */
+#define CURRENT_SAMPLES 3u /* two periods from the first to the last */
 
-/* Rows that are judged one by one, in this order behind the floats among the signals. Those that come first
- * are floats, too. */
-#define JUDGED(R)                                                                                            \
-    R(true_i_a)                                                                                              \
-    R(true_i_b)                                                                                              \
-    R(true_i_c)                                                                                              \
-    R(theta_err)                                                                                             \
-    R(true_omega_m) R(true_u_dc) R(shoot_throughs) R(chip_reports) R(state) R(manoeuvre) R(sample_flags)
-enum {
-#define PLACE(name) AT_##name,
-    JUDGED(PLACE)
-#undef PLACE
-        JUDGED_ROWS
-};
-#define JUDGED_FLOATS AT_state
+/* So long after a fault has gone what it broke may still be wrong [s]. */
+#define AFTERWARDS 0.1
 
-static const char *const judged[JUDGED_ROWS] = {
+static const char *const judged[CAMPAIGN_JUDGED_ROWS] = {
 #define NAME(name) #name,
-    JUDGED(NAME)
+    CAMPAIGN_JUDGED(NAME)
 #undef NAME
 };
 
@@ -36,13 +22,13 @@ uint32_t campaign_watched(uint32_t ids[CAMPAIGN_WATCHED_MAX], uint32_t *floats)
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         signals = strcmp(rig_table(t)->name, "signals") == 0 ? rig_table(t) : signals;
     }
-    for (uint32_t n = 0; n < signals->count && count < CAMPAIGN_WATCHED_MAX - JUDGED_ROWS; n++) {
+    for (uint32_t n = 0; n < signals->count && count < CAMPAIGN_WATCHED_MAX - CAMPAIGN_JUDGED_ROWS; n++) {
         if (signals->rows[n].kind == SLOT_FLOAT) {
             ids[count++] = signals->rows[n].id;
         }
     }
-    *floats = count + JUDGED_FLOATS;
-    for (uint32_t n = 0; n < JUDGED_ROWS; n++) {
+    *floats = count + CAMPAIGN_FLOATS_JUDGED;
+    for (uint32_t n = 0; n < CAMPAIGN_JUDGED_ROWS; n++) {
         ids[count++] = rig_row_by_name(judged[n])->id;
     }
     return count;
@@ -53,42 +39,86 @@ static uint32_t choice(const char *row, const char *name)
     return (uint32_t)table_choice(rig_row_by_name(row), name);
 }
 
-void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
-                          const volatile sig_atomic_t *asked)
+/* When what a fault broke is right again. */
+static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t *fault)
 {
-    const campaign_fault_t *fault = &campaign_faults[drawn->fault];
+    double lasts = injected->lasts;
+    if (strcmp(fault->row, "missing_samples") == 0) {
+        lasts = injected->value * RIG_PERIOD_SECONDS;
+    } else if (lasts == 0.0 || (fault->excuse & CAMPAIGN_STAYS) != 0u) {
+        return UINT32_MAX;
+    }
+    return campaign_periods(injected->time + lasts + AFTERWARDS);
+}
+
+static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_injected_t *injected)
+{
+    const campaign_fault_t *fault = &campaign_faults[injected->kind];
     const bool until_told = (fault->excuse & CAMPAIGN_UNTIL_TOLD) != 0u;
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
     const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
-    const double told = drawn->fault_time + PROMISED_NOTICE;
+    return (campaign_excused_t){
+        .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
+        .begins = campaign_periods(injected->time),
+        .ends = ends(injected, fault),
+        .ceiling = limited ? PROMISED_CURRENT : (double)INFINITY,
+        .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
+        .uncoded = uncoded,
+        .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
+        .turned = until_told ? 0.0 : CAMPAIGN_TURN,
+        .notice = until_told ? campaign_periods(PROMISED_NOTICE) : 0u,
+    };
+}
+
+void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
+                          const volatile sig_atomic_t *asked)
+{
     *watch = (campaign_watch_t){
         .drawn = drawn,
         .result = result,
         .asked = asked,
+        .motor = campaign_motor(drawn),
         .trip = campaign_invariants[CAMPAIGN_I_CURRENT].limit * campaign_trip(drawn),
         .overspeed = campaign_overspeed(drawn),
-        .ceiling = limited ? PROMISED_CURRENT : (double)INFINITY,
-        .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
-        .uncoded = uncoded,
-        .excused = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
-        .told = until_told ? (uint32_t)(told / RIG_PERIOD_SECONDS + 0.5) : UINT32_MAX,
-        .per_omega = campaign_motor(drawn).pole_pairs * RIG_PERIOD_SECONDS,
-        .turned = until_told ? 0.0 : CAMPAIGN_TURN,
-        .notice = until_told ? (uint32_t)(PROMISED_NOTICE / RIG_PERIOD_SECONDS + 0.5) : 0u,
+        .ready = choice("state", "ready"),
         .enabled = choice("state", "operation_enabled"),
+        .stops = choice("state", "quick_stop"),
         .fault = choice("state", "fault"),
         .run = choice("manoeuvre", "run"),
     };
+    watch->per_omega = watch->motor.pole_pairs * RIG_PERIOD_SECONDS;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        watch->excused[n] = excuse_of(drawn, &drawn->faults[n]);
+    }
+    campaign_duty_begin(watch);
+    campaign_truth_begin(watch);
 }
 
-/* The first violation is the one that counts; `since` so many periods, the present one among them. */
+bool campaign_is_there(const campaign_watch_t *watch, uint32_t fault, uint32_t period)
+{
+    const campaign_excused_t *excuse = &watch->excused[fault];
+    return watch->drawn->faults[fault].kind != 0u && period >= excuse->begins && period <= excuse->ends;
+}
+
+static bool is_excused(const campaign_watch_t *watch, uint32_t bit, uint32_t period)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_excused_t *excuse = &watch->excused[n];
+        if ((excuse->bits & bit) != 0u && campaign_is_there(watch, n, period) &&
+            (period <= excuse->told || excuse->turned < CAMPAIGN_TURN)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void violated(campaign_watch_t *watch, campaign_invariant_t invariant, uint32_t period, uint32_t since,
                      uint32_t row)
 {
     campaign_result_t *result = watch->result;
     const uint32_t bit = UINT32_C(1) << (uint32_t)invariant;
-    if ((watch->excused & bit) != 0u && (period <= watch->told || watch->turned < CAMPAIGN_TURN)) {
+    if (is_excused(watch, bit, period)) {
         result->excused |= bit;
     } else if (result->end != CAMPAIGN_VIOLATED) {
         result->end = CAMPAIGN_VIOLATED;
@@ -100,11 +130,10 @@ static void violated(campaign_watch_t *watch, campaign_invariant_t invariant, ui
     }
 }
 
-static float number_in(uint32_t slot)
+void campaign_violated(campaign_watch_t *watch, campaign_invariant_t invariant, uint32_t period,
+                       uint32_t since, const char *row)
 {
-    float value;
-    memcpy(&value, &slot, sizeof value);
-    return value;
+    violated(watch, invariant, period, since, rig_row_by_name(row)->id);
 }
 
 /* Infinite or not a number: all bits of the exponent. */
@@ -132,26 +161,35 @@ static void judge_numbers(campaign_watch_t *watch, uint32_t period, const uint32
     }
 }
 
+/* Beyond what is promised a lying sensor excuses nothing any more. */
+static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        campaign_excused_t *excuse = &watch->excused[n];
+        excuse->far[phase] = amount > excuse->ceiling ? excuse->far[phase] + 1u : 0u;
+        if (excuse->far[phase] >= CURRENT_SAMPLES) {
+            excuse->bits &= ~CAMPAIGN_BIT(CURRENT);
+        }
+    }
+}
+
 /* With all gates off, software has done what it can: a rotor whose EMF is beyond the link feeds it through
  * the diodes. So it does in the first periods of a catch, in which nobody knows of it yet: what is beyond
  * overspeed_trip then is not the drive's doing. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
-    const bool fast =
-        fabs((double)number_in(rows[AT_true_omega_m])) > watch->overspeed && rows[AT_manoeuvre] != watch->run;
+    const bool fast = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed &&
+                      rows[CAMPAIGN_AT_manoeuvre] != watch->run;
     for (uint32_t phase = 0; phase < 3u; phase++) {
-        const double amount = fabs((double)number_in(rows[AT_true_i_a + phase]));
+        const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
         const bool over = amount > watch->trip;
         const bool acts = watch->gates_seen && !fast;
         watch->over[phase] = over && acts ? watch->over[phase] + 1u : 0u;
-        watch->far[phase] = over && acts && amount > watch->ceiling ? watch->far[phase] + 1u : 0u;
+        judge_ceiling(watch, phase, over && acts ? amount : 0.0);
         watch->over_off[phase] = over && !acts ? watch->over_off[phase] + 1u : 0u;
         if (watch->over_off[phase] >= CURRENT_SAMPLES) {
             watch->result->excused |= CAMPAIGN_BIT(CURRENT);
-        }
-        if (watch->far[phase] >= CURRENT_SAMPLES) {
-            watch->excused &= ~CAMPAIGN_BIT(CURRENT);
         }
         if (watch->over[phase] >= CURRENT_SAMPLES) {
             violated(watch, CAMPAIGN_I_CURRENT, period, watch->over[phase],
@@ -160,15 +198,27 @@ static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint3
     }
 }
 
+/* Is there a fault that hides a wrong angle now? */
+static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double speed)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_excused_t *excuse = &watch->excused[n];
+        const bool uncoded = excuse->uncoded && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
+        if (campaign_is_there(watch, n, period) && (speed < excuse->blind || uncoded)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
-    const bool runs = rows[AT_state] == watch->enabled && rows[AT_manoeuvre] == watch->run;
-    const double error = fabs((double)number_in(rows[AT_theta_err]));
+    const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
+    const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
     const bool wrong = runs && error > campaign_invariants[CAMPAIGN_I_ANGLE].limit;
-    const bool slow = fabs((double)number_in(rows[AT_true_omega_m])) < watch->blind;
     const bool excused =
-        slow || (watch->uncoded && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period));
-    watch->result->excused |= wrong && excused ? CAMPAIGN_BIT(ANGLE) : 0u;
+        wrong && hides_angle(watch, period, fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)));
+    watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
     if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS) {
         violated(watch, CAMPAIGN_I_ANGLE, period, watch->wrong, rig_row_by_name("theta_err")->id);
@@ -178,7 +228,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
 /* The interrupt of the period that latches a fault opens the bridge itself. */
 static void judge_gates(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
-    const bool latched = rows[AT_state] == watch->fault;
+    const bool latched = rows[CAMPAIGN_AT_state] == watch->fault;
     if (latched && watch->gates_seen &&
         (double)watch->latched >= campaign_invariants[CAMPAIGN_I_GATES].limit) {
         violated(watch, CAMPAIGN_I_GATES, period, 1u, rig_row_by_name("state")->id);
@@ -197,42 +247,49 @@ static void judge_reset(campaign_watch_t *watch, uint32_t period)
 
 /* A sensor that stands is told within so long, or a third of a turn. With the bridge off nothing is at stake,
  * and one at zero shows what is right. */
-static void judge_notice(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+static void judge_notice(campaign_watch_t *watch, campaign_excused_t *excuse, uint32_t period,
+                         const uint32_t *rows)
 {
-    if (watch->notice == 0u) {
+    if (excuse->notice == 0u) {
         return;
     }
-    if (!watch->gates_seen && watch->told < period + watch->notice) {
-        watch->told = period + watch->notice;
-        watch->turned = 0.0;
-    } else if (period + watch->notice >= watch->told) {
-        watch->turned += watch->per_omega * fabs((double)number_in(rows[AT_true_omega_m]));
+    if (!watch->gates_seen && excuse->told < period + excuse->notice) {
+        excuse->told = period + excuse->notice;
+        excuse->turned = 0.0;
+    } else if (period + excuse->notice >= excuse->told) {
+        excuse->turned += watch->per_omega * fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     }
 }
 
 void campaign_watch_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     campaign_watch_t *watch = context;
-    const uint32_t *rows = slots + (count - JUDGED_ROWS);
+    const uint32_t *rows = slots + (count - CAMPAIGN_JUDGED_ROWS);
     if (watch->reset) {
         judge_reset(watch, period);
         return;
     }
-    if (!all_finite(slots, count - JUDGED_ROWS + JUDGED_FLOATS)) {
+    if (!all_finite(slots, count - CAMPAIGN_JUDGED_ROWS + CAMPAIGN_FLOATS_JUDGED)) {
         judge_numbers(watch, period, slots);
     }
-    judge_notice(watch, period, rows);
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        judge_notice(watch, &watch->excused[n], period, rows);
+    }
     judge_currents(watch, period, rows);
     judge_angle(watch, period, rows);
     judge_gates(watch, period, rows);
-    if (number_in(rows[AT_shoot_throughs]) > 0.0f) {
+    campaign_judge_duty(watch, period, rows);
+    campaign_judge_reasons(watch, period, rows);
+    const double shorts = campaign_number(rows, CAMPAIGN_AT_shoot_throughs);
+    if (shorts > watch->shorts) { /* it counts, so that one that was excused stays in it */
         violated(watch, CAMPAIGN_I_LEGS, period, 1u, rig_row_by_name("shoot_throughs")->id);
     }
-    if (number_in(rows[AT_chip_reports]) > 0.0f) {
+    watch->shorts = shorts;
+    if (campaign_number(rows, CAMPAIGN_AT_chip_reports) > 0.0) {
         violated(watch, CAMPAIGN_I_CHIP, period, 1u, rig_row_by_name("chip_reports")->id);
-        watch->reset = (watch->excused & CAMPAIGN_BIT(CHIP)) != 0u;
+        watch->reset = is_excused(watch, CAMPAIGN_BIT(CHIP), period);
     }
-    if ((rows[AT_sample_flags] & CAMPAIGN_LATE_FLAG) != 0u) {
+    if ((rows[CAMPAIGN_AT_sample_flags] & CAMPAIGN_LATE_FLAG) != 0u) {
         violated(watch, CAMPAIGN_I_LATE, period, 1u, rig_row_by_name("sample_flags")->id);
     }
     watch->gates_seen = watch->gates != 0u;

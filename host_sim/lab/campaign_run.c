@@ -60,7 +60,12 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
     scenario_error_t error;
     campaign_watch_t watch;
     runner_result_t run;
-    *result = (campaign_result_t){.fault = drawn->fault, .invariant = CAMPAIGN_NO_INVARIANT};
+    *result = (campaign_result_t){
+        .invariant = CAMPAIGN_NO_INVARIANT,
+        .fault = drawn->faults[0].kind,
+        .second = drawn->faults[1].kind,
+        .calm = campaign_is_calm(drawn) ? UINT32_C(1) : UINT32_C(0),
+    };
     *hash = 0u;
     scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
     if (scenario == NULL) {
@@ -182,15 +187,25 @@ static void end_sooner(shrink_t *shrink)
     while (smaller.event_count > 0u && smaller.events[smaller.event_count - 1u].time >= known) {
         smaller.event_count--;
     }
-    smaller.fault = smaller.fault_time >= known ? 0u : smaller.fault;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        smaller.faults[n].kind = smaller.faults[n].time >= known ? 0u : smaller.faults[n].kind;
+    }
     (void)try_smaller(shrink, &smaller);
 }
 
-static bool without_fault(shrink_t *shrink)
+static bool without_fault(shrink_t *shrink, uint32_t n)
 {
     campaign_case_t smaller = *shrink->best;
-    smaller.fault = 0u;
-    return shrink->best->fault != 0u && try_smaller(shrink, &smaller);
+    smaller.faults[n] = (campaign_injected_t){0u, 0.0, 0.0, 0.0};
+    return shrink->best->faults[n].kind != 0u && try_smaller(shrink, &smaller);
+}
+
+/* It does not go away again. */
+static bool for_good(shrink_t *shrink, uint32_t n)
+{
+    campaign_case_t smaller = *shrink->best;
+    smaller.faults[n].lasts = 0.0;
+    return shrink->best->faults[n].lasts != 0.0 && try_smaller(shrink, &smaller);
 }
 
 static bool without_event(shrink_t *shrink, uint32_t n)
@@ -199,6 +214,7 @@ static bool without_event(shrink_t *shrink, uint32_t n)
     smaller.event_count--;
     memmove(&smaller.events[n], &smaller.events[n + 1u],
             (smaller.event_count - n) * sizeof smaller.events[0]);
+    campaign_drop_drifts(&smaller);
     return try_smaller(shrink, &smaller);
 }
 
@@ -230,7 +246,11 @@ static bool without_quantity(shrink_t *shrink, uint32_t n)
 
 static bool pass(shrink_t *shrink)
 {
-    bool any = without_fault(shrink);
+    bool any = false;
+    for (uint32_t n = CAMPAIGN_FAULTS_MAX; n-- > 0u;) {
+        any = without_fault(shrink, n) || any;
+        any = for_good(shrink, n) || any;
+    }
     for (uint32_t n = shrink->best->event_count; n-- > 0u;) {
         any = without_event(shrink, n) || any;
     }

@@ -50,9 +50,18 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define SENSOR_IS_OFF                                                                                        \
     "the dead time of a current whose sign is wrong hides the EMF of a rotor that is slow",                  \
         CAMPAIGN_WHILE_SLOW
-#define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW
+#define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
 #define LEG_LOSES    "what a leg loses hides the EMF of a rotor that is slow", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder nothing tells in which direction it turns", CAMPAIGN_UNCODED
+
+/* An interrupt that comes late reads and obeys late. */
+#define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))
+
+#define LINK_IS_HIDDEN "the sensor of the link does not show its voltage", CAMPAIGN_ALWAYS
+#define BIT_FLIPPED                                                                                          \
+    CAMPAIGN_BIT(OFF) | CAMPAIGN_BIT(STOP) | CAMPAIGN_BIT(TRIP_SPEED) | CAMPAIGN_BIT(TRIP_LINK) |            \
+        CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                                                        \
+        "a limit, a request or a state that a flipped bit has changed is another one", CAMPAIGN_STAYS
 
 /* Every row of plant and rig that can break. */
 const campaign_fault_t campaign_faults[] = {
@@ -79,9 +88,10 @@ const campaign_fault_t campaign_faults[] = {
     {"current_range", "current_range", CAMPAIGN_LOG, 0.5, 2.0, CAMPAIGN_OF_ROW, CAMPAIGN_BIT(CURRENT),
      GAIN_IS_WRONG},
     {"current_noise", "current_noise", CAMPAIGN_LOG, 0.02, 0.2, CAMPAIGN_OF_CURRENT, 0u, "", CAMPAIGN_ALWAYS},
-    {"stuck_dc_link", "stuck_dc_link", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"dc_gain", "dc_gain_error", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"stuck_dc_link", "stuck_dc_link", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(TRIP_LINK), LINK_IS_HIDDEN},
+    {"dc_gain", "dc_gain_error", CAMPAIGN_EVEN, -0.5, 0.5, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(TRIP_LINK),
+     LINK_IS_HIDDEN},
     {"dc_sag", "dc_voltage", CAMPAIGN_EVEN, 0.0, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
     {"dc_surge", "dc_voltage", CAMPAIGN_EVEN, 1.1, 1.4, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
     {"module_fault", "force_fault", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
@@ -89,13 +99,13 @@ const campaign_fault_t campaign_faults[] = {
      CAMPAIGN_ALWAYS},
     {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
-    {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+    {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt is made late", CAMPAIGN_ALWAYS},
-    {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+    {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt is made to run past its period", CAMPAIGN_ALWAYS},
     {"slow_background", "background_time", CAMPAIGN_LOG, 1e-3, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(CHIP),
-     "the watchdog resets a chip whose background stalls: the chip reports it", CAMPAIGN_ALWAYS},
-    {"long_section", "section_time", CAMPAIGN_LOG, 10.0, 1e3, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(LATE),
+     "the watchdog resets a chip whose background stalls: the chip reports it", CAMPAIGN_STAYS},
+    {"long_section", "section_time", CAMPAIGN_LOG, 10.0, 1e3, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "interrupts are kept off for longer than a period can spare", CAMPAIGN_ALWAYS},
     {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"overload", "load_torque", CAMPAIGN_EVEN, 1.0, 3.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
@@ -139,9 +149,9 @@ const campaign_fault_t campaign_faults[] = {
     {"dc_ripple", "dc_ripple", CAMPAIGN_EVEN, 5.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"supply_lost", "supply_lost", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"missing_samples", "missing_samples", CAMPAIGN_WHOLE, 1.0, 20.0, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(CURRENT) | CAMPAIGN_BIT(LATE),
+     CAMPAIGN_BIT(CURRENT) | TIME_BITS,
      "without a conversion there is no interrupt, and nothing that could act", CAMPAIGN_ALWAYS},
-    {"flipped_bit", "flip_word", CAMPAIGN_EVEN, 0.0, 1.0, CAMPAIGN_OF_STATE, 0u, "", CAMPAIGN_ALWAYS},
+    {"flipped_bit", "flip_word", CAMPAIGN_EVEN, 0.0, 1.0, CAMPAIGN_OF_STATE, BIT_FLIPPED},
 };
 const uint32_t campaign_fault_count = sizeof campaign_faults / sizeof campaign_faults[0];
 
@@ -190,6 +200,8 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
         return least + floor(u * (most - least + 1.0));
     case CAMPAIGN_HALF:
         return u < 0.5 ? initial : least + (2.0 * u - 1.0) * (most - least);
+    case CAMPAIGN_FEW:
+        return u < 0.875 ? initial : least + (8.0 * u - 7.0) * (most - least);
     case CAMPAIGN_EVEN:
         break;
     }
@@ -211,12 +223,45 @@ static void add(campaign_case_t *drawn, source_t *source, campaign_event_kind_t 
 static campaign_event_kind_t kind_of(source_t *source)
 {
     static const campaign_event_kind_t kinds[] = {
-        CAMPAIGN_V_SPEED,   CAMPAIGN_V_SPEED,      CAMPAIGN_V_SPEED, CAMPAIGN_V_SPEED, CAMPAIGN_V_SPEED,
-        CAMPAIGN_V_SLOW,    CAMPAIGN_V_SLOW,       CAMPAIGN_V_LOAD,  CAMPAIGN_V_LOAD,  CAMPAIGN_V_LOAD,
-        CAMPAIGN_V_LOAD,    CAMPAIGN_V_QUICK_STOP, CAMPAIGN_V_OFF,   CAMPAIGN_V_ON,    CAMPAIGN_V_ON,
-        CAMPAIGN_V_CURRENT, CAMPAIGN_V_SOURCE,
+        CAMPAIGN_V_SPEED,   CAMPAIGN_V_SPEED,      CAMPAIGN_V_SPEED, CAMPAIGN_V_SPEED,  CAMPAIGN_V_SPEED,
+        CAMPAIGN_V_SLOW,    CAMPAIGN_V_SLOW,       CAMPAIGN_V_LOAD,  CAMPAIGN_V_LOAD,   CAMPAIGN_V_LOAD,
+        CAMPAIGN_V_LOAD,    CAMPAIGN_V_QUICK_STOP, CAMPAIGN_V_OFF,   CAMPAIGN_V_ON,     CAMPAIGN_V_ON,
+        CAMPAIGN_V_CURRENT, CAMPAIGN_V_SOURCE,     CAMPAIGN_V_RESET, CAMPAIGN_V_PARAMS, CAMPAIGN_V_DRIFT,
     };
     return kinds[(size_t)(even(source) * (double)(sizeof kinds / sizeof kinds[0]))];
+}
+
+/* [s] as whole periods of 0.1 ms; those of another carrier are taken as the next one that begins. */
+static double whole(double time)
+{
+    return 1e-4 * floor(1e4 * time + 0.5);
+}
+
+/* Calibration takes 58 ms; a start without encoder most of a second. */
+static double time_from(source_t *source, double from, double to)
+{
+    return 1e-4 * floor(1e4 * (from + even(source) * (to - from)));
+}
+
+/* An event and what belongs to it: half of the quick stops are taken back under way, half of the resets are
+ * followed by a new start, and offsets drift while the bridge is off. */
+static void add_with_company(campaign_case_t *drawn, source_t *source, campaign_event_kind_t kind,
+                             double time)
+{
+    const bool alone = kind != CAMPAIGN_V_DRIFT && even(source) < 0.5;
+    if (kind == CAMPAIGN_V_DRIFT) {
+        add(drawn, source, CAMPAIGN_V_OFF, whole(fmax(0.0, time - 0.05)));
+    }
+    add(drawn, source, kind, time);
+    if (kind == CAMPAIGN_V_QUICK_STOP && !alone) {
+        const double u = even(source);
+        add(drawn, source, CAMPAIGN_V_ON, whole(time + 0.3 * u * u));
+    } else if (kind == CAMPAIGN_V_RESET && !alone) {
+        add(drawn, source, CAMPAIGN_V_OFF, whole(time + 0.02));
+        add(drawn, source, CAMPAIGN_V_ON, whole(time + 0.04));
+    } else if (kind == CAMPAIGN_V_DRIFT) {
+        add(drawn, source, CAMPAIGN_V_ON, whole(time + 0.05));
+    }
 }
 
 static int by_time(const void *a, const void *b)
@@ -226,10 +271,32 @@ static int by_time(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Calibration takes 58 ms; a start without encoder most of a second. Times are whole periods of 0.1 ms. */
-static double time_from(source_t *source, double from, double to)
+void campaign_drop_drifts(campaign_case_t *drawn)
 {
-    return 1e-4 * floor(1e4 * (from + even(source) * (to - from)));
+    campaign_event_kind_t last = CAMPAIGN_V_OFF;
+    uint32_t kept = 0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        const campaign_event_kind_t kind = drawn->events[n].kind;
+        const bool enables = kind == CAMPAIGN_V_OFF || kind == CAMPAIGN_V_ON || kind == CAMPAIGN_V_QUICK_STOP;
+        last = enables ? kind : last;
+        if (kind != CAMPAIGN_V_DRIFT || last == CAMPAIGN_V_OFF) {
+            drawn->events[kept++] = drawn->events[n];
+        }
+    }
+    drawn->event_count = kept;
+}
+
+/* A fault from this time on; a quarter goes away again, after 10 to 300 ms. */
+static campaign_injected_t draw_fault(source_t *source, double from, double to)
+{
+    campaign_injected_t fault = {1u + (uint32_t)(even(source) * (campaign_fault_count - 1u)), 0.0, 0.0, 0.0};
+    const campaign_fault_t *row = &campaign_faults[fault.kind];
+    fault.time = time_from(source, from, to);
+    fault.value = draw(source, row->law, 0.0, row->least, row->most);
+    if (even(source) < 0.25) {
+        fault.lasts = whole(draw(source, CAMPAIGN_LOG, 0.0, 0.01, 0.3));
+    }
+    return fault;
 }
 
 static void draw_quantities(source_t *source, campaign_case_t *drawn)
@@ -257,18 +324,19 @@ void campaign_draw(uint64_t seed, uint32_t run, double seconds, campaign_case_t 
     const double on = time_from(&source, 0.0, 0.1);
     add(drawn, &source, CAMPAIGN_V_ON, on);
     add(drawn, &source, CAMPAIGN_V_SPEED, on);
-    const uint32_t more = (uint32_t)(even(&source) * (CAMPAIGN_EVENTS_MAX - 1u));
+    const uint32_t more = (uint32_t)(even(&source) * 8.0);
     for (uint32_t n = 0; n < more; n++) {
         const campaign_event_kind_t kind = kind_of(&source);
-        add(drawn, &source, kind, time_from(&source, 0.1, seconds));
+        add_with_company(drawn, &source, kind, time_from(&source, 0.1, seconds));
     }
     qsort(drawn->events, drawn->event_count, sizeof drawn->events[0], by_time);
+    campaign_drop_drifts(drawn);
 
-    const double any = even(&source);
-    if (any < 0.5) {
-        drawn->fault = 1u + (uint32_t)(even(&source) * (campaign_fault_count - 1u));
-        const campaign_fault_t *fault = &campaign_faults[drawn->fault];
-        drawn->fault_time = time_from(&source, 0.0, 0.95 * seconds);
-        drawn->fault_value = draw(&source, fault->law, 0.0, fault->least, fault->most);
+    /* in half of the runs one fault, in a tenth of them another one behind it */
+    if (even(&source) < 0.5) {
+        drawn->faults[0] = draw_fault(&source, 0.0, 0.95 * seconds);
+        if (even(&source) < 0.1) {
+            drawn->faults[1] = draw_fault(&source, drawn->faults[0].time, 0.95 * seconds);
+        }
     }
 }

@@ -40,12 +40,24 @@ file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c @ONLY CONTENT "\
 @board_externs@const board_facts_t *const board_facts[] = {@board_names@NULL};
 ")
 
+# Files of keys and values. It knows no board, and nothing waits for its speed.
+add_library(lagless_toml STATIC lab/inputs.c lab/toml_reader.cpp)
+set_target_properties(lagless_toml PROPERTIES C_STANDARD 11 C_STANDARD_REQUIRED ON CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
+target_compile_definitions(lagless_toml PRIVATE _GNU_SOURCE)
+target_include_directories(lagless_toml PUBLIC ${CMAKE_SOURCE_DIR})
+target_include_directories(lagless_toml SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR})
+target_link_libraries(lagless_toml PRIVATE lagless_flags)
+
 add_library(lagless_lab STATIC
     ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c
     ${board_sources}
     lab/campaign.c
     lab/campaign_around.c
+    lab/campaign_duty.c
     lab/campaign_judge.c
+    lab/campaign_motor.c
+    lab/campaign_reasons.c
+    lab/campaign_rows.c
     lab/campaign_run.c
     lab/campaign_space.c
     lab/campaign_text.c
@@ -63,7 +75,6 @@ add_library(lagless_lab STATIC
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
-    lab/inputs.c
     lab/json.c
     lab/loopback.c
     lab/map.c
@@ -92,17 +103,14 @@ add_library(lagless_lab STATIC
     lab/scenario_read.c
     lab/tally.c
     lab/times.c
-    lab/toml_reader.cpp
     lab/tune.c
     lab/tune_scenario.c
     lab/units.c
     lab/wire.c
 )
 desk_room(lagless_lab)
-set_target_properties(lagless_lab PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
 target_compile_definitions(lagless_lab PRIVATE _GNU_SOURCE)
-target_include_directories(lagless_lab SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR})
-target_link_libraries(lagless_lab PUBLIC lagless_rig m PRIVATE Threads::Threads)
+target_link_libraries(lagless_lab PUBLIC lagless_rig lagless_toml m PRIVATE Threads::Threads)
 if(NOT SKBUILD)
     target_sources(lagless_lab PRIVATE lab/recorder_mat.c)
     target_include_directories(lagless_lab SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})

@@ -342,7 +342,7 @@ static size_t lay_out(const map_setup_t *setup, map_point_t *points)
 {
     size_t count = 0;
     for (map_deviation_t d = MAP_NOMINAL; d < MAP_DEVIATIONS; d++) {
-        if (setup->ideal && !deviations[d].machine) {
+        if (setup->left_out[d] || (setup->ideal && !deviations[d].machine)) {
             continue;
         }
         for (size_t l = 0; l < setup->load_count; l++) {

@@ -81,6 +81,7 @@ typedef struct {
     double loads[MAP_LOADS_MAX];   /* [N m] against the rotation, besides the friction; 0..MAP_LOAD_MAX */
     size_t load_count;             /* [-] 1..MAP_LOADS_MAX */
     bool columns[MAP_ADAPTATIONS]; /* [-] which of them to run; at least one */
+    bool left_out[MAP_DEVIATIONS]; /* [-] deviations that the map does without */
     const scenario_t *scenario;    /* what to run on; NULL: the conditions above */
     bool ideal;                    /* [-] inverter and sensors without error; not with a scenario */
     bool averaged;                 /* [-] mean voltages instead of every gate edge */
@@ -184,9 +185,8 @@ bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, ma
 
 /* A map of a scenario is judged by what the drive promises of its motor, not by a first-order law: it keeps
  * the rotor at every point, and with right data the angle is within the limits that `lagless tune` writes. */
-#define MAP_OWN_MEAN    30.0 /* [mrad] of the mean, with right data */
-#define MAP_OWN_SALIENT 50.0 /* [mrad] likewise where L_q is more than 1.1 L_d (docs/theory.md, 24) */
-#define MAP_OWN_SD      50.0 /* [mrad] */
+#define MAP_OWN_MEAN 30.0 /* [mrad] of the mean, with right data */
+#define MAP_OWN_SD   50.0 /* [mrad] */
 
 typedef struct {
     const map_point_t *largest;  /* largest mean of all points that are locked; NULL: none is */
@@ -197,7 +197,7 @@ typedef struct {
     double limit_mrad;           /* [mrad] that the means with right data have to keep */
     bool held, accurate;         /* [-] the two promises */
 } map_own_t;
-map_own_t map_judge_own(const map_setup_t *setup, const map_point_t *points, size_t count);
+map_own_t map_judge_own(const map_point_t *points, size_t count);
 
 /* Judges one claim over points from map_run. A map without points of a claim does not meet it, nor
  * contradict it. */

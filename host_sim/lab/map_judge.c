@@ -91,11 +91,9 @@ static const map_point_t *larger(const map_point_t *a, const map_point_t *b)
     return a == NULL || fabs(b->mean_mrad) > fabs(a->mean_mrad) ? b : a;
 }
 
-map_own_t map_judge_own(const map_setup_t *setup, const map_point_t *points, size_t count)
+map_own_t map_judge_own(const map_point_t *points, size_t count)
 {
-    const double l_d = scenario_initial(setup->scenario, rig_row_by_name("plant.inductance_d"));
-    const double l_q = scenario_initial(setup->scenario, rig_row_by_name("plant.inductance_q"));
-    map_own_t own = {.limit_mrad = l_q > 1.1 * l_d ? MAP_OWN_SALIENT : MAP_OWN_MEAN};
+    map_own_t own = {.limit_mrad = MAP_OWN_MEAN};
     for (size_t n = 0; n < count; n++) {
         const map_point_t *point = &points[n];
         if (!point->locked) {

@@ -351,6 +351,8 @@ static void run_and_judge(run_t *run)
     result->fault_reason = (int32_t)rig_value(run->rig, "fault_reason");
     result->fault_period = (uint32_t)rig_value(run->rig, "fault_period");
     result->refusal = (int32_t)rig_value(run->rig, "refusal");
+    result->warnings =
+        (uint64_t)rig_value(run->rig, "warnings_2") << 32 | (uint64_t)rig_value(run->rig, "warnings");
     result->manoeuvre = (int32_t)rig_value(run->rig, "manoeuvre");
     result->never_on = run->was_asked && !run->was_on;
     result->not_on = why_not_on(run);

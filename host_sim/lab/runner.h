@@ -96,6 +96,7 @@ typedef struct {
     int32_t
         not_on; /* [-] reason, if never_on, or if the bridge is to be on at the end and is not; 0: neither */
     bool unexpected;   /* it ended with a fault or a lasting refusal that no expectation names: see below */
+    uint64_t warnings; /* [-] bits of the fault table that warn at the end */
     int32_t manoeuvre; /* [-] of the drive at the end */
     uint64_t hash;     /* of the rig's whole state at the end */
     double seconds;    /* [s] on the wall, set-up left out */

@@ -776,7 +776,9 @@ static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, moto
     return motor_read_table(reading->file, motor, "name|file", sheet, reading->error);
 }
 
-/* Fills the rows of params and plant that the file does not set itself. */
+/* Fills the rows of params and plant that the file does not set itself. Whether the motor runs with an
+ * encoder is for the file alone to say: the drive refuses a motor that it cannot run without one, with the
+ * reason. */
 static bool read_motor(const reading_t *reading, const toml_entry_t *top)
 {
     const toml_entry_t *entry = reading_find(reading, top, "motor");
@@ -794,8 +796,12 @@ static bool read_motor(const reading_t *reading, const toml_entry_t *top)
         }
         return false;
     }
+    const table_row_t *source = rig_row_by_name("position_source");
     for (uint32_t n = 0; n < tune.count; n++) {
         uint32_t at = 0;
+        if (tune.rows[n].row == source) {
+            continue;
+        }
         while (at < initial->count && initial->settings[at].row != tune.rows[n].row) {
             at++;
         }

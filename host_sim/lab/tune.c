@@ -47,6 +47,9 @@
 #define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
+#define ESTIMATED_MOST    1.2  /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define ENCODER           0.0  /* position_source */
+#define SENSORLESS        1.0  /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
@@ -279,11 +282,11 @@ static void judge_winding(tune_t *tune, const given_t *g)
              "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
              1e3 * tau, tau / T_S);
     }
-    if (g->l_q > 1.5 * g->l_d) {
+    if (tune->needs_encoder) {
         warn(tune,
-             "L_q is %.2g L_d: i_d is held at 0, reluctance torque is not used, and at low speed the "
-             "angle of a salient rotor is off by more",
-             g->l_q / g->l_d);
+             "L_q is %.3g L_d: without an encoder the drive accepts %.2g L_d at most, so position_source is "
+             "encoder; i_d is held at 0, reluctance torque is not used",
+             g->l_q / g->l_d, ESTIMATED_MOST);
     }
 }
 
@@ -481,13 +484,19 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
             1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
             1e6 * WINDING_LEAST * T_S * g.r);
     }
+    tune->needs_encoder = g.l_q > ESTIMATED_MOST * g.l_d;
     judge_winding(tune, &g);
     judge_sensing(tune, &g);
     add_motor(motor, tune, &g);
     add_limits(motor, tune, &g);
     add_control(motor, tune, &g);
     add_estimator(tune, &g);
-    add(tune, "position_source", 1.0, "without an encoder");
+    if (tune->needs_encoder) {
+        add(tune, "position_source", ENCODER, "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)",
+            g.l_q / g.l_d, ESTIMATED_MOST);
+    } else {
+        add(tune, "position_source", SENSORLESS, "without an encoder");
+    }
     add_plant(motor, tune, &g);
     return accepted(tune, error);
 }

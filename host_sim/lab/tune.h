@@ -9,6 +9,7 @@
  *   observer_gain        k_s = 1.75 psi_f p omega_free, observer_slope 1.6 L_q/(k_s T_s)      theory, 3
  *   feedforward_cutoff   1.6 sqrt(p T/J), 50 rad/s at least; pll_bandwidth 4 times it        theory, 7
  *   speed_ramp           what the tracking loop follows if J is wrong, where the motor could do more
+ *   position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
  *   omega_free           the rated speed, or what the link lets it come to without load
  *   omega_top            the rated speed, or what link, current and sampling leave of it
  *
@@ -40,11 +41,12 @@ typedef struct {
     uint32_t count;
     char warnings[TUNE_WARNINGS][TUNE_TEXT_SIZE]; /* one line each; the motor's notes are among them */
     uint32_t warning_count;
-    double link;       /* [V] */
-    double speed_top;  /* [rad/s] mechanical, that this board turns the motor with under its load */
-    double torque_top; /* [N m] rated, or what the board's current makes */
-    double current;    /* [A] peak, for torque_top */
-    double handover;   /* [rad/s] mechanical, up to which a start forces the frame */
+    double link;        /* [V] */
+    double speed_top;   /* [rad/s] mechanical, that this board turns the motor with under its load */
+    double torque_top;  /* [N m] rated, or what the board's current makes */
+    double current;     /* [A] peak, for torque_top */
+    double handover;    /* [rad/s] mechanical, up to which a start forces the frame */
+    bool needs_encoder; /* too salient for the estimator */
 } tune_t;
 
 /* false: the board can not run this motor; `error` says why, `tune` has the warnings so far. */

@@ -5,8 +5,11 @@
 #include <string.h>
 
 #include "drive/reasons.h"
+#include "drive/rules.h"
 #include "drive/signals.h"
 #include "host_sim/rig/rig_parts.h"
+
+#define OTHERS_OF 4 /* [-] rows of a rule at most, of which a refusal tells all values */
 
 static const table_t *const tables[TABLES] = {
     [PARAMS] = &params_table,         [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,
@@ -114,6 +117,28 @@ static void advice_text(char *to, size_t size, const params_error_t *why)
     }
 }
 
+/* "; with motor_inductance_d = 0.0052 H": what a rule reads beside the row that is named, where it is little.
+ */
+static void others_text(char *to, size_t size, const rig_t *rig, const params_error_t *why)
+{
+    size_t used = 0;
+    to[0] = '\0';
+    for (int32_t rule = 0; rule < (int32_t)RULES; rule++) {
+        const bool told = why->rule == rules[rule].text && rules[rule].count <= OTHERS_OF;
+        for (int32_t n = 0; told && n < rules[rule].count; n++) {
+            const table_row_t *row = &params_table.rows[rules[rule].levers[n].row];
+            const bool pure = strcmp(row->unit, "-") == 0;
+            char number[RIG_NUMBER_SIZE];
+            if (row->id != why->id && row->kind == SLOT_FLOAT && used < size) {
+                used += (size_t)snprintf(to + used, size - used, "%s%s = %s%s%s",
+                                         used > 0u ? ", " : "; with ", row->name,
+                                         rig_value_text(number, rig_row_get(row, &rig->state.app.staged)),
+                                         pure ? "" : " ", pure ? "" : row->unit);
+            }
+        }
+    }
+}
+
 static bool refuse_value(rig_t *rig, const params_error_t *why)
 {
     const table_row_t *row = rig_row(why->id);
@@ -129,8 +154,10 @@ static bool refuse_value(rig_t *rig, const params_error_t *why)
         return rig_refuse(rig, why->id, why->reason, text);
     }
     char advice[128];
+    char others[160];
     advice_text(advice, sizeof advice, why);
-    snprintf(text, sizeof text, " (%s)%s", why->rule, advice);
+    others_text(others, sizeof others, rig, why);
+    snprintf(text, sizeof text, " (%s)%s%s", why->rule, others, advice);
     return refuse_in_favour(rig, row, why->reason, (double)why->value, (double)why->min, (double)why->max,
                             text);
 }

@@ -2,6 +2,7 @@
 run. usage of every such test: test_*.py LAGLESS FOLDER ..."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,8 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 import stuck  # noqa: E402
 
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # the data are what a test is about
 
 STEP = """schema = 1
 title = "a test"
@@ -21,6 +24,11 @@ position_source = "encoder"
 enable = "on"
 speed_request = "300 r/min"
 """
+
+
+def document(path):
+    with open(os.path.join(ROOT, path), encoding="utf-8") as file:
+        return file.read()
 
 
 def lagless(*arguments, **settings):
@@ -57,6 +65,29 @@ class TestCase(stuck.TestCase):
             file.write(text)
         return path
 
+    def read(self, name):
+        with open(os.path.join(self.folder, name), encoding="utf-8") as file:
+            return file.read()
+
+    def started(self, *arguments, **settings):
+        """A program under way, which ends with the test."""
+        running = subprocess.Popen([LAGLESS, *arguments], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **settings})
+        self.addCleanup(lambda: (running.poll() is None and running.kill(), running.communicate()))
+        return running
+
+    def serve(self, *arguments, place=r"(127\.0\.0\.1:\d+)"):
+        """A server under way, and where it listens."""
+        server = self.started("serve", *arguments)
+        match = re.fullmatch(rf"listening on {place}\n", server.stdout.readline())
+        self.assertTrue(match)
+        return server, match[1]
+
+    def refuses(self, *rows):
+        """Each a command line and what it is told: exit code 2."""
+        for arguments, *fragments in rows:
+            with self.subTest(arguments=arguments):
+                self.expect(2, lagless(*arguments), *fragments)
+
     def scenario(self, *more, duration="0.2 s", name="a.toml"):
         """A file of a scenario that goes to 300 r/min with an encoder, and with `more` tables."""
         return self.write(name, STEP % duration + "".join(more))
@@ -67,3 +98,4 @@ class TestCase(stuck.TestCase):
         self.assertEqual(code, done.returncode, told)
         for fragment in fragments:
             self.assertIn(fragment, told)
+        return done

@@ -11,7 +11,12 @@ import sys
 import time
 import unittest
 
-from command_line import FEW_POINTS, LAGLESS, TestCase, lagless
+try:
+    import tomllib
+except ImportError:
+    tomllib = None
+
+from command_line import FEW_POINTS, LAGLESS, NO_PICTURES, ROOT, TestCase, document, lagless
 
 FAULT_ROWS = sys.argv[3]
 
@@ -36,17 +41,17 @@ class CommandLine(TestCase):
     def scenario(self, at_least="-10 r/min", **settings):
         return super().scenario(REACHED % at_least, **settings)
 
-    def test_met_expectations_give_0_and_failed_ones_1(self):
-        self.expect(0, lagless("run", self.scenario()), "met")
+    def test_met_expectations_give_0_and_failed_ones_1_and_valid_json(self):
+        met = lagless("run", self.scenario())
+        self.expect(0, met, "met")
+        self.assertNotIn("\033", met.stdout)  # no colours where nobody sees them
         self.expect(1, lagless("run", self.scenario(at_least="5000 r/min")), "FAILED", "at least 5000 r/min")
-
-    def test_a_failed_expectation_is_valid_json(self):
         done = lagless("run", self.scenario(at_least="5000 r/min"), "--json")
         self.assertEqual(1, done.returncode)
         result = json.loads(done.stdout)
         self.assertEqual("failed", result["expectations"][0]["verdict"])
-        self.assertEqual(1, result["failed"])
-        self.assertEqual(2000, result["periods"])
+        self.assertEqual((1, 2000), (result["failed"], result["periods"]))
+        self.assertNotIn("error", result)  # it is none
 
     def test_a_drive_that_is_refused_to_the_end_says_why_and_what_to_do(self):
         done = lagless("run", self.scenario(), "--set", "plant.dc_voltage=150 V")
@@ -174,8 +179,7 @@ class CommandLine(TestCase):
                     "no such point", "forward, off")
         self.assertEqual(2, done.stdout.count("nominal   "))
         self.assertNotIn("forward, on", done.stdout)
-        with open(os.path.join(self.folder, "map.json")) as file:
-            points = json.load(file)
+        points = json.loads(self.read("map.json"))
         self.assertEqual(7 * 2 * 2, len(points))
         for point in points:
             self.assertEqual(["rpm", "load_nm", "deviation", "adaptation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point)[:8])
@@ -195,9 +199,8 @@ class CommandLine(TestCase):
         self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is kept at every point: none of ", "forward, off", "forward, on")
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
-        self.expect(2, lagless("map", path, "--speeds", "700,2500"), path + ": ", "speed_request", "2500 r/min")
-        self.expect(2, lagless("map", path, "--ideal"), "--ideal", "not with a scenario")
-        self.expect(2, lagless("map", path, path), "one scenario at a time")
+        self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
+                     (["map", path, "--ideal"], "--ideal", "not with a scenario"), (["map", path, path], "one scenario at a time"))
         for line, place, *fragments in (
                 ('[[at]]\ntime = 0.5\nrequests.speed_request = "5 r/min"\n', ":13:", "speed_request", "5 r/min; a map accepts 10 r/min or more"),
                 ("plant.load_torqe = 3\n", ":14:", "load_torqe", "nearest: load_torque")):
@@ -212,7 +215,8 @@ class CommandLine(TestCase):
         done = self.campaign("--json")
         told = json.loads(done.stdout)
         self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
-                          "excused", "refused", "violated", "invariants", "reasons", "refusals", "violations"}, set(told))
+                          "excused", "refused", "violated", "invariants", "calm", "alarms", "alarmed", "excuses", "reasons",
+                          "refusals", "violations"}, set(told))
         self.assertEqual((3, 12, 12, 0.1), (told["seed"], told["runs"], told["done"], told["seconds"]))
         self.assertEqual(12, told["held"] + told["refused"] + told["violated"])
         self.assertEqual(told["violated"], sum(told["invariants"].values()))
@@ -256,8 +260,7 @@ class CommandLine(TestCase):
     def test_campaign_that_is_stopped_keeps_what_is_done(self):
         folder = os.path.join(self.folder, "stopped")
         path = os.path.join(folder, "campaign.csv")
-        run = subprocess.Popen([LAGLESS, "campaign", "--runs", "100000", "--out", folder], stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True)
+        run = self.started("campaign", "--runs", "100000", "--out", folder)
         deadline = time.time() + 60
         while time.time() < deadline and not (os.path.exists(path) and os.path.getsize(path) > 200):
             time.sleep(0.05)
@@ -278,13 +281,16 @@ class CommandLine(TestCase):
     def test_map_that_contradicts_theory_gives_1_and_a_list_all_the_same(self):
         # 40 N m are more than the current limit of 10 A brings (1.098 N m/A): no point can be judged
         done = lagless("map", self.write("my.toml", FEW_POINTS.replace("load_torque = 3", "load_torque = 40")), "--adaptation", "off", "--json")
-        self.expect(1, done, "FAILED")
+        self.expect(1, done, "FAILED  the rotor is kept at every point: ", "are lost, the first is ")
         self.assertNotIn("FAILED", done.stdout)
         for point in json.loads(done.stdout):
             self.assertEqual(["rpm", "load_nm", "deviation", "adaptation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point))
             self.assertIs(False, point["locked"])
 
-    def test_matrix_is_an_object_with_these_keys_and_units(self):
+    def test_matrix_is_an_object_with_these_keys_and_units_and_prints_a_letter_a_cell(self):
+        done = lagless("matrix", "--cell", "stuck_a_rail/off")
+        self.expect(0, done, "4 cells as promised, 0 not")
+        self.assertIn(["stuck_a_rail", "oooo"], [line.split() for line in done.stdout.splitlines()])
         done = lagless("matrix", "--cell", "stuck_a_rail/off", "--json")
         self.expect(0, done)
         matrix = json.loads(done.stdout)
@@ -305,30 +311,23 @@ class CommandLine(TestCase):
         self.assertEqual({"never"}, {cell["verdict"] for cell in json.loads(done.stdout)["cells"]})
         self.assertIn("nothing but run", json.loads(done.stdout)["cells"][0]["because"])
 
-    def test_matrix_prints_a_letter_a_cell(self):
-        done = lagless("matrix", "--cell", "stuck_a_rail/off")
-        self.expect(0, done, "4 cells as promised, 0 not")
-        self.assertIn(["stuck_a_rail", "oooo"], [line.split() for line in done.stdout.splitlines()])
-
     def test_matrix_tells_share_and_seed(self):
-        done = lagless("matrix", "--share", "0.5", "--seed", "7", "--json")
+        done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")
         self.assertIn(done.returncode, (0, 1))
-        self.assertIn("0.5 % of the cells, seed 7", done.stderr)
+        self.assertIn("0.2 % of the cells, seed 7", done.stderr)
         matrix = json.loads(done.stdout)
-        self.assertEqual((7, 0.5, 0), (matrix["seed"], matrix["share_percent"], matrix["never"]))
+        self.assertEqual((7, 0.2, 0), (matrix["seed"], matrix["share_percent"], matrix["never"]))
         self.assertEqual(1 if matrix["red"] else 0, done.returncode)
 
     def test_matrix_writes_its_page_and_keeps_its_data_without_one(self):
         done = lagless("matrix", "--cell", "stuck_a_rail/off", "--out", self.folder)
         self.expect(0, done, "matrix.html", "matrix.json")
-        with open(os.path.join(self.folder, "matrix.html"), encoding="utf-8") as file:
-            self.assertIn("stuck_a_rail/off/encoder/h", file.read())
+        self.assertIn("stuck_a_rail/off/encoder/h", self.read("matrix.html"))
         os.remove(os.path.join(self.folder, "matrix.json"))
         done = lagless("matrix", "--cell", "stuck_a_rail/off", "--force", "--out", self.folder,
                        env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
         self.expect(3, done, "matrix.json")
-        with open(os.path.join(self.folder, "matrix.json")) as file:
-            self.assertEqual(4, json.load(file)["green"])
+        self.assertEqual(4, json.loads(self.read("matrix.json"))["green"])
 
     def test_paper_is_a_list_of_rows_with_these_keys(self):
         done = lagless("paper", "fig08", "fig12", "--json", cwd=self.folder)
@@ -343,7 +342,7 @@ class CommandLine(TestCase):
         self.assertEqual([], os.listdir(self.folder))  # no report unless told where
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
-        done = lagless("paper", "fig12", cwd=self.folder, env={**os.environ, "LAGLESS_PYTHON": "/bin/true"})
+        done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)
         self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts",
                     "report: report_fig12/index.html")
         self.assertEqual(["report_fig12"], os.listdir(self.folder))
@@ -359,12 +358,11 @@ class CommandLine(TestCase):
         self.expect(3, done, "cannot run Python (/nonexistent/python)", "no picture was drawn", "i_q falls")
         self.assertEqual(["data", "report.json", "rows.json"], sorted(os.listdir(self.folder + "/a/b")))
         self.assertEqual(["fig04.csv", "fig12.csv"], sorted(os.listdir(self.folder + "/a/b/data")))
-        with open(self.folder + "/a/b/report.json") as file:
-            self.assertEqual(["fig04", "fig12"], [figure["id"] for figure in json.load(file)["figures"]])
+        self.assertEqual(["fig04", "fig12"], [figure["id"] for figure in json.loads(self.read("a/b/report.json"))["figures"]])
 
     def test_wrong_use_gives_2_and_says_what_is_accepted(self):
         path = self.scenario()
-        for arguments, fragment in (
+        self.refuses(
                 ([], "Usage"), (["rnu"], "did you mean run?"), (["run"], "which scenario"),
                 (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
                 (["run", path, "--set", "inertai=1"], "inertia"), (["run", path, "--set", "inertia=-1"], "inertia"),
@@ -401,8 +399,7 @@ class CommandLine(TestCase):
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),
                 (["serve", "bare_motor", "--serial", "--port", "1"], "one of them"),
                 (["serve", "bare_motor", "--set", "nosuch=1"], "no table has"), (["serve", "bare_motor", "--seed", "x"], "whole numbers"),
-                (["run", os.path.join(self.folder, "none.toml")], "none.toml")):
-            self.expect(2, lagless(*arguments), fragment)
+                (["run", os.path.join(self.folder, "none.toml")], "none.toml"))
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
 
     HISTORY = ["period", "state", "i_a", "i_b", "u_dc", "i_d", "i_q", "i_q_ref", "u_d", "u_q", "theta_e", "omega_e",
@@ -507,30 +504,21 @@ class CommandLine(TestCase):
     def test_a_signal_keeps_what_was_recorded_and_says_so(self):
         path = self.scenario(duration="3600 s")
         for number in (signal.SIGINT, signal.SIGTERM):
-            running = subprocess.Popen([LAGLESS, "run", path, "--force", "--out", self.folder, "--every", "100", "--json"],
-                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            running = self.started("run", path, "--force", "--out", self.folder, "--every", "100", "--json")
             time.sleep(1.0)
             running.send_signal(number)
             out, err = running.communicate(timeout=60)
             self.assertEqual(1, running.returncode, err)
             self.assertIn("are kept in", err)
             self.assertEqual("interrupted", json.loads(out)["end"])
-            with open(os.path.join(self.folder, "a.csv")) as file:
-                lines = file.read().splitlines()
+            lines = self.read("a.csv").splitlines()
             self.assertIn("# ended: interrupted", lines)
             self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
 
-    def serve(self, *arguments):
-        """A server under way, and its port."""
-        server = subprocess.Popen([LAGLESS, "serve", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(lambda: (server.poll() is None and server.kill(), server.communicate()))
-        match = re.fullmatch(r"listening on 127\.0\.0\.1:(\d+)\n", server.stdout.readline())
-        self.assertTrue(match)
-        return server, int(match[1])
-
     def test_serve_listens_ends_by_a_signal_and_says_so_when_the_port_is_taken(self):
         for number in (signal.SIGTERM, signal.SIGINT):
-            server, port = self.serve(self.scenario(), "--port", "0")
+            server, place = self.serve(self.scenario(), "--port", "0")
+            port = int(place.rpartition(":")[2])
             with socket.create_connection(("127.0.0.1", port), 5) as client:
                 time.sleep(0.1)
                 begun = time.monotonic()
@@ -550,17 +538,11 @@ class CommandLine(TestCase):
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "0.5 s", "--free", "--quiet"))
 
     def test_serve_gives_a_pseudo_terminal(self):
-        server = subprocess.Popen([LAGLESS, "serve", self.scenario(), "--serial"], stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True)
-        self.addCleanup(lambda: (server.poll() is None and server.kill(), server.communicate()))
-        match = re.fullmatch(r"listening on (/dev/\S+)\n", server.stdout.readline())
-        with open(match[1], "r+b", buffering=0) as line:
+        server, place = self.serve(self.scenario(), "--serial", place=r"(/dev/\S+)")
+        with open(place, "r+b", buffering=0) as line:
             self.assertTrue(line.isatty())
         server.terminate()
         self.assertEqual(0, server.wait(10))
-
-    def test_no_colours_where_nobody_sees_them(self):
-        self.assertNotIn("\033", lagless("run", self.scenario()).stdout)
 
     def test_completion_is_bash_and_knows_the_tables(self):
         script = lagless("completion", "bash").stdout
@@ -569,16 +551,13 @@ class CommandLine(TestCase):
         self.assertEqual("inertia_adaptation= inertia=", subprocess.run(["bash"], input=probe, capture_output=True, text=True).stdout.strip())
 
 
-
 class Readme(TestCase):
     """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):
-        root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
         blocks = []
-        for path in [os.path.join(root, "README.md"), *glob.glob(os.path.join(root, "docs", "*.md"))]:
-            with open(path, encoding="utf-8") as document:
-                blocks += re.findall(r"^    \$ build/host/lagless run (\w+)\n((?:    .*\n)+)", document.read(), re.M)
+        for path in ["README.md", *glob.glob(os.path.join(ROOT, "docs", "*.md"))]:
+            blocks += re.findall(r"^    \$ build/host/lagless run (\w+)\n((?:    .*\n)+)", document(path), re.M)
         self.assertIn("cold_start", [name for name, _ in blocks])
         for name, shown in blocks:
             printed = subprocess.run([LAGLESS, "run", name], stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
@@ -588,6 +567,22 @@ class Readme(TestCase):
                     found = printed.find(line + "\n", place)
                     self.assertGreaterEqual(found, place, "not printed, or not in this order")
                     place = found + len(line)
+
+
+class Scenarios(TestCase):
+    @unittest.skipIf(tomllib is None, "this Python has no tomllib (3.11 or later has)")
+    def test_every_shipped_scenario_is_toml_says_what_it_is_and_expects_something(self):
+        tables = {"schema", "title", "text", "run", "start", "params", "requests", "plant", "rig", "at", "expect"}
+        paths = glob.glob(os.path.join(ROOT, "host_sim", "scenarios", "*.toml"))
+        self.assertGreater(len(paths), 10)
+        for path in paths:
+            with self.subTest(path=path):
+                text = document(path)
+                scenario = tomllib.loads(text)
+                self.assertTrue(text.isascii() and text.startswith("# "), "no comment says at its head what it is for")
+                self.assertEqual(("schema", 1), next(iter(scenario.items())))
+                self.assertTrue(scenario["title"] and scenario["run"]["record"] and scenario["expect"])
+                self.assertLessEqual(set(scenario), tables)
 
 
 if __name__ == "__main__":

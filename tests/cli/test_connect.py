@@ -15,11 +15,7 @@ import threading
 import time
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
-
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from command_line import FOLDER, LAGLESS, document, lagless, stuck
 
 # Nothing runs, the shaft is lightly loaded; mean voltages, so that real time is kept on a busy machine.
 BENCH = """schema = 1
@@ -70,8 +66,7 @@ class Server:
 
 
 def connect(target, script, *options, **settings):
-    return subprocess.run([LAGLESS, "connect", target, *options], input=script, capture_output=True, text=True, timeout=60,
-                          **settings)
+    return lagless("connect", target, *options, input=script, timeout=60, **settings)
 
 
 def answers(result):
@@ -101,9 +96,9 @@ class Case(stuck.TestCase):
         self.servers.append(server)
         return server
 
-    def typing(self, server, lines):
+    def typing(self, server, lines, *options):
         """A client that was given these lines and waits for more."""
-        client = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        client = subprocess.Popen([LAGLESS, "connect", server.target, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                   stderr=subprocess.PIPE, text=True)
         client.stdin.write(lines)
         client.stdin.flush()
@@ -366,8 +361,7 @@ class WrongLines(Case):
 class BrokenLines(Case):
     def test_wrong_use(self):
         for arguments in ([], ["tcp://127.0.0.1:1", "more"], ["drive"], ["tcp://127.0.0.1"], ["/dev/ttyS0:fast"]):
-            result = subprocess.run([LAGLESS, "connect", *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertEqual(lagless("connect", *arguments).returncode, 2, arguments)
 
     def test_no_server(self):
         with socket.socket() as held:
@@ -379,9 +373,7 @@ class BrokenLines(Case):
 
     def test_second_client_is_told_at_once(self):
         server = self.serve()
-        first = subprocess.Popen([LAGLESS, "connect", server.target], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        first.stdin.write("get state\n")
-        first.stdin.flush()
+        first = self.typing(server, "get state\n")
         first.stdout.readline()
         started = time.monotonic()
         result = connect(server.target, "status\n")
@@ -465,10 +457,7 @@ class BrokenLines(Case):
 
     def test_a_master_that_waits_for_its_user_keeps_the_motor_running(self):
         server = self.serve()
-        client = subprocess.Popen([LAGLESS, "connect", server.target, "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                  text=True)
-        client.stdin.write("go 300 r/min\n")
-        client.stdin.flush()
+        client = self.typing(server, "go 300 r/min\n", "--json")
         time.sleep(3.0)
         out, _ = client.communicate("get state omega_m\nquick_stop\n")
         self.assertEqual(json.loads(out.splitlines()[1])["state"], "operation_enabled")
@@ -496,11 +485,15 @@ class BrokenLines(Case):
 class Terminal(Case):
     """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
 
-    def talk(self, server, keys):
+    def at_a_terminal(self, server):
         child, terminal = pty.fork()
         if child == 0:
             os.environ["TERM"] = "vt100"
             os.execv(LAGLESS, [LAGLESS, "connect", server.target])
+        return child, terminal
+
+    def talk(self, server, keys):
+        child, terminal = self.at_a_terminal(server)
         seen = ""
         try:
             for key in keys:
@@ -531,12 +524,7 @@ class Terminal(Case):
         self.assertIn("did you mean omega_m", seen)
 
     def test_ctrl_c_ends_a_watch_and_ctrl_d_the_session(self):
-        server = self.serve()
-        child, terminal = pty.fork()
-        if child == 0:
-            os.environ["TERM"] = "vt100"
-            os.execv(LAGLESS, [LAGLESS, "connect", server.target])
-        self.read_until(terminal, "lagless> ")
+        child, terminal = self.session(self.serve())
         os.write(terminal, b"watch omega_m every 0.1 s\n")
         self.read_until(terminal, "r/min\r\nomega_m")
         os.write(terminal, b"\x03")
@@ -544,16 +532,11 @@ class Terminal(Case):
         os.write(terminal, b"get u_dc\n")
         self.read_until(terminal, " V\r\n")
         os.write(terminal, b"\x04")
-        _, status = os.waitpid(child, 0)
-        os.close(terminal)
-        self.assertEqual(os.waitstatus_to_exitcode(status), 0)
+        self.assertEqual(self.ends(child, terminal), 0)
 
     def session(self, server):
         """A session at a terminal: its process and the terminal, which end with the test."""
-        child, terminal = pty.fork()
-        if child == 0:
-            os.environ["TERM"] = "vt100"
-            os.execv(LAGLESS, [LAGLESS, "connect", server.target])
+        child, terminal = self.at_a_terminal(server)
         self.addCleanup(os.close, terminal)
         self.read_until(terminal, "lagless> ")
         return child, terminal
@@ -613,8 +596,7 @@ def plain(text):
 
 class Document(Case):
     def test_the_session_of_the_document_is_what_happens(self):
-        with open(os.path.join(ROOT, "docs", "connect.md")) as file:
-            text = file.read()
+        text = document("docs/connect.md")
         printed = re.search(r"(?ms)^    \$ build/host/lagless connect tcp://127.0.0.1:5555 < first_run.txt\n(.*?)\n(?=\S)", text)
         session = re.sub(r"(?m)^    ", "", printed.group(1)).strip("\n")
         script = "".join(line[2:] + "\n" for line in session.splitlines() if line.startswith("> "))

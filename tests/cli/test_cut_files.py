@@ -29,21 +29,21 @@ class Campaign(TestCase):
         return lagless("campaign", "merge", self.folder)
 
     def test_the_fields_have_names(self):
-        self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched\n", self.columns)
+        self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
 
     def test_a_violation_without_an_invariant_is_no_result(self):
         """It was counted beyond the end of an array."""
-        for line in ("20,2,10,900,0,3,45,0,0,0,0\n", "20,2,99,900,0,3,45,0,0,0,0\n"):
+        for line in ("20,2,19,900,0,3,45,0,0,0,0,0,0\n", "20,2,99,900,0,3,45,0,0,0,0,0,0\n"):
             self.expect(2, self.merge(line), ":3: no result of a run")
 
     def test_an_invariant_without_a_violation_is_no_result(self):
         for end in (1, 3):
-            self.expect(2, self.merge(f"20,{end},3,900,0,3,45,0,0,0,0\n"), ":3: no result of a run")
+            self.expect(2, self.merge(f"20,{end},3,900,0,3,45,0,0,0,0,0,0\n"), ":3: no result of a run")
 
     def test_fields_beyond_their_tables_are_no_result(self):
-        for line in ("30,1,10,900,0,3,45,0,0,0,0\n", "20,1,10,900,0,9999,45,0,0,0,0\n", "20,4,10,900,0,3,45,0,0,0,0\n",
-                     "20,1,10,900,0,3,45,0,0,7,0\n", "20,1,10,900,0,3,45,0,0,0\n", "-1,1,10,900,0,3,45,0,0,0,0\n"):
+        for line in ("30,1,19,900,0,3,45,0,0,0,0,0,0\n", "20,1,19,900,0,9999,45,0,0,0,0,0,0\n", "20,4,19,900,0,3,45,0,0,0,0,0,0\n",
+                     "20,1,19,900,0,3,45,0,0,7,0,0,0\n", "20,1,19,900,0,3,45,0,0,0,0,0\n", "-1,1,19,900,0,3,45,0,0,0,0,0,0\n"):
             self.expect(2, self.merge(line), ":3: no result of a run")
 
     def test_a_head_of_no_or_too_many_runs_is_none(self):

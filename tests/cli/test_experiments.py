@@ -4,19 +4,14 @@
 The example of docs/experiments.md is run and its output compared; everything else is expected from algebra."""
 import json
 import math
-import os
 import re
-import subprocess
 import sys
-import tempfile
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
+import command_line
+from command_line import document
 
-LAGLESS, ROOT = sys.argv[1], os.path.abspath(sys.argv[2])
-with open(os.path.join(ROOT, "docs", "experiments.md"), encoding="utf-8") as page:
-    PAGE = page.read()
+PAGE = document("docs/experiments.md")
 
 # 10 periods of a rig that stands: the load goes from 0 to 4.5 N m in steps of 0.5.
 STANDING = """schema = 1
@@ -47,21 +42,13 @@ def claim(name, value, printed=None, tolerance=1e-9, more=""):
     return f'[[claim]]\nid = "{name}"\ntext = "t"\nunit = "-"\nvalue = "{value}"\n{told}{more}'
 
 
-class Test(stuck.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp()
-
+class Test(command_line.TestCase):
     def lagless(self, *arguments):
-        return subprocess.run([LAGLESS, *arguments], capture_output=True, text=True, cwd=self.folder, timeout=120)
+        return command_line.lagless(*arguments, cwd=self.folder, timeout=120)
 
     def write(self, text, name="my.toml"):
-        with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
-            file.write(text)
+        super().write(name, text)
         return "./" + name
-
-    def read(self, name):
-        with open(os.path.join(self.folder, name), encoding="utf-8") as file:
-            return file.read()
 
     def rows(self, text, exit_code=0):
         done = self.lagless("paper", self.write(text), "--json")
@@ -72,9 +59,7 @@ class Test(stuck.TestCase):
         """place: what stands in the line that the message is about."""
         line = text[:text.index(place)].count("\n") + 1 if place else None
         done = self.lagless("paper", self.write(text))
-        self.assertEqual(2, done.returncode, done.stdout + done.stderr)
-        for fragment in (f"./my.toml:{line}:" if line else "./my.toml:", *fragments):
-            self.assertIn(fragment, done.stderr)
+        self.expect(2, done, f"./my.toml:{line}:" if line else "./my.toml:", *fragments)
 
     # ---- the page ----
 
@@ -121,8 +106,7 @@ class Test(stuck.TestCase):
             self.assertAlmostEqual(number, rows[f"my.c{n}.run"]["ours"], delta=1e-5 * max(1.0, number), msg=text)
 
     def test_from_power_on_it_is_the_run_of_the_scenario(self):
-        with open(os.path.join(ROOT, "host_sim", "scenarios", "load_step.toml"), encoding="utf-8") as file:
-            scenario = file.read()
+        scenario = document("host_sim/scenarios/load_step.toml")
         told = json.loads(self.lagless("run", self.write(scenario), "--json").stdout)
         claims = []
         for n, expect in enumerate(told["expectations"]):
@@ -376,12 +360,8 @@ class Test(stuck.TestCase):
     def test_figures_and_a_file_do_not_mix_and_a_missing_file_is_told(self):
         path = self.write(STANDING + claim("a", "1", 1.0))
         for arguments in ((path, "fig13"), ("fig13", path), (path, path)):
-            done = self.lagless("paper", *arguments)
-            self.assertEqual(2, done.returncode)
-            self.assertIn("one file at a time", done.stderr)
-        done = self.lagless("paper", "./none.toml")
-        self.assertEqual(2, done.returncode)
-        self.assertIn("none.toml", done.stderr)
+            self.expect(2, self.lagless("paper", *arguments), "one file at a time")
+        self.expect(2, self.lagless("paper", "./none.toml"), "none.toml")
         self.assertIn("[FIG... | FILE]", self.lagless("paper", "--help").stdout)
 
     # ---- scenarios of the user ----
@@ -397,9 +377,7 @@ class Test(stuck.TestCase):
         self.assertEqual(path, told["scenario"])
         self.assertGreater(told["averaged_x_realtime"], 0)
         self.assertNotIn("estimator_ns_worst", told)
-        done = self.lagless("bench", "stuck_sensor", "--seconds", "0.01")
-        self.assertEqual(2, done.returncode)
-        self.assertIn("its state is fault", done.stderr)
+        self.expect(2, self.lagless("bench", "stuck_sensor", "--seconds", "0.01"), "its state is fault")
         self.assertIn("[SCENARIO]", self.lagless("bench", "--help").stdout)
 
     def test_campaign_around_a_scenario_finds_what_it_expects_and_reproduces_it(self):
@@ -407,29 +385,17 @@ class Test(stuck.TestCase):
         told = json.loads(self.lagless("campaign", "--scenario", path, "--runs", "6", "--json").stdout)
         self.assertEqual((6, 0, 0.6, 0), (told["done"], told["violated"], told["seconds"], told["faults"]))
         path = self.write(self.SCENARIO % "200 r/min")  # it begins at 400
-        done = self.lagless("campaign", "--scenario", path, "--runs", "2", "--out", "found")
-        self.assertEqual(1, done.returncode, done.stderr)
-        self.assertIn("violated  2, of which 2 failed again", done.stdout)
-        again = self.lagless("run", "found/run-000000.toml")
-        self.assertEqual(1, again.returncode)
-        self.assertIn("never fast", again.stdout)
-        self.assertIn("plant.load_torque = 2", self.read("found/run-000000.toml"))
-        merged = self.lagless("campaign", "merge", "found")
-        self.assertEqual(2, merged.returncode)
-        self.assertIn("--scenario", merged.stderr)
-        self.assertEqual(1, self.lagless("campaign", "--scenario", path, "merge", "found").returncode)
-        wrong = self.lagless("campaign", "--scenario", path, "--seconds", "1")
-        self.assertEqual(2, wrong.returncode)
-        self.assertIn("not with --scenario", wrong.stderr)
-
-    def test_errors_drawn_around_a_scenario_are_of_its_plant_alone(self):
-        path = self.write(self.SCENARIO % "200 r/min")
-        self.lagless("campaign", "--scenario", path, "--runs", "1", "--out", "found")
+        self.expect(1, self.lagless("campaign", "--scenario", path, "--runs", "2", "--out", "found"), "violated  2, of which 2 failed again")
+        self.expect(1, self.lagless("run", "found/run-000000.toml"), "never fast")
+        self.expect(2, self.lagless("campaign", "merge", "found"), "--scenario")
+        self.expect(1, self.lagless("campaign", "--scenario", path, "merge", "found"))
+        self.expect(2, self.lagless("campaign", "--scenario", path, "--seconds", "1"), "not with --scenario")
         text = self.read("found/run-000000.toml")
-        # made as small as it gets: what fails needs no error at all
+        self.assertIn("plant.load_torque = 2", text)
+        self.assertIn("at_most", text)
+        # made as small as it gets: what fails needs no error at all, of the plant or of what is believed of it
         self.assertNotIn("resistance", text)
         self.assertNotIn("[params]\nmotor", text)
-        self.assertIn("at_most", text)
 
     def test_matrix_in_a_scenario(self):
         path = self.write(self.SCENARIO % "600 r/min")
@@ -442,9 +408,7 @@ class Test(stuck.TestCase):
         for arguments, fragment in ((("--at", "0.7 s"), "less than the duration"), (("--at", "0.01 s"), "the drive is not on"),
                                     ((), "one needs the other"), (("--at", "0.3 s", "--cell", "x"), "a cell a fault"),
                                     (("--at", "0.3 s", "--only", "pole_pairs"), "wrong from the beginning"), (("--at", "soon"), "1.5 s")):
-            done = self.lagless("matrix", "--scenario", path, *arguments)
-            self.assertEqual(2, done.returncode, arguments)
-            self.assertIn(fragment, done.stderr)
+            self.expect(2, self.lagless("matrix", "--scenario", path, *arguments), fragment)
         self.assertIn("--scenario", self.lagless("matrix", "--help").stdout)
 
 

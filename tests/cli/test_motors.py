@@ -8,11 +8,10 @@ import subprocess
 import sys
 import unittest
 
-from command_line import LAGLESS, TestCase, lagless
+from command_line import LAGLESS, ROOT, TestCase, document, lagless
 
-ROOT = sys.argv[3]
 LIBRARY = os.path.join(ROOT, "host_sim", "motors")
-PAGE = open(os.path.join(ROOT, "docs", "motors.md"), encoding="utf-8").read()
+PAGE = document("docs/motors.md")
 
 
 class Motors(TestCase):
@@ -28,15 +27,12 @@ class Motors(TestCase):
         self.assertAlmostEqual(0.377903223 / 6.283185307, motor["flux_linkage_wb"], 7)
         self.assertAlmostEqual(3.82, motor["rated_current_peak_a"])
 
-    def test_an_unknown_motor_is_told_with_the_nearest(self):
-        self.expect(2, lagless("motors", "teknik-m2310p-ln-04k"), "nearest: teknic-m2310p-ln-04k")
-        self.expect(2, lagless("tune", "beckhoff"), "nearest: beckhoff-am8122, beckhoff-am8141")
-        self.expect(2, lagless("tune", os.path.join(self.folder, "none.toml")), "none.toml")
-        self.expect(2, lagless("tune"), "which motor?")
-
-    def test_a_file_without_what_must_be_known_names_it(self):
+    def test_an_unknown_motor_is_told_with_the_nearest_and_a_short_file_with_what_is_missing(self):
         path = self.write("short.toml", "pole_pairs = 4\nresistance = 1\n")
-        self.expect(2, lagless("tune", path), "short.toml", "missing: inductance", "rated_current_peak", "flux_linkage")
+        self.refuses((["motors", "teknik-m2310p-ln-04k"], "nearest: teknic-m2310p-ln-04k"),
+                     (["tune", "beckhoff"], "nearest: beckhoff-am8122, beckhoff-am8141"), (["tune"], "which motor?"),
+                     (["tune", os.path.join(self.folder, "none.toml")], "none.toml"),
+                     (["tune", path], "short.toml", "missing: inductance", "rated_current_peak", "flux_linkage"))
 
     def test_tune_prints_toml_with_a_reason_each_that_a_scenario_takes(self):
         done = lagless("tune", "baldor-bsm90n-175")

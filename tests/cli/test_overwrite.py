@@ -2,10 +2,9 @@
 usage: test_overwrite.py LAGLESS FOLDER"""
 
 import os
-import subprocess
 import unittest
 
-from command_line import LAGLESS, TestCase, lagless
+from command_line import NO_PICTURES, TestCase, lagless
 
 MOTOR = """# the data sheet, with its comments
 pole_pairs = 4
@@ -16,16 +15,11 @@ rated_current_rms = "3 A"
 link_voltage = "310 V"
 inertia = "3 kg cm^2"
 """
-NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # the data are what this is about
 
 
 class Overwrite(TestCase):
     def path(self, name):
         return os.path.join(self.folder, name)
-
-    def read(self, name):
-        with open(self.path(name), encoding="utf-8") as file:
-            return file.read()
 
     def keeps(self, name, code, *arguments, fragments=(), **settings):
         """That a command leaves this file as it is, and says which it is."""
@@ -143,9 +137,7 @@ class Overwrite(TestCase):
                    fragments=("is an input",))
 
     def test_connect_writes_over_no_recording(self):
-        server = subprocess.Popen([LAGLESS, "serve", "load_step", "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        self.addCleanup(lambda: (server.kill(), server.communicate()))
-        target = "tcp://" + server.stdout.readline().split()[-1]
+        target = "tcp://" + self.serve("load_step", "--port", "0")[1]
         self.write("rec.csv", "mine")
         script = f"record omega_m for 10 ms --out {self.folder} --name rec --format csv\n"
         self.keeps("rec.csv", 1, "connect", target, input=script, fragments=("another --name",))

@@ -5,14 +5,7 @@ import os
 import re
 import unittest
 
-from command_line import TestCase, lagless
-
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-
-
-def document(path):
-    with open(os.path.join(ROOT, path), encoding="utf-8") as file:
-        return file.read()
+from command_line import ROOT, TestCase, document, lagless
 
 
 class Dump(TestCase):
@@ -39,8 +32,7 @@ class Dump(TestCase):
     def test_a_csv_keeps_the_text_as_it_is(self):
         path = self.write("a.toml", self.HEAD % "5 µs at 40 °C")
         self.expect(0, lagless("run", path, "--out", self.folder, "-q"))
-        with open(os.path.join(self.folder, "a.csv"), encoding="utf-8") as file:
-            self.assertIn("# title: 5 µs at 40 °C\n", file.read())
+        self.assertIn("# title: 5 µs at 40 °C\n", self.read("a.csv"))
 
 
 class Values(TestCase):
@@ -84,8 +76,7 @@ class Version(TestCase):
             self.assertIn(f"the first release will be {version}", changes)
         path = self.write("a.toml", Dump.HEAD % "a")
         lagless("run", path, "--out", self.folder, "-q")
-        with open(os.path.join(self.folder, "a.csv"), encoding="utf-8") as file:
-            self.assertIn(f"# program: lagless {version}\n", file.read())
+        self.assertIn(f"# program: lagless {version}\n", self.read("a.csv"))
 
     def test_the_changes_count_the_boards_that_there_are(self):
         words = {"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6}

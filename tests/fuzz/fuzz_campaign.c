@@ -30,9 +30,10 @@ static void turn(void)
         char again[CAMPAIGN_LINE_SIZE];
         uint32_t run = 0;
         campaign_result_t result = {0};
-        size_t count = (size_t)snprintf(line, sizeof line, "%u,%u,%u,%u,%u,%u,%d,%u,%u,%u,%u\n", pick(RUNS),
-                                        pick(5u), pick(12u), pick(20000u), pick(4000u), pick(60u),
-                                        (int)pick(90u), pick(1024u), pick(20000u), pick(3u), pick(20000u));
+        size_t count =
+            (size_t)snprintf(line, sizeof line, "%u,%u,%u,%u,%u,%u,%d,%u,%u,%u,%u,%u,%u\n", pick(RUNS),
+                             pick(5u), pick(21u), pick(20000u), pick(4000u), pick(60u), (int)pick(90u),
+                             pick(1024u), pick(20000u), pick(3u), pick(20000u), pick(60u), pick(3u));
         if (fuzz_below(3u) == 0u) {
             count = fuzz_mutate(line, count, CAMPAIGN_LINE_SIZE - 1u, line, count / 2u);
         }

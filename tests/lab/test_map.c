@@ -33,6 +33,19 @@ static void only(double rpm, double load)
     setup.load_count = 1;
 }
 
+/* The map has these rows and no others. */
+static void only_rows(size_t count, const map_deviation_t *kept)
+{
+    memset(setup.left_out, true, sizeof setup.left_out);
+    for (size_t n = 0; n < count; n++) {
+        setup.left_out[kept[n]] = false;
+    }
+}
+
+#define ROWS(...)                                                                                            \
+    only_rows(sizeof((const map_deviation_t[]){__VA_ARGS__}) / sizeof(map_deviation_t),                      \
+              (const map_deviation_t[]){__VA_ARGS__})
+
 static size_t run(unsigned threads)
 {
     const size_t count = map_count(&setup);
@@ -72,6 +85,7 @@ static void test_default_covers_every_deviation_load_column_speed_and_direction_
     setup.learn = 0.0;
     setup.window = 1e-4;
     setup.turns = 1.0;
+    setup.averaged = true; /* sooner */
     run(2);
     for (size_t n = 0; n < count; n++) {
         const map_point_t *p = &points[n];
@@ -199,6 +213,7 @@ static void test_noise_and_dead_time_act(void)
 {
     static const map_deviation_t disturbed[] = {MAP_NOISE, MAP_DEAD_TIME_LOW, MAP_DEAD_TIME_HIGH};
     only(307.0, 5.0);
+    ROWS(MAP_NOMINAL, MAP_NOISE, MAP_DEAD_TIME_LOW, MAP_DEAD_TIME_HIGH);
     const size_t count = run(2);
     for (int direction = -1; direction <= 1; direction += 2) {
         const double rpm = 307.0 * direction;
@@ -235,6 +250,7 @@ static void test_every_deviation_reaches_the_drive(void)
 static void test_offset_is_seen_at_the_start(void)
 {
     only(1013.0, 0.0);
+    ROWS(MAP_NOMINAL, MAP_OFFSET);
     setup.settle = 0.0;
     setup.window = 0.1;
     const size_t count = run(2);
@@ -250,6 +266,7 @@ static void test_offset_is_seen_at_the_start(void)
 static void test_overloaded_point_is_not_locked_and_has_numbers(void)
 {
     only(300.0, 10.0);
+    ROWS(MAP_NOMINAL, MAP_FLUX_LOW, MAP_INDUCTANCE_LOW);
     const size_t count = run(2);
     for (size_t n = 0; n < count; n++) {
         const map_point_t *p = &points[n];
@@ -268,6 +285,7 @@ static void test_overloaded_point_is_not_locked_and_has_numbers(void)
 static void test_what_has_no_effect_has_none_at_a_speed_of_whole_samples(void)
 {
     only(1000.0, 5.0);
+    ROWS(MAP_NOMINAL, MAP_FLUX_LOW, MAP_FLUX_HIGH, MAP_RESISTANCE_LOW, MAP_RESISTANCE_HIGH);
     const size_t count = run(2);
     const map_verdict_t verdict = map_judge(points, count, MAP_CLAIM_NO_EFFECT);
     TEST_ASSERT_EQUAL_UINT(8u, verdict.judged);
@@ -279,6 +297,7 @@ static void test_what_has_no_effect_has_none_at_a_speed_of_whole_samples(void)
 static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
 {
     only(300.0, 5.0);
+    ROWS(MAP_NOMINAL, MAP_INDUCTANCE_LOW, MAP_INDUCTANCE_HIGH);
     setup.columns[MAP_ADAPTATION_ON] = true;
     const size_t count = run(2);
     for (int direction = -1; direction <= 1; direction += 2) {
@@ -302,6 +321,7 @@ static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
 static void test_adaptation_takes_away_what_a_wrong_dead_time_does(void)
 {
     only(150.0, 5.0);
+    ROWS(MAP_DEAD_TIME_LOW, MAP_DEAD_TIME_HIGH);
     setup.columns[MAP_ADAPTATION_ON] = true;
     const size_t count = run(2);
     for (int direction = -1; direction <= 1; direction += 2) {
@@ -388,8 +408,9 @@ static void test_map_of_a_scenario_is_of_its_motor_and_parameters(void)
     scenario_error_t error;
     setup.speed_count = 0;
     TEST_ASSERT_TRUE(map_of_scenario(&setup, of, &error));
+    TEST_ASSERT_EQUAL_UINT(MAP_DEVIATIONS * 2u, map_count(&setup));
+    ROWS(MAP_NOMINAL, MAP_INDUCTANCE_HIGH);
     const size_t count = run(2);
-    TEST_ASSERT_EQUAL_UINT(MAP_DEVIATIONS * 2u, count);
     for (int direction = -1; direction <= 1; direction += 2) {
         const map_point_t *nominal = point(count, MAP_NOMINAL, 600.0 * direction, 2.0);
         const map_point_t *high = point(count, MAP_INDUCTANCE_HIGH, 600.0 * direction, 2.0);
@@ -406,6 +427,7 @@ static void test_threads_do_not_change_a_bit(void)
 {
     static map_point_t alone[POINTS_MAX];
     only(700.0, 2.0);
+    ROWS(MAP_NOMINAL, MAP_NOISE);
     setup.settle = 0.2;
     setup.window = 0.1;
     const size_t count = run(1);
@@ -442,10 +464,7 @@ static size_t made(double nominal, double resistance, double inductance, double 
          .mean_mrad = inductance,
          .theory_mrad = theory,
          .locked = true},
-        {.rpm = 100.0,
-         .deviation = MAP_NOISE,
-         .mean_mrad = 70.0,
-         .locked = true}, /* nothing is claimed of it */
+        {.rpm = 100.0, .deviation = MAP_NOISE, .mean_mrad = 70.0, .locked = true}, /* nothing is claimed */
     };
     memcpy(points, one, sizeof one);
     return sizeof one / sizeof one[0];
@@ -462,39 +481,41 @@ static void expect_verdict(bool met, size_t count, map_claim_t claim, double wor
     TEST_ASSERT_TRUE((verdict.worst == NULL) == (judged == 0u));
 }
 
-static void test_no_effect_is_judged_against_the_nominal_point(void)
+static void test_a_claim_is_judged_against_nominal_and_theory_where_both_are_locked(void)
 {
-    expect_verdict(true, made(1.0, 1.25, 0.0, 0.0), MAP_CLAIM_NO_EFFECT, 0.25, 1, 0);
-    expect_verdict(true, made(0.0, -0.3, 0.0, 0.0), MAP_CLAIM_NO_EFFECT, 0.3, 1, 0); /* at the limit */
-    expect_verdict(false, made(1.0, 0.6875, 0.0, 0.0), MAP_CLAIM_NO_EFFECT, 0.3125, 1, 0);
+    static const struct {
+        bool met;
+        map_claim_t claim;
+        double nominal, resistance, inductance, theory, worst;
+        int lost; /* the point that is not locked; -1: none */
+    } rows[] = {
+        {true, MAP_CLAIM_NO_EFFECT, 1.0, 1.25, 0.0, 0.0, 0.25, -1},
+        {true, MAP_CLAIM_NO_EFFECT, 0.0, -0.3, 0.0, 0.0, 0.3, -1}, /* at the limit */
+        {false, MAP_CLAIM_NO_EFFECT, 1.0, 0.6875, 0.0, 0.0, 0.3125, -1},
+        {false, MAP_CLAIM_NO_EFFECT, 0.0, 0.0, 0.0, 0.0, 0.0, 2},
+        {false, MAP_CLAIM_NO_EFFECT, 0.0, 0.0, 0.0, 0.0, 0.0, 0},
+        {true, MAP_CLAIM_INDUCTANCE, 0.0, 0.0, -15.0, -16.0, 1.0, -1},
+        {true, MAP_CLAIM_INDUCTANCE, 3.0, 0.0, -15.0, -16.0, 2.0, -1}, /* at the limit */
+        {false, MAP_CLAIM_INDUCTANCE, 0.0, 0.0, -18.25, -16.0, 2.25, -1},
+        {false, MAP_CLAIM_INDUCTANCE, 2.25, 0.0, -16.0, -16.0, 2.25, -1},
+        {false, MAP_CLAIM_INDUCTANCE, 0.0, 0.0, 16.0, -16.0, 32.0, -1},
+        {false, MAP_CLAIM_INDUCTANCE, 0.0, 0.0, -16.0, -16.0, 0.0, 3},
+        {false, MAP_CLAIM_INDUCTANCE, 0.0, 0.0, -16.0, -16.0, 0.0, 0},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        const size_t count = made(rows[n].nominal, rows[n].resistance, rows[n].inductance, rows[n].theory);
+        if (rows[n].lost >= 0) {
+            points[rows[n].lost].locked = false;
+        }
+        expect_verdict(rows[n].met, count, rows[n].claim, rows[n].worst, rows[n].lost < 0, rows[n].lost >= 0);
+    }
     size_t count = made(0.0, 0.0, 0.0, 0.0);
-    points[2].locked = false;
-    expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 1);
-    count = made(0.0, 0.0, 0.0, 0.0);
-    points[0].locked = false;
-    expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 1);
-    count = made(0.0, 0.0, 0.0, 0.0);
     points[0].load = 5.0; /* another load's nominal is none */
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 1);
     count = made(0.0, 0.0, 0.0, 0.0);
     points[4] = points[2]; /* one good and one lost */
     points[4].locked = false;
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 1, 1);
-}
-
-static void test_inductance_is_judged_against_nominal_and_theory(void)
-{
-    expect_verdict(true, made(0.0, 0.0, -15.0, -16.0), MAP_CLAIM_INDUCTANCE, 1.0, 1, 0);
-    expect_verdict(true, made(3.0, 0.0, -15.0, -16.0), MAP_CLAIM_INDUCTANCE, 2.0, 1, 0); /* at the limit */
-    expect_verdict(false, made(0.0, 0.0, -18.25, -16.0), MAP_CLAIM_INDUCTANCE, 2.25, 1, 0);
-    expect_verdict(false, made(2.25, 0.0, -16.0, -16.0), MAP_CLAIM_INDUCTANCE, 2.25, 1, 0);
-    expect_verdict(false, made(0.0, 0.0, 16.0, -16.0), MAP_CLAIM_INDUCTANCE, 32.0, 1, 0);
-    size_t count = made(0.0, 0.0, -16.0, -16.0);
-    points[3].locked = false;
-    expect_verdict(false, count, MAP_CLAIM_INDUCTANCE, 0.0, 0, 1);
-    count = made(0.0, 0.0, -16.0, -16.0);
-    points[0].locked = false;
-    expect_verdict(false, count, MAP_CLAIM_INDUCTANCE, 0.0, 0, 1);
 }
 
 static void test_worst_point_is_named(void)

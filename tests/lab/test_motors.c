@@ -4,14 +4,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "drive/params.h" /* position_source_t */
 #include "host_sim/lab/motor.h"
-#include "host_sim/lab/motor_trial.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/tune.h"
+#include "tests/rig/seed.h"
 #include "unity.h"
 
 #define PI 3.14159265358979323846
+
+/* What a scenario says of a motor that is too salient for the estimator. */
+#define SALIENT "[params]\nposition_source = \"encoder\"\n"
 
 static scenario_error_t error;
 static motor_sheet_t sheet;
@@ -276,52 +280,37 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
     TEST_ASSERT_TRUE(least < 30.0 && most > 5000.0);
 }
 
-/* From standstill, without an encoder, to the top speed and under all of the load: what the written scenario
- * expects (tune_scenario): never lost, the speed within 0.5 %, the angle within 30 mrad (50 of a salient
- * rotor), SD 50. */
-static void test_every_motor_of_the_library_runs_on_the_rows_of_tune(void)
-{
-    static motor_trial_t trial;
-    char **names;
-    const int count = motor_library(&names);
-    for (int n = 0; n < count; n++) {
-        char text[640];
-        TEST_ASSERT_TRUE(motor_read_library(names[n], &sheet, &error));
-        TEST_ASSERT_TRUE_MESSAGE(motor_trial(&sheet, &trial, &error), error.message);
-        snprintf(text, sizeof text, "%s: %s", names[n], trial.miss);
-        TEST_ASSERT_TRUE_MESSAGE(trial.met, text);
-        TEST_ASSERT_TRUE_MESSAGE(trial.load > 0.55 * motor_torque_constant(&trial.motor) * trial.tune.current,
-                                 text);
-        free(names[n]);
-    }
-    free(names);
-}
-
-/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. */
+/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. A grid of motors and
+ * places. That each runs to its top speed under load is tests/lab/test_tune_boards.c. */
 static void test_every_motor_starts_from_wherever_it_stands(void)
 {
     char **names;
     const int count = motor_library(&names);
+    grid_t grid = grid_of("motors, places of the rotor", 8u * (uint32_t)count);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        const double place = 0.41 * grid_axis(&point, 8u);
+        const char *name = names[point];
+        char text[400];
+        TEST_ASSERT_TRUE_MESSAGE(motor_read_library(name, &sheet, &error) &&
+                                     motor_make(&sheet, &motor, &error) && tune_motor(&motor, &tune, &error),
+                                 error.message);
+        snprintf(
+            text, sizeof text,
+            "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n%s[start]\nangle = %.3f\n"
+            "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
+            "statistic = \"max\"\nat_most = 0\n",
+            name, tune.needs_encoder ? SALIENT : "", place);
+        scenario_t *scenario = scenario_read_text(name, text, strlen(text), &error);
+        TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+        const runner_options_t options = {.has_seed = false};
+        runner_result_t result;
+        TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
+        snprintf(text, sizeof text, "%s from %.3f rad", name, place);
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(0, result.fault_reason, text);
+        runner_result_free(&result);
+        scenario_free(scenario);
+    }
     for (int n = 0; n < count; n++) {
-        for (int place = 0; place < 8; place++) {
-            char text[400];
-            snprintf(
-                text, sizeof text,
-                "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n[start]\nangle = "
-                "%.3f\n"
-                "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
-                "statistic = \"max\"\nat_most = 0\n",
-                names[n], 0.41 * place);
-            scenario_t *scenario = scenario_read_text(names[n], text, strlen(text), &error);
-            TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
-            const runner_options_t options = {.has_seed = false};
-            runner_result_t result;
-            TEST_ASSERT_TRUE(runner_run(scenario, &options, &result));
-            snprintf(text, sizeof text, "%s from %.3f rad", names[n], 0.41 * place);
-            TEST_ASSERT_EQUAL_INT32_MESSAGE(0, result.fault_reason, text);
-            runner_result_free(&result);
-            scenario_free(scenario);
-        }
         free(names[n]);
     }
     free(names);
@@ -357,7 +346,7 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.25, initial(scenario, "plant.friction_coulomb"));
     scenario_free(scenario);
     /* every row as tune has it */
-    TEST_ASSERT_NOT_NULL(scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD));
+    TEST_ASSERT_NOT_NULL(scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD SALIENT));
     TEST_ASSERT_TRUE(motor_read_library("awan-2kw2-ipm", &sheet, &error) &&
                      motor_make(&sheet, &motor, &error) && tune_motor(&motor, &tune, &error));
     for (uint32_t n = 0; n < tune.count; n++) {
@@ -365,6 +354,42 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
                                  scenario_initial(scenario, tune.rows[n].row));
     }
     scenario_free(scenario);
+}
+
+/* L_q of the library's motor is 1.42 L_d: the drive names both rows, their values and what to do, and [motor]
+ * does not change over to an encoder by itself. With one the same motor is taken. */
+static void test_a_salient_motor_without_encoder_is_refused_with_both_rows(void)
+{
+    static const char *const told[] = {"0.051 H: accepted", "motor_inductance_q <= 1.2 motor_inductance_d",
+                                       "motor_inductance_d = 0.036 H", "use an encoder"};
+    TEST_ASSERT_NULL(read_text("motor = \"awan-2kw2-ipm\"\n" HEAD));
+    TEST_ASSERT_EQUAL_STRING("motor_inductance_q", error.name);
+    for (size_t n = 0; n < sizeof told / sizeof told[0]; n++) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.message, told[n]), error.message);
+    }
+    scenario_t *scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD SALIENT);
+    TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+    scenario_free(scenario);
+}
+
+/* Up to 1.2 L_d tune goes without an encoder, beyond that with one, and says so. */
+static void test_tune_takes_an_encoder_for_a_salient_motor(void)
+{
+    static const struct {
+        const char *inductance_q;
+        bool encoder;
+    } cases[] = {
+        {"inductance_q=5.95 mH", false}, {"inductance_q=6.05 mH", true}, {"inductance_q=9.2 mH", true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        TEST_ASSERT_TRUE_MESSAGE(GIVEN("pole_pairs=4", "resistance=1 ohm", "inductance_d=5 mH",
+                                       "rated_current_peak=5 A", "flux_linkage=0.1", "rated_speed=1500 r/min",
+                                       "inertia=1e-3", cases[n].inductance_q),
+                                 error.message);
+        TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
+        TEST_ASSERT_EQUAL_DOUBLE(cases[n].encoder ? POSITION_ENCODER : POSITION_SENSORLESS,
+                                 row_of("position_source"));
+        TEST_ASSERT_TRUE(warns_of("position_source is encoder") == cases[n].encoder);
+    }
 }
 
 static void test_a_motor_that_is_none_is_refused_where_it_stands(void)

@@ -64,21 +64,25 @@ static void expect_nearest(const char *expected, const char *name)
     }
 }
 
-static void test_slips_find_the_row_that_was_meant(void)
+static void test_slips_and_parts_of_a_name_find_the_row_that_was_meant_and_others_nothing(void)
 {
-    expect_nearest("motor_resistance", "moter_resistence");
-    expect_nearest("load_torque", "laod_torqe");
-    expect_nearest("speed_request", "SPEED_REQUEST");
-    expect_nearest("inertia", "inertai");
-    expect_nearest("dead_time", "deadtime");
-    expect_nearest("true_omega_m", "true_omga_m");
-}
-
-static void test_a_part_of_a_name_finds_it_if_nothing_is_nearer(void)
-{
-    expect_nearest("load_kind", "load"); /* that and load_torque begin with it: the first wins */
-    expect_nearest("shaft_locked", "locked");
-    expect_nearest("calibration_periods", "calibration");
+    static const char *const rows[][2] = {
+        {"motor_resistance", "moter_resistence"},
+        {"load_torque", "laod_torqe"},
+        {"speed_request", "SPEED_REQUEST"},
+        {"inertia", "inertai"},
+        {"dead_time", "deadtime"},
+        {"true_omega_m", "true_omga_m"},
+        {"load_kind", "load"}, /* that and load_torque begin with it: the first wins */
+        {"shaft_locked", "locked"},
+        {"calibration_periods", "calibration"},
+        {NULL, "xyzzy_frobnicate"},
+        {NULL, ""},
+        {NULL, "_____________"},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        expect_nearest(rows[n][0], rows[n][1]);
+    }
 }
 
 static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
@@ -93,13 +97,6 @@ static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
     search = names_search("abcdef");
     names_consider(&search, "abcdefghi");
     TEST_ASSERT_EQUAL_STRING("abcdefghi", names_found(&search));
-}
-
-static void test_nothing_near_is_said(void)
-{
-    expect_nearest(NULL, "xyzzy_frobnicate");
-    expect_nearest(NULL, "");
-    expect_nearest(NULL, "_____________");
 }
 
 static void test_choices(void)

@@ -16,37 +16,38 @@ static const char *text_of(uint32_t period, uint64_t period_ticks)
     return text;
 }
 
-static void test_10_khz_has_four_decimals(void)
+static void test_each_carrier_has_as_many_decimals_as_are_exact_or_nanoseconds(void)
 {
-    TEST_ASSERT_EQUAL_STRING("0.0000", text_of(0u, 15000u));
-    TEST_ASSERT_EQUAL_STRING("0.0001", text_of(1u, 15000u));
-    TEST_ASSERT_EQUAL_STRING("0.9999", text_of(9999u, 15000u));
-    TEST_ASSERT_EQUAL_STRING("1.0000", text_of(10000u, 15000u));
-    TEST_ASSERT_EQUAL_STRING("12.3456", text_of(123456u, 15000u));
-    TEST_ASSERT_EQUAL_STRING("429496.7295", text_of(UINT32_MAX, 15000u));
-}
-
-static void test_other_carriers_have_as_many_as_are_exact(void)
-{
-    TEST_ASSERT_EQUAL_STRING("0.0002", text_of(1u, 30000u)); /* 5 kHz */
-    TEST_ASSERT_EQUAL_STRING("1.0000", text_of(5000u, 30000u));
-    TEST_ASSERT_EQUAL_STRING("858993.4590", text_of(UINT32_MAX, 30000u));
-    TEST_ASSERT_EQUAL_STRING("0.00005", text_of(1u, 7500u)); /* 20 kHz */
-    TEST_ASSERT_EQUAL_STRING("0.99995", text_of(19999u, 7500u));
-    TEST_ASSERT_EQUAL_STRING("1.00000", text_of(20000u, 7500u));
-    TEST_ASSERT_EQUAL_STRING("0.0000625", text_of(1u, 9375u)); /* 16 kHz */
-    TEST_ASSERT_EQUAL_STRING("0.00000000", text_of(0u, 9378u));
-    TEST_ASSERT_EQUAL_STRING("0.00006252", text_of(1u, 9378u));
-    TEST_ASSERT_EQUAL_STRING("1.00032000", text_of(16000u, 9378u));
-}
-
-static void test_period_without_end_has_nanoseconds(void)
-{
-    TEST_ASSERT_EQUAL_STRING("0.000000000", text_of(0u, 9374u)); /* 62.4933.. us */
-    TEST_ASSERT_EQUAL_STRING("0.000062493", text_of(1u, 9374u));
-    TEST_ASSERT_EQUAL_STRING("0.000124987", text_of(2u, 9374u)); /* 124.9866.. us: not twice the first */
-    TEST_ASSERT_EQUAL_STRING("0.000187480", text_of(3u, 9374u));
-    TEST_ASSERT_EQUAL_STRING("0.000062507", text_of(1u, 9376u));
+    static const struct {
+        uint32_t period;
+        uint64_t ticks;
+        const char *text;
+    } rows[] = {
+        {0u, 15000u, "0.0000"}, /* 10 kHz */
+        {1u, 15000u, "0.0001"},
+        {9999u, 15000u, "0.9999"},
+        {10000u, 15000u, "1.0000"},
+        {123456u, 15000u, "12.3456"},
+        {UINT32_MAX, 15000u, "429496.7295"},
+        {1u, 30000u, "0.0002"}, /* 5 kHz */
+        {5000u, 30000u, "1.0000"},
+        {UINT32_MAX, 30000u, "858993.4590"},
+        {1u, 7500u, "0.00005"}, /* 20 kHz */
+        {19999u, 7500u, "0.99995"},
+        {20000u, 7500u, "1.00000"},
+        {1u, 9375u, "0.0000625"}, /* 16 kHz */
+        {0u, 9378u, "0.00000000"},
+        {1u, 9378u, "0.00006252"},
+        {16000u, 9378u, "1.00032000"},
+        {0u, 9374u, "0.000000000"}, /* 62.4933.. us, without end */
+        {1u, 9374u, "0.000062493"},
+        {2u, 9374u, "0.000124987"}, /* 124.9866.. us: not twice the first */
+        {3u, 9374u, "0.000187480"},
+        {1u, 9376u, "0.000062507"},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        TEST_ASSERT_EQUAL_STRING(rows[n].text, text_of(rows[n].period, rows[n].ticks));
+    }
 }
 
 /* Digits of the text as nanoseconds: 3 x it is within 1 of 20 x tick, which no other tick is. */

@@ -10,12 +10,15 @@ import re
 import shlex
 import shutil
 import struct
-import subprocess
 import sys
 import unittest
 
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2])
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/cli"))
+import command_line  # noqa: E402
+from command_line import NO_PICTURES  # noqa: E402
+
+FOLDER = pathlib.Path(command_line.FOLDER)
 DRAWS = importlib.util.find_spec("matplotlib") is not None
 UPLOT = (pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "lagless" / "uplot").is_dir() \
     or "UPLOT_DIR" in os.environ
@@ -62,7 +65,7 @@ time[s],i_q[A],state[-]
 
 
 def lagless(*arguments, **settings):
-    return subprocess.run([LAGLESS, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, **settings)
+    return command_line.lagless(*map(str, arguments), **settings)
 
 
 def layouts(page):
@@ -100,11 +103,11 @@ def fresh(name):
     return folder
 
 
-class Case(unittest.TestCase):
+class Case(command_line.TestCase):
     def setUp(self):
         self.folder = fresh(self.id().rpartition(".")[2])
-        self.scenario = self.folder / "own.toml"
-        self.scenario.write_text(SCENARIO)
+        self.own_toml = self.folder / "own.toml"
+        self.own_toml.write_text(SCENARIO)
 
     def recording(self, *changes, name="by_hand.csv"):
         text = RECORDING
@@ -114,12 +117,6 @@ class Case(unittest.TestCase):
         path = self.folder / name
         path.write_text(text)
         return path
-
-    def expect(self, code, done, *fragments):
-        self.assertEqual(code, done.returncode, done.stderr + done.stdout)
-        for fragment in fragments:
-            self.assertIn(fragment, done.stdout + done.stderr)
-        return done
 
 
 @unittest.skipUnless(DRAWS, "matplotlib is missing")
@@ -153,12 +150,12 @@ class Plots(Case):
                               "true_i_a", "u_d", "u_q", "u_dc", "theta_err"}, set(names))
 
     def test_record_says_exactly_what_is_recorded(self):
-        lagless("run", self.scenario, "--plot", "--record", "i_q,u_dc", "--out", self.folder / "out",
-                env={**os.environ, "LAGLESS_PYTHON": "/bin/true"})
+        lagless("run", self.own_toml, "--plot", "--record", "i_q,u_dc", "--out", self.folder / "out",
+                env=NO_PICTURES)
         self.assertEqual(["time", "i_q", "u_dc"], list(recorded(self.folder / "out" / "own.csv")))
 
     def test_without_plot_nothing_more_is_recorded_and_drawn(self):
-        lagless("run", self.scenario, "--out", self.folder / "out")
+        lagless("run", self.own_toml, "--out", self.folder / "out")
         self.assertEqual(3, len(recorded(self.folder / "out" / "own.csv")))
         self.assertEqual(["own.csv"], sorted(path.name for path in (self.folder / "out").iterdir()))
 
@@ -209,7 +206,7 @@ class Plots(Case):
     def test_nothing_recorded_is_left_out(self):
         rows = [f"{row['table']}.{row['name']}" for row in json.loads(lagless("signals", "--json").stdout)["rows"]]
         self.assertGreater(len(rows), 80)
-        self.expect(1, lagless("run", self.scenario, "--plot", "--record", ",".join(rows), "--out", self.folder / "out"), "out/own.html")
+        self.expect(1, lagless("run", self.own_toml, "--plot", "--record", ",".join(rows), "--out", self.folder / "out"), "out/own.html")
         rows = set(recorded(self.folder / "out" / "own.csv")) - {"time"}
         self.assertGreater(len(rows), 80)
         layout = layouts(self.folder / "out" / "own.html")["run"]
@@ -221,8 +218,8 @@ class Plots(Case):
             self.assertRegex(panel["ylabel"], r" \[.+\]$")
 
     def test_a_mat_alone_is_drawn_as_a_csv_is_and_a_vcd_alone_is_refused(self):
-        self.expect(1, lagless("run", self.scenario, "--plot", "--format", "mat", "--out", self.folder / "mat"), "mat/own.html")
-        self.expect(2, lagless("run", self.scenario, "--plot", "--format", "vcd", "--out", self.folder / "vcd"), "csv or mat")
+        self.expect(1, lagless("run", self.own_toml, "--plot", "--format", "mat", "--out", self.folder / "mat"), "mat/own.html")
+        self.expect(2, lagless("run", self.own_toml, "--plot", "--format", "vcd", "--out", self.folder / "vcd"), "csv or mat")
         self.assertFalse((self.folder / "vcd").exists())
         both = [self.own / "own.html", self.folder / "mat" / "own.html"]
         self.assertEqual(*([re.findall(r"verdict (?:good|bad)", page.read_text(encoding="utf-8")) for page in both]))
@@ -249,15 +246,8 @@ class Plots(Case):
         self.assertIn('src="data:image/png;base64,', page)
 
     def test_a_recording_of_the_console_is_drawn(self):
-        serve = subprocess.Popen([LAGLESS, "serve", self.scenario, "--port", "0", "--quiet", "--free"], stdout=subprocess.PIPE, text=True)
-        try:
-            port = serve.stdout.readline().rsplit(":", 1)[1].strip()
-            done = subprocess.run([LAGLESS, "connect", f"tcp://127.0.0.1:{port}"], capture_output=True, text=True,
-                                  input=f"record omega_m omega_m_ref i_q for 0.1 s --out {self.folder / 'line'}\n")
-            self.expect(0, done)
-        finally:
-            serve.terminate()
-            serve.communicate()
+        _, place = self.serve(self.own_toml, "--port", "0", "--quiet", "--free")
+        self.expect(0, lagless("connect", "tcp://" + place, input=f"record omega_m omega_m_ref i_q for 0.1 s --out {self.folder / 'line'}\n"))
         self.assertTrue((self.folder / "line" / "recording.csv").is_file())
         self.expect(0, lagless("plot", self.folder / "line" / "recording.mat"), "recording.html")
         if UPLOT:
@@ -310,12 +300,10 @@ class Refusals(Case):
 
     def test_wrong_use_is_2_before_anything_runs(self):
         path = self.recording()
-        self.expect(2, lagless("plot"), "which recording?")
-        self.expect(2, lagless("compare", path), "which two recordings?")
-        self.expect(2, lagless("plot", path, path), "one recording at a time")
-        self.expect(2, lagless("plot", path, "--format", "jpg"), "jpg: accepted html, png, svg")
-        self.expect(2, lagless("run", self.scenario, "--plot=pdf", cwd=self.folder), "pdf: accepted html, png, svg")
-        self.expect(2, lagless("run", self.scenario, "--plot", "--record", "nonsense", cwd=self.folder))
+        self.refuses((["plot"], "which recording?"), (["compare", path], "which two recordings?"), (["plot", path, path], "one recording at a time"),
+                     (["plot", path, "--format", "jpg"], "jpg: accepted html, png, svg"))
+        self.expect(2, lagless("run", self.own_toml, "--plot=pdf", cwd=self.folder), "pdf: accepted html, png, svg")
+        self.expect(2, lagless("run", self.own_toml, "--plot", "--record", "nonsense", cwd=self.folder))
         self.assertFalse((self.folder / "runs").exists(), "a refused run leaves no folder")
 
     @unittest.skipUnless(DRAWS, "matplotlib is missing")
@@ -324,11 +312,11 @@ class Refusals(Case):
         blocked = self.folder / "file"
         blocked.write_text("")
         for command in (["plot", path, "--out", blocked / "x"], ["compare", path, path, "--out", blocked / "x"],
-                        ["run", self.scenario, "--plot", "--out", blocked / "x"]):
+                        ["run", self.own_toml, "--plot", "--out", blocked / "x"]):
             done = self.expect(3, lagless(*command), str(blocked))
             self.assertNotIn("Traceback", done.stderr)
         (self.folder / "runs").write_text("")
-        self.expect(3, lagless("run", self.scenario, "--plot", cwd=self.folder), "runs")
+        self.expect(3, lagless("run", self.own_toml, "--plot", cwd=self.folder), "runs")
 
     def test_without_python_or_matplotlib_it_says_how_to_get_them(self):
         path = self.recording()
@@ -350,7 +338,7 @@ class Compares(Case):
         self.assertEqual("", done.stderr)
 
     def test_csv_and_mat_of_one_run_are_equal(self):
-        lagless("run", self.scenario, "--format", "csv,mat", "--out", self.folder)
+        lagless("run", self.own_toml, "--format", "csv,mat", "--out", self.folder)
         self.expect(0, lagless("compare", self.folder / "own.csv", self.folder / "own.mat"), "equal: ")
 
     def test_the_first_difference_is_told_with_period_time_and_both_values(self):
@@ -372,9 +360,7 @@ class Compares(Case):
     def test_what_stdout_cannot_take_is_3(self):
         a, b = self.recording(), self.recording(name="b.csv")
         with open("/dev/full", "w", encoding="utf-8") as full:
-            done = subprocess.run([LAGLESS, "compare", a, b], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-        self.assertEqual(3, done.returncode)
-        self.assertIn("the output cannot be written: No space left on device", done.stderr)
+            done = self.expect(3, lagless("compare", a, b, stdout=full), "the output cannot be written: No space left on device")
         self.assertNotIn("Exception", done.stderr)
 
     def test_rows_rates_lengths_and_settings_that_differ_are_told(self):

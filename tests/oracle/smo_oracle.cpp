@@ -88,26 +88,6 @@ smo_oracle_response_t smo_oracle_response(const smo_oracle_case_t *rig, const sm
     return {-std::arg(state(1)), std::abs(state(1))};
 }
 
-smo_oracle_response_t smo_oracle_continuous(const smo_oracle_case_t *rig,
-                                            const smo_oracle_observer_t *observer, double k_f)
-{
-    /* States x and e_hat; L dx/dt = -R x - v + e, v = g x; de_hat/dt = omega_s (v - e_hat). */
-    const double g = observer->gain * k_f;
-    const double w = observer->emf_cutoff;
-    Eigen::Matrix2cd system;
-    system << -(rig->resistance + g) / rig->inductance, 0.0, w * g, -w;
-    const Eigen::Vector2cd input(1.0 / rig->inductance, 0.0);
-    const Complex s(0.0, rig->omega_e);
-    Complex e_hat;
-    if (w > 0.0) {
-        const Eigen::Vector2cd state = (s * Eigen::Matrix2cd::Identity() - system).fullPivLu().solve(input);
-        e_hat = state(1);
-    } else {
-        e_hat = g * input(0) / (s - system(0, 0));
-    }
-    return {-std::arg(e_hat), std::abs(e_hat)};
-}
-
 smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                 smo_oracle_switching_t switching, long settle, long count)
 {

@@ -53,11 +53,6 @@ void smo_oracle_sample(const smo_oracle_case_t *rig, long k, smo_oracle_sample_t
 smo_oracle_response_t smo_oracle_response(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                           double k_f);
 
-/* The same of the observer in continuous time, (13) corrected: k_c/(tau s + 1) with k_c = g/(g + R), tau =
- * L/(g + R), g = k_s k_f; and its filter omega_s/(s + omega_s). The period does not matter. */
-smo_oracle_response_t smo_oracle_continuous(const smo_oracle_case_t *rig,
-                                            const smo_oracle_observer_t *observer, double k_f);
-
 /* Statistics over `count` samples after `settle` samples from zero state. */
 smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                 smo_oracle_switching_t switching, long settle, long count);

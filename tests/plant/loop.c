@@ -1,6 +1,10 @@
 #include "tests/plant/loop.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "unity.h"
 
 static double clamp(double x, double limit)
 {
@@ -88,4 +92,32 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
         list[first].tick = PLANT_NEVER;
     }
     plant_advance(plant, start + LOOP_PERIOD);
+}
+
+static double *field_of(plant_params_t *params, const char *name, size_t length)
+{
+#define FIELD(field, unit, standard, minimum, maximum, text)                                                 \
+    if (strlen(#field) == length && strncmp(#field, name, length) == 0) {                                    \
+        return &params->field;                                                                               \
+    }
+    PLANT_PARAMS(FIELD)
+#undef FIELD
+    return NULL;
+}
+
+plant_params_t plant_with(plant_params_t params, const char *changes)
+{
+    while (*changes != '\0') {
+        double *field = field_of(&params, changes, strcspn(changes, " "));
+        TEST_ASSERT_NOT_NULL_MESSAGE(field, changes);
+        char *end;
+        *field = strtod(strchr(changes, '=') + 1, &end);
+        changes = end + strspn(end, ", ");
+    }
+    return params;
+}
+
+plant_params_t plant_of(const char *changes)
+{
+    return plant_with(plant_params_default(), changes);
 }

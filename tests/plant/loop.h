@@ -28,4 +28,10 @@ typedef struct {
  * edges (NULL: not wanted) and *count. Returns with the plant advanced to the next period's start. */
 void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *count);
 
+/* These parameters, or the defaults, with others in their places: "name = value, name = value". */
+plant_params_t plant_with(plant_params_t params, const char *changes);
+plant_params_t plant_of(const char *changes);
+
+#define NO_DROPS "igbt_voltage = 0, igbt_resistance = 0, diode_voltage = 0, diode_resistance = 0"
+
 #endif

@@ -3,28 +3,16 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define TICKS 150e6
 
-static plant_t plant;
-static loop_t loop;
-
-void setUp(void)
-{
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
-}
-
 /* Nothing but the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
 static plant_params_t bare(void)
 {
-    plant_params_t q = plant_params_default();
-    q.flux_linkage = 0.0;
-    q.friction_coulomb = 0.0;
-    q.inertia = 0.002;
-    q.load_inertia = 0.003;
+    plant_params_t q =
+        plant_of("flux_linkage = 0, friction_coulomb = 0, inertia = 0.002, load_inertia = 0.003");
     q.shaft_stiffness = 1e6 / (1.0 / q.inertia + 1.0 / q.load_inertia);
     return q;
 }
@@ -41,9 +29,7 @@ static void follow(const plant_params_t *q, double motor, double load, double se
     for (double t = 1.3e-3; t < seconds; t += 1.3e-3) {
         uint64_t tick = (uint64_t)(t * TICKS);
         double wanted[3];
-        plant_truth_t now;
-        plant_advance(&plant, tick);
-        plant_truth(&plant, &now);
+        plant_truth_t now = truth_at(tick);
         exact(q, motor, load, (double)tick / TICKS, wanted);
         far[0] = fmax(far[0], fabs(now.twist - wanted[0]));
         far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
@@ -103,10 +89,7 @@ static void test_two_free_masses_swing_as_the_closed_form_for_a_second(void)
 
 static void test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_form(void)
 {
-    plant_params_t q = bare();
-    q.shaft_damping = 0.02;
-    q.load_kind = PLANT_LOAD_ACTIVE;
-    q.load_torque = 2.0;
+    plant_params_t q = plant_with(bare(), "shaft_damping = 0.02, load_kind = 1, load_torque = 2");
     follow(&q, 30.0, 30.0, 0.3, swinging);
 }
 
@@ -120,10 +103,7 @@ static void test_an_overdamped_shaft_settles_as_the_closed_form(void)
 static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
 {
     /* w = sqrt(k/J_load); the torque stays below break-away: k amplitude = 1 rad/s w J_load. */
-    plant_params_t q = bare();
-    q.friction_coulomb = 2.0;
-    q.friction_breakaway = 3.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3"));
     plant.omega_load = 1.0;
     plant_set_params(&plant, &q);
     double w = sqrt(q.shaft_stiffness / q.load_inertia);
@@ -138,9 +118,7 @@ static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
 
 static void test_a_swing_beyond_break_away_moves_the_motor(void)
 {
-    plant_params_t q = bare();
-    q.friction_coulomb = 2.0;
-    q.friction_breakaway = 3.0;
+    plant_params_t q = plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3");
     double w = sqrt(q.shaft_stiffness / q.load_inertia);
     double enough = 3.0 / (w * q.load_inertia); /* [rad/s] whose swing reaches break-away */
     for (int over = 0; over < 2; over++) {
@@ -149,9 +127,8 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
         plant_set_params(&plant, &q);
         plant_set_metering(&plant, true);
         plant_truth_t before, now;
-        plant_truth(&plant, &before);
-        plant_advance(&plant, (uint64_t)(0.2 * TICKS));
-        plant_truth(&plant, &now);
+        before = truth();
+        now = truth_at((uint64_t)(0.2 * TICKS));
         TEST_ASSERT_TRUE((fabs(now.theta_m) > 1e-6) == (over != 0));
         /* What was lost, friction has taken; the one tick in which it breaks loose is not resolved. */
         TEST_ASSERT_DOUBLE_WITHIN((over ? 1e-3 : 1e-9) * before.energy_kinetic, before.energy_kinetic,
@@ -161,16 +138,13 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
 
 static void test_a_locked_motor_drags_the_far_end_up_to_its_speed(void)
 {
-    plant_params_t q = bare();
-    q.shaft_damping = 0.5;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(bare(), "shaft_damping = 0.5"));
     plant_set_metering(&plant, true);
     q.shaft_locked = 1.0;
     q.shaft_locked_speed = 20.0;
     plant_set_params(&plant, &q);
     plant_advance(&plant, (uint64_t)(0.5 * TICKS));
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, now.omega_load);
     /* Dragged up by a constant speed: the dynamometer gives J w^2, half is stored and half lost in the shaft.
      * It counts as given back. */
@@ -200,8 +174,7 @@ static void test_without_stiffness_both_masses_are_one_to_the_last_bit(void)
 
 static void test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_loses_its_load_the_speed(void)
 {
-    plant_params_t q = bare();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(bare());
     plant_set_motion(&plant, 0.0, 10.0);
     plant.omega_load = 20.0;
     plant_set_params(&plant, &q);
@@ -222,7 +195,7 @@ static void balanced(double target)
 {
     plant_set_metering(&plant, true);
     plant_truth_t before, now;
-    plant_truth(&plant, &before);
+    before = truth();
     double most = 0.0;
     for (int k = 0; k < 4000; k++) {
         double wish = 0.5 * (target - plant.omega_m);
@@ -230,7 +203,7 @@ static void balanced(double target)
         loop_period(&loop, &plant, NULL, NULL);
         most = fmax(most, fabs(plant.twist));
     }
-    plant_truth(&plant, &now);
+    now = truth();
     double stored = now.energy_magnetic + now.energy_kinetic - before.energy_magnetic - before.energy_kinetic;
     double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + stored;
     double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
@@ -241,45 +214,29 @@ static void balanced(double target)
 
 static void elastic_drive(uint32_t averaged, double breakaway)
 {
-    plant_params_t q = plant_params_default();
-    q.inertia = 0.003;
-    q.load_inertia = 0.006;
+    plant_params_t q = plant_of("inertia = 0.003, load_inertia = 0.006, shaft_damping = 0.05, "
+                                "friction_coulomb = 0.3, load_torque = 4");
     q.shaft_stiffness = 2000.0; /* 160 Hz */
-    q.shaft_damping = 0.05;
-    q.friction_coulomb = 0.3;
     q.friction_breakaway = breakaway;
-    q.load_torque = 4.0;
+    setUp();
     loop.averaged = averaged;
     plant_init(&plant, &q, 1);
     balanced(120.0);
 }
 
-static void test_energy_balances_with_an_elastic_load_switched(void)
+static void test_energy_balances_with_an_elastic_load_switched_averaged_and_sticking(void)
 {
     elastic_drive(0u, 0.0);
-}
-
-static void test_energy_balances_with_an_elastic_load_averaged(void)
-{
     elastic_drive(1u, 0.0);
-}
-
-static void test_energy_balances_with_an_elastic_load_and_stiction(void)
-{
     elastic_drive(0u, 0.5);
 }
 
 /* Steady speed: the shaft carries the load of the far end, friction stays at the motor. */
 static void test_load_acts_at_the_far_end_and_friction_at_the_motor(void)
 {
-    plant_params_t q = plant_params_default();
-    q.inertia = 0.003;
-    q.load_inertia = 0.006;
-    q.shaft_stiffness = 2000.0;
-    q.shaft_damping = 0.5;
-    q.friction_coulomb = 1.0;
-    q.friction_viscous = 0.01;
-    q.load_torque = 3.0;
+    plant_params_t q =
+        plant_of("inertia = 0.003, load_inertia = 0.006, shaft_stiffness = 2000, shaft_damping = 0.5, "
+                 "friction_coulomb = 1, friction_viscous = 0.01, load_torque = 3");
     plant_init(&plant, &q, 1);
     loop.averaged = 1;
     plant_set_motion(&plant, 0.0, 50.0);
@@ -292,8 +249,7 @@ static void test_load_acts_at_the_far_end_and_friction_at_the_motor(void)
         loop.i_q_ref = 0.05 * (50.0 - plant.omega_m) + 4.5 / 1.098;
         loop_period(&loop, &plant, NULL, NULL);
         if (k >= 10000) {
-            plant_truth_t now;
-            plant_truth(&plant, &now);
+            plant_truth_t now = truth();
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 + 0.01 * now.omega_m + 3.0, now.load_torque);
             shaft += 1e-4 * now.shaft_torque;
             twist += 1e-4 * now.twist;

@@ -4,22 +4,13 @@
 #include <string.h>
 
 #include "host_sim/plant/interval.h"
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define TICKS 150e6
 #define PI    3.14159265358979323846
 
-static plant_t plant;
 static plant_t other;
-static loop_t loop;
-
-void setUp(void)
-{
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
-}
-
 static uint64_t after(double seconds)
 {
     return plant.tick + (uint64_t)(seconds * TICKS + 0.5);
@@ -28,13 +19,7 @@ static uint64_t after(double seconds)
 /* A winding whose current hardly moves, no EMF, the shaft held. */
 static plant_params_t choke(void)
 {
-    plant_params_t q = plant_params_default();
-    q.inductance_d = 1.0;
-    q.inductance_q = 1.0;
-    q.resistance = 0.0;
-    q.flux_linkage = 0.0;
-    q.shaft_locked = 1.0;
-    return q;
+    return plant_of("inductance_d = 1, inductance_q = 1, resistance = 0, flux_linkage = 0, shaft_locked = 1");
 }
 
 static void put_currents(double a, double b, double c)
@@ -53,11 +38,8 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
-        plant_params_t q = plant_params_default();
-        q.dc_voltage = 30.0;
-        q.shaft_locked = 1.0;
-        q.leg_a_drop = 3.0;
-        q.leg_a_resistance = 2.0;
+        plant_params_t q =
+            plant_of("dc_voltage = 30, shaft_locked = 1, leg_a_drop = 3, leg_a_resistance = 2");
         plant_init(&plant, &q, 1);
         if (averaged) {
             plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
@@ -85,12 +67,7 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
 /* Current decays through a leg of its own resistance: L di/dt = -(1.5 R + R_leg)/1.5 i, all lower on. */
 static void test_a_leg_s_own_resistance_decays_a_current_second_order(void)
 {
-    plant_params_t q = plant_params_default();
-    q.flux_linkage = 0.0;
-    q.shaft_locked = 1.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-    q.leg_b_resistance = 3.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("flux_linkage = 0, shaft_locked = 1, " NO_DROPS ", leg_b_resistance = 3"));
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     put_currents(-5.0, 10.0, -5.0);
@@ -114,10 +91,10 @@ static double period_flux(double delay, double i_a, uint32_t averaged)
         const uint32_t high[3] = {7500, 7500, 7500};
         memcpy(loop.high, high, sizeof high);
         put_currents(i_a, -0.5 * i_a, -0.5 * i_a);
-        plant_truth(&plant, &before);
+        before = truth();
         loop_period(&loop, &plant, NULL, NULL);
     }
-    plant_truth(&plant, &now);
+    now = truth();
     return now.flux_alpha - before.flux_alpha;
 }
 
@@ -139,15 +116,13 @@ static void test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_curren
 
 static plant_leg_t leg_a(void)
 {
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     return (plant_leg_t)now.leg_a;
 }
 
 static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(void)
 {
-    plant_params_t q = choke();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(choke());
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     put_currents(2.0, -1.0, -1.0);
@@ -155,8 +130,7 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
     q.open_switches = 1.0; /* upper a */
     plant_set_params(&plant, &q);
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_LOWER_DIODE, leg_a());
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     /* (2 v_a - v_b - v_c)/3 */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, (-2.0 * (0.95 + 0.05) - 2.0 * (0.8 + 0.018)) / 3.0, now.u_alpha);
     put_currents(-2.0, 1.0, 1.0); /* against it the diode of the same switch conducts as ever */
@@ -176,11 +150,7 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
 /* A loop with an open upper a: phase a has no positive half wave worth the name. */
 static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 60.0;
-    q.open_switches = 1.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, open_switches = 1"));
     double most = 0.0;
     double least = 0.0;
     for (int k = 0; k < 1500; k++) {
@@ -195,9 +165,7 @@ static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
 
 static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module(void)
 {
-    plant_params_t q = choke();
-    q.shorted_switches = 1.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(choke(), "shorted_switches = 1"));
     put_currents(2.0, -1.0, -1.0);
     plant_advance(&plant, 100);
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
@@ -206,8 +174,7 @@ static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips
     plant_advance(&plant, 2000u + plant.turn_on_ticks[0] - 1u);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
     plant_advance(&plant, 2000u + plant.turn_on_ticks[0] + 1u);
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.shoot_through_leg);
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
@@ -219,15 +186,13 @@ static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips
 
 static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_through_at_the_instant(void)
 {
-    plant_params_t q = choke();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(choke());
     plant_gates(&plant, 0, PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
     q.shorted_switches = 16.0; /* upper c */
     plant_set_params(&plant, &q);
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE(2.0, now.shoot_through_leg);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1000.0 / TICKS, now.shoot_through_second);
@@ -237,11 +202,7 @@ static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_thr
  * diodes of the other legs, one way only. */
 static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 60.0;
-    q.shorted_switches = 1.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, shorted_switches = 1"));
     double least = 0.0;
     double most = 0.0;
     double work = 0.0;
@@ -274,8 +235,7 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 {
     static oracle_edge_t edges[12 * 400];
     for (uint32_t pair = 1; pair <= 3; pair++) {
-        plant_params_t q = plant_params_default();
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(plant_params_default());
         size_t count = 0;
         setUp();
         for (int k = 0; k < 400; k++) {
@@ -308,9 +268,7 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
-        plant_params_t q = choke();
-        q.current_bandwidth = 1e5;
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(plant_with(choke(), "current_bandwidth = 1e5"));
         const uint32_t high[3] = {10000, 7000, 3000};
         if (averaged) {
             plant_carrier(&plant, 0, LOOP_PERIOD, high, 375, false);
@@ -322,18 +280,17 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
         plant_advance(&plant, 5010);
         double i_b = plant.i[1];
         plant_truth_t before, now;
-        plant_truth(&plant, &before);
+        before = truth();
         q.swap_phases = 1.0;
         plant_set_params(&plant, &q);
-        plant_truth(&plant, &now);
+        now = truth();
         TEST_ASSERT_EQUAL_DOUBLE(i_b, plant.i[1]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, before.u_alpha, now.u_alpha);
         TEST_ASSERT_TRUE(fabs(before.u_beta) > 10.0);
         /* Drops aside: the currents are others. */
         TEST_ASSERT_DOUBLE_WITHIN(2.0, -before.u_beta, now.u_beta);
         if (!averaged) {
-            plant_advance(&plant, 5000u + plant.turn_off_ticks + 10u);
-            plant_truth(&plant, &now);
+            now = truth_at(5000u + plant.turn_off_ticks + 10u);
             TEST_ASSERT_EQUAL_INT(0, (int)(plant.on & PLANT_UPPER(2))); /* leg b's edge, on phase c */
         }
     }
@@ -341,12 +298,9 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
 
 static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
 {
-    plant_params_t q = choke();
-    q.current_noise = 0.0;
-    q.current_gain_error_b = 0.1;
-    q.current_offset_b = 0.5;
-    q.current_gain_error_c = -2.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(
+        choke(),
+        "current_noise = 0, current_gain_error_b = 0.1, current_offset_b = 0.5, current_gain_error_c = -2"));
     put_currents(3.0, 1.0, -4.0);
     double volts = 1.5 / q.current_range;
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 4.0, plant_analog(&plant, PLANT_CURRENT_C));
@@ -361,9 +315,7 @@ static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
 
 static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
 {
-    plant_params_t q = choke();
-    q.flux_linkage = 0.2;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(choke(), "flux_linkage = 0.2"));
     put_currents(2.0, -1.0, -1.0);
     plant_set_motion(&plant, -PI / 8.0, 0.0); /* all of it is i_q */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * 4.0 * 0.2 * 2.0, plant.torque);
@@ -376,16 +328,14 @@ static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
 
 static plant_params_t turning(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
+    plant_params_t q = plant_of("shaft_locked = 1");
     q.shaft_locked_speed = 2.0 * PI; /* one turn, 10000 counts a second */
     return q;
 }
 
 static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(0.12345));
     TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
     q.encoder_reversed = 1.0;
@@ -407,8 +357,7 @@ static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
 
 static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(3.00005));
     TEST_ASSERT_EQUAL_INT64(30000, plant_encoder(&plant));
     q.encoder_slip = 0.25;
@@ -429,8 +378,7 @@ static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(vo
 
 static void test_an_encoder_that_slips_once_steps_by_that_much(void)
 {
-    plant_params_t q = turning();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(turning());
     plant_advance(&plant, after(0.50005));
     q.encoder_offset = -0.05 * 2.0 * PI;
     plant_set_params(&plant, &q);
@@ -462,8 +410,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
     for (int start = 1000; start < 1004; start++) {
         for (int a = -1; a <= 1; a++) {
             for (int b = -1; b <= 1; b++) {
-                plant_params_t q = turning();
-                plant_init(&plant, &q, 1);
+                plant_params_t q = begin(turning());
                 plant_advance(&plant, after((start + 0.5) * 1e-4));
                 TEST_ASSERT_EQUAL_INT64(start, plant_encoder(&plant));
                 q.encoder_stuck_a = a;
@@ -487,8 +434,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
 
 static void test_a_ripple_is_a_sine_from_the_instant_it_is_set(void)
 {
-    plant_params_t q = plant_params_default();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_params_default());
     plant_advance(&plant, 123456);
     q.dc_ripple = 20.0;
     q.dc_ripple_frequency = 2.0 * PI * 300.0;
@@ -509,8 +455,7 @@ static void test_a_ripple_reaches_the_motor_as_its_integral(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
-        plant_params_t q = choke();
-        q.dc_ripple = 50.0;
+        plant_params_t q = plant_with(choke(), "dc_ripple = 50");
         q.dc_ripple_frequency = 2.0 * PI * 300.0;
         plant_init(&plant, &q, 1);
         if (averaged) {
@@ -521,10 +466,9 @@ static void test_a_ripple_reaches_the_motor_as_its_integral(void)
         plant_advance(&plant, LOOP_PERIOD);
         put_currents(10.0, -5.0, -5.0);
         plant_truth_t before, now;
-        plant_truth(&plant, &before);
+        before = truth();
         double t0 = (double)plant.tick / TICKS;
-        plant_advance(&plant, after(1e-3));
-        plant_truth(&plant, &now);
+        now = truth_at(after(1e-3));
         double w = q.dc_ripple_frequency;
         double volts = q.dc_voltage * 1e-3 + 50.0 / w * (cos(w * t0) - cos(w * (t0 + 1e-3)));
         double drops = 1e-3 * (1.6 + 0.018 * 15.0);
@@ -535,13 +479,8 @@ static void test_a_ripple_reaches_the_motor_as_its_integral(void)
 /* v' = (V + r sin - v)/RC + chopper, in steps of 0.1 us: no motor. */
 static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere(void)
 {
-    plant_params_t q = plant_params_default();
-    q.dc_capacitance = 2e-4;
-    q.dc_resistance = 2.0;
-    q.chopper_resistance = 30.0;
-    q.chopper_voltage = 320.0;
-    q.dc_ripple = 40.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("dc_capacitance = 2e-4, dc_resistance = 2, chopper_resistance = 30, "
+                                      "chopper_voltage = 320, dc_ripple = 40"));
     double v = plant.v_dc;
     double worst = 0.0;
     for (int n = 0; n < 200000; n++) {
@@ -564,8 +503,7 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
         for (int stiff = 0; stiff < 2; stiff++) {
-            plant_params_t q = plant_params_default();
-            q.dc_capacitance = 1e-3;
+            plant_params_t q = plant_of("dc_capacitance = 1e-3");
             q.dc_resistance = stiff ? 0.0 : 0.5;
             setUp();
             loop.averaged = averaged;
@@ -594,14 +532,8 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
 
 static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
 {
-    plant_params_t q = plant_params_default();
-    q.dc_capacitance = 1e-3;
-    q.dc_resistance = 1.0;
-    q.supply_lost = 1.0;
-    q.dc_voltage = 450.0;
-    q.chopper_resistance = 20.0;
-    q.chopper_voltage = 400.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_capacitance = 1e-3, dc_resistance = 1, supply_lost = 1, dc_voltage = "
+                   "450, chopper_resistance = 20, chopper_voltage = 400"));
     plant_advance(&plant, after(1e-3));
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
     plant_advance(&plant, after(5e-3));

@@ -4,26 +4,14 @@
 #include <string.h>
 
 #include "host_sim/plant/interval.h"
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define RPM (3.14159265358979323846 / 30.0) /* [rad/s] */
 
-static plant_t plant;
-
-static plant_truth_t truth_at(uint64_t tick)
-{
-    plant_truth_t now;
-    plant_advance(&plant, tick);
-    plant_truth(&plant, &now);
-    return now;
-}
-
 static plant_params_t locked(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
-    return q;
+    return plant_of("shaft_locked = 1");
 }
 
 /* ---- dead time ---- */
@@ -69,11 +57,9 @@ static void test_dead_time_error_is_that_of_the_formula(void)
      * of one leg's. */
     static const uint32_t dead[] = {300, 375, 450};
     static const double row[] = {6.6, 8.1, 9.7};
-    plant_params_t q = locked();
-    q.igbt_voltage = 0.8819;
-    q.igbt_resistance = 0.0;
-    q.diode_voltage = 1.06375;
-    q.diode_resistance = 0.0;
+    plant_params_t q = plant_with(
+        locked(),
+        "igbt_voltage = 0.8819, igbt_resistance = 0, diode_voltage = 1.06375, diode_resistance = 0");
     for (int n = 0; n < 3; n++) {
         double t_e = (dead[n] + 105.0 - 135.0) / LOOP_PERIOD;
         double v =
@@ -93,19 +79,15 @@ static void test_dead_time_error_is_that_of_the_formula(void)
 
 static void test_ideal_inverter_gives_the_commanded_mean(void)
 {
-    plant_params_t q = locked();
-    q.turn_on_delay = q.turn_off_delay = 0.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-    q.current_zone = q.short_circuit_current = q.fault_pulse = 0.0;
+    plant_params_t q = plant_with(locked(), "turn_on_delay = 0, turn_off_delay = 0, " NO_DROPS
+                                            ", current_zone = 0, short_circuit_current = 0, fault_pulse = 0");
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, false));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, true));
 }
 
 static void test_averaged_mode_has_no_error_where_nothing_switches(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 20.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 20, " NO_DROPS);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0, mean_alpha(&q, LOOP_PERIOD, 0, 375, true));
     /* One tick less, and the upper transistor of a comes late by T_e: 345 ticks of the period. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0 * (1.0 - 346.0 / LOOP_PERIOD),
@@ -121,9 +103,6 @@ static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
     static uint32_t high[PERIODS][3];
     plant_params_t q = locked();
     q.shaft_locked_speed = 50.0 * 3.14159265358979;
-    loop_t loop;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
     loop.i_q_ref = 5.0;
     double mean[2][2] = {{0.0}};
     for (int averaged = 1; averaged >= 0; averaged--) {
@@ -139,7 +118,7 @@ static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
                 memcpy(loop.high, high[k], sizeof high[k]); /* same duties, no control */
             }
             loop_period(&loop, &plant, NULL, NULL);
-            plant_truth(&plant, &now);
+            now = truth();
             if (k >= PERIODS - WINDOW) {
                 mean[averaged][0] += now.i_d / WINDOW;
                 mean[averaged][1] += now.i_q / WINDOW;
@@ -179,10 +158,8 @@ static missed_t compare(const plant_params_t *q, double i_d, double i_q, uint32_
 {
     enum { SETTLING = 1000, PERIODS = 4000 };
     static plant_t averaged;
-    loop_t loop;
     missed_t missed = {0.0, 0.0, 0.0, 0.0};
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
+    setUp();
     loop.i_d_ref = i_d;
     loop.i_q_ref = i_q;
     loop.upper_ends = upper_ends;
@@ -254,11 +231,8 @@ static void test_averaged_period_of_a_salient_machine_has_the_voltage_of_its_edg
     static const double speeds[] = {503.0, 1013.0, 1490.0, -1013.0}; /* [r/min] */
     for (size_t n = 0; n < 2u * sizeof speeds / sizeof speeds[0]; n++) {
         const double rpm = speeds[n / 2u];
-        plant_params_t q = locked();
-        q.inductance_d = 0.008;
-        q.inductance_q = 0.02;
-        q.emf_5th = 0.03;
-        q.emf_7th = 0.02;
+        plant_params_t q =
+            plant_with(locked(), "inductance_d = 0.008, inductance_q = 0.02, emf_5th = 0.03, emf_7th = 0.02");
         q.shaft_locked_speed = rpm * RPM;
         const missed_t missed = compare(&q, -2.0, n % 2u != 0u ? 5.0 : 1.0, 0u);
         expect_missed(n % 2u != 0u ? "salient, 5 A" : "salient, 1 A", rpm, &missed, 0.062, 0.14);
@@ -294,10 +268,7 @@ static uint64_t flowing(const plant_params_t *q)
 
 static plant_params_t no_slope(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
-    q.igbt_resistance = q.diode_resistance = 0.0;
-    return q;
+    return plant_with(locked(), "dc_voltage = 30, igbt_resistance = 0, diode_resistance = 0");
 }
 
 /* Volt-seconds of u_alpha that a toggle of the upper switch of a takes away, in ticks of the leg's full
@@ -336,9 +307,7 @@ static void test_gap_shorter_than_the_difference_of_delays_vanishes(void)
 
 static void test_pulse_shorter_than_the_difference_of_delays_vanishes(void)
 {
-    plant_params_t q = no_slope();
-    q.turn_on_delay = 0.9e-6;
-    q.turn_off_delay = 0.7e-6;
+    plant_params_t q = plant_with(no_slope(), "turn_on_delay = 0.9e-6, turn_off_delay = 0.7e-6");
     /* Off at 100 acts at 205; on at 300 acts at 435; off at 329 acts at 434, at 331 at 436. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 205.0, lost_ticks(&q, (const uint32_t[]){100, 300, 329}, 3));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 206.0, lost_ticks(&q, (const uint32_t[]){100, 300, 331}, 3));
@@ -346,8 +315,7 @@ static void test_pulse_shorter_than_the_difference_of_delays_vanishes(void)
 
 static void test_more_edges_than_a_delay_holds_end_in_the_commanded_state(void)
 {
-    plant_params_t q = no_slope();
-    q.turn_on_delay = q.turn_off_delay = 4e-6;
+    plant_params_t q = plant_with(no_slope(), "turn_on_delay = 4e-6, turn_off_delay = 4e-6");
     /* Nine edges, ten ticks apart, within 600 ticks of delay. Off, on, off, on wait for 700, 710, 720, 730;
      * the fifth is one too many and goes with the fourth; the sixth waits for 750 and goes with the seventh,
      * the eighth with the ninth. What acts: off at 700, on at 710, off at 720. */
@@ -364,8 +332,7 @@ static void test_more_edges_than_a_delay_holds_end_in_the_commanded_state(void)
 
 static void test_current_commutates_to_the_diode_of_the_other_rail(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     uint64_t at = flowing(&q);
     plant_truth_t now = truth_at(at);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a);
@@ -384,9 +351,7 @@ static void test_current_commutates_to_the_diode_of_the_other_rail(void)
 
 static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(void)
 {
-    plant_params_t q = locked();
-    q.shaft_locked_speed = 20.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(locked(), "shaft_locked_speed = 20"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, 60000u);
     plant_gates(&plant, 60000u, 0);
@@ -405,10 +370,7 @@ static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(
 
 static void test_emf_above_the_link_flows_through_the_diodes(void)
 {
-    plant_params_t q = plant_params_default();
-    q.dc_voltage = 100.0;
-    q.friction_coulomb = 0.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_voltage = 100, friction_coulomb = 0"));
     plant_set_motion(&plant, 0.0, 157.0); /* 199 V between lines */
     plant_set_metering(&plant, true);
     plant_truth_t now = truth_at(1500000u);
@@ -426,8 +388,7 @@ static void test_emf_above_the_link_flows_through_the_diodes(void)
 static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
 {
     uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    begin(locked());
     plant_gates(&plant, 0, lower);
     plant_gates(&plant, 1000, 0); /* acts at 1135 */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(1135u + 5000u).leg_a);
@@ -439,8 +400,7 @@ static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
 
 static void test_pole_voltage_goes_straight_through_the_zone(void)
 {
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    begin(locked());
     for (int law = PLANT_LAW_OFF; law <= PLANT_LAW_LOWER; law++) {
         double v[5], share[5];
         for (int n = 0; n < 5; n++) {
@@ -463,8 +423,7 @@ static void test_pole_voltage_goes_straight_through_the_zone(void)
 
 static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     uint64_t at = flowing(&q);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE(-1.0, truth_at(at).shoot_through_second);
@@ -499,8 +458,7 @@ static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(v
 
 static void test_edge_during_the_fault_pulse_does_not_reopen_a_gate(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     uint64_t at = flowing(&q);
     plant_gates(&plant, at, PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_gates(&plant, at + 10000u, 0);
@@ -513,9 +471,7 @@ static void test_edge_during_the_fault_pulse_does_not_reopen_a_gate(void)
 
 static void test_module_without_protection_only_counts_a_shoot_through(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
-    q.short_circuit_current = 0.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30, short_circuit_current = 0");
     uint64_t at = flowing(&q);
     plant_gates(&plant, at, PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_truth_t now = truth_at(at + 1000u);
@@ -529,8 +485,7 @@ static void test_module_without_protection_only_counts_a_shoot_through(void)
 static void test_overcurrent_trips_the_arm_that_carries_it(void)
 {
     /* Below, at and above: the trip level lies at the current that is reached, or a little beside it. */
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     double reached = 2.0 / 3.0 * 28.4 / (0.95 + 0.018);
     q.short_circuit_current = reached * 1.001;
     plant_init(&plant, &q, 1);
@@ -553,8 +508,7 @@ static void test_overcurrent_trips_the_arm_that_carries_it(void)
 
 static void test_forced_fault_shuts_everything_and_holds_the_line(void)
 {
-    plant_params_t q = locked();
-    q.dc_voltage = 30.0;
+    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     uint64_t at = flowing(&q);
     q.force_fault = 1.0;
     plant_set_params(&plant, &q);
@@ -584,8 +538,7 @@ static void test_forced_fault_shuts_everything_and_holds_the_line(void)
 static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
 {
     uint32_t high[3] = {8400, 6600, 6600};
-    plant_params_t q = locked();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(locked());
     for (uint64_t k = 0; k < 200; k++) {
         plant_carrier(&plant, k * LOOP_PERIOD, LOOP_PERIOD, high, 375, false);
     }
@@ -618,12 +571,8 @@ static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
 
 static void test_broken_phase_carries_nothing_and_the_others_the_same_current(void)
 {
-    plant_params_t q = locked();
-    q.turn_on_delay = 0.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-    q.dc_voltage = 20.0;
-    q.inductance_d = 0.008;
-    q.inductance_q = 0.02;
+    plant_params_t q = plant_with(locked(), "turn_on_delay = 0, " NO_DROPS
+                                            ", dc_voltage = 20, inductance_d = 0.008, inductance_q = 0.02");
     for (int broken = 0; broken < 3; broken++) {
         q.open_phase_a = broken == 0;
         q.open_phase_b = broken == 1;
@@ -651,9 +600,6 @@ static void test_broken_phase_carries_nothing_and_the_others_the_same_current(vo
 static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
 {
     plant_params_t q = plant_params_default();
-    loop_t loop;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
     loop.i_q_ref = 4.0;
     plant_init(&plant, &q, 1);
     for (int k = 0; k < 300; k++) {
@@ -663,8 +609,7 @@ static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
     plant_set_params(&plant, &q);
     double largest = 0.0;
     for (int k = 0; k < 300; k++) {
-        plant_truth_t now;
-        plant_truth(&plant, &now);
+        plant_truth_t now = truth();
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, now.i_b + now.i_c);
         largest = fmax(largest, fabs(now.i_b));
@@ -676,7 +621,7 @@ static void test_phase_that_breaks_while_turning_stays_at_exactly_zero(void)
     for (int k = 0; k < 10; k++) {
         plant_truth_t now;
         loop_period(&loop, &plant, NULL, NULL);
-        plant_truth(&plant, &now);
+        now = truth();
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_b);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.torque);
     }

@@ -2,36 +2,21 @@
 #include <math.h>
 #include <string.h>
 
-#include "host_sim/plant/plant.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define SECOND PLANT_TICKS_PER_SECOND
 #define PI     3.14159265358979323846
 
-static plant_t plant;
-
 static plant_params_t ideal(void)
 {
-    plant_params_t q = plant_params_default();
-    q.turn_on_delay = q.turn_off_delay = 0.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-    q.current_zone = q.short_circuit_current = q.fault_pulse = 0.0;
-    return q;
-}
-
-static plant_truth_t truth_at(uint64_t tick)
-{
-    plant_truth_t now;
-    plant_advance(&plant, tick);
-    plant_truth(&plant, &now);
-    return now;
+    return plant_of("turn_on_delay = 0, turn_off_delay = 0, " NO_DROPS
+                    ", current_zone = 0, short_circuit_current = 0, fault_pulse = 0");
 }
 
 static void test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_friction(void)
 {
-    plant_params_t q = plant_params_default();
-    q.friction_viscous = 0.01;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("friction_viscous = 0.01"));
     plant_set_motion(&plant, 0.0, 150.0);
     /* J w' = -T_c - B w: w = (w_0 + T_c/B) exp(-B t/J) - T_c/B. */
     for (int k = 1; k <= 5; k++) {
@@ -49,10 +34,7 @@ static void test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_frictio
 
 static void test_rotor_comes_to_rest_and_stays(void)
 {
-    plant_params_t q = plant_params_default();
-    q.inertia = 0.003;
-    q.load_torque = 5.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("inertia = 0.003, load_torque = 5"));
     plant_set_motion(&plant, 0.0, 20.0);
     /* w = 2e-4 6.32/0.003 = 0.42 rad/s. Above, the sign is full and the speed falls by 6.32/0.003 per second;
      * inside it must die out: within 40 periods below a millionth of w, and never a thousandth of w
@@ -74,8 +56,7 @@ static void test_rotor_comes_to_rest_and_stays(void)
 
 static void test_load_below_friction_makes_the_rotor_creep_slower_than_the_width(void)
 {
-    plant_params_t q = plant_params_default();
-    q.load_kind = PLANT_LOAD_ACTIVE;
+    plant_params_t q = plant_of("load_kind = 1");
     q.load_torque = 0.66; /* half of the dry friction: x (3 - x^2)/2 = 1/2 at x = 0.347296 */
     plant_init(&plant, &q, 1);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.3472964 * PLANT_SHAFT_WIDTH, truth_at(2u * SECOND).omega_m);
@@ -83,11 +64,7 @@ static void test_load_below_friction_makes_the_rotor_creep_slower_than_the_width
 
 static void test_active_load_turns_a_free_rotor_at_constant_acceleration(void)
 {
-    plant_params_t q = plant_params_default();
-    q.friction_coulomb = 0.0;
-    q.load_kind = PLANT_LOAD_ACTIVE;
-    q.load_torque = -5.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("friction_coulomb = 0, load_kind = 1, load_torque = -5"));
     double alpha = 5.0 / q.inertia;
     for (int k = 1; k <= 10; k++) {
         double t = 0.1 * k;
@@ -103,27 +80,22 @@ static void test_active_load_turns_a_free_rotor_at_constant_acceleration(void)
 static void test_passive_load_opposes_either_direction_and_active_load_only_one(void)
 {
     plant_truth_t now;
-    plant_params_t q = plant_params_default();
-    q.load_torque = 5.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_of("load_torque = 5"));
     plant_set_motion(&plant, 0.0, 50.0);
-    plant_truth(&plant, &now);
+    now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 6.32, now.load_torque);
     plant_set_motion(&plant, 0.0, -50.0);
-    plant_truth(&plant, &now);
+    now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, -6.32, now.load_torque);
     q.load_kind = PLANT_LOAD_ACTIVE;
     plant_set_params(&plant, &q);
-    plant_truth(&plant, &now);
+    now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 5.0 - 1.32, now.load_torque);
 }
 
 static void test_locked_winding_charges_on_its_time_constant(void)
 {
-    plant_params_t q = ideal();
-    q.dc_voltage = 30.0;
-    q.shaft_locked = 1.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     for (int k = 1; k <= 20; k++) {
         double t = 3e-3 * k;
@@ -143,11 +115,8 @@ static void test_locked_winding_charges_on_its_time_constant(void)
 
 static void test_locked_winding_sees_the_inductance_of_the_axis_it_lies_on(void)
 {
-    plant_params_t q = ideal();
-    q.dc_voltage = 30.0;
-    q.shaft_locked = 1.0;
-    q.inductance_d = 0.008;
-    q.inductance_q = 0.02;
+    plant_params_t q =
+        plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1, inductance_d = 0.008, inductance_q = 0.02");
     for (int axis = 0; axis < 2; axis++) {
         plant_init(&plant, &q, 1);
         plant_set_motion(&plant, axis ? -PI / 2.0 / 4.0 : 0.0, 0.0);
@@ -164,10 +133,7 @@ static void test_locked_winding_sees_the_inductance_of_the_axis_it_lies_on(void)
 
 static void test_steady_current_of_a_locked_winding_carries_the_drops(void)
 {
-    plant_params_t q = plant_params_default();
-    q.dc_voltage = 30.0;
-    q.shaft_locked = 1.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     /* Three IGBTs, 0.8 V + 18 mohm: u = 2/3 (30 - 1.6) - 18 mohm (2 i + i/2 + i/2)/3. 20 time constants. */
     plant_truth_t now = truth_at(SECOND / 4u);
@@ -179,12 +145,8 @@ static void test_steady_current_of_a_locked_winding_carries_the_drops(void)
 static void test_short_circuited_machine_brakes_with_its_steady_torque(void)
 {
     /* All lower switches on at a locked speed, ideal: i_q = -w^2 psi L../(R^2 + w^2 L_d L_q), textbook. */
-    plant_params_t q = ideal();
-    q.inductance_d = 0.008;
-    q.inductance_q = 0.02;
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 25.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(
+        ideal(), "inductance_d = 0.008, inductance_q = 0.02, shaft_locked = 1, shaft_locked_speed = 25"));
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     double w = 100.0;
     double square = q.resistance * q.resistance + w * w * q.inductance_d * q.inductance_q;
@@ -205,11 +167,8 @@ static void test_rotor_without_magnets_does_not_matter_to_a_round_machine(void)
     /* The windings charge as if nothing turned, although all is reckoned in a frame at 8000 rad/s. The rest
      * of Taylor's series turns the current by x^5/120 a step, x = 0.088 rad: 4e-8 times 450 steps in a time
      * constant, of 21 A. */
-    plant_params_t q = ideal();
-    q.flux_linkage = 0.0;
-    q.dc_voltage = 30.0;
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 2000.0;
+    plant_params_t q =
+        plant_with(ideal(), "flux_linkage = 0, dc_voltage = 30, shaft_locked = 1, shaft_locked_speed = 2000");
     plant_init(&plant, &q, 1);
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     for (int k = 1; k <= 20; k++) {
@@ -222,10 +181,7 @@ static void test_rotor_without_magnets_does_not_matter_to_a_round_machine(void)
 
 static void test_phasor_keeps_to_the_angle_however_long_the_run(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 249.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 249"));
     for (uint64_t k = 1; k <= 100; k++) {
         plant_advance(&plant, k * SECOND / 10u);
         /* 64 turns of 0.09 rad at most between two exact ones: 64 * 1e-15. */
@@ -239,12 +195,7 @@ static void test_phasor_keeps_to_the_angle_however_long_the_run(void)
 
 static void test_terminals_of_an_idle_machine_show_its_emf_and_harmonics(void)
 {
-    plant_params_t q = plant_params_default();
-    q.emf_5th = 0.05;
-    q.emf_7th = 0.03;
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 50.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("emf_5th = 0.05, emf_7th = 0.03, shaft_locked = 1, shaft_locked_speed = 50"));
     for (int k = 0; k < 50; k++) {
         plant_truth_t now = truth_at((uint64_t)k * 33333u);
         double sum_alpha = 0.0;
@@ -263,10 +214,7 @@ static void test_terminals_of_an_idle_machine_show_its_emf_and_harmonics(void)
 
 static void test_setting_motion_keeps_the_phase_currents(void)
 {
-    plant_params_t q = ideal();
-    q.dc_voltage = 30.0;
-    q.shaft_locked = 1.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(ideal(), "dc_voltage = 30, shaft_locked = 1"));
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1));
     plant_truth_t before = truth_at(100000u);
     plant_set_motion(&plant, -7.3, 40.0);

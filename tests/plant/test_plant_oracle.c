@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "tests/oracle/oracle.h"
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
-#define PERIODS 5000 /* 0.5 s */
+#define PERIODS 1500 /* at most */
 
 static oracle_edge_t edges[12 * PERIODS];
 static uint64_t ticks[PERIODS];
@@ -25,10 +25,7 @@ typedef struct {
 static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omega_start, double target,
                       double i_d, double most, int periods)
 {
-    static plant_t plant;
-    loop_t loop;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
+    setUp();
     plant_init(&plant, q, 1);
     plant_set_motion(&plant, 0.1, omega_start);
     size_t count = 0;
@@ -55,90 +52,54 @@ static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omeg
     return far;
 }
 
+/* The loop goes from a speed to a target, with i_d and at most so much of i_q. */
+static const struct {
+    const char *name, *changes;
+    oracle_frame_t frame;
+    double start, target, i_d, most; /* [rad/s], [A] */
+    int periods;
+    double end, within; /* [rad/s]; 0: no matter */
+} drives[] = {
+    {"from rest to rated speed under load", "load_torque = 5, inertia = 0.003", ORACLE_STATIONARY, 0.0,
+     157.0796, 0.0, 10.0, 1200, 157.0, 15.0},
+    /* 100 r/min, friction only: dead time clamps the currents to the zone for much of the turn */
+    {"on the rig at low current", "", ORACLE_STATIONARY, 5.0, 10.472, 0.0, 10.0, PERIODS, 0.0, 0.0},
+    {"backwards with active load", "load_kind = 1, load_torque = 3, friction_viscous = 0.01, inertia = 0.01",
+     ORACLE_STATIONARY, 20.0, -120.0, 0.0, 8.0, 1200, -115.0, 15.0},
+    {"on a salient machine", "inductance_d = 0.008, inductance_q = 0.02, inertia = 0.003", ORACLE_ROTOR, 0.0,
+     157.0796, -4.0, 10.0, 500, 0.0, 0.0},
+    {"with EMF harmonics", "emf_5th = 0.05, emf_7th = -0.03, load_torque = 5, inertia = 0.003",
+     ORACLE_STATIONARY, 100.0, 157.0796, 0.0, 10.0, 500, 0.0, 0.0},
+    {"at three tenths of a radian per period",
+     "flux_linkage = 0.04, inductance_d = 0.002, inductance_q = 0.003, shaft_locked = 1, shaft_locked_speed "
+     "= 750",
+     ORACLE_ROTOR, 0.0, 766.0, -2.0, 8.0, 250, 0.0, 0.0},
+    {"with unlike device slopes and no delays",
+     "turn_on_delay = 0, turn_off_delay = 0, igbt_resistance = 0.05, diode_resistance = 0.01, current_zone = "
+     "0.2",
+     ORACLE_STATIONARY, 60.0, 100.0, 1.0, 6.0, 500, 0.0, 0.0},
+};
+
 /* 1 mA is the acceptance; the angle that 1 mA could hide is 1 mA/10 A of an electrical radian. */
-static void close_enough(distance_t far)
+static void test_currents_follow_the_oracle(void)
 {
-    TEST_ASSERT_TRUE_MESSAGE(far.largest > 1.0, "nothing flowed");
-    TEST_ASSERT_TRUE_MESSAGE(far.current < 1e-3, "current off by more than 1 mA");
-    TEST_ASSERT_TRUE_MESSAGE(far.angle < 1e-3 / 10.0 / 4.0, "angle");
-}
-
-static void test_currents_follow_the_oracle_from_rest_to_rated_speed_under_load(void)
-{
-    plant_params_t q = plant_params_default();
-    q.load_torque = 5.0;
-    q.inertia = 0.003;
-    distance_t far = run(&q, ORACLE_STATIONARY, 0.0, 157.0796, 0.0, 10.0, PERIODS);
-    close_enough(far);
-    TEST_ASSERT_DOUBLE_WITHIN(15.0, 157.0, seen[PERIODS - 1].omega_m);
-}
-
-static void test_currents_follow_the_oracle_on_the_rig_at_low_current(void)
-{
-    /* 100 r/min, friction only: dead time clamps the currents to the zone for much of the turn. */
-    plant_params_t q = plant_params_default();
-    close_enough(run(&q, ORACLE_STATIONARY, 5.0, 10.472, 0.0, 10.0, 2000));
-}
-
-static void test_currents_follow_the_oracle_backwards_with_active_load(void)
-{
-    plant_params_t q = plant_params_default();
-    q.load_kind = PLANT_LOAD_ACTIVE;
-    q.load_torque = 3.0;
-    q.friction_viscous = 0.01;
-    q.inertia = 0.01;
-    distance_t far = run(&q, ORACLE_STATIONARY, 20.0, -120.0, 0.0, 8.0, 2000);
-    close_enough(far);
-    TEST_ASSERT_TRUE(seen[1999].omega_m < -100.0);
-}
-
-static void test_currents_follow_the_oracle_on_a_salient_machine(void)
-{
-    plant_params_t q = plant_params_default();
-    q.inductance_d = 0.008;
-    q.inductance_q = 0.02;
-    q.inertia = 0.003;
-    close_enough(run(&q, ORACLE_ROTOR, 0.0, 157.0796, -4.0, 10.0, 1000));
-}
-
-static void test_currents_follow_the_oracle_with_emf_harmonics(void)
-{
-    plant_params_t q = plant_params_default();
-    q.emf_5th = 0.05;
-    q.emf_7th = -0.03;
-    q.load_torque = 5.0;
-    q.inertia = 0.003;
-    close_enough(run(&q, ORACLE_STATIONARY, 100.0, 157.0796, 0.0, 10.0, 1000));
-}
-
-static void test_currents_follow_the_oracle_at_three_tenths_of_a_radian_per_period(void)
-{
-    plant_params_t q = plant_params_default();
-    q.flux_linkage = 0.04;
-    q.inductance_d = 0.002;
-    q.inductance_q = 0.003;
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 3000.0 / 4.0;
-    close_enough(run(&q, ORACLE_ROTOR, 0.0, 766.0, -2.0, 8.0, 500));
-}
-
-static void test_currents_follow_the_oracle_with_unlike_device_slopes_and_no_delays(void)
-{
-    plant_params_t q = plant_params_default();
-    q.turn_on_delay = 0.0;
-    q.turn_off_delay = 0.0;
-    q.igbt_resistance = 0.05;
-    q.diode_resistance = 0.01;
-    q.current_zone = 0.2;
-    close_enough(run(&q, ORACLE_STATIONARY, 60.0, 100.0, 1.0, 6.0, 1000));
+    for (size_t n = 0; n < sizeof drives / sizeof drives[0]; n++) {
+        const plant_params_t q = plant_of(drives[n].changes);
+        const distance_t far = run(&q, drives[n].frame, drives[n].start, drives[n].target, drives[n].i_d,
+                                   drives[n].most, drives[n].periods);
+        TEST_ASSERT_TRUE_MESSAGE(far.largest > 1.0, drives[n].name); /* something flowed */
+        TEST_ASSERT_TRUE_MESSAGE(far.current < 1e-3, drives[n].name);
+        TEST_ASSERT_TRUE_MESSAGE(far.angle < 1e-3 / 10.0 / 4.0, drives[n].name);
+        if (drives[n].within > 0.0) {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(drives[n].within, drives[n].end,
+                                              seen[drives[n].periods - 1].omega_m, drives[n].name);
+        }
+    }
 }
 
 static void test_the_oracle_agrees_with_itself_in_both_frames(void)
 {
-    plant_params_t q = plant_params_default();
-    q.emf_5th = 0.02;
-    q.emf_7th = 0.01;
-    q.inertia = 0.003;
+    plant_params_t q = plant_of("emf_5th = 0.02, emf_7th = 0.01, inertia = 0.003");
     static oracle_sample_t other[300];
     run(&q, ORACLE_STATIONARY, 50.0, 157.0796, 0.0, 10.0, 300);
     /* The loop is deterministic: same plant, same edges in the second run. */
@@ -154,22 +115,18 @@ static void test_the_oracle_agrees_with_itself_in_both_frames(void)
 
 static void test_the_oracle_refuses_what_it_does_not_know(void)
 {
-    oracle_sample_t sample;
-    uint64_t tick = 1;
-    plant_params_t q = plant_params_default();
-    q.inductance_q = 0.02;
-    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_STATIONARY, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-    q = plant_params_default();
-    q.open_phase_b = 1.0;
-    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-    q = plant_params_default();
-    q.dc_capacitance = 1e-3;
-    q.dc_resistance = 1.0;
-    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-    q = plant_params_default();
-    q.leg_c_delay = 1e-6;
-    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-    q = plant_params_default();
-    q.load_inertia = 0.01;
-    TEST_ASSERT_FALSE(oracle_run(&q, ORACLE_ROTOR, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
+    static const struct {
+        const char *changes;
+        oracle_frame_t frame;
+    } unknown[] = {{"inductance_q = 0.02", ORACLE_STATIONARY},
+                   {"open_phase_b = 1", ORACLE_ROTOR},
+                   {"dc_capacitance = 1e-3, dc_resistance = 1", ORACLE_ROTOR},
+                   {"leg_c_delay = 1e-6", ORACLE_ROTOR},
+                   {"load_inertia = 0.01", ORACLE_ROTOR}};
+    for (size_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {
+        oracle_sample_t sample;
+        uint64_t tick = 1;
+        const plant_params_t q = plant_of(unknown[n].changes);
+        TEST_ASSERT_FALSE(oracle_run(&q, unknown[n].frame, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
+    }
 }

@@ -5,20 +5,14 @@
 
 #include "host_sim/plant/noise.h"
 #include "host_sim/plant/phasor.h"
-#include "host_sim/plant/plant.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define PI 3.14159265358979323846
 
-static plant_t plant;
-
 static plant_params_t quiet(void)
 {
-    plant_params_t q = plant_params_default();
-    q.current_noise = 0.0;
-    q.shaft_locked = 1.0;
-    q.dc_voltage = 30.0;
-    return q;
+    return plant_of("current_noise = 0, shaft_locked = 1, dc_voltage = 30");
 }
 
 /* Some 19.5 A in phase a, half of it back in b and c. */
@@ -32,12 +26,10 @@ static void charge(const plant_params_t *q)
 static void test_current_pins_read_offset_gain_and_range(void)
 {
     plant_truth_t now;
-    plant_params_t q = quiet();
-    q.current_gain_error_a = 0.02;
-    q.current_offset_b = 0.5;
-    q.current_range = 25.0;
+    plant_params_t q =
+        plant_with(quiet(), "current_gain_error_a = 0.02, current_offset_b = 0.5, current_range = 25");
     charge(&q);
-    plant_truth(&plant, &now);
+    now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + 1.5 * 1.02 * now.i_a / 25.0,
                               plant_analog(&plant, PLANT_CURRENT_A));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + 1.5 * (now.i_b + 0.5) / 25.0,
@@ -62,12 +54,8 @@ static void test_pins_stop_at_their_rails(void)
 
 static void test_link_and_temperature_pins_are_straight_lines(void)
 {
-    plant_params_t q = quiet();
-    q.dc_voltage = 311.0;
-    q.dc_gain_error = -0.03;
-    q.sink_temperature = 25.0;
-    q.motor_temperature = 120.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(
+        quiet(), "dc_voltage = 311, dc_gain_error = -0.03, sink_temperature = 25, motor_temperature = 120"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 0.97 * 311.0 / 500.0, plant_analog(&plant, PLANT_DC_LINK));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 75.0 / 200.0, plant_analog(&plant, PLANT_SINK));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 * 170.0 / 200.0, plant_analog(&plant, PLANT_MOTOR));
@@ -76,9 +64,7 @@ static void test_link_and_temperature_pins_are_straight_lines(void)
 static void test_noise_has_its_mean_deviation_and_independence(void)
 {
     enum { N = 200000 };
-    plant_params_t q = quiet();
-    q.current_noise = 0.2;
-    q.dc_noise = 1.5;
+    plant_params_t q = plant_with(quiet(), "current_noise = 0.2, dc_noise = 1.5");
     plant_init(&plant, &q, 7);
     double sum_a = 0.0, square_a = 0.0, sum_b = 0.0, square_b = 0.0, cross = 0.0, lag = 0.0, last = 0.0;
     double sum_v = 0.0, square_v = 0.0, fourth = 0.0;
@@ -126,8 +112,7 @@ static void test_generator_gives_the_published_numbers(void)
 
 static void test_same_seed_gives_the_same_noise_and_another_seed_another(void)
 {
-    plant_params_t q = quiet();
-    q.current_noise = 0.1;
+    plant_params_t q = plant_with(quiet(), "current_noise = 0.1");
     double first[10];
     int equal = 0;
     plant_init(&plant, &q, 99);
@@ -148,12 +133,10 @@ static void test_same_seed_gives_the_same_noise_and_another_seed_another(void)
 
 static void test_lagging_sensor_follows_a_step_on_its_exponential(void)
 {
-    plant_params_t q = quiet();
-    q.current_bandwidth = 20000.0;
+    plant_params_t q = plant_with(quiet(), "current_bandwidth = 20000");
     charge(&q);
     double before = plant_analog(&plant, PLANT_CURRENT_A) - 1.5;
-    plant_truth_t now;
-    plant_truth(&plant, &now);
+    plant_truth_t now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * now.i_a / 20.0, before);
     q.open_phase_a = 1.0;
     plant_set_params(&plant, &q); /* the current of phase a is gone at once */
@@ -167,11 +150,8 @@ static void test_lagging_sensor_follows_a_step_on_its_exponential(void)
 
 static void test_lagging_sensor_trails_a_ramp_by_its_time_constant(void)
 {
-    plant_params_t q = quiet();
-    q.resistance = 0.0;
-    q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-    q.turn_on_delay = 0.0;
-    q.current_bandwidth = 5000.0;
+    plant_params_t q =
+        plant_with(quiet(), "resistance = 0, " NO_DROPS ", turn_on_delay = 0, current_bandwidth = 5000");
     plant_init(&plant, &q, 1);
     plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     double slope = 20.0 / 0.0125;
@@ -187,15 +167,12 @@ static void test_lagging_sensor_trails_a_ramp_by_its_time_constant(void)
 static void test_encoder_counts_are_the_floor_of_the_angle(void)
 {
     static const double angles[] = {0.0, 0.001, 1.0, 3.2, 6.2, 6.3, -0.001, -0.7, -6.29, 1000.3, -1000.3};
-    plant_params_t q = plant_params_default();
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_params_default());
     for (size_t n = 0; n < sizeof angles / sizeof angles[0]; n++) {
         plant_set_motion(&plant, angles[n], 0.0);
         TEST_ASSERT_EQUAL_INT64((int64_t)floor(angles[n] * 10000.0 / (2.0 * PI)), plant_encoder(&plant));
     }
-    q.encoder_lines = 1024.0;
-    q.encoder_offset = -2.0;
-    q.pole_pairs = 3.0;
+    q = plant_with(q, "encoder_lines = 1024, encoder_offset = -2, pole_pairs = 3");
     plant_set_params(&plant, &q);
     for (size_t n = 0; n < sizeof angles / sizeof angles[0]; n++) {
         plant_set_motion(&plant, angles[n], 0.0);
@@ -206,8 +183,7 @@ static void test_encoder_counts_are_the_floor_of_the_angle(void)
 
 static void test_encoder_steps_one_by_one_through_whole_turns_both_ways(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
+    plant_params_t q = plant_of("shaft_locked = 1");
     for (int way = -1; way <= 1; way += 2) {
         q.shaft_locked_speed = 150.0 * way;
         plant_init(&plant, &q, 1);
@@ -227,10 +203,7 @@ static void test_encoder_steps_one_by_one_through_whole_turns_both_ways(void)
 
 static void test_encoder_read_ahead_is_what_it_reads_then(void)
 {
-    plant_params_t q = plant_params_default();
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = -150.0;
-    plant_init(&plant, &q, 1);
+    begin(plant_of("shaft_locked = 1, shaft_locked_speed = -150"));
     for (uint64_t k = 1; k <= 1000; k++) {
         int64_t ahead = plant_encoder_at(&plant, k * 14999u);
         TEST_ASSERT_EQUAL_INT64(plant_encoder(&plant), plant_encoder_at(&plant, plant.tick));

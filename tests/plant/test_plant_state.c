@@ -3,10 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
-static plant_t plant;
 static plant_t copy;
 
 static void refused(const plant_params_t *q, const char *field, double minimum, double maximum)
@@ -49,21 +48,17 @@ static void test_every_range_is_enforced_below_at_and_above(void)
 
 static void test_counting_parameters_must_be_whole(void)
 {
-    plant_params_t q = plant_params_default();
-    q.pole_pairs = 3.5;
+    plant_params_t q = plant_of("pole_pairs = 3.5");
     refused(&q, "pole_pairs", 1.0, 64.0);
-    q = plant_params_default();
-    q.encoder_lines = 1024.5;
+    q = plant_of("encoder_lines = 1024.5");
     refused(&q, "encoder_lines", 1.0, 1e6);
-    q = plant_params_default();
-    q.force_fault = 0.5;
+    q = plant_of("force_fault = 0.5");
     refused(&q, "force_fault", 0.0, 1.0);
 }
 
 static void test_a_lost_supply_needs_a_capacitor(void)
 {
-    plant_params_t q = plant_params_default();
-    q.supply_lost = 1.0;
+    plant_params_t q = plant_of("supply_lost = 1");
     refused(&q, "supply_lost", 0.0, 1.0);
     q.dc_capacitance = 1e-4;
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
@@ -71,9 +66,7 @@ static void test_a_lost_supply_needs_a_capacitor(void)
 
 static void test_a_switch_is_open_or_shorted_not_both(void)
 {
-    plant_params_t q = plant_params_default();
-    q.open_switches = 6.0;
-    q.shorted_switches = 9.0;
+    plant_params_t q = plant_of("open_switches = 6, shorted_switches = 9");
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
     q.shorted_switches = 4.0;
     refused(&q, "shorted_switches", 0.0, 63.0);
@@ -84,10 +77,7 @@ static void test_a_switch_is_open_or_shorted_not_both(void)
 /* omega_n^2 = k (1/J + 1/J_load) and c (1/J + 1/J_load), each to 1e5 rad/s. */
 static void test_an_elastic_shaft_has_an_end_of_its_speed(void)
 {
-    plant_params_t q = plant_params_default();
-    q.inertia = 0.002;
-    q.load_inertia = 0.002;
-    q.shaft_stiffness = 1e7;
+    plant_params_t q = plant_of("inertia = 0.002, load_inertia = 0.002, shaft_stiffness = 1e7");
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
     q.shaft_stiffness = 9e6;
     q.shaft_damping = 101.0;
@@ -101,8 +91,7 @@ static void test_an_elastic_shaft_has_an_end_of_its_speed(void)
 
 static void test_passive_load_can_not_be_negative(void)
 {
-    plant_params_t q = plant_params_default();
-    q.load_torque = -1.0;
+    plant_params_t q = plant_of("load_torque = -1");
     refused(&q, "load_torque", 0.0, 1e4);
     q.load_kind = PLANT_LOAD_ACTIVE;
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
@@ -126,7 +115,7 @@ static void test_break_away_is_none_or_no_less_than_dry_friction(void)
 }
 
 /* A run that meets everything: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
-static double busy(plant_t *p, loop_t *loop, int from, int to)
+static double busy(plant_t *p, loop_t *by, int from, int to)
 {
     double sum = 0.0;
     for (int k = from; k < to; k++) {
@@ -136,10 +125,10 @@ static double busy(plant_t *p, loop_t *loop, int from, int to)
             plant_set_params(p, &q);
         }
         if (k == 250) {
-            plant_gates(p, p->tick, loop->gates | PLANT_UPPER(0) | PLANT_LOWER(0));
+            plant_gates(p, p->tick, by->gates | PLANT_UPPER(0) | PLANT_LOWER(0));
         }
-        loop->i_q_ref = 6.0;
-        loop_period(loop, p, NULL, NULL);
+        by->i_q_ref = 6.0;
+        loop_period(by, p, NULL, NULL);
         sum += plant_analog(p, PLANT_CURRENT_A) + plant_analog(p, PLANT_DC_LINK) + (double)plant_encoder(p);
     }
     return sum;
@@ -147,16 +136,8 @@ static double busy(plant_t *p, loop_t *loop, int from, int to)
 
 static void test_copied_state_runs_on_identically(void)
 {
-    loop_t loop, other;
-    plant_params_t q = plant_params_default();
-    q.dc_resistance = 0.5;
-    q.dc_capacitance = 1e-3;
-    q.dc_noise = 0.5;
-    q.current_bandwidth = 3e5;
-    q.emf_5th = 0.02;
-    q.inductance_q = 0.015;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
+    plant_params_t q = plant_of("dc_resistance = 0.5, dc_capacitance = 1e-3, dc_noise = 0.5, "
+                                "current_bandwidth = 3e5, emf_5th = 0.02, inductance_q = 0.015");
     plant_init(&plant, &q, 5);
     plant_set_metering(&plant, true);
     busy(&plant, &loop, 0, 100);
@@ -165,7 +146,7 @@ static void test_copied_state_runs_on_identically(void)
     TEST_ASSERT_TRUE(plant.pending_count > 0);
     plant_advance(&plant, 101u * LOOP_PERIOD);
     memcpy(&copy, &plant, sizeof copy);
-    other = loop;
+    loop_t other = loop;
     double one = busy(&plant, &loop, 101, 400);
     double two = busy(&copy, &other, 101, 400);
     TEST_ASSERT_EQUAL_DOUBLE(one, two);
@@ -175,15 +156,11 @@ static void test_copied_state_runs_on_identically(void)
 
 static void test_two_plants_do_not_disturb_each_other(void)
 {
-    loop_t loop, other, alone;
     static plant_t third;
-    plant_params_t q = plant_params_default();
-    plant_params_t r = q;
-    r.inertia = 0.003;
-    memset(&loop, 0, sizeof loop);
-    memset(&other, 0, sizeof other);
-    memset(&alone, 0, sizeof alone);
-    loop.dead = other.dead = alone.dead = 375;
+    const plant_params_t q = plant_params_default();
+    const plant_params_t r = plant_of("inertia = 0.003");
+    loop_t other = loop;
+    loop_t alone = loop;
     plant_init(&plant, &q, 5);
     plant_init(&copy, &r, 6);
     plant_init(&third, &q, 5);
@@ -198,14 +175,9 @@ static void test_two_plants_do_not_disturb_each_other(void)
 static void test_where_one_stops_to_look_does_not_matter(void)
 {
     /* The same edges, once in whole periods and once in steps of an odd number of ticks. */
-    plant_params_t q = plant_params_default();
-    q.current_noise = 0.0;
-    q.inertia = 0.003;
-    loop_t loop;
+    plant_params_t q = plant_of("current_noise = 0, inertia = 0.003");
     static oracle_edge_t edges[12 * 100];
     size_t count = 0;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
     loop.i_q_ref = 6.0;
     plant_init(&plant, &q, 1);
     for (int k = 0; k < 100; k++) {

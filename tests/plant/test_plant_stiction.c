@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "tests/plant/loop.h"
+#include "tests/plant/bench.h"
 #include "unity.h"
 
 #define SECOND PLANT_TICKS_PER_SECOND
@@ -12,7 +12,6 @@
 #define COULOMB 1.32   /* [N m] */
 #define INERTIA 0.0636 /* [kg m^2] */
 
-static plant_t plant;
 static plant_t copy;
 
 static plant_params_t sticking(double breakaway)
@@ -22,14 +21,6 @@ static plant_params_t sticking(double breakaway)
     q.friction_coulomb = COULOMB;
     q.friction_breakaway = breakaway;
     return q;
-}
-
-static plant_truth_t truth_at(uint64_t tick)
-{
-    plant_truth_t now;
-    plant_advance(&plant, tick);
-    plant_truth(&plant, &now);
-    return now;
 }
 
 /* ---- coming to rest ---- */
@@ -63,9 +54,7 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
 
 static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
 {
-    plant_params_t q = sticking(2.0);
-    q.inertia = 0.003;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(sticking(2.0), "inertia = 0.003"));
     plant_set_motion(&plant, 0.0, 1.0);
     double before = 1.0;
     for (uint64_t tick = 0; tick < SECOND / 100u; tick += 997u) {
@@ -80,10 +69,7 @@ static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
 static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round(void)
 {
     for (int n = 0; n < 2; n++) {
-        plant_params_t q = sticking(n == 0 ? 5.5 : 4.5);
-        q.load_kind = PLANT_LOAD_ACTIVE;
-        q.load_torque = 5.0;
-        plant_init(&plant, &q, 1);
+        begin(plant_with(sticking(n == 0 ? 5.5 : 4.5), "load_kind = 1, load_torque = 5"));
         plant_set_motion(&plant, 0.0, 20.0);
         const double turn = INERTIA * 20.0 / (5.0 + COULOMB);
         const double way = 0.5 * 20.0 * turn;
@@ -100,10 +86,7 @@ static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_
 
 static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
 {
-    plant_params_t q = sticking(2.0);
-    q.load_kind = PLANT_LOAD_ACTIVE;
-    q.load_torque = 2.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 2"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     q.load_torque = nextafter(2.0, 3.0);
     plant_set_params(&plant, &q);
@@ -117,13 +100,9 @@ static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
 static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping(void)
 {
     for (int k = -5; k <= 5; k++) {
-        plant_params_t q = sticking(2.0);
-        q.load_kind = PLANT_LOAD_ACTIVE;
-        q.load_torque = 1.99;
-        plant_init(&plant, &q, 1);
+        begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.99"));
         plant_set_motion(&plant, 1.7 * k, 0.0);
-        plant_truth_t before;
-        plant_truth(&plant, &before);
+        plant_truth_t before = truth();
         const plant_truth_t now = truth_at(10u * SECOND);
         TEST_ASSERT_DOUBLE_WITHIN(1e-14, 1.7 * k, now.theta_m);
         TEST_ASSERT_EQUAL_DOUBLE(before.theta_m, now.theta_m);
@@ -134,9 +113,7 @@ static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creep
 
 static void test_passive_load_holds_and_never_drives(void)
 {
-    plant_params_t q = sticking(2.0);
-    q.load_torque = 50.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "load_torque = 50"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     plant_set_motion(&plant, 0.0, -100.0);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(2u * SECOND).omega_m);
@@ -151,13 +128,11 @@ static void test_passive_load_holds_and_never_drives(void)
 static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(void)
 {
     for (int n = 0; n < 2; n++) {
-        plant_params_t q = sticking(6.0);
+        plant_params_t q = plant_with(
+            sticking(6.0), "turn_on_delay = 0, turn_off_delay = 0, " NO_DROPS
+                           ", current_zone = 0, short_circuit_current = 0, fault_pulse = 0, dc_voltage = 30");
         q.inertia = 10.0; /* or its EMF would change the current */
         q.load_torque = n == 0 ? 0.0 : 3.0;
-        q.turn_on_delay = q.turn_off_delay = 0.0;
-        q.igbt_voltage = q.igbt_resistance = q.diode_voltage = q.diode_resistance = 0.0;
-        q.current_zone = q.short_circuit_current = q.fault_pulse = 0.0;
-        q.dc_voltage = 30.0;
         const double hold = 6.0 + q.load_torque;
         const double most = 1.5 * 4.0 * q.flux_linkage * 20.0 / q.resistance;
         const double lag = q.inductance_d / q.resistance;
@@ -191,8 +166,7 @@ static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(voi
 static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
 {
     for (int sticks = 0; sticks < 2; sticks++) {
-        plant_params_t q = sticking(sticks ? 2.0 : 0.0);
-        plant_init(&plant, &q, 1);
+        plant_params_t q = begin(sticking(sticks ? 2.0 : 0.0));
         plant_set_motion(&plant, 0.0, 150.0);
         plant_set_brake(&plant, 60.0);
         const double seconds = INERTIA * 150.0 / (60.0 + COULOMB);
@@ -226,10 +200,7 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
 
 static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 {
-    plant_params_t q = sticking(2.0);
-    q.shaft_locked = 1.0;
-    q.shaft_locked_speed = 30.0;
-    plant_init(&plant, &q, 1);
+    plant_params_t q = begin(plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30"));
     plant_set_brake(&plant, 60.0);
     TEST_ASSERT_EQUAL_DOUBLE(30.0, truth_at(SECOND).omega_m);
     /* Let go, it is an ordinary braked shaft. */
@@ -242,7 +213,7 @@ static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 /* ---- as a state ---- */
 
 /* Starts, stops and turns of a light rotor under current control, braked now and then. */
-static uint32_t busy(plant_t *p, loop_t *loop, int from, int to)
+static uint32_t busy(plant_t *p, loop_t *by, int from, int to)
 {
     uint32_t rests = 0;
     for (int k = from; k < to; k++) {
@@ -252,8 +223,8 @@ static uint32_t busy(plant_t *p, loop_t *loop, int from, int to)
         if (k % 400 == 0) {
             plant_set_brake(p, 0.0);
         }
-        loop->i_q_ref = 6.0 * sin(2.0 * PI * 0.005 * k);
-        loop_period(loop, p, NULL, NULL);
+        by->i_q_ref = 6.0 * sin(2.0 * PI * 0.005 * k);
+        loop_period(by, p, NULL, NULL);
         rests += p->omega_m == 0.0;
     }
     return rests;
@@ -261,11 +232,7 @@ static uint32_t busy(plant_t *p, loop_t *loop, int from, int to)
 
 static void test_copied_state_of_a_sticking_shaft_runs_on_identically(void)
 {
-    loop_t loop;
-    plant_params_t q = sticking(3.0);
-    q.inertia = 0.003;
-    memset(&loop, 0, sizeof loop);
-    loop.dead = 375;
+    plant_params_t q = plant_with(sticking(3.0), "inertia = 0.003");
     plant_init(&plant, &q, 5);
     busy(&plant, &loop, 0, 375); /* braked */
     TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
@@ -279,10 +246,7 @@ static void test_copied_state_of_a_sticking_shaft_runs_on_identically(void)
 
 static void test_where_one_stops_to_look_moves_no_event(void)
 {
-    plant_params_t q = sticking(2.0);
-    q.load_kind = PLANT_LOAD_ACTIVE;
-    q.load_torque = 1.9;
-    plant_init(&plant, &q, 1);
+    begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.9"));
     plant_set_motion(&plant, 0.0, 20.0);
     memcpy(&copy, &plant, sizeof copy);
     plant_advance(&plant, SECOND);

@@ -1,7 +1,7 @@
 /* Loads that go with the square of speed or with the angle: fan, piston, spring. */
 #include <math.h>
 
-#include "host_sim/plant/plant.h"
+#include "tests/plant/loop.h"
 #include "unity.h"
 
 #define SECOND PLANT_TICKS_PER_SECOND
@@ -12,11 +12,7 @@ static plant_t plant;
 /* Nothing but inertia and the load that a test puts on; no magnets, so that the winding takes no part. */
 static plant_params_t bare(void)
 {
-    plant_params_t q = plant_params_default();
-    q.flux_linkage = 0.0;
-    q.friction_coulomb = 0.0;
-    q.inertia = 0.002;
-    return q;
+    return plant_of("flux_linkage = 0, friction_coulomb = 0, inertia = 0.002");
 }
 
 static plant_truth_t truth_at(double seconds)
@@ -31,8 +27,7 @@ static void test_a_fan_slows_its_rotor_by_the_hyperbola(void)
 {
     /* J w' = -k w^2: 1/w = 1/w_0 + k t/J, either direction. */
     for (int way = -1; way <= 1; way += 2) {
-        plant_params_t q = bare();
-        q.load_quadratic = 1e-5;
+        plant_params_t q = plant_with(bare(), "load_quadratic = 1e-5");
         plant_init(&plant, &q, 1);
         plant_set_motion(&plant, 0.0, way * 200.0);
         for (int k = 1; k <= 5; k++) {
@@ -67,9 +62,7 @@ static void test_a_piston_takes_and_gives_back_what_its_potential_says(void)
     /* J w^2/2 - (T/n) cos(n theta) stays, whether the rotor swings or goes round. */
     const double speeds[] = {5.0, 40.0};
     for (int n = 0; n < 2; n++) {
-        plant_params_t q = bare();
-        q.load_sine = 0.2;
-        q.load_sine_cycles = 2.0;
+        plant_params_t q = plant_with(bare(), "load_sine = 0.2, load_sine_cycles = 2");
         plant_init(&plant, &q, 1);
         plant_set_motion(&plant, 0.0, speeds[n]);
         double whole = 0.5 * q.inertia * speeds[n] * speeds[n] - 0.1;
@@ -84,14 +77,10 @@ static void test_a_piston_takes_and_gives_back_what_its_potential_says(void)
 
 static void test_a_table_is_straight_between_its_points_and_goes_on_behind_the_last(void)
 {
-    plant_params_t q = bare();
-    q.load_table_speed = 20.0;
+    plant_params_t q = plant_with(bare(), "load_table_speed = 20, load_table_3 = 0.3, load_table_4 = 0.5, "
+                                          "load_table_5 = 0.8, load_table_6 = 1.2");
     q.load_table_1 = 0.4; /* J w' = -0.02 w up to 20 rad/s */
     q.load_table_2 = 0.1; /* a hump, as of a stirrer that breaks away */
-    q.load_table_3 = 0.3;
-    q.load_table_4 = 0.5;
-    q.load_table_5 = 0.8;
-    q.load_table_6 = 1.2;
     static const double points[][2] = {{10.0, 0.2},  {20.0, 0.4},   {30.0, 0.25}, {40.0, 0.1},
                                        {50.0, 0.2},  {90.0, 0.65},  {120.0, 1.2}, {135.0, 1.2},
                                        {400.0, 1.2}, {-50.0, -0.2}, {0.0, 0.0},   {-500.0, -1.2}};
@@ -113,11 +102,8 @@ static void test_a_table_is_straight_between_its_points_and_goes_on_behind_the_l
 static void test_the_load_is_at_the_far_end_of_an_elastic_shaft(void)
 {
     /* Motor held by the dynamometer: the far end swings between two springs. */
-    plant_params_t q = bare();
-    q.shaft_locked = 1.0;
-    q.load_inertia = 0.001;
-    q.shaft_stiffness = 4.0;
-    q.load_spring = 1.0;
+    plant_params_t q =
+        plant_with(bare(), "shaft_locked = 1, load_inertia = 0.001, shaft_stiffness = 4, load_spring = 1");
     plant_init(&plant, &q, 1);
     plant_set_motion(&plant, 0.3, 0.0);
     /* twist' = -omega_load, J omega_load' = k twist - c (0.3 - twist): at rest for twist = 0.3 c/(k + c). */
@@ -131,10 +117,8 @@ static void test_the_load_is_at_the_far_end_of_an_elastic_shaft(void)
 
 static void test_dry_friction_holds_a_wound_spring_and_lets_a_stronger_one_go(void)
 {
-    plant_params_t q = bare();
-    q.friction_coulomb = 0.5;
-    q.friction_breakaway = 0.6;
-    q.load_spring = 1.0;
+    plant_params_t q =
+        plant_with(bare(), "friction_coulomb = 0.5, friction_breakaway = 0.6, load_spring = 1");
     plant_init(&plant, &q, 1);
     plant_set_motion(&plant, 0.59, 0.0);
     TEST_ASSERT_EQUAL_DOUBLE(0.59, truth_at(0.5).theta_m);
@@ -147,10 +131,7 @@ static void test_dry_friction_holds_a_wound_spring_and_lets_a_stronger_one_go(vo
 
 static void test_what_a_load_takes_is_metered(void)
 {
-    plant_params_t q = bare();
-    q.load_quadratic = 2e-5;
-    q.load_sine = 0.05;
-    q.load_spring = 0.01;
+    plant_params_t q = plant_with(bare(), "load_quadratic = 2e-5, load_sine = 0.05, load_spring = 0.01");
     plant_init(&plant, &q, 1);
     plant_set_motion(&plant, 0.2, 80.0);
     plant_set_metering(&plant, true);

@@ -185,6 +185,18 @@ class TheRig(unittest.TestCase):
                     rig.set(wrong)
             self.assertEqual(rig.hash, before)
 
+    def test_a_salient_motor_is_refused_without_an_encoder_and_taken_with_one(self):
+        with lagless.Rig() as rig:
+            before = rig.hash
+            with self.assertRaisesRegex(lagless.Error, r"motor_inductance_q = 0\.0121 H: accepted .* to 0\.012 H \(motor_inductance_q <= 1\.2 "
+                                                       r"motor_inductance_d .*use an encoder\); with motor_inductance_d = 0\.01 H"):
+                rig.set(motor_inductance_d=0.01, motor_inductance_q=0.0121)
+            self.assertEqual(rig.hash, before)
+            rig.set(motor_inductance_d=0.01, motor_inductance_q=0.0119)
+            rig.set(motor_inductance_q=0.0121, position_source="encoder")
+            with self.assertRaisesRegex(lagless.Error, "motor_inductance_q"):
+                rig.set(position_source="sensorless")
+
     def test_rows_that_need_each_other_go_together_in_any_order(self):
         with lagless.Rig() as rig:
             rig.set({"overcurrent_trip": 4, "current_limit": 3})
@@ -239,6 +251,21 @@ class Scenarios(unittest.TestCase):
         self.assertFalse(result.passed)
         self.assertEqual((result.failed, result.verdicts[0].judgement), (1, "failed"))
         self.assertIn("FAILED", result.report())
+
+    def test_an_end_by_a_fault_or_a_lasting_refusal_that_no_expectation_names_has_not_passed(self):
+        """By the rule of `lagless run`."""
+        run = {"title": "a link that sags", "run": {"duration": "1 s"}, **START, "at": [{"time": "0.5 s", "plant.dc_voltage": "100 V"}],
+               "expect": [{"signal": "true_omega_m", "minus": "omega_m_ref", "statistic": "peak", "from": "0.99 s", "at_most": "500 r/min"}]}
+        result = lagless.run(run)
+        self.assertEqual((False, "met"), (result.passed, result.verdicts[0].judgement))
+        self.assertEqual("fault dc_undervoltage at 0.5010 s, which no expectation names", result.unexpected_end)
+        self.assertIn("FAILED      end of the run: fault dc_undervoltage", result.report())
+        self.assertIn("1 of 1 expectations met", repr(result))
+        named = lagless.run({**run, "expect": [{"signal": "fault_reason", "statistic": "last", "at_least": 23, "at_most": 23}]})
+        self.assertEqual((True, None), (named.passed, named.unexpected_end))
+        refused = lagless.run({**run, "at": [], "expect": [], "plant": {"dc_voltage": "150 V"}})
+        self.assertFalse(refused.passed)
+        self.assertIn("refuses with dc_undervoltage", refused.unexpected_end)
 
     def test_a_setting_mends_what_the_source_has_wrong(self):
         wrong = {"title": "x", "run": {"duration": "10 ms"}, "params": {"current_limit": 99}}

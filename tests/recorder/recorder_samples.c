@@ -103,7 +103,7 @@ static void write_extremes(void)
         const uint32_t slots[] = {words[n], words[n], words[n], words[n]};
         recorder_sink(recorder, period++, slots, COUNT(slots));
     }
-    for (uint32_t bits = 1; bits < UINT32_C(0x7F800000); bits += 20011u) {
+    for (uint32_t bits = 1; bits < UINT32_C(0x7F800000); bits += 100003u) {
         const uint32_t slots[] = {bits ^ (bits % 3u == 0u ? UINT32_C(0x80000000) : 0u), bits, bits, bits};
         recorder_sink(recorder, period++, slots, COUNT(slots));
     }

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "drive/drive.h"
@@ -141,6 +142,20 @@ static inline void run_on(rig_t *rig, double rpm)
 {
     run_put(rig, "speed_request", rpm * RPM);
     run_put(rig, "enable", 1.0);
+}
+
+/* The rig as it is now, for several continuations; to be freed. */
+static inline void *run_kept(rig_t *rig)
+{
+    void *const state = malloc(rig_state_size());
+    TEST_ASSERT_NOT_NULL(state);
+    rig_save(rig, state);
+    return state;
+}
+
+static inline void run_back_to(rig_t *rig, const void *state)
+{
+    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
 }
 
 static inline void run_expect_no_fault(rig_t *rig)

@@ -86,26 +86,32 @@ static inline void start_running(rig_t *rig, double rpm, double load, double sec
 /* ---- every period ---- */
 
 typedef struct {
-    double current;   /* length of its vector [A] */
-    double error;     /* theta_hat - true theta_e [rad] */
-    double speed;     /* true [r/min] */
-    double reference; /* in force [r/min] */
-    double torque;    /* true [N m] */
-    double theta_e;   /* true [rad], wrapped */
-    int manoeuvre, start_try, losses, fault;
+    /* of the last period */
+    double current;    /* length of its vector [A] */
+    double error, err; /* theta_hat - true theta_e; of the angle in use [rad] */
+    double speed;      /* true [r/min] */
+    double reference;  /* in force [r/min] */
+    double torque;     /* true [N m] */
+    double theta_e;    /* true [rad], wrapped */
+    int manoeuvre, start_try, losses, fault, state;
+    /* since the watch began */
+    double peak;                        /* largest true phase current [A] */
+    double bad, bad_most;               /* [s] angle in use wrong by 0.8 rad, now and at most */
+    uint32_t warnings, period, noticed; /* [-]; [periods] now; at the first fault or warning */
+    int first_fault, start_try_most, losses_most;
 } start_seen_t;
 
-static const char *const start_seen_rows[] = {"i_alpha",     "i_beta",      "theta_hat_err", "true_omega_m",
-                                              "omega_m_ref", "true_torque", "true_theta_e",  "manoeuvre",
-                                              "start_try",   "lock_losses", "fault_reason"};
-#define START_SEEN_ROWS   11u
-#define START_SEEN_FLOATS 7u
+#define START_SEEN_FLOATS 11u
+static const char *const start_seen_rows[] = {
+    "i_alpha",      "i_beta",    "theta_hat_err", "true_omega_m", "omega_m_ref", "true_torque",
+    "true_theta_e", "theta_err", "true_i_a",      "true_i_b",     "true_i_c",    "manoeuvre",
+    "start_try",    "state",     "lock_losses",   "warnings",     "fault_reason"};
+#define START_SEEN_ROWS (sizeof start_seen_rows / sizeof start_seen_rows[0])
 
 static inline void start_see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     start_seen_t *seen = context;
     float value[START_SEEN_FLOATS];
-    (void)period;
     (void)count;
     memcpy(value, slots, sizeof value);
     seen->current = hypot((double)value[0], (double)value[1]);
@@ -114,13 +120,30 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->reference = (double)value[4] / RPM;
     seen->torque = (double)value[5];
     seen->theta_e = (double)value[6];
-    seen->manoeuvre = (int)slots[7];
-    seen->start_try = (int)slots[8];
-    seen->losses = (int)slots[9];
-    seen->fault = (int)slots[10];
+    seen->err = (double)value[7];
+    for (uint32_t n = 8u; n < START_SEEN_FLOATS; n++) {
+        seen->peak = fmax(seen->peak, fabs((double)value[n]));
+    }
+    slots += START_SEEN_FLOATS;
+    seen->manoeuvre = (int)slots[0];
+    seen->start_try = (int)slots[1];
+    seen->state = (int)slots[2];
+    seen->losses = (int)slots[3];
+    seen->warnings |= slots[4];
+    seen->fault = (int)slots[5];
+    seen->start_try_most = seen->start_try > seen->start_try_most ? seen->start_try : seen->start_try_most;
+    seen->losses_most = seen->losses > seen->losses_most ? seen->losses : seen->losses_most;
+    seen->period = period;
+    if (seen->noticed == 0u && (seen->fault != 0 || seen->warnings != 0u)) {
+        seen->noticed = period;
+        seen->first_fault = seen->fault;
+    }
+    const bool wrong = seen->fault == 0 && fabs(seen->err) > 0.8 && fabs(seen->speed) > 20.0;
+    seen->bad = wrong ? seen->bad + RIG_PERIOD_SECONDS : 0.0;
+    seen->bad_most = fmax(seen->bad_most, seen->bad);
 }
 
-/* `seen` is that of the last period from now on. */
+/* `seen` is what there is to see from now on. */
 static inline void start_watch(rig_t *rig, start_seen_t *seen)
 {
     *seen = (start_seen_t){0};

@@ -49,21 +49,17 @@ static harmonics_t measure(double compensation)
 
 static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(void)
 {
-    const harmonics_t without = measure(0.0);
-    const harmonics_t with = measure(1.0);
-    const char *const message =
-        run_say("fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with",
-                with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
-    TEST_ASSERT_TRUE_MESSAGE(without.fifth > 5.0 * with.fifth, message);
-    TEST_ASSERT_TRUE_MESSAGE(without.seventh > 5.0 * with.seventh, message);
-    /* The fundamental carries load and friction either way. */
-    TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), with.first);
-    TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), without.first);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    SEED_RUN_EIGHT(test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away);
-    return UNITY_END();
+    grid_t grid = grid_of("harmonics", SEED_PHASES);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const harmonics_t without = measure(0.0);
+        const harmonics_t with = measure(1.0);
+        const char *const message = run_say(
+            "fundamental %.3f A; 5th %.1f mA without, %.1f mA with; 7th %.1f mA without, %.1f mA with",
+            with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
+        TEST_ASSERT_TRUE_MESSAGE(without.fifth > 5.0 * with.fifth, message);
+        TEST_ASSERT_TRUE_MESSAGE(without.seventh > 5.0 * with.seventh, message);
+        /* The fundamental carries load and friction either way. */
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), with.first);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), without.first);
+    }
 }

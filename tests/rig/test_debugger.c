@@ -159,21 +159,6 @@ void tearDown(void)
     rig_free(rig);
 }
 
-/* ---- Looking ---- */
-
-static void test_a_debugger_sees_memory_while_the_program_runs_but_not_before_start_up_allows_it(void)
-{
-    power_on(chip_power_on);
-    TEST_ASSERT_FALSE(chip_debug_can_look(chip()));
-    rig_start(rig);
-    TEST_ASSERT_TRUE(chip_debug_can_look(chip()));
-    run_to_ready(rig);
-    run_on(rig, 300.0);
-    run_seconds(rig, 0.2);
-    run_expect_no_fault(rig);
-    TEST_ASSERT_TRUE(chip_debug_can_look(chip()));
-}
-
 /* ---- A plain halt ---- */
 
 static void test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero(void)
@@ -305,23 +290,6 @@ static void test_a_halt_with_gates_off_keeps_them_off(void)
     run_expect_no_fault(rig);
 }
 
-static void test_the_fault_line_opens_the_gates_of_a_halted_drive(void)
-{
-    run_held_at(60.0);
-    watch();
-    halt_at(0.4);
-    pass_seconds(0.01);
-    TEST_ASSERT_EQUAL_HEX32(ZERO_VECTOR, seen.gates);
-    run_put(rig, "force_fault", 1.0);
-    TEST_ASSERT_EQUAL_HEX32(ALL_TRIPPED, seen.tripped);
-    TEST_ASSERT_EQUAL_HEX32(0u, seen.gates);
-    pass_seconds(0.1);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, current());
-    chip_debug_run(chip());
-    pass_periods(2);
-    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MODULE_FAULT, rig_value(rig, "fault_reason"));
-}
-
 /* ---- Real-time mode ---- */
 
 /* What an engineer does in the register view before a halt of the background. */
@@ -390,24 +358,6 @@ static void test_a_request_written_during_a_real_time_halt_acts(void)
     pass_periods(3);
     TEST_ASSERT_TRUE(chip_tripped(chip(), PWM_LEADER));
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-}
-
-/* As the HAL leaves it the carrier stops with the background, and with it the interrupts it causes. */
-static void test_a_real_time_halt_with_the_carrier_bound_to_it_is_a_plain_one(void)
-{
-    run_held_at(60.0);
-    chip_debug_realtime(chip(), true);
-    watch();
-    halt_at(0.4);
-    pass_periods(2);
-    const uint32_t before = samples();
-    pass_seconds(0.1);
-    TEST_ASSERT_EQUAL_UINT32(before, samples());
-    TEST_ASSERT_EQUAL_HEX32(ZERO_VECTOR, seen.gates);
-    chip_debug_run(chip());
-    pass_periods(LATE_LIMIT + 1u);
-    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_EQUAL_HEX32(0u, seen.gates);
 }
 
 /* ---- Restart without reset ---- */

@@ -91,20 +91,3 @@ static void test_another_number_of_lines_reaches_the_counter(void)
     TEST_ASSERT_TRUE(error < 1.1 * 3.14159265358979 * 4.0 / 4000.0);
     rig_free(rig);
 }
-
-/* A salient machine with a wrong-way d current reference: cross-coupling feed-forward must hold both axes. */
-static void test_salient_machine_keeps_both_axes(void)
-{
-    rig_t *rig = run_rig(12);
-    run_paper_drive(rig);
-    run_put(rig, "plant.inductance_d", 0.008);
-    run_put(rig, "plant.inductance_q", 0.016);
-    run_put(rig, "motor_inductance_d", 0.008);
-    run_parameter(rig, "motor_inductance_q", 0.016);
-    run_to_ready(rig);
-    run_on(rig, 0.0);
-    run_put(rig, "i_d_request", -2.0);
-    run_seconds(rig, 0.05);
-    step_to(rig, 1200.0, 3.0, "L_d 8 mH, L_q 16 mH, i_d -2 A,");
-    rig_free(rig);
-}

@@ -6,6 +6,10 @@
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
+/* Whether a light rotor teaches its L below 120 r/min: with two current sensors (docs/theory.md, section 24).
+ */
+#define LIGHT_AND_SLOW (BOARD_CURRENT_SENSORS == 2)
+
 #define L_TRUE 12.5e-3                               /* [H] */
 #define LOAD   (5.0 * RUN_LIMIT_SHARE)               /* [N m] */
 #define DITHER (33.0 * 2.0 * 3.14159265358979323846) /* [rad/s] */
@@ -114,6 +118,9 @@ static void test_l_a_fifth_wrong_is_put_right(void)
         const double way = grid_axis(&n, 2u) ? -1.0 : 1.0;
         const bool light = grid_axis(&n, 2u);
         const bool slow = n == 0u;
+        if (light && slow && !LIGHT_AND_SLOW) {
+            continue;
+        }
         expect_learnt(light, way * speeds[n], believed, NULL, slow ? 6.0 : 3.0, slow ? 10.4 : 2.9,
                       slow ? 0.036 : 0.012);
     }
@@ -123,6 +130,10 @@ static void test_l_a_fifth_wrong_is_put_right(void)
  * near: slower there, and not as exact. */
 static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
 {
+    if (!LIGHT_AND_SLOW) {
+        TEST_IGNORE_MESSAGE(
+            "with three sensors a light rotor below 120 r/min leaves 6 to 11 % of L: theory 24");
+    }
     static const double speeds[] = {84.0, 88.0, 92.0, 96.0, 104.0, 108.0, 112.0, 116.0};
     grid_t grid = grid_of("its own swing", 16u);
     for (uint32_t n; grid_next(&grid, &n);) {
@@ -234,48 +245,40 @@ static void test_the_speed_s_ripple_is_small(void)
 
 /* ---- what it must not learn from ---- */
 
-/* Of L, for a second of this: at most so much. */
-static void expect_kept(const wrong_t *rows, double share)
+/* Of L, for a second of this: at most so much. The magnets are gone; the current sensors stick, both or one;
+ * all load goes at once, and with it what is in step with the dither by chance in the cycles before it rests.
+ */
+static const struct {
+    wrong_t rows[2];
+    double share; /* [-] */
+} nothing_to_learn[] = {
+    {{{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}}, 0.0},
+    {{{"stuck_current_a", 2300.0}, {"stuck_current_b", 2000.0}}, 0.0},
+    {{{"stuck_current_a", 2048.0}, {"stuck_current_a", 2048.0}}, 0.0},
+    {{{"load_torque", 0.0}, {"friction_coulomb", 0.0}}, 0.03},
+};
+#define NOTHING_TO_LEARN (sizeof nothing_to_learn / sizeof nothing_to_learn[0])
+
+static void test_what_says_nothing_of_l_leaves_it_where_it_was(void)
 {
-    to_speed(false, 1000.0, 0.8, NULL);
-    run_real(rig);
-    learn();
-    run_seconds(rig, 3.0);
-    const double before = rig_value(rig, "inductance_hat");
-    for (; rows->row != NULL; rows++) {
-        run_put(rig, rows->row, rows->factor);
+    grid_t grid = grid_of("nothing to learn", SEED_PHASES);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        to_speed(false, 1000.0, 0.8, NULL);
+        run_real(rig);
+        learn();
+        run_seconds(rig, 3.0);
+        const double before = rig_value(rig, "inductance_hat");
+        void *const learnt = run_kept(rig);
+        for (size_t c = 0; c < NOTHING_TO_LEARN; c++) {
+            run_back_to(rig, learnt);
+            run_put(rig, nothing_to_learn[c].rows[0].row, nothing_to_learn[c].rows[0].factor);
+            run_put(rig, nothing_to_learn[c].rows[1].row, nothing_to_learn[c].rows[1].factor);
+            for (int k = 0; k < 10; k++) {
+                run_seconds(rig, 0.1);
+                TEST_ASSERT_DOUBLE_WITHIN(nothing_to_learn[c].share * before, before,
+                                          rig_value(rig, "inductance_hat"));
+            }
+        }
+        free(learnt);
     }
-    for (int n = 0; n < 10; n++) {
-        run_seconds(rig, 0.1);
-        TEST_ASSERT_DOUBLE_WITHIN(share * before, before, rig_value(rig, "inductance_hat"));
-    }
-}
-
-/* The magnets are gone; the current sensors stick, both or one. */
-static void test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing(void)
-{
-    expect_kept((const wrong_t[]){{"plant.flux_linkage", 0.0}, {NULL, 0.0}}, 0.0);
-    expect_kept((const wrong_t[]){{"stuck_current_a", 2300.0}, {"stuck_current_b", 2000.0}, {NULL, 0.0}},
-                0.0);
-    expect_kept((const wrong_t[]){{"stuck_current_a", 2048.0}, {NULL, 0.0}}, 0.0);
-}
-
-/* All load at once: what is in step with the dither by chance in the cycles before it rests. */
-static void test_a_load_that_goes_leaves_it_where_it_was(void)
-{
-    expect_kept((const wrong_t[]){{"load_torque", 0.0}, {"friction_coulomb", 0.0}, {NULL, 0.0}}, 0.03);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_l_a_fifth_wrong_is_put_right);
-    RUN_TEST(test_a_light_rotor_teaches_it_beside_its_own_swing);
-    RUN_TEST(test_what_else_is_wrong_has_no_part_in_it);
-    RUN_TEST(test_errors_of_the_current_sensors_have_no_part_in_it);
-    RUN_TEST(test_a_load_that_toggles_does_not_move_it);
-    RUN_TEST(test_the_speed_s_ripple_is_small);
-    SEED_RUN_EIGHT(test_a_rotor_without_emf_and_sensors_that_stick_teach_nothing);
-    SEED_RUN_EIGHT(test_a_load_that_goes_leaves_it_where_it_was);
-    return UNITY_END();
 }

@@ -68,19 +68,6 @@ static void test_a_parameter_is_staged_until_applied(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.7, rig_value(rig, "speed_kp"));
 }
 
-static void test_a_set_that_breaks_a_range_is_refused_and_the_old_one_runs_on(void)
-{
-    run_to_ready(rig);
-    run_on(rig, 200.0);
-    run_seconds(rig, 0.5);
-    TEST_ASSERT_FALSE(rig_put(rig, "current_bandwidth", 5000.0));
-    expect_refusal("current_bandwidth", REASON_OUT_OF_RANGE, "accepted 10 to 3000 rad/s");
-    TEST_ASSERT_TRUE(rig_apply(rig)); /* nothing of it was staged */
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1000.0, rig_value(rig, "current_bandwidth"));
-    run_expect_no_fault(rig);
-}
-
 static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on(void)
 {
     char range[120];
@@ -260,13 +247,6 @@ static void test_what_is_shown_is_not_set(void)
     TEST_ASSERT_FALSE(rig_get(rig, 77777, &value));
     TEST_ASSERT_FALSE(rig_put(rig, "tourqe", 1.0));
     TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "tourqe"));
-}
-
-static void test_requests_are_judged_against_the_parameters(void)
-{
-    TEST_ASSERT_FALSE(rig_put(rig, "speed_request", 215.0)); /* 0.95 of 220 rad/s is 209 */
-    expect_refusal("speed_request", REASON_CROSS_RULE, "accepted -209 to 209 rad/s");
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "speed_request"));
 }
 
 static void test_plant_rules_are_judged_too(void)

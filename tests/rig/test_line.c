@@ -230,22 +230,6 @@ static void test_an_erase_takes_its_time_and_the_drive_stands_it(void)
     TEST_ASSERT_FALSE(chip_halted(chip()));
 }
 
-static void test_a_cut_of_the_power_is_undone_by_the_next_cycle_only(void)
-{
-    const uint16_t words[4] = {0};
-    rig_bind(rig);
-    chip_cut_power(chip(), 2u);
-    TEST_ASSERT_FALSE(hal_store_program(0u, 0u, words, 4u));
-    const uint32_t samples = chip_interrupt_count(chip(), PIE_SEQ1INT);
-    rig_run(rig, 1000u);
-    TEST_ASSERT_EQUAL_UINT32(samples, chip_interrupt_count(chip(), PIE_SEQ1INT));
-    rig_power_cycle(rig);
-    rig_run(rig, 1000u);
-    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) >= samples + 999u);
-    TEST_ASSERT_EQUAL_HEX16(0x0000u, stored(0u, 1u));
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(0u, 3u));
-}
-
 static void test_the_flash_goes_through_a_file_of_octets(void)
 {
     static uint8_t octets[RIG_FLASH_SIZE], again[RIG_FLASH_SIZE];
@@ -269,47 +253,4 @@ static void test_the_flash_goes_through_a_file_of_octets(void)
     rig_flash_save(other, again);
     TEST_ASSERT_EQUAL_HEX8(0x34u, again[0]);
     rig_free(other);
-}
-
-/* ---- Restart ---- */
-
-static void test_a_restart_that_the_drive_asks_for_boots_the_chip(void)
-{
-    put("motor_inertia", 0.02);
-    TEST_ASSERT_TRUE(rig_apply(rig));
-    rig_run(rig, 2000u);
-    program(0u, 0u, 0x7777u);
-    rig_bind(rig);
-    hal_restart();
-    TEST_ASSERT_TRUE(chip_halted(chip()));
-    const uint32_t period = rig_period(rig);
-    rig_run(rig, 2000u);
-    TEST_ASSERT_EQUAL_UINT32(period + 2000u, rig_period(rig));
-    TEST_ASSERT_FALSE(chip_halted(chip()));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state"));
-    TEST_ASSERT_EQUAL_DOUBLE(rig_initial(rig_row_by_name("motor_inertia")), value("motor_inertia"));
-    TEST_ASSERT_EQUAL_HEX16(0x7777u, stored(0u, 0u));
-}
-
-/* A save and a load in the midst of frames go on to the bit. */
-static void test_state_as_bytes_holds_line_and_pages(void)
-{
-    const uint8_t octets[20] = {1u, 2u, 3u, 4u, 5u, 6u, 7u};
-    program(0u, 0u, 0x7777u);
-    rig_serial_put(rig, octets, 20u);
-    rig_step(rig);
-    void *state = malloc(rig_state_size());
-    rig_save(rig, state);
-    const uint64_t before = rig_hash(rig);
-    uint16_t first[16], second[16];
-    rig_step(rig);
-    const uint32_t count = heard(first);
-    const uint64_t after = rig_hash(rig);
-    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
-    TEST_ASSERT_TRUE(rig_hash(rig) == before);
-    rig_step(rig);
-    TEST_ASSERT_EQUAL_UINT32(count, heard(second));
-    TEST_ASSERT_EQUAL_MEMORY(first, second, count * sizeof first[0]);
-    TEST_ASSERT_TRUE(rig_hash(rig) == after);
-    free(state);
 }

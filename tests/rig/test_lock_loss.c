@@ -265,8 +265,10 @@ static void test_rotor_that_a_load_step_stops_starts_again_by_itself(void)
 /* A loss each 0.5 s: the third within 2 s stops the drive; one each 1.2 s may go on. */
 static void test_third_loss_within_two_seconds_stops_the_drive(void)
 {
-    for (size_t s = 0; s < 2u; s++) {
-        prepare_to_lose((start_shaft_t)s, 500.0, 0.0);
+    grid_t grid = grid_of("third loss", START_BOTH * SEED_PHASES);
+    for (uint32_t point; grid_next(&grid, &point);) {
+        prepare_to_lose((start_shaft_t)grid_axis(&point, START_BOTH), 500.0, 0.0);
+        void *const running = run_kept(rig);
         for (int n = 1; n <= 3; n++) {
             TEST_ASSERT_EQUAL_INT(0, seen.fault);
             run_put(rig, "estimate_jump", PI);
@@ -274,7 +276,8 @@ static void test_third_loss_within_two_seconds_stops_the_drive(void)
             TEST_ASSERT_EQUAL_INT(n, seen.losses);
         }
         TEST_ASSERT_EQUAL_INT(REASON_LOCK_LOST, seen.fault);
-        prepare_to_lose((start_shaft_t)s, 500.0, 0.0);
+        run_back_to(rig, running);
+        free(running);
         for (int n = 1; n <= 4; n++) {
             run_put(rig, "estimate_jump", PI);
             run_seconds(rig, 1.2);
@@ -283,15 +286,4 @@ static void test_third_loss_within_two_seconds_stops_the_drive(void)
         TEST_ASSERT_EQUAL_INT(0, seen.fault);
         TEST_ASSERT_EQUAL_INT(RUNS, seen.manoeuvre);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_normal_running_raises_no_alarm);
-    RUN_TEST(test_angle_that_jumps_by_pi_is_noticed_and_caught);
-    RUN_TEST(test_rotor_that_a_load_step_stops_starts_again_by_itself);
-    RUN_TEST(test_shaft_that_is_blocked_while_running_is_noticed_and_given_up);
-    SEED_RUN_EIGHT(test_third_loss_within_two_seconds_stops_the_drive);
-    return UNITY_END();
 }

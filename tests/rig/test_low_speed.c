@@ -9,7 +9,8 @@ static void test_staircase_through_standstill_is_held(void)
 {
     static const double stairs[] = {0.0, 10.0, 30.0, 60.0, 100.0, 300.0, 0.0, -30.0, -300.0, 0.0};
     const uint32_t settle = rig_periods(2.0), hold = rig_periods(1.0);
-    for (size_t s = 0; s < 2u; s++) {
+    grid_t grid = grid_of("staircase", START_BOTH);
+    for (uint32_t s; grid_next(&grid, &s);) {
         double furthest = 0.0, current = 0.0, ripple = 0.0;
         rig_free(rig);
         rig = start_on_desk((start_shaft_t)s, 1u);

@@ -8,27 +8,7 @@
 #define SEGMENTS 10u /* of a part, of six seconds each */
 #define SPEEDS   9u
 
-static uint32_t warned;   /* bits of the warnings that were told */
-static uint32_t wrong[3]; /* [periods] in a fault; with a rotor that was lost; in a further try of a start */
-
-static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    (void)context;
-    (void)period;
-    (void)count;
-    warned |= slots[0];
-    wrong[0] += slots[1] != 0u ? 1u : 0u;
-    wrong[1] += slots[2] != 0u ? 1u : 0u;
-    wrong[2] += slots[3] > 1u ? 1u : 0u;
-}
-
-static void watch(void)
-{
-    static const char *const rows[] = {"warnings", "fault_reason", "lock_losses", "start_try"};
-    warned = 0u;
-    memset(wrong, 0, sizeof wrong);
-    run_tap(rig, rows, 4u, see, NULL);
-}
+static start_seen_t seen;
 
 /* A generator of its own (Park and Miller 1988), that an hour is the same everywhere. */
 static uint32_t drawn(uint32_t *state, uint32_t below)
@@ -68,16 +48,16 @@ static void test_an_hour_raises_nothing(void)
         rig = start_on_desk(shaft, 17u);
         run_put(rig, "speed_ramp", 1500.0 * RPM);
         start_ready(rig, 1.0);
-        watch();
+        start_watch(rig, &seen);
         run_on(rig, 300.0);
         for (uint32_t k = 0; k < SEGMENTS; k++) {
             segment(shaft, &state);
         }
-        char where[120];
-        (void)snprintf(where, sizeof where,
-                       "%c, part %u: faults %u, lost %u, tries %u periods, warnings 0x%x",
-                       START_SHAFT_NAMES[shaft], (unsigned)n, wrong[0], wrong[1], wrong[2], warned);
-        printf("normal running %s\n", where);
-        TEST_ASSERT_TRUE_MESSAGE((wrong[0] | wrong[1] | wrong[2] | warned) == 0u, where);
+        const char *const where =
+            run_say("normal running %c, part %u: fault %d, lost %d times, try %d, warnings 0x%x",
+                    START_SHAFT_NAMES[shaft], (unsigned)n, seen.first_fault, seen.losses_most,
+                    seen.start_try_most, (unsigned)seen.warnings);
+        TEST_ASSERT_TRUE_MESSAGE(seen.noticed == 0u && seen.losses_most == 0 && seen.start_try_most <= 1,
+                                 where);
     }
 }

@@ -85,15 +85,6 @@ static void test_the_drive_goes_on_after_a_page_was_erased(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)(0.5f + 0.01f * (float)fit), rig_value(rig, "motor_resistance"));
 }
 
-static void test_saving_is_refused_while_the_bridge_is_on(void)
-{
-    run_on(rig, 100.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_FALSE(order("save"));
-    TEST_ASSERT_EQUAL_DOUBLE(REASON_BRIDGE_ON, rig_value(rig, "order_refusal"));
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, chip_flash_word(chip(), 0u, 0u));
-}
-
 /* The bridge stays off until a reset; then the drive runs on its defaults, and what is saved then is good. */
 static void test_a_corrupt_store_refuses_the_bridge_until_a_reset(void)
 {

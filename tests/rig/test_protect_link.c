@@ -168,12 +168,16 @@ static void test_braking_into_a_link_without_chopper_stays_below_the_trip(void)
 
 /* ---- a supply that is lost ---- */
 
-static void begin_ride(start_shaft_t shaft, double source, double rpm, double load, double ride_time)
+static void begin_ride(start_shaft_t shaft, double source, bool soft, double rpm, double load,
+                       double ride_time)
 {
+    rig_free(rig);
     rig = start_on_desk(shaft, 1u);
     run_put(rig, "position_source", source);
     run_put(rig, "ride_through_time", ride_time);
-    soft_link();
+    if (soft) {
+        soft_link();
+    }
     start_running(rig, rpm, load, 0.1);
 }
 
@@ -181,36 +185,32 @@ static void begin_ride(start_shaft_t shaft, double source, double rpm, double lo
  * dc_undervoltage, and the speed comes back by itself. */
 static void test_a_rotor_rides_through_300_ms_without_supply(void)
 {
-    static const struct {
-        start_shaft_t shaft;
-        double load;
-    } cases[] = {{HEAVY, 0.0}, {HEAVY, 2.0}, {HEAVY, 5.0}, {LIGHT, 0.0}};
-    for (int n = 0; n < 8; n++) {
+    static const double loads[] = {0.0, 2.0, 5.0, 0.0}; /* the last of the bare motor */
+    grid_t grid = grid_of("rides through", 8u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t source = grid_axis(&n, 2u);
+        const start_shaft_t shaft = n < 3u ? HEAVY : LIGHT;
         seen_t seen;
-        const double load = cases[n / 2].load;
-        begin_ride(cases[n / 2].shaft, n % 2, 1500.0, load, 0.5);
+        begin_ride(shaft, source, true, 1500.0, loads[n], 0.5);
         watch(&seen, 1500.0);
         run_put(rig, "dc_voltage", LOST);
         run_seconds(rig, 0.3);
-        const double slowest = seen.slowest;
         run_put(rig, "dc_voltage", NOMINAL);
         run_seconds(rig, 3.0);
-        printf(
-            "%c %-10s %g N m: down to %.1f V and %.0f r/min, back %.2f s after the supply, up to %.1f r/min, "
-            "angle within %.3f rad\n",
-            START_SHAFT_NAMES[cases[n / 2].shaft], sources[n % 2], load, seen.u_least, slowest,
-            seconds_of(seen.last_wrong) - 0.3, seen.fastest, n % 2 == 0 ? 0.0 : seen.error);
+        const char *const where = run_say("%c %-10s %g N m: down to %.1f V, back %.2f s after the supply, up "
+                                          "to %.1f r/min, angle within %.3f "
+                                          "rad",
+                                          START_SHAFT_NAMES[shaft], sources[source], loads[n], seen.u_least,
+                                          seconds_of(seen.last_wrong) - 0.3, seen.fastest, seen.error);
         expect_healthy(&seen);
-        TEST_ASSERT_EQUAL_UINT32(0u, seen.off);
-        TEST_ASSERT_TRUE(seen.u_least > UNDER);
-        TEST_ASSERT_TRUE(cases[n / 2].shaft == LIGHT || warned(&seen, FAULT_DC_LIMITS));
-        TEST_ASSERT_TRUE(seen.fastest < 1501.5);
-        TEST_ASSERT_TRUE(n % 2 == 0 || seen.error < 0.076);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, seen.off, where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.u_least > UNDER, where);
+        TEST_ASSERT_TRUE_MESSAGE(shaft == LIGHT || warned(&seen, FAULT_DC_LIMITS), where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.fastest < 1501.5, where);
+        TEST_ASSERT_TRUE_MESSAGE(source == 0u || seen.error < 0.076, where);
         TEST_ASSERT_DOUBLE_WITHIN(1.0, 1500.0, rig_value(rig, "true_omega_m") / RPM);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
         run_expect_no_fault(rig);
-        rig_free(rig);
-        rig = NULL;
     }
 }
 
@@ -219,37 +219,28 @@ static void test_a_rotor_rides_through_300_ms_without_supply(void)
  * motor, which its load stops). */
 static void test_a_link_that_falls_opens_the_bridge_until_it_is_back(void)
 {
-    for (int n = 0; n < 4; n++) {
-        seen_t seen;
-        const bool stiff = n < 2;
-        if (stiff) {
-            rig = start_on_desk(HEAVY, 1u);
-            run_put(rig, "position_source", n % 2);
-            run_put(rig, "ride_through_time", 0.5);
-            start_running(rig, 600.0, 0.0, 0.1);
-        } else {
-            begin_ride(LIGHT, n % 2, 1500.0, 5.0, 0.5);
-        }
+    grid_t grid = grid_of("falls", 4u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t source = grid_axis(&n, 2u);
+        const bool stiff = n == 0u;
         const double rpm = stiff ? 600.0 : 1500.0;
+        seen_t seen;
+        begin_ride(stiff ? HEAVY : LIGHT, source, !stiff, rpm, stiff ? 0.0 : 5.0, 0.5);
         watch(&seen, rpm);
         run_put(rig, "dc_voltage", LOST);
         run_seconds(rig, 0.3);
         const double slowest = seen.slowest;
         run_put(rig, "dc_voltage", NOMINAL);
-        if (!stiff) {
-            run_put(rig, "load_torque", 0.0);
-        }
+        run_put(rig, "load_torque", 0.0);
         run_seconds(rig, 4.0);
-        printf("%s, %-10s: bridge off for %.0f ms, down to %.0f r/min, back after %.2f s, %.1f A\n",
-               stiff ? "stiff link, 600 r/min" : "bare motor, 5 N m", sources[n % 2],
-               1e3 * seconds_of(seen.off), slowest, seconds_of(seen.last_wrong) - 0.3, seen.current);
+        const char *const where =
+            run_say("%s, %-10s: bridge off for %.0f ms, down to %.0f r/min, back after %.2f s, %.1f A",
+                    stiff ? "stiff link, 600 r/min" : "bare motor, 5 N m", sources[source],
+                    1e3 * seconds_of(seen.off), slowest, seconds_of(seen.last_wrong) - 0.3, seen.current);
         expect_healthy(&seen);
-        TEST_ASSERT_TRUE(!stiff || seen.off > DRIVE_PERIODS(0.29f));
-        TEST_ASSERT_TRUE(!stiff || slowest > 400.0);
+        TEST_ASSERT_TRUE_MESSAGE(!stiff || (seen.off > DRIVE_PERIODS(0.29f) && slowest > 400.0), where);
         TEST_ASSERT_DOUBLE_WITHIN(1.0, rpm, rig_value(rig, "true_omega_m") / RPM);
         run_expect_no_fault(rig);
-        rig_free(rig);
-        rig = NULL;
     }
 }
 
@@ -257,30 +248,25 @@ static void test_a_link_that_falls_opens_the_bridge_until_it_is_back(void)
  * has opened latches it then; one that the rotor still feeds stops when its energy is gone. */
 static void test_a_supply_that_stays_away_is_a_fault_after_its_time(void)
 {
-    for (int n = 0; n < 4; n++) {
+    grid_t grid = grid_of("stays away", 4u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t source = grid_axis(&n, 2u);
+        const bool stiff = n == 0u;
         seen_t seen;
-        const bool stiff = n < 2;
-        rig = start_on_desk(HEAVY, 1u);
-        run_put(rig, "position_source", n % 2);
-        run_put(rig, "ride_through_time", 0.2);
-        if (!stiff) {
-            soft_link();
-        }
-        start_running(rig, stiff ? 600.0 : 1500.0, 0.0, 0.1);
+        begin_ride(HEAVY, source, !stiff, stiff ? 600.0 : 1500.0, 0.0, 0.2);
         watch(&seen, 0.0);
         run_put(rig, "dc_voltage", stiff ? LOST : 0.0);
-        run_seconds(rig, 12.0);
-        printf("%s, %-10s: fault %d after %.3f s at %.0f r/min\n", stiff ? "stiff link" : "1 mF",
-               sources[n % 2], seen.fault, seconds_of(seen.fault_at), rig_value(rig, "true_omega_m") / RPM);
-        TEST_ASSERT_EQUAL_INT(REASON_DC_UNDERVOLTAGE, seen.fault);
+        run_seconds(rig, stiff ? 1.0 : 12.0);
+        const char *const where = run_say("%s, %-10s: fault %d after %.3f s", stiff ? "stiff link" : "1 mF",
+                                          sources[source], seen.fault, seconds_of(seen.fault_at));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(REASON_DC_UNDERVOLTAGE, seen.fault, where);
         if (stiff) {
             TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.201, seconds_of(seen.fault_at));
         } else {
-            TEST_ASSERT_TRUE(seconds_of(seen.fault_at) > 1.0); /* 785 J beside 207 W of friction at first */
+            /* 785 J beside 207 W of friction at first */
+            TEST_ASSERT_TRUE_MESSAGE(seconds_of(seen.fault_at) > 1.0, where);
         }
         TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
-        rig_free(rig);
-        rig = NULL;
     }
 }
 
@@ -290,6 +276,7 @@ static void test_ripple_of_a_lost_phase_is_told(void)
     for (int n = 0; n < 2; n++) {
         seen_t seen;
         const double depth = n == 0 ? 0.15 : 0.05;
+        rig_free(rig);
         rig = start_on_desk(HEAVY, 1u);
         start_running(rig, 900.0, 1.0, 0.1);
         watch(&seen, 900.0);
@@ -301,8 +288,6 @@ static void test_ripple_of_a_lost_phase_is_told(void)
                warned(&seen, FAULT_DC_RIPPLE) ? "told" : "not told");
         TEST_ASSERT_EQUAL(n == 0, warned(&seen, FAULT_DC_RIPPLE));
         run_expect_no_fault(rig);
-        rig_free(rig);
-        rig = NULL;
     }
 }
 
@@ -348,8 +333,11 @@ static void watch_heat(heat_t *heat, double continuous, double time)
  */
 static void test_an_overload_is_derated_and_does_not_trip(void)
 {
-    for (int source = 0; source < 2; source++) {
+    grid_t grid = grid_of("overload", 2u);
+    for (uint32_t source; grid_next(&grid, &source);) {
+        rig_free(rig);
         rig = start_on_desk(HEAVY, 1u);
+        run_put(rig, "fidelity", 1.0);
         run_put(rig, "position_source", source);
         run_put(rig, "motor_current_continuous", 5.0);
         run_put(rig, "motor_time_constant", 2.0);
@@ -376,8 +364,6 @@ static void test_an_overload_is_derated_and_does_not_trip(void)
         run_seconds(rig, 6.0);
         TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "current_limit"), rig_value(rig, "i_q_upper"));
         run_expect_no_fault(rig);
-        rig_free(rig);
-        rig = NULL;
     }
 }
 
@@ -385,6 +371,7 @@ static void test_an_overload_is_derated_and_does_not_trip(void)
 static void test_defaults_give_ten_amperes_for_half_a_minute(void)
 {
     rig = start_on_desk(HEAVY, 1u);
+    run_put(rig, "fidelity", 1.0);
     run_put(rig, "position_source", ENCODER);
     start_ready(rig, 0.3);
     run_put(rig, "friction_viscous", 0.1); /* 9.7 N m at 920 r/min */
@@ -405,6 +392,7 @@ static void test_who_does_not_heed_the_limit_is_stopped(void)
 {
     for (int n = 0; n < 2; n++) {
         seen_t seen;
+        rig_free(rig);
         rig = start_on_desk(HEAVY, 1u);
         run_put(rig, "position_source", ENCODER);
         run_put(rig, n == 0 ? "motor_current_continuous" : "module_current_continuous", 5.0);
@@ -420,7 +408,5 @@ static void test_who_does_not_heed_the_limit_is_stopped(void)
                seconds_of(seen.fault_at), expected);
         TEST_ASSERT_EQUAL_INT(n == 0 ? REASON_MOTOR_OVERLOAD : REASON_MODULE_OVERLOAD, seen.fault);
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected, expected, seconds_of(seen.fault_at));
-        rig_free(rig);
-        rig = NULL;
     }
 }

@@ -11,55 +11,6 @@
 
 #define CURRENT_MOST 25.0 /* [A] */
 
-/* ---- what is seen ---- */
-
-typedef struct {
-    double current, bad,
-        bad_most; /* [A] largest true phase current; [s] angle wrong by 0.8 rad, now and at most */
-    double speed; /* [r/min] true */
-    double err;   /* [rad] electrical, of the angle in use */
-    uint32_t period, noticed; /* [periods] now; when the first fault or warning came */
-    int fault, first_fault, losses, manoeuvre;
-    uint32_t warnings;
-} seen_t;
-
-static const char *const seen_rows[] = {"true_i_a",     "true_i_b",    "true_i_c",
-                                        "true_omega_m", "theta_err",   "fault_reason",
-                                        "warnings",     "lock_losses", "manoeuvre"};
-#define SEEN_ROWS   9u
-#define SEEN_FLOATS 5u
-
-static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    seen_t *seen = context;
-    float value[SEEN_FLOATS];
-    (void)count;
-    memcpy(value, slots, sizeof value);
-    for (int phase = 0; phase < 3; phase++) {
-        seen->current = fmax(seen->current, fabs((double)value[phase]));
-    }
-    seen->period = period;
-    seen->speed = (double)value[3] / RPM;
-    seen->err = (double)value[4];
-    seen->fault = (int)slots[5];
-    seen->warnings |= slots[6];
-    if (seen->noticed == 0u && (seen->fault != 0 || slots[6] != 0u)) {
-        seen->noticed = period;
-        seen->first_fault = seen->fault;
-    }
-    seen->losses = (int)slots[7];
-    seen->manoeuvre = (int)slots[8];
-    const bool wrong = seen->fault == 0 && fabs(seen->err) > 0.8 && fabs(seen->speed) > 20.0;
-    seen->bad = wrong ? seen->bad + RIG_PERIOD_SECONDS : 0.0;
-    seen->bad_most = fmax(seen->bad_most, seen->bad);
-}
-
-static void watch(rig_t *rig, seen_t *seen)
-{
-    *seen = (seen_t){0};
-    run_tap(rig, seen_rows, SEEN_ROWS, see, seen);
-}
-
 /* ---- the faults ---- */
 
 typedef enum {
@@ -149,7 +100,7 @@ static bool told_as_wire(int fault)
 static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double load, worst_t *worst)
 {
     rig_t *rig = ready(shaft, 7u + (uint32_t)fault, 0.0);
-    seen_t seen;
+    start_seen_t seen;
     run_on(rig, rpm);
     run_seconds(rig, 1.2);
     if (load > 0.0) {
@@ -157,7 +108,7 @@ static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double loa
         run_seconds(rig, 0.3);
     }
     run_expect_no_fault(rig);
-    watch(rig, &seen);
+    start_watch(rig, &seen);
     inject(rig, fault);
     uint32_t shows = 0u;
     for (uint32_t n = 0; n < 35000u && seen.noticed == 0u; n++) {
@@ -180,8 +131,8 @@ static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double loa
         TEST_ASSERT_TRUE_MESSAGE(time <= fmax(20e-3, third), where);
         start_raise(&worst->time, time);
     }
-    TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
-    start_raise(&worst->current, seen.current);
+    TEST_ASSERT_TRUE_MESSAGE(seen.peak <= CURRENT_MOST, where);
+    start_raise(&worst->current, seen.peak);
     rig_free(rig);
 }
 
@@ -211,40 +162,35 @@ static void test_a_wrong_encoder_is_noticed_under_way(void)
  * tells or the torque pushes the wrong way. */
 static void test_a_wrong_encoder_is_noticed_at_a_start(void)
 {
-    for (fault_t fault = HALF_TURN; fault < FAULTS_OF_ENCODER; fault++) {
-        worst_t worst = {0};
-        double fastest = 0.0;
-        int stalled = 0;
-        for (int n = 0; n < 4; n++) {
-            rig_t *rig = ready(n < 2 ? HEAVY : LIGHT, 70u + (uint32_t)n, 0.0);
-            seen_t seen;
-            inject(rig, fault);
-            run_seconds(rig, 0.03);
-            watch(rig, &seen);
-            run_on(rig, n % 2 == 0 ? 600.0 : -600.0);
-            const uint32_t begun = (uint32_t)rig_value(rig, "period");
-            uint32_t fast = 0u;
-            for (uint32_t m = 0; m < 40000u && seen.noticed == 0u; m++) {
-                rig_run(rig, 1u);
-                fast = fast == 0u && fabs(seen.speed) > 143.0 && fabs(seen.err) > 0.64 ? seen.period : fast;
-                fastest = fmax(fastest, fabs(seen.speed));
-            }
-            char where[96];
-            (void)snprintf(where, sizeof where, "%s, %d: %d", names[fault], n, seen.fault);
-            TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || seen.fault == REASON_STALLED, where);
-            TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
-            if (seen.fault == REASON_STALLED) {
-                stalled++;
-                TEST_ASSERT_DOUBLE_WITHIN(0.4, 2.2, start_time(seen.noticed - begun));
-            } else if (fast != 0u) {
-                TEST_ASSERT_TRUE_MESSAGE(start_time(seen.noticed - fast) <= 20e-3, where);
-                start_raise(&worst.time, start_time(seen.noticed - fast));
-            }
-            start_raise(&worst.current, seen.current);
-            rig_free(rig);
+    grid_t grid = grid_of("wrong at a start", 4u * FAULTS_OF_ENCODER);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const uint32_t number = n;
+        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
+        const double rpm = grid_axis(&n, 2u) == 0u ? 600.0 : -600.0;
+        rig_t *rig = ready(shaft, 70u + number, 0.0);
+        start_seen_t seen;
+        inject(rig, (fault_t)n);
+        run_seconds(rig, 0.03);
+        start_watch(rig, &seen);
+        run_on(rig, rpm);
+        const uint32_t begun = (uint32_t)rig_value(rig, "period");
+        uint32_t fast = 0u;
+        for (uint32_t m = 0; m < 40000u && seen.noticed == 0u; m++) {
+            rig_run(rig, 1u);
+            fast = fast == 0u && fabs(seen.speed) > 143.0 && fabs(seen.err) > 0.64 ? seen.period : fast;
         }
-        printf("%-16s at a start: %d of 4 stall; %4.1f ms after its EMF tells, at %4.0f r/min, %4.1f A\n",
-               names[fault], stalled, 1e3 * worst.time, fastest, worst.current);
+        const double time = fast != 0u ? start_time(seen.noticed - fast) : 0.0;
+        const char *const where =
+            run_say("%s at a start, %c, %.0f r/min: fault %d, %.1f ms after its EMF tells, %.1f A", names[n],
+                    START_SHAFT_NAMES[shaft], rpm, seen.fault, 1e3 * time, seen.peak);
+        TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || seen.fault == REASON_STALLED, where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.peak <= CURRENT_MOST, where);
+        if (seen.fault == REASON_STALLED) {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.4, 2.2, start_time(seen.noticed - begun), where);
+        } else {
+            TEST_ASSERT_TRUE_MESSAGE(time <= 20e-3, where);
+        }
+        rig_free(rig);
     }
 }
 
@@ -264,14 +210,14 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
         for (uint32_t n; grid_next(&grid, &n);) {
             const double rpm = speeds[n % 6u];
             rig_t *rig = ready(n < 12u ? HEAVY : LIGHT, 7u + n, 1.0);
-            seen_t seen;
+            start_seen_t seen;
             run_on(rig, rpm);
             run_seconds(rig, 1.2);
             if (n % 12u >= 6u) {
                 run_load(rig, 3.0, 1.5);
                 run_seconds(rig, 0.3);
             }
-            watch(rig, &seen);
+            start_watch(rig, &seen);
             inject(rig, fault);
             run_seconds(rig, 1.5);
             char where[96];
@@ -289,9 +235,9 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
             TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - rpm) < 3.0, where);
             TEST_ASSERT_TRUE_MESSAGE(fabs(seen.err) < 0.1, where);
             TEST_ASSERT_TRUE_MESSAGE(seen.bad_most < 38e-3, where);
-            TEST_ASSERT_TRUE_MESSAGE(seen.current <= CURRENT_MOST, where);
+            TEST_ASSERT_TRUE_MESSAGE(seen.peak <= CURRENT_MOST, where);
             TEST_ASSERT_TRUE_MESSAGE(rig_value(rig, "warnings") != 0.0, where);
-            start_raise(&worst.current, seen.current);
+            start_raise(&worst.current, seen.peak);
             start_raise(&worst.bad, seen.bad_most);
             start_raise(&off, fabs(seen.speed - rpm));
             /* a quick stop still stops it, and off forgets the encoder's fault */
@@ -312,37 +258,26 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 
 /* ---- stall and overload, by their times ---- */
 
+/* A passive load that holds either shaft; and a hoist that is pulled down by more than the motor holds. */
 static void test_a_held_or_overloaded_shaft_stops_the_drive_after_its_time(void)
 {
-    for (int n = 0; n < 4; n++) {
-        rig_t *rig = ready(n < 2 ? HEAVY : LIGHT, 5u, 0.0);
-        const double rpm = n % 2 == 0 ? 600.0 : -600.0;
-        seen_t seen;
-        run_parameter(rig, "stall_time", 0.5);
-        run_parameter(rig, "speed_error_time", 1.0);
-        run_on(rig, rpm);
-        run_seconds(rig, 1.0);
-        watch(rig, &seen);
-        run_put(rig, "load_torque", 30.0); /* passive: it stands */
-        run_seconds(rig, 1.5);
-        TEST_ASSERT_EQUAL_INT(REASON_STALLED, seen.first_fault);
-        TEST_ASSERT_TRUE(seen.current <= CURRENT_MOST);
-        rig_free(rig);
-    }
-    /* a hoist that is pulled down by more than the motor holds */
-    for (int n = 0; n < 2; n++) {
-        rig_t *rig = ready(HEAVY, 5u, 0.0);
-        seen_t seen;
-        run_parameter(rig, "speed_error_time", 0.5);
-        run_parameter(rig, "fault_stop_time", 0.3);
-        run_on(rig, n == 0 ? 600.0 : -600.0);
+    grid_t grid = grid_of("held or overloaded", 6u);
+    for (uint32_t n; grid_next(&grid, &n);) {
+        const double way = grid_axis(&n, 2u) == 0u ? 1.0 : -1.0;
+        const bool hoist = n == 2u;
+        rig_t *rig = ready(n == 1u ? LIGHT : HEAVY, 5u, 0.0);
+        start_seen_t seen;
+        run_put(rig, "stall_time", hoist ? 2.0 : 0.5);
+        run_put(rig, "fault_stop_time", hoist ? 0.3 : 5.0);
+        run_parameter(rig, "speed_error_time", hoist ? 0.5 : 1.0);
+        run_on(rig, way * 600.0);
         run_seconds(rig, 1.2);
-        watch(rig, &seen);
-        run_put(rig, "load_kind", 1.0);
-        run_put(rig, "load_torque", n == 0 ? 12.5 : -12.5);
+        start_watch(rig, &seen);
+        run_put(rig, "load_kind", hoist ? 1.0 : 0.0);
+        run_put(rig, "load_torque", hoist ? way * 12.5 : 30.0);
         run_seconds(rig, 2.0);
-        TEST_ASSERT_EQUAL_INT(REASON_SPEED_ERROR, seen.first_fault);
-        TEST_ASSERT_TRUE(seen.current <= CURRENT_MOST);
+        TEST_ASSERT_EQUAL_INT(hoist ? REASON_SPEED_ERROR : REASON_STALLED, seen.first_fault);
+        TEST_ASSERT_TRUE(seen.peak <= CURRENT_MOST);
         rig_free(rig);
     }
 }
@@ -377,14 +312,14 @@ static void test_a_rotor_stalled_by_a_load_step_is_caught(void)
     for (uint32_t n; grid_next(&grid, &n);) {
         const double way = n % 2u == 0u ? 1.0 : -1.0;
         rig_t *rig = start_on_desk(LIGHT, 1u + n);
-        seen_t seen;
+        start_seen_t seen;
         start_ready(rig, 0.35 * n);
         run_on(rig, way * 300.0);
         run_seconds(rig, 1.5);
         run_put(rig, "speed_request", way * speeds[n % 3u] * RPM);
         run_seconds(rig, 1.0);
         TEST_ASSERT_EQUAL_DOUBLE(RUNS, rig_value(rig, "manoeuvre"));
-        watch(rig, &seen);
+        start_watch(rig, &seen);
         run_put(rig, "load_torque", loads[n / 12u]);
         double lost = 0.0;
         for (int m = 0; m < 5000; m++) {
@@ -393,7 +328,7 @@ static void test_a_rotor_stalled_by_a_load_step_is_caught(void)
             bad = fmax(bad, lost);
         }
         TEST_ASSERT_TRUE(seen.losses >= 1 || fabs(seen.speed) > 20.0);
-        current = fmax(current, seen.current);
+        current = fmax(current, seen.peak);
         rig_free(rig);
     }
     printf("stalled by a load step: angle wrong by 0.8 rad for %.1f ms without a reaction, %.1f A\n",
@@ -450,14 +385,14 @@ static void test_healthy_runs_raise_nothing(void)
             const bool active = source == 0 && n % 2u == 1u;
             dice = 7919u * n + 17u;
             rig_t *rig = start_on_desk(shaft, n + 1u);
-            seen_t seen;
+            start_seen_t seen;
             run_put(rig, "position_source", source);
             if (source == 0) {
                 run_put(rig, "motor_inertia", beliefs[n / 3u % 4u] * start_shaft_data[shaft].inertia);
             }
             start_ready(rig, 6.0 * throw());
             run_put(rig, "load_kind", active ? 1.0 : 0.0);
-            watch(rig, &seen);
+            start_watch(rig, &seen);
             run_on(rig, (throw() - 0.5) * 3000.0);
             run_seconds(rig, 1.0);
             for (int m = 0; m < 8 && seen.noticed == 0u; m++) {

@@ -1,7 +1,7 @@
 /* Current sensors and wires that fail, in the closed loop: with the encoder and without, two shafts, both
  * directions, several moments. What must hold of each: the reason, the time until the gates are off, and the
- * largest true phase current, which shall stay below 25 A. And that nothing of it stops a drive that is
- * sound. */
+ * largest true phase current, which shall stay below 25 A. That nothing of it stops a drive that is sound, is
+ * asked by test_protect_motion.c and test_lock_loss.c. */
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 
@@ -9,33 +9,7 @@
 
 #define CODES_PER_AMPERE 102.4
 
-/* ---- what is seen of every period ---- */
-
-static struct {
-    double current; /* [A] largest true phase current */
-    int state, fault;
-} seen;
-
-static void see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    float current[3];
-    (void)context;
-    (void)period;
-    (void)count;
-    memcpy(current, slots, sizeof current);
-    for (size_t n = 0; n < 3u; n++) {
-        seen.current = fmax(seen.current, fabs((double)current[n]));
-    }
-    seen.state = (int)slots[3];
-    seen.fault = (int)slots[4];
-}
-
-static void watch(void)
-{
-    static const char *const rows[] = {"true_i_a", "true_i_b", "true_i_c", "state", "fault_reason"};
-    run_tap(rig, rows, 5u, see, NULL);
-    memset(&seen, 0, sizeof seen);
-}
+static start_seen_t seen;
 
 /* ---- cases ---- */
 
@@ -66,7 +40,7 @@ static void begin(const case_t *c, uint32_t seed)
         run_seconds(rig, 0.2 + c->wait);
         run_expect_no_fault(rig);
     }
-    watch();
+    start_watch(rig, &seen);
 }
 
 /* From now on until the gates are off, or so many seconds; the time in ms. */
@@ -111,7 +85,7 @@ static const char *say(const case_t *c, double time)
 {
     return run_say("%s, %c, %.0f r/min: fault %d after %.2f of what is promised, %.1f A",
                    c->encoder ? "encoder" : "sensorless", START_SHAFT_NAMES[c->shaft], c->rpm, seen.fault,
-                   time / promised(c), seen.current);
+                   time / promised(c), seen.peak);
 }
 
 /* ---- stuck ---- */
@@ -132,7 +106,7 @@ static void stick(const case_t *c, uint32_t number)
     violent += seen.fault == (int)REASON_OVERCURRENT ? 1u : 0u;
     TEST_ASSERT_TRUE_MESSAGE(seen.fault == (int)REASON_CURRENT_STUCK || seen.fault == (int)REASON_OVERCURRENT,
                              where);
-    TEST_ASSERT_TRUE_MESSAGE(seen.current < 19.0, where);
+    TEST_ASSERT_TRUE_MESSAGE(seen.peak < 19.0, where);
     TEST_ASSERT_TRUE_MESSAGE(time <= 0.58 * promised(c), where);
 }
 
@@ -154,7 +128,7 @@ static void open_wire(const case_t *c, uint32_t number)
     const char *const where = say(c, time);
     TEST_ASSERT_EQUAL_INT_MESSAGE(REASON_PHASE_LOSS, seen.fault, where);
     TEST_ASSERT_TRUE_MESSAGE(time <= 0.84 * promised(c), where);
-    TEST_ASSERT_TRUE_MESSAGE(seen.current < 11.5, where);
+    TEST_ASSERT_TRUE_MESSAGE(seen.peak < 11.5, where);
 }
 
 static void test_a_broken_wire_is_told_while_running(void)
@@ -198,59 +172,10 @@ static void test_a_wrong_gain_is_told_by_the_rise_of_the_forced_current(void)
         run_put(rig, "enable", 1.0);
         const double time = wait_for_fault(0.04);
         const char *const where = run_say("%s %.2f: fault %d after %.1f ms, %.1f A", rows[n / 4u].name,
-                                          rows[n / 4u].value, seen.fault, time, seen.current);
+                                          rows[n / 4u].value, seen.fault, time, seen.peak);
         missed += seen.fault == (int)REASON_CURRENT_GAIN ? 0u : 1u;
         TEST_ASSERT_TRUE_MESSAGE(seen.fault != (int)REASON_CURRENT_GAIN || time < 20.0 + 12.0, where);
-        TEST_ASSERT_TRUE_MESSAGE(seen.current < 20.0, where);
+        TEST_ASSERT_TRUE_MESSAGE(seen.peak < 20.0, where);
     }
     TEST_ASSERT_TRUE(missed <= 0.2 * cases + 3.0 * sqrt(0.2 * cases));
-}
-
-/* ---- sound ---- */
-
-/* Loads, reversals, catches, steps of the link, for some seconds with these beliefs times a factor. */
-static void sound(bool encoder, start_shaft_t shaft, const start_row_t *rows, size_t count)
-{
-    rig_free(rig);
-    rig = start_on_desk(shaft, 5u);
-    run_put(rig, "position_source", encoder ? 0.0 : 1.0);
-    for (size_t n = 0; n < count; n++) {
-        run_times(rig, rows[n].name, rows[n].value);
-    }
-    start_ready(rig, 1.0);
-    watch();
-    run_on(rig, 600.0);
-    for (int n = 0; n < 8; n++) {
-        run_seconds(rig, 0.6);
-        run_put(rig, "load_torque", n % 2 != 0 ? 0.0 : 3.0);
-        run_seconds(rig, 0.2);
-        run_put(rig, "load_torque", 0.0);
-        run_put(rig, "dc_voltage", n % 2 != 0 ? 311.0 : 270.0);
-        run_put(rig, "speed_request", (n % 4 < 2 ? -1.0 : 1.0) * (n % 3 == 0 ? 1200.0 : 300.0) * RPM);
-        if (n == 5) {
-            run_put(rig, "enable", 0.0);
-            run_seconds(rig, 0.05);
-            run_put(rig, "enable", 1.0);
-        }
-        const bool ours = seen.fault >= (int)REASON_CURRENT_STUCK && seen.fault <= (int)REASON_CURRENT_SUM;
-        TEST_ASSERT_FALSE_MESSAGE(ours, "a sound drive was stopped");
-    }
-}
-
-static void test_a_sound_drive_is_never_stopped(void)
-{
-    static const start_row_t beliefs[][3] = {
-        {{"motor_resistance", 1.0}, {"motor_resistance", 1.0}, {"motor_resistance", 1.0}},
-        {{"motor_resistance", 1.5}, {"motor_resistance", 1.0}, {"motor_resistance", 1.0}},
-        {{"motor_resistance", 0.5}, {"current_noise", 0.0}, {"motor_resistance", 1.0}},
-        {{"motor_inductance_d", 1.3}, {"motor_inductance_q", 1.3}, {"motor_flux_linkage", 0.8}},
-        {{"motor_inductance_d", 0.7}, {"motor_inductance_q", 0.7}, {"motor_resistance", 1.0}},
-        {{"params.turn_off_delay", 3.5}, {"params.device_drop", 0.0}, {"dead_time_adaptation", 0.0}},
-    };
-    grid_t grid = grid_of("sound", 4u * sizeof beliefs / sizeof beliefs[0]);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        const bool encoder = grid_axis(&n, 2u) != 0u;
-        const start_shaft_t shaft = (start_shaft_t)grid_axis(&n, START_BOTH);
-        sound(encoder, shaft, beliefs[n], 3u);
-    }
 }

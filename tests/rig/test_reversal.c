@@ -173,7 +173,8 @@ static void passes_zero(void)
 
 static void test_reference_that_toggles_every_third_of_a_second_ends_locked(void)
 {
-    for (size_t s = 0; s < 2u; s++) {
+    grid_t grid = grid_of("toggles", START_BOTH);
+    for (uint32_t s; grid_next(&grid, &s);) {
         const reversal_t what = {(start_shaft_t)s, 0.0, 0.0, 0.0, 1.0, INERTIA_ON};
         reversed_t result = {.runs = true}, on_the_way = {.runs = true};
         prepare(&what, 1u);

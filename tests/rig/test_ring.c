@@ -125,63 +125,6 @@ static void test_a_state_of_another_size_is_refused(void)
     rig_free(rig);
 }
 
-/* Averaged and switched describe the same machine: after a second the speeds agree within the speed control's
- * own noise and the mean q current within what the ripple and the mean of the dead-time error leave (20 mA).
- */
-static void test_averaged_follows_switched(void)
-{
-    double speed[2];
-    double i_q[2];
-    for (int averaged = 0; averaged < 2; averaged++) {
-        rig_t *rig = started(6, 600.0);
-        run_put(rig, "inertia", 0.003);
-        run_put(rig, "fidelity", averaged);
-        run_put(rig, "load_torque", 5.0);
-        run_seconds(rig, 1.0);
-        speed[averaged] = 0.0;
-        i_q[averaged] = 0.0;
-        for (int n = 0; n < 2000; n++) {
-            rig_step(rig);
-            speed[averaged] += rig_value(rig, "true_omega_m") / 2000.0;
-            i_q[averaged] += rig_value(rig, "true_i_q") / 2000.0;
-        }
-        run_expect_no_fault(rig);
-        rig_free(rig);
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, speed[0], speed[1]);
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, i_q[0], i_q[1]);
-    /* (5 + 1.32) N m / (1.5 p psi_f) = 5.756 A carries load and friction */
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, 6.32 / (1.5 * 4.0 * 0.183), i_q[0]);
-}
-
-/* The currents are held at t_k: what the drive believes at speed is the plant's truth of that instant, not of
- * a later one. 0.3 us late would be 2.8 mA at 1500 r/min, along the EMF; rounding of 9.8 mA at most and noise
- * of 10 mA average out over 20000 samples to less than 0.2 mA. A third current is held one pair of
- * conversions after t_k, 7 ADC clocks: along the EMF a third of what it changes by is seen. */
-static void test_samples_are_those_of_t_k(void)
-{
-    rig_t *rig = started(2, 1500.0);
-    rig_set_motion(rig, 0.0, 1500.0 * RPM);
-    run_seconds(rig, 0.5);
-    double sine = 0.0;
-    double cosine = 0.0;
-    for (int n = 0; n < 20000; n++) {
-        rig_step(rig);
-        const double i_d_seen = rig_value(rig, "i_d");
-        const double i_d_true = rig_value(rig, "true_i_d");
-        sine += (i_d_seen - i_d_true) / 20000.0;
-        cosine += (rig_value(rig, "i_q") - rig_value(rig, "true_i_q")) / 20000.0;
-    }
-    const double late = 7.0 * 2.0 * BOARD_ADC_PRESCALE / BOARD_SYSCLK_HZ;
-    const double emf = 1500.0 * RPM * 4.0 * 0.183;
-    const double third = BOARD_CURRENT_SENSORS == 3 ? -emf * late / 12.5e-3 / 3.0 : 0.0;
-    printf("samples off by %.3f mA along d, %.3f along q, expected %.3f\n", 1e3 * sine, 1e3 * cosine,
-           1e3 * third);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0e-3, 0.0, sine);
-    TEST_ASSERT_DOUBLE_WITHIN(0.5e-3, third, cosine);
-    rig_free(rig);
-}
-
 static uint32_t seen_period;
 static float seen_value;
 static uint32_t calls;

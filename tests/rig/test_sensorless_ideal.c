@@ -229,7 +229,8 @@ static void expect_no_error(const motor_t *written)
     const motor_t motor = of_board(written);
     const motor_t *m = &motor;
     static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
-    for (uint32_t point = 0; point < 8u; point++) {
+    grid_t grid = grid_of(m->name, 8u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const double load = point % 2u != 0u ? m->load : 0.0;
         const double rpm = direction_of(point) * shares[point / 2u] * m->speed / RPM;
         if (!comes_on_at(m, rpm)) {
@@ -273,7 +274,8 @@ static void test_motor_of_large_resistance(void)
 static void test_steps_of_the_counter_do_not_show(void)
 {
     const motor_t m = paper_of_board();
-    for (int32_t point = 0; point < 4; point++) {
+    grid_t grid = grid_of("counter", 4u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const run_error_t err = measure("default", &m, AVERAGED, NULL, 0, (point & 1) != 0 ? -100.0 : 100.0,
                                         (point & 2) != 0 ? paper.load : 0.0);
         expect_within(0.03, 0.0, err.sd, "SD");
@@ -305,7 +307,8 @@ static double lower_by(void)
 static void test_late_edges_turn_the_estimate_by_what_theory_says(void)
 {
     static const motor_t *const motors[] = {&paper, &spindle, &hub, &direct, &miniature};
-    for (uint32_t point = 0; point < 10u; point++) {
+    grid_t grid = grid_of("late edges", 10u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const motor_t motor = of_board(motors[point / 2u]);
         const motor_t *m = &motor;
         const double direction = direction_of(point);
@@ -350,7 +353,8 @@ static const double speeds[] = {100.0, 500.0, 1000.0, 1500.0};
 static void expect_means(const char *what, double gain, double lag, const double wanted[4], double limit,
                          double sd_limit)
 {
-    for (uint32_t point = 0; point < 8u; point++) {
+    grid_t grid = grid_of(what, 8u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const double direction = direction_of(point);
         const run_error_t err = measure_paper(what, gain, lag, direction * speeds[point / 2u],
                                               point % 2u != 0u ? paper.load : 0.0);
@@ -380,7 +384,8 @@ static void test_paper_exact_leaves_nothing(void)
 
 static void test_paper_printed_over_compensates(void)
 {
-    for (int32_t point = 0; point < 4; point++) {
+    grid_t grid = grid_of("printed", 4u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         const run_error_t err = measure_paper("printed", 200.0, LAG_PRINTED, direction * 1500.0,
                                               (point & 2) != 0 ? paper.load : 0.0);
@@ -391,7 +396,8 @@ static void test_paper_printed_over_compensates(void)
 /* The 0.08 rad of the paper's Fig. 10 need k_s = 162 V with this timing. */
 static void test_paper_deviation_of_its_fig_10(void)
 {
-    for (int32_t point = 0; point < 4; point++) {
+    grid_t grid = grid_of("fig. 10", 4u);
+    for (uint32_t point; grid_next_documented(&grid, &point);) {
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         const run_error_t err = measure_paper("k_s 162 V", 162.0, LAG_NONE, direction * 1500.0,
                                               (point & 2) != 0 ? paper.load : 0.0);
@@ -421,7 +427,8 @@ static void test_the_filter_of_the_emf_may_change_while_the_drive_runs(void)
 {
     static const double cutoff = 2500.0; /* [rad/s] */
     const motor_t m = paper_of_board();
-    for (int32_t point = 0; point < 8; point++) {
+    grid_t grid = grid_of("filter", 8u);
+    for (uint32_t point; grid_next(&grid, &point);) {
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         const bool exact = (point & 2) != 0;
         const bool vector = (point & 4) != 0;
@@ -501,7 +508,8 @@ static run_error_t measure_switching(const char *what, double switching, double 
  * late or early by. At 1000 r/min a turn is 150 samples and the chatter locks to it, at 1013 it does not. */
 static void test_sign_chatters_where_the_sigmoid_rests(void)
 {
-    for (int32_t point = 0; point < 8; point++) {
+    grid_t grid = grid_of("sign", 8u);
+    for (uint32_t point; grid_next(&grid, &point);) {
         const double direction = (point & 1) != 0 ? -1.0 : 1.0;
         /* the chatter reaches the speed control, which needs the same room above the load on every board */
         const double load =

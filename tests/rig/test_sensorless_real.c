@@ -119,32 +119,6 @@ static void test_switched_inverter(void)
     }
 }
 
-/* The averaged inverter has the losses of the edges: the drive sees the same. What is left is that two runs
- * do not have the same noise: four times the root of two of what a mean and an SD scatter over 18 seeds
- * [mrad]. At 100 r/min that is more than the difference could be. */
-static void test_averaged_and_switched_agree(void)
-{
-    static const struct {
-        double mean[2], sd; /* without load and under it */
-    } scatter[SPEEDS] = {{{0.0, 0.0}, 0.0},
-                         {{0.05, 0.16}, 0.03},
-                         {{0.06, 0.25}, 0.027},
-                         {{0.05, 0.13}, 0.014},
-                         {{0.065, 0.09}, 0.017}};
-    grid_t grid = grid_of("averaged and switched", 2u * SPEEDS - 2u);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        const uint32_t point = n + 2u;
-        const bool loaded = point % 2u != 0u;
-        const double rpm = compensated[point / 2u].rpm;
-        const double load = loaded ? LOAD_WITH_ROOM : 0.0;
-        const run_error_t averaged = measure("compared", AVERAGED, NULL, 0, rpm, load, 2.0);
-        const run_error_t switched = measure("compared", SWITCHED, NULL, 0, rpm, load, 2.0);
-        const double most = 4.0 * sqrt(2.0);
-        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].mean[loaded], switched.mean, averaged.mean);
-        TEST_ASSERT_DOUBLE_WITHIN(most * scatter[point / 2u].sd, switched.sd, averaged.sd);
-    }
-}
-
 /* Gains by rule, the current that keeps out of the dead time's zone, inductance and dead time learnt. */
 static void test_default_speed_control_and_low_speed_current(void)
 {

@@ -93,7 +93,7 @@
     X(i_q_lower)                                                                                             \
     X(i_q_upper)                                                                                             \
     X(dc_swing)                                                                                              \
-    X(coasting)
+    X(coasting) X(speed_calm)
 
 enum {
 #define ROW_PLACE(name) R_##name,
@@ -384,9 +384,8 @@ static void run_all(void)
     settings_dead = rig_value(rig, "dead_time");
     settings_mean_share = 1.0 - exp(-(double)SMO_GAIN_CUTOFF * RIG_PERIOD_SECONDS);
     pll_params_t pll = {.period = (float)RIG_PERIOD_SECONDS};
-    TEST_ASSERT_TRUE(pll_design(&pll, (float)rig_value(rig, "pll_bandwidth"),
-                                (float)rig_value(rig, "pll_damping"),
-                                (float)rig_value(rig, "feedforward_cutoff"), (float)RIG_PERIOD_SECONDS));
+    TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule: 50 rad/s at least, and four times that */
+                                (float)rig_value(rig, "pll_damping"), 50.0f, (float)RIG_PERIOD_SECONDS));
     settings_kp = (double)pll.kp;
     rig_free(rig);
 }
@@ -467,6 +466,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(module_heat, 0.0, 0.0)
     EXPECT(dc_swing, 0.0, 0.0)
     EXPECT(coasting, 0.0, 0.0)
+    EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
     EXPECT(fault_present, s->fault_present, 0.0)
     EXPECT(faults_seen, s->faults_seen, 0.0)
     EXPECT(sample_flags, s->flags, 0.0)

@@ -110,15 +110,6 @@ static void test_within_the_period_no_bit_hangs_on_it(void)
     rig_free(quick);
 }
 
-static void test_an_interrupt_of_95_hundredths_of_a_period_is_not_late(void)
-{
-    start();
-    put_interrupt(0.95);
-    run_seconds(rig, 0.5);
-    run_expect_no_fault(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(2.0, RPM_ASKED, rig_value(rig, "true_omega_m") / RPM);
-}
-
 /* Three late samples in a row, as of one that comes too late; then the gates are off. */
 static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
 {

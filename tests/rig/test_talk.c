@@ -487,28 +487,6 @@ static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
     expect_ok(); /* behind at most the one frame that was under way: 73 octets of 7 a period */
 }
 
-/* Whole frames of commands without end: the drive answers each, and misses no period. */
-static void test_a_flood_of_commands_delays_no_interrupt(void)
-{
-    connect();
-    switch_on();
-    wire.throughput = 1000u;
-    for (uint32_t n = 0; n < 2000u; n++) {
-        for (uint32_t m = 0; m < 5u; m++) {
-            SEND(0xF4, 60, 0, 1, 4, 0, 0, 0);
-        }
-        const double before = rig_value(rig, "period");
-        period();
-        TEST_ASSERT_EQUAL_DOUBLE(before + 1.0, rig_value(rig, "period"));
-        TEST_ASSERT_EQUAL_UINT32(0u, (uint32_t)rig_value(rig, "sample_flags") & DRIVE_SAMPLE_LATE);
-        wire.count = 0u;
-        if (wire.put - wire.taken > ROOM / 2u) {
-            wire.put = wire.taken;
-        }
-    }
-    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
-}
-
 /* ---- over the chip's line ---- */
 
 /* Three floats every third period are 3333 x 24 octets of 93 750 a second: all of them come, in steps of

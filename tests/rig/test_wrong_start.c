@@ -31,20 +31,6 @@ static uint32_t reports(chip_report_kind_t kind)
     return chip_report_count(&rig_state(rig)->chip, kind);
 }
 
-static void test_a_right_start_gives_an_interrupt_every_period(void)
-{
-    TEST_ASSERT_EQUAL_UINT32(1000, interrupts_in(1000));
-}
-
-static void test_hspclkdiv_left_at_reset_halves_the_carrier(void)
-{
-    for (uint32_t n = BOARD_LEG_FIRST; n <= BOARD_LEG_FIRST + 2u; n++) {
-        bus_write16(&EPWM(n)->TBCTL, (uint16_t)(EPWM(n)->TBCTL | TBCTL_HSPCLKDIV(1)));
-    }
-    rig_run(rig, 4);
-    TEST_ASSERT_UINT32_WITHIN(1, 500, interrupts_in(1000)); /* 5 kHz */
-}
-
 static void test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_reset(void)
 {
     bus_write16(&EPWM(BOARD_LEG_FIRST)->ETSEL, 0);
@@ -54,25 +40,6 @@ static void test_missing_start_of_conversion_means_no_interrupt_and_a_watchdog_r
     rig_run(rig, 3000); /* 279.6 ms after it was last fed */
     TEST_ASSERT_TRUE(reports(CHIP_WATCHDOG_RESET) >= 1u);
     TEST_ASSERT_TRUE(chip_halted(&rig_state(rig)->chip));
-}
-
-static uint32_t unacknowledged;
-
-static void forgets_pieack(void)
-{
-    unacknowledged++;
-    bus_write16(&ADC->ADCTRL2, (uint16_t)(ADC->ADCTRL2 | ADCTRL2_RST_SEQ1));
-    bus_write16(&ADC->ADCST, ADCST_INT_SEQ1_CLR);
-}
-
-static void test_missing_pieack_stops_the_interrupts_after_one(void)
-{
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(forgets_pieack));
-    bus_protect();
-    unacknowledged = 0;
-    rig_run(rig, 100);
-    TEST_ASSERT_EQUAL_UINT32(1, unacknowledged);
 }
 
 /* both outputs active high from the same signal, without complement */
@@ -96,23 +63,6 @@ static void test_wrong_dead_band_polarity_shoots_through_and_the_module_trips(vo
     TEST_ASSERT_EQUAL_DOUBLE(20.0, rig_value(rig, "fault_reason")); /* module_fault */
 }
 
-static void test_gates_do_not_come_on_over_a_wrong_polarity(void)
-{
-    spoil_polarity();
-    run_on(rig, 0.0);
-    rig_run(rig, 10);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "shoot_throughs"));
-    TEST_ASSERT_EQUAL_DOUBLE(31.0, rig_value(rig, "fault_reason")); /* gates_refused */
-}
-
-static void test_right_polarity_never_shoots_through(void)
-{
-    run_on(rig, 600.0);
-    run_seconds(rig, 1.0);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "shoot_throughs"));
-    run_expect_no_fault(rig);
-}
-
 static void test_no_dead_band_at_all_shoots_through(void)
 {
     run_on(rig, 0.0);
@@ -127,18 +77,4 @@ static void test_no_dead_band_at_all_shoots_through(void)
     /* turn-off takes 0.2 us longer than turn-on: both switches of a leg conduct */
     TEST_ASSERT_TRUE(rig_value(rig, "shoot_throughs") >= 1.0);
     TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
-}
-
-static void test_a_protected_write_without_eallow_is_ignored_and_reported(void)
-{
-    const uint16_t before = EPWM(BOARD_LEG_FIRST)->TZSEL;
-    TEST_ASSERT_EQUAL_UINT32(0, reports(CHIP_PROTECTED_WRITE));
-    bus_write16(&EPWM(BOARD_LEG_FIRST)->TZSEL, 0);
-    TEST_ASSERT_EQUAL_HEX16(before, EPWM(BOARD_LEG_FIRST)->TZSEL);
-    TEST_ASSERT_EQUAL_UINT32(1, reports(CHIP_PROTECTED_WRITE));
-    char name[20];
-    snprintf(name, sizeof name, "EPWM%u.TZSEL", (unsigned)BOARD_LEG_FIRST);
-    TEST_ASSERT_EQUAL_STRING(name, chip_register_name(chip_last_report(&rig_state(rig)->chip)->address));
-    rig_step(rig);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "chip_reports"));
 }

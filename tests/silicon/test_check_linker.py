@@ -103,6 +103,37 @@ BREACHES = (
 )
 
 
+# What is added to a source, from which of its lines on it is told, and what.
+ADDED = (
+    ("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {\n    }\n}\n", 1,
+     'names: error #10056: symbol "abort" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, '
+     "which every program links\n"),
+    ("firmware/app/main.c", "void code_start(void) {}\n", None, 'symbol "code_start" redefined: first defined in firmware/app/main.c'),
+    ("hal/f28335/board.c", "uint16_t _stack;\n", 0, 'names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>"),
+    ("hal/f28335/board.c", "extern void nobody(void);\nvoid f(void) { nobody(); }\n", 0,
+     'names: error #10234: unresolved symbol "nobody": it is not in our sources, not in linker/f28335_flash.cmd'),
+    ("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n", None,
+     'unresolved symbol "stack_end"', "not in linker/f28335_flash.cmd"),
+    ("hal/f28335/board.c", "void *malloc(unsigned);\nvoid *f(void) { return malloc(2u); }\n", None,
+     "names: malloc brings in the heap of the library, which this image has not"),
+    ("hal/f28335/board.c", "int printf(const char *, ...);\nvoid f(int n) { printf(\"%d\", n); }\n", None,
+     "names: printf brings in the console of the library, which this image has not"),
+    ("hal/f28335/board.c", "#include <assert.h>\nvoid f(int n) { assert(n); }\n", None,
+     "names: __assert_fail brings in the console of the library"),
+)
+
+# A source that is compiled for RAM where it was not, or for flash, and what is told.
+MOVED = (
+    ("hal/f28335/boot.c", True, "hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot"),
+    ("firmware/math/trig.c", False, "firmware/math/trig.c:",
+     "stays in flash, the source is not compiled with --ramfunc=on: app_interrupt -> drive_step -> "),
+    ("firmware/manoeuvre/catch.c", True, "linker/interrupt_in_flash.txt:", "firmware/manoeuvre/catch.c runs from RAM (--ramfunc=on)"),
+    ("hal/f28335/clock.c", False, "hal/f28335/clock.c:", "set_flash_waits stays in flash"),
+    ("hal/f28335/wait.c", False, "hal/f28335/wait.c:", "bus_wait stays in flash", "set_flash_waits -> bus_wait"),
+    ("firmware/contract/table.c", True, "firmware/contract/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt"),
+)
+
+
 class CheckLinker(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -194,15 +225,7 @@ class CheckLinker(unittest.TestCase):
                 self.change(FLASH, rf"\n    {name} +:[^\n]*", "")
                 self.assert_breach(f"missing: section {name.replace(chr(92), '')} has no place")
 
-    # Entry
-
-    # The copy to RAM
-
-    def test_a_copy_that_runs_from_ram_itself(self):
-        self.in_ram("hal/f28335/boot.c")
-        self.assert_breach("hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot")
-
-    # The interrupt's call tree
+    # The interrupt's call tree, and the copy to RAM
 
     def in_ram(self, name, option=" --ramfunc=on"):
         line = rf'(_file={re.escape(str(self.root / name))} [^\n]*?)( --ramfunc=on)?( --output_file)'
@@ -210,42 +233,26 @@ class CheckLinker(unittest.TestCase):
         self.assertEqual(changed, 1)
         self.write(COMMANDS, text)
 
-    def test_a_function_of_the_interrupt_in_flash(self):
-        self.in_ram("firmware/math/trig.c", "")
-        self.assert_breach("firmware/math/trig.c:", "stays in flash, the source is not compiled with --ramfunc=on: "
-                           "app_interrupt -> drive_step -> ")
+    def test_each_source_in_the_wrong_memory_is_named(self):
+        for name, ram, *texts in MOVED:
+            with self.subTest(name):
+                self.in_ram(name, " --ramfunc=on" if ram else "")
+                self.assert_breach(*texts)
+            self.doCleanups()
 
     def listed_in_flash(self, text):
         self.write(IN_FLASH, (self.root / IN_FLASH).read_text(encoding="utf-8") + text + "\n")
 
-    def test_a_source_that_is_to_stay_in_flash_and_does_not(self):
-        self.in_ram("firmware/manoeuvre/catch.c")
-        self.assert_breach("linker/interrupt_in_flash.txt:", "firmware/manoeuvre/catch.c runs from RAM (--ramfunc=on)")
-
-    def test_a_source_that_is_to_stay_in_flash_and_is_not_the_interrupt_s(self):
+    def test_a_source_that_is_to_stay_in_flash_and_is_not_the_interrupt_s_or_not_there(self):
         self.listed_in_flash("firmware/drive/params.c")
-        self.assert_breach("linker/interrupt_in_flash.txt:", "firmware/drive/params.c: the interrupt calls nothing of it")
-
-    def test_a_source_that_is_to_stay_in_flash_and_is_not_there(self):
         self.listed_in_flash("firmware/drive/none.c")
-        self.assert_breach("linker/interrupt_in_flash.txt:", "firmware/drive/none.c is not compiled")
+        self.assert_breach("linker/interrupt_in_flash.txt:", "firmware/drive/params.c: the interrupt calls nothing of it",
+                           "firmware/drive/none.c is not compiled")
 
     def test_what_sets_the_flash_may_not_stay_there_whatever_the_list_says(self):
         self.in_ram("hal/f28335/wait.c", "")
         self.listed_in_flash("hal/f28335/wait.c")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
-
-    def test_flash_wait_states_set_by_code_in_flash(self):
-        self.in_ram("hal/f28335/clock.c", "")
-        self.assert_breach("hal/f28335/clock.c:", "set_flash_waits stays in flash")
-
-    def test_waiting_for_the_flash_in_flash(self):
-        self.in_ram("hal/f28335/wait.c", "")
-        self.assert_breach("hal/f28335/wait.c:", "bus_wait stays in flash", "set_flash_waits -> bus_wait")
-
-    def test_ram_for_what_does_not_need_it(self):
-        self.in_ram("firmware/contract/table.c")
-        self.assert_breach("firmware/contract/table.c:1: calls: runs from RAM (--ramfunc=on), but neither the interrupt")
 
     # Names
 
@@ -255,11 +262,12 @@ class CheckLinker(unittest.TestCase):
         self.write(name, before + text)
         return before.count("\n") + 1
 
-    def test_an_abort_of_our_own(self):
-        line = self.append("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {"
-                           "\n    }\n}\n") + 1
-        self.assert_breach(f'firmware/app/main.c:{line}: names: error #10056: symbol "abort" redefined: first defined here; '
-                           "redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, which every program links\n")
+    def test_each_name_that_is_added_is_named(self):
+        for name, text, ahead, *texts in ADDED:
+            with self.subTest(texts[0]):
+                line = self.append(name, text)
+                self.assert_breach(*texts if ahead is None else (f"{name}:{line + ahead}: {texts[0]}", *texts[1:]))
+            self.doCleanups()
 
     def test_names_of_the_start_up(self):
         members = {"_c_int00": "boot28.asm", "_args_main": "args_main.c", "exit": "exit.c", "__TI_dtors_ptr": "exit.c",
@@ -269,10 +277,6 @@ class CheckLinker(unittest.TestCase):
             self.append("hal/f28335/board.c", f"void {name}(void) {{}}\n")
         self.assert_breach(*[f'symbol "{name}" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<{member}.obj>'
                              for name, member in members.items()])
-
-    def test_a_variable_with_a_name_of_the_start_up(self):
-        line = self.append("hal/f28335/board.c", "uint16_t _stack;\n")
-        self.assert_breach(f'hal/f28335/board.c:{line}: names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>")
 
     def test_names_that_are_the_librarys(self):
         self.append("hal/f28335/board.c", "void printf(void) {}\nvoid _assert(void) {}\nvoid strlen(void) {}\n"
@@ -286,31 +290,6 @@ class CheckLinker(unittest.TestCase):
         self.assert_breach(f'hal/f28335/boot.c:{line}: names: error #10056: symbol "twice" redefined: first defined in '
                            "firmware/app/main.c\n")
         self.assertNotIn("alone", self.check()[1])
-
-    def test_a_name_of_the_entry_in_c(self):
-        self.append("firmware/app/main.c", "void code_start(void) {}\n")
-        self.assert_breach('symbol "code_start" redefined: first defined in firmware/app/main.c')
-
-    def test_a_name_that_nobody_defines(self):
-        line = self.append("hal/f28335/board.c", "extern void nobody(void);\nvoid f(void) { nobody(); }\n")
-        self.assert_breach(f'hal/f28335/board.c:{line}: names: error #10234: unresolved symbol "nobody": it is not in our '
-                           "sources, not in linker/f28335_flash.cmd")
-
-    def test_a_symbol_that_the_linker_file_does_not_make(self):
-        self.append("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n")
-        self.assert_breach('unresolved symbol "stack_end"', "not in linker/f28335_flash.cmd")
-
-    def test_the_heap(self):
-        self.append("hal/f28335/board.c", "void *malloc(unsigned);\nvoid *f(void) { return malloc(2u); }\n")
-        self.assert_breach("names: malloc brings in the heap of the library, which this image has not")
-
-    def test_the_console(self):
-        self.append("hal/f28335/board.c", "int printf(const char *, ...);\nvoid f(int n) { printf(\"%d\", n); }\n")
-        self.assert_breach("names: printf brings in the console of the library, which this image has not")
-
-    def test_the_librarys_assert(self):
-        self.append("hal/f28335/board.c", "#include <assert.h>\nvoid f(int n) { assert(n); }\n")
-        self.assert_breach("names: __assert_fail brings in the console of the library")
 
     # Sources and files
 

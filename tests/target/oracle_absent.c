@@ -85,15 +85,6 @@ smo_oracle_response_t smo_oracle_response(const smo_oracle_case_t *rig, const sm
     LEFT_OUT();
     return (smo_oracle_response_t){0};
 }
-smo_oracle_response_t smo_oracle_continuous(const smo_oracle_case_t *rig,
-                                            const smo_oracle_observer_t *observer, double k_f)
-{
-    (void)rig;
-    (void)observer;
-    (void)k_f;
-    LEFT_OUT();
-    return (smo_oracle_response_t){0};
-}
 smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                 smo_oracle_switching_t switching, long settle, long count)
 {

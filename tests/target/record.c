@@ -310,7 +310,7 @@ static void cold_start(void)
     set("estimate_time", 10.0);
     set("estimate_speed_min", 0.0);
     apply();
-    take_to(MANOEUVRE_RUN, 210);
+    take_to(MANOEUVRE_RUN, 320); /* once four windows of the EMF agree */
     set("speed_request", 0.0);
     take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);

@@ -7,4 +7,7 @@
 #define SWEEP 1
 #endif
 
+/* Of a loop with few but long points a target visits every seventh. */
+#define SWEEP_FEW (SWEEP == 1 ? 1 : 7)
+
 #endif

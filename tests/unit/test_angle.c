@@ -75,18 +75,6 @@ static void test_leaves_what_is_inside_bit_for_bit(void)
     }
 }
 
-static void test_is_idempotent(void)
-{
-    int changed = 0;
-    for (int32_t k = -100000; k <= 100000; k += SWEEP) {
-        float once = angle_wrap((float)k * 0.0999f);
-        if (angle_wrap(once) != once) {
-            changed++;
-        }
-    }
-    TEST_ASSERT_EQUAL_INT(0, changed);
-}
-
 static void test_floats_next_to_pi_go_to_the_other_side(void)
 {
     TEST_ASSERT_TRUE((double)ANGLE_LARGEST < PI);

@@ -146,13 +146,6 @@ static void test_each_number_of_columns_has_the_ring_to_itself(void)
     TEST_ASSERT_EQUAL_UINT32(512u, capture_room(8u));
 }
 
-static void test_does_not_follow_what_changes_later(void)
-{
-    step();
-    source.slot[15] = 1u;
-    expect_rows(usual.id, 12u, 1u, 1u);
-}
-
 /* ---- a fault ---- */
 
 /* Within a step, before its row, or between two: the newest period is that of the fault. */
@@ -191,26 +184,6 @@ static void test_reset_leaves_what_was_asked_for(void)
     expect_rows(usual.id, 12u, 1u, 20u);
 }
 
-/* Of a step and between two: so many rows younger than the fault's. */
-static void test_goes_on_after_a_fault_for_as_long_as_was_asked(void)
-{
-    for (uint32_t within = 0; within < 2u; within++) {
-        capture_wish_t wish = usual;
-        wish.after = 100u;
-        arm(&wish);
-        steps(1000u);
-        const uint32_t fault = period + within;
-        capture_trigger(&capture, fault);
-        steps(99u + within);
-        expect_state(CAPTURE_TRIGGERED);
-        step();
-        expect_state(CAPTURE_HELD);
-        steps(50u);
-        TEST_ASSERT_EQUAL_UINT32(fault, capture.at);
-        expect_rows(usual.id, 12u, fault + 100u - USUAL_PERIODS + 1u, fault + 100u);
-    }
-}
-
 static void test_fault_triggers_whatever_is_waited_for(void)
 {
     static const int32_t triggers[] = {CAPTURE_ON_ABOVE, CAPTURE_ON_BELOW, CAPTURE_ON_COMMAND};
@@ -225,20 +198,6 @@ static void test_fault_triggers_whatever_is_waited_for(void)
         capture_trigger(&capture, period + 1u);
         TEST_ASSERT_EQUAL_UINT32(period, capture.at); /* the first one counts */
     }
-}
-
-static void test_fault_of_the_last_periods_changes_nothing(void)
-{
-    capture_wish_t wish = usual;
-    wish.after = 5u;
-    arm(&wish);
-    steps(10u);
-    capture_trigger(&capture, period);
-    steps(3u);
-    capture_trigger(&capture, period);
-    steps(10u);
-    TEST_ASSERT_EQUAL_UINT32(10u, capture.at);
-    expect_rows(usual.id, 12u, 1u, 15u);
 }
 
 /* Before the first step: nothing to hold, and nothing kept until the reset. */
@@ -336,19 +295,6 @@ static void test_whole_values_trigger_by_their_own_kind(void)
 }
 
 /* ---- command, arming, release ---- */
-
-static void test_command_triggers_with_the_period_that_is_kept_last(void)
-{
-    capture_wish_t wish = usual;
-    wish.on = CAPTURE_ON_COMMAND;
-    wish.after = 2u;
-    arm(&wish);
-    steps(10u);
-    capture_trigger(&capture, period);
-    steps(20u);
-    TEST_ASSERT_EQUAL_UINT32(10u, capture.at);
-    expect_rows(usual.id, 12u, 1u, 12u);
-}
 
 static void test_held_until_armed_anew_or_released(void)
 {

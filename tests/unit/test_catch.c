@@ -11,9 +11,7 @@
 #define SPEED_MIN 6.0   /* [rad/s] */
 #define WHOLE     200u  /* [periods] */
 #define LINK      1e4f  /* [V] more than any EMF here */
-#define LENGTH    330.0 /* [rad/s] cutoff of the EMF's length */
 #define EMF       600.0 /* [rad/s] cutoff of the EMF in its own frame */
-#define SEEN      20u   /* [periods] 2 ms: its mean begins */
 #define SETTLED   40u   /* [periods] 4 ms: the speed is believed */
 #define SURE      100u  /* [periods] 10 ms */
 
@@ -66,12 +64,6 @@ static caught_t catch_of(double omega, double theta_start, double complex error)
         caught.periods++;
     }
     return caught;
-}
-
-/* What its low-pass has kept, so many periods later. */
-static double kept(uint32_t periods)
-{
-    return exp(-LENGTH * T * periods);
 }
 
 /* The low-pass of the EMF begins with nothing, as if it had been -e exp(-(w_c + j omega) t) more until then:
@@ -135,30 +127,6 @@ static void test_observer_that_arrives_does_not_make_the_speed_small(void)
     }
 }
 
-/* Whatever the first 2 ms bring, of their lengths the last alone is the mean's beginning; then that of a
- * low-pass: a step comes in with 3 ms, and of a ripple from period to period next to nothing. */
-static void test_mean_length_begins_with_that_of_2_ms(void)
-{
-    const double begins = 0.5;
-    const double ripple = 0.1;
-    /* a low-pass of share a leaves a/(2 - a) of what changes its sign in every period */
-    const double leaves = (1.0 - kept(1u)) / (1.0 + kept(1u));
-    for (uint32_t n = 1u; n <= 95u; n++) {
-        const double omega = 300.0;
-        const double sign = n % 2u == 0u ? 1.0 : -1.0;
-        double share = 1.0 + sign * ripple;
-        if (n <= SEEN) {
-            share = n == SEEN ? begins : 7.0 - 0.3 * n;
-        }
-        (void)step(share * emf_of(omega, omega * T * n), LINK);
-        if (n >= 40u) {
-            const double expected =
-                1.0 + sign * ripple * leaves + (begins - 1.0 - ripple * leaves) * kept(n - SEEN);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-4, expected, (double)catching.length / (omega * PSI));
-        }
-    }
-}
-
 /* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
  * frame, and the frame's speed, in continuous time from where the speed is first believed,
  *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0,  w_c = 600 rad/s
@@ -205,25 +173,6 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
             const caught_t caught = catch_of(0.0, 0.0, error);
             TEST_ASSERT_EQUAL_INT(CATCH_STANDING, caught.outcome);
             TEST_ASSERT_EQUAL_UINT32(WHOLE, caught.periods);
-        }
-    }
-}
-
-/* The error moves the EMF's mean length by no more than itself, and with it the speed; the EMF's angle by no
- * more than asin of its share. That share grows as the lag is taken off by abs(1 + j omega/w_c), the speed
- * that is wrong by SPEED_MIN leaves atan(SPEED_MIN/w_c) of the lag, and what the low-pass began with exp(-w_c
- * t). */
-static void test_rotor_is_caught_beside_such_an_error(void)
-{
-    const double length = PSI * SPEED_MIN;
-    for (int way = -1; way <= 1; way += 2) {
-        for (double angle = -3.1; angle < 3.2; angle += 0.4) {
-            const double omega = way * 10.0 * SPEED_MIN;
-            const caught_t caught = catch_of(omega, 0.3, length * cexp((double complex)I * angle));
-            TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
-            const position_t rotor = catch_position(&catching);
-            TEST_ASSERT_DOUBLE_WITHIN(asin(0.1) + 1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
-            TEST_ASSERT_DOUBLE_WITHIN(SPEED_MIN, omega, (double)rotor.omega_e);
         }
     }
 }
@@ -294,12 +243,6 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     }
 }
 
-/* Phases b and c carry half of what a does. */
-static void test_current_takes_every_leg_out_of_doubt(void)
-{
-    TEST_ASSERT_TRUE(0.5f * catching.tuning.current > 0.1f);
-}
-
 static double complex as_complex(ab_t value)
 {
     return (double)value.alpha + (double complex)I * (double)value.beta;
@@ -328,40 +271,12 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
     }
 }
 
-/* Of a rotor that stands there is no d axis, whatever the voltage error. */
-static void test_current_stays_along_phase_a_without_a_rotor(void)
-{
-    for (uint32_t k = 1u; k < WHOLE; k++) {
-        (void)step(5.0, LINK);
-        TEST_ASSERT_EQUAL_FLOAT(0.3f, catch_current(&catching).alpha);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_current(&catching).beta);
-    }
-}
-
 /* A board that asks for less along the d axis than what clears the zone gets that. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, (float)T};
     const catch_tuning_t tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
-}
-
-/* Of what changes its sign in every period across the EMF, 0.2 rad of its angle, a low-pass of share a leaves
- * a/(2 - a); of where it began, exp(-t 600 rad/s). */
-static void test_angle_is_freed_of_noise(void)
-{
-    const double omega = 42.0;
-    const double decay = exp(-EMF * T);
-    const double leaves = (1.0 - decay) / (1.0 + decay);
-    for (uint32_t k = 1u; k < WHOLE; k++) {
-        const double theta = omega * T * k;
-        const double noise = k % 2u == 0u ? 0.2 : -0.2;
-        (void)step(emf_of(omega, theta) * (1.0 + (double complex)I * noise), LINK);
-        if (k >= SETTLED) {
-            const double left = noise * leaves + 0.2 * (1.0 - leaves) * pow(decay, k - SETTLED);
-            TEST_ASSERT_DOUBLE_WITHIN(0.004, left, circle((double)catch_position(&catching).theta_e - theta));
-        }
-    }
 }
 
 static void test_angle_is_a_quarter_turn_beside_the_emf(void)
@@ -373,16 +288,6 @@ static void test_angle_is_a_quarter_turn_beside_the_emf(void)
         }
     }
     TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_angle((ab_t){0.0f, 0.0f}, 1.0f));
-}
-
-/* Sums and means of a catch before this one leave nothing. */
-static void test_catch_begins_anew(void)
-{
-    (void)catch_of(2000.0, 0.0, 0.0);
-    TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(0.0, 0.0, 0.0).outcome);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, catching.omega_e);
-    (void)catch_of(-2000.0, 0.0, 0.0);
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3, -2000.0, (double)catching.omega_e);
 }
 
 static void test_new_coefficients_act_and_what_was_seen_stays(void)

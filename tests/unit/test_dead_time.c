@@ -48,15 +48,6 @@ static void test_size_of_one_leg_is_that_of_the_formula(void)
     }
 }
 
-static void test_vector_has_constant_length_and_six_directions(void)
-{
-    for (int degree = -175; degree < 185; degree += 10) {
-        double complex voltage = lost(&PARAMS, 10.0, degree * PI / 180.0, 311.0);
-        double direction = nearbyint(degree / 60.0) * PI / 3.0;
-        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cabs(voltage - 4.0 / 3.0 * LEG * cexp(J * direction)));
-    }
-}
-
 static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
 {
     static const double amplitudes[] = {0.0, 0.1, 0.39, 0.4, 0.41, 0.8, 3.0};
@@ -96,15 +87,6 @@ static void test_harmonics_of_the_uncompensated_inverter(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cimag(mean));
     TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.073, cabs(along));
     TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.437, cabs(across));
-}
-
-static void test_inside_the_zone_it_is_a_resistance(void)
-{
-    for (int degree = -180; degree < 180; degree += 15) {
-        double angle = degree * PI / 180.0;
-        double complex voltage = lost(&PARAMS, 0.2, angle, 311.0);
-        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cabs(voltage - LEG / 0.4 * 0.2 * cexp(J * angle)));
-    }
 }
 
 /* Each edge has its own half of the loss: zone 0.4 A, so that 0.1 -+ 0.2 A are signs of -1/4 and 3/4; where

@@ -219,42 +219,6 @@ static void test_a_trip_with_the_bridge_off_is_no_fault(void)
     expect_state(DRIVE_READY);
 }
 
-static void test_a_stop_from_outside_is_a_fault(void)
-{
-    drive_stop(&drive, REASON_BOARD_FAILED);
-    expect_fault(REASON_BOARD_FAILED);
-}
-
-static void test_the_first_fault_stays_and_later_ones_are_added(void)
-{
-    bring_to_run();
-    samples.i_a = 15.5f;
-    samples.i_b = -7.0f;
-    steps(1);
-    expect_fault(REASON_OVERCURRENT);
-    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-    samples.i_a = 3.0f;
-    samples.u_dc = 410.0f;
-    steps(5);
-    expect_fault(REASON_OVERCURRENT);
-    TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << FAULT_DC_OVERVOLTAGE, drive.sequence.faults_later.word[0]);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 15.5f, drive.fault.i_a);
-}
-
-static void test_bad_samples_are_replaced_and_stop_the_drive_after_three(void)
-{
-    bring_to_run();
-    samples.i_a = 1.0f;
-    steps(1);
-    samples.i_a = NAN;
-    steps(2);
-    expect_state(DRIVE_OPERATION_ENABLED);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.0f, drive.measure.measured.current_abc.a);
-    TEST_ASSERT_TRUE(command.duty.a > 0.0f && command.duty.a < 1.0f);
-    steps(1);
-    expect_fault(REASON_BAD_SAMPLE);
-}
-
 #define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] of the twelve rows */
 
 static const uint32_t *kept(uint32_t ago)
@@ -288,21 +252,6 @@ static float newest_u_dc(void)
     float u_dc;
     memcpy(&u_dc, &kept(0u)[3], sizeof u_dc);
     return u_dc;
-}
-
-/* The interrupt of the trip comes between two steps: it belongs to the period of the one before. */
-static void test_history_ends_with_the_step_before_a_trip(void)
-{
-    bring_to_run();
-    samples.u_dc = 301.0f;
-    steps(1);
-    drive_trip(&drive);
-    expect_fault(REASON_MODULE_FAULT);
-    samples.u_dc = 302.0f;
-    steps(300);
-    TEST_ASSERT_EQUAL_FLOAT(301.0f, newest_u_dc());
-    TEST_ASSERT_EQUAL_UINT32(DRIVE_OPERATION_ENABLED, kept(0u)[0]);
-    TEST_ASSERT_EQUAL_UINT32(KEPT, capture_count(&drive.capture));
 }
 
 /* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
@@ -354,20 +303,6 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
 }
 
-/* The counter starts at zero with them; the rotor stands. */
-static void test_other_encoder_lines_are_no_motion(void)
-{
-    samples.encoder = 5000u;
-    bring_to_ready();
-    params.encoder_lines = 1000;
-    offer_params();
-    samples.encoder = 0u;
-    for (int32_t n = 0; n < 50; n++) {
-        steps(1);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.omega_m);
-    }
-}
-
 /* Every room gets its own: one coefficient of each that the set decides, by hand. */
 static void test_a_new_set_reaches_every_room(void)
 {
@@ -411,52 +346,11 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.limits.sensorless);
 }
 
-static void test_gains_change_while_running_without_a_jump(void)
-{
-    bring_to_run();
-    request_speed(10.0f); /* standing rotor: the integrator fills */
-    steps(200);
-    const float before = drive.demand.current.q;
-    params.speed_ki = 5.0f;
-    params.current_bandwidth = 1200.0f;
-    offer_params();
-    steps(1);
-    /* one step of k_i 5 times 10 rad/s is 5 mA */
-    TEST_ASSERT_FLOAT_WITHIN(0.011f, before, drive.demand.current.q);
-}
-
 /* ---- voltage ---- */
 
-static void test_duties_stay_within_what_dead_time_and_pulse_allow(void)
-{
-    bring_to_run();
-    request_currents(-10.0f, 10.0f);
-    for (int n = 0; n < 2000; n++) { /* no current answers: the control winds up to the limit */
-        turn(7, 1);
-        const float duty[] = {command.duty.a, command.duty.b, command.duty.c};
-        for (int leg = 0; leg < 3; leg++) {
-            TEST_ASSERT_TRUE(duty[leg] >= 0.04f - 1e-6f && duty[leg] <= 0.96f + 1e-6f);
-        }
-    }
-}
-
-/* A standing rotor, whose current does not answer: k_p 12.5 V/A at once, then k_i T = R bandwidth T = 97.15
- * mV/A in every period. A hundred sums of 22 V round by 1e-6 V each. */
-static void test_voltage_is_what_the_control_asks_for_where_the_link_has_it(void)
-{
-    bring_to_run();
-    request_currents(0.0f, 1.0f);
-    for (int n = 0; n <= 100; n++) {
-        steps(1);
-        TEST_ASSERT_FLOAT_WITHIN(2e-4f, 12.5f + 0.09715f * (float)n, drive.current_control.voltage_ref.q);
-        TEST_ASSERT_EQUAL_FLOAT(drive.current_control.voltage_ref.q, drive.voltage.q);
-        TEST_ASSERT_EQUAL_FLOAT(drive.current_control.voltage_ref.d, drive.voltage.d);
-    }
-}
-
-/* Likewise beyond what the link has: it lets itself be told, and its integral comes to what is applied, so
- * that it asks for k_p times the error more than that, after 16 time constants L/R. The longest voltage is
- * 2/3 0.92 311 V = 190.7 V, less 4/3 8.03 V that the inverter takes or more. */
+/* A standing rotor, whose current does not answer: the control is told, and its integral comes to what is
+ * applied, so that it asks for k_p times the error more than that, after 16 time constants L/R. The longest
+ * voltage is 2/3 0.92 311 V = 190.7 V, less 4/3 8.03 V that the inverter takes or more. */
 static void test_control_is_told_what_the_link_has_too_little_for(void)
 {
     bring_to_run();
@@ -487,15 +381,4 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
      * arithmetic and 2e-6 of sin and cos on 92 V; one period of delay more or less would be 4.6 V. */
     TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, expected_alpha, alpha);
     TEST_ASSERT_DOUBLE_WITHIN(0.0240 + 0.01, 0.183 * omega_e * cos(angle), beta);
-}
-
-static void test_signals_show_the_drive(void)
-{
-    bring_to_run();
-    const table_row_t *state = table_by_name(&signals_table, "state");
-    TEST_ASSERT_EQUAL_FLOAT((float)DRIVE_OPERATION_ENABLED, table_get(state, &drive));
-    TEST_ASSERT_EQUAL_INT32(DRIVE_OPERATION_ENABLED, table_choice(state, "operation_enabled"));
-    TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, table_choice(state, "fault"));
-    TEST_ASSERT_EQUAL_UINT32(drive.period, table_bits(table_by_name(&signals_table, "period"), &drive));
-    TEST_ASSERT_EQUAL_FLOAT(311.0f, table_get(table_by_name(&signals_table, "u_dc"), &drive));
 }

@@ -55,7 +55,8 @@ static void test_voltage_stays_when_the_frame_turns(void)
         setUp();
         given_operation(700u);
         const float angle = drive.demand.frame.theta_e + 0.4f + 0.7f * (float)n;
-        chosen_lock(&drive.estimator, (position_t){angle_wrap(angle), OMEGA_E});
+        chosen_lock(&drive.estimator, (position_t){angle_wrap(angle), OMEGA_E},
+                    drive.estimator.estimate.amplitude);
         drive.estimator.tracker.pll.emf = (dq_t){0.0f, params.motor_flux_linkage * OMEGA_E};
         preset(3.0f, -4.0f);
         const double complex before = voltage();

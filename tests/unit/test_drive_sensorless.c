@@ -116,7 +116,8 @@ static void make_inverter_ideal(void)
     params.device_drop = 0.0f;
 }
 
-#define CATCH DRIVE_PERIODS(20e-3f) /* a catch takes no longer */
+#define CATCH  DRIVE_PERIODS(20e-3f)       /* a catch takes no longer */
+#define PROVED (4u * DRIVE_PERIODS(2e-3f)) /* windows that agree after a relock */
 
 static void expect_manoeuvre(manoeuvre_t manoeuvre)
 {
@@ -294,70 +295,6 @@ static void test_position_source_changes_live_without_a_bump(void)
     }
 }
 
-/* start_speed by rule, 0.5 1.15 10 V/0.732 V s = 7.855 rad/s (75 r/min): a rotor that turns as fast is
- * caught, in either direction, one that is slower by a per cent is aligned. Its speed is right to a per
- * cent, after the 10 ms of a fast one and the 20 of a slow one. Nothing of it comes from the encoder, whose
- * count stands. */
-static void test_sensorless_start_catches_a_rotor_that_turns_and_aligns_another(void)
-{
-    static const struct {
-        double omega_m;
-        bool turns;
-    } cases[] = {{0.0, false},  {6.2832, false}, {-6.2832, false}, {7.776, false}, {-7.776, false},
-                 {7.934, true}, {-7.934, true},  {12.566, true},   {100.0, true},  {-150.0, true}};
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        setUp();
-        make_inverter_ideal();
-        params.position_source = POSITION_SENSORLESS;
-        given_machine(4.0 * cases[n].omega_m);
-        machine.encoder_stands = true;
-        request(REQUEST_ON);
-        machine_steps(3);
-        expect_state(DRIVE_OPERATION_ENABLED);
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, drive.sequence.refusal);
-        for (uint32_t k = 0; k <= CATCH + 2u && drive.manoeuvres.now == (int32_t)MANOEUVRE_CATCH; k++) {
-            /* a little along phase a, so that the legs leave the zone of the dead time, until a rotor is
-             * seen: then the low-speed current along its d axis */
-            const dq_t current = drive.demand.current;
-            if (k < 35u || cases[n].omega_m == 0.0) {
-                TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.3f, current.d);
-                TEST_ASSERT_EQUAL_FLOAT(0.0f, current.q);
-            } else if (k > 120u && cases[n].turns) {
-                TEST_ASSERT_DOUBLE_WITHIN(1e-3, (double)params.low_speed_current,
-                                          hypot((double)current.d, (double)current.q));
-            }
-            TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.demand.frame.theta_e);
-            machine_step();
-        }
-        expect_manoeuvre(cases[n].turns ? MANOEUVRE_RUN : MANOEUVRE_ALIGN);
-        if (cases[n].turns) {
-            const double omega_e = 4.0 * cases[n].omega_m;
-            TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(omega_e), omega_e,
-                                      (double)drive.manoeuvres.catching.omega_e);
-            machine_steps(2000);
-            expect_manoeuvre(MANOEUVRE_RUN);
-            TEST_ASSERT_DOUBLE_WITHIN(0.1, omega_e, (double)drive.estimator.estimate.omega_smooth);
-            TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, estimate_error());
-        }
-    }
-}
-
-/* 1100 rad/s are 201 V, more than 311 V/sqrt(3) = 179.6 V: the currents would find no voltage against it. */
-static void test_a_rotor_beyond_what_the_link_holds_is_not_caught(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        make_inverter_ideal();
-        params.position_source = POSITION_SENSORLESS;
-        params.overcurrent_trip = 19.0f;
-        given_machine(way * 1100.0);
-        request(REQUEST_ON);
-        machine_steps(CATCH);
-        expect_fault(REASON_ROTOR_TOO_FAST);
-        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-    }
-}
-
 /* In a catch nobody knows whether the rotor stands: a quick stop waits until it is caught, and then until it
  * stands. 100 rad/s come to standstill within 0.5 s. */
 static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
@@ -406,8 +343,8 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
     TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.lock_losses);
     TEST_ASSERT_EQUAL_INT32(GATES_KEEP, command.gates);
 
-    machine_steps(CATCH + 1u);
-    expect_manoeuvre(MANOEUVRE_RUN);
+    machine_steps(CATCH + PROVED + 1u); /* caught again, or, where the flux is wrong by 0.4, not even that */
+    expect_state(DRIVE_OPERATION_ENABLED);
     for (int n = 0; drive.sequence.state == (int32_t)DRIVE_OPERATION_ENABLED && n < 10000; n++) {
         machine_step();
     }
@@ -433,41 +370,6 @@ static void given_sensorless(double omega_e)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
 }
 
-/* At 1.6 of the flux |e| is 1.6 psi_f omega, more than the parameter's 1.5 and 20 rad/s allow (1.55), at 0.6
- * less than its 0.7, and more than the 0.5 below which the lock is lost at once. On the way there the
- * feed-forward sees the speed change by 0.2 Wb/s/0.183 Wb 400 rad/s = 437 rad/s^2, which costs an angle of
- * 437/ki = 0.16 rad and no lock. */
-static void test_estimate_whose_emf_does_not_fit_its_speed_is_lost(void)
-{
-    given_sensorless(400.0);
-    machine.flux_end = 1.6 * PSI;
-    expect_lost(FAULT_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
-    setUp();
-    params.estimate_amplitude_min = 0.7f;
-    given_sensorless(-400.0);
-    machine.flux_end = 0.6 * PSI;
-    expect_lost(FAULT_ESTIMATE_AMPLITUDE, ESTIMATOR_AMPLITUDE, 0.7);
-}
-
-/* A conventional loop of 20 rad/s: wn = 8.06 rad/s, ki = 65 rad/s^2. At 20 rad/s^2 of acceleration it needs a
- * sine of 0.31, more than 0.2, and is there with its time constant of 0.12 s; its square is less than the
- * 0.12 of a lost lock. */
-static void test_estimate_that_does_not_keep_up_is_lost(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        given_sensorless(way * 400.0); /* a loop that slow could not follow the catch */
-        params.pll_bandwidth = 20.0f;
-        params.feedforward_cutoff = 0.0f;
-        params.torque_feedforward = 0.0f;
-        params.estimate_detector_max = 0.2f;
-        offer_params();
-        machine_steps(10000);
-        machine.acceleration = way * 20.0;
-        expect_lost(FAULT_ESTIMATE_DETECTOR, ESTIMATOR_DETECTOR, 0.6);
-    }
-}
-
 /* An EMF of 150 V wants an error of 2 atanh(150/200) = 1.95 A, more than 1.5 A. Amplitude not judged. */
 static void test_estimate_whose_current_is_not_the_measured_one_is_lost(void)
 {
@@ -476,25 +378,6 @@ static void test_estimate_whose_current_is_not_the_measured_one_is_lost(void)
     given_sensorless(400.0);
     machine.flux_end = 150.0 / 400.0;
     expect_lost(FAULT_ESTIMATE_CURRENT, ESTIMATOR_CURRENT, 1.2);
-}
-
-/* estimate_speed_min = 15 rad/s are 60 rad/s electrical, well above where a forced frame takes over, 25. */
-static void test_estimate_of_a_rotor_too_slow_to_see_is_lost(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        setUp();
-        params.estimate_speed_min = 15.0f;
-        given_sensorless(way * 80.0);
-        machine.acceleration = way * -100.0;
-        machine_steps(1900);
-        machine.acceleration = 0.0;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, way * 61.0, machine.omega_e);
-        machine_steps(2000);
-        expect_manoeuvre(MANOEUVRE_RUN);
-        TEST_ASSERT_EQUAL_UINT32(0u, drive.manoeuvres.lock_losses);
-        machine.acceleration = way * -30.0;
-        expect_lost(FAULT_ESTIMATE_SPEED, ESTIMATOR_SPEED, 0.2); /* at 57 rad/s */
-    }
 }
 
 /* Half a turn off in one period, with the current's torque reversed: how long the guard takes to tell [s];
@@ -537,7 +420,7 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
         TEST_ASSERT_TRUE(fault_set_has(drive.guard.losses, FAULT_UNLOCKED));
         TEST_ASSERT_TRUE(after <= 12e-3);
         expect_manoeuvre(MANOEUVRE_RELOCK);
-        machine_steps(CATCH + 1u);
+        machine_steps(CATCH + PROVED + 1u);
         expect_manoeuvre(MANOEUVRE_RUN);
         machine_steps(25000);
         expect_state(DRIVE_OPERATION_ENABLED);
@@ -607,23 +490,5 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
         }
         expect_state(DRIVE_OPERATION_ENABLED);
         TEST_ASSERT_TRUE(coasted >= 12u * 16u && coasted <= 12u * 26u);
-    }
-}
-
-/* 185 rad/s are 33.9 V, more than four times 8.03 V, which is 32.1 V; 165 rad/s are 30.2 V. */
-static void test_a_large_emf_is_tracked_through_every_zero(void)
-{
-    static const double speeds[] = {185.0, 165.0};
-    for (int m = 0; m < 2; m++) {
-        setUp();
-        machine.loss = 0.023 * U_DC + 0.875;
-        given_running_machine(speeds[m], 2.0);
-        machine_steps(5000);
-        uint32_t coasted = 0u;
-        for (int n = 0; n < 1000; n++) {
-            machine_step();
-            coasted += drive.estimator.estimate.coasted;
-        }
-        TEST_ASSERT_EQUAL(m == 1, coasted > 0u);
     }
 }

@@ -155,16 +155,6 @@ static void run_at_constant_speed(const encoder_params_t *params, double omega_e
     TEST_ASSERT_DOUBLE_WITHIN(mean_bound(params, WATCH), 0.0, sum / WATCH);
 }
 
-static void test_constant_speed_in_both_directions(void)
-{
-    static const double speeds[] = {0.3, 2.0, 41.9, 200.1, 628.3, 1256.6};
-    for (unsigned k = 0; k < sizeof speeds / sizeof speeds[0]; k++) {
-        run_at_constant_speed(&PARAMS, speeds[k]);
-        run_at_constant_speed(&PARAMS, -speeds[k]);
-    }
-    run_at_constant_speed(&PARAMS, 0.0);
-}
-
 static void test_constant_speed_with_a_fraction_of_a_count_per_pole(void)
 {
     encoder_params_t params = PARAMS;
@@ -220,27 +210,6 @@ static void test_speed_is_late_in_an_acceleration_by_the_stated_amount(void)
     check_acceleration(400.0f, -3000.0);
 }
 
-static void test_speed_step_response_is_critically_damped(void)
-{
-    /* Fine counts, so that the loop itself is seen: from standstill to omega at once, response 1 - (1 + n r)
-     * a^n with a = 1 - r: the sum of r^2 (m + 1) a^m. */
-    encoder_params_t params = PARAMS;
-    params.count_per_turn = 65536.0f;
-    params.pole_pairs = 1.0f;
-    encoder_t encoder;
-    start_at_zero(&encoder, &params);
-    double a = exp(-0.02);
-    double omega = 600.0;
-    double bound = 2.0 * ripple_bound(&params);
-    for (int n = 0; n < 1000; n++) {
-        double turns = 0.25 / 65536.0 + omega * n * 1e-4 / (2.0 * PI);
-        position_t position = encoder_step(&encoder, count_at(turns, 65536.0));
-        double expected = omega * (1.0 - (1.0 + n * (1.0 - a)) * pow(a, n));
-        /* Quantisation, and the reset's own half step. */
-        TEST_ASSERT_DOUBLE_WITHIN(bound, expected, (double)position.omega_e);
-    }
-}
-
 static void test_reset_stands_still_at_the_given_count(void)
 {
     encoder_t encoder;
@@ -260,16 +229,6 @@ static void test_reset_stands_still_at_the_given_count(void)
     double rest = 1.0 - exp(-0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, rest * rest / 1e-4 * 2.0 * half_step(&PARAMS),
                               (double)encoder_step(&encoder, 7778).omega_e);
-}
-
-static void test_init_expects_count_zero_at_standstill(void)
-{
-    encoder_params_t params = PARAMS;
-    params.offset = 1.25f;
-    encoder_t encoder;
-    memset(&encoder, 0x55, sizeof encoder);
-    start_at_zero(&encoder, &params);
-    TEST_ASSERT_TRUE(encoder_step(&encoder, 0).omega_e == 0.0f);
 }
 
 /* What a shaft that stands, and one that turns, does not see of other angles for its counts: the one goes on

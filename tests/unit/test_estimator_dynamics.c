@@ -1,4 +1,4 @@
-/* The estimator in acceleration and pull-in. */
+/* The estimator in acceleration. */
 #include "tests/unit/estimator_bench.h"
 
 /* ---- 4. acceleration ---- */
@@ -43,22 +43,6 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
         estimator_oracle_case_t rig = ramp_rig(way * (a > 0.0 ? 42.0 : 620.0), way * a);
         ramp_t r = ramp(&params, &rig);
         check_below(fabs(r.steady), 2.0, "steady");
-    }
-}
-
-/* Late by asin((1 - psi/psi_hat) a/ki): docs/theory.md, 9. */
-static void test_wrong_flux_leaves_its_share_of_the_lag(void)
-{
-    for (int n = 0; n < 8; n++) {
-        double wrong = n % 2 ? 1.1 : 0.9;
-        double way = n / 2 % 2 ? -1.0 : 1.0;
-        estimator_params_t params = params_of(0);
-        tune(&params, n / 4 ? 200.0 : 100.0, n / 4 ? 50.0 : 25.0);
-        params.flux_linkage = (float)(wrong * PSI);
-        estimator_oracle_case_t rig = ramp_rig(way * 42.0, way * RAMP);
-        ramp_t r = ramp(&params, &rig);
-        double expected = -1e3 * way * asin((1.0 - 1.0 / wrong) * RAMP / (double)params.pll.ki);
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected), expected, r.steady);
     }
 }
 
@@ -109,73 +93,4 @@ static void test_current_of_the_load_is_not_fed_forward(void)
     const double gained = 69.0 * (1.0 - exp(-cutoff * time)) / cutoff;
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.0 * gained, 2.0 * gained, ends[1] - ends[0]);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.0 * gained, ends[2], ends[0]);
-}
-
-static double errors[20000], angles[20000], speeds[20000], frequencies[20000];
-
-/* A speed that swings: the error is that of the loop alone on the true angle (linear oracle), since the lag
- * is undone with the speed of the moment. That speed is the loop's, one period old, and its own error of kp
- * eps turns the EMF by the observer's lag per speed, 0.56 ms: kp times that is 6 % of eps. */
-static void test_error_of_a_swinging_speed_is_that_of_the_loop_alone(void)
-{
-    static const double loops[][2] = {{200.0, 50.0}, {200.0, 0.0}, {100.0, 25.0}};
-    for (int n = 0; n < 6; n++) {
-        double way = n % 2 ? -1.0 : 1.0;
-        estimator_params_t params = params_of(0);
-        tune(&params, loops[n / 2][0], loops[n / 2][1]);
-        estimator_oracle_case_t rig = rig_of(0, way * 400.0, 2.0);
-        rig.swing = way * 10.0;
-        rig.swing_rate = 20.0;
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        for (long k = 0; k < 20000; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
-            angles[k] = now.theta - rig.theta_start - rig.omega_start * (double)k * T;
-            speeds[k] = now.omega - rig.omega_start;
-        }
-        pll_oracle_t loop = {(double)params.pll.kp, (double)params.pll.ki, loops[n / 2][1], 1.0, T};
-        pll_oracle_sampled(&loop, angles, speeds, 20000, errors, frequencies);
-        double largest = 0.0;
-        double difference = 0.0;
-        for (long k = 1; k < 20000; k++) {
-            double error = error_of(&rig, k, step(&rig, k));
-            if (k > 10000) {
-                largest = fmax(largest, 1e3 * fabs(errors[k]));
-                difference = fmax(difference, fabs(error + 1e3 * errors[k]));
-            }
-        }
-        check_below(difference, 0.07 * largest + FLOAT_PEAK, "difference");
-    }
-}
-
-/* ---- 5. pull-in ---- */
-
-/* For 3 rad 163 and 320 ms of another simulation (docs/theory.md, 21) and a tenth. */
-static void check_pull_in(double bandwidth, double cutoff, double angle, double limit)
-{
-    for (int n = 0; n < 4; n++) {
-        double way = n % 2 ? -1.0 : 1.0;
-        estimator_params_t params = params_of(0);
-        tune(&params, bandwidth, cutoff);
-        estimator_oracle_case_t rig = rig_of(0, way * 800.0 * RAD_PER_RPM, way * 2.0);
-        init(&params);
-        reset_near(&rig, 0, n / 2 ? angle : -angle, 0.0);
-        long last = 0;
-        for (long k = 1; k < 10000; k++) {
-            if (fabs(error_of(&rig, k, step(&rig, k))) > 20.0) {
-                last = k;
-            }
-        }
-        check_below((double)last * T, limit, "pull-in");
-        TEST_ASSERT_TRUE(last > 100);
-    }
-}
-
-static void test_pull_in_from_one_and_three_radians(void)
-{
-    check_pull_in(200.0, 50.0, 1.0, 0.125);
-    check_pull_in(100.0, 25.0, 1.0, 0.250);
-    check_pull_in(200.0, 50.0, 3.0, 0.175);
-    check_pull_in(100.0, 25.0, 3.0, 0.350);
 }

@@ -1,5 +1,5 @@
-/* The estimator on exact data: the data themselves, the default configuration without error, timing, and the
- * EMF filter in the frame of the loop. */
+/* The estimator on exact data: the data themselves, the default configuration without error, and the EMF
+ * filter in the frame of the loop. */
 #include "tests/unit/estimator_bench.h"
 
 /* ---- the data themselves ---- */
@@ -61,68 +61,6 @@ static void test_oracle_data_solve_the_winding_equation(void)
     }
 }
 
-/* Two generators written apart. */
-static void test_oracle_data_of_constant_speed_are_those_of_the_observers_oracle(void)
-{
-    for (int n = 0; n < MACHINE_COUNT; n++) {
-        estimator_oracle_case_t rig = rig_of(n, -MACHINES[n].omega_max, RATED);
-        smo_oracle_case_t same = {rig.resistance,  rig.inductance,  rig.flux_linkage, T,
-                                  rig.omega_start, rig.theta_start, rig.current_q};
-        for (long k = -5; k < 1000; k += 91) {
-            estimator_oracle_sample_t now;
-            smo_oracle_sample_t then;
-            estimator_oracle_sample(&rig, k, &now);
-            smo_oracle_sample(&same, k, &then);
-            for (int axis = 0; axis < 2; axis++) {
-                TEST_ASSERT_DOUBLE_WITHIN(1e-9, then.current[axis], now.current[axis]);
-                TEST_ASSERT_DOUBLE_WITHIN(1e-8, then.voltage[axis], now.voltage[axis]);
-            }
-        }
-    }
-}
-
-/* (13) corrected and its sampled counterpart with k_f held: half a period of lag lies between them, another
- * half with the filter, and nothing as T goes to 0. To first order in T, with z = 1 + j omega T - (omega
- * T)^2/2 and a = 1 - d + d^2/2 put into the formula of lag.h, the observer of lag phi leads by
- *
- *     (omega T/2) (cos(phi)^2 - cos(phi) sin(phi) R/(omega L))
- *
- * and the filter by omega T/2; the next terms are smaller by (g T/L)(omega T) or so, 0.04 at T = 1e-4. At
- * 1500 r/min and T = 1e-4 half periods alone leave -0.48 mrad, with filter -1.5 (docs/theory.md, 21). */
-static void test_sampled_observer_becomes_the_continuous_one_as_the_period_vanishes(void)
-{
-    static const double cutoffs[] = {0.0, 2000.0};
-    static const double known[] = {-0.48, -1.5};
-    double omega = 1500.0 * RAD_PER_RPM;
-    for (int n = 0; n < 2; n++) {
-        smo_oracle_observer_t observer = {200.0, 1.0, cutoffs[n]};
-        double k_f = 0.46;
-        double g = 200.0 * k_f;
-        double tau = 0.0125 / (g + 0.95);
-        double filter = cutoffs[n] > 0.0 ? omega / cutoffs[n] : 0.0;
-        for (double period = 1e-4; period > 5e-8; period *= 0.1) {
-            smo_oracle_case_t rig = {0.95, 0.0125, PSI, period, omega, 0.0, 0.0};
-            smo_oracle_response_t continuous = smo_oracle_continuous(&rig, &observer, k_f);
-            smo_oracle_response_t sampled = smo_oracle_response(&rig, &observer, k_f);
-            /* k_c/(tau s + 1) by hand */
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, atan(omega * tau) + atan(filter), continuous.lag);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, g / (g + 0.95) / hypot(1.0, omega * tau) / hypot(1.0, filter),
-                                      continuous.attenuation);
-            double half = 0.5e3 * omega * period;
-            double gap = 1e3 * (continuous.lag - sampled.lag);
-            double phi = atan(omega * tau);
-            double stages = cos(phi) * cos(phi) - cos(phi) * sin(phi) * 0.95 / (omega * 0.0125) +
-                            (cutoffs[n] > 0.0 ? 1.0 : 0.0);
-            TEST_ASSERT_DOUBLE_WITHIN(0.04 * period / 1e-4 + 1e-6, stages, gap / half);
-            if (period == 1e-4) {
-                double halves = cutoffs[n] > 0.0 ? 2.0 : 1.0;
-                TEST_ASSERT_DOUBLE_WITHIN(0.1, known[n], gap - halves * half);
-            }
-            TEST_ASSERT_DOUBLE_WITHIN(0.02 * period / 1e-4, continuous.attenuation, sampled.attenuation);
-        }
-    }
-}
-
 /* ---- 1. the default is exact ---- */
 
 static void check_exact(int machine, double way, const double *cutoffs, int count)
@@ -178,27 +116,6 @@ static void test_current_on_the_d_axis_does_not_matter(void)
     }
 }
 
-/* lag.h: within 1e-5 rad and 1e-5 of the length up to LAG_TURN_LIMIT; as much again for the rounding of the
- * loop. */
-static void check_extreme(double way)
-{
-    for (double part = 0.55; part < 1.01; part += 0.15) {
-        estimator_params_t params = params_of(EXTREME);
-        estimator_oracle_case_t rig = rig_of(EXTREME, way * part * MACHINES[EXTREME].omega_max, way * 2.0);
-        deviation_t d = settled(&params, &rig);
-        double length = hypot((double)est.estimate.emf.alpha, (double)est.estimate.emf.beta);
-        double ratio = length / fabs(rig.flux_linkage * rig.omega_start);
-        check_below(d.peak, 0.02, "peak");
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, ratio);
-    }
-}
-
-static void test_ten_samples_a_turn_leave_as_little(void)
-{
-    check_extreme(1.0);
-    check_extreme(-1.0);
-}
-
 /* lag.h: within 1e-5 of the length, R T/L up to 0.5; the feed-forward is that length over psi_f, and stops
  * half a last digit over omega_c T = 0.005 short: 2.4e-4 rad/s at 3000, less than 1e-6 of it. */
 static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
@@ -217,54 +134,6 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
                                       (double)est.tracker.pll.amplitude / fabs(rig.flux_linkage * omega));
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)est.tracker.pll.feedforward / omega);
             TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(omega), 0.0, (double)est.tracker.pll.integral);
-        }
-    }
-}
-
-/* ---- 10. timing ---- */
-
-/* omega T is 62.8 mrad at 1500 r/min. Without current the voltage is the EMF's mean, turned by just that; a
- * current adds R i and L di/dt that are turned too (docs/theory.md, 21: +62.8 and -62.9 in closed loop). */
-static void check_voltage_off(double way, double current, double tolerance)
-{
-    double omega = way * 1500.0 * RAD_PER_RPM;
-    for (long early = -1; early <= 1; early++) {
-        estimator_params_t params = params_of(0);
-        estimator_oracle_case_t rig = rig_of(0, omega, way * current);
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        double sum = 0.0;
-        for (long k = 1; k <= 11000; k++) {
-            estimator_oracle_sample_t now, then;
-            estimator_oracle_sample(&rig, k, &now);
-            estimator_oracle_sample(&rig, k + early, &then);
-            position_t position = stepped(as_float(then.voltage), as_float(now.current));
-            sum += k > 5000 ? 1e3 * circle((double)position.theta_e - now.theta) : 0.0;
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(tolerance, 62.832 * way * (double)early, sum / 6000.0);
-    }
-}
-
-static void test_voltage_one_period_off_is_seen(void)
-{
-    check_voltage_off(1.0, 0.0, FLOAT_MEAN);
-    check_voltage_off(-1.0, 0.0, FLOAT_MEAN);
-}
-
-static void test_angle_one_period_off_is_seen(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        estimator_params_t params = params_of(0);
-        estimator_oracle_case_t rig = rig_of(0, way * 1500.0 * RAD_PER_RPM, way * RATED);
-        (void)settled(&params, &rig);
-        for (long k = 11001; k < 11200; k++) {
-            position_t position = step(&rig, k);
-            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0, error_of(&rig, k, position));
-            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, way * 62.832, error_of(&rig, k - 1, position));
-            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, way * -62.832, error_of(&rig, k + 1, position));
-            /* the next one's angle is ready */
-            TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0,
-                                      error_of(&rig, k + 1, (position_t){est.tracker.pll.theta_e, 0.0f}));
         }
     }
 }

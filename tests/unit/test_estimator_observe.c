@@ -118,7 +118,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         const position_t rotor = {(float)circle(now.theta), (float)omega};
         const ab_t emf = est.estimate.emf;
         const ab_t error = est.estimate.current_err;
-        estimator_lock(&est, rotor);
+        estimator_lock(&est, rotor, est.estimate.amplitude);
         /* the estimate is the start, the observer goes on */
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)est.estimate.frame.theta_e - now.theta));
         TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, sin(now.theta), (double)est.estimate.frame.rotation.sin);
@@ -154,7 +154,7 @@ static void test_lock_begins_validity_anew(void)
     }
     estimator_oracle_sample_t now;
     estimator_oracle_sample(&rig, 199, &now);
-    estimator_lock(&est, (position_t){(float)circle(now.theta), 400.0f});
+    estimator_lock(&est, (position_t){(float)circle(now.theta), 400.0f}, est.estimate.amplitude);
     TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
     for (long k = 200; k < 400; k++) {
         (void)step(&rig, k);

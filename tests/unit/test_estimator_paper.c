@@ -90,38 +90,3 @@ static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
         check_below(sign.sd, 200.0, "sd of the sign");
     }
 }
-
-/* (12) on each axis: k_f = 1/|x|, whichever the sign of x, and v = k_s k_f x. */
-static void test_gain_of_the_sign_is_one_over_the_error(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        estimator_params_t params = paper_params(LAG_EXACT);
-        tune(&params, 100.0, 0.0);
-        params.smo.switching = SMO_SIGN;
-        estimator_oracle_case_t rig = rig_of(0, way * 500.0, 3.0);
-        (void)settled(&params, &rig);
-        for (long k = 11001; k < 11200; k++) {
-            (void)step(&rig, k);
-            const ab_t x = est.observer.smo.current_err;
-            const double alpha = fmax(1e-3, fabs((double)x.alpha));
-            const double beta = fmax(1e-3, fabs((double)x.beta));
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, alpha * (double)est.observer.smo.axes.gain_axis.alpha);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, beta * (double)est.observer.smo.axes.gain_axis.beta);
-        }
-    }
-}
-
-/* Four errors of the same lengths: from rest x = -i. */
-static void test_gain_of_the_sign_is_the_same_in_all_quadrants(void)
-{
-    estimator_params_t params = paper_params(LAG_EXACT);
-    params.smo.switching = SMO_SIGN;
-    for (int n = 0; n < 4; n++) {
-        smo_init(&est.observer.smo, &params.smo);
-        ab_t current = {n % 2 ? -0.5f : 0.5f, n / 2 ? -2.0f : 2.0f};
-        ab_t v = smo_step(&est.observer.smo, (ab_t){0.0f, 0.0f}, current);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, (double)est.observer.smo.axes.gain_axis.alpha);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, (double)est.observer.smo.axes.gain_axis.beta);
-        TEST_ASSERT_TRUE(v.alpha == (n % 2 ? 200.0f : -200.0f) && v.beta == (n / 2 ? 200.0f : -200.0f));
-    }
-}

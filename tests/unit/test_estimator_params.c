@@ -61,13 +61,6 @@ static void test_check_names_each_field_value_and_range(void)
         {offsetof(estimator_params_t, validity.speed_min), "speed_min", 0.0f, 1e6f},
         {offsetof(estimator_params_t, validity.speed_max), "speed_max", 0.0f, 1e6f},
         {offsetof(estimator_params_t, validity.speed_time), "speed_time", 0.0f, 10.0f},
-        {offsetof(estimator_params_t, smo.resistance), "resistance", 1e-3f, 100.0f},
-        {offsetof(estimator_params_t, smo.inductance), "inductance", 1e-6f, 1.0f},
-        {offsetof(estimator_params_t, smo.gain), "gain", 0.1f, 1e4f},
-        {offsetof(estimator_params_t, smo.slope), "slope", 1e-3f, 1e3f},
-        {offsetof(estimator_params_t, smo.emf_cutoff), "emf_cutoff", 0.0f, 1e5f},
-        {offsetof(estimator_params_t, pll.amplitude_floor), "amplitude_floor", 1e-3f, 1e4f},
-        {offsetof(estimator_params_t, pll.feedforward_cutoff), "feedforward_cutoff", 0.0f, 1e4f},
     };
     params_error_t why;
     estimator_params_t params = full_params();

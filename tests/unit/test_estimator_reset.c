@@ -73,19 +73,6 @@ static void test_reset_gives_the_start_and_goes_on(void)
     }
 }
 
-/* Who steps t_k itself after a start at t_k turns it back by omega T. */
-static void test_start_turned_back_is_that_of_the_next_step(void)
-{
-    for (int n = 0; n < 16; n++) {
-        estimator_params_t params = params_of(0);
-        estimator_oracle_case_t rig = rig_of(0, (n % 2 ? -1.0 : 1.0) * (50.0 + 36.0 * n), 0.0);
-        init(&params);
-        reset_near(&rig, 77 * n, -rig.omega_start * T, 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, error_of(&rig, 77 * n, step(&rig, 77 * n)));
-        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, error_of(&rig, 77 * n + 1, step(&rig, 77 * n + 1)));
-    }
-}
-
 static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
 {
     for (int machine = 1; machine < MACHINE_COUNT; machine++) {
@@ -131,36 +118,6 @@ static void test_reset_at_high_speed_makes_the_filters_lag(void)
     check_fast_reset(-1.0);
 }
 
-/* What turns in the stationary frame is behind the filter (1 - c)/(1 - c/z), z = exp(j omega T): v and e_hat
- * of the preset, up to ten samples a turn. 1e-5 each of tangent, cosine and the inverted sigmoid. */
-static void check_preset(double way)
-{
-    for (double part = 0.1; part < 1.01; part += 0.1) {
-        estimator_params_t params = params_of(EXTREME);
-        params.lag = LAG_CORRECTED;
-        double omega = way * part * MACHINES[EXTREME].omega_max;
-        init(&params);
-        estimator_reset(&est, (position_t){0.7f, (float)omega}, (ab_t){1.0f, -2.0f});
-        /* (1 - c/z) e_hat = (1 - c) v */
-        double c = exp(-2000.0 * T);
-        double re = 1.0 - c * cos(omega * T);
-        double im = c * sin(omega * T);
-        ab_t e = est.observer.smo.emf_hat;
-        ab_t v = est.observer.smo.switched;
-        double scale = hypot((double)v.alpha, (double)v.beta);
-        TEST_ASSERT_DOUBLE_WITHIN(3e-5 * scale, (double)v.alpha,
-                                  (re * (double)e.alpha - im * (double)e.beta) / (1.0 - c));
-        TEST_ASSERT_DOUBLE_WITHIN(3e-5 * scale, (double)v.beta,
-                                  (re * (double)e.beta + im * (double)e.alpha) / (1.0 - c));
-    }
-}
-
-static void test_reset_presets_the_filter_as_settled(void)
-{
-    check_preset(1.0);
-    check_preset(-1.0);
-}
-
 /* Beyond LAG_TURN_LIMIT the observer's preset is that of the limit, either way. */
 static void test_reset_beyond_the_turn_limit_is_finite_and_mirrored(void)
 {
@@ -178,28 +135,6 @@ static void test_reset_beyond_the_turn_limit_is_finite_and_mirrored(void)
         TEST_ASSERT_TRUE(forward.observer.smo.emf_hat.alpha == est.observer.smo.emf_hat.alpha);
         TEST_ASSERT_TRUE(forward.observer.smo.emf_hat.beta == -est.observer.smo.emf_hat.beta);
         TEST_ASSERT_TRUE(forward.tracker.pll.theta_e == -est.tracker.pll.theta_e);
-    }
-}
-
-/* The sign starts from no error and the cap's k_f: its first samples all lean to one side, 40 of them at k_s
- * 5 times the EMF. It stays locked, and is back in its chatter after 0.05 s (kp 161: exp(-8)): SD 20 to 45.
- * Without feed-forward, to which the chatter's amplitude would be a speed. */
-static void test_reset_of_the_sign_stays_locked(void)
-{
-    static const double rpm[] = {500.0, 1000.0, 1500.0};
-    for (int n = 0; n < 12; n++) {
-        double way = n % 2 ? -1.0 : 1.0;
-        estimator_params_t params = paper_params(LAG_EXACT);
-        tune(&params, 200.0, 0.0);
-        params.smo.switching = SMO_SIGN;
-        params.smo.emf_cutoff = 2000.0f;
-        estimator_oracle_case_t rig = rig_of(0, way * rpm[n / 4] * RAD_PER_RPM, way * RATED);
-        (void)settled(&params, &rig);
-        reset_near(&rig, 4000, 0.0, 0.0);
-        double first = deviation(&rig, 4001, 0, 500).peak;
-        deviation_t after = deviation(&rig, 4501, 0, 1500);
-        check_below(first, 500.0, "after the reset");
-        check_below(after.peak, 4.0 * 45.0, "then");
     }
 }
 
@@ -229,36 +164,6 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
             TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
         }
     }
-}
-
-/* With the torque's share the speed goes on changing: 20 periods at 565 rad/s^2 without it are 1.1 mrad. One
- * period late is a T^2 a period, 0.11 mrad. */
-static void check_coast_in_ramp(double way)
-{
-    for (int n = 0; n < 2; n++) {
-        double a = n ? -RAMP : RAMP;
-        estimator_params_t params = params_of(0);
-        params.torque_feedforward = 69.0f;
-        estimator_oracle_case_t rig = ramp_rig(way * 600.0, way * a);
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        (void)deviation(&rig, 1, RAMP_START + 4000, 0);
-        long k = RAMP_START + 4001;
-        double before = error_of(&rig, k, step(&rig, k));
-        for (long end = k + 20; k < end;) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, ++k, &now);
-            position_t position = estimator_coast(&est, as_float(now.voltage), as_float(now.current));
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, before, error_of(&rig, k, position));
-            TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)position.omega_e);
-        }
-    }
-}
-
-static void test_coast_goes_on_with_the_torque(void)
-{
-    check_coast_in_ramp(1.0);
-    check_coast_in_ramp(-1.0);
 }
 
 /* Whatever the voltage, the loop is not moved by it. */

@@ -234,24 +234,6 @@ static void test_sample_bit_is_not_debounced(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(expected, seen, 7);
 }
 
-/* A rotor that stands, a loop that turns on alone: the amplitude says so within its time. */
-static void test_lost_emf_is_noticed(void)
-{
-    estimator_params_t params = params_of(0);
-    params.validity = (validity_params_t){.amplitude_min = 0.5f, .amplitude_time = 0.01f};
-    estimator_oracle_case_t rig = rig_of(0, 400.0, 0.0);
-    init(&params);
-    reset_near(&rig, 0, 0.0, 0.0);
-    (void)deviation(&rig, 1, 2000, 0);
-    long k = 0;
-    while (k < 1000 && estimator_invalid(&est) == 0u) {
-        (void)stepped((ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
-        k++;
-    }
-    TEST_ASSERT_TRUE(k >= 100 && k <= 130);
-    TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_AMPLITUDE, estimator_invalid(&est));
-}
-
 static void test_reset_starts_validity_anew(void)
 {
     estimator_params_t params = validity_params(0);

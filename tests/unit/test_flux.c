@@ -78,41 +78,22 @@ static void test_flux_rests_where_it_cannot_be_seen(void)
     }
 }
 
-/* The machine's flux is not that of the parameter: psi_hat goes half of it either way and not a step more. */
-static void flux_at_its_limit(double factor, double way)
+/* The machine's flux is not that of the parameter: psi_hat goes half of it either way and not a step more,
+ * and comes back when the flux does. */
+static void test_flux_stops_at_half_of_the_parameter_either_way_and_comes_back(void)
 {
-    estimator_params_t params = params_of(0);
-    params.flux_adaptation = 5.0f;
-    estimator_oracle_case_t rig = rig_of(0, way * 300.0, 0.0);
-    rig.flux_linkage = factor * PSI;
-    init(&params);
-    reset_near(&rig, 0, 0.0, 0.0);
-    (void)deviation(&rig, 1, 30000, 0);
-}
-
-static void test_flux_stops_at_half(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        flux_at_its_limit(0.4, way);
-        check_below(0.5 * PSI * (1.0 - 1e-6), (double)flux.flux_linkage, "lowest");
-        check_below((double)flux.flux_linkage, 0.501 * PSI, "highest");
-    }
-}
-
-static void test_flux_stops_at_one_and_a_half(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        flux_at_its_limit(2.0, way);
-        check_below((double)flux.flux_linkage, 1.5 * PSI * (1.0 + 1e-6), "highest");
-        check_below(1.497 * PSI, (double)flux.flux_linkage, "lowest");
-    }
-}
-
-static void test_flux_comes_back_from_its_limits(void)
-{
-    for (int n = 0; n < 2; n++) {
-        flux_at_its_limit(n ? 2.0 : 0.4, 1.0);
-        estimator_oracle_case_t rig = rig_of(0, 300.0, 0.0);
+    for (int n = 0; n < 4; n++) {
+        const double end = n % 2 ? 1.5 * PSI : 0.5 * PSI;
+        estimator_params_t params = params_of(0);
+        params.flux_adaptation = 5.0f;
+        estimator_oracle_case_t rig = rig_of(0, n / 2 ? -300.0 : 300.0, 0.0);
+        rig.flux_linkage = n % 2 ? 2.0 * PSI : 0.4 * PSI;
+        init(&params);
+        reset_near(&rig, 0, 0.0, 0.0);
+        (void)deviation(&rig, 1, 30000, 0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * end, end, (double)flux.flux_linkage);
+        TEST_ASSERT_TRUE(fabs((double)flux.flux_linkage / PSI - 1.0) < 0.5 + 1e-6);
+        rig.flux_linkage = PSI;
         (void)deviation(&rig, 30001, 30000, 0);
         TEST_ASSERT_DOUBLE_WITHIN(5e-3 * PSI, PSI, (double)flux.flux_linkage);
     }

@@ -77,27 +77,6 @@ static void test_damping_by_the_rule(void)
     TEST_ASSERT_TRUE(forced.tuning.damping < 0.9f); /* by R and the dead time */
 }
 
-static void test_damping_that_is_given_is_taken(void)
-{
-    begin(0.0636, 10.0, 0.7);
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, forced.tuning.damping);
-}
-
-/* Its power K_t i_q cos(gamma) omega is K_t i_q e_q/psi_f. */
-static void test_damping_takes_power_out_of_a_swing_at_any_load_angle(void)
-{
-    for (double gamma = -PI; gamma <= PI; gamma += 0.05) {
-        for (double omega = -40.0; omega <= 40.0; omega += 7.0) {
-            forced_enter(&forced, 0.3f, 100.0f, (float)CURRENT);
-            const dq_t emf = {(float)(omega * PSI * sin(gamma)), (float)(omega * PSI * cos(gamma))};
-            for (int n = 0; n < 100; n++) {
-                const double power = KT * (double)forced_step(&forced, emf).q * cos(gamma) * omega;
-                TEST_ASSERT_TRUE(fabs(cos(gamma) * omega) < 1e-3 ? power <= 0.0 : power < 0.0);
-            }
-        }
-    }
-}
-
 /* y += share (x - y), of which a sample acts at once: share/(1 - (1 - share)/z). */
 static double complex lowpass_of(double cutoff, double complex z)
 {
@@ -124,100 +103,6 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
         const double expected = -0.5 * 0.25 * k * creal(share);
         TEST_ASSERT_TRUE(work < 0.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(expected) + 1e-6, expected, work);
-    }
-}
-
-typedef struct {
-    double gamma, omega; /* [rad], electrical [rad/s] of the rotor */
-} rotor_t;
-
-/* A period of a rotor without load under the frame that stands, in ten steps. */
-static void turn_rotor(rotor_t *rotor, double inertia, dq_t current)
-{
-    for (int n = 0; n < 10; n++) {
-        const double torque =
-            KT * ((double)current.d * sin(rotor->gamma) + (double)current.q * cos(rotor->gamma));
-        rotor->omega += 0.1 * T * POLE_PAIRS * torque / inertia;
-        rotor->gamma -= 0.1 * T * rotor->omega;
-    }
-}
-
-static dq_t damped(const rotor_t *rotor)
-{
-    return forced_step(&forced, (dq_t){(float)(rotor->omega * PSI * sin(rotor->gamma)),
-                                       (float)(rotor->omega * PSI * cos(rotor->gamma))});
-}
-
-/* The pair of the characteristic equation near w_n, by Newton. The current acts a period's half later. */
-static double complex mode(double inertia, double k)
-{
-    const double w = natural(inertia);
-    const double loss = KT * k * PSI * POLE_PAIRS / inertia;
-    double complex s = w * (-0.3 + (double complex)I);
-    for (int n = 0; n < 60; n++) {
-        double complex value[2];
-        for (int m = 0; m < 2; m++) {
-            const double complex x = s + m * 1e-4;
-            value[m] =
-                x * x + loss * x * x / (x + 6.0) / (1.0 + x * k * L / 2.5) * cexp(-0.5 * T * x) + w * w;
-        }
-        s -= value[0] * 1e-4 / (value[1] - value[0]);
-    }
-    return s;
-}
-
-/* Decay and rate of a small swing, with a weak damping, so that there is something to measure; the plain
- * ratio is K_t k psi_f p/(2 J w_n). */
-static void test_swing_decays_as_the_damping_says(void)
-{
-    static const double inertias[] = {0.003, 0.0636};
-    static const double dampings[] = {0.1, 0.3};
-    for (int n = 0; n < 2; n++) {
-        begin(inertias[n], 10.0, dampings[n]);
-        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
-        const double complex s = mode(inertias[n], dampings[n]);
-        rotor_t rotor = {0.1, 0.0};
-        double zero[4] = {0.0}, peak[4] = {0.0};
-        int zeros = 0;
-        for (int k = 0; zeros < 4 && k < 40000; k++) {
-            const double before = rotor.gamma;
-            turn_rotor(&rotor, inertias[n], damped(&rotor));
-            peak[zeros] = fmax(peak[zeros], fabs(rotor.gamma));
-            if (before * rotor.gamma < 0.0) {
-                zero[zeros++] = T * (k + before / (before - rotor.gamma));
-            }
-        }
-        TEST_ASSERT_EQUAL_INT(4, zeros);
-        const double rate = 2.0 * PI / (zero[3] - zero[1]);
-        const double decay = log(peak[1] / peak[3]) * rate / (2.0 * PI);
-        const double ratio = decay / hypot(decay, rate);
-        const double expected = -creal(s) / cabs(s);
-        const double plain = KT * dampings[n] * PSI * POLE_PAIRS / (2.0 * inertias[n] * natural(inertias[n]));
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * cimag(s), cimag(s), rate);
-        TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, ratio);
-        TEST_ASSERT_DOUBLE_WITHIN(0.15 * plain, plain, ratio);
-    }
-}
-
-/* By the rule that plain ratio is a half where the observer's errors allow it. */
-static void test_rule_damps_a_light_rotor_by_half_of_critical(void)
-{
-    const double k = (double)forced.tuning.damping;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5, KT * k * PSI * POLE_PAIRS / (2.0 * 0.003 * natural(0.003)));
-}
-
-/* From nearly the worst angle to rest within three turns of the pendulum. */
-static void test_alignment_comes_to_rest(void)
-{
-    static const double inertias[] = {0.003, 0.0636};
-    for (int n = 0; n < 2; n++) {
-        begin(inertias[n], 10.0, 0.0);
-        forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
-        rotor_t rotor = {-2.8, 0.0};
-        for (double t = 0.0; t < 30.0 / natural(inertias[n]); t += T) {
-            turn_rotor(&rotor, inertias[n], damped(&rotor));
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, rotor.gamma);
     }
 }
 
@@ -252,19 +137,6 @@ static void test_current_stays_within_the_longest_vector(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 6.0, (double)current.d);
         }
     }
-}
-
-/* Volts of dead time per ampere grow as it falls. */
-static void test_less_current_damps_less(void)
-{
-    float across[2];
-    for (int n = 0; n < 2; n++) {
-        forced_enter(&forced, 0.0f, 0.0f, n == 0 ? 8.0f : 2.0f);
-        for (int k = 0; k < 50; k++) {
-            across[n] = forced_step(&forced, (dq_t){0.0f, 4.0f}).q;
-        }
-    }
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.25f * across[0], across[1]);
 }
 
 static void test_frame_turns_on_by_its_speed(void)

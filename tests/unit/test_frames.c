@@ -49,20 +49,6 @@ static void test_clarke_drops_the_zero_sequence_exactly(void)
     TEST_ASSERT_TRUE(stationary.alpha == 0.0f && stationary.beta == 0.0f);
 }
 
-static void test_two_sensors_see_the_same_as_three_without_star_point(void)
-{
-    for (int k = 0; k < PHASES_COUNT; k++) {
-        abc_t phases = PHASES[k];
-        phases.c = -phases.a - phases.b;
-        ab_t two = frames_clarke(phases);
-        /* (2a - b - c)/3 = a and (b - c)/sqrt(3) = (a + 2b)/sqrt(3) where the sum is zero. */
-        double complex expected =
-            (double)phases.a + J * ((double)phases.a + 2.0 * (double)phases.b) / sqrt(3.0);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, creal(expected), (double)two.alpha);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0 * TOLERANCE, cimag(expected), (double)two.beta);
-    }
-}
-
 static void test_inverse_clarke_gives_phases_back_without_zero_sequence(void)
 {
     for (int k = 0; k < PHASES_COUNT; k++) {
@@ -95,19 +81,6 @@ static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
             TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, creal(expected), (double)turned.alpha);
             TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, cimag(expected), (double)turned.beta);
         }
-    }
-}
-
-static void test_balanced_phases_keep_their_amplitude_and_lie_on_d(void)
-{
-    double amplitude = 4.55;
-    for (int degree = -180; degree < 180; degree += 7) {
-        double angle = degree * PI / 180.0;
-        abc_t phases = {(float)(amplitude * cos(angle)), (float)(amplitude * cos(angle - 2.0 * PI / 3.0)),
-                        (float)(amplitude * cos(angle + 2.0 * PI / 3.0))};
-        dq_t rotor = frames_park(frames_clarke(phases), rotation_of(angle));
-        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, amplitude, (double)rotor.d);
-        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, (double)rotor.q);
     }
 }
 

@@ -156,20 +156,6 @@ static void test_what_is_handed_over_is_the_mean_of_the_current(void)
                               (double)handover.mean.d);
 }
 
-/* The last period of the second may still be the one that makes it. */
-static void test_good_in_the_last_period_is_good(void)
-{
-    lock.scatter = 1.0f;
-    for (uint32_t n = 0u; n < LONGEST - HELD; n++) {
-        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
-    }
-    lock.scatter = 0.0f;
-    for (uint32_t n = 1u; n < HELD; n++) {
-        TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());
-    }
-    TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
-}
-
 /* Towards 1.3 |i_q| and a tenth of I, with 10 rad/s. */
 static void test_current_goes_to_what_the_load_needs(void)
 {
@@ -182,20 +168,6 @@ static void test_current_goes_to_what_the_load_needs(void)
             const double expected = target + ((double)CURRENT - target) * exp(-10.0 * 1e-4 * k);
             TEST_ASSERT_DOUBLE_WITHIN(2e-3, expected, (double)now);
         }
-    }
-}
-
-/* A start that was tried again has more of it. */
-static void test_current_stays_within_that_of_this_try(void)
-{
-    static const float most[] = {10.0f, 13.0f};
-    for (int n = 0; n < 2; n++) {
-        float now = 8.0f;
-        for (int k = 0; k < 20000; k++) {
-            now = handover_current(&handover, now, most[n], 9.9f);
-            TEST_ASSERT_TRUE(now <= most[n]);
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, (double)most[n], (double)now);
     }
 }
 

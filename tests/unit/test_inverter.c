@@ -15,7 +15,6 @@
 #define DUTY_MIN   0.04
 #define DUTY_MAX   0.96
 #define INDUCTANCE 12.5e-3 /* [H] */
-#define NO_RIPPLE  1e9f    /* [H]: all edges meet the same current */
 #define EFFECTIVE  0.023   /* T_e/T [-] */
 
 /* T_e = 2.5 + 0.7 - 0.9 = 2.3 us of 100 us. */
@@ -41,19 +40,13 @@ static const ab_t NONE = {0.0f, 0.0f};
 
 static inverter_t inverter;
 
-static void begin_with(float gain, float inductance)
+static void begin(float gain)
 {
     inverter_params_t params = PARAMS;
     params.dead_time.gain = gain;
-    params.inductance = inductance;
     const inverter_tuning_t tuning = inverter_prepare(&params);
     memset(&inverter, 0x55, sizeof inverter);
     inverter_init(&inverter, &tuning);
-}
-
-static void begin(float gain)
-{
-    begin_with(gain, (float)INDUCTANCE);
 }
 
 void setUp(void)
@@ -190,20 +183,9 @@ static void test_duties_make_up_for_all_that_will_be_lost(void)
     check_duties(1.0);
 }
 
-static void test_duties_make_up_for_half_of_it(void)
-{
-    check_duties(0.5);
-}
-
 static void test_duties_make_up_for_nothing(void)
 {
     check_duties(0.0);
-}
-
-static void test_no_voltage_without_current_is_the_middle(void)
-{
-    const inverter_made_t made = inverter_make(&inverter, NONE, NONE, 311.0f);
-    TEST_ASSERT_TRUE(made.duty.a == 0.5f && made.duty.b == 0.5f && made.duty.c == 0.5f);
 }
 
 /* The limit concerns what is asked for, losses included: below, at, above. */
@@ -224,16 +206,6 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
             TEST_ASSERT_DOUBLE_WITHIN(4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3, 0.0,
                                       cabs(duties_of(made.duty) * 311.0 - (asked + missing)));
         }
-    }
-}
-
-static void test_duties_stay_within_their_limits(void)
-{
-    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
-        const inverter_made_t made =
-            inverter_make(&inverter, to_ab(1000.0 * cexp(J * angle)), to_ab(5.0 * cexp(J * angle)), 311.0f);
-        TEST_ASSERT_TRUE(fmaxf(made.duty.a, fmaxf(made.duty.b, made.duty.c)) <= (float)DUTY_MAX + 1e-7f);
-        TEST_ASSERT_TRUE(fminf(made.duty.a, fminf(made.duty.b, made.duty.c)) >= (float)DUTY_MIN - 1e-7f);
     }
 }
 
@@ -299,30 +271,6 @@ static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
     check_acted(1.0f);
     check_acted(0.5f);
     check_acted(0.0f);
-}
-
-/* With a steady current and link and no ripple: asked for in step k, on the winding in the period before step
- * k+2, but for half a count of each leg. */
-static void test_there_and_back_is_what_was_wanted(void)
-{
-    const double half_counts = 4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3;
-    for (double angle = -3.1; angle < 3.1; angle += 0.17) {
-        const double complex wanted = 80.0 * cexp(J * angle);
-        const double complex current = 3.0 * cexp(J * (angle - 0.4));
-        begin_with(1.0f, NO_RIPPLE);
-        const abc_t duty = inverter_make(&inverter, to_ab(wanted), to_ab(current), 311.0f).duty;
-        inverter_remember(&inverter, duty, to_ab(current), 311.0f);
-        inverter_remember(&inverter, (abc_t){0.5f, 0.5f, 0.5f}, to_ab(current), 311.0f);
-        const double complex acted = of_ab(inverter_acted(&inverter, to_ab(current), 311.0f).voltage);
-        TEST_ASSERT_DOUBLE_WITHIN(half_counts, 0.0, cabs(acted - wanted));
-
-        begin_with(0.0f, NO_RIPPLE);
-        const abc_t bare = inverter_make(&inverter, to_ab(wanted), to_ab(current), 311.0f).duty;
-        inverter_remember(&inverter, bare, to_ab(current), 311.0f);
-        inverter_remember(&inverter, (abc_t){0.5f, 0.5f, 0.5f}, to_ab(current), 311.0f);
-        const double complex less = of_ab(inverter_acted(&inverter, to_ab(current), 311.0f).voltage);
-        TEST_ASSERT_DOUBLE_WITHIN(half_counts, 0.0, cabs(less - (wanted - lost_at(current, 311.0))));
-    }
 }
 
 /* A drop of 1.875 V in place of 0.875 V and a third of the counts; the periods are those of before. */

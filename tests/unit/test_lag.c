@@ -99,59 +99,6 @@ static void test_paper_modes_ignore_the_filter_and_the_exact_one_does_not(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, filter, (double)(lag_angle(&smo, LAG_EXACT, 628.0f) - exact));
 }
 
-static void test_lag_is_odd_and_attenuation_even_bit_for_bit(void)
-{
-    smo_params_t params = observer_of(1, 2000.0f);
-    smo_init(&smo, &params);
-    smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){30.0f, 10.0f});
-    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
-        for (float omega = 0.0f; omega < 31000.0f; omega += 77.0f) {
-            TEST_ASSERT_TRUE(lag_angle(&smo, (lag_mode_t)mode, omega) ==
-                             -lag_angle(&smo, (lag_mode_t)mode, -omega));
-            TEST_ASSERT_TRUE(lag_attenuation(&smo, omega) == lag_attenuation(&smo, -omega));
-        }
-        TEST_ASSERT_TRUE(lag_angle(&smo, (lag_mode_t)mode, 0.0f) == 0.0f);
-    }
-}
-
-/* x = LAG_TURN_LIMIT: numbers from the formulas with nothing but sqrt, sin, cos and atan. z - a over
- * lambda + j omega is the hold, d = lambda T. */
-static void test_turn_limit_by_hand(void)
-{
-    smo_params_t params = observer_of(4, 0.0f); /* d = 0.3 */
-    smo_init(&smo, &params);
-    const double d = 30.0 * 1e-4 / 0.01;
-    const double x = 0.63;
-    const double a = exp(-d);
-    const double bg = (1.0 - a) / 30.0 * (double)params.gain * 0.5 * (double)params.slope;
-    const double p = a - bg;
-    const double lag = atan2(sin(x), cos(x) - p) - atan2(sin(x), cos(x) - a) + atan2(x, d);
-    const double ratio =
-        bg / hypot(cos(x) - p, sin(x)) * d / (1.0 - a) * hypot(cos(x) - a, sin(x)) / hypot(d, x);
-    for (int way = -1; way <= 1; way += 2) {
-        const float omega = (float)(way * x / 1e-4);
-        TEST_ASSERT_DOUBLE_WITHIN(ANGLE, way * lag, (double)lag_angle(&smo, LAG_EXACT, omega));
-        TEST_ASSERT_DOUBLE_WITHIN(LENGTH, 1.0, (double)lag_attenuation(&smo, omega) / ratio);
-    }
-}
-
-static void test_corrected_lag_is_45_degrees_at_the_corner(void)
-{
-    TEST_ASSERT_DOUBLE_WITHIN(4e-6, PI / 4.0, (double)lag_angle(&smo, LAG_CORRECTED, 100.95f / 0.0125f));
-    TEST_ASSERT_DOUBLE_WITHIN(4e-6, PI / 4.0, (double)lag_angle(&smo, LAG_PRINTED, 95.95f / 0.0125f));
-}
-
-static void test_attenuation_at_standstill_is_g_over_g_plus_r(void)
-{
-    static const float cutoffs[] = {0.0f, 5.0f, 2000.0f};
-    for (int c = 0; c < 3; c++) {
-        smo_params_t params = paper();
-        params.emf_cutoff = cutoffs[c];
-        smo_init(&smo, &params);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6, 100.0 / 100.95, (double)lag_attenuation(&smo, 0.0f));
-    }
-}
-
 /* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300
  * rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
 static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
@@ -232,23 +179,6 @@ static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
     }
 }
 
-static void test_emf_beyond_the_turn_limit_is_finite(void)
-{
-    static const float beyond[] = {6300.01f, 31416.0f, -31416.0f, 2e5f, -2e5f};
-    for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
-        smo_params_t params = paper();
-        params.switching = (smo_switching_t)s;
-        smo_init(&smo, &params);
-        smo_reset(&smo, (ab_t){1.0f, -2.0f}, (ab_t){30.0f, 60.0f});
-        for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
-            for (int n = 0; n < 5; n++) {
-                const ab_t emf = lag_emf(&smo, (lag_mode_t)mode, beyond[n]);
-                TEST_ASSERT_TRUE(isfinite(emf.alpha) && isfinite(emf.beta));
-            }
-        }
-    }
-}
-
 /* No error, no EMF: nothing is divided by it. */
 static void test_emf_of_no_error_is_zero(void)
 {
@@ -313,33 +243,6 @@ static void test_error_makes_the_emf_again(void)
             const turn_t turn = turn_of(emf, lag_emf(&smo, LAG_EXACT, (float)omega));
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, turn.angle);
             TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, turn.length);
-        }
-    }
-}
-
-/* Reset on the true EMF, attenuated and turned back by the lag, while turning at 1500 r/min. Without filter
- * e_hat is v: what is left is the gain of the first guess. */
-static void test_reset_while_turning_continues_in_step(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        smo_oracle_case_t rig = motor_case(0, way * 1500.0 * RAD_PER_RPM);
-        smo_oracle_sample_t now;
-        smo_oracle_sample(&rig, 10, &now);
-        setUp();
-        smo_reset(&smo, as_float(now.current), as_float(now.emf));
-        double lag = (double)lag_angle(&smo, LAG_EXACT, (float)rig.omega_e);
-        double scale = (double)lag_attenuation(&smo, (float)rig.omega_e);
-        double turned[2] = {scale * (cos(lag) * now.emf[0] + sin(lag) * now.emf[1]),
-                            scale * (cos(lag) * now.emf[1] - sin(lag) * now.emf[0])};
-        smo_reset(&smo, as_float(now.current), as_float(turned));
-        for (long k = 11; k < 100; k++) {
-            smo_oracle_sample(&rig, k, &now);
-            ab_t emf = smo_step(&smo, as_float(now.voltage), as_float(now.current));
-            double a = (double)emf.alpha;
-            double b = (double)emf.beta;
-            double angle = atan2(b * now.emf[0] - a * now.emf[1], a * now.emf[0] + b * now.emf[1]) +
-                           (double)lag_angle(&smo, LAG_EXACT, (float)rig.omega_e);
-            TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, angle);
         }
     }
 }

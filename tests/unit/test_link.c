@@ -82,65 +82,6 @@ static void test_limits_are_asked_for_as_long_as_they_act(void)
     TEST_ASSERT_FALSE(link_is_near(&x, 311.0f));
 }
 
-/* A capacitor C [F] that gets K_t omega i: current control of 1000 rad/s, two periods late, follows what the
- * limits leave of `wish` [A], positive: braking. The largest and smallest u [V] of half a second, and the
- * swing of its last tenth. */
-typedef struct {
-    double largest, smallest, swing;
-} bounds_t;
-
-static bounds_t play(double capacitance, double u, double wish, double taken)
-{
-    double i = wish, late[2] = {wish, wish}, low = 1e9, high = -1e9;
-    bounds_t seen = {u, u, 0.0};
-    for (int k = 0; k < 5000; k++) {
-        if (k % 8 == 0 || x.limits != 0u) {
-            if (link_is_near(&x, (float)u)) {
-                link_limit(&x, (float)u, (float)OMEGA);
-            }
-        }
-        const double asked = fmax(fmin(wish, (double)x.braking), -(double)x.driving);
-        for (int n = 0; n < 100; n++) {
-            i += 1000.0 * PERIOD / 100.0 * (late[1] - i);
-            u += PERIOD / 100.0 * (TORQUE * OMEGA * i - taken) / (capacitance * u);
-        }
-        late[1] = late[0];
-        late[0] = asked;
-        seen.largest = fmax(seen.largest, u);
-        seen.smallest = fmin(seen.smallest, u);
-        low = k >= 4000 ? fmin(low, u) : low;
-        high = k >= 4000 ? fmax(high, u) : high;
-    }
-    seen.swing = high - low;
-    return seen;
-}
-
-/* 1.7 kW into a link of 1 mF: it stays below the trip and settles; with the least capacitance of
- * docs/theory.md, 29, too. */
-static void test_braking_into_a_capacitor_stays_below_the_trip(void)
-{
-    static const double capacitances[] = {0.73e-3, 1e-3, 5e-3};
-    for (int n = 0; n < 3; n++) {
-        setUp();
-        const bounds_t seen = play(capacitances[n], 311.0, MOST, 10.0);
-        TEST_ASSERT_TRUE(seen.largest < OVER);
-        TEST_ASSERT_TRUE(seen.swing < 0.5);
-        TEST_ASSERT_TRUE(seen.largest > 380.0);
-    }
-}
-
-/* The motor drives with 1.7 kW when the supply goes, and 50 W go elsewhere: the rotor holds the link. */
-static void test_a_rotor_holds_a_link_without_supply(void)
-{
-    static const double capacitances[] = {1e-3, 5e-3};
-    for (int n = 0; n < 2; n++) {
-        setUp();
-        const bounds_t seen = play(capacitances[n], 311.0, -MOST, 50.0);
-        TEST_ASSERT_TRUE(seen.smallest > UNDER);
-        TEST_ASSERT_TRUE(seen.swing < 0.5);
-    }
-}
-
 /* ---- supply ---- */
 
 static void looks(double u_dc, double seconds)

@@ -1,5 +1,5 @@
 /* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
- * that of driving it must not brake it; and which bands of the two a set of parameters may have. */
+ * that of driving it must not brake it. */
 #include "protect/link.h"
 
 #include <math.h>
@@ -7,8 +7,6 @@
 #include <string.h>
 #include <unity.h>
 
-#include "drive/params.h"
-#include "drive/reasons.h"
 #include "tests/unit/link_bench.h"
 
 #define FREE     1.325 /* [rad/s] 0.15 R I/K_t */
@@ -171,32 +169,4 @@ static void test_a_link_that_the_rotor_holds_is_no_supply(void)
     held(5e-3, 10.0, 10.0);
     held(5e-3, 100.0, 1.0);
     held(1e-3, 0.0, 0.1);
-}
-
-/* ---- the set ---- */
-
-static void test_bands_that_overlap_are_refused_with_their_rows(void)
-{
-    params_t params;
-    params_error_t why;
-    params_defaults(&params);
-    params.dc_overvoltage = 320.0f;
-    params.dc_undervoltage = 300.0f;
-    TEST_ASSERT_TRUE(params_check(&params, &why)); /* without ride-through nothing limits the driving */
-    params.ride_through_time = 0.5f;
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_EQUAL_INT32(REASON_CROSS_RULE, why.reason);
-    TEST_ASSERT_EQUAL_STRING("dc_undervoltage", why.field);
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "dc_undervoltage"));
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "dc_overvoltage"));
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "ride_through_time"));
-    /* 0.95 x 320 V / 1.27 */
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 239.37f, why.max);
-    params.dc_undervoltage = why.max;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.dc_undervoltage = 200.0f;
-    params.dc_overvoltage = 267.3f;
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    params.dc_overvoltage = 267.4f; /* 1.27 x 200 V / 0.95 = 267.37 V */
-    TEST_ASSERT_TRUE(params_check(&params, &why));
 }

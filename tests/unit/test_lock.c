@@ -68,13 +68,6 @@ static void test_half_a_turn_off_shows_in_a_millisecond_and_a_half(void)
     TEST_ASSERT_EQUAL_UINT32(15u, lost_after(-OMEGA));
 }
 
-/* No EMF at all: exp(-0.02 n) < 0.5 from n = 35 on. */
-static void test_blocked_rotor_shows_in_three_milliseconds_and_a_half(void)
-{
-    make_estimate(OMEGA, 0.0f, 0.0f);
-    TEST_ASSERT_EQUAL_UINT32(35u, lost_after(OMEGA));
-}
-
 /* 51 % along the axis are enough whatever is across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. */
 static void test_projection_counts_what_lies_along_the_axis(void)
 {

@@ -1,192 +1,9 @@
-/* What follows what, with a machine: currents are those that were asked for a period ago, the EMF is observed
- * without error, and a loop that tracks is on the rotor. */
+/* What follows what. */
 #include <complex.h>
 #include <string.h>
 #include <unity.h>
 
-#include "drive/manoeuvres.h"
-#include "tests/unit/compare.h"
-
-#define T          1e-4
-#define PSI        0.183
-#define POLE_PAIRS 4.0
-#define KT         (1.5 * POLE_PAIRS * PSI)
-#define LINK       179.0f /* [V] 311 V of DC link */
-
-static manoeuvres_t m;
-static manoeuvres_tuning_t tuning;
-static params_t params;
-
-static struct {
-    double theta, omega_m;  /* [rad] electrical, [rad/s] mechanical */
-    double inertia;         /* [kg m^2] */
-    double friction;        /* against the speed, and holds it at zero [N m] */
-    bool blocked;           /* the shaft is held */
-    double detector;        /* of the loop's error, every other period [-] */
-    double complex current; /* [A] */
-} machine;
-
-static estimate_t estimate;
-static run_wish_t wish;
-static demand_t demand;
-static bool lost;
-static uint32_t period;
-
-/* Names in the order in which they came. */
-static struct {
-    int32_t name;
-    uint32_t period;
-} trace[32];
-static int traced;
-
-static void tune(void)
-{
-    const believed_t believed = params_believed(&params);
-    tuning = manoeuvres_prepare(&params, &believed);
-}
-
-static void begin(void)
-{
-    tune();
-    memset(&m, 0x55, sizeof m);
-    manoeuvres_init(&m, &tuning);
-    manoeuvres_begin(&m, (float)machine.omega_m);
-}
-
-void setUp(void)
-{
-    params_defaults(&params);
-    params.motor_inertia = 0.003f;
-    params.low_speed_current = 0.0f;
-    params.inductance_adaptation = 0.0f;
-    memset(&machine, 0, sizeof machine);
-    memset(&estimate, 0, sizeof estimate);
-    machine.inertia = 0.003;
-    machine.friction = 0.05;
-    wish = (run_wish_t){RUN_SPEED, 50.0f, {0.0f, 0.0f}};
-    demand = (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
-    lost = false;
-    period = 0u;
-    traced = 0;
-}
-
-static double torque_of_current(void)
-{
-    return KT * cimag(machine.current * cexp(-(double complex)I * machine.theta));
-}
-
-static void turn_machine(void)
-{
-    const double torque = torque_of_current();
-    const double free = machine.omega_m + T * torque / machine.inertia;
-    const double held = T * machine.friction / machine.inertia;
-    machine.omega_m = fabs(free) <= held ? 0.0 : free - (free > 0.0 ? held : -held);
-    if (machine.blocked) {
-        machine.omega_m = 0.0;
-    }
-    machine.theta = circle(machine.theta + T * POLE_PAIRS * machine.omega_m);
-}
-
-static frame_t true_frame(void)
-{
-    return (frame_t){(float)machine.theta,
-                     (float)(POLE_PAIRS * machine.omega_m),
-                     {(float)sin(machine.theta), (float)cos(machine.theta)}};
-}
-
-static void observe(void)
-{
-    const double complex emf =
-        (double complex)I * POLE_PAIRS * machine.omega_m * PSI * cexp((double complex)I * machine.theta);
-    estimate.emf = (ab_t){(float)creal(emf), (float)cimag(emf)};
-    estimate.amplitude = (float)cabs(emf);
-    if (m.tracking != 0u) {
-        estimate.frame = true_frame();
-        estimate.omega_smooth = estimate.frame.omega_e;
-        estimate.detector = (float)machine.detector;
-    }
-}
-
-static void note(void)
-{
-    if (traced == 0 || trace[traced - 1].name != m.now) {
-        TEST_ASSERT_TRUE(traced < 32);
-        trace[traced].name = m.now;
-        trace[traced++].period = period;
-    }
-}
-
-static void step(void)
-{
-    const double angle = (double)demand.frame.theta_e + T * (double)demand.frame.omega_e;
-    const double complex asked = (double)demand.current.d + (double complex)I * (double)demand.current.q;
-    machine.current = asked * cexp((double complex)I * angle);
-    turn_machine();
-    manoeuvres_advance(&m);
-    observe();
-    const frame_t encoder = true_frame();
-    const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
-    const manoeuvres_input_t input = {
-        .current = {(float)creal(machine.current), (float)cimag(machine.current)},
-        .voltage_max = LINK,
-        .estimate = &estimate,
-        .encoder = &encoder,
-        .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
-        .wish = wish,
-        .estimating = 1u,
-        .losses = lost ? 1u : 0u,
-    };
-    period++;
-    manoeuvres_step(&m, &input, &demand);
-    if (m.locking != 0u) {
-        estimate.frame = (frame_t){m.locked.theta_e, m.locked.omega_e, {0.0f, 1.0f}};
-        estimate.omega_smooth = m.locked.omega_e;
-    }
-    note();
-}
-
-static void steps(double seconds)
-{
-    for (double t = 0.5 * T; t < seconds; t += T) {
-        step();
-    }
-}
-
-/* Periods until this one is under way. */
-static uint32_t steps_until(manoeuvre_t manoeuvre, double most_seconds)
-{
-    const uint32_t from = period;
-    while (m.now != (int32_t)manoeuvre && (period - from) * T < most_seconds) {
-        step();
-    }
-    TEST_ASSERT_EQUAL_INT32(manoeuvre, m.now);
-    return period - from;
-}
-
-#define EXPECT_TRACE(...)                                                                                    \
-    expect_trace((manoeuvre_t[]){__VA_ARGS__},                                                               \
-                 (int)(sizeof((manoeuvre_t[]){__VA_ARGS__}) / sizeof(manoeuvre_t)))
-static void expect_trace(const manoeuvre_t *names, int count)
-{
-    for (int n = 0; n < count && n < traced; n++) {
-        TEST_ASSERT_EQUAL_INT32(names[n], trace[n].name);
-    }
-    TEST_ASSERT_EQUAL_INT(count, traced);
-    traced = 0;
-}
-
-/* Current in a frame: d + j q [A]. */
-static double complex current_in(double theta)
-{
-    return machine.current * cexp(-(double complex)I * theta);
-}
-
-static void make_heavy(void)
-{
-    params.motor_inertia = 0.0636f;
-    machine.inertia = 0.0636;
-    machine.friction = 1.32;
-}
+#include "tests/unit/manoeuvres_bench.h"
 
 static void given_running(double omega_m)
 {
@@ -494,35 +311,6 @@ static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ram
     }
 }
 
-static void test_current_of_a_retry_stays_within_the_limit(void)
-{
-    machine.blocked = true;
-    begin();
-    for (uint32_t n = 0u; n < 60000u && m.failed == 0u; n++) {
-        step();
-        TEST_ASSERT_TRUE(m.forced.current <= params.current_limit);
-        TEST_ASSERT_TRUE(cabs(machine.current) <= 10.0001);
-    }
-    TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_STALLED, m.failed);
-}
-
-/* 5 N m need 4.6 A: 4 A are too few, and 5.2 A, or 6.8 A, must last until the hand-over is done. */
-static void test_load_beyond_the_first_current_is_started_by_a_retry(void)
-{
-    params.start_current = 4.0f;
-    machine.friction = 5.0;
-    begin();
-    while (m.now != (int32_t)MANOEUVRE_RUN && m.failed == 0u) {
-        step();
-        TEST_ASSERT_TRUE(period < 100000u);
-    }
-    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
-    TEST_ASSERT_TRUE(m.start_try > 1u);
-    steps(2.0);
-    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
-    TEST_ASSERT_DOUBLE_WITHIN(0.5, 50.0, machine.omega_m);
-}
-
 /* ---- slow ---- */
 
 static void test_reference_too_slow_to_track_is_forced(void)
@@ -663,14 +451,6 @@ static void test_nothing_else_than_run_is_judged(void)
 
 /* ---- loss ---- */
 
-static void lose(void)
-{
-    lost = true;
-    step();
-    lost = false;
-    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now);
-}
-
 static void test_lost_rotor_is_caught_again(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -682,9 +462,16 @@ static void test_lost_rotor_is_caught_again(void)
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
         TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
-        TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.021) <= 200u);
+        for (uint32_t n = 0; n < 200u && m.tracking == 0u; n++) {
+            step();
+        }
+        TEST_ASSERT_EQUAL_UINT32(1u, m.locking);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now); /* locked, and not yet proved: no torque */
         expect_caught_angle();
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)m.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        TEST_ASSERT_TRUE(demand.current.q == 0.0f);
+        /* four windows of 2 ms */
+        TEST_ASSERT_EQUAL_UINT32(80u, steps_until(MANOEUVRE_RUN, 0.009));
         steps(0.5);
         TEST_ASSERT_DOUBLE_WITHIN(0.6, way * 60.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);

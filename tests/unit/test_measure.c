@@ -142,16 +142,6 @@ static void test_each_input_below_and_above_its_end(void)
     }
 }
 
-static void test_each_input_that_is_no_number(void)
-{
-    for (size_t n = 0; n < INPUTS; n++) {
-        expect_good_with(n, NAN, false);
-        expect_good_with(n, INFINITY, false);
-        expect_good_with(n, -INFINITY, false);
-        expect_good_with(n, inputs[n].middle, true);
-    }
-}
-
 static void test_no_temperature_sensor_is_no_error(void)
 {
     samples.sink_temperature = DRIVE_NO_TEMPERATURE;
@@ -190,28 +180,6 @@ static void test_a_bad_sample_keeps_the_last_good_values(void)
 }
 
 /* ---- calibration ---- */
-
-static void test_calibration_takes_exactly_its_time(void)
-{
-    currents(0.1f, -0.2f, 0.3f);
-    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
-}
-
-static void test_samples_of_the_settling_sensors_are_left_out(void)
-{
-    currents(5.0f, -7.0f, 2.0f);
-    for (uint32_t n = 0; n < SETTLE; n++) {
-        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, calibrate());
-    }
-    currents(0.25f, -0.125f, 0.375f);
-    for (uint32_t n = 1; n < PERIODS; n++) {
-        TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, calibrate());
-    }
-    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate());
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
-    TEST_ASSERT_EQUAL_FLOAT(-0.125f, measure.offset.b);
-    TEST_ASSERT_EQUAL_FLOAT(0.375f, measure.offset.c);
-}
 
 /* 512 samples of a ramp, not the sixteen of above: half its height; 512 roundings of 0.4 A by 1.5e-8 each. */
 static void test_offsets_are_the_mean(void)
@@ -280,18 +248,6 @@ static void test_a_calibration_begins_anew(void)
     TEST_ASSERT_EQUAL_FLOAT(-0.0625f, measure.offset.a);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.b);
     TEST_ASSERT_EQUAL_FLOAT(0.125f, measure.offset.c);
-}
-
-static void test_a_broken_off_calibration_leaves_nothing_behind(void)
-{
-    currents(0.25f, 0.25f, 0.25f);
-    for (uint32_t n = 0; n < SETTLE + PERIODS / 2; n++) {
-        (void)calibrate();
-    }
-    measure_begin_calibration(&measure);
-    currents(-0.0625f, 0.25f, 0.125f);
-    TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
-    TEST_ASSERT_EQUAL_FLOAT(-0.0625f, measure.offset.a);
 }
 
 static void test_new_coefficients_keep_offsets_and_a_calibration_under_way(void)

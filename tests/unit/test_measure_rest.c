@@ -72,20 +72,6 @@ static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
     expect_offset(-0.4, 0.3);
 }
 
-/* What a warm board does: 0.2 A/s. The offset is never older than a block, 0.2 A/s x 51.2 ms, and its mean
- * lags by half of one more. */
-static void test_a_drift_is_followed(void)
-{
-    double a = 0.0;
-    for (uint32_t n = 0; n < 25000u; n++, a += 0.2e-4) {
-        (void)period(a, 0.0);
-        if (n > SETTLE + BLOCK) {
-            /* what is left stays below 0.1 A, the least that is taken, and 1.5 blocks of drift */
-            TEST_ASSERT_TRUE(fabs(a - (double)(measure.offset.a / SHARE)) < 0.1 + 0.2 * 1.5 * 0.0512);
-        }
-    }
-}
-
 /* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. */
 static void test_what_has_hardly_moved_stays(void)
 {

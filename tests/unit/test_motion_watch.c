@@ -241,14 +241,3 @@ static void test_time_below_the_limit_counts_back(void)
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 5.0, LIMIT, 60.0, true, ~UINT32_C(0), 400u));
     TEST_ASSERT_EQUAL_UINT32(500u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 1000u));
 }
-
-static void test_init_leaves_nothing_of_before(void)
-{
-    const motion_watch_tuning_t tuning = motion_watch_prepare(&params);
-    motion_watch_t other;
-    memset(&other, 0, sizeof other);
-    memset(&watch, 0x55, sizeof watch);
-    motion_watch_init(&other, &tuning);
-    motion_watch_init(&watch, &tuning);
-    TEST_ASSERT_EQUAL_MEMORY(&other, &watch, sizeof watch);
-}

@@ -139,13 +139,6 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* Each window adds its share. */
-static void test_windows_add_up(void)
-{
-    begin_window();
-    expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, 3 * WINDOW));
-}
-
 /* The EMF that the header derives, mean = -Z (o - found): found goes to o with exp decay 1 - gain Z. */
 static void converges(double samples_per_turn)
 {
@@ -200,12 +193,6 @@ static void test_a_slow_window_is_a_whole_turn(void)
 
 /* ---- when nothing may be concluded ---- */
 
-static void test_first_window_after_a_reset_only_looks(void)
-{
-    expect_offset(0.0, 0.0, steps(CONSTANT, WINDOW + 101));
-    TEST_ASSERT_TRUE(rotor.trim.count < 2u);
-}
-
 /* One window in which the trim is told these speeds at its beginning and end. */
 static ab_t window_of_speeds(float begin, float end)
 {
@@ -239,12 +226,6 @@ static void test_a_slow_or_changing_speed_is_left_alone(void)
             expect_window_of_speeds(s * (512.0f - 0.99f * drift), s * 512.0f, true);
         }
     }
-}
-
-static void test_after_a_change_the_next_steady_window_counts(void)
-{
-    expect_window_of_speeds(300.0f, 400.0f, false);
-    expect_offset(-0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
 }
 
 /* 0.5: its square is a float; both components count: 0.71^2 + 0.71^2 > 1. */
@@ -286,20 +267,6 @@ static void test_each_component_stops_at_the_limit(void)
     TEST_ASSERT_EQUAL_FLOAT(-TRIM_LIMIT, back.beta);
 }
 
-static void test_limit_below_at_and_above(void)
-{
-    static const double shares[] = {0.99, 1.0, 1.01};
-    static const double wanted[] = {0.99, 1.0, 1.0};
-    for (size_t n = 0; n < 3; n++) {
-        setUp();
-        const double constant = -20.0 * shares[n] * (double)TRIM_LIMIT;
-        begin_window_of(constant);
-        const ab_t offset = steps(constant, WINDOW);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0 * ROUNDING, wanted[n] * (double)TRIM_LIMIT, (double)offset.alpha);
-        TEST_ASSERT_TRUE(offset.alpha <= TRIM_LIMIT);
-    }
-}
-
 static void test_reset_takes_the_offset_and_forgets_the_window(void)
 {
     begin_window();
@@ -326,21 +293,6 @@ static void test_new_coefficients_keep_the_state(void)
     TEST_ASSERT_EQUAL_FLOAT(before.alpha, rotor.trim.offset.alpha);
     TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.count);
     expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, WINDOW / 2));
-}
-
-static void test_window_is_a_time(void)
-{
-    const offset_trim_params_t slow = {.gain = GAIN, .period = 2.0f * PERIOD};
-    take(&slow);
-    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.tuning.window_periods);
-}
-
-static void test_result_is_the_offset(void)
-{
-    begin_window();
-    const ab_t offset = steps(CONSTANT, WINDOW);
-    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.alpha, offset.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(rotor.trim.offset.beta, offset.beta);
 }
 
 static void test_reset_leaves_nothing_of_before(void)

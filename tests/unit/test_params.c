@@ -1,5 +1,4 @@
 #include "drive/params.h"
-#include "tests/unit/sweep.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,15 +25,6 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, params.motor_inductance_d);
     TEST_ASSERT_EQUAL_FLOAT(0.183f, params.motor_flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, params.current_limit);
-}
-
-/* The drive's own: without an encoder, speed control by its rules and without overshoot. */
-static void test_defaults_are_sensorless_with_gains_by_rule(void)
-{
-    TEST_ASSERT_EQUAL_INT32(POSITION_SENSORLESS, params.position_source);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_ki);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, params.speed_setpoint_weight);
 }
 
 /* Every row, just below and just above its range, and not a number: refused by its own name with a range
@@ -91,34 +81,6 @@ static void expect_rule(const char *field, float min, float max)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * (fabsf(max) + 1e-9f), max, why.max);
 }
 
-/* Whoever refuses a set, a rule of the estimator with names and units of its own included: the row that is
- * named holds the value that is blamed. */
-static void test_every_refusal_names_a_row_and_its_value(void)
-{
-    uint32_t seed = 1u;
-    uint32_t refused = 0u;
-    for (int n = 0; n < 20000; n += (SWEEP + 9) / 10) { /* one set in ten is refused */
-        params_defaults(&params);
-        for (int changes = 0; changes < 2; changes++) {
-            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
-            const table_row_t *row = &params_table.rows[(seed >> 8) % params_table.count];
-            seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
-            const float share = (float)(seed >> 8) * (1.0f / 16777216.0f);
-            table_set(row, &params,
-                      table_min(row) + share * share * share * (table_max(row) - table_min(row)));
-        }
-        if (!params_check(&params, &why)) {
-            const table_row_t *row = table_by_name(&params_table, why.field);
-            TEST_ASSERT_NOT_NULL(row);
-            TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
-            TEST_ASSERT_FLOAT_WITHIN_MESSAGE(1e-6f * fabsf(table_get(row, &params)), table_get(row, &params),
-                                             why.value, why.rule);
-            refused++;
-        }
-    }
-    TEST_ASSERT_TRUE(refused > 2000u / SWEEP);
-}
-
 #ifdef LAGLESS_ESTIMATOR_FIXED
 /* L = 1 H is within the row's range, and too much for the formats of the default motor. */
 static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
@@ -168,6 +130,13 @@ static void check_rule(const rule_t *rule)
 static const rule_t between_rows[] = {
     {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, {{"current_limit", 10.0f}}},
     {"dc_undervoltage", 290.0f, 291.0f, 10.0f, 290.0f, {{"dc_overvoltage", 300.0f}}},
+    /* the bands of the limits of braking and driving must not overlap: 0.95 x 320 V/1.27 */
+    {"dc_undervoltage",
+     239.3f,
+     300.0f,
+     10.0f,
+     0.95f * 320.0f / 1.27f,
+     {{"dc_overvoltage", 320.0f}, {"ride_through_time", 0.5f}}},
     /* turned off before the other switch turns on */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, {{"dead_time", 2e-6f}, {"turn_on_delay", 0.5e-6f}}},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, {{"encoder_lines", 256.0f}}},
@@ -196,8 +165,10 @@ static const rule_t between_rows[] = {
      0.0f,
      95.0f,
      {{"torque_feedforward", 0.0f}, {"pll_bandwidth", 100.0f}}},
-    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, {{"feedforward_cutoff", 0.0f}}},
+    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, {{"feedforward_cutoff", 0.0f}, {"pll_bandwidth", 200.0f}}},
     {"start_current", 10.0f, 10.1f, 0.0f, 10.0f, {{NULL, 0.0f}}},
+    {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, {{NULL, 0.0f}}}, /* below the fastest */
+    {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, {{NULL, 0.0f}}},
     {"low_speed_current", 10.0f, 10.1f, 0.0f, 10.0f, {{NULL, 0.0f}}},
     {"low_speed_current", 1.5f, 2.0f, 0.0f, 1.5f, {{"current_limit", 1.5f}}},
     /* half of 220 rad/s; downwards, no less than a start_speed that is not by rule; 0, by rule, is apart
@@ -221,6 +192,7 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     /* a feed-forward that forgets its error may be fed with the torque */
     params_defaults(&params);
     params.torque_feedforward = 0.5f;
+    params.pll_bandwidth = 200.0f;
     expect_accepted_at("feedforward_cutoff", 1.0f);
 }
 
@@ -249,28 +221,38 @@ static void test_observer_reaches_the_largest_emf_and_does_not_ring(void)
     expect_accepted_at("observer_gain", 1.001f * ringing);
 }
 
-/* Every corner of bandwidth, damping and cutoff, and what lies between: the loop that has them is stable at
- * 10 kHz. Damping 0.5, no feed-forward, 5000 rad/s: wn = 2750 rad/s, far from 2/T. */
-static void test_every_tracking_loop_that_the_ranges_allow_is_stable(void)
+/* On the estimator L_q is 1.2 L_d at most: 15 mH of 12.5 mH. The default observer does not ring with a slope
+ * of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
+static void test_a_salient_rotor_runs_on_an_encoder_only(void)
 {
-    static const float bandwidth[] = {1.0f, 5.0f, 100.0f, 1000.0f, 5000.0f};
-    static const float damping[] = {0.5f, 0.7f, 1.0f, 2.0f, 5.0f};
-    static const float share[] = {0.0f, 0.1f, 0.5f, 0.9f, 0.9499f};
-    params.observer_emf_cutoff = 0.0f;
-    params.torque_feedforward = 0.0f; /* needs a feed-forward */
-    for (int n = 0; n < 125; n++) {
-        estimator_params_t estimator;
-        params.pll_bandwidth = bandwidth[n % 5];
-        params.pll_damping = damping[n / 5 % 5];
-        params.feedforward_cutoff = share[n / 25] * params.pll_bandwidth;
-        TEST_ASSERT_TRUE(params_check(&params, &why));
-        const believed_t believed = params_believed(&params);
-        params_estimator(&params, &believed, &estimator);
-        /* poles of z^2 + (kp T - 2) z + 1 - kp T + ki T^2, both inside the unit circle (Jury) */
-        const double a = (double)estimator.pll.kp * 1e-4;
-        const double b = (double)estimator.pll.ki * 1e-8;
-        TEST_ASSERT_TRUE(b > 0.0 && fabs(1.0 - a + b) < 1.0 && 4.0 - 2.0 * a + b > 0.0);
-    }
+    const double resistance = 0.95 + 0.0215;
+    const float ringing = (float)(-resistance * 1e-4 / log1p(-0.012 * resistance));
+    const rule_t on_the_estimator = {
+        "motor_inductance_q", 1.19f * 12.5e-3f, 1.21f * 12.5e-3f, ringing, 15e-3f, {{NULL, 0.0f}}};
+    check_rule(&on_the_estimator);
+    params.motor_inductance_q = 1.21f * 12.5e-3f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= 1.2 motor_inductance_d"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "use an encoder"));
+
+    params.position_source = POSITION_ENCODER;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.encoder_fault_reaction = ENCODER_FAULT_IGNORED;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* leads back to the estimator */
+    expect_rule("motor_inductance_q", ringing, 15e-3f);
+}
+
+/* With L_d = 5 mH L_q is 6 mH at most, and 8.3 mH at least are needed for the observer: an encoder makes
+ * room.
+ */
+static void test_a_salient_rotor_is_advised_an_encoder(void)
+{
+    params.motor_inductance_d = 5e-3f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
+    TEST_ASSERT_TRUE(params_none_accepted(&why));
+    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "position_source")->id, why.change);
 }
 
 /* kp = 2 wn of the default loop, 104 rad/s: the filter in front of it shall not be slower. The
@@ -287,6 +269,7 @@ static void test_emf_filter_must_be_faster_than_the_loop(void)
     expect_rule("observer_emf_cutoff", loop.kp, 1e5f);
     expect_accepted_at("observer_emf_cutoff", why.min);
     params.pll_bandwidth = 210.0f; /* the same from the other side */
+    params.feedforward_cutoff = 50.0f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("observer_emf_cutoff", why.field);
     params.lag_compensation = LAG_CORRECTED;
@@ -296,14 +279,52 @@ static void test_emf_filter_must_be_faster_than_the_loop(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-static void test_slowest_valid_speed_must_lie_below_the_fastest(void)
+static loop_params_t loop_of(float inertia, float current_limit)
 {
-    params.estimate_speed_min = 219.9f;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.estimate_speed_min = 220.0f;
-    expect_rule("estimate_speed_min", 0.0f, 220.0f);
-    params.estimate_speed_min = 221.0f;
-    expect_rule("estimate_speed_min", 0.0f, 220.0f);
+    params_defaults(&params);
+    params.motor_inertia = inertia;
+    params.current_limit = current_limit;
+    const believed_t believed = params_believed(&params);
+    return params_loop(&params, &believed);
+}
+
+/* 1.6 sqrt(p T/J), T half of what the current limit makes, K_t = 1.098 N m/A; 50 rad/s at least, 0.025 a
+ * period at most; the loop is four times as quick. */
+static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
+{
+    const loop_params_t rig = loop_of(0.0636f, 10.0f); /* 29.7 rad/s */
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, rig.cutoff);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, rig.bandwidth);
+    const loop_params_t bare = loop_of(0.003f, 10.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 136.9f, bare.cutoff); /* 1.6 sqrt(4 x 5.49/0.003) */
+    TEST_ASSERT_FLOAT_WITHIN(0.4f, 547.6f, bare.bandwidth);
+    const loop_params_t weak = loop_of(0.003f, 5.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 96.8f, weak.cutoff);
+    const loop_params_t tiny = loop_of(1e-5f, 10.0f);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.025f / DRIVE_PERIOD, tiny.cutoff);
+    TEST_ASSERT_FALSE(rig.slow || bare.slow || weak.slow || tiny.slow);
+}
+
+/* Of the bandwidth by the rule 0.6 is enough: 328.6 rad/s of the bare motor. */
+static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
+{
+    static const struct {
+        float inertia, bandwidth;
+        bool slow;
+    } cases[] = {
+        {0.003f, 328.0f, true}, {0.003f, 329.0f, false}, {0.0636f, 72.0f, false}, {0.0636f, 71.0f, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        params_defaults(&params);
+        params.motor_inertia = cases[n].inertia;
+        params.pll_bandwidth = cases[n].bandwidth;
+        params.feedforward_cutoff = 25.0f;
+        TEST_ASSERT_TRUE(params_check(&params, &why));
+        const believed_t believed = params_believed(&params);
+        const loop_params_t loop = params_loop(&params, &believed);
+        TEST_ASSERT_EQUAL_FLOAT(cases[n].bandwidth, loop.bandwidth);
+        TEST_ASSERT_EQUAL_FLOAT(25.0f, loop.cutoff);
+        TEST_ASSERT_EQUAL(cases[n].slow, loop.slow);
+    }
 }
 
 #ifndef LAGLESS_ESTIMATOR_FIXED /* whose formats take less */

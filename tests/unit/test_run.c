@@ -1,7 +1,10 @@
 #include "manoeuvre/run.h"
 
+#include <math.h>
 #include <string.h>
 #include <unity.h>
+
+#include "tests/unit/sweep.h"
 
 /* The paper's speed control; powers of two where the sums shall be exact. */
 static const speed_control_params_t SPEED = {
@@ -142,20 +145,6 @@ static void test_it_is_entered_with_the_current_that_flows(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, 0.0f, 8.0f);
 }
 
-/* What a hand-over has left goes first, for it fades without a step: sqrt(10^2 - 6^2) is left beside 6 A, all
- * of it once it is gone. */
-static void test_the_torque_current_fits_beside_what_a_hand_over_has_left(void)
-{
-    run_enter(&run, (dq_t){6.0f, 10.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
-    run_enter(&run, (dq_t){20.0f, 10.0f}, 8.0f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.0f, step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f).current.q);
-    for (int n = 0; n < 20; n++) {
-        (void)step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f);
-    }
-    TEST_ASSERT_TRUE(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 8.0f).current.q == 10.0f);
-}
-
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
 static void test_ramps_take_the_reference_to_the_wish(void)
 {
@@ -194,29 +183,6 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
     }
 }
 
-/* 1/low_inverse = 100 rad/s: all of 2 A up to 20 rad/s, a fifth of it, and no less, from 100 rad/s on, in
- * either direction; i_q counts, i_d that is wished for does not. */
-static void test_at_low_speed_the_current_vector_is_kept_long(void)
-{
-    static const struct {
-        float omega_e, i_q, i_d;
-    } cases[] = {{0.0f, 0.0f, 2.0f},   {20.0f, 0.0f, 2.0f},   {-20.0f, 0.0f, 2.0f}, {70.0f, 0.0f, 1.0f},
-                 {-70.0f, 0.5f, 0.5f}, {70.0f, -0.5f, 0.5f},  {100.0f, 0.0f, 0.4f}, {800.0f, 0.0f, 0.4f},
-                 {0.0f, 1.5f, 0.5f},   {0.0f, -1.5f, 0.5f},   {0.0f, 2.0f, 0.0f},   {0.0f, 5.0f, 0.0f},
-                 {70.0f, 1.0f, 0.0f},  {-300.0f, 0.4f, 0.0f}, {300.0f, 0.1f, 0.3f}};
-    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
-    tuning.low_current = 2.0f;
-    tuning.low_inverse = 0.01f;
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        const float omega_m = cases[n].omega_e / POLE_PAIRS;
-        begin(&tuning);
-        run_enter(&run, (dq_t){0.0f, cases[n].i_q}, omega_m);
-        const demand_t demand = step(RUN_SPEED, omega_m, -3.0f, 0.0f, omega_m);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_q, demand.current.q);
-        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].i_d - 3.0f, demand.current.d);
-    }
-}
-
 static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
 {
     (void)step(RUN_CURRENT, 0.0f, 0.0f, 5.0f, 8.0f);
@@ -229,4 +195,111 @@ static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
     expect(demand, 0.0f, 6.0f, 9.0f);
     TEST_ASSERT_EQUAL_FLOAT(0.25f * 32.0f, run_emf(&run, 32.0f).q);
     expect(step(RUN_SPEED, 18.0f, 0.0f, 0.0f, 8.0f), 0.0f, 6.5f, 18.0f);
+}
+
+/* ---- with ramps and low-passes as the drive has them ---- */
+
+#define T        1e-4
+#define LOW      2.0f /* low-speed current [A] */
+#define HANDOVER 60.0 /* [rad/s] electrical */
+
+/* Integral-proportional speed control; what a hand-over leaves fades with 0.1 s. */
+static void begin_slow(float low_current)
+{
+    const speed_control_params_t speed = {
+        .kp = 0.5f, .ki = 2.5f, .weight = 0.0f, .current_limit = 10.0f, .period = (float)T};
+    const run_tuning_t tuning = {
+        .speed = speed_control_prepare(&speed),
+        .flux_linkage = 0.183f,
+        .ramp = 100.0f * (float)T,
+        .stop_ramp = 400.0f * (float)T,
+        .low_current = low_current,
+        .low_inverse = (float)(0.1 / HANDOVER),
+        .low_share = (float)(1.0 - exp(-20.0 * T)),
+        .fade = (float)exp(-T / 0.1),
+    };
+    begin(&tuning);
+}
+
+/* What fades goes first, so that both of them together are within the longest vector all the time. */
+static void test_i_q_waits_for_what_a_hand_over_has_left(void)
+{
+    begin_slow(0.0f);
+    run_enter(&run, (dq_t){8.0f, 3.0f}, 15.0f);
+    for (int n = 1; n <= 10000; n++) {
+        const dq_t current = step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current;
+        const double length = hypot((double)current.d, (double)current.q);
+        TEST_ASSERT_TRUE(length <= 10.0 * (1.0 + 2e-3)); /* a period's fading between the two */
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 8.0 * exp(-T * n / 0.1), (double)current.d);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current.q);
+}
+
+/* i_d that is settled at this speed [rad/s] electrical, beside this i_q, which integral and speed hold. */
+static double settled_i_d(double omega_e, float i_q)
+{
+    const float omega_m = (float)omega_e / POLE_PAIRS;
+    run_enter(&run, (dq_t){0.0f, i_q}, omega_m);
+    demand_t demand = {0};
+    for (int n = 0; n < 5000; n++) {
+        demand = step(RUN_SPEED, omega_m, 0.0f, 0.0f, omega_m);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, i_q, demand.current.q);
+    return (double)demand.current.d;
+}
+
+/* Whole up to two hand-over speeds, then a tenth less for each until a fifth is left, from ten on. */
+static void test_low_speed_current_fills_up_what_i_q_leaves(void)
+{
+    static const struct {
+        double speeds, kept;
+    } cases[] = {{0.0, 1.0}, {1.0, 1.0}, {2.0, 1.0},  {3.0, 0.9},
+                 {5.0, 0.7}, {9.0, 0.3}, {10.0, 0.2}, {30.0, 0.2}};
+    begin_slow(LOW);
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n += SWEEP_FEW) {
+        for (int way = -1; way <= 1; way += 2) {
+            const double omega_e = way * cases[n].speeds * HANDOVER;
+            const double whole = 2.0 * cases[n].kept;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, whole, settled_i_d(omega_e, 0.0f));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, fmax(whole - 0.5, 0.0), settled_i_d(omega_e, 0.5f));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, fmax(whole - 0.5, 0.0), settled_i_d(omega_e, -0.5f));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, settled_i_d(omega_e, 5.0f));
+        }
+    }
+}
+
+static void test_low_speed_current_comes_with_its_low_pass(void)
+{
+    begin_slow(LOW);
+    run_enter(&run, (dq_t){0.0f, 0.0f}, 0.0f);
+    for (int n = 1; n <= 3000; n++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2.0 * (1.0 - exp(-20.0 * T * n)),
+                                  (double)step(RUN_SPEED, 0.0f, 0.0f, 0.0f, 0.0f).current.d);
+    }
+}
+
+/* The larger of the two, not their sum, and no dip between them: what flows already of the low-speed current
+ * is not asked for anew. What is wished for comes on top. */
+static void test_larger_of_both_is_added_to_the_wish(void)
+{
+    begin_slow(LOW);
+    run_enter(&run, (dq_t){4.0f, 0.0f}, 0.0f);
+    for (int n = 1; n <= 5000; n++) {
+        const run_wish_t wish = {RUN_SPEED, 0.0f, {-1.0f, 7.0f}};
+        demand_t demand;
+        run_step(&run, &wish, 0.0f, 0.0f, &demand);
+        const double left = 4.0 * exp(-T * n / 0.1), low = 2.0;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, fmax(left, low) - 1.0, (double)demand.current.d);
+    }
+}
+
+/* Beyond ten hand-over speeds a fifth is left; a wish for currents gets what it wishes. */
+static void test_wish_for_currents_gets_nothing_else(void)
+{
+    begin_slow(LOW);
+    run_enter(&run, (dq_t){4.0f, 1.0f}, 0.0f);
+    const run_wish_t wish = {RUN_CURRENT, 9.0f, {-1.5f, 3.0f}};
+    demand_t demand;
+    run_step(&run, &wish, 8.0f, 2.0f, &demand);
+    TEST_ASSERT_TRUE(demand.current.d == -1.5f && demand.current.q == 3.0f && demand.omega_m_ref == 2.0f);
 }

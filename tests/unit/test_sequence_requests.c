@@ -1,81 +1,29 @@
 /* What a request leads to: on after a quick stop, on after a reset, and that no request stays without an
  * effect and without a refusal. */
-#include "drive/sequence.h"
-
-#include <string.h>
 #include <unity.h>
 
-#include "drive/faults.h"
-#include "drive/reasons.h"
-
-#define REARM ((uint32_t)(20e-3f / DRIVE_PERIOD + 0.5f)) /* [periods] without a fault or its line */
-#define PAUSE ((uint32_t)(1.0f / DRIVE_PERIOD + 0.5f))   /* [periods] before a retry */
-
-static sequence_t sequence;
-static requests_t requests;
-static measured_t measured;
-static sequence_input_t input;
-
-void setUp(void)
-{
-    const sequence_tuning_t tuning = {.dc_undervoltage = 200.0f, .stop_periods = 50u, .retries = 1u};
-    memset(&sequence, 0x55, sizeof sequence);
-    sequence_init(&sequence, &tuning);
-    requests_defaults(&requests);
-    memset(&measured, 0, sizeof measured);
-    measured.u_dc = 311.0f;
-    input = (sequence_input_t){.requests = &requests,
-                               .measured = &measured,
-                               .faults = fault_set_none(),
-                               .stops = fault_set_none(),
-                               .calibration = CALIBRATION_GOOD};
-}
-
-void tearDown(void)
-{
-}
-
-static uint32_t steps(uint32_t count)
-{
-    uint32_t order = 0u;
-    for (uint32_t n = 0; n < count; n++) {
-        order = sequence_step(&sequence, &input);
-    }
-    return order;
-}
+#include "tests/unit/sequence_bench.h"
 
 static void expect(drive_state_t state, int32_t refusal)
 {
-    TEST_ASSERT_EQUAL_INT32(state, sequence.state);
+    expect_state(state);
     TEST_ASSERT_EQUAL_INT32(refusal, sequence.refusal);
 }
 
+/* The next calibration is good. */
 static void bring_to_operation(void)
 {
-    steps(REARM + 1u);
-    requests.enable = REQUEST_ON;
-    steps(3);
-    expect(DRIVE_OPERATION_ENABLED, REASON_NONE);
+    from(DRIVE_OPERATION_ENABLED);
+    input.calibration = CALIBRATION_GOOD;
 }
 
 /* A fault that has gone, and is not reset yet. */
 static void bring_to_fault(void)
 {
-    bring_to_operation();
-    input.faults = fault_set_of(FAULT_LATE);
-    steps(1);
-    input.faults = fault_set_none();
+    from(DRIVE_FAULT);
+    input.calibration = CALIBRATION_GOOD;
     steps(2u * REARM);
-    expect(DRIVE_FAULT, requests.enable == REQUEST_ON ? REASON_FAULT_LATCHED : REASON_NONE);
-}
-
-static void reset(void)
-{
-    requests.fault_reset = 0;
-    steps(1);
-    requests.fault_reset = 1;
-    steps(1);
-    requests.fault_reset = 0;
+    expect(DRIVE_FAULT, REASON_FAULT_LATCHED);
 }
 
 /* ---- on, and quick stop ---- */
@@ -92,7 +40,7 @@ static void test_on_during_a_quick_stop_names_the_stop_and_runs_after_it(void)
         steps(1);
         expect(DRIVE_QUICK_STOP, REASON_STOPPING);
     }
-    input.standing = true;
+    is.standing = true;
     steps(1);
     expect(DRIVE_READY, REASON_NONE);
     steps(1);
@@ -107,7 +55,7 @@ static void test_on_during_a_stop_for_a_fault_is_refused_by_that_fault(void)
     input.stops = fault_set_of(FAULT_MOTOR_HOT);
     steps(5);
     expect(DRIVE_QUICK_STOP, REASON_MOTOR_HOT);
-    input.standing = true;
+    is.standing = true;
     steps(1);
     TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, sequence.state);
     TEST_ASSERT_EQUAL_INT32(REASON_MOTOR_HOT, sequence.fault_reason);
@@ -118,10 +66,11 @@ static void test_on_during_a_stop_for_a_fault_is_refused_by_that_fault(void)
 static void test_a_reset_starts_nothing_while_enable_is_on(void)
 {
     bring_to_fault();
-    reset();
+    reset_edge();
     steps(1); /* the offsets are measured */
-    for (uint32_t n = 0; n < 3u * PAUSE; n++) {
-        TEST_ASSERT_EQUAL_UINT32(GATES_OFF, steps(1) & SEQUENCE_GATES);
+    for (uint32_t n = 0; n < 3u * RETRY_PAUSE; n++) {
+        steps(1);
+        TEST_ASSERT_EQUAL_UINT32(OFF, order & SEQUENCE_GATES);
         expect(DRIVE_READY, REASON_ENABLE_HELD);
     }
     requests.enable = REQUEST_QUICK_STOP; /* is no off */
@@ -144,7 +93,7 @@ static void test_enable_toggled_before_the_reset_is_still_held(void)
     requests.enable = REQUEST_OFF;
     steps(1);
     requests.enable = REQUEST_ON;
-    reset();
+    reset_edge();
     steps(2);
     expect(DRIVE_READY, REASON_ENABLE_HELD);
 }
@@ -153,11 +102,10 @@ static void test_enable_toggled_before_the_reset_is_still_held(void)
 static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 {
     for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
-        setUp();
         bring_to_fault();
         requests.enable = wish;
         steps(1);
-        reset();
+        reset_edge();
         steps(10);
         expect(DRIVE_READY, REASON_NONE);
         requests.enable = REQUEST_ON;
@@ -172,12 +120,12 @@ static void test_a_refused_reset_leaves_enable_as_it_is(void)
     bring_to_operation();
     input.faults = fault_set_of(FAULT_LATE);
     steps(1);
-    reset();
+    reset_edge();
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
     input.faults = fault_set_none();
     requests.enable = REQUEST_OFF;
     steps(2u * REARM);
-    reset();
+    reset_edge();
     requests.enable = REQUEST_ON;
     steps(3);
     TEST_ASSERT_EQUAL_INT32(DRIVE_SWITCHED_ON, sequence.state);
@@ -187,13 +135,14 @@ static void test_a_refused_reset_leaves_enable_as_it_is(void)
 static void test_a_retry_of_its_own_starts_the_motor(void)
 {
     bring_to_operation();
+    sequence.tuning.retries = 1u;
     sequence_fault(&sequence, REASON_MODULE_FAULT);
-    steps(PAUSE + 4u);
+    steps(RETRY_PAUSE + 4u);
     expect(DRIVE_OPERATION_ENABLED, REASON_NONE);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
-    steps(2u * PAUSE);
+    steps(2u * RETRY_PAUSE);
     expect(DRIVE_FAULT, REASON_FAULT_LATCHED); /* one retry is allowed */
-    reset();
+    reset_edge();
     steps(2);
     expect(DRIVE_READY, REASON_ENABLE_HELD);
 }
@@ -214,6 +163,8 @@ static void test_on_without_bridge_and_without_refusal_does_not_last(void)
     for (uint32_t walk = 0; walk < 1000u; walk++) {
         uint32_t silent = 0u;
         setUp();
+        is.tripped = false;
+        input.calibration = CALIBRATION_GOOD;
         for (uint32_t n = 0; n < 400u; n++) {
             if (drawn(&seed, 8u) == 0u) {
                 requests.enable = (int32_t)drawn(&seed, 3u);
@@ -223,9 +174,9 @@ static void test_on_without_bridge_and_without_refusal_does_not_last(void)
             }
             input.faults = drawn(&seed, 100u) == 0u ? fault_set_of(FAULT_LATE) : fault_set_none();
             input.stops = drawn(&seed, 100u) == 0u ? fault_set_of(FAULT_SINK_HOT) : fault_set_none();
-            input.standing = drawn(&seed, 4u) == 0u;
-            measured.u_dc = drawn(&seed, 20u) == 0u ? 199.0f : 311.0f;
-            measured.current.alpha = drawn(&seed, 20u) == 0u ? 0.03f * DRIVE_CURRENT_RANGE : 0.0f;
+            is.standing = drawn(&seed, 4u) == 0u;
+            is.undervoltage = drawn(&seed, 20u) == 0u;
+            is.feeding = drawn(&seed, 20u) == 0u;
             if (drawn(&seed, 50u) == 0u && sequence_bridge_on(&sequence)) {
                 sequence_coast(&sequence);
             }

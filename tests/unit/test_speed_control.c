@@ -1,8 +1,12 @@
+#include <complex.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 #include <unity.h>
 
 #include "control/speed_control.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 /* The paper's gains and limit, section 2. */
 static const speed_control_params_t PARAMS = {
@@ -62,18 +66,6 @@ static void test_output_below_at_above_the_limit(void)
     }
 }
 
-static void test_reset_is_bumpless(void)
-{
-    static const float currents[] = {0.0f, 4.55f, -9.9f};
-    for (unsigned k = 0; k < sizeof currents / sizeof currents[0]; k++) {
-        speed_control_t control;
-        begin(&control);
-        speed_control_reset(&control, currents[k], 157.0f);
-        TEST_ASSERT_TRUE(step(&control, 157.0f, 157.0f) == currents[k]);
-        TEST_ASSERT_TRUE(step(&control, 157.0f, 157.0f) == currents[k]);
-    }
-}
-
 static void test_reset_beyond_the_limit_is_cut(void)
 {
     speed_control_t control;
@@ -111,28 +103,6 @@ static void test_new_coefficients_lower_the_limit_and_keep_the_integral(void)
     params.current_limit = 4.0f;
     take(&control, &params);
     TEST_ASSERT_TRUE(step(&control, 1.0f, 0.0f) == 4.0f);
-}
-
-static void test_closed_loop_is_the_second_order_system_of_the_gains(void)
-{
-    /* The rig of docs/theory.md, 19: K_t = 1.5 * 4 * 0.183 N m/A, J = 0.0636 kg m^2, ideal current. With m =
-     * K_t/J the error after a unit step is the solution of e'' + kp m e' + ki m e = 0, e(0) = 1, e'(0) = -kp
-     * m. */
-    double per_ampere = 1.5 * 4.0 * 0.183 / 0.0636;
-    double sigma = 0.5 * 0.5 * per_ampere;
-    double wd = sqrt(2.5 * per_ampere - sigma * sigma);
-    speed_control_t control;
-    begin(&control);
-    double omega = 50.0;
-    for (int k = 0; k < 15000; k++) {
-        double time = k * 1e-4;
-        double error = exp(-sigma * time) * (cos(wd * time) - sigma / wd * sin(wd * time));
-        /* The held output is half a period late and the integral another half: 1e-4 s times the largest slope
-         * kp m = 8.6, and the shift of the damping by wn^2 T/2 over its 0.2 s. The speed of 51 rounds by 2e-6
-         * in the error. */
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, error, 51.0 - omega);
-        omega += 1e-4 * per_ampere * (double)step(&control, 51.0f, (float)omega);
-    }
 }
 
 /* kp (b ref - omega): 0.5 (b 10 - 4). */
@@ -193,33 +163,70 @@ static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 10.0f + 3.425f - 5.0f, step(&control, 157.0f, 30.0f));
 }
 
-/* Damping above 0.5, as kp^2 K_t/J = 3 ki makes it (0.866): without weight a step of the reference,
- * unlimited, is passed by no more than exp(-pi zeta/sqrt(1 - zeta^2)) = 0.43 %, and the speed is the solution
- * of w'' + kp m w' + ki m w = ki m r from rest; with weight 1 it runs past by several times that. */
-static void test_without_weight_a_step_hardly_passes_the_reference(void)
+/* ---- on an inertia ---- */
+
+/* With the setpoint weight b, i_q = kp (b omega_ref - omega) + I, the loop on an inertia J/K_t is
+ *
+ *     omega/omega_ref = (b kp s + ki) c/(s^2 + kp c s + ki c),   c = K_t/J
+ *
+ * whose poles b does not move. */
+#define T  1e-4
+#define C  17.26 /* K_t/J [rad/s^2 per A]: 1.098 N m/A on 0.0636 kg m^2 */
+#define KP 0.8277
+#define KI (KP * KP * C / 3.0) /* damping sqrt(3)/2 */
+
+static void begin_loop(speed_control_t *control, double weight, float limit)
 {
-    const double per_ampere = 1.5 * 4.0 * 0.183 / 0.0636;
-    speed_control_params_t params = PARAMS;
-    params.ki = (float)(0.25 * per_ampere / 3.0);
-    const double sigma = 0.5 * 0.5 * per_ampere;
-    const double wd = sqrt((double)params.ki * per_ampere - sigma * sigma);
-    double passed[2];
-    for (int weighed = 0; weighed < 2; weighed++) {
+    const speed_control_params_t params = {(float)KP, (float)KI, (float)weight, limit, (float)T};
+    begin_with(control, &params);
+}
+
+/* Step answer of the loop in closed form: residues of the two poles. */
+static double answer(double weight, double t)
+{
+    const double complex root = (double complex)I * sqrt(KI * C - KP * KP * C * C / 4.0);
+    const double complex s = -KP * C / 2.0 + root;
+    const double complex residue = (weight * KP * s + KI) * C / (s * 2.0 * root);
+    return 1.0 + 2.0 * creal(residue * cexp(s * t));
+}
+
+/* Held for a period, the answer is half a period late: 0.5e-4 of the poles' 14 1/s. */
+static void test_loop_answers_a_step_as_its_transfer_function(void)
+{
+    static const double weights[] = {0.0, 0.5, 1.0};
+    static const double beyond[] = {0.0043, 0.05, 0.3}; /* no more than this; exp(-pi sqrt 3) with b = 0 */
+    double peaks[3] = {0.0};
+    for (int n = 0; n < 3; n += SWEEP_FEW) {
         speed_control_t control;
-        params.weight = (float)weighed;
-        begin_with(&control, &params);
+        begin_loop(&control, weights[n], 1e3f);
         double omega = 0.0;
-        passed[weighed] = 0.0;
-        for (int k = 0; k < 16000; k++) {
-            const double time = k * 1e-4;
-            const double way = 1.0 - exp(-sigma * time) * (cos(wd * time) + sigma / wd * sin(wd * time));
-            if (weighed == 0) { /* a period late at its largest slope, about wn/2 = 2.5 1/s */
-                TEST_ASSERT_DOUBLE_WITHIN(1e-3, way, omega);
-            }
-            passed[weighed] = fmax(passed[weighed], omega - 1.0);
-            omega += 1e-4 * per_ampere * (double)step(&control, 1.0f, (float)omega);
+        for (int k = 0; k < 20000; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(2e-3, answer(weights[n], k * T), omega / 10.0);
+            omega += T * C * (double)step(&control, 10.0f, (float)omega);
+            peaks[n] = fmax(peaks[n], omega / 10.0 - 1.0);
         }
+        TEST_ASSERT_TRUE(peaks[n] < beyond[n] + 1e-3);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.33e-3, passed[0]);
-    TEST_ASSERT_TRUE(passed[1] > 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-4, exp(-PI * sqrt(3.0)), peaks[0]);
+    TEST_ASSERT_TRUE(SWEEP_FEW != 1 || (peaks[0] < peaks[1] && peaks[1] < peaks[2]));
+}
+
+/* It leaves the limit where the integral's raise no longer makes up for the speed's, ki e = kp c limit, e =
+ * 3 limit/kp = 36.2 rad/s; from there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t)), a = kp c/2, b = a/sqrt
+ * 3: 0.225 rad/s beyond. */
+static void test_step_that_needs_the_limit_does_not_run_past(void)
+{
+    speed_control_t control;
+    begin_loop(&control, 0.0, 10.0f);
+    double omega = 0.0, peak = 0.0;
+    bool limited = false;
+    for (int32_t k = 0; k < 40000; k++) {
+        const double current = (double)step(&control, 150.0f, (float)omega);
+        limited = limited || current > 0.9999 * 10.0;
+        omega += T * C * current;
+        peak = fmax(peak, omega);
+    }
+    TEST_ASSERT_TRUE(limited);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 150.0, omega);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 150.225, peak);
 }

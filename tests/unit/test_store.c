@@ -245,7 +245,7 @@ static void test_a_word_that_cannot_be_programmed_is_left_behind(void)
     save_random();
     const uint32_t words = store_record_words(params_table.count);
     const params_t set = random_set();
-    for (uint32_t at = 0; at < words; at++) {
+    for (uint32_t at = 0; at < words; at += SWEEP_FEW) {
         size_of_page(PAGE);
         save_random();
         content.page[0][words + at] = 0u;
@@ -350,7 +350,7 @@ static void test_each_wrong_word_of_the_set_in_force_is_told(void)
     save_random();
     const params_t before = save_random();
     const params_t set = save_random();
-    for (uint32_t at = 2u * words; at < 3u * words; at++) {
+    for (uint32_t at = 2u * words; at < 3u * words; at += SWEEP_FEW) {
         const uint16_t right = content.page[0][at];
         for (uint32_t bit = 0; bit < 18u; bit++) {
             const uint16_t wrong = (uint16_t)(bit < 16u ? right ^ (1u << bit) : bit == 16u ? 0u : 0xFFFFu);
@@ -374,7 +374,7 @@ static void test_each_wrong_word_of_an_only_set_is_told(void)
 {
     const uint32_t words = store_record_words(params_table.count);
     save_random();
-    for (uint32_t at = 0; at + 1u < words; at++) {
+    for (uint32_t at = 0; at + 1u < words; at += SWEEP_FEW) {
         content.page[0][at] ^= 0x0100u;
         expect_defaults(STORE_CORRUPT);
         content.page[0][at] ^= 0x0100u;
@@ -387,7 +387,7 @@ static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
     const uint32_t words = store_record_words(params_table.count);
     save_random();
     const params_t set = save_random();
-    for (uint32_t at = 0; at < words; at++) {
+    for (uint32_t at = 0; at < words; at += SWEEP_FEW) {
         content.page[0][at] ^= 0x0010u;
         if (at < STORE_HEADER) {
             expect_defaults(STORE_CORRUPT);
@@ -401,7 +401,7 @@ static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
 static void test_a_wrong_page_beside_a_good_one_is_harmless(void)
 {
     const params_t set = save_random();
-    for (uint32_t n = 0; n < 200u; n++) {
+    for (uint32_t n = 0; n < 200u; n += SWEEP_FEW) {
         for (uint32_t at = 0; at < PAGE; at++) {
             content.page[1][at] = (uint16_t)(random_bits() & 0xFFFFu);
         }

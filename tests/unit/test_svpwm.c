@@ -125,40 +125,12 @@ static void test_linear_limit_and_corner(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.5, 165.0, cabs(of_ab(clamped.voltage)));
 }
 
-static void test_edge_of_the_hexagon_below_at_above(void)
-{
-    static const double factors[] = {0.999, 1.0, 1.001};
-    for (int k = 0; k < 3; k++) {
-        double edge = hexagon(0.7, 311.0);
-        svpwm_t result = modulate(polar(factors[k] * edge, 0.7), 311.0f, 0.0f, 1.0f);
-        double expected = k == 0 ? 0.999 * edge : USED * edge;
-        TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, expected, cabs(of_ab(result.voltage)));
-        TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, k == 0 ? 0.999 : USED,
-                                  highest_of(result.duty) - lowest_of(result.duty));
-    }
-}
-
 static void test_no_voltage_is_the_middle_of_the_range(void)
 {
     svpwm_t result = modulate(polar(0.0, 0.0), 311.0f, 0.1f, 0.7f);
     TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, 0.4, (double)result.duty.a);
     TEST_ASSERT_TRUE(result.duty.a == result.duty.b && result.duty.b == result.duty.c);
     TEST_ASSERT_TRUE(result.voltage.alpha == 0.0f && result.voltage.beta == 0.0f);
-}
-
-static void test_each_phase_gets_its_own_duty(void)
-{
-    /* Along a: a high, b and c equal and low; 100 V of 311 V: a is 100 + 50 V above them. Likewise b and c.
-     */
-    double span = 150.0 / 311.0;
-    for (int leg = 0; leg < 3; leg++) {
-        svpwm_t result = modulate(polar(100.0, leg * 2.0 * PI / 3.0), 311.0f, 0.0f, 1.0f);
-        float duties[3] = {result.duty.a, result.duty.b, result.duty.c};
-        for (int other = 0; other < 3; other++) {
-            double expected = 0.5 + (other == leg ? 0.5 : -0.5) * span;
-            TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, expected, (double)duties[other]);
-        }
-    }
 }
 
 static void test_nothing_sensible_gives_half_duties_and_says_no_voltage(void)

@@ -16,33 +16,13 @@ typedef struct {
     int32_t e;
 } slots_t;
 
+#define HUES "red|green|blue"
+
 static const table_row_t rows[] = {
     {1, SLOT_FLOAT, TABLE_LIVE, offsetof(slots_t, f), "f", "V", "a float", "", 1.5f, -2.0f, 2.0f, {0, 0, 0}},
-    {2,
-     SLOT_INT,
-     TABLE_LIVE,
-     offsetof(slots_t, i),
-     "i",
-     "-",
-     "an integer",
-     "",
-     0.0f,
-     0.0f,
-     0.0f,
-     {-3, -5, 5}},
+    {2, SLOT_INT, TABLE_LIVE, offsetof(slots_t, i), "i", "-", "signed", "", 0.0f, 0.0f, 0.0f, {-3, -5, 5}},
     {3, SLOT_UINT, TABLE_LIVE, offsetof(slots_t, u), "u", "-", "unsigned", "", 0.0f, 0.0f, 0.0f, {7, 0, 9}},
-    {4,
-     SLOT_ENUM,
-     TABLE_LIVE,
-     offsetof(slots_t, e),
-     "e",
-     "-",
-     "a choice",
-     "red|green|blue",
-     0.0f,
-     0.0f,
-     0.0f,
-     {1, 0, 0}},
+    {4, SLOT_ENUM, TABLE_LIVE, offsetof(slots_t, e), "e", "-", "hue", HUES, 0.0f, 0.0f, 0.0f, {1, 0, 0}},
 };
 static const table_t table = {"test", rows, 4};
 

@@ -135,20 +135,6 @@ static void test_a_slow_motor_warms_as_slowly_as_it_should(void)
     }
 }
 
-/* A direct current of I_c warms its leg to 1, a turning one of the same length to a half. */
-static void test_a_standing_current_warms_one_leg_twice_as_much(void)
-{
-    for (uint32_t k = 0; k < 20000u; k++) {
-        pass(phases(25.0, 0.0));
-    }
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.0f, x.module_heat);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.25f, x.leg_heat.b);
-    for (uint32_t k = 0; k < 40000u; k++) {
-        pass(phases(25.0, 2.0 * PI * 50.0 * PERIOD * k));
-    }
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.5f, x.module_heat);
-}
-
 static void test_without_current_or_time_constant_nothing_is_judged(void)
 {
     for (uint32_t n = 0; n < 4u; n++) {

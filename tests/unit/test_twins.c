@@ -1,15 +1,10 @@
-/* Float and fixed twin side by side on one set of exact data, each module alone and all in a row. How far
- * they may be apart follows from the formats (estimator/fixed/formats.h) and from float's own 24 bits:
- *
- *   voltages   a current of up to 6 A is rounded by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V
- *              twice (sample and observer); k_f and tanh differ by 3e-6 in what v is for a given error, not
- *              in what it settles on: 1e-4 V of 200 V
- *   k_f        the same tanh: 3e-6, and a count of Q24 in 0.5
- *   lag        counts of Q24 and Q28 in vectors of about 1: 2e-7; float 5e-7
- *   angles     1.2e-7 rad of the arc tangent; float 3e-6; the polynomials of tan 2e-6
- *   speeds     3e-5 rad/s a count; float 1e-7 of up to 1e3 rad/s and its dead zone, 2e-4 of a mrad of angle
- */
+/* Float and fixed twin side by side on one set of exact data. How far they may be apart follows from the
+ * formats (estimator/fixed/formats.h) and from float's own 24 bits: a current of up to 6 A is rounded
+ * by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V twice (sample and observer); angles 1.2e-7 rad of
+ * the arc tangent, float 3e-6; speeds 3e-5 rad/s a count, float 1e-7 of up to 1e3 rad/s and its dead zone,
+ * 2e-4 of a mrad of angle. */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <unity.h>
@@ -22,16 +17,12 @@
 #define RAD_PER_RPM (4.0 * PI / 30.0)
 #define PSI         0.183
 
-#define VOLTAGE_APART    4e-4   /* [V] */
-#define GAIN_APART       4e-6   /* of k_f [-] */
-#define MEAN_APART       1e-5   /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
-#define LENGTH_APART     8e-6   /* [-] */
-#define ANGLE_APART      5e-6   /* [rad] */
-#define LOOP_APART       5.5e-5 /* [rad] float integrator at rest, either way: 0.1 mrad 1624/6495; rotation */
-#define LOOP_SPEED_APART 3e-3   /* [rad/s] settled */
-#define TRANSIENT_APART  0.05   /* composed, on the way [mrad] */
-#define MRAD_APART       0.01   /* composed, settled [mrad] */
-#define SPEED_APART      0.003  /* composed, settled [rad/s] */
+#define VOLTAGE_APART   4e-4  /* [V] */
+#define GAIN_APART      4e-6  /* of k_f: the same tanh [-] */
+#define MEAN_APART      1e-5  /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
+#define TRANSIENT_APART 0.05  /* composed, on the way [mrad] */
+#define MRAD_APART      0.01  /* composed, settled [mrad] */
+#define SPEED_APART     0.003 /* composed, settled [rad/s] */
 
 static estimator_t flt;
 static fixed_t fix;
@@ -102,8 +93,6 @@ static void test_units_are_the_bases_over_their_counts(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-12, 2.0 * PI / T / 2147483648.0, (double)fix.scale.units.speed);
 }
 
-/* ---- each module ---- */
-
 /* Both observers run on the same data for a second; currents of 0 and 6 A, both directions. */
 static void check_observers(smo_switching_t switching, float emf_cutoff)
 {
@@ -146,119 +135,6 @@ static void test_observers_per_axis(void)
 {
     check_observers(SMO_SIGMOID, 0.0f);
     check_observers(SMO_SIGMOID, 2000.0f);
-}
-
-/* Lag and length that each twin makes of the same settled state, at every speed. */
-static void check_lags(lag_mode_t mode, float emf_cutoff)
-{
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_CORRECTED, emf_cutoff);
-    init(&params);
-    double angle = 0.0;
-    double length = 0.0;
-    for (double omega = -6000.0; omega <= 6000.0; omega += 37.0) {
-        int32_t speed = (int32_t)lrint(omega / (double)fix.scale.units.speed);
-        double a = (double)lag_angle(&flt.observer.smo, mode, (float)omega);
-        double b = (double)q_signed(lag_angle_q(&fix.q.smo, mode, speed)) * PI / 2147483648.0;
-        angle = fmax(angle, fabs(circle(a - b)));
-        double full = (double)lag_attenuation(&flt.observer.smo, (float)omega);
-        double part = (double)lag_attenuation_q(&fix.q.smo, speed) / 16777216.0;
-        length = fmax(length, fabs(part / full - 1.0));
-    }
-    check_below(angle, ANGLE_APART, "lag [rad]");
-    check_below(length, LENGTH_APART, "attenuation");
-}
-
-static void test_lags(void)
-{
-    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
-        check_lags((lag_mode_t)mode, 0.0f);
-        check_lags((lag_mode_t)mode, 2000.0f);
-    }
-}
-
-/* The error of an EMF, forward again: e = Z(k_f(|x|)) x (lag.h), in double precision with W in its closed
- * form. Half a count of x on each axis, 42 nA, times 90 ohm is 2e-6 of the smallest; what the four steps
- * leave is lag.c's word, and as the angle of Z depends on k_f, it may show in the direction too. Beyond 0.99
- * k_s the length is that. */
-static void test_error_of_an_emf_makes_it_again(void)
-{
-    static const struct {
-        double share, off;
-    } emfs[] = {{0.01, 2e-6}, {0.3, 0.0}, {0.7, 1e-7}, {0.9, 2e-4}, {0.99, 0.02}, {1.5, 0.02}};
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
-    init(&params);
-    const double rest = 1.0 - exp(-0.95 * T / 0.0125);
-    for (unsigned n = 0; n < sizeof emfs / sizeof emfs[0]; n++) {
-        double worst = 0.0;
-        for (double turn = -0.2; turn < 0.201; turn += 0.05) {
-            double angle = 1.0 + 7.0 * turn;
-            double e[2] = {200.0 * emfs[n].share * cos(angle), 200.0 * emfs[n].share * sin(angle)};
-            const ab_q_t emf = {(int32_t)lrint(e[0] / (double)fix.scale.units.voltage),
-                                (int32_t)lrint(e[1] / (double)fix.scale.units.voltage)};
-            ab_q_t found =
-                lag_error_q(&fix.q.smo, (int32_t)lrint(turn / T / (double)fix.scale.units.speed), emf);
-            double x[2] = {found.alpha * (double)fix.scale.units.current,
-                           found.beta * (double)fix.scale.units.current};
-            double length = hypot(x[0], x[1]);
-            double g = 200.0 * tanh(0.5 * length) / length;
-            /* W = b (R + j omega L)/(z - a) */
-            double a = 1.0 - rest;
-            double reactance = turn / T * 0.0125;
-            double size = rest / 0.95 / (pow(cos(turn) - a, 2.0) + pow(sin(turn), 2.0));
-            double w_re = size * (0.95 * (cos(turn) - a) + reactance * sin(turn));
-            double w_im = size * (reactance * (cos(turn) - a) - 0.95 * sin(turn));
-            double re = 0.95 + g * w_re;
-            double im = reactance + g * w_im;
-            double turned[2] = {re * x[0] - im * x[1], re * x[1] + im * x[0]};
-            double cut = fmin(1.0, 0.99 / emfs[n].share);
-            worst = fmax(worst, hypot(turned[0] - cut * e[0], turned[1] - cut * e[1]) / hypot(e[0], e[1]));
-            check_below(fabs(circle(atan2(turned[1], turned[0]) - angle)), 3e-6 + emfs[n].off, "angle [rad]");
-        }
-        check_below(worst, 3e-6 + emfs[n].off, "EMF [-]");
-    }
-    const ab_q_t none = lag_error_q(&fix.q.smo, 0, (ab_q_t){0, 0});
-    TEST_ASSERT_EQUAL_INT32(0, none.alpha);
-    TEST_ASSERT_EQUAL_INT32(0, none.beta);
-}
-
-/* One turning EMF into both loops: in lock, with a ramp, from a wrong start and an empty filter. */
-static void test_loops(void)
-{
-    static const double cutoffs[] = {0.0, 50.0};
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    double angle = 0.0;
-    double speed = 0.0;
-    double transient = 0.0;
-    for (int n = 0; n < 8; n++) {
-        TEST_ASSERT_TRUE(pll_design(&params.pll, 200.0f, 1.0f, (float)cutoffs[n % 2], 1e-4f));
-        double way = n / 2 % 2 ? -1.0 : 1.0;
-        double ramp = n / 4 ? 600.0 : 0.0;
-        init(&params);
-        double theta = 0.3;
-        position_t start = {(float)theta + 0.2f, (float)(way * 100.0)};
-        pll_reset(&flt.tracker.pll, start);
-        pll_reset_q(&fix.q.pll,
-                    (position_q_t){(uint32_t)lrint((double)start.theta_e / PI * 2147483648.0),
-                                   (int32_t)lrint((double)start.omega_e / (double)fix.scale.units.speed)});
-        for (long k = 0; k < 10000; k++) {
-            double omega = way * (100.0 + (k < 5000 ? ramp * T * (double)k : ramp * 0.5));
-            double length = PSI * omega;
-            ab_t e = {(float)(-length * sin(theta)), (float)(length * cos(theta))};
-            ab_q_t e_q = {(int32_t)lrint(-length * sin(theta) / (double)fix.scale.units.voltage),
-                          (int32_t)lrint(length * cos(theta) / (double)fix.scale.units.voltage)};
-            position_t a = pll_step(&flt.tracker.pll, e, (float)(1.0 / PSI), 0.0f);
-            position_q_t b = pll_step_q(&fix.q.pll, e_q, fix.q.tuning.speed_per_volt, 0);
-            double between = circle((double)a.theta_e - (double)q_signed(b.theta_e) * PI / 2147483648.0);
-            angle = fmax(angle, fabs(between));
-            double faster = fabs((double)a.omega_e - (double)b.omega_e * (double)fix.scale.units.speed);
-            double *largest = k < 2000 ? &transient : &speed;
-            *largest = fmax(*largest, faster);
-            theta = circle(theta + T * omega);
-        }
-    }
-    check_below(angle, LOOP_APART, "angle [rad]");
-    check_below(speed, LOOP_SPEED_APART, "speed [rad/s]");
-    check_below(transient, LOOP_SPEED_APART, "speed on the way [rad/s]");
 }
 
 /* ---- all in a row ---- */
@@ -311,80 +187,52 @@ static void test_estimators_per_axis(void)
     }
 }
 
-/* Chatter is chaotic: only the mean over whole turns can be compared, and that to its own scatter. */
-static void test_estimators_of_the_sign(void)
-{
-    estimator_params_t params = params_of(SMO_SIGN, LAG_EXACT, 2000.0f);
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
-    init(&params);
-    reset(&rig, 0, 0.0);
-    double sums[2] = {0.0, 0.0};
-    for (long k = 1; k <= 20000; k++) {
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(&rig, k, &now);
-        position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
-        position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        if (k > 5000) {
-            sums[0] += circle((double)a.theta_e - now.theta) / 15000.0;
-            sums[1] += circle((double)b.theta_e - now.theta) / 15000.0;
-        }
-    }
-    check_below(1e3 * fabs(sums[0] - sums[1]), 1.0, "mean [mrad]");
-}
-
 /* ---- the boundary ---- */
 
-static void check_refused(estimator_params_t params, const char *field, bool above)
-{
-    params_error_t why;
-    memset(&why, 0, sizeof why);
-    TEST_ASSERT_TRUE_MESSAGE(estimator_params_check(&params, &why), why.rule);
-    TEST_ASSERT_FALSE_MESSAGE(fixed_params_check(&params, &why), field);
-    TEST_ASSERT_EQUAL_STRING(field, why.field);
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "fixed point"));
-    TEST_ASSERT_TRUE(above ? why.value > why.max : why.value < why.min);
-}
-
+/* Accepted by the float estimator, and beyond what a format of the fixed one holds, above or below. */
 static void test_constants_that_do_not_fit_are_refused_by_name(void)
 {
+#define SET(field, value)                                                                                    \
+    {                                                                                                        \
+        offsetof(estimator_params_t, field), value                                                           \
+    }
+    static const struct {
+        const char *field;
+        bool above;
+        lag_mode_t lag;
+        struct {
+            size_t at; /* 0: no more */
+            float value;
+        } set[3];
+    } cases[] = {
+        {"inductance", true, LAG_EXACT, {SET(smo.inductance, 0.9f)}},
+        {"slope", true, LAG_EXACT, {SET(smo.inductance, 0.6f), SET(smo.slope, 40.0f)}},
+        {"flux_linkage", false, LAG_EXACT, {SET(flux_linkage, 0.005f)}},
+        {"amplitude_floor", false, LAG_EXACT, {SET(pll.amplitude_floor, 2e-3f)}},
+        {"amplitude_floor", true, LAG_EXACT, {SET(pll.amplitude_floor, 2e3f)}},
+        {"torque_feedforward", /* I = 32 A */
+         true,
+         LAG_EXACT,
+         {SET(smo.inductance, 1e-3f), SET(smo.slope, 0.1f), SET(torque_feedforward, 9e6f)}},
+        {"ki", true, LAG_EXACT, {SET(pll.kp, 1.5e4f), SET(pll.ki, 8e7f), SET(smo.emf_cutoff, 0.0f)}},
+        {"emf_cutoff", false, LAG_CORRECTED, {SET(smo.emf_cutoff, 10.0f)}},
+        {"period", false, LAG_EXACT, {SET(smo.period, 2e-6f), SET(pll.period, 2e-6f)}},
+    };
+#undef SET
     params_error_t why;
-    estimator_params_t good = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    TEST_ASSERT_TRUE(fixed_params_check(&good, &why));
-
-    estimator_params_t params = good;
-    params.smo.inductance = 0.9f;
-    check_refused(params, "inductance", true);
-    params = good;
-    params.smo.inductance = 0.6f;
-    params.smo.slope = 40.0f;
-    check_refused(params, "slope", true);
-    params = good;
-    params.flux_linkage = 0.005f;
-    check_refused(params, "flux_linkage", false);
-    params = good;
-    params.pll.amplitude_floor = 2e-3f;
-    check_refused(params, "amplitude_floor", false);
-    params = good;
-    params.pll.amplitude_floor = 2e3f;
-    check_refused(params, "amplitude_floor", true);
-    params = good;
-    params.smo.inductance = 1e-3f; /* I = 32 A */
-    params.smo.slope = 0.1f;
-    params.torque_feedforward = 9e6f;
-    check_refused(params, "torque_feedforward", true);
-    params = good;
-    params.pll.kp = 1.5e4f;
-    params.pll.ki = 8e7f;
-    params.smo.emf_cutoff = 0.0f;
-    check_refused(params, "ki", true);
-    params = good;
-    params.lag = LAG_CORRECTED;
-    params.smo.emf_cutoff = 10.0f;
-    check_refused(params, "emf_cutoff", false);
-    params = good;
-    params.smo.period = 2e-6f;
-    params.pll.period = 2e-6f;
-    check_refused(params, "period", false);
+    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    TEST_ASSERT_TRUE(fixed_params_check(&params, &why));
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        params = params_of(SMO_SIGMOID_VECTOR, cases[n].lag, 2000.0f);
+        for (size_t m = 0; m < 3u && cases[n].set[m].at != 0u; m++) {
+            memcpy((char *)&params + cases[n].set[m].at, &cases[n].set[m].value, sizeof(float));
+        }
+        TEST_ASSERT_TRUE_MESSAGE(estimator_params_check(&params, &why), cases[n].field);
+        TEST_ASSERT_FALSE_MESSAGE(fixed_params_check(&params, &why), cases[n].field);
+        TEST_ASSERT_EQUAL_STRING(cases[n].field, why.field);
+        TEST_ASSERT_NOT_NULL(strstr(why.rule, "fixed point"));
+        TEST_ASSERT_TRUE(cases[n].above ? why.value > why.max : why.value < why.min);
+    }
 }
 
 /* A limit that is just kept, and just not: the rule says which. */
@@ -509,26 +357,5 @@ static void test_at_its_limit_a_criterion_still_holds(void)
         fix.q.tuning.detector_max = detector - beyond;
         (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
         TEST_ASSERT_EQUAL_UINT16(beyond ? ESTIMATOR_DETECTOR : 0u, fixed_invalid(&fix));
-    }
-}
-
-/* psi_f comes from outside, as of the adaptation: what it gives is the speed of the same EMF. */
-static void test_flux_is_set_from_outside(void)
-{
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
-    params.flux_linkage = 0.2f;
-    init(&params);
-    const float psi = (float)PSI;
-    estimator_set_flux(&flt, psi, 1.0f / psi);
-    fixed_set_flux(&fix, psi, 1.0f / psi);
-    reset(&rig, 0, 0.0);
-    for (long k = 1; k <= 100; k++) {
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(&rig, k, &now);
-        const position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
-        const position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)a.omega_e);
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, now.omega, (double)b.omega_e);
     }
 }

@@ -221,12 +221,11 @@ void fixed_observe(fixed_t *fixed, ab_t voltage, ab_t current, float omega_e)
     estimate->detector = 0.0f;
 }
 
-void fixed_lock(fixed_t *fixed, position_t start)
+void fixed_lock(fixed_t *fixed, position_t start, float amplitude)
 {
     const position_q_t from = {angle_of(start.theta_e),
                                per_unit_counts(start.omega_e, fixed->scale.speed_counts)};
-    estimator_lock_q(&fixed->q, from,
-                     per_unit_counts(fixed->estimate.amplitude, fixed->scale.voltage_counts));
+    estimator_lock_q(&fixed->q, from, per_unit_counts(amplitude, fixed->scale.voltage_counts));
     publish(fixed, from, trig_rotation_q(from.theta_e));
 }
 

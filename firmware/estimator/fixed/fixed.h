@@ -56,7 +56,7 @@ void fixed_reset(fixed_t *fixed, position_t start, ab_t current);
 position_t fixed_step(fixed_t *fixed, ab_t voltage, ab_t current);
 position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current);
 void fixed_observe(fixed_t *fixed, ab_t voltage, ab_t current, float omega_e);
-void fixed_lock(fixed_t *fixed, position_t start);
+void fixed_lock(fixed_t *fixed, position_t start, float amplitude);
 uint16_t fixed_invalid(const fixed_t *fixed);
 
 #endif

@@ -6,17 +6,6 @@ foreach(name unexpected_end overwrite cut_files texts own_motor)
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
 endforeach()
 
-# The same rules in the Python package.
-if(NOT LAGLESS_SANITIZE)
-    set(package_python "${CMAKE_SOURCE_DIR}/build/venv/bin/python3")
-    if(NOT EXISTS "${package_python}")
-        set(package_python "${Python3_EXECUTABLE}")
-    endif()
-    add_test(NAME python_unexpected_end COMMAND "${package_python}" -B ${CMAKE_SOURCE_DIR}/tests/python/test_unexpected_end.py)
-    set_tests_properties(python_unexpected_end PROPERTIES LABELS python TIMEOUT 300 SKIP_RETURN_CODE 77 ENVIRONMENT
-        "PYTHONPATH=${CMAKE_SOURCE_DIR}/host_sim/python;LAGLESS_LIBRARY=$<TARGET_FILE:lagless_python>;PYTHONDONTWRITEBYTECODE=1")
-endif()
-
 # Units as data sheets spell them.
 lagless_test(lab_spellings LABEL lab SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_spellings.c LIBS lagless_lab m)
 target_compile_definitions(test_lab_spellings PRIVATE _GNU_SOURCE)
@@ -29,13 +18,11 @@ set_tests_properties(case_units_of_data_sheets case_vcd_is_ascii PROPERTIES LABE
 if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     find_package(Threads REQUIRED)
     lagless_add_board(esc48 tests/cases/esc48.h)
-    set(tune_sources course inputs motor motor_trial names runner scenario scenario_read tally times tune tune_scenario units)
+    set(tune_sources course motor motor_trial names runner scenario scenario_read tally times tune tune_scenario units)
     list(TRANSFORM tune_sources REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/host_sim/lab/\\1.c")
     foreach(board "" _hvmtrpfckit _desk48 _esc48 _16000)
         lagless_test(lab_tune_boards${board} LABEL board SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_tune_boards.c ${tune_sources}
-            ${CMAKE_SOURCE_DIR}/host_sim/lab/toml_reader.cpp LIBS lagless_rig${board} Threads::Threads m)
-        set_target_properties(test_lab_tune_boards${board} PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
+            LIBS lagless_rig${board} lagless_toml Threads::Threads m)
         target_compile_definitions(test_lab_tune_boards${board} PRIVATE _GNU_SOURCE "LAGLESS_MOTORS=\"${CMAKE_SOURCE_DIR}/host_sim/motors\"")
-        target_include_directories(test_lab_tune_boards${board} SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR})
     endforeach()
 endif()

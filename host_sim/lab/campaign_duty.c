@@ -1,0 +1,245 @@
+/* The judge of what a drive must do: it works, it obeys, and it ends what its limits forbid. */
+#include <math.h>
+
+#include "drive/reasons.h"
+#include "host_sim/lab/campaign_parts.h"
+
+#define OFF_PERIODS     2u   /* [periods] of campaign_invariants */
+#define LINK_PERIODS    3u   /* [periods] of too high a link with a gate on */
+#define SPEED_SECONDS   5e-3 /* [s] of too fast a shaft with a gate on */
+#define AWAY_SECONDS    0.1  /* [s] of a torque that drives away */
+#define LOOP_SLOWER     14.0 /* [-] so much slower than the tracking loop is the speed control */
+#define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
+#define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */
+#define AWAY_BEYOND     1.3  /* [-] of the torque that is asked for */
+#define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
+#define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
+#define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
+#define START_SECONDS   1.8  /* [s] that a start without encoder may take */
+#define ENCODER_SECONDS 0.4  /* [s] likewise with the encoder */
+#define STOP_SECONDS    0.5  /* [s] that a quick stop may take beside what it brakes for */
+#define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
+#define LINK_NOISE      4.0  /* [-] standard deviations of the link's noise */
+#define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
+
+static double drag_of(const campaign_case_t *drawn)
+{
+    return CAMPAIGN_VALUE(drawn, friction) * fmax(1.0, CAMPAIGN_VALUE(drawn, stiction)) +
+           CAMPAIGN_VALUE(drawn, viscous);
+}
+
+void campaign_duty_begin(campaign_watch_t *watch)
+{
+    const campaign_case_t *drawn = watch->drawn;
+    const double sensed = 1.0 - fabs(CAMPAIGN_VALUE(drawn, dc_gain));
+    const double noise = LINK_NOISE * CAMPAIGN_VALUE(drawn, dc_noise) + LINK_STEP;
+    watch->duty = (campaign_duty_t){
+        .torque = watch->motor.torque,
+        .speed = watch->motor.speed,
+        .inertia = campaign_inertia(drawn),
+        .overspeed = campaign_invariants[CAMPAIGN_I_TRIP_SPEED].limit * watch->overspeed,
+        .link = (campaign_initial(drawn, "dc_overvoltage") + noise) / sensed,
+        .stop_time = campaign_initial(drawn, "fault_stop_time"),
+        .load = campaign_load(drawn),
+        .drag = drag_of(drawn),
+        .answer = ANSWERS * LOOP_SLOWER / campaign_loop(drawn),
+        .drawn = drawn->around == NULL,
+        .coded = campaign_has_encoder(drawn),
+        .healthy = campaign_is_healthy(drawn),
+        .limited = CAMPAIGN_VALUE(drawn, dc_soft) != 0.0 || CAMPAIGN_VALUE(drawn, dc_edge) != 0.0,
+    };
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        watch->duty.coded = watch->duty.coded && drawn->events[n].kind != CAMPAIGN_V_SOURCE;
+    }
+}
+
+static uint32_t counted(bool holds, uint32_t before)
+{
+    return holds ? before + 1u : 0u;
+}
+
+/* The period in which `enable` goes to off may still have a gate on, and so may the next. */
+static void judge_off(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    duty->off = counted(rows[CAMPAIGN_AT_enable] == 0u, duty->off);
+    if (duty->off > OFF_PERIODS && watch->gates_seen) {
+        campaign_violated(watch, CAMPAIGN_I_OFF, period, duty->off, "enable");
+    }
+}
+
+static void judge_mute(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    const double most = campaign_invariants[CAMPAIGN_I_PERSIST].limit * 1e-3;
+    const bool mute = rows[CAMPAIGN_AT_enable] == 1u && rows[CAMPAIGN_AT_state] <= watch->ready &&
+                      rows[CAMPAIGN_AT_refusal] == 0u && rows[CAMPAIGN_AT_coasting] == 0u;
+    duty->mute = counted(mute, duty->mute);
+    if (duty->mute * RIG_PERIOD_SECONDS > most) {
+        campaign_violated(watch, CAMPAIGN_I_PERSIST, period, duty->mute, "state");
+    }
+}
+
+/* How long this quick stop may take [s]; 0: an active load may overhaul the motor, or the link limits its
+ * braking. */
+static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
+{
+    const campaign_duty_t *duty = &watch->duty;
+    const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
+    const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    if (rows[CAMPAIGN_AT_enable] != 2u) {
+        return duty->stop_time + 2.0 * RIG_PERIOD_SECONDS;
+    }
+    return !duty->healthy || duty->limited || load > REACH_LOAD
+               ? 0.0
+               : STOP_SECONDS + STOP_SHARE * speed * duty->inertia / (duty->torque * (1.0 - load));
+}
+
+static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    const bool stops = rows[CAMPAIGN_AT_state] == watch->stops;
+    if (stops && duty->stopping == 0u) {
+        duty->stop_most = stop_most(watch, rows);
+    }
+    duty->stopping = counted(stops, duty->stopping);
+    if (duty->stop_most > 0.0 && duty->stopping * RIG_PERIOD_SECONDS > duty->stop_most) {
+        campaign_violated(watch, CAMPAIGN_I_STOP, period, duty->stopping, "state");
+    }
+}
+
+static void judge_trips(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    const bool runs = rows[CAMPAIGN_AT_manoeuvre] == watch->run && watch->gates_seen;
+    const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    duty->fast = counted(runs && speed > duty->overspeed, duty->fast);
+    duty->high =
+        counted(watch->gates_seen && campaign_number(rows, CAMPAIGN_AT_true_u_dc) > duty->link, duty->high);
+    if (duty->fast * RIG_PERIOD_SECONDS > SPEED_SECONDS) {
+        campaign_violated(watch, CAMPAIGN_I_TRIP_SPEED, period, duty->fast, "true_omega_m");
+    }
+    if (duty->high > LINK_PERIODS) {
+        campaign_violated(watch, CAMPAIGN_I_TRIP_LINK, period, duty->high, "true_u_dc");
+    }
+}
+
+/* Does the torque [N m] drive the shaft away from a speed, wherever in between the reference is? */
+static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double torque, double wanted)
+{
+    const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const double near = AWAY_SPEED * watch->duty.speed;
+    const double in_force = campaign_number(rows, CAMPAIGN_AT_omega_m_ref);
+    return fabs(wanted - speed) > near && torque * (wanted - speed) < 0.0 &&
+           torque * (in_force - speed) <= 0.0;
+}
+
+/* In current mode: more torque than asked for, or the other way. */
+static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double torque)
+{
+    const double per_ampere = watch->motor.torque / watch->motor.current;
+    const double asked = per_ampere * campaign_number(rows, CAMPAIGN_AT_i_q_request);
+    const double margin = campaign_invariants[CAMPAIGN_I_AWAY].limit * watch->duty.torque;
+    const bool drives = torque * campaign_number(rows, CAMPAIGN_AT_true_omega_m) > 0.0;
+    return drives && (torque * asked < 0.0 || fabs(torque) > AWAY_BEYOND * fabs(asked) + margin);
+}
+
+static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    const double torque = campaign_number(rows, CAMPAIGN_AT_true_torque);
+    const bool stops = rows[CAMPAIGN_AT_state] == watch->stops;
+    const bool runs = duty->healthy && rows[CAMPAIGN_AT_manoeuvre] == watch->run &&
+                      (stops || rows[CAMPAIGN_AT_state] == watch->enabled) &&
+                      fabs(torque) > campaign_invariants[CAMPAIGN_I_AWAY].limit * duty->torque;
+    const double wanted = stops ? 0.0 : campaign_number(rows, CAMPAIGN_AT_speed_request);
+    const bool follows = stops || rows[CAMPAIGN_AT_mode] == 0u;
+    const double error = fabs(wanted - campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    duty->away = counted(
+        runs && (follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque)), duty->away);
+    duty->away_error = duty->away == 1u ? error : duty->away_error;
+    const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer);
+    if (duty->away * RIG_PERIOD_SECONDS <= most) {
+        return;
+    }
+    /* a torque that slows down what the load takes to the new speed too quickly is control, not flight */
+    if (follows && !stops && error <= duty->away_error) {
+        duty->away = 0u;
+        return;
+    }
+    campaign_violated(watch, CAMPAIGN_I_AWAY, period, duty->away, "true_torque");
+}
+
+/* ---- the speed is reached ---- */
+
+/* Is it the same wish as in the period before, with the same load? */
+static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
+{
+    const uint32_t wish[5] = {rows[CAMPAIGN_AT_enable], rows[CAMPAIGN_AT_mode],
+                              rows[CAMPAIGN_AT_speed_request], rows[CAMPAIGN_AT_load_torque], 0u};
+    const bool same = memcmp(wish, duty->wish, sizeof wish) == 0;
+    memcpy(duty->wish, wish, sizeof wish);
+    return same;
+}
+
+/* [periods] In which the shaft must be at its speed. */
+static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double load)
+{
+    const campaign_duty_t *duty = &watch->duty;
+    const double way = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request)) +
+                       fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    const double room = fmax(LEAST_ROOM, 0.75 - load - duty->drag);
+    const double start = duty->coded ? ENCODER_SECONDS : START_SECONDS;
+    return (start + 2.0 * duty->answer + 2.0 * way * duty->inertia / (duty->torque * room)) /
+           RIG_PERIOD_SECONDS;
+}
+
+/* May a speed be expected? A latched fault is judged by its reason, and a stop is brought to its end first;
+ * what is refused because `enable` was on at a reset waits for the user. */
+static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, double load)
+{
+    const campaign_duty_t *duty = &watch->duty;
+    return duty->healthy && !duty->limited && load <= REACH_LOAD && rows[CAMPAIGN_AT_enable] == 1u &&
+           rows[CAMPAIGN_AT_mode] == 0u && rows[CAMPAIGN_AT_state] != watch->fault &&
+           rows[CAMPAIGN_AT_state] != watch->stops &&
+           rows[CAMPAIGN_AT_refusal] != (uint32_t)REASON_ENABLE_HELD;
+}
+
+static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_duty_t *duty = &watch->duty;
+    const uint32_t window = campaign_periods(WINDOW_SECONDS);
+    const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
+    if (!wishes_the_same(duty, rows) || !is_expected(watch, rows, load)) {
+        duty->since = 0u;
+        duty->error = 0.0;
+        duty->due = due_of(watch, rows, load);
+        return;
+    }
+    duty->since++;
+    if ((double)duty->since <= duty->due) {
+        return;
+    }
+    const uint32_t past = duty->since - (uint32_t)duty->due;
+    duty->error +=
+        campaign_number(rows, CAMPAIGN_AT_true_omega_m) - campaign_number(rows, CAMPAIGN_AT_speed_request);
+    if (past % window == 0u) {
+        const double most = campaign_invariants[CAMPAIGN_I_REACH].limit * duty->speed;
+        if (fabs(duty->error) / window > most) {
+            campaign_violated(watch, CAMPAIGN_I_REACH, period, window, "true_omega_m");
+        }
+        duty->error = 0.0;
+    }
+}
+
+void campaign_judge_duty(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    judge_off(watch, period, rows);
+    judge_mute(watch, period, rows);
+    judge_stop(watch, period, rows);
+    if (watch->duty.drawn) {
+        judge_trips(watch, period, rows);
+        judge_away(watch, period, rows);
+        judge_reach(watch, period, rows);
+    }
+}

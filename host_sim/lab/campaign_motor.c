@@ -1,0 +1,133 @@
+/* What follows from a case: its motor, its limits, what may be expected of it. */
+#include <math.h>
+
+#include "host_sim/lab/campaign_parts.h"
+
+#define ROOT_3       1.7320508075688772
+#define SPEED_MIN    60.0   /* [rad/s] rated, mechanical */
+#define SPEED_MAX    1000.0 /* [rad/s] likewise */
+#define ELECTRIC_MAX 2000.0 /* [rad/s] rated, electrical: 3 % of a turn a period */
+#define RUN_UP_MIN   4e-3   /* [s] to rated speed by rated torque: the smallest servo motors */
+#define RIPPLE_MAX   0.3    /* [-] of rated current, peak to peak: V_dc T_s/(6 L) */
+#define PERIOD       ((double)BOARD_PERIOD)
+
+/* The one whose rows are the defaults: the paper's. */
+static campaign_motor_t default_motor(void)
+{
+    const double torque_per_ampere = 1.5 * rig_initial(rig_row_by_name("plant.pole_pairs")) *
+                                     rig_initial(rig_row_by_name("plant.flux_linkage"));
+    const double current = rig_initial(rig_row_by_name("current_limit"));
+    return (campaign_motor_t){
+        .pole_pairs = rig_initial(rig_row_by_name("plant.pole_pairs")),
+        .resistance = rig_initial(rig_row_by_name("plant.resistance")),
+        .inductance_d = rig_initial(rig_row_by_name("plant.inductance_d")),
+        .inductance_q = rig_initial(rig_row_by_name("plant.inductance_q")),
+        .flux_linkage = rig_initial(rig_row_by_name("plant.flux_linkage")),
+        .inertia = rig_initial(rig_row_by_name("plant.inertia")),
+        .speed = rig_initial(rig_row_by_name("overspeed_trip")) / 1.4,
+        .torque = torque_per_ampere * current,
+        .current = current,
+        .trip = rig_initial(rig_row_by_name("overcurrent_trip")),
+    };
+}
+
+campaign_motor_t campaign_motor(const campaign_case_t *drawn)
+{
+    if (CAMPAIGN_VALUE(drawn, motor_drawn) == 0.0) {
+        return default_motor();
+    }
+    /* E the peak EMF of a phase at rated speed; run-up t = J omega/T, T = 1.5 E I/omega */
+    const double emf = CAMPAIGN_VALUE(drawn, emf_share) * 270.0 / ROOT_3;
+    const double inertia = CAMPAIGN_VALUE(drawn, inertia);
+    const double most = inertia * SPEED_MAX * SPEED_MAX / (1.5 * emf * RUN_UP_MIN);
+    const double current = fmax(0.5, fmin(CAMPAIGN_VALUE(drawn, current), most));
+    const double asked = sqrt(1.5 * emf * current * CAMPAIGN_VALUE(drawn, run_up) / inertia);
+    const double speed = fmax(SPEED_MIN, fmin(asked, SPEED_MAX));
+    const double pole_pairs = fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, pole_pairs), floor(ELECTRIC_MAX / speed)));
+    const double by_reactance = CAMPAIGN_VALUE(drawn, reactance) * emf / (pole_pairs * speed * current);
+    const double by_ripple = CAMPAIGN_VALUE(drawn, dc_voltage) * PERIOD / (6.0 * RIPPLE_MAX * current);
+    const double inductance = fmin(fmax(by_reactance, by_ripple), 0.5);
+    return (campaign_motor_t){
+        .pole_pairs = pole_pairs,
+        .resistance = CAMPAIGN_VALUE(drawn, resistive) * emf / current,
+        .inductance_d = inductance,
+        .inductance_q = inductance * CAMPAIGN_VALUE(drawn, saliency),
+        .flux_linkage = emf / (pole_pairs * speed),
+        .inertia = inertia,
+        .speed = speed,
+        .torque = 1.5 * emf * current / speed,
+        .current = current,
+        .trip = fmin(1.5 * current, 0.95 * rig_max(rig_row_by_name("overcurrent_trip"))),
+    };
+}
+
+/* docs/theory.md, 23: 1.15 times what could be mistaken for an EMF, the dead time's voltage or R I, but 0.3
+ * of overspeed_trip at most. */
+double campaign_handover_speed(const campaign_case_t *drawn)
+{
+    const campaign_motor_t motor = campaign_motor(drawn);
+    const double dead =
+        rig_initial(rig_row_by_name("dead_time")) / PERIOD * rig_initial(rig_row_by_name("dc_overvoltage"));
+    const double drop = motor.resistance * CAMPAIGN_VALUE(drawn, resistance_belief) * motor.current;
+    const double flux = motor.flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
+    return fmin(1.15 * fmax(dead, drop) / (flux * motor.pole_pairs), 0.3 * 1.4 * motor.speed);
+}
+
+double campaign_blind_speed(const campaign_case_t *drawn)
+{
+    const double turns = CAMPAIGN_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
+    const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_belief), 1.0);
+    return fmax(weak * campaign_handover_speed(drawn), turns);
+}
+
+bool campaign_is_coded(const campaign_case_t *drawn, double time)
+{
+    bool coded = CAMPAIGN_VALUE(drawn, encoder) != 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        coded = coded != (drawn->events[n].kind == CAMPAIGN_V_SOURCE && drawn->events[n].time <= time);
+    }
+    return coded;
+}
+
+double campaign_initial(const campaign_case_t *drawn, const char *row)
+{
+    const table_row_t *found = rig_row_by_name(row);
+    return drawn->around != NULL ? scenario_initial(drawn->around, found) : rig_initial(found);
+}
+
+double campaign_trip(const campaign_case_t *drawn)
+{
+    return drawn->around != NULL ? campaign_initial(drawn, "overcurrent_trip") : campaign_motor(drawn).trip;
+}
+
+double campaign_overspeed(const campaign_case_t *drawn)
+{
+    return drawn->around != NULL ? campaign_initial(drawn, "overspeed_trip")
+                                 : 1.4 * campaign_motor(drawn).speed;
+}
+
+double campaign_inertia(const campaign_case_t *drawn)
+{
+    return campaign_motor(drawn).inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass));
+}
+
+double campaign_load(const campaign_case_t *drawn)
+{
+    return CAMPAIGN_VALUE(drawn, fan) + CAMPAIGN_VALUE(drawn, sine) + CAMPAIGN_VALUE(drawn, spring);
+}
+
+bool campaign_is_healthy(const campaign_case_t *drawn)
+{
+    return drawn->around == NULL && drawn->faults[0].kind == 0u && drawn->faults[1].kind == 0u;
+}
+
+bool campaign_is_calm(const campaign_case_t *drawn)
+{
+    bool loads = CAMPAIGN_VALUE(drawn, load) != 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        loads = loads || drawn->events[n].kind == CAMPAIGN_V_LOAD;
+    }
+    const bool overhauls = (CAMPAIGN_VALUE(drawn, load_kind) != 0.0 && loads) ||
+                           CAMPAIGN_VALUE(drawn, sine) != 0.0 || CAMPAIGN_VALUE(drawn, spring) != 0.0;
+    return campaign_is_healthy(drawn) && !overhauls && CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
+}

@@ -1,0 +1,358 @@
+/* The judge of what a drive reports: a fault of which a report is promised is reported within that time, and
+ * the reason of a latched fault is what has happened. */
+#include <math.h>
+
+#include "drive/reasons.h"
+#include "host_sim/lab/campaign_parts.h"
+
+#define CARRIES      0.25  /* [-] of rated current: with less nothing is expected of a phase */
+#define NOTICE_TIMES 3.0   /* [-] of what is promised, in which current is asked for */
+#define WITNESS      0.05  /* [s] what a report is about was so within that */
+#define LOCK_WITNESS 2.0   /* [s] in which three losses of the lock are one too many */
+#define STARVED      10e-3 /* [s] that too low a link may last with a gate on */
+#define HEAT_MARGIN  2.0   /* [K] */
+#define RAIL         8.0   /* [-] codes from the end of the converter's range */
+#define LATE_MARGIN  1.2   /* [-] periods */
+#define SLIP_SEEN    0.3   /* [-] share of the motion that the matrix has missed */
+#define CODES        4095.0
+
+/* What is wrong, as far as a reason speaks of it; several bits. */
+enum {
+    IN_STUCK = 1,   /* a current sensor shows one value */
+    IN_CURRENT = 2, /* a current sensor shows something else */
+    IN_WIRE = 4,    /* a phase or a switch does not conduct */
+    IN_LEG = 8,     /* a leg loses voltage, two wires are changed */
+    IN_ENCODER = 16,
+    IN_LINK = 32, /* the link or its sensor */
+    IN_TIME = 64, /* samples or interrupts */
+    IN_SINK = 128,
+    IN_WINDING = 256,
+    IN_MODULE = 512,
+    IN_SHAFT = 1024,
+    IN_MEMORY = 2048, /* anything may be wrong */
+};
+
+static const struct {
+    const char *row;
+    uint32_t what;
+} kinds[] = {
+    {"stuck_current_a", IN_STUCK},
+    {"stuck_current_b", IN_STUCK},
+    {"current_gain_error_a", IN_CURRENT},
+    {"current_gain_error_b", IN_CURRENT},
+    {"current_offset_a", IN_CURRENT},
+    {"current_offset_b", IN_CURRENT},
+    {"current_range", IN_CURRENT},
+    {"current_noise", IN_CURRENT},
+    {"swap_currents", IN_CURRENT},
+    {"open_phase_a", IN_WIRE},
+    {"open_phase_b", IN_WIRE},
+    {"open_phase_c", IN_WIRE},
+    {"open_switches", IN_WIRE},
+    {"leg_a_drop", IN_LEG},
+    {"leg_b_drop", IN_LEG},
+    {"leg_c_drop", IN_LEG},
+    {"leg_a_resistance", IN_LEG},
+    {"leg_b_resistance", IN_LEG},
+    {"leg_c_resistance", IN_LEG},
+    {"leg_a_delay", IN_LEG},
+    {"leg_b_delay", IN_LEG},
+    {"leg_c_delay", IN_LEG},
+    {"swap_phases", IN_LEG},
+    {"shorted_switches", IN_MODULE},
+    {"force_fault", IN_MODULE},
+    {"plant.encoder_lines", IN_ENCODER},
+    {"plant.encoder_offset", IN_ENCODER},
+    {"encoder_reversed", IN_ENCODER},
+    {"encoder_slip", IN_ENCODER},
+    {"encoder_stuck_a", IN_ENCODER},
+    {"encoder_stuck_b", IN_ENCODER},
+    {"stuck_dc_link", IN_LINK},
+    {"dc_gain_error", IN_LINK},
+    {"dc_voltage", IN_LINK},
+    {"dc_ripple", IN_LINK},
+    {"supply_lost", IN_LINK},
+    {"interrupt_delay", IN_TIME},
+    {"interrupt_time", IN_TIME},
+    {"background_time", IN_TIME},
+    {"section_time", IN_TIME},
+    {"missing_samples", IN_TIME},
+    {"plant.sink_temperature", IN_SINK},
+    {"plant.motor_temperature", IN_WINDING},
+    {"brake_torque", IN_SHAFT},
+    {"load_torque", IN_SHAFT},
+    {"flip_word", IN_MEMORY},
+};
+
+/* What else makes a reason true: it was so shortly before. */
+typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE } witness_t;
+
+/* Reasons that say what is wrong; the others say what the drive could not do. */
+static const struct {
+    int32_t reason;
+    uint32_t what;
+    witness_t witness;
+} truths[] = {
+    {REASON_MODULE_FAULT, IN_MODULE, BY_CURRENT},
+    {REASON_OVERCURRENT, IN_STUCK | IN_CURRENT, BY_CURRENT},
+    {REASON_DC_OVERVOLTAGE, IN_LINK, BY_HIGH_LINK},
+    {REASON_DC_UNDERVOLTAGE, IN_LINK, BY_LOW_LINK},
+    {REASON_SINK_HOT, IN_SINK, BY_FAULT},
+    {REASON_MOTOR_HOT, IN_WINDING, BY_FAULT},
+    {REASON_OVERSPEED, 0u, BY_SPEED},
+    {REASON_LATE, IN_TIME, BY_FAULT},
+    {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_FAULT},
+    {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
+    {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
+    {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_LEG, BY_FAULT},
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
+    {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
+    {REASON_CURRENT_STUCK, IN_STUCK, BY_FAULT},
+    {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT, BY_FAULT},
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG, BY_FAULT},
+    {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
+    {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
+    {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
+    {REASON_STACK_LOW, 0u, BY_FAULT},
+    {REASON_LOCK_LOST, 0u, BY_ANGLE},
+};
+
+/* When a fault shows. */
+typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_CODED } shows_t;
+
+/* Reports that the matrix promises, of faults at least so large. */
+typedef struct {
+    const char *row;
+    shows_t shows;
+    double within; /* [s] with the bridge on, or while current is asked for */
+    bool turns;    /* it takes an electrical turn as well */
+} notice_t;
+
+static const notice_t notices[] = {
+    {"force_fault", WHILE_ON, 3e-3, false},
+    {"plant.sink_temperature", WHENEVER, 0.15, false},
+    {"plant.motor_temperature", WHENEVER, 0.15, false},
+    {"interrupt_delay", WHILE_ON, 5e-3, false},
+    {"stuck_dc_link", WHILE_ON, 5e-3, false},
+    {"open_phase_a", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"open_phase_b", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"open_phase_c", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"stuck_current_a", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"stuck_current_b", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"encoder_reversed", WHILE_CODED, PROMISED_NOTICE, true},
+    {"encoder_slip", WHILE_CODED, PROMISED_NOTICE, true},
+    {"encoder_stuck_a", WHILE_CODED, PROMISED_NOTICE, true},
+    {"encoder_stuck_b", WHILE_CODED, PROMISED_NOTICE, true},
+};
+
+static uint32_t what_of(const campaign_injected_t *injected)
+{
+    const char *row = campaign_faults[injected->kind].row;
+    for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++) {
+        if (strcmp(kinds[n].row, row) == 0) {
+            return kinds[n].what;
+        }
+    }
+    return 0u;
+}
+
+void campaign_truth_begin(campaign_watch_t *watch)
+{
+    const double sensed = fabs(CAMPAIGN_VALUE(watch->drawn, dc_gain)) + 0.02;
+    const double noise = 4.0 * CAMPAIGN_VALUE(watch->drawn, dc_noise);
+    const double low = campaign_initial(watch->drawn, "dc_undervoltage");
+    watch->truth = (campaign_truth_t){
+        .fast = 0.9 * watch->overspeed,
+        .over = 0.9 * campaign_trip(watch->drawn),
+        .high = campaign_initial(watch->drawn, "dc_overvoltage") * (1.0 - sensed) - noise,
+        .low = low * (1.0 + sensed) + noise,
+        .under = low * (1.0 - sensed) - noise,
+    };
+}
+
+/* ---- a true reason ---- */
+
+static bool lately(uint32_t at, uint32_t period, double seconds)
+{
+    return at != 0u && period - at <= campaign_periods(seconds);
+}
+
+static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t period)
+{
+    switch (witness) {
+    case BY_SPEED:
+        return lately(truth->fast_at, period, WITNESS);
+    case BY_CURRENT:
+        return lately(truth->over_at, period, WITNESS);
+    case BY_HIGH_LINK:
+        return lately(truth->high_at, period, WITNESS);
+    case BY_LOW_LINK:
+        return lately(truth->low_at, period, WITNESS);
+    case BY_ANGLE:
+        return lately(truth->wrong_at, period, LOCK_WITNESS);
+    case BY_FAULT:
+        break;
+    }
+    return false;
+}
+
+static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t period)
+{
+    uint32_t what = 0u;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        what |= campaign_is_there(watch, n, period) ? what_of(&watch->drawn->faults[n]) : 0u;
+    }
+    for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
+        if (truths[n].reason == reason) {
+            return (what & (truths[n].what | IN_MEMORY)) != 0u ||
+                   witnessed(&watch->truth, truths[n].witness, period);
+        }
+    }
+    return true;
+}
+
+static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_truth_t *truth = &watch->truth;
+    const double link = campaign_number(rows, CAMPAIGN_AT_true_u_dc);
+    const double wrong = campaign_invariants[CAMPAIGN_I_ANGLE].limit;
+    truth->fast_at =
+        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > truth->fast ? period : truth->fast_at;
+    for (uint32_t phase = 0; phase < 3u; phase++) {
+        truth->over_at =
+            fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)) > truth->over ? period : truth->over_at;
+    }
+    truth->high_at = link > truth->high ? period : truth->high_at;
+    truth->low_at = link < truth->low ? period : truth->low_at;
+    truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
+}
+
+static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_truth_t *truth = &watch->truth;
+    const int32_t reason = (int32_t)rows[CAMPAIGN_AT_fault_reason];
+    if (reason != 0 && reason != truth->reason && !is_true(watch, reason, period)) {
+        campaign_violated(watch, CAMPAIGN_I_REASON_TRUE, period, 1u, "fault_reason");
+    }
+    truth->reason = reason;
+}
+
+/* ---- a report in time ---- */
+
+/* Is the fault large enough for the promise? */
+static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *injected)
+{
+    const char *row = campaign_faults[injected->kind].row;
+    if (strcmp(row, "plant.sink_temperature") == 0) {
+        return injected->value > campaign_initial(watch->drawn, "sink_temperature_max") + HEAT_MARGIN;
+    }
+    if (strcmp(row, "plant.motor_temperature") == 0) {
+        return injected->value > campaign_initial(watch->drawn, "motor_temperature_max") + HEAT_MARGIN;
+    }
+    if (strcmp(row, "interrupt_delay") == 0) {
+        return injected->value > LATE_MARGIN * RIG_PERIOD_SECONDS;
+    }
+    if (strcmp(row, "stuck_dc_link") == 0) {
+        const double shown = injected->value / CODES * (double)BOARD_DC_AT_3V;
+        return shown < 0.98 * campaign_initial(watch->drawn, "dc_undervoltage") ||
+               shown > 1.02 * campaign_initial(watch->drawn, "dc_overvoltage");
+    }
+    return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
+}
+
+static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t period, const uint32_t *rows)
+{
+    const double asked =
+        hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
+    const bool carries = rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
+                         asked > CARRIES * watch->motor.current;
+    const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    switch (how) {
+    case WHENEVER:
+        return rows[CAMPAIGN_AT_state] != 0u; /* not before the offsets are measured */
+    case WHILE_ON:
+        return watch->gates_seen;
+    case WHILE_ASKED:
+        return carries;
+    case WHILE_CODED:
+        return carries && campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period) &&
+               speed > 2.0 * campaign_blind_speed(watch->drawn);
+    }
+    return false;
+}
+
+/* Current has to be asked for in each phase, so that these times are counted while it is, and three times
+ * what the matrix promises for a whole turn. */
+static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *notice, uint32_t period,
+                         const uint32_t *rows)
+{
+    campaign_truth_t *truth = &watch->truth;
+    const campaign_injected_t *injected = &watch->drawn->faults[n];
+    const bool gone = injected->lasts > 0.0 && period * RIG_PERIOD_SECONDS > injected->time + injected->lasts;
+    const bool reported = rows[CAMPAIGN_AT_state] == watch->fault || rows[CAMPAIGN_AT_state] == watch->stops;
+    if (!campaign_is_there(watch, n, period) || gone || reported) {
+        truth->asked[n] = 0u;
+        truth->turned[n] = 0.0;
+        return;
+    }
+    if (shows(watch, notice->shows, period, rows)) {
+        truth->asked[n]++;
+        truth->turned[n] += watch->per_omega * fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    }
+    const double times = notice->turns ? NOTICE_TIMES : 1.0;
+    if (truth->asked[n] * RIG_PERIOD_SECONDS > times * notice->within &&
+        (!notice->turns || truth->turned[n] > NOTICE_TIMES * CAMPAIGN_TURN)) {
+        campaign_violated(watch, CAMPAIGN_I_NOTICE, period, truth->asked[n], "fault_reason");
+    }
+}
+
+static void judge_notices(campaign_watch_t *watch, uint32_t n, uint32_t period, const uint32_t *rows)
+{
+    const campaign_injected_t *injected = &watch->drawn->faults[n];
+    const char *row = campaign_faults[injected->kind].row;
+    if (injected->kind == 0u || !is_large(watch, injected)) {
+        return;
+    }
+    for (size_t k = 0; k < sizeof notices / sizeof notices[0]; k++) {
+        if (strcmp(notices[k].row, row) == 0) {
+            judge_notice(watch, n, &notices[k], period, rows);
+        }
+    }
+}
+
+/* Does the link's sensor show another voltage than there is? */
+static bool hides_link(const campaign_watch_t *watch, uint32_t period)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const char *row = campaign_faults[watch->drawn->faults[n].kind].row;
+        if (campaign_is_there(watch, n, period) &&
+            (strcmp(row, "stuck_dc_link") == 0 || strcmp(row, "dc_gain_error") == 0)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whatever is injected: with a gate on too low a link is reported, unless its sensor does not show it. */
+static void judge_starved(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_truth_t *truth = &watch->truth;
+    const bool low = watch->gates_seen && campaign_number(rows, CAMPAIGN_AT_true_u_dc) < truth->under;
+    truth->starved = low && !hides_link(watch, period) ? truth->starved + 1u : 0u;
+    if (truth->starved * RIG_PERIOD_SECONDS > STARVED) {
+        campaign_violated(watch, CAMPAIGN_I_NOTICE, period, truth->starved, "true_u_dc");
+    }
+}
+
+void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    if (watch->drawn->around != NULL) {
+        return;
+    }
+    bear_witness(watch, period, rows);
+    judge_reason(watch, period, rows);
+    judge_starved(watch, period, rows);
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        judge_notices(watch, n, period, rows);
+    }
+}

@@ -1,0 +1,183 @@
+/* A case as rows of the tables: what is set at t = 0. */
+#include <math.h>
+#include <string.h>
+
+#include "host_sim/lab/campaign_parts.h"
+
+#define LOOP_MIN       200.0  /* [rad/s] */
+#define LOOP_MAX       1000.0 /* [rad/s] a tenth of the carrier's */
+#define LINK           1e-3   /* [F] where what breaks needs a capacitor */
+#define SHAFT_DAMPING  0.02   /* [-] of an elastic shaft */
+#define SPRING_SECONDS 2.0    /* [s] at rated speed, after which a spring has its torque */
+#define PERIOD         ((double)BOARD_PERIOD)
+#define EDGE_ABOVE     0.03 /* [-] of dc_overvoltage, that the source is below it at most */
+#define EDGE_BELOW     0.05 /* [-] of dc_undervoltage, that it is above that at most */
+
+/* Only what is not the default is set. */
+static void set(campaign_settings_t *to, const char *name, double value)
+{
+    const table_row_t *row = rig_row_by_name(name);
+    const double slot = row->kind == SLOT_FLOAT ? (double)(float)value : floor(value + 0.5);
+    if (slot != rig_initial(row) && to->count < CAMPAIGN_SETTINGS_MAX) {
+        to->settings[to->count++] = (campaign_setting_t){row, slot};
+    }
+}
+
+static void set_times(campaign_settings_t *to, const char *name, double factor)
+{
+    set(to, name, factor * rig_initial(rig_row_by_name(name)));
+}
+
+/* What the rules of thumb make of what is believed of the motor. */
+static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
+{
+    const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
+    const double inductance = motor->inductance_q * CAMPAIGN_VALUE(drawn, inductance_belief);
+    const double overspeed = 1.4 * motor->speed;
+    const double gain = 1.75 * flux * motor->pole_pairs * motor->speed;
+    const double slope = 1.6 * inductance / (gain * PERIOD);
+    set(to, "motor_pole_pairs", motor->pole_pairs);
+    set(to, "overspeed_trip", overspeed);
+    set(to, "current_limit", motor->current);
+    set(to, "overcurrent_trip", motor->trip);
+    set(to, "low_speed_current", 0.2 * motor->current);
+    set(to, "observer_gain", gain);
+    set(to, "observer_slope", slope);
+    set(to, "estimate_current_max", fmin(4.0 / slope, 100.0));
+    set(to, "estimate_speed_min", 0.02 * motor->speed);
+}
+
+static void set_motor(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
+{
+    set(to, "plant.pole_pairs", motor->pole_pairs);
+    set(to, "plant.resistance", motor->resistance);
+    set(to, "plant.inductance_d", motor->inductance_d);
+    set(to, "plant.inductance_q", motor->inductance_q);
+    set(to, "plant.flux_linkage", motor->flux_linkage);
+    set(to, "plant.inertia", motor->inertia);
+    set(to, "emf_5th", CAMPAIGN_VALUE(drawn, emf_5th));
+    set(to, "emf_7th", CAMPAIGN_VALUE(drawn, emf_7th));
+    set(to, "motor_resistance", motor->resistance * CAMPAIGN_VALUE(drawn, resistance_belief));
+    set(to, "motor_inductance_d", motor->inductance_d * CAMPAIGN_VALUE(drawn, inductance_belief));
+    set(to, "motor_inductance_q", motor->inductance_q * CAMPAIGN_VALUE(drawn, inductance_belief));
+    set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief));
+    set(to, "motor_inertia",
+        motor->inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass)) * CAMPAIGN_VALUE(drawn, inertia_belief));
+    if (CAMPAIGN_VALUE(drawn, motor_drawn) != 0.0) {
+        set_drive(to, drawn, motor);
+    }
+}
+
+static void set_shaft(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
+{
+    const double friction = CAMPAIGN_VALUE(drawn, friction) * motor->torque;
+    const double viscous = CAMPAIGN_VALUE(drawn, viscous) * motor->torque / motor->speed;
+    set(to, "friction_coulomb", friction);
+    /* a hair more, so that it is no less as a float either */
+    set(to, "friction_breakaway", CAMPAIGN_VALUE(drawn, stiction) * friction * 1.000001);
+    set(to, "friction_viscous", viscous);
+    set(to, "load_kind", CAMPAIGN_VALUE(drawn, load_kind));
+    set(to, "load_torque", CAMPAIGN_VALUE(drawn, load) * motor->torque);
+    set(to, "load_quadratic", CAMPAIGN_VALUE(drawn, fan) * motor->torque / (motor->speed * motor->speed));
+    set(to, "load_sine", CAMPAIGN_VALUE(drawn, sine) * motor->torque);
+    if (CAMPAIGN_VALUE(drawn, sine) != 0.0) {
+        set(to, "load_sine_cycles", CAMPAIGN_VALUE(drawn, sine_cycles));
+    }
+    set(to, "load_spring", CAMPAIGN_VALUE(drawn, spring) * motor->torque / (motor->speed * SPRING_SECONDS));
+
+    /* both ends free: omega^2 = k (1/J + 1/J_load); c of a damping ratio of a fiftieth */
+    const double load_inertia = CAMPAIGN_VALUE(drawn, second_mass) * motor->inertia;
+    if (load_inertia > 0.0) {
+        const double omega = CAMPAIGN_VALUE(drawn, resonance);
+        const double reduced = motor->inertia * load_inertia / (motor->inertia + load_inertia);
+        set(to, "load_inertia", load_inertia);
+        set(to, "shaft_stiffness", omega * omega * reduced);
+        set(to, "shaft_damping", 2.0 * SHAFT_DAMPING * omega * reduced);
+    }
+}
+
+/* [V] Of the source: as drawn, or within a few per cent of one of the drive's limits. */
+static double source_voltage(const campaign_case_t *drawn)
+{
+    const double edge = CAMPAIGN_VALUE(drawn, dc_edge);
+    if (edge > 0.0) {
+        return rig_initial(rig_row_by_name("dc_overvoltage")) * (1.0 - EDGE_ABOVE * edge);
+    }
+    if (edge < 0.0) {
+        return rig_initial(rig_row_by_name("dc_undervoltage")) * (1.0 - EDGE_BELOW * edge);
+    }
+    return CAMPAIGN_VALUE(drawn, dc_voltage);
+}
+
+static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
+{
+    static const char *const drops[] = {"igbt_voltage", "igbt_resistance", "diode_voltage",
+                                        "diode_resistance"};
+    bool needed = false;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        needed = needed || strcmp(campaign_faults[drawn->faults[n].kind].row, "supply_lost") == 0;
+    }
+    const double capacitance =
+        needed && CAMPAIGN_VALUE(drawn, dc_soft) == 0.0 ? LINK : CAMPAIGN_VALUE(drawn, dc_soft);
+    set(to, "dc_voltage", source_voltage(drawn));
+    set(to, "dc_capacitance", capacitance);
+    set(to, "dc_resistance", capacitance > 0.0 ? 0.5 : 0.0);
+    set_times(to, "plant.turn_on_delay", CAMPAIGN_VALUE(drawn, turn_on_delay));
+    for (size_t n = 0; n < sizeof drops / sizeof drops[0]; n++) {
+        set_times(to, drops[n], CAMPAIGN_VALUE(drawn, drops));
+    }
+    set(to, "leg_a_resistance", CAMPAIGN_VALUE(drawn, leg_resistance) * motor->resistance);
+    set(to, "leg_b_drop", CAMPAIGN_VALUE(drawn, leg_drop));
+    set(to, "leg_c_delay", CAMPAIGN_VALUE(drawn, leg_delay));
+    set_times(to, "params.turn_off_delay", CAMPAIGN_VALUE(drawn, dead_belief));
+    set_times(to, "params.device_drop", CAMPAIGN_VALUE(drawn, dead_belief));
+}
+
+static void set_sensors(campaign_settings_t *to, const campaign_case_t *drawn)
+{
+    set(to, "current_offset_a", CAMPAIGN_VALUE(drawn, offset_a));
+    set(to, "current_offset_b", CAMPAIGN_VALUE(drawn, offset_b));
+    set(to, "current_gain_error_a", CAMPAIGN_VALUE(drawn, gain_a));
+    set(to, "current_gain_error_b", CAMPAIGN_VALUE(drawn, gain_b));
+    set(to, "current_noise", CAMPAIGN_VALUE(drawn, current_noise));
+    set(to, "dc_gain_error", CAMPAIGN_VALUE(drawn, dc_gain));
+    set(to, "dc_noise", CAMPAIGN_VALUE(drawn, dc_noise));
+    set(to, "plant.encoder_lines", CAMPAIGN_VALUE(drawn, encoder_lines));
+    set(to, "params.encoder_lines", CAMPAIGN_VALUE(drawn, encoder_lines));
+}
+
+bool campaign_has_encoder(const campaign_case_t *drawn)
+{
+    return CAMPAIGN_VALUE(drawn, encoder) != 0.0;
+}
+
+/* [rad/s] Of the tracking loop, by the rule for another motor: what rated torque accelerates must be
+ * followed. */
+double campaign_loop(const campaign_case_t *drawn)
+{
+    const campaign_motor_t motor = campaign_motor(drawn);
+    const double asked = 6.4 * sqrt(motor.pole_pairs * motor.torque / campaign_inertia(drawn));
+    return fmax(LOOP_MIN, fmin(asked, LOOP_MAX)) * CAMPAIGN_VALUE(drawn, loop_share);
+}
+
+/* With a share of 1 the drive's own rule decides. */
+static void set_loop(campaign_settings_t *to, const campaign_case_t *drawn)
+{
+    if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0) {
+        return;
+    }
+    const double bandwidth = campaign_loop(drawn);
+    set(to, "pll_bandwidth", bandwidth);
+    set(to, "feedforward_cutoff", 0.25 * bandwidth);
+}
+
+void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
+{
+    to->count = 0;
+    set_motor(to, drawn, motor);
+    set_shaft(to, drawn, motor);
+    set_power(to, drawn, motor);
+    set_sensors(to, drawn);
+    set(to, "position_source", campaign_has_encoder(drawn) ? 0.0 : 1.0);
+    set_loop(to, drawn);
+}

@@ -1,0 +1,57 @@
+"""How counts of a campaign are compared with what is pinned, and that the file of pins reads back as it was written."""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import judge_campaign as judge  # noqa: E402
+
+
+class Counts(unittest.TestCase):
+    def test_the_tails_are_those_of_the_hypergeometric_distribution(self):
+        # one violation in both: it falls on 60 of 660 runs
+        more, fewer = judge.tails(1, 0, 60, 600)
+        self.assertAlmostEqual(60 / 660, more)
+        self.assertAlmostEqual(1.0, fewer)
+        # two of two here: 60 * 59 / (660 * 659)
+        self.assertAlmostEqual(60 * 59 / (660 * 659), judge.tails(2, 0, 60, 600)[0])
+        self.assertEqual((1.0, 1.0), judge.tails(0, 0, 60, 600))
+
+    def test_equal_rates_are_as_pinned_and_a_defect_is_not(self):
+        pinned = {"violation away": 20, "calm": 120, "alarm": 0}
+        def wrong(runs, **found):
+            names = {"away": "violation away", "calm": "calm", "alarm": "alarm"}
+            return judge.compare_counts(judge.collections.Counter({names[k]: v for k, v in found.items()}), runs,
+                                        judge.collections.Counter(pinned), 600)
+        self.assertEqual([], wrong(60, away=2, calm=12))
+        self.assertEqual([], wrong(60, away=6, calm=12))  # three times the rate, in so few runs
+        self.assertEqual(1, len(wrong(60, away=20, calm=12)))
+        self.assertIn("more than pinned: violation away: 20 of 60", wrong(60, away=20, calm=12)[0])
+        self.assertEqual(1, len(wrong(60, away=2, calm=12, alarm=10)))
+        self.assertIn("fewer than pinned: violation away: 0 of 2000", wrong(2000, away=0, calm=400)[0])
+
+    def test_a_calm_drive_of_the_day_is_red_less_than_once_in_a_million(self):
+        """Whatever the rate is: the worst of all that could be pinned, for each count of both."""
+        for both in range(1, 60):
+            chance = sum(judge.math.comb(both, m) * judge.math.comb(660 - both, 60 - m) / judge.math.comb(660, 60)
+                         for m in range(both + 1) if min(judge.tails(m, both - m, 60, 600)) < judge.CHANCE)
+            self.assertLess(chance, 2.0 * judge.CHANCE)
+
+    def test_the_file_reads_back_as_it_was_written(self):
+        summary = {"violations": [{"run": 7, "invariant": "reach", "injected": "none"}], "alarms": 1, "calm": 99,
+                   "excuses": {"the interrupt is made late": 4}}
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "pins.txt"
+            judge.write(path, summary)
+            seed, runs, rows, found = judge.read(path)
+            self.assertEqual((judge.POOL_SEED, judge.POOL_RUNS, [(7, "reach", "none")]), (seed, runs, rows))
+            self.assertEqual(judge.counts(summary), found)
+            self.assertEqual([], judge.compare_pool(summary, rows, found))
+            self.assertEqual(2, len(judge.compare_pool({**summary, "violations": [{**summary["violations"][0], "run": 8}]}, rows, found)))
+            path.write_text("pool 1 600\nrun x\n", encoding="utf-8")
+            with self.assertRaisesRegex(SystemExit, ":2: run x: accepted are"):
+                judge.read(path)
+
+
+unittest.main()

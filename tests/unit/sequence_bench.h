@@ -1,0 +1,166 @@
+/* The sequence with what it sees of the drive: the usual tuning, inputs, and the ways into its states. */
+#ifndef TESTS_UNIT_SEQUENCE_BENCH_H
+#define TESTS_UNIT_SEQUENCE_BENCH_H
+
+#include <string.h>
+#include <unity.h>
+
+#include "drive/faults.h"
+#include "drive/reasons.h"
+#include "drive/sequence.h"
+
+#define REARM ((uint32_t)(20e-3f / DRIVE_PERIOD + 0.5f)) /* [periods] without a fault or its line */
+
+#define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
+#define LATE        fault_set_of(FAULT_LATE)
+#define WARM        fault_set_of(FAULT_SINK_WARM) /* the machine does not ask what a row is about */
+#define BOTH        fault_set_both(OVERCURRENT, LATE)
+#define NOTHING     fault_set_none()
+
+#define STOP_PERIODS 50u
+#define RETRIES      2u
+#define RETRY_PAUSE  ((uint32_t)(1.0f / DRIVE_PERIOD + 0.5f)) /* [periods] */
+
+static sequence_t sequence;
+static requests_t requests;
+static struct {
+    fault_set_t faults, stops;
+    calibration_t calibration;
+} input;
+static uint32_t order; /* of the last period */
+
+#define OFF    ((uint32_t)GATES_OFF)
+#define KEEP   ((uint32_t)GATES_KEEP)
+#define ON     ((uint32_t)GATES_ON)
+#define PRESET SEQUENCE_PRESET
+#define TRACK  SEQUENCE_TRACK
+#define CHARGE SEQUENCE_CHARGE
+
+/* What the machine is to find, whichever quantity tells it. */
+static struct {
+    bool fault_line, tripped, undervoltage, feeding, standing;
+} is;
+static measured_t measured;
+
+#define UNDERVOLTAGE 200.0f                        /* [V] */
+#define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
+
+/* Nothing is wrong and nothing wished for; the rotor turns. */
+void setUp(void)
+{
+    memset(&sequence, 0x55, sizeof sequence);
+    const sequence_tuning_t tuning = {
+        .dc_undervoltage = UNDERVOLTAGE, .stop_periods = STOP_PERIODS, .retries = RETRIES};
+    sequence_init(&sequence, &tuning);
+    requests_defaults(&requests);
+    memset(&is, 0, sizeof is);
+    is.tripped = true;
+    memset(&input, 0, sizeof input);
+    input.calibration = CALIBRATION_GOES_ON;
+}
+
+static inline void steps(uint32_t count)
+{
+    measured.flags =
+        (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) | (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u);
+    measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
+    measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
+    for (uint32_t n = 0; n < count; n++) {
+        order = sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
+                                                             is.standing, input.calibration});
+    }
+}
+
+static inline void expect_later(fault_set_t expected)
+{
+    TEST_ASSERT_EQUAL_HEX32(expected.word[0], sequence.faults_later.word[0]);
+    TEST_ASSERT_EQUAL_HEX32(expected.word[1], sequence.faults_later.word[1]);
+}
+
+static inline void expect_state(drive_state_t state)
+{
+    TEST_ASSERT_EQUAL_INT32(state, sequence.state);
+}
+
+/* So many periods, after which the machine is there and gives this order. */
+static inline void go(uint32_t periods, drive_state_t state, uint32_t expected)
+{
+    steps(periods);
+    expect_state(state);
+    TEST_ASSERT_EQUAL_HEX32(expected, order);
+}
+
+/* The same with this value of `enable`. */
+static inline void wish(int32_t enable, uint32_t periods, drive_state_t state, uint32_t expected)
+{
+    requests.enable = enable;
+    go(periods, state, expected);
+}
+
+/* In fault, by this reason. */
+static inline void expect_fault(int32_t reason)
+{
+    expect_state(DRIVE_FAULT);
+    TEST_ASSERT_EQUAL_INT32(reason, sequence.fault_reason);
+}
+
+static inline void go_to_fault(uint32_t periods, int32_t reason)
+{
+    go(periods, DRIVE_FAULT, OFF);
+    expect_fault(reason);
+}
+
+/* Whether ready or not, `enable` is refused with this reason. */
+static inline void expect_refusal(int32_t enable, int32_t reason)
+{
+    requests.enable = enable;
+    steps(1);
+    TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
+}
+
+static inline void bring_to_ready(void)
+{
+    steps(REARM);
+    input.calibration = CALIBRATION_GOOD;
+    go(1, DRIVE_READY, OFF);
+    input.calibration = CALIBRATION_GOES_ON;
+}
+
+/* From the start, by way of the states before it. */
+static inline void from(drive_state_t state)
+{
+    setUp();
+    if (state != DRIVE_NOT_READY) {
+        bring_to_ready();
+    }
+    if (state >= DRIVE_SWITCHED_ON) {
+        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
+    }
+    if (state >= DRIVE_OPERATION_ENABLED) {
+        go(1, DRIVE_SWITCHED_ON, ON);
+        is.tripped = false;
+        go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
+    }
+    if (state == DRIVE_QUICK_STOP) {
+        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, KEEP);
+    }
+    if (state == DRIVE_FAULT) {
+        input.faults = LATE;
+        go_to_fault(1, REASON_LATE);
+        input.faults = NOTHING;
+        is.tripped = true;
+    }
+}
+
+#define STATES ((int32_t)DRIVE_FAULT + 1)
+
+/* A request of one period. */
+static inline void reset_edge(void)
+{
+    requests.fault_reset = 0;
+    steps(1);
+    requests.fault_reset = 1;
+    steps(1);
+}
+
+#endif

@@ -1,0 +1,145 @@
+/* The proof of a lock: several windows of the EMF agree, one after the other, or it fails in time. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "manoeuvre/proof.h"
+
+#define T      1e-4f
+#define PSI    0.183
+#define WINDOW 20  /* [periods] 2 ms */
+#define MOST   500 /* [periods] 50 ms */
+
+static proof_t proof;
+static estimate_t estimate;
+
+void setUp(void)
+{
+    const proof_tuning_t tuning = proof_prepare((float)PSI, T);
+    memset(&proof, 0x55, sizeof proof);
+    memset(&estimate, 0, sizeof estimate);
+    proof_init(&proof, &tuning);
+}
+
+void tearDown(void)
+{
+}
+
+/* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with an EMF of this share of psi_f omega.
+ */
+static void given(double omega, double off, double share)
+{
+    const double emf = share * PSI * omega;
+    estimate.frame.rotation = (rotation_t){(float)sin(0.7), (float)cos(0.7)};
+    estimate.omega_smooth = (float)omega;
+    estimate.emf = (ab_t){(float)(-emf * sin(0.7 + off)), (float)(emf * cos(0.7 + off))};
+}
+
+/* Outcome after at most so many periods; `taken`: how many it were. */
+static proof_outcome_t outcome(int most, int *taken)
+{
+    proof_outcome_t now = PROOF_GOES_ON;
+    for (*taken = 0; *taken < most && now == PROOF_GOES_ON; (*taken)++) {
+        now = proof_step(&proof, &estimate);
+    }
+    return now;
+}
+
+static void expect_good(int periods)
+{
+    int taken;
+    TEST_ASSERT_EQUAL_INT(PROOF_GOOD, outcome(MOST + 1, &taken));
+    TEST_ASSERT_EQUAL_INT(periods, taken);
+}
+
+static void expect_failed(void)
+{
+    int taken;
+    TEST_ASSERT_EQUAL_INT(PROOF_FAILED, outcome(MOST + 1, &taken));
+    TEST_ASSERT_EQUAL_INT(MOST, taken);
+}
+
+static void test_a_loop_on_the_rotor_is_good_after_four_windows_in_both_directions(void)
+{
+    given(100.0, 0.0, 1.0);
+    expect_good(4 * WINDOW);
+    proof_enter(&proof);
+    given(-100.0, 0.0, 1.0);
+    expect_good(4 * WINDOW);
+}
+
+/* The tangent of the angle that is still good is 0.5: 0.464 rad. */
+static void test_an_angle_is_good_up_to_half_of_its_tangent(void)
+{
+    given(100.0, 0.46, 1.0);
+    expect_good(4 * WINDOW);
+    setUp();
+    given(100.0, -0.47, 1.0);
+    expect_failed();
+}
+
+static void test_half_a_turn_off_fails(void)
+{
+    given(100.0, 3.1415927, 1.0);
+    expect_failed();
+}
+
+static void test_a_length_that_the_speed_does_not_make_fails(void)
+{
+    static const struct {
+        double share;
+        bool good;
+    } lengths[] = {{0.49, false}, {0.51, true}, {1.99, true}, {2.01, false}, {0.0, false}};
+    for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
+        setUp();
+        given(-60.0, 0.0, lengths[n].share);
+        if (lengths[n].good) {
+            expect_good(4 * WINDOW);
+        } else {
+            expect_failed();
+        }
+    }
+}
+
+static void test_a_window_that_does_not_agree_begins_the_count_anew(void)
+{
+    int taken;
+    given(100.0, 0.0, 1.0);
+    TEST_ASSERT_EQUAL_INT(PROOF_GOES_ON, outcome(3 * WINDOW, &taken));
+    given(100.0, 1.0, 1.0);
+    TEST_ASSERT_EQUAL_INT(PROOF_GOES_ON, outcome(WINDOW, &taken));
+    given(100.0, 0.0, 1.0);
+    expect_good(4 * WINDOW);
+}
+
+/* Of a ripple the mean counts. */
+static void test_a_ripple_within_a_window_is_no_disagreement(void)
+{
+    for (int n = 0; n < 4 * WINDOW; n++) {
+        given(100.0, n % 2 == 0 ? 0.8 : -0.8, 1.2);
+        TEST_ASSERT_EQUAL_INT(n < 4 * WINDOW - 1 ? PROOF_GOES_ON : PROOF_GOOD, proof_step(&proof, &estimate));
+    }
+}
+
+/* What acted in a period that the loop coasts is in doubt, and so is its EMF. */
+static void test_periods_that_coast_do_not_count(void)
+{
+    for (int n = 0; n < 8 * WINDOW; n++) {
+        estimate.coasted = n % 2 == 0 ? 1u : 0u;
+        given(100.0, estimate.coasted != 0u ? 2.0 : 0.0, 1.0);
+        TEST_ASSERT_EQUAL_INT(n < 8 * WINDOW - 1 ? PROOF_GOES_ON : PROOF_GOOD, proof_step(&proof, &estimate));
+    }
+    proof_enter(&proof);
+    estimate.coasted = 1u;
+    expect_failed();
+}
+
+static void test_new_coefficients_keep_what_was_seen(void)
+{
+    int taken;
+    const proof_tuning_t tuning = proof_prepare((float)PSI, T);
+    given(100.0, 0.0, 1.0);
+    TEST_ASSERT_EQUAL_INT(PROOF_GOES_ON, outcome(3 * WINDOW, &taken));
+    proof_take(&proof, &tuning);
+    expect_good(WINDOW);
+}

@@ -8,15 +8,62 @@
  * time (dead_time_learn.h), and taken off the voltage that the estimator gets; not at a speed at which the
  * loop does not follow six times of it (docs/theory.md, 25).
  *
- * No state. Does not handle: harmonics from the eleventh on. */
+ * With the mean m(e) and the rest e - m(e) of dead_time_learn.h, n being the direction of the mean,
+ *
+ *     y = n x (e - m(e)) = psi_f |omega| a sin 6 theta,   sin 6 theta = -Im n^6
+ *     da/dt = 2 g (y/(psi_f |omega|) - a sin 6 theta) sin 6 theta
+ *
+ * Does not handle: harmonics from the eleventh on. */
 #ifndef ADAPT_EMF_SHAPE_H
 #define ADAPT_EMF_SHAPE_H
+
+#include <stdbool.h>
+#include <stdint.h>
 
 #include "math/bounds.h"
 #include "math/frames.h"
 
+#define EMF_SHAPE_MAX 0.2f /* [-] at most */
+
 #define EMF_SHAPE_SPEED_FULL 200.0f /* [rad/s] electrical: up to it all is taken off ... */
 #define EMF_SHAPE_SPEED_MOST 225.0f /* [rad/s] ... and from here on nothing */
+
+typedef struct {
+    float rate;         /* at which it begins [1/s]; 0: off */
+    float flux_linkage; /* [Wb] */
+} emf_shape_tuning_t;
+
+typedef struct {
+    emf_shape_tuning_t tuning;
+    float d;    /* sixth harmonic of e_d over the EMF: h5 + h7 [-] */
+    float rate; /* at which it learns now [1/s] */
+} emf_shape_t;
+
+/* What a step of the dead time has seen. */
+typedef struct {
+    ab_t emf_mean;      /* m(e) [V] */
+    ab_t rest;          /* e - m(e) [V] */
+    float omega_e;      /* [rad/s] electrical */
+    float time;         /* that it counts for [s] */
+    float left;         /* share of the shape learnt that was in the EMF still [-] */
+    bool voltage_known; /* is the dead time known? */
+} emf_shape_input_t;
+
+/* These coefficients. What is learnt stays while it is on. */
+void emf_shape_take(emf_shape_t *shape, const emf_shape_tuning_t *tuning);
+
+/* Follows what is seen of it. No division. */
+void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input);
+
+/* The sine of six times this angle. */
+static inline float emf_shape_sixth(ab_t unit)
+{
+    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
+    const float square_im = 2.0f * unit.alpha * unit.beta;
+    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
+    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
+    return 2.0f * cube_re * cube_im;
+}
 
 /* Share that is taken off at the speed omega_e [rad/s]. */
 static inline float emf_shape_share(float omega_e)
@@ -30,11 +77,7 @@ static inline float emf_shape_share(float omega_e)
  * [V]. */
 static inline ab_t emf_shape_voltage(float amplitude, rotation_t rotor)
 {
-    const float square_re = rotor.cos * rotor.cos - rotor.sin * rotor.sin;
-    const float square_im = 2.0f * rotor.cos * rotor.sin;
-    const float cube_re = square_re * rotor.cos - square_im * rotor.sin;
-    const float cube_im = square_re * rotor.sin + square_im * rotor.cos;
-    const float d = -2.0f * amplitude * cube_re * cube_im;
+    const float d = -amplitude * emf_shape_sixth((ab_t){rotor.cos, rotor.sin});
     return (ab_t){d * rotor.cos, d * rotor.sin};
 }
 

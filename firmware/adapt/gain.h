@@ -9,14 +9,13 @@
 #ifndef ADAPT_GAIN_H
 #define ADAPT_GAIN_H
 
-#define GAIN_LEAST   0.1f /* [-] of the rate at which it begins: ten times that time is averaged over */
-#define GAIN_FORGETS (1.0f / 6.0f) /* [-] of what is seen, that counts for the rate */
+#define GAIN_LEAST 0.1f /* [-] of the rate at which it begins: ten times that time is averaged over */
 
 /* The rate [1/s] after `time` [s] of seeing, of one that began with `first` [1/s]; time * rate below 6. */
 static inline float gain_step(float rate, float first, float time)
 {
     const float least = GAIN_LEAST * first;
-    return rate + GAIN_FORGETS * time * (least * least - rate * rate);
+    return rate + (1.0f / 6.0f) * time * (least * least - rate * rate);
 }
 
 #endif

@@ -66,7 +66,7 @@ typedef struct {
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k) */
-    float emf_shape;    /* [V] amplitude of the EMF's shape, which the estimator does not get of it */
+    float emf_shape_voltage; /* [V] amplitude of the EMF's shape, which the estimator does not get of it */
     float dead_voltage; /* [V] that a leg loses at the link of that time */
     frame_t rotor;      /* as it is believed at t_k */
     float omega_m;      /* [rad/s] mechanical, of the rotor */
@@ -97,7 +97,8 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
-    float emf_shape_share; /* [-] of the shape learnt that emf_shape is */
+    emf_shape_t emf_shape;
+    float emf_shape_share; /* [-] of the shape learnt that emf_shape_voltage is */
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
     oscillation_watch_t oscillation_watch;

@@ -51,20 +51,29 @@ static void learn_dead_time(drive_t *drive, float link)
         .link = link,
     };
     dead_time_learn_step(&drive->dead_time_learn, &input);
+    inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
 }
 
-/* What that means for the dead time and for the shape of the EMF, which the estimator is spared while it
- * tracks.
- */
-static void follow_dead_time(drive_t *drive)
+/* What the same says of the shape of the EMF, which the estimator is spared while it tracks. */
+static void learn_emf_shape(drive_t *drive)
 {
-    dead_time_learn_t *learn = &drive->dead_time_learn;
-    dead_time_learn_follow(learn, 1.0f - drive->emf_shape_share);
-    inverter_set_dead_time(&drive->inverter, learn->effective);
+    const dead_time_learn_t *learn = &drive->dead_time_learn;
+    emf_shape_t *shape = &drive->emf_shape;
+    if (learn->seen > 0.0f) {
+        const emf_shape_input_t input = {
+            .emf_mean = learn->emf_mean,
+            .rest = learn->rest,
+            .omega_e = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
+            .time = learn->seen,
+            .left = 1.0f - drive->emf_shape_share,
+            .voltage_known = dead_time_learn_is_settled(learn),
+        };
+        emf_shape_step(shape, &input);
+    }
     const float omega = drive->means.omega;
     const float share = drive->manoeuvres.tracking != 0u ? emf_shape_share(omega) : 0.0f;
     drive->emf_shape_share = share;
-    drive->emf_shape = share * learn->tuning.flux_linkage * omega * learn->shape.d;
+    drive->emf_shape_voltage = share * shape->tuning.flux_linkage * omega * shape->d;
 }
 
 /* What a locked loop without encoder answers to the dither, and the next of it. */
@@ -91,8 +100,8 @@ static void learn_in_turn(drive_t *drive, uint32_t turn, float link)
 {
     if (turn == DEAD_TIME_TURN && drive->dead_time_learn.tuning.rate > 0.0f) {
         learn_dead_time(drive, link);
-    } else if (turn == EMF_SHAPE_TURN && drive->dead_time_learn.tuning.rate > 0.0f) {
-        follow_dead_time(drive);
+    } else if (turn == EMF_SHAPE_TURN && drive->emf_shape.tuning.rate > 0.0f) {
+        learn_emf_shape(drive);
     } else if (turn == INDUCTANCE_TURN && drive->inductance.tuning.rate > 0.0f) {
         learn_inductance(drive);
     } else if (turn == INERTIA_TURN && drive->inertia.tuning.on != 0u) {
@@ -121,7 +130,7 @@ void drive_learn_pause(drive_t *drive)
     const ab_t none = {0.0f, 0.0f};
     inductance_rest(&drive->inductance);
     dead_time_learn_pause(&drive->dead_time_learn);
-    drive->emf_shape = 0.0f;
+    drive->emf_shape_voltage = 0.0f;
     drive->emf_shape_share = 0.0f;
     sums_clear(&drive->sums);
     drive->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};

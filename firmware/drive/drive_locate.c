@@ -47,8 +47,8 @@ static void estimate(drive_t *drive)
     inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
     drive->dead_voltage = acted.leg;
-    if (drive->emf_shape != 0.0f) {
-        const ab_t shape = emf_shape_voltage(drive->emf_shape, drive->estimator.estimate.frame.rotation);
+    if (drive->emf_shape_voltage != 0.0f) {
+        const ab_t shape = emf_shape_voltage(drive->emf_shape_voltage, drive->estimator.estimate.frame.rotation);
         acted.voltage.alpha -= shape.alpha;
         acted.voltage.beta -= shape.beta;
     }

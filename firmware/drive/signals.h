@@ -93,7 +93,7 @@
     F(2073, inductance_confidence, inductance.confidence, "-",                                               \
       "share of the last looks at L that agreed with the one before within a fifth")                         \
     F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
-    F(2120, emf_shape_hat, dead_time_learn.shape.d, "-",                                                     \
+    F(2120, emf_shape_hat, emf_shape.d, "-",                                                     \
       "sixth harmonic of e_d over the EMF, as learnt: its fifth and seventh harmonic together")              \
     F(2075, inertia_hat, inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")             \
     F(2110, resistance_hat, inductance.resistance.value, "ohm", "R of a phase and device, as learnt")        \

@@ -8,6 +8,9 @@
 /* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
+/* Rate of the EMF's shape over that of the dead time [-]. */
+#define EMF_SHAPE_RATE 0.5f
+
 #define SWING_MAX                                                                                            \
     0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
 
@@ -127,11 +130,14 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .band = params->dead_time / DRIVE_PERIOD,
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
-        .shaped = is_heavy(params, believed),
         .period = DRIVE_PERIOD,
         .every = DRIVE_LEARN_PERIODS,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
+    tuning->emf_shape = (emf_shape_tuning_t){
+        .rate = is_heavy(params, believed) ? EMF_SHAPE_RATE * params->dead_time_adaptation : 0.0f,
+        .flux_linkage = believed->flux_linkage,
+    };
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,

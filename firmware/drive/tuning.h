@@ -8,6 +8,7 @@
 
 #include "adapt/believed.h"
 #include "adapt/dead_time_learn.h"
+#include "adapt/emf_shape.h"
 #include "adapt/flux.h"
 #include "adapt/inductance.h"
 #include "adapt/inertia.h"
@@ -52,6 +53,7 @@ typedef struct {
     inertia_tuning_t inertia;
     inverter_tuning_t inverter;
     dead_time_learn_tuning_t dead_time_learn;
+    emf_shape_tuning_t emf_shape;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;

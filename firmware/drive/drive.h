@@ -98,6 +98,7 @@ typedef struct {
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
     emf_shape_t emf_shape;
+    unequal_legs_t unequal_legs;
     float emf_shape_share; /* [-] of the shape learnt that emf_shape_voltage is */
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
@@ -150,6 +151,9 @@ void drive_watch_motion(drive_t *drive, bool in_slot, bool jumped);
 /* The same of what is learnt, where something is: sums in every period, means in every
  * DRIVE_LEARN_PERIODS-th, of periods in which this acted. No division but at the end of a cycle of the
  * dither or of a way. */
+/* What is learnt of the legs, for the voltage that acts from now on. */
+void drive_set_legs(drive_t *drive);
+
 void drive_learn(drive_t *drive, const inverter_acted_t *acted);
 
 /* Nothing is known of what acts. */

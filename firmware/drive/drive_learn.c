@@ -4,6 +4,13 @@
 
 #include "adapt/emf_shape.h"
 
+/* What is learnt of the legs, for the voltage that acts from now on. */
+void drive_set_legs(drive_t *drive)
+{
+    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage),
+                      frames_inverse_clarke(drive->unequal_legs.resistance));
+}
+
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_LEARN_PERIODS - 1u) * DRIVE_PERIOD)
 
@@ -12,6 +19,7 @@
 #define DEAD_TIME_TURN  2u
 #define INDUCTANCE_TURN 3u
 #define EMF_SHAPE_TURN  4u
+#define LEGS_TURN       5u
 
 /* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
  * that. */
@@ -76,6 +84,17 @@ static void learn_emf_shape(drive_t *drive)
     drive->emf_shape_voltage = share * shape->tuning.flux_linkage * omega * shape->d;
 }
 
+/* And what of how the legs differ. */
+static void learn_unequal_legs(drive_t *drive)
+{
+    const dead_time_learn_t *learn = &drive->dead_time_learn;
+    if (learn->seen > 0.0f) {
+        const unequal_legs_input_t input = {learn->rest, learn->current, learn->seen};
+        unequal_legs_step(&drive->unequal_legs, &input);
+        drive_set_legs(drive);
+    }
+}
+
 /* What a locked loop without encoder answers to the dither, and the next of it. */
 static void learn_inductance(drive_t *drive)
 {
@@ -102,6 +121,8 @@ static void learn_in_turn(drive_t *drive, uint32_t turn, float link)
         learn_dead_time(drive, link);
     } else if (turn == EMF_SHAPE_TURN && drive->emf_shape.tuning.rate > 0.0f) {
         learn_emf_shape(drive);
+    } else if (turn == LEGS_TURN && drive->unequal_legs.tuning.rate > 0.0f) {
+        learn_unequal_legs(drive);
     } else if (turn == INDUCTANCE_TURN && drive->inductance.tuning.rate > 0.0f) {
         learn_inductance(drive);
     } else if (turn == INERTIA_TURN && drive->inertia.tuning.on != 0u) {

@@ -10,6 +10,8 @@
 
 /* Rate of the EMF's shape over that of the dead time [-]. */
 #define EMF_SHAPE_RATE 0.5f
+#define UNEQUAL_LEGS_RATE 0.3f
+#define UNEQUAL_LEGS_SHARE 0.2f
 
 #define SWING_MAX                                                                                            \
     0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
@@ -134,6 +136,11 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .every = DRIVE_LEARN_PERIODS,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
+    tuning->unequal_legs = (unequal_legs_tuning_t){
+        .rate = is_heavy(params, believed) ? UNEQUAL_LEGS_RATE * params->dead_time_adaptation : 0.0f,
+        .voltage_max = UNEQUAL_LEGS_SHARE * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
+        .resistance_max = 0.3f * believed->resistance,
+    };
     tuning->emf_shape = (emf_shape_tuning_t){
         .rate = is_heavy(params, believed) ? EMF_SHAPE_RATE * params->dead_time_adaptation : 0.0f,
         .flux_linkage = believed->flux_linkage,

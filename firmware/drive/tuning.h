@@ -13,6 +13,7 @@
 #include "adapt/inductance.h"
 #include "adapt/inertia.h"
 #include "adapt/offset_trim.h"
+#include "adapt/unequal_legs.h"
 #include "adapt/sums.h"
 #include "control/current_control.h"
 #include "drive/guard.h"
@@ -54,6 +55,7 @@ typedef struct {
     inverter_tuning_t inverter;
     dead_time_learn_tuning_t dead_time_learn;
     emf_shape_tuning_t emf_shape;
+    unequal_legs_tuning_t unequal_legs;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;

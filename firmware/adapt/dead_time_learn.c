@@ -6,10 +6,9 @@
 #include "math/root.h"
 
 #define TWELFTH (24.0f / 143.0f) /* [-] of the signs across the current over what is along it: 1/11 + 1/13 */
-#define EIGHTEENTH (36.0f / 323.0f) /* [-] likewise: 1/17 + 1/19 */
-#define EDGE       (1.0f / 3.0f)    /* [-] of sin 18 phi in s */
-#define POWER      (0.5f * TWELFTH - 0.5f * EDGE * EIGHTEENTH) /* [-] <q s> */
-#define ALONG      (4.0f / 3.14159265f)                        /* [-] mean of the signs along the current */
+#define POWER   (0.5f * TWELFTH) /* [-] <q s> */
+#define ALONG   (4.0f / 3.14159265f) /* [-] mean of the signs along the current */
+#define TURN_MOST 3.0f /* [-] way of the current's direction over the reference's, at most */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
@@ -17,6 +16,7 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     return (dead_time_learn_tuning_t){
         .rate = params->rate,
+        .per_rate = params->rate > 0.0f ? 1.0f / params->rate : 0.0f,
         .effective = effective,
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
@@ -33,6 +33,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
     const bool same = tuning->effective == learn->tuning.effective && tuning->band == learn->tuning.band;
     if (!same || tuning->rate == 0.0f) {
         learn->effective = tuning->effective;
+        learn->learnt = tuning->effective;
         learn->rate = tuning->rate;
         learn->begun = 0u;
     }
@@ -79,7 +80,7 @@ static float sawtooth(ab_t unit)
     const float cube_im = square_re * unit.beta + square_im * unit.alpha;
     const float cos_6 = cube_re * cube_re - cube_im * cube_im;
     const float sin_6 = 2.0f * cube_re * cube_im;
-    return sin_6 * (2.0f * cos_6 + EDGE * (4.0f * cos_6 * cos_6 - 1.0f));
+    return 2.0f * sin_6 * cos_6;
 }
 
 /* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
@@ -98,11 +99,15 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
         learn->begun = 1u;
         learn->emf_mean = input->emf;
         learn->along_mean = along;
+        learn->along = along;
     }
     const float turn = learn->tuning.period * input->omega_e_ref;
     const float share = bounds_magnitude(turn);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
+    const float way = cross(learn->along, along) * inverse_root(share * share);
+    learn->way = bounds_clamp(turn < 0.0f ? -way : way, TURN_MOST);
+    learn->along = along;
     learn->moved = same(input->current, learn->current) ? 0u : 1u;
     learn->current = input->current;
 }
@@ -113,6 +118,17 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
     const float missing = input->omega_e_ref - input->omega_e;
     return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
+}
+
+/* Of what is learnt that is used which is too much for chance. */
+static void use(dead_time_learn_t *learn)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float chance =
+        DEAD_TIME_LEARN_CHANCE * tuning->band * (learn->rate * tuning->per_rate - DEAD_TIME_LEARN_SETTLED);
+    const float more = learn->learnt - tuning->effective;
+    learn->effective =
+        chance > 0.0f ? learn->learnt - bounds_clamp(more, chance) : learn->learnt;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -132,7 +148,7 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
-    const float across = cross(learn->along_mean, rest);
+    const float across = cross(along, rest);
     if (!bounds_within(across, band)) {
         return;
     }
@@ -141,10 +157,12 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->rest = rest;
     learn->seen = time;
-    const float seen = across * sawtooth(along) * per_volt;
-    const float wanted = learn->effective + learn->rate * time * (1.0f / (ALONG * POWER)) * seen;
+    const float seen = across * sawtooth(along) * learn->way * per_volt;
+    const float missed = (1.0f / (ALONG * POWER)) * seen;
+    const float wanted = learn->learnt + learn->rate * time * (missed + learn->effective - learn->learnt);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
-        learn->effective = wanted;
+        learn->learnt = wanted;
     }
+    use(learn);
 }

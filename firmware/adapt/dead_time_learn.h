@@ -50,6 +50,7 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
+#define DEAD_TIME_LEARN_CHANCE 0.02f /* [-] of the dead band */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */
@@ -63,6 +64,7 @@ typedef struct {
 
 typedef struct {
     float rate;           /* at which it begins [1/s]; 0: off */
+    float per_rate;       /* one over it [s] */
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of what is learnt [-] */
     float band;           /* [-] */
@@ -74,11 +76,14 @@ typedef struct {
 
 typedef struct {
     dead_time_learn_tuning_t tuning;
-    float effective; /* T_e/T as learnt [-] */
+    float effective; /* T_e/T as used [-] */
+    float learnt;    /* likewise as seen [-] */
     float rate;      /* at which it learns now [1/s] */
     uint32_t begun;  /* [-] 1: what follows is of the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */
+    ab_t along;      /* u of the last step [-] */
+    float way;       /* of u in that step over the reference's [-] */
     ab_t current;    /* of the last step [A] */
     uint32_t moved;  /* [-] 1: it is not the one before */
     ab_t rest;       /* e - m(e) of the last step [V] */

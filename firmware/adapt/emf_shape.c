@@ -26,7 +26,5 @@ void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input)
     const float missed = seen - input->left * shape->d * line;
     const float wanted = shape->d + 2.0f * shape->rate * input->time * missed * line;
     shape->d = bounds_clamp(wanted, EMF_SHAPE_MAX);
-    if (input->voltage_known) {
-        shape->rate = gain_step(shape->rate, shape->tuning.rate, input->time);
-    }
+    shape->rate = gain_step(shape->rate, shape->tuning.rate, input->time);
 }

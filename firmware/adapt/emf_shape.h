@@ -46,7 +46,6 @@ typedef struct {
     float omega_e;      /* [rad/s] electrical */
     float time;         /* that it counts for [s] */
     float left;         /* share of the shape learnt that was in the EMF still [-] */
-    bool voltage_known; /* is the dead time known? */
 } emf_shape_input_t;
 
 /* These coefficients. What is learnt stays while it is on. */

@@ -67,14 +67,13 @@ static void learn_emf_shape(drive_t *drive)
 {
     const dead_time_learn_t *learn = &drive->dead_time_learn;
     emf_shape_t *shape = &drive->emf_shape;
-    if (learn->seen > 0.0f) {
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
         const emf_shape_input_t input = {
             .emf_mean = learn->emf_mean,
             .rest = learn->rest,
             .omega_e = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
             .time = learn->seen,
             .left = 1.0f - drive->emf_shape_share,
-            .voltage_known = dead_time_learn_is_settled(learn),
         };
         emf_shape_step(shape, &input);
     }
@@ -88,7 +87,7 @@ static void learn_emf_shape(drive_t *drive)
 static void learn_unequal_legs(drive_t *drive)
 {
     const dead_time_learn_t *learn = &drive->dead_time_learn;
-    if (learn->seen > 0.0f) {
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
         const unequal_legs_input_t input = {learn->rest, learn->current, learn->seen};
         unequal_legs_step(&drive->unequal_legs, &input);
         drive_set_legs(drive);

@@ -9,8 +9,8 @@
 #define ENCODER_JUDGED_FROM 1.0f
 
 /* Rate of the EMF's shape over that of the dead time [-]. */
-#define EMF_SHAPE_RATE 0.5f
-#define UNEQUAL_LEGS_RATE 0.3f
+#define EMF_SHAPE_RATE 0.3f
+#define UNEQUAL_LEGS_RATE 0.15f
 #define UNEQUAL_LEGS_SHARE 0.2f
 
 #define SWING_MAX                                                                                            \

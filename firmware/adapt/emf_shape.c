@@ -10,6 +10,7 @@ void emf_shape_take(emf_shape_t *shape, const emf_shape_tuning_t *tuning)
     }
     if (tuning->rate == 0.0f) {
         shape->d = 0.0f;
+        shape->learnt = 0.0f;
     }
     shape->tuning = *tuning;
 }
@@ -23,8 +24,9 @@ void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input)
     const ab_t rotor = {per_emf * mean.alpha, per_emf * mean.beta};
     const float line = -emf_shape_sixth(rotor);
     const float seen = per_due * (rotor.alpha * input->rest.beta - rotor.beta * input->rest.alpha);
-    const float missed = seen - input->left * shape->d * line;
-    const float wanted = shape->d + 2.0f * shape->rate * input->time * missed * line;
-    shape->d = bounds_clamp(wanted, EMF_SHAPE_MAX);
+    const float missed = seen + (input->taken * shape->d - shape->learnt) * line;
+    const float wanted = shape->learnt + 2.0f * shape->rate * input->time * missed * line;
+    shape->learnt = bounds_clamp(wanted, EMF_SHAPE_MAX);
     shape->rate = gain_step(shape->rate, shape->tuning.rate, input->time);
+    shape->d = gain_beyond(shape->learnt, gain_chance(EMF_SHAPE_CHANCE, shape->rate, shape->tuning.per_rate));
 }

@@ -23,19 +23,22 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-#define EMF_SHAPE_MAX 0.2f /* [-] at most */
+#define EMF_SHAPE_MAX    0.2f   /* [-] at most */
+#define EMF_SHAPE_CHANCE 0.005f /* [-] that noise makes of it at the first rate */
 
 #define EMF_SHAPE_SPEED_FULL 200.0f /* [rad/s] electrical: up to it all is taken off ... */
 #define EMF_SHAPE_SPEED_MOST 225.0f /* [rad/s] ... and from here on nothing */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */
+    float per_rate;     /* one over it [s] */
     float flux_linkage; /* [Wb] */
 } emf_shape_tuning_t;
 
 typedef struct {
     emf_shape_tuning_t tuning;
-    float d;    /* sixth harmonic of e_d over the EMF: h5 + h7 [-] */
+    float d;      /* sixth harmonic of e_d over the EMF, h5 + h7, as it is taken off [-] */
+    float learnt; /* likewise as seen [-] */
     float rate; /* at which it learns now [1/s] */
 } emf_shape_t;
 
@@ -45,7 +48,7 @@ typedef struct {
     ab_t rest;          /* e - m(e) [V] */
     float omega_e;      /* [rad/s] electrical */
     float time;         /* that it counts for [s] */
-    float left;         /* share of the shape learnt that was in the EMF still [-] */
+    float taken;        /* share of d that was taken off this EMF [-] */
 } emf_shape_input_t;
 
 /* These coefficients. What is learnt stays while it is on. */

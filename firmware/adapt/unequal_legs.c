@@ -13,8 +13,9 @@ void unequal_legs_take(unequal_legs_t *legs, const unequal_legs_tuning_t *tuning
         legs->rate = tuning->rate;
     }
     if (tuning->rate == 0.0f) {
-        legs->voltage = (ab_t){0.0f, 0.0f};
-        legs->resistance = (ab_t){0.0f, 0.0f};
+        const unequal_leg_t none = {{0.0f, 0.0f}, {0.0f, 0.0f}};
+        legs->voltage = none;
+        legs->resistance = none;
     }
     legs->tuning = *tuning;
 }
@@ -22,6 +23,20 @@ void unequal_legs_take(unequal_legs_t *legs, const unequal_legs_tuning_t *tuning
 static inline ab_t product(ab_t a, ab_t b)
 {
     return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+}
+
+/* What is seen follows what is used and what is missed of it, by `share` [-]. */
+static void follow(unequal_leg_t *leg, float share, ab_t missed, float most)
+{
+    const ab_t wrong = {missed.alpha + leg->used.alpha - leg->seen.alpha,
+                        missed.beta + leg->used.beta - leg->seen.beta};
+    leg->seen.alpha = bounds_clamp(leg->seen.alpha + share * wrong.alpha, most);
+    leg->seen.beta = bounds_clamp(leg->seen.beta + share * wrong.beta, most);
+}
+
+static void use(unequal_leg_t *leg, float chance)
+{
+    leg->used = (ab_t){gain_beyond(leg->seen.alpha, chance), gain_beyond(leg->seen.beta, chance)};
 }
 
 void unequal_legs_step(unequal_legs_t *legs, const unequal_legs_input_t *input)
@@ -33,11 +48,12 @@ void unequal_legs_step(unequal_legs_t *legs, const unequal_legs_input_t *input)
     const ab_t against = product(input->rest, along);
     const ab_t third = product(against, product(along, along));
     const float share = legs->rate * input->time;
-    const float volt = PER_THIRD * share;
-    const float ohm = PER_AGAINST * share * per_ampere;
-    legs->voltage.alpha = bounds_clamp(legs->voltage.alpha - volt * third.alpha, tuning->voltage_max);
-    legs->voltage.beta = bounds_clamp(legs->voltage.beta - volt * third.beta, tuning->voltage_max);
-    legs->resistance.alpha = bounds_clamp(legs->resistance.alpha + ohm * against.alpha, tuning->resistance_max);
-    legs->resistance.beta = bounds_clamp(legs->resistance.beta - ohm * against.beta, tuning->resistance_max);
+    const float ohm = PER_AGAINST * per_ampere;
+    const ab_t voltage = {-PER_THIRD * third.alpha, -PER_THIRD * third.beta};
+    const ab_t resistance = {ohm * against.alpha, -ohm * against.beta};
+    follow(&legs->voltage, share, voltage, tuning->voltage_max);
+    follow(&legs->resistance, share, resistance, tuning->resistance_max);
     legs->rate = gain_step(legs->rate, tuning->rate, input->time);
+    use(&legs->voltage, gain_chance(tuning->voltage_chance, legs->rate, tuning->per_rate));
+    use(&legs->resistance, gain_chance(tuning->resistance_chance, legs->rate, tuning->per_rate));
 }

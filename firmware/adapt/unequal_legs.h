@@ -23,16 +23,25 @@
 #include "math/frames.h"
 
 typedef struct {
-    float rate;           /* at which it begins [1/s]; 0: off */
-    float voltage_max;    /* of either component [V] */
-    float resistance_max; /* likewise [ohm] */
+    float rate;              /* at which it begins [1/s]; 0: off */
+    float per_rate;          /* one over it [s] */
+    float voltage_max;       /* of either component [V] */
+    float voltage_chance;    /* that noise makes of it at the first rate [V] */
+    float resistance_max;    /* of either component [ohm] */
+    float resistance_chance; /* that noise makes of it at the first rate [ohm] */
 } unequal_legs_tuning_t;
+
+/* In the unit of what differs. */
+typedef struct {
+    ab_t used;
+    ab_t seen; /* as learnt: what of it may be noise is not used */
+} unequal_leg_t;
 
 typedef struct {
     unequal_legs_tuning_t tuning;
-    ab_t voltage;    /* V [V] */
-    ab_t resistance; /* R [ohm] */
-    float rate;      /* at which it learns now [1/s] */
+    unequal_leg_t voltage;    /* V [V] */
+    unequal_leg_t resistance; /* R [ohm] */
+    float rate;               /* at which it learns now [1/s] */
 } unequal_legs_t;
 
 /* What a step of the dead time has seen. */

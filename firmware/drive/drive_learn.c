@@ -7,8 +7,8 @@
 /* What is learnt of the legs, for the voltage that acts from now on. */
 void drive_set_legs(drive_t *drive)
 {
-    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage),
-                      frames_inverse_clarke(drive->unequal_legs.resistance));
+    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage.used),
+                      frames_inverse_clarke(drive->unequal_legs.resistance.used));
 }
 
 /* From the middle of the periods of a mean to their end [s]. */
@@ -73,7 +73,7 @@ static void learn_emf_shape(drive_t *drive)
             .rest = learn->rest,
             .omega_e = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
             .time = learn->seen,
-            .left = 1.0f - drive->emf_shape_share,
+            .taken = drive->emf_shape_share,
         };
         emf_shape_step(shape, &input);
     }

@@ -11,7 +11,6 @@
 /* Rate of the EMF's shape over that of the dead time [-]. */
 #define EMF_SHAPE_RATE 0.3f
 #define UNEQUAL_LEGS_RATE 0.15f
-#define UNEQUAL_LEGS_SHARE 0.2f
 
 #define SWING_MAX                                                                                            \
     0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
@@ -106,6 +105,26 @@ static bool is_heavy(const params_t *params, const believed_t *believed)
     return acceleration < SWING_MAX * sixth * sixth;
 }
 
+static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const float rate = is_heavy(params, believed) ? params->dead_time_adaptation : 0.0f;
+    const float per_rate = rate > 0.0f ? 1.0f / rate : 0.0f;
+    const float band = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage;
+    tuning->emf_shape = (emf_shape_tuning_t){
+        .rate = EMF_SHAPE_RATE * rate,
+        .per_rate = per_rate / EMF_SHAPE_RATE,
+        .flux_linkage = believed->flux_linkage,
+    };
+    tuning->unequal_legs = (unequal_legs_tuning_t){
+        .rate = UNEQUAL_LEGS_RATE * rate,
+        .per_rate = per_rate / UNEQUAL_LEGS_RATE,
+        .voltage_max = 0.2f * band,
+        .voltage_chance = 0.008f * band,
+        .resistance_max = 0.3f * believed->resistance,
+        .resistance_chance = 0.04f * believed->resistance,
+    };
+}
+
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const inverter_params_t inverter = {
@@ -136,15 +155,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .every = DRIVE_LEARN_PERIODS,
     };
     tuning->dead_time_learn = dead_time_learn_prepare(&learn);
-    tuning->unequal_legs = (unequal_legs_tuning_t){
-        .rate = is_heavy(params, believed) ? UNEQUAL_LEGS_RATE * params->dead_time_adaptation : 0.0f,
-        .voltage_max = UNEQUAL_LEGS_SHARE * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
-        .resistance_max = 0.3f * believed->resistance,
-    };
-    tuning->emf_shape = (emf_shape_tuning_t){
-        .rate = is_heavy(params, believed) ? EMF_SHAPE_RATE * params->dead_time_adaptation : 0.0f,
-        .flux_linkage = believed->flux_linkage,
-    };
+    prepare_shape_and_legs(tuning, params, believed);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,

@@ -10,7 +10,7 @@
 
 /* Rate of the EMF's shape over that of the dead time [-]. */
 #define EMF_SHAPE_RATE 0.3f
-#define UNEQUAL_LEGS_RATE 0.15f
+#define UNEQUAL_LEGS_RATE 0.2f
 
 #define SWING_MAX                                                                                            \
     0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
@@ -121,7 +121,7 @@ static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *param
         .voltage_max = 0.2f * band,
         .voltage_chance = 0.008f * band,
         .resistance_max = 0.3f * believed->resistance,
-        .resistance_chance = 0.04f * believed->resistance,
+        .resistance_chance = 0.025f * believed->resistance,
     };
 }
 

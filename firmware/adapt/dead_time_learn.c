@@ -4,11 +4,13 @@
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/root.h"
+#include "math/sixth.h"
 
-#define TWELFTH (24.0f / 143.0f) /* [-] of the signs across the current over what is along it: 1/11 + 1/13 */
-#define POWER   (0.5f * TWELFTH) /* [-] <q s> */
-#define ALONG   (4.0f / 3.14159265f) /* [-] mean of the signs along the current */
-#define TURN_MOST 3.0f /* [-] way of the current's direction over the reference's, at most */
+#define TWELFTH (24.0f / 143.0f)  /* [-] of the signs across the current over what is along it: 1/11 + 1/13  \
+                                   */
+#define POWER    (0.5f * TWELFTH) /* [-] <q s> */
+#define ALONG    (4.0f / 3.14159265f) /* [-] mean of the signs along the current */
+#define WAY_MOST 3.0f                 /* [-] way of the current over that of the reference, at most */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
@@ -72,15 +74,10 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
 }
 
 /* What the EMF across the current is correlated with, by the current's direction: s [-]. */
-static float sawtooth(ab_t unit)
+static inline float twelfth(ab_t unit)
 {
-    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
-    const float square_im = 2.0f * unit.alpha * unit.beta;
-    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
-    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    const float cos_6 = cube_re * cube_re - cube_im * cube_im;
-    const float sin_6 = 2.0f * cube_re * cube_im;
-    return 2.0f * sin_6 * cos_6;
+    const ab_t sixth = sixth_power(unit);
+    return 2.0f * sixth.alpha * sixth.beta;
 }
 
 /* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
@@ -92,7 +89,7 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* The slow means; whether the current stands still. */
+/* The slow means; the way of the current's direction; whether it stands still. */
 static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
@@ -106,7 +103,7 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
     const float way = cross(learn->along, along) * inverse_root(share * share);
-    learn->way = bounds_clamp(turn < 0.0f ? -way : way, TURN_MOST);
+    learn->way = bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
     learn->along = along;
     learn->moved = same(input->current, learn->current) ? 0u : 1u;
     learn->current = input->current;
@@ -120,15 +117,13 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* Of what is learnt that is used which is too much for chance. */
+/* From the parameters' value on, that is used which is more than chance. */
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
-    const float chance =
-        DEAD_TIME_LEARN_CHANCE * tuning->band * (learn->rate * tuning->per_rate - DEAD_TIME_LEARN_SETTLED);
-    const float more = learn->learnt - tuning->effective;
-    learn->effective =
-        chance > 0.0f ? learn->learnt - bounds_clamp(more, chance) : learn->learnt;
+    const float chance = gain_chance(DEAD_TIME_LEARN_CHANCE * tuning->band, learn->rate * tuning->per_rate,
+                                     DEAD_TIME_LEARN_SETTLED);
+    learn->effective = tuning->effective + gain_beyond(learn->learnt - tuning->effective, chance);
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -157,9 +152,9 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->rest = rest;
     learn->seen = time;
-    const float seen = across * sawtooth(along) * learn->way * per_volt;
+    const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
-    const float wanted = learn->learnt + learn->rate * time * (missed + learn->effective - learn->learnt);
+    const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->learnt = wanted;

@@ -50,7 +50,7 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
-#define DEAD_TIME_LEARN_CHANCE 0.02f /* [-] of the dead band */
+#define DEAD_TIME_LEARN_CHANCE  0.02f /* [-] of the dead band */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */

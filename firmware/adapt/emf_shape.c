@@ -22,11 +22,12 @@ void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input)
     const float due = shape->tuning.flux_linkage * input->omega_e;
     const float per_due = inverse_root(due * due);
     const ab_t rotor = {per_emf * mean.alpha, per_emf * mean.beta};
-    const float line = -emf_shape_sixth(rotor);
+    const float line = -sixth_power(rotor).beta;
     const float seen = per_due * (rotor.alpha * input->rest.beta - rotor.beta * input->rest.alpha);
     const float missed = seen + (input->taken * shape->d - shape->learnt) * line;
     const float wanted = shape->learnt + 2.0f * shape->rate * input->time * missed * line;
     shape->learnt = bounds_clamp(wanted, EMF_SHAPE_MAX);
     shape->rate = gain_step(shape->rate, shape->tuning.rate, input->time);
-    shape->d = gain_beyond(shape->learnt, gain_chance(EMF_SHAPE_CHANCE, shape->rate, shape->tuning.per_rate));
+    shape->d = gain_beyond(shape->learnt,
+                           gain_chance(EMF_SHAPE_CHANCE, shape->rate * shape->tuning.per_rate, GAIN_LEAST));
 }

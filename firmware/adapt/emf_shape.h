@@ -17,11 +17,9 @@
 #ifndef ADAPT_EMF_SHAPE_H
 #define ADAPT_EMF_SHAPE_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
 #include "math/bounds.h"
 #include "math/frames.h"
+#include "math/sixth.h"
 
 #define EMF_SHAPE_MAX    0.2f   /* [-] at most */
 #define EMF_SHAPE_CHANCE 0.005f /* [-] that noise makes of it at the first rate */
@@ -39,16 +37,16 @@ typedef struct {
     emf_shape_tuning_t tuning;
     float d;      /* sixth harmonic of e_d over the EMF, h5 + h7, as it is taken off [-] */
     float learnt; /* likewise as seen [-] */
-    float rate; /* at which it learns now [1/s] */
+    float rate;   /* at which it learns now [1/s] */
 } emf_shape_t;
 
 /* What a step of the dead time has seen. */
 typedef struct {
-    ab_t emf_mean;      /* m(e) [V] */
-    ab_t rest;          /* e - m(e) [V] */
-    float omega_e;      /* [rad/s] electrical */
-    float time;         /* that it counts for [s] */
-    float taken;        /* share of d that was taken off this EMF [-] */
+    ab_t emf_mean; /* m(e) [V] */
+    ab_t rest;     /* e - m(e) [V] */
+    float omega_e; /* [rad/s] electrical */
+    float time;    /* that it counts for [s] */
+    float taken;   /* share of d that was taken off this EMF [-] */
 } emf_shape_input_t;
 
 /* These coefficients. What is learnt stays while it is on. */
@@ -56,16 +54,6 @@ void emf_shape_take(emf_shape_t *shape, const emf_shape_tuning_t *tuning);
 
 /* Follows what is seen of it. No division. */
 void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input);
-
-/* The sine of six times this angle. */
-static inline float emf_shape_sixth(ab_t unit)
-{
-    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
-    const float square_im = 2.0f * unit.alpha * unit.beta;
-    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
-    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    return 2.0f * cube_re * cube_im;
-}
 
 /* Share that is taken off at the speed omega_e [rad/s]. */
 static inline float emf_shape_share(float omega_e)
@@ -79,7 +67,7 @@ static inline float emf_shape_share(float omega_e)
  * [V]. */
 static inline ab_t emf_shape_voltage(float amplitude, rotation_t rotor)
 {
-    const float d = -amplitude * emf_shape_sixth((ab_t){rotor.cos, rotor.sin});
+    const float d = -amplitude * sixth_power((ab_t){rotor.cos, rotor.sin}).beta;
     return (ab_t){d * rotor.cos, d * rotor.sin};
 }
 

@@ -20,12 +20,11 @@ static inline float gain_step(float rate, float first, float time)
     return rate + (1.0f / 6.0f) * time * (least * least - rate * rate);
 }
 
-/* What noise may make of something that is learnt with this rate, `most` being that at the first rate and
- * `per_first` one over it [s]; nothing at the least rate. */
-static inline float gain_chance(float most, float rate, float per_first)
+/* What noise may make of something that is learnt with the share `rate` [-] of its first rate: `most` at the
+ * first, nothing from the share `until` [-] on; in the unit of `most`. */
+static inline float gain_chance(float most, float rate, float until)
 {
-    const float chance = most * (rate * per_first - GAIN_LEAST);
-    return chance > 0.0f ? chance : 0.0f;
+    return rate > until ? most * (rate - until) : 0.0f;
 }
 
 /* Of what is learnt that which is more than `chance`, in the unit of both. */

@@ -4,7 +4,8 @@
 #include "math/bounds.h"
 #include "math/root.h"
 
-#define PER_THIRD 4.71238898f /* [-] 3 pi/2: difference of the voltage over its line at three times the current */
+#define PER_THIRD                                                                                            \
+    4.71238898f          /* [-] 3 pi/2: difference of the voltage over its line at three times the current */
 #define PER_AGAINST 2.0f /* [-] difference of the resistance over its line against the current */
 
 void unequal_legs_take(unequal_legs_t *legs, const unequal_legs_tuning_t *tuning)
@@ -54,6 +55,7 @@ void unequal_legs_step(unequal_legs_t *legs, const unequal_legs_input_t *input)
     follow(&legs->voltage, share, voltage, tuning->voltage_max);
     follow(&legs->resistance, share, resistance, tuning->resistance_max);
     legs->rate = gain_step(legs->rate, tuning->rate, input->time);
-    use(&legs->voltage, gain_chance(tuning->voltage_chance, legs->rate, tuning->per_rate));
-    use(&legs->resistance, gain_chance(tuning->resistance_chance, legs->rate, tuning->per_rate));
+    const float rate = legs->rate * tuning->per_rate;
+    use(&legs->voltage, gain_chance(tuning->voltage_chance, rate, GAIN_LEAST));
+    use(&legs->resistance, gain_chance(tuning->resistance_chance, rate, GAIN_LEAST));
 }

@@ -6,9 +6,10 @@
  *
  *     (2/pi) V* u* - (2/(3 pi)) V (u^3 + u*^3) + ... + R* I* / 2
  *
- * The lines at three times the current, one either way, are the voltage's alone: nothing else of a motor makes
- * any (docs/theory.md, 25.1). That against it is taken for resistance, whatever makes it: the tracking loop
- * is spared it all the same. With the rest e - m(e) of dead_time_learn.h and its direction u of the current
+ * The lines at three times the current, one either way, are the voltage's alone: nothing else of a motor
+ * makes any (docs/theory.md, 25.1). That against it is taken for resistance, whatever makes it: the tracking
+ * loop is spared it all the same. With the rest e - m(e) of dead_time_learn.h and its direction u of the
+ * current
  *
  *     dV/dt = -g (3 pi/2) <(e - m(e)) u^3>,   dR/dt = 2 g <(e - m(e)) u>* / |I|
  *

@@ -67,12 +67,12 @@ typedef struct {
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k) */
     float emf_shape_voltage; /* [V] amplitude of the EMF's shape, which the estimator does not get of it */
-    float dead_voltage; /* [V] that a leg loses at the link of that time */
-    frame_t rotor;      /* as it is believed at t_k */
-    float omega_m;      /* [rad/s] mechanical, of the rotor */
-    demand_t demand;    /* with the frame in force */
-    dq_t current;       /* [A] in that frame */
-    dq_t voltage;       /* [V] what the inverter will really apply, dead time accounted for */
+    float dead_voltage;      /* [V] that a leg loses at the link of that time */
+    frame_t rotor;           /* as it is believed at t_k */
+    float omega_m;           /* [rad/s] mechanical, of the rotor */
+    demand_t demand;         /* with the frame in force */
+    dq_t current;            /* [A] in that frame */
+    dq_t voltage;            /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
     uint32_t learns; /* [-] 1: something is learnt by drive_learn() */

@@ -2,15 +2,6 @@
  * its own, what they teach. */
 #include "drive/drive.h"
 
-#include "adapt/emf_shape.h"
-
-/* What is learnt of the legs, for the voltage that acts from now on. */
-void drive_set_legs(drive_t *drive)
-{
-    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage.used),
-                      frames_inverse_clarke(drive->unequal_legs.resistance.used));
-}
-
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_LEARN_PERIODS - 1u) * DRIVE_PERIOD)
 
@@ -81,6 +72,12 @@ static void learn_emf_shape(drive_t *drive)
     const float share = drive->manoeuvres.tracking != 0u ? emf_shape_share(omega) : 0.0f;
     drive->emf_shape_share = share;
     drive->emf_shape_voltage = share * shape->tuning.flux_linkage * omega * shape->d;
+}
+
+void drive_set_legs(drive_t *drive)
+{
+    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage.used),
+                      frames_inverse_clarke(drive->unequal_legs.resistance.used));
 }
 
 /* And what of how the legs differ. */

@@ -48,7 +48,8 @@ static void estimate(drive_t *drive)
     drive->acted = acted.voltage;
     drive->dead_voltage = acted.leg;
     if (drive->emf_shape_voltage != 0.0f) {
-        const ab_t shape = emf_shape_voltage(drive->emf_shape_voltage, drive->estimator.estimate.frame.rotation);
+        const ab_t shape =
+            emf_shape_voltage(drive->emf_shape_voltage, drive->estimator.estimate.frame.rotation);
         acted.voltage.alpha -= shape.alpha;
         acted.voltage.beta -= shape.beta;
     }

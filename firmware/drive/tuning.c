@@ -8,12 +8,17 @@
 /* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
-/* Rate of the EMF's shape over that of the dead time [-]. */
-#define EMF_SHAPE_RATE 0.3f
-#define UNEQUAL_LEGS_RATE 0.2f
+/* Rates over that of the dead time [-]; largest differences of the legs, and what noise makes of them at
+ * first, over the dead band's voltage and over R [-]. */
+#define EMF_SHAPE_RATE         0.3f
+#define LEGS_RATE              0.2f
+#define LEGS_VOLTAGE_MAX       0.2f
+#define LEGS_VOLTAGE_CHANCE    0.008f
+#define LEGS_RESISTANCE_MAX    0.3f
+#define LEGS_RESISTANCE_CHANCE 0.025f
 
-#define SWING_MAX                                                                                            \
-    0.05f /* [rad] of a rotor whose EMF's shape can be learnt, by all of the torque at six times omega */
+/* [rad] of a rotor of whose EMF more can be learnt, by all of the torque at six times omega. */
+#define SWING_MAX 0.05f
 
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
 {
@@ -93,8 +98,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
 
 /* At the speed whose EMF is the dead band's voltage, by how much does the rotor swing with the sixth harmonic
  * of the current limit's torque, an angle over the share of it? What a light one swings with is no shape of
- * its EMF.
- */
+ * its EMF, nor of unequal legs. */
 static bool is_heavy(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -116,12 +120,12 @@ static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *param
         .flux_linkage = believed->flux_linkage,
     };
     tuning->unequal_legs = (unequal_legs_tuning_t){
-        .rate = UNEQUAL_LEGS_RATE * rate,
-        .per_rate = per_rate / UNEQUAL_LEGS_RATE,
-        .voltage_max = 0.2f * band,
-        .voltage_chance = 0.008f * band,
-        .resistance_max = 0.3f * believed->resistance,
-        .resistance_chance = 0.025f * believed->resistance,
+        .rate = LEGS_RATE * rate,
+        .per_rate = per_rate / LEGS_RATE,
+        .voltage_max = LEGS_VOLTAGE_MAX * band,
+        .voltage_chance = LEGS_VOLTAGE_CHANCE * band,
+        .resistance_max = LEGS_RESISTANCE_MAX * believed->resistance,
+        .resistance_chance = LEGS_RESISTANCE_CHANCE * believed->resistance,
     };
 }
 

@@ -40,9 +40,9 @@ typedef struct {
     inverter_tuning_t tuning;
     abc_t leg_more;       /* what each leg loses beside all of them, with the sign of its current [V] */
     abc_t leg_resistance; /* likewise in proportion to it [ohm] */
-    abc_t duty_prev[2]; /* duties of one and two steps ago [-] */
-    ab_t current_prev;  /* one period ago [A] */
-    float u_dc_prev;    /* likewise [V] */
+    abc_t duty_prev[2];   /* duties of one and two steps ago [-] */
+    ab_t current_prev;    /* one period ago [A] */
+    float u_dc_prev;      /* likewise [V] */
 } inverter_t;
 
 typedef struct {

@@ -103,7 +103,7 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
     const float way = cross(learn->along, along) * inverse_root(share * share);
-    learn->way = bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
+    learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
     learn->along = along;
     learn->moved = same(input->current, learn->current) ? 0u : 1u;
     learn->current = input->current;

@@ -6,7 +6,8 @@
 #include "math/root.h"
 #include "math/sixth.h"
 
-#define TWELFTH (24.0f / 143.0f)  /* [-] of the signs across the current over what is along it: 1/11 + 1/13  \
+#define TWELFTH                                                                                              \
+    (24.0f / 143.0f)              /* [-] of the signs across the current over what is along it: 1/11 + 1/13  \
                                    */
 #define POWER    (0.5f * TWELFTH) /* [-] <q s> */
 #define ALONG    (4.0f / 3.14159265f) /* [-] mean of the signs along the current */

@@ -9,9 +9,9 @@
 /* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.
  * Where the board's limit is lower, so is the load. Limits: of the means four standard deviations, of times
  * and SD the mean and four of them, over 22 seeds, and no less than the kit's. Those seeds were of the sixth
- * harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and so are the limits of mean,
- * SD and voltage without load; times below a second have 0.25 to 0.4 s more, because what may be chance is left
- * out. */
+ * harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and so are the limits of
+ * mean, SD and voltage without load; times below a second have 0.25 to 0.4 s more, because what may be chance
+ * is left out. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0

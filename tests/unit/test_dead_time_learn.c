@@ -64,6 +64,15 @@ void setUp(void)
     world.ahead = 0.5 * PI;
 }
 
+/* The parameters say what is true. */
+static void know(void)
+{
+    dead_time_learn_params_t params = PARAMS;
+    params.effective = (float)TRUE;
+    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
+    dead_time_learn_take(&world.learn, &tuning);
+}
+
 static ab_t ab(double complex vector)
 {
     return (ab_t){(float)creal(vector), (float)cimag(vector)};
@@ -153,8 +162,8 @@ static double left_after(double seconds, double share)
     return left;
 }
 
-/* Of the twelfth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 144): so much
- * slower than the rate, and half a turn of ripple. */
+/* Of the twelfth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 144): so
+ * much slower than the rate, and half a turn of ripple. */
 static void test_error_falls_with_the_rate(void)
 {
     static const double speeds[] = {42.0, 70.0, 90.0};
@@ -176,8 +185,8 @@ static void test_error_falls_with_the_rate(void)
     }
 }
 
-/* Fifth and seventh harmonics of the EMF, of either sign, at one speed, driving and braking, with the current in
- * line with the EMF or across: they have no twelfth harmonic, so nothing is learnt of them. */
+/* Fifth and seventh harmonics of the EMF, of either sign, at one speed, driving and braking, with the current
+ * in line with the EMF or across: they have no twelfth harmonic, so nothing is learnt of them. */
 static void test_harmonics_of_the_emf_are_no_dead_time(void)
 {
     static const double harmonics[][2] = {{0.03, 0.02}, {-0.03, -0.02}, {-0.03, 0.02}, {0.01, 0.005}};
@@ -189,9 +198,7 @@ static void test_harmonics_of_the_emf_are_no_dead_time(void)
         world.ahead = ahead[n / 16] * PI;
         world.fifth = harmonics[n % 4][0];
         world.seventh = harmonics[n % 4][1];
-        world.learn.effective = (float)TRUE;
-        world.learn.learnt = (float)TRUE;
-        world.learn.tuning.effective = (float)TRUE;
+        know();
         turn(20.0);
         char message[120];
         snprintf(message, sizeof message, "%g and %g at %.0f rad/s, %.1f pi ahead: off %.4f", world.fifth,
@@ -215,8 +222,8 @@ static void test_an_uneven_current_teaches_the_same(void)
     }
 }
 
-/* While it learns quickly, noise may make 0.02 of the band of it: so much of a difference is not used, and later
- * nothing is left out. */
+/* While it learns quickly, noise may make 0.02 of the band of it: so much of a difference is not used, and
+ * later nothing is left out. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
     world.learn.tuning.effective = (float)(TRUE - 0.01 * BAND);
@@ -251,7 +258,7 @@ static void test_slower_where_the_emf_is_small(void)
 static void test_what_turns_with_the_rotor_teaches_nothing(void)
 {
     const double complex wrong[] = {4.0, -3.0, 4.0 * J, -2.5 * J};
-    world.learn.effective = (float)TRUE;
+    know();
     for (int32_t n = 0; n < 4; n++) {
         for (int32_t k = 0; k < 20000; k++) {
             period_t input = next();

@@ -36,7 +36,8 @@ static void turn(double omega, double d, double q, double seconds)
         theta += omega * STEP;
         const double complex frame = cexp(J * theta);
         const double left = d - taken * (double)shape.d;
-        const double complex rest = PSI * omega * (-left * sin(6.0 * theta) + J * q * cos(6.0 * theta)) * frame;
+        const double complex rest =
+            PSI * omega * (-left * sin(6.0 * theta) + J * q * cos(6.0 * theta)) * frame;
         const emf_shape_input_t input = {ab(J * PSI * omega * frame), ab(rest), (float)omega, (float)STEP,
                                          (float)taken};
         emf_shape_step(&shape, &input);

@@ -65,13 +65,14 @@ typedef struct {
     position_t encoder_position; /* at t_k, of the encoder */
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t estimating;         /* [-] 1: the estimator runs */
-    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
-    float dead_voltage;          /* [V] that a leg loses at the link of that time */
-    frame_t rotor;               /* as it is believed at t_k */
-    float omega_m;               /* [rad/s] mechanical, of the rotor */
-    demand_t demand;             /* with the frame in force */
-    dq_t current;                /* [A] in that frame */
-    dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
+    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k) */
+    float emf_shape_voltage; /* [V] amplitude of the EMF's shape, which the estimator does not get of it */
+    float dead_voltage;      /* [V] that a leg loses at the link of that time */
+    frame_t rotor;           /* as it is believed at t_k */
+    float omega_m;           /* [rad/s] mechanical, of the rotor */
+    demand_t demand;         /* with the frame in force */
+    dq_t current;            /* [A] in that frame */
+    dq_t voltage;            /* [V] what the inverter will really apply, dead time accounted for */
     drive_command_t command;
     drive_fault_t fault;
     uint32_t learns; /* [-] 1: something is learnt by drive_learn() */
@@ -96,6 +97,9 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
+    emf_shape_t emf_shape;
+    unequal_legs_t unequal_legs;
+    float emf_shape_share; /* [-] of the shape learnt that emf_shape_voltage is */
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
     oscillation_watch_t oscillation_watch;
@@ -147,6 +151,9 @@ void drive_watch_motion(drive_t *drive, bool in_slot, bool jumped);
 /* The same of what is learnt, where something is: sums in every period, means in every
  * DRIVE_LEARN_PERIODS-th, of periods in which this acted. No division but at the end of a cycle of the
  * dither or of a way. */
+/* What is learnt of the legs, for the voltage that acts from now on. */
+void drive_set_legs(drive_t *drive);
+
 void drive_learn(drive_t *drive, const inverter_acted_t *acted);
 
 /* Nothing is known of what acts. */

@@ -9,6 +9,8 @@
 #define INERTIA_TURN    1u
 #define DEAD_TIME_TURN  2u
 #define INDUCTANCE_TURN 3u
+#define EMF_SHAPE_TURN  4u
+#define LEGS_TURN       5u
 
 /* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
  * that. */
@@ -51,6 +53,44 @@ static void learn_dead_time(drive_t *drive, float link)
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
 }
 
+/* What the same says of the shape of the EMF, which the estimator is spared while it tracks. */
+static void learn_emf_shape(drive_t *drive)
+{
+    const dead_time_learn_t *learn = &drive->dead_time_learn;
+    emf_shape_t *shape = &drive->emf_shape;
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
+        const emf_shape_input_t input = {
+            .emf_mean = learn->emf_mean,
+            .rest = learn->rest,
+            .omega_e = drive->manoeuvres.limits.pole_pairs * drive->demand.omega_m_ref,
+            .time = learn->seen,
+            .taken = drive->emf_shape_share,
+        };
+        emf_shape_step(shape, &input);
+    }
+    const float omega = drive->means.omega;
+    const float share = drive->manoeuvres.tracking != 0u ? emf_shape_share(omega) : 0.0f;
+    drive->emf_shape_share = share;
+    drive->emf_shape_voltage = share * shape->tuning.flux_linkage * omega * shape->d;
+}
+
+void drive_set_legs(drive_t *drive)
+{
+    inverter_set_legs(&drive->inverter, frames_inverse_clarke(drive->unequal_legs.voltage.used),
+                      frames_inverse_clarke(drive->unequal_legs.resistance.used));
+}
+
+/* And what of how the legs differ. */
+static void learn_unequal_legs(drive_t *drive)
+{
+    const dead_time_learn_t *learn = &drive->dead_time_learn;
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
+        const unequal_legs_input_t input = {learn->rest, learn->current, learn->seen};
+        unequal_legs_step(&drive->unequal_legs, &input);
+        drive_set_legs(drive);
+    }
+}
+
 /* What a locked loop without encoder answers to the dither, and the next of it. */
 static void learn_inductance(drive_t *drive)
 {
@@ -75,6 +115,10 @@ static void learn_in_turn(drive_t *drive, uint32_t turn, float link)
 {
     if (turn == DEAD_TIME_TURN && drive->dead_time_learn.tuning.rate > 0.0f) {
         learn_dead_time(drive, link);
+    } else if (turn == EMF_SHAPE_TURN && drive->emf_shape.tuning.rate > 0.0f) {
+        learn_emf_shape(drive);
+    } else if (turn == LEGS_TURN && drive->unequal_legs.tuning.rate > 0.0f) {
+        learn_unequal_legs(drive);
     } else if (turn == INDUCTANCE_TURN && drive->inductance.tuning.rate > 0.0f) {
         learn_inductance(drive);
     } else if (turn == INERTIA_TURN && drive->inertia.tuning.on != 0u) {
@@ -103,6 +147,8 @@ void drive_learn_pause(drive_t *drive)
     const ab_t none = {0.0f, 0.0f};
     inductance_rest(&drive->inductance);
     dead_time_learn_pause(&drive->dead_time_learn);
+    drive->emf_shape_voltage = 0.0f;
+    drive->emf_shape_share = 0.0f;
     sums_clear(&drive->sums);
     drive->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }

@@ -1,6 +1,7 @@
 /* Where the rotor is: the middle of the pipeline, between measuring and judging. */
 #include "drive/drive.h"
 
+#include "adapt/emf_shape.h"
 #include "math/trig.h"
 
 /* Is what acted too uncertain to track by? */
@@ -43,9 +44,15 @@ static void track(drive_t *drive, const inverter_acted_t *acted)
 static void estimate(drive_t *drive)
 {
     const measured_t *measured = &drive->measure.measured;
-    const inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
+    inverter_acted_t acted = inverter_acted(&drive->inverter, measured->current, measured->u_dc);
     drive->acted = acted.voltage;
     drive->dead_voltage = acted.leg;
+    if (drive->emf_shape_voltage != 0.0f) {
+        const ab_t shape =
+            emf_shape_voltage(drive->emf_shape_voltage, drive->estimator.estimate.frame.rotation);
+        acted.voltage.alpha -= shape.alpha;
+        acted.voltage.beta -= shape.beta;
+    }
     if (drive->manoeuvres.tracking != 0u) {
         track(drive, &acted);
     } else {

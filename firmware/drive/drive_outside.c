@@ -32,6 +32,13 @@ void drive_take(drive_t *drive, uint32_t encoder_count)
     inverter_take(&drive->inverter, &tuning->inverter);
     dead_time_learn_take(&drive->dead_time_learn, &tuning->dead_time_learn);
     inverter_set_dead_time(&drive->inverter, drive->dead_time_learn.effective);
+    unequal_legs_take(&drive->unequal_legs, &tuning->unequal_legs);
+    drive_set_legs(drive);
+    emf_shape_take(&drive->emf_shape, &tuning->emf_shape);
+    if (tuning->emf_shape.rate == 0.0f) {
+        drive->emf_shape_voltage = 0.0f;
+        drive->emf_shape_share = 0.0f;
+    }
     drive->learns =
         tuning->inductance.rate > 0.0f || tuning->dead_time_learn.rate > 0.0f || tuning->inertia.on != 0u;
     drive->doubt.tuning = tuning->doubt;

@@ -93,6 +93,14 @@
     F(2073, inductance_confidence, inductance.confidence, "-",                                               \
       "share of the last looks at L that agreed with the one before within a fifth")                         \
     F(2074, dead_time_hat, dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")          \
+    F(2120, emf_shape_hat, emf_shape.d, "-",                                                                 \
+      "sixth harmonic of e_d over the EMF, as learnt: its fifth and seventh harmonic together")              \
+    F(2121, leg_voltage_alpha_hat, unequal_legs.voltage.used.alpha, "V", "difference of the legs, alpha")    \
+    F(2122, leg_voltage_beta_hat, unequal_legs.voltage.used.beta, "V", "difference of the legs, beta")       \
+    F(2123, leg_resistance_alpha_hat, unequal_legs.resistance.used.alpha, "ohm",                             \
+      "difference of the legs, alpha")                                                                       \
+    F(2124, leg_resistance_beta_hat, unequal_legs.resistance.used.beta, "ohm",                               \
+      "difference of the legs, beta")                                                                        \
     F(2075, inertia_hat, inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")             \
     F(2110, resistance_hat, inductance.resistance.value, "ohm", "R of a phase and device, as learnt")        \
     F(2090, motor_heat, thermal.motor_heat, "-",                                                             \

@@ -8,11 +8,13 @@
 
 #include "adapt/believed.h"
 #include "adapt/dead_time_learn.h"
+#include "adapt/emf_shape.h"
 #include "adapt/flux.h"
 #include "adapt/inductance.h"
 #include "adapt/inertia.h"
 #include "adapt/offset_trim.h"
 #include "adapt/sums.h"
+#include "adapt/unequal_legs.h"
 #include "control/current_control.h"
 #include "drive/guard.h"
 #include "drive/manoeuvres.h"
@@ -52,6 +54,8 @@ typedef struct {
     inertia_tuning_t inertia;
     inverter_tuning_t inverter;
     dead_time_learn_tuning_t dead_time_learn;
+    emf_shape_tuning_t emf_shape;
+    unequal_legs_tuning_t unequal_legs;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     manoeuvres_tuning_t manoeuvres;

@@ -20,6 +20,7 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning)
     const ab_t none = {0.0f, 0.0f};
     const abc_t middle = {0.5f, 0.5f, 0.5f};
     inverter_take(inverter, tuning);
+    inverter_set_legs(inverter, (abc_t){0.0f, 0.0f, 0.0f}, (abc_t){0.0f, 0.0f, 0.0f});
     inverter->duty_prev[0] = middle;
     inverter->duty_prev[1] = middle;
     inverter->current_prev = none;

@@ -38,9 +38,11 @@ typedef struct {
 
 typedef struct {
     inverter_tuning_t tuning;
-    abc_t duty_prev[2]; /* duties of one and two steps ago [-] */
-    ab_t current_prev;  /* one period ago [A] */
-    float u_dc_prev;    /* likewise [V] */
+    abc_t leg_more;       /* what each leg loses beside all of them, with the sign of its current [V] */
+    abc_t leg_resistance; /* likewise in proportion to it [ohm] */
+    abc_t duty_prev[2];   /* duties of one and two steps ago [-] */
+    ab_t current_prev;    /* one period ago [A] */
+    float u_dc_prev;      /* likewise [V] */
 } inverter_t;
 
 typedef struct {
@@ -73,6 +75,13 @@ static inline void inverter_set_dead_time(inverter_t *inverter, float effective)
 {
     inverter->tuning.lost.volt_per_volt = effective;
     inverter->tuning.compensated.volt_per_volt = inverter->tuning.gain * effective;
+}
+
+/* By how much the legs differ: voltage [V] and resistance [ohm] of each, in the sum of the three nothing. */
+static inline void inverter_set_legs(inverter_t *inverter, abc_t more, abc_t resistance)
+{
+    inverter->leg_more = more;
+    inverter->leg_resistance = resistance;
 }
 
 /* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
@@ -120,13 +129,19 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t c
     const abc_t phases = frames_inverse_clarke(middle);
     const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
     const abc_t swing = edges_swing(&inverter->tuning.edges, duty, change, dead_time->volt_per_volt, link);
-    const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
+    const abc_t signs = dead_time_edge_signs(dead_time, phases, swing);
+    const float leg = dead_time_leg(dead_time, link);
+    const abc_t *more = &inverter->leg_more;
+    const abc_t *resistance = &inverter->leg_resistance;
+    const ab_t lost = frames_clarke((abc_t){(leg + more->a) * signs.a + resistance->a * phases.a,
+                                            (leg + more->b) * signs.b + resistance->b * phases.b,
+                                            (leg + more->c) * signs.c + resistance->c * phases.c});
     const ab_t made = frames_clarke(inverter->duty_prev[1]);
     return (inverter_acted_t){
         {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
         middle,
         link,
-        dead_time_leg(dead_time, link),
+        leg,
     };
 }
 

@@ -339,7 +339,7 @@
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
 #define MATRIX_NOT_YET(N) \
-    N("open_switch_a/braking/sensorless/l", "told after 47 ms: in its half of the turn it lacks 2 A for 1.6 ms, then the lock is lost, and in the catch nothing is asked of it")
+    N("open_switch_a/braking/sensorless/h", "reported as overspeed after 25.1 ms, before the report of the lost phase, which is promised within 26.3 ms")
 /* clang-format on */
 
 /* Index of each. */

@@ -175,8 +175,8 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
 /* Is it the same wish as in the period before, with the same load? */
 static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
 {
-    const uint32_t wish[5] = {rows[CAMPAIGN_AT_enable], rows[CAMPAIGN_AT_mode],
-                              rows[CAMPAIGN_AT_speed_request], rows[CAMPAIGN_AT_load_torque], 0u};
+    const uint32_t wish[4] = {rows[CAMPAIGN_AT_enable], rows[CAMPAIGN_AT_mode],
+                              rows[CAMPAIGN_AT_speed_request], rows[CAMPAIGN_AT_load_torque]};
     const bool same = memcmp(wish, duty->wish, sizeof wish) == 0;
     memcpy(duty->wish, wish, sizeof wish);
     return same;

@@ -144,7 +144,7 @@ typedef struct {
     double answer;                  /* [s] in which the speed control answers a change */
     uint32_t stopping;              /* [periods] since the quick stop began */
     double stop_most;               /* [s] it may take; 0: it is not judged */
-    uint32_t wish[5];               /* slots of what was asked for last */
+    uint32_t wish[4];               /* slots of what was requested last, and of the load */
     double due;                     /* [periods] when the speed must be there, since the wish */
     uint32_t since;                 /* [periods] since the wish has been this one */
     double error;                   /* [rad/s] sum of the present window */

@@ -10,6 +10,7 @@
 #include "drive/sequence.h"
 #include "drive/signals.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "tests/lab/watched.h"
 #include "unity.h"
 
 /* ---- what is drawn ---- */
@@ -151,43 +152,11 @@ static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 
 /* ---- what is judged ---- */
 
-static uint32_t ids[CAMPAIGN_WATCHED_MAX];
-static uint32_t slots[CAMPAIGN_WATCHED_MAX];
-static uint32_t count, floats;
-static campaign_case_t observed;
-static campaign_result_t result;
-static campaign_watch_t watch;
-static uint32_t now;
-
-static uint32_t *slot(const char *name)
-{
-    const uint32_t id = rig_row_by_name(name)->id;
-    for (uint32_t n = 0; n < count; n++) {
-        if (ids[n] == id) {
-            return &slots[n];
-        }
-    }
-    TEST_FAIL_MESSAGE(name);
-    return NULL;
-}
-
-static void put(const char *name, float value)
-{
-    memcpy(slot(name), &value, sizeof value);
-}
-
 /* A healthy drive of the default motor, trip 15 A, that runs. */
 static void judge_anew(uint32_t fault)
 {
     observed = (campaign_case_t){.faults = {{.kind = fault}}};
-    result = (campaign_result_t){.invariant = CAMPAIGN_NO_INVARIANT};
-    memset(slots, 0, sizeof slots);
-    count = campaign_watched(ids, &floats);
-    now = 0u;
-    campaign_watch_begin(&watch, &observed, &result, NULL);
-    *slot("state") = (uint32_t)DRIVE_OPERATION_ENABLED;
-    *slot("manoeuvre") = (uint32_t)MANOEUVRE_RUN;
-    *slot("enable") = (uint32_t)REQUEST_ON;
+    watch_a_drive_that_runs();
     put("true_u_dc", 311.0f);
     campaign_watch_edge(&watch, 0u, (uint32_t)RIG_EDGE_GATES, 0x15u);
 }

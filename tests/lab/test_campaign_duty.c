@@ -6,31 +6,8 @@
 #include "drive/reasons.h"
 #include "drive/sequence.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "tests/lab/watched.h"
 #include "unity.h"
-
-static uint32_t ids[CAMPAIGN_WATCHED_MAX];
-static uint32_t slots[CAMPAIGN_WATCHED_MAX];
-static uint32_t count, floats;
-static campaign_case_t observed;
-static campaign_result_t result;
-static campaign_watch_t watch;
-static uint32_t now;
-
-static uint32_t *slot(const char *name)
-{
-    const uint32_t id = rig_row_by_name(name)->id;
-    uint32_t *found = NULL;
-    for (uint32_t n = 0; n < count; n++) { /* a signal that is judged by itself comes twice: the second */
-        found = ids[n] == id ? &slots[n] : found;
-    }
-    TEST_ASSERT_NOT_NULL_MESSAGE(found, name);
-    return found;
-}
-
-static void put(const char *name, float value)
-{
-    memcpy(slot(name), &value, sizeof value);
-}
 
 /* Gates on or all off, now. */
 static void gates(bool on)
@@ -52,14 +29,7 @@ static void judge_anew(const char *fault, double value)
         }
     }
     TEST_ASSERT_TRUE_MESSAGE(fault[0] == '\0' || observed.faults[0].kind != 0u, fault);
-    result = (campaign_result_t){.invariant = CAMPAIGN_NO_INVARIANT};
-    memset(slots, 0, sizeof slots);
-    count = campaign_watched(ids, &floats);
-    now = 0u;
-    campaign_watch_begin(&watch, &observed, &result, NULL);
-    *slot("state") = (uint32_t)DRIVE_OPERATION_ENABLED;
-    *slot("manoeuvre") = (uint32_t)MANOEUVRE_RUN;
-    *slot("enable") = (uint32_t)REQUEST_ON;
+    watch_a_drive_that_runs();
     put("true_u_dc", 311.0f);
     gates(true);
 }

@@ -1,0 +1,50 @@
+/* For the tests of what a campaign judges: the rows of one period, which a test writes, and the watch that
+ * reads them. Included once by a test program. */
+#ifndef TESTS_LAB_WATCHED_H
+#define TESTS_LAB_WATCHED_H
+
+#include <string.h>
+
+#include "drive/manoeuvres.h"
+#include "drive/sequence.h"
+#include "host_sim/lab/campaign_parts.h"
+#include "unity.h"
+
+static uint32_t ids[CAMPAIGN_WATCHED_MAX];
+static uint32_t slots[CAMPAIGN_WATCHED_MAX];
+static uint32_t count, floats;
+static campaign_case_t observed;
+static campaign_result_t result;
+static campaign_watch_t watch;
+static uint32_t now;
+
+static uint32_t *slot(const char *name)
+{
+    const uint32_t id = rig_row_by_name(name)->id;
+    uint32_t *found = NULL;
+    for (uint32_t n = 0; n < count; n++) { /* a signal that is judged by itself comes twice: the second */
+        found = ids[n] == id ? &slots[n] : found;
+    }
+    TEST_ASSERT_NOT_NULL_MESSAGE(found, name);
+    return found;
+}
+
+static void put(const char *name, float value)
+{
+    memcpy(slot(name), &value, sizeof value);
+}
+
+/* `observed` is watched anew, from a period on in which the drive runs. */
+static void watch_a_drive_that_runs(void)
+{
+    result = (campaign_result_t){.invariant = CAMPAIGN_NO_INVARIANT};
+    memset(slots, 0, sizeof slots);
+    count = campaign_watched(ids, &floats);
+    now = 0u;
+    campaign_watch_begin(&watch, &observed, &result, NULL);
+    *slot("state") = (uint32_t)DRIVE_OPERATION_ENABLED;
+    *slot("manoeuvre") = (uint32_t)MANOEUVRE_RUN;
+    *slot("enable") = (uint32_t)REQUEST_ON;
+}
+
+#endif

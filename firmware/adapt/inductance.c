@@ -47,6 +47,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .current = INDUCTANCE_DITHER * params->current_max,
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
         .time = step,
+        .ahead = (float)params->ahead,
     };
 }
 
@@ -236,6 +237,13 @@ static float wave_at(float t)
     return 4.0f * t * (1.0f - bounds_magnitude(t));
 }
 
+/* A place in the wave, so much later. */
+static float later(float t, float by)
+{
+    const float next = t + by;
+    return next < 1.0f ? next : next - 2.0f;
+}
+
 void inductance_step(inductance_t *x, const inductance_input_t *input)
 {
     const float share = x->tuning.mean_share;
@@ -246,8 +254,11 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
     x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
     const float s = wave_at(x->t);
-    const float c = wave_at(x->t < 0.5f ? x->t + 0.5f : x->t - 1.5f);
-    x->dither = (dq_t){x->tuning.current * s, x->against_s * s + x->against_c * c};
+    const float c = wave_at(later(x->t, 0.5f));
+    const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
+    const float given = wave_at(t);
+    x->dither =
+        (dq_t){x->tuning.current * given, x->against_s * given + x->against_c * wave_at(later(t, 0.5f))};
     const float i_q = input->current.q - x->mean.q;
     x->emf_sum += (input->emf.q - x->emf_mean) * s;
     x->answer_sum += (input->current.d - x->mean.d) * s;

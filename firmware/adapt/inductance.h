@@ -28,9 +28,10 @@
  * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
  * torque, there is no dither.
  *
- * One step in every so-manieth T, from the means of these; two divisions at the end of a cycle. Does not
- * handle: an L_q that falls with i_q otherwise than L_d; a salient rotor, on which what is learnt drifts away
- * from the right value and takes the loop with it: above L_q = 1.1 L_d the rate is 0. */
+ * One step in every so-manieth T, from the means of these. The dither that a step gives is looked for in the
+ * means of the next: where it acts later, it is given earlier by as much. Two divisions at the end of a
+ * cycle. Does not handle: an L_q that falls with i_q otherwise than L_d; a salient rotor, on which what is
+ * learnt drifts away from the right value and takes the loop with it: above L_q = 1.1 L_d the rate is 0. */
 #ifndef ADAPT_INDUCTANCE_H
 #define ADAPT_INDUCTANCE_H
 
@@ -74,6 +75,7 @@ typedef struct {
     float rate;            /* at which it begins [1/s], 0..20; 0 = off */
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
+    uint32_t ahead;        /* [steps] that the dither acts later than in the next one */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle of whole periods. */
@@ -96,6 +98,7 @@ typedef struct {
     float current;         /* amplitude of the dither [A] */
     float mean_share;      /* of the low-pass that is taken off [-] */
     float time;            /* from one step to the next [s] */
+    float ahead;           /* [steps] that the dither acts later than in the next one */
 } inductance_tuning_t;
 
 typedef struct {

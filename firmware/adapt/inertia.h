@@ -157,11 +157,15 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     }
 }
 
-/* What of this i_q [A] the tracking loop is not told of: the load; all of it, where the way leads through
- * zero with a load of `most` [A] or more. */
-static inline float inertia_untold(const inertia_t *x, float i_q, float most)
+/* The share with which an idea of the load follows i_q in each period: `follows` while the reference of the speed
+ * stands, 0 on a way. All of i_q is load, 1, while none is known, and where the way leads through zero with a load
+ * of `most` [A] or more. */
+static inline float inertia_load_share(const inertia_t *x, float follows, float most)
 {
-    return x->under_way != 0u && x->through != 0u && !bounds_within(x->load, most) ? i_q : x->load;
+    if (x->under_way != 0u) {
+        return x->through != 0u && !bounds_within(x->load, most) ? 1.0f : 0.0f;
+    }
+    return x->share < 1.0f ? follows : 1.0f;
 }
 
 /* What the speed has gained on this way, and what K (i_q - i_L) says [rad/s], electrical: 0 on none. */

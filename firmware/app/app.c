@@ -76,7 +76,7 @@ HAL_INTERRUPT void app_interrupt(void)
     drive_command_t command;
     app_read(&samples);
     drive_step(&app->drive, &samples, &command);
-    daq_sample(&app->talk.daq, &app->drive, app->drive.period);
+    daq_sample(&app->talk.daq, &app->drive, app->drive.fast.period);
     app_write(&command);
 }
 

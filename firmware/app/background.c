@@ -49,9 +49,9 @@ static void look(void)
 {
     hal_interrupts_off();
     app->seen = (app_seen_t){
-        .period = app->drive.period,
-        .state = app->drive.sequence.state,
-        .fault_reason = app->drive.sequence.fault_reason,
+        .period = app->drive.fast.period,
+        .state = app->drive.state,
+        .fault_reason = app->drive.fault_reason,
         .learnt = drive_learnt(&app->drive),
         .bridge_on = drive_bridge_on(&app->drive) ? 1u : 0u,
     };

@@ -53,7 +53,7 @@ bool capturing_arm(params_error_t *why)
 void capturing_trigger(void)
 {
     hal_interrupts_off();
-    capture_trigger(&app->drive.capture, app->drive.period);
+    capture_trigger(&app->drive.capture, app->drive.fast.period);
     hal_interrupts_on();
     capturing_show();
 }

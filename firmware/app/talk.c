@@ -36,7 +36,7 @@ static uint32_t now_of(const volatile uint32_t *slot)
 
 static uint32_t period(void)
 {
-    return now_of(&app->drive.period);
+    return now_of(&app->drive.fast.period);
 }
 
 void talk_start(void)

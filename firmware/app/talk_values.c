@@ -255,7 +255,7 @@ static bool applied(void)
 
 static uint32_t now(void)
 {
-    return app->drive.period;
+    return app->drive.fast.period;
 }
 
 const xcp_access_t talk_access = {

@@ -8,8 +8,9 @@
  *   quantity    field of guard_quantities_t
  *   comparison  ABOVE, BELOW: of the limit; HOLDS: the quantity is a condition, there is no limit
  *   limit row   parameter that is the limit, "" with HOLDS; margin is added to it, in its unit
- *   rate        EACH: judged in each period; SLOW: in one of GUARD_LOOK_PERIODS
- *   debounce    [periods] that it must hold without a break; of a SLOW row up to two looks more
+ *   rate        EACH: judged in each period by the fast task, which opens the bridge by itself; SLOW: once a
+ *               window by the medium task
+ *   debounce    [periods] that it must hold without a break; of a SLOW row up to two windows more
  *   when        ALWAYS; RUNNING: only while the gates shall be on; ENCODER: likewise, and control turns with
  *               the encoder; TRACKING: likewise, and control turns with an estimate that may be judged;
  *               SUPPLIED: like RUNNING, and no lost supply is being ridden through
@@ -27,9 +28,6 @@
 
 #include "drive/params.h"
 #include "protect/thermal.h"
-
-/* [periods] from one look at the slow rows to the next. */
-#define GUARD_LOOK_PERIODS 8u
 
 /* How far below its limit the heat sink is warm [K]. */
 #define FAULTS_SINK_WARM THERMAL_KELVIN
@@ -65,34 +63,34 @@
     F(25, MOTOR_HOT, "motor_hot", motor_temperature, ABOVE, "motor_temperature_max", 0.0f, SLOW,             \
       DRIVE_PERIODS(0.1f), ALWAYS, STOP, "the motor is above motor_temperature_max",                         \
       "reduce load, improve cooling")                                                                        \
-    F(32, ESTIMATE_AMPLITUDE, "estimate_amplitude", estimate_amplitude, HOLDS, "", 0.0f, EACH, 1u, TRACKING, \
+    F(32, ESTIMATE_AMPLITUDE, "estimate_amplitude", estimate_amplitude, HOLDS, "", 0.0f, SLOW, 1u, TRACKING, \
       CATCH, "the estimated back-EMF did not fit the estimated speed: the rotor is lost",                    \
       "check motor_flux_linkage, dead time and load; below 50 r/min there is too little EMF")                \
-    F(33, ESTIMATE_DETECTOR, "estimate_detector", estimate_detector, HOLDS, "", 0.0f, EACH, 1u, TRACKING,    \
+    F(33, ESTIMATE_DETECTOR, "estimate_detector", estimate_detector, HOLDS, "", 0.0f, SLOW, 1u, TRACKING,    \
       CATCH, "the tracking error of the estimator stayed too large: the rotor is lost",                      \
       "raise pll_bandwidth or use the torque feed-forward; check dead time and motor data")                  \
-    F(34, ESTIMATE_CURRENT, "estimate_current", estimate_current, HOLDS, "", 0.0f, EACH, 1u, TRACKING,       \
+    F(34, ESTIMATE_CURRENT, "estimate_current", estimate_current, HOLDS, "", 0.0f, SLOW, 1u, TRACKING,       \
       CATCH, "the observed current stayed far from the measured one: the observer is lost",                  \
       "raise observer_gain; check motor_resistance, motor_inductance_q and wiring")                          \
-    F(35, ESTIMATE_SPEED, "estimate_speed", estimate_speed, HOLDS, "", 0.0f, EACH, 1u, TRACKING, CATCH,      \
+    F(35, ESTIMATE_SPEED, "estimate_speed", estimate_speed, HOLDS, "", 0.0f, SLOW, 1u, TRACKING, CATCH,      \
       "the speed stayed below estimate_speed_min or above overspeed_trip: nothing to see or to follow",      \
       "keep sensorless operation faster, or run with the encoder")                                           \
     F(37, SINK_WARM, "sink_warm", sink_temperature, ABOVE, "sink_temperature_max", -FAULTS_SINK_WARM, SLOW,  \
       DRIVE_PERIODS(0.1f), ALWAYS, WARN, "the heat sink is within 10 K of sink_temperature_max",             \
       "reduce load or improve cooling before it stops the drive")                                            \
-    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, EACH, DRIVE_PERIODS(5e-3f), TRACKING, CATCH,      \
+    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, SLOW, DRIVE_PERIODS(5e-3f), TRACKING, CATCH,      \
       "the back-EMF was not where the estimate put it: the rotor is lost",                                   \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
-    F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                       \
+    F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                       \
       "the rotor was lost three times within 2 s, or at once after start_tries starts",                      \
       "look for a shaft that is held, a load beyond current_limit, or wrong motor data")                     \
-    F(40, START_STALLED, "start_stalled", start_stalled, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,           \
+    F(40, START_STALLED, "start_stalled", start_stalled, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,           \
       "the rotor did not follow the start, in start_tries tries",                                            \
       "free the shaft; raise start_current, lower start_ramp; check motor_inertia and wiring")               \
-    F(41, START_UNLOCKED, "start_unlocked", start_unlocked, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,        \
+    F(41, START_UNLOCKED, "start_unlocked", start_unlocked, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
       "the rotor followed the start, but the estimate did not get hold of it, in start_tries tries",         \
       "check motor data and dead time; raise handover_speed")                                                \
-    F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,        \
+    F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
       "the rotor turns so fast that its back-EMF is beyond the DC link, or current flows with the gates "    \
       "off",                                                                                                 \
       "let the rotor slow down, or raise the DC link; if it stands, check the current sensors")              \
@@ -130,7 +128,7 @@
     F(54, ENCODER_LOST, "encoder_lost", encoder_lost, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,               \
       "the encoder turned out wrong under way; the motor goes on without it",                                \
       "stop when it suits; check encoder_lines, encoder_offset, coupling and encoder cable")                 \
-    F(43, CURRENT_STUCK, "current_stuck", current_stuck, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,           \
+    F(43, CURRENT_STUCK, "current_stuck", current_stuck, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,           \
       "a current sensor did not move while the voltage must have moved its current",                         \
       "check the sensor, its supply and its wiring to the converter")                                        \
     F(44, CURRENT_GAIN, "current_gain", current_gain, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,              \

@@ -115,40 +115,31 @@ static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_
         waits(&guard->held[FAULT_##NAME], debounce, periods, fault_set_has(now, FAULT_##NAME))) {            \
         failed.word[FAULT_WORD(FAULT_##NAME)] &= ~FAULT_BIT(FAULT_##NAME);                                   \
     }
-    const uint32_t periods = asked == FAULT_SLOW ? GUARD_LOOK_PERIODS : UINT32_C(1);
+    const uint32_t periods = asked == FAULT_SLOW ? DRIVE_WINDOW : UINT32_C(1);
     fault_set_t failed = now;
     DRIVE_FAULTS(FAULT_COUNTED)
 #undef FAULT_COUNTED
     return failed;
 }
 
-/* The rows of a rate: what is found takes the place of what was known of them. While nothing holds nor has
- * held, there is nothing to count. */
 static inline void judge(guard_t *guard, const guard_input_t *input, fault_rate_t asked)
 {
-    if (guard_is_calm(guard, input, asked)) {
-        return;
-    }
-    const fault_set_t judged = guard_rows_of(asked);
     const fault_set_t now = fault_set_common(rows_that_hold(guard, input, asked), counting(input->now));
-    const fault_set_t failed = rows_that_fail(guard, now, asked);
-    guard->failed = fault_set_both(fault_set_without(guard->failed, judged), failed);
-    guard->holding = fault_set_both(fault_set_without(guard->holding, judged), now);
+    guard->failed = rows_that_fail(guard, now, asked);
+    guard->holding = now;
 }
 
-void guard_step(guard_t *guard, const guard_input_t *input)
+void guard_step(guard_t *guard, const guard_input_t *input, fault_rate_t rate)
 {
-    const bool had_failed = fault_set_any(guard->failed);
-    judge(guard, input, FAULT_EACH);
-    if (input->look != 0u) {
+    if (rate == FAULT_EACH) {
+        judge(guard, input, FAULT_EACH);
+    } else {
         judge(guard, input, FAULT_SLOW);
     }
-    if (had_failed || fault_set_any(guard->failed)) {
-        guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
-        guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
-        guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
-        guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
-    }
+    guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
+    guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
+    guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
+    guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
 }
 
 int32_t guard_reason(fault_set_t faults)

@@ -1,6 +1,6 @@
 /* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
- * counting, straight line, no division; counted is only while something holds. A period costs what is judged
- * in each; the slow rows are looked at together, once in GUARD_LOOK_PERIODS.
+ * counting, straight line, no division. The fast task has a guard of the rows that are judged in each period,
+ * the medium task one of all others.
  *
  * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
  * the protection against all that the power module cannot see. */
@@ -43,7 +43,7 @@ typedef struct {
 #define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is set too slow */
 #define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated, and was slowed down */
 
-/* What is judged in a period. */
+/* What is judged. */
 typedef struct {
     const measured_t *measured;
     float omega_m;             /* [rad/s] mechanical */
@@ -61,7 +61,6 @@ typedef struct {
     uint32_t link;             /* [-] LINK_... bits */
     uint32_t loops;            /* [-] GUARD_LOOP_... bits */
     uint32_t now;              /* [-] GUARD_... bits: which rows count */
-    uint32_t look;             /* [-] 1: the slow rows are judged, too */
 } guard_input_t;
 
 /* Bits of the moments of fault_when_t. */
@@ -99,9 +98,9 @@ static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
     guard->tuning = *tuning;
 }
 
-/* guard->faults, stops, losses and warnings of this period. While guard_is_calm() (guard_quantities.h), it
- * changes nothing. */
-void guard_step(guard_t *guard, const guard_input_t *input);
+/* guard->faults, stops, losses and warnings of the rows of this rate, of which this guard has no other: in
+ * each period, or once a window. While guard_is_calm(), it changes nothing. */
+void guard_step(guard_t *guard, const guard_input_t *input, fault_rate_t rate);
 
 /* Reason number of the first of these rows; REASON_NONE: there is none. */
 int32_t guard_reason(fault_set_t faults);

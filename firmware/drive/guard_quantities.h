@@ -128,18 +128,6 @@ static inline guard_quantities_t guard_quantities_of(const guard_input_t *input)
 #define GUARD_SIGN_BELOW(quantity)                0u
 #define GUARD_SIGN_HOLDS(quantity)                (quantity)
 
-/* The rows of one rate. */
-static inline fault_set_t guard_rows_of(fault_rate_t asked)
-{
-#define FAULT_IF_RATE(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
-                      reaction, text, remedy)                                                                \
-    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##rate == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
-    fault_set_t set = fault_set_none();
-    DRIVE_FAULTS(FAULT_IF_RATE)
-#undef FAULT_IF_RATE
-    return set;
-}
-
 /* Does nothing hold, nor has held, of the rows of this rate? Of `input` only what they compare counts. */
 static inline bool guard_is_calm(const guard_t *guard, const guard_input_t *input, fault_rate_t asked)
 {
@@ -152,8 +140,7 @@ static inline bool guard_is_calm(const guard_t *guard, const guard_input_t *inpu
     const guard_quantities_t now = guard_quantities_of(input);
     uint32_t signs = 0u;
     DRIVE_FAULTS(FAULT_SIGN)
-    return signs == 0u && !fault_set_any(fault_set_common(guard->holding, guard_rows_of(asked))) &&
-           !(false DRIVE_FAULTS(FAULT_BEYOND));
+    return signs == 0u && !fault_set_any(guard->holding) && !(false DRIVE_FAULTS(FAULT_BEYOND));
 #undef FAULT_BEYOND
 #undef FAULT_SIGN
 }

@@ -15,7 +15,8 @@
  * manoeuvre is a room file of firmware/manoeuvre/; here stands only when one ends. Rules by which the limits
  * follow from motor and shaft: docs/theory.md, 23.
  *
- * One step per T; bounded, no division. */
+ * One step per window, in the medium task: what it decides goes into the setpoint, from which
+ * manoeuvre/reference.h makes the demand of each period. Bounded, no division. */
 #ifndef DRIVE_MANOEUVRES_H
 #define DRIVE_MANOEUVRES_H
 
@@ -26,13 +27,12 @@
 #include "drive/params.h"
 #include "estimator/estimate.h"
 #include "estimator/position.h"
-#include "manoeuvre/catch.h"
-#include "manoeuvre/demand.h"
-#include "manoeuvre/forced.h"
 #include "manoeuvre/handover.h"
 #include "manoeuvre/lock.h"
 #include "manoeuvre/proof.h"
+#include "manoeuvre/reference.h"
 #include "manoeuvre/run.h"
+#include "manoeuvre/setpoint.h"
 
 typedef enum {
     MANOEUVRE_OFF,
@@ -53,17 +53,20 @@ typedef enum {
 #define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is beyond what the DC link holds */
 #define MANOEUVRE_LOST     UINT32_C(8) /* lost and caught again too often */
 
+/* A catch takes so long. */
+#define MANOEUVRE_CATCH_PERIODS DRIVE_PERIODS(20e-3f)
+
 /* So long nothing is judged after a hand-over: twice the time constant of the signs' low-passes, which begin
  * as locked. */
-#define MANOEUVRE_MASKED_PERIODS DRIVE_PERIODS(10e-3f)
+#define MANOEUVRE_MASKED DRIVE_WINDOWS(10e-3f)
 
 /* And so long nothing is learnt: what a hand-over leaves of error would be taken for the motor's. */
-#define MANOEUVRE_STEADY_PERIODS DRIVE_PERIODS(50e-3f)
+#define MANOEUVRE_STEADY DRIVE_WINDOWS(50e-3f)
 
 /* So long a rotor that was lost, is caught again and turns against the wish keeps its speed: in the reversal
  * that follows nothing is judged where the EMF is small, so that ten means of the signs of a lost lock, the
  * scatter's too, have to be good before it. */
-#define MANOEUVRE_PROVING_PERIODS (MANOEUVRE_STEADY_PERIODS + DRIVE_PERIODS(10e-3f))
+#define MANOEUVRE_PROVING (MANOEUVRE_STEADY + DRIVE_WINDOWS(10e-3f))
 
 /* When one ends. */
 typedef struct {
@@ -74,13 +77,17 @@ typedef struct {
     float fallback_speed;      /* [rad/s] electrical */
     float flux_linkage;        /* psi_f [Wb] */
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
-    float ramp;                /* of the forced frame a period [rad/s] */
-    float current_rise;        /* of the forced current a period [A] */
+    float ramp;                /* of the forced frame a window [rad/s] */
+    float ease_share;          /* of the way to its speed, a window [-] */
+    float current_start;       /* of the forced frame in a start [A] */
+    float current_inverse;     /* 1 over it [1/A] */
+    float current_rise;        /* of the forced current a window [A] */
     float current_max;         /* longest current vector [A] */
+    float current_caught;      /* along the d axis of a rotor that is caught [A] */
     float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
     float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
     float swing_square;        /* omega_e^2 per ampere up to which a forced rotor swings [rad^2/s^2/A] */
-    uint32_t align_periods;    /* [periods] of it */
+    uint32_t align_windows;    /* [windows] of it */
     uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
     uint32_t start_tries;      /* [-] */
     uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
@@ -91,8 +98,6 @@ typedef struct {
 
 typedef struct {
     manoeuvres_limits_t limits;
-    forced_tuning_t forced;
-    catch_tuning_t catching;
     handover_tuning_t handover;
     lock_tuning_t lock;
     proof_tuning_t proof;
@@ -101,8 +106,6 @@ typedef struct {
 
 typedef struct {
     manoeuvres_limits_t limits; /* of the tuning */
-    forced_t forced;
-    catch_t catching;
     handover_t handover;
     lock_t lock;
     proof_t proof;
@@ -111,48 +114,51 @@ typedef struct {
     int32_t now;            /* [-] manoeuvre_t */
     uint32_t sensorless;    /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
     uint32_t encoder_lost;  /* [-] 1: it is so because the encoder was wrong; until the bridge goes off */
-    uint32_t clock;         /* [periods] */
-    uint32_t periods;       /* [periods] in this manoeuvre, or of run since it has passed zero speed */
+    uint32_t clock;         /* [windows] */
+    uint32_t windows;       /* [windows] in this manoeuvre, or of run since it has passed zero speed */
+    uint32_t entered;       /* [windows] number of the setpoint that began the newest catch */
     uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
     uint32_t start_try;     /* [-] number of this start, from 1; 0: none, or done */
     uint32_t lock_losses;   /* [-] since the bridge came on */
-    uint32_t loss_clock[2]; /* [periods] of the last two */
+    uint32_t loss_clock[2]; /* [windows] of the last two */
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
     uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
     uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
-    uint32_t proving;       /* [periods] for which a rotor that was caught again still keeps its speed */
+    uint32_t proving;       /* [windows] for which a rotor that was caught again still keeps its speed */
     uint32_t relocks;       /* [-] catches since the lock was lost last whose lock was not proved */
     uint32_t slow_periods;  /* [periods] without an EMF */
-    uint32_t stall_periods; /* [periods] with less EMF than a rotor that follows has */
-    uint32_t sound_periods; /* [periods] since the start succeeded */
+    uint32_t stalling;      /* [windows] with less EMF than a rotor that follows has */
+    uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
-    float omega_ref;        /* of the last period of run [rad/s], electrical */
+    float omega_ref;        /* of the last window of run [rad/s], electrical */
     float omega_m_proved;   /* the speed that is kept meanwhile [rad/s], mechanical */
     float current;          /* of the forced frame, wanted [A] */
     float needed;           /* of it, as last seen [A] */
-    float length;           /* of the EMF in a forced frame, low-passed [V] */
+    float emf_length;       /* in a forced frame, low-passed [V] */
     float quickness;        /* of the ramp in this start [-] */
-
-    uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */
-    position_t locked; /* [rad], [rad/s] at t_k */
-    float locked_emf;  /* mean length of its EMF [V] */
+    float forced_speed;     /* of the forced frame at the end of the next window [rad/s], electrical */
+    float forced_current;   /* of it likewise [A] */
 } manoeuvres_t;
 
-/* What a period brings. */
+/* What a window brings. */
 typedef struct {
-    ab_t current;               /* [A] at t_k */
-    float voltage_max;          /* [V] what the link gives in every direction */
-    const estimate_t *estimate; /* at t_k */
-    const frame_t *encoder;     /* at t_k */
-    float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed */
+    const estimate_t *estimate; /* at its end; its EMF the mean of the window, turned there */
+    dq_t current;               /* mean in the estimate's frame [A] */
+    ab_t sample;                /* the current at its end [A] */
+    float scatter;              /* mean square of the detector [-] */
+    uint32_t tracked;           /* [periods] in which the loop tracked */
+    position_t encoder;         /* at its end */
+    float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed at its end */
     run_wish_t wish;
-    uint32_t estimating; /* [-] 1: the observer runs: its EMF is that of t_k */
-    uint32_t losses;     /* [-] not 0: the guard says that the lock is lost */
+    uint32_t losses;   /* [-] not 0: the guard says that the lock is lost */
+    int32_t outcome;   /* [-] catch_outcome_t of the catch under way */
+    uint32_t setpoint; /* [windows] number of the setpoint that was in force */
 } manoeuvres_input_t;
 
 /* Coefficients, those that a set leaves at 0 by their rules. For the background. */
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed);
+reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed);
 
 /* These coefficients; off. */
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
@@ -161,11 +167,19 @@ void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 
 /* The bridge comes on: catch, or with the encoder run, at this mechanical speed of the encoder [rad/s]. */
-void manoeuvres_begin(manoeuvres_t *m, float omega_m);
+void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint);
 
 /* Under way the encoder turns out wrong: without it until the bridge goes off, from where the estimate puts
- * the rotor if its EMF says that it is locked, else caught first. `current` [A] at t_k. */
-void manoeuvres_leave_encoder(manoeuvres_t *m, const estimate_t *estimate, ab_t current);
+ * the rotor if its EMF says that it is locked, else caught first. */
+void manoeuvres_leave_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
+
+/* The same, where the fast task has left it by itself. */
+void manoeuvres_left_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, bool to_estimate,
+                             setpoint_t *setpoint);
+
+/* Is the loop that tracks beside the encoder on the rotor? Its filtered EMF lies on its q axis, in the
+ * direction of rotation, and is as long as that of a rotor this fast. */
+bool manoeuvres_is_locked(const manoeuvres_t *m, const estimate_t *estimate);
 
 /* The bridge is off. */
 static inline void manoeuvres_end(manoeuvres_t *m)
@@ -186,60 +200,13 @@ static inline bool manoeuvres_forces(const manoeuvres_t *m)
            m->now == (int32_t)MANOEUVRE_REVERSE;
 }
 
-/* Before the estimator's step: a forced frame to t_k. */
-static inline void manoeuvres_advance(manoeuvres_t *m)
-{
-    if (manoeuvres_forces(m)) {
-        forced_advance(&m->forced);
-    }
-}
-
-/* The speed at which the observer is stepped while the loop does not track [rad/s]. */
-static inline float manoeuvres_speed(const manoeuvres_t *m)
-{
-    return manoeuvres_forces(m) ? m->forced.frame.omega_e : m->catching.omega_e;
-}
-
-/* Of the stator, where nothing is known of the rotor. */
-static inline frame_t manoeuvres_stationary(void)
-{
-    return (frame_t){0.0f, 0.0f, {0.0f, 1.0f}};
-}
-
-/* The rotor as the drive believes it to be at t_k: of the encoder, of the estimate while it tracks, else of
- * the frame. */
-static inline frame_t manoeuvres_rotor(const manoeuvres_t *m, const frame_t *encoder,
-                                       const estimate_t *estimate)
-{
-    if (m->sensorless == 0u) {
-        return *encoder;
-    }
-    if (m->now == (int32_t)MANOEUVRE_OFF) {
-        return manoeuvres_stationary();
-    }
-    if (m->tracking != 0u) {
-        return estimate->frame;
-    }
-    return manoeuvres_forces(m) ? m->forced.frame
-                                : (frame_t){0.0f, m->catching.omega_e, manoeuvres_stationary().rotation};
-}
-
-/* Its electrical speed [rad/s], for what must not be noisy: of the estimate without the loop's proportional
- * part, whose noise would come back through the speed control; or whole, where that is wished for. */
-static inline float manoeuvres_smooth(const manoeuvres_t *m, const frame_t *rotor, const estimate_t *estimate)
-{
-    const bool tracked = m->sensorless != 0u && m->limits.smooth != 0u && m->tracking != 0u &&
-                         m->now != (int32_t)MANOEUVRE_OFF;
-    return tracked ? estimate->omega_smooth : rotor->omega_e;
-}
-
 /* Does the rotor turn so evenly that a ripple of the EMF is not its own? In a forced frame it is a pendulum:
  * near its w_n it answers the sixth harmonic of the currents with a swing. In a catch nobody knows. */
 static inline bool manoeuvres_even(const manoeuvres_t *m)
 {
-    const float omega_e = m->forced.frame.omega_e;
+    const float omega_e = m->forced_speed;
     return m->now == (int32_t)MANOEUVRE_RUN ||
-           (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced.current);
+           (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced_current);
 }
 
 /* Is anything known of the rotor's speed? Not in a catch. */
@@ -259,10 +226,11 @@ static inline bool manoeuvres_judged(const manoeuvres_t *m)
  * and not for a while after a hand-over. */
 static inline bool manoeuvres_steady(const manoeuvres_t *m)
 {
-    return m->judged != 0u && m->reversing == 0u && m->periods > MANOEUVRE_STEADY_PERIODS;
+    return m->judged != 0u && m->reversing == 0u && m->windows > MANOEUVRE_STEADY;
 }
 
-/* `demand`: what is asked of control in this period; m->locking, m->unlocked and m->failed with it. */
-void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, demand_t *demand);
+/* `setpoint`: source of the frame, references and orders of the window after the next; m->unlocked and
+ * m->failed with it. */
+void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 
 #endif

@@ -38,17 +38,49 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .ki = params->speed_ki > 0.0f ? params->speed_ki : kp * kp * per_ampere / SPEED_DAMPING,
         .weight = params->speed_setpoint_weight,
         .current_limit = params->current_limit,
-        .period = DRIVE_PERIOD,
+        .period = DRIVE_WINDOW_PERIOD,
     };
     return (run_tuning_t){
         .speed = speed_control_prepare(&speed),
-        .flux_linkage = believed->flux_linkage,
-        .ramp = params->speed_ramp * DRIVE_PERIOD,
-        .stop_ramp = params->quick_stop_ramp * DRIVE_PERIOD,
+        .ramp = params->speed_ramp * DRIVE_WINDOW_PERIOD,
+        .stop_ramp = params->quick_stop_ramp * DRIVE_WINDOW_PERIOD,
         .low_current = params->low_speed_current,
         .low_inverse = LOW_CURRENT_LOSS / handover_speed,
-        .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_PERIOD),
-        .fade = exponential(-DRIVE_PERIOD / FADE_TIME),
+        .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_WINDOW_PERIOD),
+        .fade = exponential(-DRIVE_WINDOW_PERIOD / FADE_TIME),
+    };
+}
+
+static forced_params_t forced_of(const params_t *params, const believed_t *believed,
+                                 const start_params_t *start)
+{
+    return (forced_params_t){
+        .resistance = believed->resistance,
+        .inductance = believed->inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .inertia = believed->inertia,
+        .dead_voltage = start->dead_voltage,
+        .current = start->current,
+        .current_max = params->current_limit,
+        .damping = params->start_damping,
+        .period = DRIVE_PERIOD,
+    };
+}
+
+reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed)
+{
+    const start_params_t start = params_start(params, believed);
+    const forced_params_t forced = forced_of(params, believed, &start);
+    const catch_params_t catching = {believed->flux_linkage,
+                                     (float)params->motor_pole_pairs * start.catch_speed,
+                                     params->doubtful_current, params->low_speed_current, DRIVE_PERIOD};
+    return (reference_tuning_t){
+        .forced = forced_prepare(&forced),
+        .catching = catch_prepare(&catching),
+        .flux_linkage = believed->flux_linkage,
+        .periods = (float)DRIVE_WINDOW,
+        .per_period = 1.0f / (float)DRIVE_WINDOW,
     };
 }
 
@@ -58,15 +90,12 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
 {
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const catch_params_t catching = {psi_f, pole_pairs * start->catch_speed, params->doubtful_current,
-                                     params->low_speed_current, DRIVE_PERIOD};
-    const handover_params_t handover = {start->current, DRIVE_PERIOD};
+    const handover_params_t handover = {start->current, DRIVE_WINDOW_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
-                                SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_PERIOD};
-    tuning->catching = catch_prepare(&catching);
+                                SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
-    tuning->proof = proof_prepare(psi_f, DRIVE_PERIOD);
+    tuning->proof = proof_prepare(psi_f, DRIVE_WINDOW_PERIOD);
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 
@@ -74,18 +103,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
 {
     const start_params_t start = params_start(params, believed);
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const forced_params_t forced = {
-        .resistance = believed->resistance,
-        .inductance = believed->inductance_q,
-        .flux_linkage = believed->flux_linkage,
-        .pole_pairs = pole_pairs,
-        .inertia = believed->inertia,
-        .dead_voltage = start.dead_voltage,
-        .current = start.current,
-        .current_max = params->current_limit,
-        .damping = params->start_damping,
-        .period = DRIVE_PERIOD,
-    };
+    const forced_params_t forced = forced_of(params, believed, &start);
     const float natural = forced_natural(&forced);
     const float align = params->start_align_time > 0.0f
                             ? params->start_align_time
@@ -97,7 +115,6 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
     const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
 
     manoeuvres_tuning_t tuning;
-    tuning.forced = forced_prepare(&forced);
     tuning.limits = (manoeuvres_limits_t){
         .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
         .pole_pairs = pole_pairs,
@@ -106,13 +123,17 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .fallback_speed = fallback_speed,
         .flux_linkage = believed->flux_linkage,
         .speed_per_volt = 1.0f / believed->flux_linkage,
-        .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_PERIOD,
-        .current_rise = start.current * DRIVE_PERIOD / RISE_TIME,
+        .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_WINDOW_PERIOD,
+        .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
+        .current_start = start.current,
+        .current_inverse = 1.0f / start.current,
+        .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
         .current_max = params->current_limit,
+        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current),
         .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,
-        .align_periods = DRIVE_PERIODS(align),
+        .align_windows = DRIVE_WINDOWS(align),
         .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
         .start_tries = (uint32_t)params->start_tries,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,

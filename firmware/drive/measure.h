@@ -115,6 +115,13 @@ static inline bool measure_is_good(const drive_samples_t *samples)
            bounds_within(others, MEASURE_LIMIT);
 }
 
+/* Does more current flow than offsets and noise show? */
+static inline bool measure_current_flows(const measured_t *measured)
+{
+    const ab_t i = measured->current;
+    return i.alpha * i.alpha + i.beta * i.beta > MEASURE_QUIET * MEASURE_QUIET;
+}
+
 /* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
 static inline void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim)
 {

@@ -31,9 +31,16 @@
 /* So many periods take this time [s]: at least one. */
 #define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
 
+/* The medium task runs once in a window of so many periods: at 1.25 kHz, or as near to it as whole periods
+ * come. */
+#define DRIVE_WINDOW        DRIVE_PERIODS(0.8e-3f)
+#define DRIVE_WINDOW_PERIOD ((float)DRIVE_WINDOW * DRIVE_PERIOD) /* [s] */
+
+/* So many windows take this time [s]. */
+#define DRIVE_WINDOWS(seconds) ((uint32_t)((seconds) / DRIVE_WINDOW_PERIOD + 0.5f))
+
 /* The lower switches are on for so long, at least, before an upper one may be [periods]. */
 #define DRIVE_CHARGE_PERIODS ((uint32_t)((float)BOARD_GATE_CHARGE_US / (1e6f * DRIVE_PERIOD) + 0.999f))
-
 /* Dead band at the register's end [s]. */
 #define DRIVE_DEAD_TIME_MAX ((float)BOARD_DEAD_BAND_MAX / (float)BOARD_SYSCLK_HZ)
 

@@ -5,26 +5,22 @@
 #include "drive/guard.h"
 #include "drive/reasons.h"
 
-#define REARM_PERIODS DRIVE_PERIODS(20e-3f) /* without a fault or its line before a reset or a start */
+#define REARM_WINDOWS DRIVE_WINDOWS(20e-3f) /* without a fault or its line before a reset or a start */
 
 /* From a fault of the power module to the reset by itself; so long a drive must run until it may try as often
  * again. */
-#define RETRY_PERIODS  DRIVE_PERIODS(1.0f)
-#define FORGET_PERIODS DRIVE_PERIODS(60.0f)
+#define RETRY_WINDOWS  DRIVE_WINDOWS(1.0f)
+#define FORGET_WINDOWS DRIVE_WINDOWS(60.0f)
 
-/* A phase current that no gate drives: the rotor feeds the link through the diodes [A]. */
-#define DIODE_CURRENT (0.02f * DRIVE_CURRENT_RANGE)
-
-/* Gates off, or as they are, and nothing to start. */
-#define OFF  ((uint32_t)GATES_OFF)
-#define KEEP ((uint32_t)GATES_KEEP)
+/* The bridge off, or on, and nothing to start. */
+#define OFF UINT32_C(0)
+#define ON  SEQUENCE_ON
 
 sequence_tuning_t sequence_prepare(const params_t *params)
 {
     return (sequence_tuning_t){
         .dc_undervoltage = params->dc_undervoltage,
-        .charge_periods = DRIVE_CHARGE_PERIODS,
-        .stop_periods = DRIVE_PERIODS(params->fault_stop_time),
+        .stop_windows = DRIVE_WINDOWS(params->fault_stop_time),
         .retries = (uint32_t)params->module_fault_retries,
     };
 }
@@ -39,8 +35,7 @@ void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning)
 static void enter(sequence_t *sequence, drive_state_t state)
 {
     sequence->state = (int32_t)state;
-    sequence->coming_on = 0u;
-    sequence->retry_periods = 0u;
+    sequence->retry_windows = 0u;
 }
 
 void sequence_fault(sequence_t *sequence, int32_t reason)
@@ -59,7 +54,7 @@ void sequence_coast(sequence_t *sequence)
 
 static bool rearmed(const sequence_t *sequence)
 {
-    return sequence->quiet_periods >= REARM_PERIODS;
+    return sequence->quiet_windows >= REARM_WINDOWS;
 }
 
 /* What keeps a fault from being reset now: the first of what still holds, the module's line, or that it is
@@ -81,8 +76,8 @@ static bool retries(sequence_t *sequence, const sequence_input_t *input)
         input->requests->enable != (int32_t)REQUEST_ON || sequence->retried >= sequence->tuning.retries) {
         return false;
     }
-    sequence->retry_periods++;
-    if (sequence->retry_periods < RETRY_PERIODS || !rearmed(sequence)) {
+    sequence->retry_windows++;
+    if (sequence->retry_windows < RETRY_WINDOWS || !rearmed(sequence)) {
         return false;
     }
     sequence->retried++;
@@ -122,13 +117,6 @@ static uint32_t in_not_ready(sequence_t *sequence, const sequence_input_t *input
     return OFF;
 }
 
-/* Does more current flow than offsets and noise show? */
-static bool current_flows(const sequence_input_t *input)
-{
-    const ab_t i = input->measured->current;
-    return i.alpha * i.alpha + i.beta * i.beta > DIODE_CURRENT * DIODE_CURRENT;
-}
-
 static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *input)
 {
     if (sequence->held != 0u) {
@@ -143,54 +131,40 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (input->calibration == CALIBRATION_FAILED) {
         return REASON_CURRENT_OFFSET;
     }
-    return current_flows(input) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
-}
-
-/* What goes out while the gates come on and are charged. */
-static uint32_t charge(const sequence_t *sequence)
-{
-    return sequence->tuning.charge_periods != 0u ? SEQUENCE_CHARGE : 0u;
+    return measure_current_flows(input->measured) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
 }
 
 static uint32_t in_ready(sequence_t *sequence, const sequence_input_t *input)
 {
-    uint32_t order = OFF;
-    if (input->requests->enable == (int32_t)REQUEST_ON) {
-        sequence->refusal = why_not_on(sequence, input);
-        if (sequence->refusal == (int32_t)REASON_NONE) {
-            order |= SEQUENCE_PRESET | charge(sequence);
-            enter(sequence, DRIVE_SWITCHED_ON);
-        }
+    if (input->requests->enable != (int32_t)REQUEST_ON) {
+        return OFF;
     }
-    return order;
+    sequence->refusal = why_not_on(sequence, input);
+    if (sequence->refusal != (int32_t)REASON_NONE) {
+        return OFF;
+    }
+    enter(sequence, DRIVE_SWITCHED_ON);
+    return ON | SEQUENCE_BEGIN;
 }
 
-/* First period: the first duties go out; second: the gates come on with them; third: they must. Where the
- * upper gates get their supply through the lower switches, those alone are on for charge_periods then; and
- * the gates come on a period later, for a pulse that a duty of zero finds begun is ended by the one after. A
- * rotor that turns is shorted by that: where current flows, control takes over at once, in whose zero vectors
- * the charging goes on. */
+/* Once the gates have been released they must be on. */
 static uint32_t in_switched_on(sequence_t *sequence, const sequence_input_t *input)
 {
     if (input->requests->enable != (int32_t)REQUEST_ON) {
         enter(sequence, DRIVE_READY);
         return OFF;
     }
-    const uint32_t charges = charge(sequence);
-    const uint32_t on = charges != 0u ? UINT32_C(2) : UINT32_C(1);
-    sequence->coming_on++;
-    if (sequence->coming_on <= on) {
-        return (sequence->coming_on == on ? (uint32_t)GATES_ON : OFF) | charges;
+    if (input->bridge == BRIDGE_OFF) {
+        return ON;
     }
     if ((input->measured->flags & DRIVE_SAMPLE_TRIPPED) != 0u) {
         sequence_fault(sequence, REASON_GATES_REFUSED);
         return OFF;
     }
-    if (sequence->coming_on <= on + sequence->tuning.charge_periods && !current_flows(input)) {
-        return KEEP | charges;
+    if (input->bridge == BRIDGE_ON) {
+        enter(sequence, DRIVE_OPERATION_ENABLED);
     }
-    enter(sequence, DRIVE_OPERATION_ENABLED);
-    return KEEP | SEQUENCE_PRESET | SEQUENCE_TRACK;
+    return ON;
 }
 
 static uint32_t in_operation(sequence_t *sequence, const sequence_input_t *input)
@@ -203,10 +177,10 @@ static uint32_t in_operation(sequence_t *sequence, const sequence_input_t *input
         enter(sequence, DRIVE_QUICK_STOP);
     }
     if (sequence->retried != 0u) {
-        sequence->retry_periods++;
-        sequence->retried = sequence->retry_periods < FORGET_PERIODS ? sequence->retried : 0u;
+        sequence->retry_windows++;
+        sequence->retried = sequence->retry_windows < FORGET_WINDOWS ? sequence->retried : 0u;
     }
-    return KEEP;
+    return ON;
 }
 
 static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *input)
@@ -214,7 +188,7 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
     const bool for_fault = sequence->stop_reason != (int32_t)REASON_NONE;
     const bool asked_off = input->requests->enable == (int32_t)REQUEST_OFF;
     sequence->stopping++;
-    if (for_fault && (asked_off || input->standing || sequence->stopping >= sequence->tuning.stop_periods)) {
+    if (for_fault && (asked_off || input->standing || sequence->stopping >= sequence->tuning.stop_windows)) {
         sequence_fault(sequence, sequence->stop_reason);
         return OFF;
     }
@@ -229,7 +203,7 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
     if (input->requests->enable == (int32_t)REQUEST_ON) { /* what has begun is brought to its end */
         sequence->refusal = for_fault ? sequence->stop_reason : (int32_t)REASON_STOPPING;
     }
-    return KEEP;
+    return ON;
 }
 
 /* A fault that asks for a stop: the motor brakes, if it runs. Of several the first counts. */
@@ -242,7 +216,7 @@ static uint32_t stop(sequence_t *sequence, const sequence_input_t *input)
     sequence->stop_reason = guard_reason(input->stops);
     sequence->stopping = 0u;
     enter(sequence, DRIVE_QUICK_STOP);
-    return KEEP;
+    return ON;
 }
 
 static uint32_t in_state(sequence_t *sequence, const sequence_input_t *input)
@@ -272,7 +246,7 @@ uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
     const bool quiet =
         !fault && !fault_set_any(input->stops) && (input->measured->flags & DRIVE_SAMPLE_FAULT_LINE) == 0u;
     sequence->fault_reset_seen = reset;
-    sequence->quiet_periods = quiet ? sequence->quiet_periods + (rearmed(sequence) ? 0u : 1u) : 0u;
+    sequence->quiet_windows = quiet ? sequence->quiet_windows + (rearmed(sequence) ? 0u : 1u) : 0u;
     sequence->refusal = REASON_NONE;
     if (input->requests->enable == (int32_t)REQUEST_OFF) {
         sequence->held = 0u;

@@ -1,12 +1,12 @@
 /* The state machine, states by their DS-402 names: which of them the drive is in, what the gates shall do,
- * and why a wish is not obeyed. One transition at most per period.
+ * and why a wish is not obeyed. One transition at most per window.
  *
  * not ready: current offsets are being measured, gates off.
  *
  * ready: gates off, waiting for `enable` = on.
  *
- * switched on: two periods, control preset to the turning rotor, gates coming on; then for as long as the
- * board's gate supplies need it the lower switches stay on.
+ * switched on: control preset to the turning rotor, gates coming on; then for as long as the board's gate
+ * supplies need it the lower switches stay on.
  *
  * operation enabled: the motor follows the references.
  *
@@ -26,6 +26,7 @@
 #include "drive/fault_set.h"
 #include "drive/measure.h"
 #include "drive/requests.h"
+#include "drive/window.h"
 
 typedef enum {
     DRIVE_NOT_READY,
@@ -37,26 +38,17 @@ typedef enum {
 } drive_state_t;
 #define DRIVE_STATE_NAMES "not_ready|ready|switched_on|operation_enabled|quick_stop|fault"
 
-typedef enum {
-    GATES_KEEP, /* leave the trip zone as it is */
-    GATES_ON,   /* release the trip, this once */
-    GATES_OFF   /* trip by software */
-} drive_gates_t;
-
-/* What the rest of the drive shall do now: drive_gates_t, and these bits. */
-#define SEQUENCE_GATES  UINT32_C(3)  /* drive_gates_t */
-#define SEQUENCE_PRESET UINT32_C(4)  /* control and manoeuvre start anew */
-#define SEQUENCE_TRACK  UINT32_C(8)  /* the estimator starts */
-#define SEQUENCE_CHARGE UINT32_C(16) /* the lower switches are on, and nothing else */
+/* What the rest of the drive shall do now. */
+#define SEQUENCE_ON    UINT32_C(1) /* the bridge */
+#define SEQUENCE_BEGIN UINT32_C(2) /* control, manoeuvre and estimator start anew */
 
 /* Mechanical speed below which the rotor stands: a quick stop ends [rad/s]. */
 #define SEQUENCE_STANDSTILL 2.0f
 
 typedef struct {
-    float dc_undervoltage;   /* [V] below it the bridge stays off */
-    uint32_t charge_periods; /* [periods] of the lower switches before an upper one may be on */
-    uint32_t stop_periods;   /* [periods] that a stop for a fault may take until the bridge opens anyway */
-    uint32_t retries;        /* [-] how often a fault of the power module resets itself */
+    float dc_undervoltage; /* [V] below it the bridge stays off */
+    uint32_t stop_windows; /* [windows] that a stop for a fault may take until the bridge opens anyway */
+    uint32_t retries;      /* [-] how often a fault of the power module resets itself */
 } sequence_tuning_t;
 
 typedef struct {
@@ -67,11 +59,10 @@ typedef struct {
     int32_t stop_reason;   /* [-] reason_t of the fault for which the motor is being stopped; REASON_NONE */
     int32_t fault_present; /* [-] reason_t: why the last reset was refused; REASON_NONE: none was */
     fault_set_t faults_later; /* beside its own, what came after it */
-    uint32_t stopping;        /* [periods] of the stop for a fault so far */
+    uint32_t stopping;        /* [windows] of the stop for a fault so far */
     uint32_t retried;         /* [-] resets by itself since `enable` was off, or since a quiet minute */
-    uint32_t retry_periods;   /* [periods] since the fault, or of operation */
-    uint32_t coming_on;       /* [periods] in switched on */
-    uint32_t quiet_periods;   /* [periods] without a fault or its line, up to what a reset asks for */
+    uint32_t retry_windows;   /* [windows] since the fault, or of operation */
+    uint32_t quiet_windows;   /* [windows] without a fault or its line, up to what a reset asks for */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
     uint32_t held;            /* [-] 1: `enable` was on over a reset; it must go off before the next start */
 } sequence_t;
@@ -88,17 +79,18 @@ static inline void sequence_take(sequence_t *sequence, const sequence_tuning_t *
     sequence->tuning = *tuning;
 }
 
-/* What the machine decides by, of one period. */
+/* What the machine decides by, of one window. */
 typedef struct {
     const requests_t *requests;
     const measured_t *measured;
     fault_set_t faults;        /* of the fault table, that open the bridge */
     fault_set_t stops;         /* that ask for a stop */
     bool standing;             /* the rotor is known to stand */
+    bridge_t bridge;           /* as the last sample shows it */
     calibration_t calibration; /* while not ready, and of the last block while ready */
 } sequence_input_t;
 
-/* The state of this period. Returns what follows from it: SEQUENCE_... */
+/* The state from here on. Returns what follows from it: SEQUENCE_... */
 uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input);
 
 /* The bridge opens without a fault: ready, from where `enable` brings it on again when nothing refuses. */

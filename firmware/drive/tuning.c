@@ -1,6 +1,7 @@
 #include "drive/tuning.h"
 
 #include "math/angle.h"
+#include "math/filter.h"
 
 /* Standard deviation of a measured current, of the range: three codes [-]. */
 #define CURRENT_NOISE 1.5e-3f
@@ -42,11 +43,11 @@ static void prepare_position(drive_tuning_t *tuning, const params_t *params, con
         .bandwidth = params->encoder_bandwidth,
         .period = DRIVE_PERIOD,
     };
-    encoder_prepare(&tuning->encoder, &encoder);
+    encoder_prepare(&tuning->fast.encoder, &encoder);
 
     estimator_params_t estimator;
     params_estimator(params, believed, &estimator);
-    chosen_prepare(&tuning->estimator, &estimator);
+    chosen_prepare(&tuning->fast.estimator, &estimator);
 }
 
 static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
@@ -54,11 +55,11 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     const flux_params_t flux = {
         .flux_linkage = believed->flux_linkage,
         .adaptation = params->flux_adaptation,
-        .period = DRIVE_PERIOD,
+        .period = DRIVE_WINDOW_PERIOD,
     };
-    flux_prepare(&tuning->flux, &flux);
-    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_PERIOD};
-    tuning->offset_trim = offset_trim_prepare(&trim);
+    flux_prepare(&tuning->medium.flux, &flux);
+    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_WINDOW_PERIOD};
+    tuning->medium.offset_trim = offset_trim_prepare(&trim);
     const inductance_params_t inductance = {
         .inductance_d = believed->inductance_d,
         .inductance_q = believed->inductance_q,
@@ -69,19 +70,20 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .current_max = params->current_limit,
         .rate = params->inductance_adaptation,
         .period = DRIVE_PERIOD,
-        .every = DRIVE_LEARN_PERIODS,
+        .every = DRIVE_WINDOW,
+        .ahead = DRIVE_LATENCY,
     };
-    tuning->inductance = inductance_prepare(&inductance);
+    tuning->medium.inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {
         .from = params->motor_inertia,
         .inertia = believed->inertia,
         .flux_linkage = believed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
         .current_max = params->current_limit,
-        .period = (float)DRIVE_LEARN_PERIODS * DRIVE_PERIOD,
+        .period = DRIVE_WINDOW_PERIOD,
         .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
     };
-    tuning->inertia = inertia_prepare(&inertia);
+    tuning->medium.inertia = inertia_prepare(&inertia);
 }
 
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
@@ -103,17 +105,17 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .duty_max = params_duty_max(params),
         .duty_counts = DRIVE_DUTY_COUNTS,
     };
-    tuning->inverter = inverter_prepare(&inverter);
+    tuning->fast.inverter = inverter_prepare(&inverter);
     const dead_time_learn_params_t learn = {
         .rate = params->dead_time_adaptation,
-        .effective = tuning->inverter.lost.volt_per_volt,
+        .effective = tuning->fast.inverter.lost.volt_per_volt,
         .band = params->dead_time / DRIVE_PERIOD,
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
         .period = DRIVE_PERIOD,
-        .every = DRIVE_LEARN_PERIODS,
+        .every = DRIVE_WINDOW,
     };
-    tuning->dead_time_learn = dead_time_learn_prepare(&learn);
+    tuning->medium.dead_time_learn = dead_time_learn_prepare(&learn);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
@@ -124,7 +126,9 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .current_max = params->current_limit,
         .period = DRIVE_PERIOD,
     };
-    tuning->doubt = doubt_prepare(&doubt);
+    tuning->fast.doubt = doubt_prepare(&doubt);
+    tuning->medium.load_most = tuning->fast.doubt.load_most;
+    tuning->medium.load_follows = lowpass_share(INERTIA_LOAD_CUTOFF, DRIVE_PERIOD);
 }
 
 static void prepare_control(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
@@ -136,8 +140,9 @@ static void prepare_control(drive_tuning_t *tuning, const params_t *params, cons
         .bandwidth = params->current_bandwidth,
         .period = DRIVE_PERIOD,
     };
-    tuning->current_control = current_control_prepare(&current);
-    tuning->manoeuvres = manoeuvres_prepare(params, believed);
+    tuning->fast.current_control = current_control_prepare(&current);
+    tuning->medium.manoeuvres = manoeuvres_prepare(params, believed);
+    tuning->fast.reference = reference_prepare(params, believed);
 }
 
 /* Speed noise of the encoder: 0.75 times its bandwidth times the half step, mechanical (docs/theory.md, 18).
@@ -155,9 +160,9 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
         .step = pole_pairs * step,
         .period = DRIVE_PERIOD,
-        .every = GUARD_LOOK_PERIODS,
+        .every = DRIVE_WINDOW,
     };
-    tuning->encoder_watch = encoder_watch_prepare(&encoder);
+    tuning->medium.encoder_watch = encoder_watch_prepare(&encoder);
     const motion_watch_params_t motion = {
         .per_ampere = 1.5f * pole_pairs * believed->flux_linkage / believed->inertia,
         .current_limit = params->current_limit,
@@ -166,18 +171,25 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .stall_time = params->stall_time,
         .speed_error_time = params->speed_error_time,
         .period = DRIVE_PERIOD,
-        .every = DRIVE_MOTION_PERIODS,
+        .every = DRIVE_WINDOW,
     };
-    tuning->motion_watch = motion_watch_prepare(&motion);
+    tuning->medium.motion_watch = motion_watch_prepare(&motion);
     const float bandwidth = params_loop(params, believed).bandwidth;
     const oscillation_watch_params_t oscillation = {
         .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
         .fast = bandwidth,
         .current_limit = params->current_limit,
         .period = DRIVE_PERIOD,
-        .every = GUARD_LOOK_PERIODS,
+        .every = DRIVE_WINDOW,
     };
-    tuning->oscillation_watch = oscillation_watch_prepare(&oscillation);
+    tuning->medium.oscillation_watch = oscillation_watch_prepare(&oscillation);
+    tuning->fast.limits = (fast_limits_t){
+        .jump = tuning->medium.encoder_watch.leap,
+        .pole_pairs_inverse = 1.0f / pole_pairs,
+        .dc_undervoltage = params->dc_undervoltage,
+        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
+        .charge_periods = DRIVE_CHARGE_PERIODS,
+    };
 }
 
 static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)
@@ -196,7 +208,7 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .judged = params->current_judged == (int32_t)CURRENT_JUDGED,
         .period = DRIVE_PERIOD,
     };
-    tuning->current_watch = current_watch_prepare(&current);
+    tuning->medium.current_watch = current_watch_prepare(&current);
 }
 
 static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
@@ -209,9 +221,9 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .module_time = params->module_time_constant,
         .sink_hot = params->sink_temperature_max,
         .motor_hot = params->motor_temperature_max,
-        .period = (float)DRIVE_LIMIT_PERIODS * DRIVE_PERIOD,
+        .period = DRIVE_WINDOW_PERIOD,
     };
-    tuning->thermal = thermal_prepare(&thermal);
+    tuning->medium.thermal = thermal_prepare(&thermal);
     const link_params_t link = {
         .overvoltage = params->dc_overvoltage,
         .undervoltage = params->dc_undervoltage,
@@ -219,18 +231,20 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .current_max = params->current_limit,
         .resistance = believed->resistance,
         .torque = 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage,
-        .period = (float)DRIVE_LIMIT_PERIODS * DRIVE_PERIOD,
+        .period = DRIVE_WINDOW_PERIOD,
     };
-    tuning->link = link_prepare(&link);
+    tuning->medium.link = link_prepare(&link);
+    tuning->fast.link = tuning->medium.link;
 }
 
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
-    tuning->measure = measure_prepare(params);
-    tuning->guard = guard_prepare(params);
-    tuning->unattended_max =
+    tuning->fast.measure = measure_prepare(params);
+    tuning->medium.guard = guard_prepare(params);
+    tuning->fast.guard = tuning->medium.guard;
+    tuning->medium.unattended_max =
         params->background_time_max > 0.0f ? DRIVE_PERIODS(params->background_time_max) : UINT32_MAX;
-    tuning->sequence = sequence_prepare(params);
+    tuning->medium.sequence = sequence_prepare(params);
     prepare_position(tuning, params, believed);
     prepare_adaptation(tuning, params, believed);
     prepare_inverter(tuning, params, believed);

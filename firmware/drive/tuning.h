@@ -7,60 +7,13 @@
 #include <stdint.h>
 
 #include "adapt/believed.h"
-#include "adapt/dead_time_learn.h"
-#include "adapt/flux.h"
-#include "adapt/inductance.h"
-#include "adapt/inertia.h"
-#include "adapt/offset_trim.h"
-#include "adapt/sums.h"
-#include "control/current_control.h"
-#include "drive/guard.h"
-#include "drive/manoeuvres.h"
-#include "drive/measure.h"
+#include "drive/fast.h"
+#include "drive/medium.h"
 #include "drive/params.h"
-#include "drive/sequence.h"
-#include "estimator/chosen.h"
-#include "estimator/encoder.h"
-#include "inverter/doubt.h"
-#include "inverter/inverter.h"
-#include "protect/current_watch.h"
-#include "protect/encoder_watch.h"
-#include "protect/link.h"
-#include "protect/motion_watch.h"
-#include "protect/oscillation_watch.h"
-#include "protect/thermal.h"
-
-/* Inductance, dead time and inertia learn from means of so many periods. */
-#define DRIVE_LEARN_PERIODS 8u
-
-/* Heat and the supply of the DC link are looked at every so many periods, in turn. */
-#define DRIVE_LIMIT_PERIODS (2u * GUARD_LOOK_PERIODS)
-
-/* From one judgement of the shaft's motion to the next [periods]. */
-#define DRIVE_MOTION_PERIODS (2u * GUARD_LOOK_PERIODS)
 
 typedef struct {
-    measure_tuning_t measure;
-    guard_tuning_t guard;
-    uint32_t unattended_max; /* [periods] that the background may stay away from a running motor */
-    sequence_tuning_t sequence;
-    encoder_tuning_t encoder;
-    chosen_tuning_t estimator;
-    flux_tuning_t flux;
-    offset_trim_tuning_t offset_trim;
-    inductance_tuning_t inductance;
-    inertia_tuning_t inertia;
-    inverter_tuning_t inverter;
-    dead_time_learn_tuning_t dead_time_learn;
-    doubt_tuning_t doubt;
-    current_control_tuning_t current_control;
-    manoeuvres_tuning_t manoeuvres;
-    encoder_watch_tuning_t encoder_watch;
-    motion_watch_tuning_t motion_watch;
-    oscillation_watch_tuning_t oscillation_watch;
-    current_watch_tuning_t current_watch;
-    thermal_tuning_t thermal;
-    link_tuning_t link;
+    fast_tuning_t fast;
+    medium_tuning_t medium;
 } drive_tuning_t;
 
 /* What is believed: what was learnt, each value while its parameter is still that from which it began; all

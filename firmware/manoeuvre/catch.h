@@ -74,6 +74,10 @@ typedef struct {
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
 
+/* The current along the d axis of a rotor that is caught [A]: as wished for, but at least clear of what is
+ * doubtful [A]. */
+float catch_current_along(float doubtful, float current_d);
+
 /* Coefficients. Division and exponentials: for the background. */
 catch_tuning_t catch_prepare(const catch_params_t *params);
 

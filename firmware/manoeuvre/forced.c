@@ -32,7 +32,6 @@ forced_tuning_t forced_prepare(const forced_params_t *params)
         .damping = damping,
         .damping_share = lowpass_share(cutoff < cutoff_max ? cutoff : cutoff_max, params->period),
         .swing_share = lowpass_share(FORCED_SWING_CUTOFF, params->period),
-        .ease_share = lowpass_share(FORCED_EASE_CUTOFF, params->period),
         .period = params->period,
     };
 }

@@ -52,7 +52,6 @@ typedef struct {
     float damping;         /* k [A/V] */
     float damping_share;   /* low-pass of the damping [-] */
     float swing_share;     /* high-pass of the EMF [-] */
-    float ease_share;      /* of the way to the speed wanted, a period [-] */
     float period;          /* T [s] */
 } forced_tuning_t;
 
@@ -96,11 +95,11 @@ static inline void forced_advance(forced_t *forced)
     frame->rotation = trig_turn(frame->theta_e);
 }
 
-/* Its speed [rad/s] towards `target` by at most `step`, and gently at the end: a ramp that ends at once sets
- * the rotor swinging. */
-static inline void forced_speed(forced_t *forced, float target, float step)
+/* A speed [rad/s] on its way to `target` by at most `step`, and at the end by this share of the rest: a ramp
+ * that ends at once sets the rotor swinging. */
+static inline float forced_eased(float speed, float target, float share, float step)
 {
-    forced->frame.omega_e += bounds_clamp(forced->tuning.ease_share * (target - forced->frame.omega_e), step);
+    return speed + bounds_clamp(share * (target - speed), step);
 }
 
 /* Current reference in the frame [A] from the EMF [V] in it: the damping first, the d axis what the longest

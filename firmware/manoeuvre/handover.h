@@ -11,7 +11,7 @@
  * current is brought down from that of a start I to what the load needs, for what R and dead time leave of
  * error goes with it.
  *
- * One step per T. */
+ * One step per window. */
 #ifndef MANOEUVRE_HANDOVER_H
 #define MANOEUVRE_HANDOVER_H
 
@@ -25,7 +25,7 @@
 
 typedef struct {
     float current; /* I of a start [A] */
-    float period;  /* T [s] */
+    float period;  /* from one step to the next [s] */
 } handover_params_t;
 
 typedef struct {
@@ -33,15 +33,15 @@ typedef struct {
     float current_margin; /* over what the load needs [A] */
     float current_excess; /* i_d that may be left [A] */
     float mean_share;     /* of the mean of the current [-] */
-    uint32_t wanted;      /* [periods] that it must hold */
-    uint32_t longest;     /* [periods] that it may take */
+    uint32_t wanted;      /* [steps] that it must hold */
+    uint32_t longest;     /* [steps] that it may take */
 } handover_tuning_t;
 
 typedef struct {
     handover_tuning_t tuning;
     dq_t mean;        /* current in the estimate's frame, low-passed [A] */
-    uint32_t held;    /* [periods] without a break */
-    uint32_t periods; /* [periods] so far */
+    uint32_t held;    /* [steps] without a break */
+    uint32_t periods; /* [steps] so far */
 } handover_t;
 
 typedef enum { HANDOVER_GOES_ON, HANDOVER_GOOD, HANDOVER_FAILED } handover_outcome_t;
@@ -75,7 +75,7 @@ static inline float handover_current(const handover_t *handover, float current, 
     return next < most ? next : most;
 }
 
-/* One period: estimate, its lock, speed of the forced frame [rad/s], current in the estimate's frame [A]. */
+/* One step: estimate, its lock, speed of the forced frame [rad/s], current in the estimate's frame [A]. */
 handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
                                  float omega_forced, dq_t current);
 

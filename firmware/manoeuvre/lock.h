@@ -5,8 +5,9 @@
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
  *     standing     |omega| slow, |omega_ref| not                what the other two do not see
  *
- * LP: a low-pass of 5 ms. One step per T; how long a sign must last is the guard's (drive/faults.h). Does not
- * handle: the passage through zero speed, where there is no EMF (the caller does not ask then). */
+ * LP: a low-pass of 5 ms. One step per window, of its means; how long a sign must last is the guard's
+ * (drive/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller does
+ * not ask then). */
 #ifndef MANOEUVRE_LOCK_H
 #define MANOEUVRE_LOCK_H
 
@@ -25,7 +26,7 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_slow;   /* an estimate below it has no rotor any more ... [rad/s], electrical */
     float speed_asked;  /* ... while more than this is asked for [rad/s], electrical */
-    float period;       /* T [s] */
+    float period;       /* from one step to the next [s] */
 } lock_params_t;
 
 typedef struct {
@@ -58,8 +59,9 @@ static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 /* As if locked for long at omega_e [rad/s]. */
 void lock_reset(lock_t *lock, float omega_e);
 
-/* One tracked period. */
-static inline void lock_step(lock_t *lock, const estimate_t *estimate)
+/* One window that was tracked, of which `estimate` has the mean EMF; `scatter`: mean square of the detector
+ * [-]. */
+static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
 {
     const lock_tuning_t *tuning = &lock->tuning;
     const float across = frames_park(estimate->emf, estimate->frame.rotation).q;
@@ -68,7 +70,7 @@ static inline void lock_step(lock_t *lock, const estimate_t *estimate)
     const float length = tuning->flux_linkage * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
     lock->projection = lowpass_step(lock->projection, tuning->share, along);
     lock->expected = lowpass_step(lock->expected, tuning->share, length);
-    lock->scatter = lowpass_step(lock->scatter, tuning->share, estimate->detector * estimate->detector);
+    lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);
 }
 
 /* Is the EMF not where the estimate has it? */

@@ -6,16 +6,16 @@
  *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
  *                       without current is a voltage that nobody knows (docs/theory.md, 23)
  *
- * One step per T. Does not handle: starting, standing without an encoder, a lost rotor. */
+ * One step per window. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
 #define MANOEUVRE_RUN_H
 
 #include <stdbool.h>
 
 #include "control/speed_control.h"
-#include "manoeuvre/demand.h"
 #include "math/bounds.h"
 #include "math/filter.h"
+#include "math/frames.h"
 #include "math/root.h"
 
 /* What is less than this of a fading current is none [A]. */
@@ -23,14 +23,13 @@
 
 typedef struct {
     speed_control_tuning_t speed;
-    float flux_linkage; /* psi_f, for the EMF that control is told of [Wb] */
-    float ramp;         /* of the speed reference a period [rad/s], mechanical; 0: at once */
-    float stop_ramp;    /* likewise, in a quick stop */
-    float low_current;  /* i_d + |i_q| at low speed, at least, where that is kept [A]; 0: no i_d for that */
+    float ramp;        /* of the speed reference a step [rad/s], mechanical; 0: at once */
+    float stop_ramp;   /* likewise, in a quick stop */
+    float low_current; /* i_d + |i_q| at low speed, at least, where that is kept [A]; 0: no i_d for that */
     float low_inverse; /* 1/the electrical speed [s/rad] from which on a fifth of it is left; up to a fifth of
                           that speed it is kept whole */
     float low_share;   /* low-pass of that i_d, for i_q is noisy [-] */
-    float fade;        /* share of a hand-over's i_d that is left a period later [-] */
+    float fade;        /* share of a hand-over's i_d that is left a step later [-] */
 } run_tuning_t;
 
 typedef struct {
@@ -141,37 +140,31 @@ static inline float run_i_q(run_t *run, float omega_m)
     return speed_control_step(&run->speed, run->omega_m_ref, omega_m, lower, upper);
 }
 
-/* EMF of a rotor at this speed [V]: what control is told where no observer sees it. */
-static inline dq_t run_emf(const run_t *run, float omega_e)
-{
-    return (dq_t){0.0f, omega_e * run->tuning.flux_linkage};
-}
-
-/* Current and speed references of this period in the rotor's frame, into `demand`, at this electrical and
+/* Current [A] and speed reference [rad/s] of this step in the rotor's frame, at this electrical and
  * mechanical speed [rad/s]. While currents are wished for, the speed control follows them, so that a change
  * of mode does not jump. No division. */
-static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m,
-                            demand_t *demand)
+static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m, dq_t *current,
+                            float *omega_m_ref)
 {
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;
-        demand->current = (dq_t){0.0f, 0.0f};
-        demand->omega_m_ref = 0.0f;
+        *current = (dq_t){0.0f, 0.0f};
+        *omega_m_ref = 0.0f;
         break;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;
-        demand->current = (dq_t){wish->current.d, run_within(run, wish->current.q)};
-        speed_control_reset(&run->speed, demand->current.q, omega_m);
-        demand->omega_m_ref = omega_m;
+        *current = (dq_t){wish->current.d, run_within(run, wish->current.q)};
+        speed_control_reset(&run->speed, current->q, omega_m);
+        *omega_m_ref = omega_m;
         break;
     case RUN_SPEED:
     case RUN_STOP:
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
-        demand->current.q = run_i_q(run, omega_m);
-        demand->current.d = wish->current.d + run_i_d(run, demand->current.q, omega_e);
-        demand->omega_m_ref = run->omega_m_ref;
+        current->q = run_i_q(run, omega_m);
+        current->d = wish->current.d + run_i_d(run, current->q, omega_e);
+        *omega_m_ref = run->omega_m_ref;
         break;
     }
 }

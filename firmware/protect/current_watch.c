@@ -71,9 +71,6 @@ void current_watch_init(current_watch_t *watch, const current_watch_tuning_t *tu
 
 void current_watch_begin(current_watch_t *watch)
 {
-    watch->voltage = (ab_t){0.0f, 0.0f};
-    watch->asked_for = (dq_t){0.0f, 0.0f};
-    watch->periods = 0u;
     watch->suspected = 0u;
     watch->current = (ab_t){0.0f, 0.0f};
     watch->asked = 0.0f;
@@ -85,17 +82,6 @@ void current_watch_begin(current_watch_t *watch)
     watch->noise = 0.0f;
     watch->all = (current_watch_gain_t){.side = 0};
     watch->pair = (current_watch_gain_t){.side = 0};
-}
-
-void current_watch_clear(current_watch_t *watch, const abc_t *current)
-{
-    float value[3];
-    spread(value, *current);
-    for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
-        if (value[n] != watch->phase[n].value) {
-            watch->suspected &= ~(UINT32_C(1) << n);
-        }
-    }
 }
 
 bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t asked)
@@ -117,9 +103,9 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
                        const current_watch_input_t *input)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
-    const float periods = (float)(int32_t)watch->periods;
+    const float periods = (float)(int32_t)input->periods;
     const ab_t current = frames_clarke(input->current);
-    const ab_t given = winding_given(&tuning->winding, watch->voltage, periods, watch->current, current);
+    const ab_t given = winding_given(&tuning->winding, input->voltage, periods, watch->current, current);
     const rotation_t middle = trig_advance(input->rotor, tuning->back * periods * input->omega_e);
     const float per_speed = tuning->per_speed * periods;
     const float emf = per_speed * input->omega_e;
@@ -232,11 +218,7 @@ static void see_reference(current_watch_t *watch, dq_t reference, float largest)
 /* What the next window begins with. */
 static void remember(current_watch_t *watch, const current_watch_window_t *window, bool comparable)
 {
-    const bool regular = comparable && watch->periods == CURRENT_WATCH_PERIODS;
-    watch->voltage = (ab_t){0.0f, 0.0f};
-    watch->asked_for = (dq_t){0.0f, 0.0f};
-    watch->periods = 0u;
-    watch->windows = !regular ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);
+    watch->windows = !comparable ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);
     watch->current = window->current;
     for (uint32_t n = 0; n < 3u; n++) {
         watch->phase[n].value = window->value[n];
@@ -251,6 +233,7 @@ uint32_t current_watch_step(current_watch_t *watch, const current_watch_input_t 
     current_watch_window_t window;
     see_window(&window, watch, input);
     uint32_t bits = 0u;
+    watch->suspected &= ~input->moved;
     see_reference(watch, input->reference, window.largest);
     if (watch->windows > 0u) {
         bits = judge_phases(watch, input, &window);

@@ -38,10 +38,6 @@
 #define CURRENT_WATCH_MAYBE                                                                                  \
     UINT32_C(16) /* one of the first three may follow: the EMF is not to be believed */
 
-/* Periods of a window, and of one while a sensor is suspected. */
-#define CURRENT_WATCH_PERIODS 8u
-#define CURRENT_WATCH_QUICK   2u
-
 typedef struct {
     float resistance;   /* R [ohm] */
     float inductance_d; /* L_d [H], > 0 */
@@ -107,9 +103,6 @@ typedef struct {
 
 typedef struct {
     current_watch_tuning_t tuning;
-    ab_t voltage;       /* sum in this window [V] */
-    dq_t asked_for;     /* sum of what control asked for in this window [A] */
-    uint32_t periods;   /* [periods] of it so far */
     uint32_t suspected; /* [-] bits of the phases whose value has not moved since a window's end */
     ab_t current;       /* at the last window's end [A] */
     float asked;        /* square of the current that control asked for at the last window's end [A^2] */
@@ -124,9 +117,14 @@ typedef struct {
 
 /* What a window's end brings. */
 typedef struct {
-    abc_t current;     /* measured at t_k, offsets removed [A] */
-    ab_t error;        /* what the observer expects there, less that [A] */
-    dq_t reference;    /* what control asks for [A] ... */
+    uint32_t periods; /* [periods] of the window */
+    ab_t voltage;     /* sum of what acted in it [V] */
+    dq_t asked_for;   /* sum of what control asked for, a period before each sample [A] */
+    uint32_t moved; /* [-] bits of the phases whose value has not stayed in all of its samples what it was at
+                       the end of the window before */
+    abc_t current;  /* measured at t_k, offsets removed [A] */
+    ab_t error;     /* what the observer expects there, less that [A] */
+    dq_t reference; /* what control asks for [A] ... */
     rotation_t frame;  /* ... in this frame at t_k */
     float u_dc;        /* [V] */
     rotation_t rotor;  /* where it is believed at t_k */
@@ -151,36 +149,6 @@ static inline void current_watch_take(current_watch_t *watch, const current_watc
 
 /* From here on, with nothing seen: the bridge has been off, or the rotor is believed elsewhere. */
 void current_watch_begin(current_watch_t *watch);
-
-/* Those that were suspected and have moved since are not. */
-void current_watch_clear(current_watch_t *watch, const abc_t *current);
-
-/* Is a current far from where the observer expects it? `error` [A]: what it expects, less what is measured.
- */
-static inline bool current_watch_is_surprised(const current_watch_t *watch, ab_t error)
-{
-    return !bounds_within(error.alpha, watch->tuning.surprise) ||
-           !bounds_within(error.beta, watch->tuning.surprise);
-}
-
-/* Every period: the voltage that acted on [t_k-1, t_k) [V], what control asked for at t_k-1 and the current
- * at t_k [A], and whether this is the one of CURRENT_WATCH_PERIODS in which windows end, or the observer is
- * surprised. true: the window ends, and current_watch_step() is due; that is then, or after
- * CURRENT_WATCH_QUICK while something is suspected. */
-static inline bool current_watch_add(current_watch_t *watch, ab_t voltage, dq_t asked_for,
-                                     const abc_t *current, bool last)
-{
-    watch->voltage.alpha += voltage.alpha;
-    watch->voltage.beta += voltage.beta;
-    watch->asked_for.d += asked_for.d;
-    watch->asked_for.q += asked_for.q;
-    watch->periods++;
-    if (watch->suspected != 0u) {
-        current_watch_clear(watch, current);
-        return watch->periods >= CURRENT_WATCH_QUICK;
-    }
-    return last;
-}
 
 /* Is there a phase that is asked for current [A] and has none, now [A] and at the last window's end? Its wire
  * or its sensor may be open. A current that only passes zero is elsewhere a window later. */

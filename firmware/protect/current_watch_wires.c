@@ -70,7 +70,7 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
     const current_watch_tuning_t *tuning = &watch->tuning;
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
-    spread(asked, frames_inverse_clarke(frames_inverse_park(watch->asked_for, input->frame)));
+    spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {

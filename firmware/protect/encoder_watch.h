@@ -129,7 +129,14 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->of_a_phase = 0u;
 }
 
-/* The voltage that acted on [t_k-1, t_k) [V]. */
+/* A window that nobody judges ends: the next begins with this current [A]. */
+static inline void encoder_watch_begin(encoder_watch_t *watch, ab_t current)
+{
+    watch->voltage = (ab_t){0.0f, 0.0f};
+    watch->current = current;
+}
+
+/* The voltage that acted on [t_k-1, t_k), or its sum over a window [V]. */
 static inline void encoder_watch_add(encoder_watch_t *watch, ab_t voltage)
 {
     watch->voltage.alpha += voltage.alpha;

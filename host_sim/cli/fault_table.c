@@ -66,7 +66,8 @@ const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row
              row->debounce == 1u ? "" : "s", debounce_ms(row));
     if (row->rate == FAULT_SLOW) {
         const size_t used = strlen(to);
-        snprintf(to + used, FAULT_TABLE_TEXT_SIZE - used, ", judged every %u periods", GUARD_LOOK_PERIODS);
+        snprintf(to + used, FAULT_TABLE_TEXT_SIZE - used, ", judged every %u periods",
+                 (unsigned)DRIVE_WINDOW);
     }
     return to;
 }

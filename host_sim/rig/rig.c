@@ -184,9 +184,9 @@ void rig_step(rig_t *rig)
         chip_look(&state->chip);
         rig_background(rig);
     }
-    state->truth.theta_err = angle_between(state->app.drive.rotor.theta_e, state->truth.true_theta_e);
+    state->truth.theta_err = angle_between(state->app.drive.fast.rotor.theta_e, state->truth.true_theta_e);
     state->truth.theta_hat_err =
-        angle_between(state->app.drive.estimator.estimate.frame.theta_e, state->truth.true_theta_e);
+        angle_between(state->app.drive.fast.estimator.estimate.frame.theta_e, state->truth.true_theta_e);
     state->period++;
 
     if (rig->tap_sink != NULL && (state->period - 1u) % rig->tap_every == 0u) {
@@ -264,7 +264,7 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 bool rig_history_held(const rig_t *rig)
 {
     const drive_t *drive = &rig->state.app.drive;
-    return drive->sequence.state == (int32_t)DRIVE_FAULT && drive->capture.state == (uint32_t)CAPTURE_HELD &&
+    return drive->state == (int32_t)DRIVE_FAULT && drive->capture.state == (uint32_t)CAPTURE_HELD &&
            drive->capture.at == drive->fault.period;
 }
 

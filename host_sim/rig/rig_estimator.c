@@ -32,13 +32,13 @@ void rig_turn_estimate(chosen_t *est, float jump)
 #endif
 
 typedef struct {
-    ab_t voltage; /* [V] */
-    ab_t current; /* [A] */
+    ab_t voltage;                             /* [V] */
+    ab_t current;                             /* [A] */
+    float load, flux_linkage, speed_per_volt; /* [A], [Wb], [rad/s/V] with which it is stepped */
 } estimator_input_t;
 
 typedef struct {
     chosen_t start;
-    flux_t flux;
     estimator_input_t inputs[RIG_ESTIMATOR_STEPS];
 } estimator_record_t;
 
@@ -52,46 +52,40 @@ void rig_estimator_record(rig_t *rig, void *record)
     estimator_record_t *to = record;
     const drive_t *drive = &rig->state.app.drive;
     rig_step(rig); /* takes what may be offered */
-    to->start = drive->estimator;
-    to->flux = drive->flux;
+    to->start = drive->fast.estimator;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         rig_step(rig);
-        to->inputs[n] = (estimator_input_t){drive->acted, drive->measure.measured.current};
+        to->inputs[n] =
+            (estimator_input_t){drive->fast.acted, drive->fast.measure.measured.current, drive->fast.load,
+                                drive->fast.setpoint.flux_linkage, drive->fast.setpoint.speed_per_volt};
     }
 }
 
-typedef position_t (*step_t)(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current);
+typedef position_t (*step_t)(chosen_t *est, const estimator_input_t *input);
 
-/* A step, and the adaptation beside it as in the drive. */
-static position_t estimator_and_flux(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current)
+/* A step, with what the drive tells it of motor and load. */
+static position_t estimator_alone(chosen_t *est, const estimator_input_t *input)
 {
-    const position_t position = chosen_step(est, voltage, current);
-    const estimate_t *seen = &est->estimate;
-    if (flux->tuning.share > 0.0f && seen->coasted == 0u) {
-        flux_step(flux, seen->amplitude, seen->omega_smooth, seen->detector);
-        chosen_set_flux(est, flux->flux_linkage, flux->speed_per_volt);
-    }
-    return position;
+    chosen_set_load(est, input->load);
+    chosen_set_flux(est, input->flux_linkage, input->speed_per_volt);
+    return chosen_step(est, input->voltage, input->current);
 }
 
-static position_t empty_step(chosen_t *est, flux_t *flux, ab_t voltage, ab_t current)
+static position_t empty_step(chosen_t *est, const estimator_input_t *input)
 {
     (void)est;
-    (void)flux;
-    (void)voltage;
-    (void)current;
+    (void)input;
     return (position_t){0.0f, 0.0f};
 }
 
 __attribute__((noinline)) float rig_estimator_replay(const void *record, bool empty)
 {
     const estimator_record_t *from = record;
-    const volatile step_t step = empty ? empty_step : estimator_and_flux;
+    const volatile step_t step = empty ? empty_step : estimator_alone;
     chosen_t est = from->start;
-    flux_t flux = from->flux;
     position_t position = {0.0f, 0.0f};
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
-        position = step(&est, &flux, from->inputs[n].voltage, from->inputs[n].current);
+        position = step(&est, &from->inputs[n]);
     }
     return position.theta_e;
 }

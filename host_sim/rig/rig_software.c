@@ -70,10 +70,10 @@ static void take_exact(const rig_state_t *state, drive_samples_t *samples)
     const drive_t *drive = &state->app.drive;
     const float i[3] = {truth->true_i_a, truth->true_i_b, truth->true_i_c};
     const uint32_t *wire = state->plant.wire; /* the sensors are on the inverter's side of it */
-    const bool measuring = drive->sequence.state == (int32_t)DRIVE_NOT_READY;
-    samples->i_a = i[wire[0]] + (measuring ? 0.0f : drive->measure.offset.a);
-    samples->i_b = i[wire[1]] + (measuring ? 0.0f : drive->measure.offset.b);
-    samples->i_c = i[wire[2]] + (measuring ? 0.0f : drive->measure.offset.c);
+    const bool measuring = drive->state == (int32_t)DRIVE_NOT_READY;
+    samples->i_a = i[wire[0]] + (measuring ? 0.0f : drive->fast.measure.offset.a);
+    samples->i_b = i[wire[1]] + (measuring ? 0.0f : drive->fast.measure.offset.b);
+    samples->i_c = i[wire[2]] + (measuring ? 0.0f : drive->fast.measure.offset.c);
     samples->u_dc = truth->true_u_dc;
 }
 

@@ -268,7 +268,7 @@ static void happen_once(rig_t *rig, const table_row_t *row)
     rig_state_t *state = &rig->state;
     rig_conditions_t *now = &state->conditions;
     if (row->offset == offsetof(rig_conditions_t, estimate_jump)) {
-        rig_turn_estimate(&state->app.drive.estimator, now->estimate_jump);
+        rig_turn_estimate(&state->app.drive.fast.estimator, now->estimate_jump);
         now->estimate_jump = 0.0f;
     }
     if (row->offset == offsetof(rig_conditions_t, missing_samples)) {

@@ -165,7 +165,7 @@ class TravelTest(unittest.TestCase):
     @of_both_sensors
     def test_interrupt_of_the_period_is_the_one_that_counts_it(self, sensors):
         # The drive counts its steps: before the step of the rig's period 700 it has made 700 of them (0 to 699).
-        _, count, _, after = session("period 700", "print app->drive.period", "finish", "print app->drive.period",
+        _, count, _, after = session("period 700", "print app->drive.fast.period", "finish", "print app->drive.fast.period",
                                      arguments=("1000", *sensors))
         self.assertRegex(count, r"= 700$")
         self.assertRegex(after, r"= 701$")
@@ -232,7 +232,7 @@ class FaultTest(unittest.TestCase):
     @of_both_sensors
     def test_until_fault_stops_in_the_period_of_an_injected_trip_and_why_names_it(self, sensors):
         text, where, why, state = session(
-            "until-fault", "where-time", "why", "print app->drive.sequence.state", arguments=("30000", "20000", *sensors)
+            "until-fault", "where-time", "why", "print app->drive.state", arguments=("30000", "20000", *sensors)
         )
         self.assertEqual(place(where)[0], 20000)
         self.assertTrue(text.startswith("fault 20, module_fault, by "), text)
@@ -247,21 +247,21 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self, sensors):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
+            "period 10000", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
             "where-time", "why", arguments=("30000", *sensors)
         )
         self.assertEqual(place(where)[0], 10000)
-        self.assertRegex(text, r"^fault 21, overcurrent, by (sequence_fault < )?(sequence_step < )?(sequence < )?drive_step\n")
+        self.assertRegex(text, r"^fault 21, overcurrent, by (drive_show_fault < )?(show_stop < )?drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
     def test_until_fault_finds_a_fault_of_the_calibration(self):
         # No offset at all is accepted any more: found in the period that takes the last of 64 + 512 samples.
         _, _, text, where, why = session(
-            "period 100", "set variable app->drive.measure.tuning.offset_max = 0.0f", "until-fault", "where-time", "why"
+            "period 100", "set variable app->drive.fast.measure.tuning.offset_max = 0.0f", "until-fault", "where-time", "why"
         )
         self.assertEqual(place(where)[0], 575)
-        self.assertRegex(text, r"^fault 27, current_offset, by (sequence_fault < )?(in_not_ready < )?(sequence_step < )?(sequence < )?drive_step\n")
+        self.assertRegex(text, r"^fault 27, current_offset, by (drive_show_fault < )?(show < )?(medium < )?drive_step\n")
         self.assertRegex(text, r"#0  app_interrupt \(\)")
         self.assertIn("fault 27, current_offset: ", why)
 
@@ -280,7 +280,7 @@ class FaultTest(unittest.TestCase):
     def test_why_of_a_later_fault_names_it(self):
         # The DC link is made to look too high after the trip.
         _, _, _, why = session(
-            "until-fault", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
+            "until-fault", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
             "why", arguments=("30000", "2000"),
         )
         self.assertIn("fault 20, module_fault", why)
@@ -301,9 +301,9 @@ class FaultTest(unittest.TestCase):
 
     def test_why_shows_the_last_periods_before_a_fault_of_the_step(self):
         _, before, _, _, why, again = session(
-            "period 10000", "print app->drive.measure.measured.current_abc.b",
-            "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault", "why",
-            "print app->drive.measure.measured.current_abc.b",
+            "period 10000", "print app->drive.fast.measure.measured.current_abc.b",
+            "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault", "why",
+            "print app->drive.fast.measure.measured.current_abc.b",
         )
         shown, kept, columns = self.history(why)
         self.assertEqual((shown, kept), (8, 341))
@@ -330,7 +330,7 @@ class FaultTest(unittest.TestCase):
 
     def test_why_shows_what_there_is_of_an_early_fault(self):
         _, _, _, why = session(
-            "period 2", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
+            "period 2", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
         )
         shown, kept, columns = self.history(why)  # two in a row: the fourth period
         self.assertEqual((shown, kept), (4, 4))
@@ -339,7 +339,7 @@ class FaultTest(unittest.TestCase):
     def test_why_names_a_warning_that_holds(self):
         # From 0.1 s after the heat sink, at 40 degC, has come above it.
         _, _, _, before, _, why, drive = session(
-            "period 8000", "set variable app->drive.guard.tuning.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
+            "period 8000", "set variable app->drive.medium.guard.tuning.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
             "period 9017", "why", "drive",
         )
         self.assertEqual(before, "nothing is wrong: the drive is in operation_enabled")
@@ -446,8 +446,8 @@ class LookTest(unittest.TestCase):
 
     def test_values_are_printed_as_what_they_are(self):
         _, voltage, rotor, frame, point, command, sequence, requests, drive = session(
-            "until-fault", "print app->drive.voltage", "print app->drive.rotor", "print app->drive.demand.frame",
-            "print app->drive.encoder_position",
+            "until-fault", "print app->drive.fast.voltage", "print app->drive.fast.rotor", "print app->drive.fast.demand.frame",
+            "print app->drive.fast.encoder_position",
             "print app->drive.command", "print app->drive.sequence", "print app->drive.requests", "print app->drive",
             arguments=("30000", "8000"),
         )

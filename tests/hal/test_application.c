@@ -148,7 +148,7 @@ static void test_a_set_without_them_leaves_the_encoder_alone(void)
 static void test_a_set_taken_while_the_bridge_is_on_writes_no_register(void)
 {
     params_error_t why;
-    app->drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    app->drive.state = (int32_t)DRIVE_OPERATION_ENABLED;
     app->staged.speed_kp = 0.7f;
     TEST_ASSERT_TRUE(app_apply(&why));
     TEST_ASSERT_EQUAL_UINT32(0u, expect_one_section());
@@ -163,7 +163,7 @@ static void test_a_set_that_is_refused_turns_no_interrupt_off(void)
     TEST_ASSERT_FALSE(app_apply(&why));
     app->staged = app->active;
     app->staged.dead_time = 3e-6f;
-    app->drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    app->drive.state = (int32_t)DRIVE_OPERATION_ENABLED;
     TEST_ASSERT_FALSE(app_apply(&why));
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
     TEST_ASSERT_TRUE(judged >= 2u);

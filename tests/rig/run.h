@@ -27,6 +27,9 @@
 /* Torque of the paper's motor [N m] at so many amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
 
+/* [periods] from `enable` to operation: what is left of the window, and three more. */
+#define RUN_SWITCHING_ON (4u * DRIVE_WINDOW)
+
 /* Prints what was measured, and returns the line as the message of what is asked of it, until the next one.
  */
 __attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)

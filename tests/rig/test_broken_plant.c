@@ -119,7 +119,7 @@ static void test_a_flipped_bit_is_that_bit_alone_and_flips_back(void)
 {
     running(0.0, 300.0, 0.05);
     app_t before = rig_state(rig)->app;
-    const size_t word = offsetof(app_t, drive.sequence) / sizeof(uint32_t);
+    const size_t word = offsetof(app_t, drive.medium.sequence) / sizeof(uint32_t);
     run_put(rig, "flip_bit", 31.0);
     run_put(rig, "flip_word", (double)word);
     TEST_ASSERT_EQUAL_DOUBLE(-1.0, rig_value(rig, "flip_word"));

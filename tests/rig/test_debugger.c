@@ -355,7 +355,7 @@ static void test_a_request_written_during_a_real_time_halt_acts(void)
     pass_seconds(0.8);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 300.0, speed());
     app->drive.requests.enable = 0;
-    pass_periods(3);
+    pass_periods(2u * DRIVE_WINDOW + 2u); /* this window, the next, and a period */
     TEST_ASSERT_TRUE(chip_tripped(chip(), PWM_LEADER));
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }

@@ -145,7 +145,7 @@ static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, -0.15, rig_value(rig, "offset_b"));
     /* without a sensor c is minus the sum of the others, and so is its offset */
     TEST_ASSERT_DOUBLE_WITHIN(5e-3, DRIVE_CURRENT_SENSORS == 3 ? 0.1 : -0.05,
-                              (double)rig_state(rig)->app.drive.measure.offset.c);
+                              (double)rig_state(rig)->app.drive.fast.measure.offset.c);
 }
 
 static void test_quick_stop_brings_the_motor_to_standstill(void)
@@ -171,7 +171,7 @@ static void test_quick_stop_without_the_encoder_ends_ready_too(void)
 static void test_switching_on_at_speed_makes_no_current_surge(void)
 {
     run_put(rig, "enable", 0.0);
-    run_seconds(rig, 0.001);
+    rig_run(rig, 3u * DRIVE_WINDOW); /* to the end of this window and one more the bridge is on */
     rig_set_motion(rig, 0.0, 1200.0 * RPM);
     run_seconds(rig, 0.1); /* the tracking of the encoder settles */
     run_put(rig, "friction_coulomb", 0.0);

@@ -142,7 +142,7 @@ static uint32_t cut_everywhere(const params_t *before, const char *state_before)
         TEST_ASSERT_TRUE(!said || !is_old);
         TEST_ASSERT_EQUAL(through, said && through);
         expect_store(is_old ? state_before : "loaded");
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, rig_state(rig)->app.drive.sequence.fault_reason);
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, rig_state(rig)->app.drive.fault_reason);
     }
     free(at_first);
     return cut - 2u;

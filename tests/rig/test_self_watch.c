@@ -46,9 +46,9 @@ static void expect_lasting(int32_t reason)
 {
     run_seconds(rig, 0.5);
     run_put(rig, "fault_reset", 0.0);
-    rig_run(rig, 2);
+    rig_run(rig, DRIVE_WINDOW);
     run_put(rig, "fault_reset", 1.0);
-    rig_run(rig, 2);
+    rig_run(rig, DRIVE_WINDOW);
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_present"));
 }
@@ -91,7 +91,7 @@ static void test_a_changed_parameter_opens_the_bridge_until_a_set_is_taken_over(
     TEST_ASSERT_TRUE(rig_apply(rig));
     run_seconds(rig, 0.1);
     run_put(rig, "fault_reset", 0.0);
-    rig_run(rig, 2);
+    rig_run(rig, DRIVE_WINDOW);
     run_put(rig, "fault_reset", 1.0);
     run_seconds(rig, 0.2);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));

@@ -176,7 +176,7 @@ static double watch_start(start_end_t *end)
 /* What the drive has made of its parameters [r/min]. */
 static double handover_speed(void)
 {
-    const manoeuvres_limits_t *limits = &rig_state(rig)->app.drive.manoeuvres.limits;
+    const manoeuvres_limits_t *limits = &rig_state(rig)->app.drive.medium.manoeuvres.limits;
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 

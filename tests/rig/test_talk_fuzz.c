@@ -189,7 +189,7 @@ static void begin_anew(void)
     staged = now->staged;
     active = now->active;
     requests = now->drive.requests;
-    last_period = now->drive.period;
+    last_period = now->drive.fast.period;
     counting = false;
     received = 0u;
 }
@@ -204,17 +204,17 @@ static void period(void)
     if (by_chip) {
         received += rig_serial_get(rig, from_drive + received, (uint32_t)sizeof from_drive - received);
     }
-    if (now->drive.period < last_period) {
+    if (now->drive.fast.period < last_period) {
         TEST_ASSERT_FALSE(writes_nothing);
         booting = 300u;
         begin_anew();
     }
     booting -= booting > 0u ? 1u : 0u;
     if (now->services.order != ORDER_SAVE && booting == 0u) { /* no sample comes while the flash is erased */
-        TEST_ASSERT_EQUAL_UINT32(last_period + 1u, now->drive.period);
-        TEST_ASSERT_EQUAL_UINT32(0u, now->drive.measure.measured.flags & DRIVE_SAMPLE_LATE);
+        TEST_ASSERT_EQUAL_UINT32(last_period + 1u, now->drive.fast.period);
+        TEST_ASSERT_EQUAL_UINT32(0u, now->drive.fast.measure.measured.flags & DRIVE_SAMPLE_LATE);
     }
-    last_period = now->drive.period;
+    last_period = now->drive.fast.period;
     check_values();
     check_frames();
 }

@@ -53,7 +53,7 @@ static void spoil_polarity(void)
 static void test_wrong_dead_band_polarity_shoots_through_and_the_module_trips(void)
 {
     run_on(rig, 0.0);
-    rig_run(rig, 10);
+    rig_run(rig, RUN_SWITCHING_ON);
     run_expect_no_fault(rig);
     rig_bind(rig);
     spoil_polarity();
@@ -66,7 +66,7 @@ static void test_wrong_dead_band_polarity_shoots_through_and_the_module_trips(vo
 static void test_no_dead_band_at_all_shoots_through(void)
 {
     run_on(rig, 0.0);
-    rig_run(rig, 10);
+    rig_run(rig, RUN_SWITCHING_ON);
     run_expect_no_fault(rig);
     rig_bind(rig);
     for (uint32_t n = BOARD_LEG_FIRST; n <= BOARD_LEG_FIRST + 2u; n++) {

@@ -131,7 +131,7 @@ int main(void)
     app->staged.speed_kp *= 0.9f;
     good = app_apply(&why) && good;
 
-    app->drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    app->drive.state = (int32_t)DRIVE_OPERATION_ENABLED;
     app->staged.speed_kp *= 0.9f;
     good = app_apply(&why) && good;
 

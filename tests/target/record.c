@@ -162,6 +162,9 @@ static void stage(double position_source)
     set("estimate_time", 10.0);
 }
 
+/* [periods] from the power-on to operation: 20 ms of quiet, and four windows. */
+#define SWITCHING_ON (DRIVE_PERIODS(20e-3f) + 5u * DRIVE_WINDOW)
+
 /* A shaft that something else turns at this speed [r/min], and a drive that is about to catch it, without an
  * encoder: that takes longer than a fault asks for to have been quiet. */
 static void catch_on_shaft(double speed)
@@ -172,7 +175,7 @@ static void catch_on_shaft(double speed)
     rig_set_motion(rig, 0.0, speed * RPM);
     set("speed_request", speed * RPM);
     set("enable", 1.0);
-    run(230);
+    run(SWITCHING_ON);
 }
 
 /* The drive runs on such a shaft. */
@@ -297,7 +300,7 @@ static void cold_start(void)
     apply();
     set("speed_request", 300.0 * RPM);
     set("enable", 1.0);
-    run(230);
+    run(SWITCHING_ON);
     expect(operating() && value("manoeuvre") == (double)MANOEUVRE_CATCH);
     take_to(MANOEUVRE_ALIGN, 200);
     run_to(MANOEUVRE_RAMP, 410);
@@ -314,7 +317,7 @@ static void cold_start(void)
     set("speed_request", 0.0);
     take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);
-    run_to(MANOEUVRE_REVERSE, 10);
+    run_to(MANOEUVRE_REVERSE, 3 * DRIVE_WINDOW);
     run(300);
 }
 
@@ -331,7 +334,7 @@ static void zero_crossing(void)
     rig_set_motion(rig, 0.0, 300.0 * RPM);
     set("speed_request", 300.0 * RPM);
     set("enable", 1.0);
-    run(230);
+    run(SWITCHING_ON);
     expect(operating() && value("omega_m") > 0.0);
     set("speed_request", -300.0 * RPM);
     run(250);

@@ -48,6 +48,23 @@ static inline void steps(uint32_t count)
     }
 }
 
+/* To the end of the window under way, and so many more. */
+static inline void windows(uint32_t count)
+{
+    do {
+        steps(1);
+        count -= drive.fast.sum.periods == 0u ? 1u : 0u;
+    } while (count > 0u);
+}
+
+/* What is requested now, or decided at the end of this window, acts from the first period of the window after
+ * the next on, and is reached at its end. */
+static inline void windows_until_it_acts(void)
+{
+    windows(2u);
+    steps(1);
+}
+
 static inline void request(int32_t enable)
 {
     requests_t requests = drive.requests;
@@ -85,13 +102,13 @@ static inline void offer_params(void)
 
 static inline void expect_state(drive_state_t state)
 {
-    TEST_ASSERT_EQUAL_INT32(state, drive.sequence.state);
+    TEST_ASSERT_EQUAL_INT32(state, drive.state);
 }
 
 static inline void expect_fault(int32_t reason)
 {
     expect_state(DRIVE_FAULT);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.sequence.fault_reason);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.fault_reason);
 }
 
 static inline void bring_to_ready(void)
@@ -100,11 +117,15 @@ static inline void bring_to_ready(void)
     expect_state(DRIVE_READY);
 }
 
+/* [windows] from the request to operation: that in which it is seen, the next, and the one in which the gates
+ * come on. */
+#define SWITCHING_ON 3u
+
 static inline void bring_to_run(void)
 {
     bring_to_ready();
     request(REQUEST_ON);
-    steps(3);
+    windows(SWITCHING_ON);
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 

@@ -1,5 +1,6 @@
-/* The manoeuvres with a machine: currents are those that were asked for a period ago, the EMF is observed
- * without error, and a loop that tracks is on the rotor. */
+/* Both halves of the manoeuvres, manoeuvres.h once a window and reference.h in each period, with a machine:
+ * the setpoint of window n acts in window n + 2; currents are those that were asked for a period ago, the EMF
+ * is observed without error, and a loop that tracks is on the rotor. */
 #ifndef TESTS_UNIT_MANOEUVRES_BENCH_H
 #define TESTS_UNIT_MANOEUVRES_BENCH_H
 
@@ -14,10 +15,20 @@
 #define PSI        0.183
 #define POLE_PAIRS 4.0
 #define KT         (1.5 * POLE_PAIRS * PSI)
+#define W          8u     /* [periods] of a window */
 #define LINK       179.0f /* [V] 311 V of DC link */
 
 static manoeuvres_t m;
 static manoeuvres_tuning_t tuning;
+static reference_t fast;
+static reference_tuning_t fast_tuning;
+static setpoint_t made, next, setpoint; /* newest, of the next window, in force */
+static uint32_t window;                 /* [windows] closed */
+static struct {
+    uint32_t tracked;
+    double complex current, emf; /* sums [A], [V] */
+    double scatter;
+} sum;
 static params_t params;
 
 static struct {
@@ -33,7 +44,7 @@ static estimate_t estimate;
 static run_wish_t wish;
 static demand_t demand;
 static bool lost;
-static uint32_t period;
+static uint32_t period, in_window;
 
 /* Names in the order in which they came. */
 static struct {
@@ -46,6 +57,27 @@ static inline void tune(void)
 {
     const believed_t believed = params_believed(&params);
     tuning = manoeuvres_prepare(&params, &believed);
+    fast_tuning = reference_prepare(&params, &believed);
+}
+
+/* Each is obeyed once. */
+static inline void forget_orders(void)
+{
+    made.enter = 0u;
+    made.change = FRAME_GOES_ON;
+    made.lock = LOCK_KEEP;
+}
+
+/* The bridge comes on with the next window. */
+static inline void start(void)
+{
+    memset(&made, 0, sizeof made);
+    memset(&sum, 0, sizeof sum);
+    made.number = window;
+    manoeuvres_begin(&m, (float)machine.omega_m, &made);
+    next = made;
+    forget_orders();
+    in_window = 0u;
 }
 
 static inline void begin(void)
@@ -53,7 +85,9 @@ static inline void begin(void)
     tune();
     memset(&m, 0x55, sizeof m);
     manoeuvres_init(&m, &tuning);
-    manoeuvres_begin(&m, (float)machine.omega_m);
+    memset(&fast, 0x55, sizeof fast);
+    reference_init(&fast, &fast_tuning);
+    start();
 }
 
 void setUp(void)
@@ -70,6 +104,7 @@ void setUp(void)
     demand = (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
     lost = false;
     period = 0u;
+    window = 0u;
     traced = 0;
 }
 
@@ -103,7 +138,7 @@ static inline void observe(void)
         (double complex)I * POLE_PAIRS * machine.omega_m * PSI * cexp((double complex)I * machine.theta);
     estimate.emf = (ab_t){(float)creal(emf), (float)cimag(emf)};
     estimate.amplitude = (float)cabs(emf);
-    if (m.tracking != 0u) {
+    if (fast.tracking != 0u) {
         estimate.frame = true_frame();
         estimate.omega_smooth = estimate.frame.omega_e;
         estimate.detector = (float)machine.detector;
@@ -119,33 +154,102 @@ static inline void note(void)
     }
 }
 
+/* What the fast task sums. */
+static inline void sum_up(void)
+{
+    sum.tracked += fast.tracking;
+    sum.current += machine.current;
+    sum.emf += (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+    sum.scatter += (double)estimate.detector * (double)estimate.detector;
+}
+
+/* The mean of a window's sum, turned from its middle to its end with the estimate. */
+static inline ab_t mean_at_end(double complex of)
+{
+    const double turn = 0.5 * (W - 1) * T * (double)estimate.omega_smooth;
+    const double complex mean = of / W * cexp((double complex)I * turn);
+    return (ab_t){(float)creal(mean), (float)cimag(mean)};
+}
+
+/* The medium task: what it makes of this window acts in the one after the next. */
+static inline void close_window(const position_t *encoder, float omega_m)
+{
+    estimate_t seen = estimate;
+    seen.emf = mean_at_end(sum.emf);
+    seen.coasted = sum.tracked < W ? 1u : 0u;
+    const manoeuvres_input_t input = {
+        .estimate = &seen,
+        .current = frames_park(mean_at_end(sum.current), estimate.frame.rotation),
+        .sample = {(float)creal(machine.current), (float)cimag(machine.current)},
+        .scatter = (float)(sum.scatter / W),
+        .tracked = sum.tracked,
+        .encoder = *encoder,
+        .omega_m = omega_m,
+        .wish = wish,
+        .losses = lost ? 1u : 0u,
+        .outcome = fast.outcome,
+        .setpoint = setpoint.number,
+    };
+    next = made;
+    made.number = ++window;
+    forget_orders();
+    run_limit(&m.run, -params.current_limit, params.current_limit);
+    manoeuvres_step(&m, &input, &made);
+    memset(&sum, 0, sizeof sum);
+    in_window = 0u;
+}
+
+/* A period. */
 static inline void step(void)
 {
     const double angle = (double)demand.frame.theta_e + T * (double)demand.frame.omega_e;
     const double complex asked = (double)demand.current.d + (double complex)I * (double)demand.current.q;
+    if (in_window == 0u) {
+        setpoint = next;
+        reference_take(&fast, &setpoint);
+    }
     machine.current = asked * cexp((double complex)I * angle);
     turn_machine();
-    manoeuvres_advance(&m);
+    reference_advance(&fast);
     observe();
     const frame_t encoder = true_frame();
-    const frame_t rotor = manoeuvres_rotor(&m, &encoder, &estimate);
-    const manoeuvres_input_t input = {
+    const position_t position = {encoder.theta_e, encoder.omega_e};
+    const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
+    const reference_input_t input = {
         .current = {(float)creal(machine.current), (float)cimag(machine.current)},
         .voltage_max = LINK,
         .estimate = &estimate,
+        .position = &position,
         .encoder = &encoder,
-        .omega_m = manoeuvres_smooth(&m, &rotor, &estimate) * m.limits.pole_pairs_inverse,
-        .wish = wish,
         .estimating = 1u,
-        .losses = lost ? 1u : 0u,
     };
+    sum_up();
     period++;
-    manoeuvres_step(&m, &input, &demand);
-    if (m.locking != 0u) {
-        estimate.frame = (frame_t){m.locked.theta_e, m.locked.omega_e, {0.0f, 1.0f}};
-        estimate.omega_smooth = m.locked.omega_e;
+    in_window++;
+    reference_step(&fast, &setpoint, &input, &demand);
+    if (fast.locking != 0u) {
+        estimate.frame = (frame_t){fast.locked.theta_e, fast.locked.omega_e, {0.0f, 1.0f}};
+        estimate.omega_smooth = fast.locked.omega_e;
+    }
+    if (in_window == W) {
+        close_window(&position, rotor.omega_e * m.limits.pole_pairs_inverse);
     }
     note();
+}
+
+/* To the end of the window. */
+static inline void window_step(void)
+{
+    do {
+        step();
+    } while (in_window != 0u);
+}
+
+static inline void windows(uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        window_step();
+    }
 }
 
 static inline void steps(double seconds)
@@ -191,11 +295,11 @@ static inline void make_heavy(void)
     machine.friction = 1.32;
 }
 
-/* The lock is lost in this period. */
+/* The lock is lost in this window. */
 static inline void lose(void)
 {
     lost = true;
-    step();
+    window_step();
     lost = false;
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now);
 }

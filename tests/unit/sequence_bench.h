@@ -9,7 +9,7 @@
 #include "drive/reasons.h"
 #include "drive/sequence.h"
 
-#define REARM ((uint32_t)(20e-3f / DRIVE_PERIOD + 0.5f)) /* [periods] without a fault or its line */
+#define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault or its line */
 
 #define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
 #define LATE        fault_set_of(FAULT_LATE)
@@ -17,9 +17,9 @@
 #define BOTH        fault_set_both(OVERCURRENT, LATE)
 #define NOTHING     fault_set_none()
 
-#define STOP_PERIODS 50u
+#define STOP_WINDOWS 50u
 #define RETRIES      2u
-#define RETRY_PAUSE  ((uint32_t)(1.0f / DRIVE_PERIOD + 0.5f)) /* [periods] */
+#define RETRY_PAUSE  DRIVE_WINDOWS(1.0f) /* [windows] */
 
 static sequence_t sequence;
 static requests_t requests;
@@ -27,20 +27,18 @@ static struct {
     fault_set_t faults, stops;
     calibration_t calibration;
 } input;
-static uint32_t order; /* of the last period */
+static uint32_t order; /* of the last window */
 
-#define OFF    ((uint32_t)GATES_OFF)
-#define KEEP   ((uint32_t)GATES_KEEP)
-#define ON     ((uint32_t)GATES_ON)
-#define PRESET SEQUENCE_PRESET
-#define TRACK  SEQUENCE_TRACK
-#define CHARGE SEQUENCE_CHARGE
+#define OFF   UINT32_C(0)
+#define ON    SEQUENCE_ON
+#define BEGIN SEQUENCE_BEGIN
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
     bool fault_line, tripped, undervoltage, feeding, standing;
 } is;
 static measured_t measured;
+static bridge_t bridge; /* as the fast task has it */
 
 #define UNDERVOLTAGE 200.0f                        /* [V] */
 #define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
@@ -50,11 +48,12 @@ void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
     const sequence_tuning_t tuning = {
-        .dc_undervoltage = UNDERVOLTAGE, .stop_periods = STOP_PERIODS, .retries = RETRIES};
+        .dc_undervoltage = UNDERVOLTAGE, .stop_windows = STOP_WINDOWS, .retries = RETRIES};
     sequence_init(&sequence, &tuning);
     requests_defaults(&requests);
     memset(&is, 0, sizeof is);
     is.tripped = true;
+    bridge = BRIDGE_OFF;
     memset(&input, 0, sizeof input);
     input.calibration = CALIBRATION_GOES_ON;
 }
@@ -67,7 +66,8 @@ static inline void steps(uint32_t count)
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
         order = sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
-                                                             is.standing, input.calibration});
+                                                             is.standing, bridge, input.calibration});
+        bridge = (order & SEQUENCE_ON) != 0u ? bridge : BRIDGE_OFF;
     }
 }
 
@@ -82,19 +82,19 @@ static inline void expect_state(drive_state_t state)
     TEST_ASSERT_EQUAL_INT32(state, sequence.state);
 }
 
-/* So many periods, after which the machine is there and gives this order. */
-static inline void go(uint32_t periods, drive_state_t state, uint32_t expected)
+/* So many windows, after which the machine is there and gives this order. */
+static inline void go(uint32_t windows, drive_state_t state, uint32_t expected)
 {
-    steps(periods);
+    steps(windows);
     expect_state(state);
     TEST_ASSERT_EQUAL_HEX32(expected, order);
 }
 
 /* The same with this value of `enable`. */
-static inline void wish(int32_t enable, uint32_t periods, drive_state_t state, uint32_t expected)
+static inline void wish(int32_t enable, uint32_t windows, drive_state_t state, uint32_t expected)
 {
     requests.enable = enable;
-    go(periods, state, expected);
+    go(windows, state, expected);
 }
 
 /* In fault, by this reason. */
@@ -104,9 +104,9 @@ static inline void expect_fault(int32_t reason)
     TEST_ASSERT_EQUAL_INT32(reason, sequence.fault_reason);
 }
 
-static inline void go_to_fault(uint32_t periods, int32_t reason)
+static inline void go_to_fault(uint32_t windows, int32_t reason)
 {
-    go(periods, DRIVE_FAULT, OFF);
+    go(windows, DRIVE_FAULT, OFF);
     expect_fault(reason);
 }
 
@@ -134,15 +134,16 @@ static inline void from(drive_state_t state)
         bring_to_ready();
     }
     if (state >= DRIVE_SWITCHED_ON) {
-        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
+        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
     }
     if (state >= DRIVE_OPERATION_ENABLED) {
         go(1, DRIVE_SWITCHED_ON, ON);
         is.tripped = false;
-        go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
+        bridge = BRIDGE_ON;
+        go(1, DRIVE_OPERATION_ENABLED, ON);
     }
     if (state == DRIVE_QUICK_STOP) {
-        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, KEEP);
+        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, ON);
     }
     if (state == DRIVE_FAULT) {
         input.faults = LATE;
@@ -154,7 +155,7 @@ static inline void from(drive_state_t state)
 
 #define STATES ((int32_t)DRIVE_FAULT + 1)
 
-/* A request of one period. */
+/* A request of one window. */
 static inline void reset_edge(void)
 {
     requests.fault_reset = 0;

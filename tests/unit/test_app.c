@@ -179,7 +179,7 @@ void hal_interrupts_off(void)
     interrupts_wrong |= !interrupts_on || changed();
     interrupts_on = false;
     if (bridge_comes) {
-        app->drive.sequence.state = DRIVE_SWITCHED_ON;
+        app->drive.state = DRIVE_SWITCHED_ON;
         bridge_comes = false;
     }
 }
@@ -225,7 +225,7 @@ static void from_here(void)
 
 static void given_bridge_on(void)
 {
-    app->drive.sequence.state = DRIVE_OPERATION_ENABLED;
+    app->drive.state = DRIVE_OPERATION_ENABLED;
     from_here();
 }
 
@@ -274,7 +274,7 @@ static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watc
     const params_t *params = &app->active;
     TEST_ASSERT_EQUAL_STRING("init watchdog ", asked);
     TEST_ASSERT_EQUAL_INT32(HAL_OK, app->board_status);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.sequence.state);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
     TEST_ASSERT_EQUAL_UINT32(4u * 2500u - 1u, config.encoder_count_max);
     TEST_ASSERT_TRUE((double)config.dead_band_count >= (double)params->dead_time * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)config.dead_band_count < (double)params->dead_time * HAL_CLOCK_HZ + 1.0);
@@ -292,8 +292,8 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
         start(failures[n]);
         TEST_ASSERT_EQUAL_STRING("init ", asked);
         TEST_ASSERT_EQUAL_INT32(failures[n], app->board_status);
-        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.sequence.state);
-        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.sequence.fault_reason);
+        TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.state);
+        TEST_ASSERT_EQUAL_INT32(REASON_BOARD_FAILED, app->drive.fault_reason);
         background();
         TEST_ASSERT_EQUAL_UINT32(0u, fed);
         TEST_ASSERT_TRUE(led_fault);
@@ -391,7 +391,7 @@ static void test_a_set_is_offered_with_interrupts_off_and_the_registers_follow(v
     TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
     interrupt();
-    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.fast.encoder.tuning.last_count);
 }
 
 static void test_while_the_bridge_is_on_the_registers_stay(void)
@@ -402,7 +402,7 @@ static void test_while_the_bridge_is_on_the_registers_stay(void)
     expect_asked_in_good_order("off on ");
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->active.speed_kp);
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 
 /* Refused for this row: the drive, its registers and the active set are those of before. */
@@ -448,7 +448,7 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
     TEST_ASSERT_EQUAL_STRING("off on ", asked);
     TEST_ASSERT_EQUAL_INT32(2500, app->active.encoder_lines);
     interrupt();
-    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.fast.encoder.tuning.last_count);
 }
 
 /* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
@@ -463,8 +463,8 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
     app->staged.speed_kp = -1.0f;
     TEST_ASSERT_FALSE(app_apply(&why));
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(4.0f * 9.0f, app->drive.manoeuvres.catching.tuning.speed_min);
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(4.0f * 9.0f, app->drive.fast.reference.catching.tuning.speed_min);
 }
 
 /* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
@@ -477,22 +477,22 @@ static void test_a_set_offered_before_survives_one_that_came_too_late(void)
     bridge_comes = true;
     TEST_ASSERT_FALSE(app_apply(&why));
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.fast.encoder.tuning.last_count);
 }
 
 /* ---- what is learnt ---- */
 
 static void learnt(float share)
 {
-    learnt_value_t *inductance = &app->drive.inductance.learnt;
+    learnt_value_t *inductance = &app->drive.medium.inductance.learnt;
     inductance->value = share * inductance->from;
     from_here();
 }
 
 static void periods(uint32_t count)
 {
-    app->drive.period += count;
+    app->drive.fast.period += count;
     from_here();
 }
 
@@ -518,14 +518,14 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     learnt(1.1f);
     background_offers(true);
-    expect_share(1.1f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.1f, app->drive.offer.fast.current_control.inductance_q);
     interrupt();
-    expect_share(1.1f, app->drive.current_control.inductance_q);
+    expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     learnt(1.2f);
     background_offers(false);
     periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
     background_offers(true);
-    expect_share(1.2f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.2f, app->drive.offer.fast.current_control.inductance_q);
 }
 
 /* The observer would ring: its slope goes with L, but not its resistance. */
@@ -539,7 +539,7 @@ static void test_what_the_drive_cannot_run_on_is_not_believed(void)
     background_offers(false);
     app->staged.speed_kp = 0.7f;
     apply();
-    expect_share(1.0f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
 }
 
 /* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
@@ -554,19 +554,19 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     app->staged.speed_kp = 0.7f;
     from_here();
     apply();
-    expect_share(1.1f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.1f, app->drive.offer.fast.current_control.inductance_q);
     interrupt();
-    expect_share(1.1f, app->drive.inductance.learnt.value);
+    expect_share(1.1f, app->drive.medium.inductance.learnt.value);
 
     app->staged.motor_inductance_q = 15e-3f;
     from_here();
     apply();
-    expect_share(1.0f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
     periods(1000u);
     background();
-    expect_share(1.0f, app->drive.offer.current_control.inductance_q);
+    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
     interrupt();
-    TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.inductance.learnt.value);
+    TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.medium.inductance.learnt.value);
     background_offers(false);
 }
 
@@ -577,20 +577,20 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     app->staged.torque_feedforward = 1.0f;
     apply();
     interrupt();
-    const float kp = app->drive.manoeuvres.run.speed.pi.tuning.kp;
+    const float kp = app->drive.medium.manoeuvres.run.speed.pi.tuning.kp;
 #ifndef LAGLESS_ESTIMATOR_FIXED
-    const float told = app->drive.estimator.tracker.torque_feedforward;
+    const float told = app->drive.fast.estimator.tracker.torque_feedforward;
     TEST_ASSERT_TRUE(told > 0.0f);
 #endif
-    inertia_t *inertia = &app->drive.inertia;
+    inertia_t *inertia = &app->drive.medium.inertia;
     inertia->learnt.value = 1.5f * inertia->learnt.from;
     from_here();
     periods(1000u);
     background();
     interrupt();
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f * kp, 1.5f * kp, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f * kp, 1.5f * kp, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 #ifndef LAGLESS_ESTIMATOR_FIXED
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f * told, told / 1.5f, app->drive.estimator.tracker.torque_feedforward);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f * told, told / 1.5f, app->drive.fast.estimator.tracker.torque_feedforward);
 #endif
     TEST_ASSERT_EQUAL_FLOAT(1.5f * inertia->learnt.from, inertia->learnt.value);
 }
@@ -605,8 +605,8 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     learnt(1.1f);
     background();
     interrupt();
-    expect_share(1.1f, app->drive.current_control.inductance_q);
-    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.manoeuvres.run.speed.pi.tuning.kp);
+    expect_share(1.1f, app->drive.fast.current_control.inductance_q);
+    TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 
 static void test_requests_are_taken_with_interrupts_off(void)
@@ -660,8 +660,8 @@ static void expect_defaults_and_fault(void)
     expect_store(PARAMETERS_CORRUPT, 0u, params_table.count);
     params_defaults(&usual);
     TEST_ASSERT_EQUAL_MEMORY(&usual, &app->active, sizeof usual);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.sequence.state);
-    TEST_ASSERT_EQUAL_INT32(REASON_STORE_CORRUPT, app->drive.sequence.fault_reason);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, app->drive.state);
+    TEST_ASSERT_EQUAL_INT32(REASON_STORE_CORRUPT, app->drive.fault_reason);
     TEST_ASSERT_EQUAL_INT32(HAL_OK, app->board_status);
 }
 
@@ -675,7 +675,7 @@ static void test_a_saved_set_runs_after_the_next_start(void)
     expect_store(PARAMETERS_LOADED, 0u, 0u);
     TEST_ASSERT_EQUAL_MEMORY(&saved, &app->active, sizeof saved);
     TEST_ASSERT_EQUAL_MEMORY(&saved, &app->staged, sizeof saved);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.sequence.state);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
     TEST_ASSERT_EQUAL_FLOAT(0.5f + saved.device_resistance, app->believed.resistance);
 }
 
@@ -724,7 +724,7 @@ static void test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault(void)
     expect_order(ORDER_SAVE, REASON_NONE, 0u);
     start(HAL_OK);
     expect_store(PARAMETERS_LOADED, 0u, 0u);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.sequence.state);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
 }
 
 /* Each value by itself is good, and the record, too: as after an update whose rules are other ones. */
@@ -769,7 +769,7 @@ static void test_a_capture_is_armed_triggered_read_and_released(void)
     from_here();
     TEST_ASSERT_FALSE(capturing_slot(0u, &bits)); /* it is not held */
     expect_order(ORDER_CAPTURE_TRIGGER, REASON_NONE, 0u);
-    const uint32_t at = app->drive.period;
+    const uint32_t at = app->drive.fast.period;
     TEST_ASSERT_EQUAL_INT32(CAPTURE_TRIGGERED, app->services.capture_state);
     for (int n = 0; n < 10; n++) {
         interrupt();

@@ -32,28 +32,30 @@ static void test_a_fault_calibrates_and_trims_anew(void)
 {
     bring_to_run();
     drive_trip(&drive);
-    drive.offset_trim.offset = (ab_t){0.1f, 0.1f};
-    steps(300);
+    drive.medium.offset_trim.offset = (ab_t){0.1f, 0.1f};
+    windows(38);
     samples.i_a = 0.5f;
     requests_t requests = drive.requests;
     requests.enable = REQUEST_OFF;
     requests.fault_reset = 1;
     drive_request(&drive, &requests);
-    steps(1);
+    windows(1);
     expect_state(DRIVE_NOT_READY);
-    steps(64 + 512);
+    windows(1 + (64 + 512) / DRIVE_WINDOW); /* it begins in the window after the next */
     expect_state(DRIVE_READY);
-    TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.5f, drive.measure.offset.a); /* 512 roundings of 0.5 A at most */
-    TEST_ASSERT_TRUE(drive.offset_trim.offset.alpha == 0.0f && drive.offset_trim.offset.beta == 0.0f);
+    TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.5f, drive.fast.measure.offset.a); /* 512 roundings of 0.5 A at most */
+    TEST_ASSERT_TRUE(drive.medium.offset_trim.offset.alpha == 0.0f &&
+                     drive.medium.offset_trim.offset.beta == 0.0f);
 }
 
 static void test_a_fault_stops_the_calibration(void)
 {
     steps(100);
     samples.u_dc = 410.0f;
-    steps(2);
+    windows(1);
     expect_fault(REASON_DC_OVERVOLTAGE);
-    TEST_ASSERT_EQUAL_UINT32(0u, drive.measure.calibrated);
+    windows_until_it_acts();
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.measure.calibrated);
 }
 
 /* What the start asks of the samples. */
@@ -62,32 +64,34 @@ static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
     bring_to_ready();
     samples.u_dc = nextafterf(200.0f, 0.0f);
     request(REQUEST_ON);
-    steps(1);
+    windows(1);
     expect_state(DRIVE_READY);
-    TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, drive.sequence.refusal);
+    TEST_ASSERT_EQUAL_INT32(REASON_DC_UNDERVOLTAGE, drive.medium.sequence.refusal);
     samples.u_dc = 200.0f;
     samples.flags |= DRIVE_SAMPLE_FAULT_LINE;
-    steps(1);
-    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, drive.sequence.refusal);
+    windows(1);
+    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, drive.medium.sequence.refusal);
     samples.flags &= ~DRIVE_SAMPLE_FAULT_LINE;
-    steps(200);
+    windows(25); /* 20 ms */
     expect_state(DRIVE_SWITCHED_ON);
 }
 
-static void test_off_leaves_nothing_on_in_the_same_step(void)
+/* The gates are off with the first period in which the request acts. */
+static void test_off_leaves_nothing_on_when_it_acts(void)
 {
     bring_to_run();
     request_currents(-1.0f, 3.0f);
-    steps(10);
-    TEST_ASSERT_TRUE(drive.estimating != 0u && command.duty.a != 0.5f && drive.voltage.q != 0.0f);
+    windows(4);
+    TEST_ASSERT_TRUE(drive.fast.estimating != 0u && command.duty.a != 0.5f && drive.fast.voltage.q != 0.0f);
     request(REQUEST_OFF);
-    steps(1);
+    windows_until_it_acts();
     expect_state(DRIVE_READY);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
     TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
-    TEST_ASSERT_TRUE(drive.demand.current.q == 0.0f && drive.voltage.q == 0.0f &&
-                     drive.current_control.voltage_ref.q == 0.0f && drive.demand.omega_m_ref == 0.0f);
-    TEST_ASSERT_EQUAL_UINT32(0u, drive.estimating);
+    TEST_ASSERT_TRUE(drive.fast.demand.current.q == 0.0f && drive.fast.voltage.q == 0.0f &&
+                     drive.fast.current_control.voltage_ref.q == 0.0f &&
+                     drive.fast.demand.omega_m_ref == 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.estimating);
 }
 
 /* Two counts a period are 12.57 rad/s; k_p 0.5 times that brakes, and standstill is below 2 rad/s. */
@@ -97,32 +101,59 @@ static void test_quick_stop_brakes_until_standstill(void)
     turn(2, 2000);
     request_speed(12.5f);
     request(REQUEST_QUICK_STOP);
-    turn(2, 10);
+    turn(2, 3 * DRIVE_WINDOW);
     expect_state(DRIVE_QUICK_STOP);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.demand.omega_m_ref);
-    TEST_ASSERT_TRUE(drive.demand.current.q < -6.0f);
-    for (int n = 0; n < 200 && drive.sequence.state == (int32_t)DRIVE_QUICK_STOP; n++) {
-        steps(1); /* the encoder stands; its speed comes down to it */
-        TEST_ASSERT_EQUAL(fabsf(drive.omega_m) < 2.0f, drive.sequence.state == (int32_t)DRIVE_READY);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.demand.omega_m_ref);
+    TEST_ASSERT_TRUE(drive.fast.demand.current.q < -6.0f);
+    for (int n = 0; n < 200 && drive.state == (int32_t)DRIVE_QUICK_STOP; n++) {
+        windows(1); /* the encoder stands; its speed comes down to it */
+        TEST_ASSERT_EQUAL(fabsf(drive.window.omega_m) < 2.0f, drive.state == (int32_t)DRIVE_READY);
     }
     expect_state(DRIVE_READY);
+    windows_until_it_acts();
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
 
+/* At the end of the window after the next. */
 static void test_requests_reach_the_control(void)
 {
     bring_to_run();
     request_currents(-1.0f, 3.0f);
-    steps(1);
-    TEST_ASSERT_TRUE(drive.demand.current.d == -1.0f && drive.demand.current.q == 3.0f);
+    windows(3);
+    TEST_ASSERT_TRUE(drive.fast.demand.current.d == -1.0f && drive.fast.demand.current.q == 3.0f);
     request_speed(0.0f); /* bumpless: the speed control goes on from 3 A */
-    steps(1);
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 3.0f, drive.demand.current.q);
-    TEST_ASSERT_EQUAL_FLOAT(-1.0f, drive.demand.current.d);
+    windows(3);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 3.0f, drive.fast.demand.current.q);
+    TEST_ASSERT_EQUAL_FLOAT(-1.0f, drive.fast.demand.current.d);
     request_speed(10.0f);
-    steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(10.0f, drive.demand.omega_m_ref);
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, 3.0f + 0.5f * 10.0f, drive.demand.current.q);
+    windows(3);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, drive.fast.demand.omega_m_ref);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 3.0f + 0.5f * 10.0f, drive.fast.demand.current.q);
+}
+
+/* The lower switches alone from the first duties on, the gates a period later than else, and for so many
+ * periods more; a rotor whose current shows ends it. */
+static void test_gates_are_charged_before_anything_is_controlled(void)
+{
+    for (int turns = 0; turns < 2; turns++) {
+        bench_begin();
+        drive.fast.limits.charge_periods = 20u;
+        bring_to_ready();
+        request_currents(0.0f, 3.0f);
+        request(REQUEST_ON);
+        windows(2);
+        for (uint32_t n = 1; n <= 3u + 20u; n++) {
+            steps(1);
+            samples.i_a = turns != 0 && n >= 10u ? 1.0f : 0.0f;
+            const bool charges = n < 3u + 20u && (turns == 0 || n <= 10u);
+            TEST_ASSERT_EQUAL(charges,
+                              command.duty.a == 0.0f && command.duty.b == 0.0f && command.duty.c == 0.0f);
+            TEST_ASSERT_EQUAL_INT32(n < 3u ? GATES_OFF : n == 3u ? GATES_ON : GATES_KEEP, command.gates);
+            TEST_ASSERT_EQUAL(!charges, drive.fast.estimating != 0u);
+        }
+        windows(1);
+        expect_state(DRIVE_OPERATION_ENABLED);
+    }
 }
 
 /* While the gates come on nothing is asked for, whatever is requested. */
@@ -131,13 +162,14 @@ static void test_switching_on_asks_for_no_current(void)
     bring_to_ready();
     request_currents(-1.0f, 3.0f);
     request(REQUEST_ON);
-    for (int n = 0; n < 2; n++) {
+    windows(1);
+    while (drive.state == (int32_t)DRIVE_SWITCHED_ON) {
         steps(1);
-        expect_state(DRIVE_SWITCHED_ON);
-        TEST_ASSERT_TRUE(drive.demand.current.d == 0.0f && drive.demand.current.q == 0.0f);
+        TEST_ASSERT_TRUE(drive.fast.demand.current.d == 0.0f && drive.fast.demand.current.q == 0.0f);
     }
-    steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, drive.demand.current.q);
+    expect_state(DRIVE_OPERATION_ENABLED);
+    windows(2);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, drive.fast.demand.current.q);
 }
 
 /* Whatever was asked for before: neither of the controls remembers. */
@@ -146,14 +178,16 @@ static void test_every_start_is_from_rest(void)
     bring_to_run();
     request_currents(0.0f, 3.0f);
     steps(100);
-    TEST_ASSERT_TRUE(drive.current_control.voltage_ref.q > 12.5f * 3.0f + 10.0f);
+    TEST_ASSERT_TRUE(drive.fast.current_control.voltage_ref.q > 12.5f * 3.0f + 10.0f);
     request(REQUEST_OFF);
-    steps(1);
+    windows(1);
     request_speed(0.0f);
     request(REQUEST_ON);
-    for (int n = 0; n < 4; n++) {
+    windows(2);
+    for (uint32_t n = 0; n < 3u * DRIVE_WINDOW; n++) {
         steps(1);
-        TEST_ASSERT_TRUE(drive.demand.current.q == 0.0f && drive.current_control.voltage_ref.q == 0.0f);
+        TEST_ASSERT_TRUE(drive.fast.demand.current.q == 0.0f &&
+                         drive.fast.current_control.voltage_ref.q == 0.0f);
     }
     expect_state(DRIVE_OPERATION_ENABLED);
 }
@@ -164,7 +198,7 @@ static void test_encoder_begins_where_it_stands(void)
     samples.encoder = 5000u;
     for (int n = 0; n < 10; n++) {
         steps(1);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.encoder_position.omega_e);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.encoder_position.omega_e);
     }
 }
 
@@ -172,10 +206,10 @@ static void test_trim_is_taken_from_the_current_that_is_controlled(void)
 {
     bring_to_ready();
     samples.i_a = 1.0f;
-    drive.offset_trim.offset = (ab_t){0.125f, 0.0f};
-    steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(0.875f, drive.measure.measured.current.alpha);
-    TEST_ASSERT_EQUAL_FLOAT(1.0f, drive.measure.measured.current_abc.a);
+    drive.medium.offset_trim.offset = (ab_t){0.125f, 0.0f};
+    windows_until_it_acts();
+    TEST_ASSERT_EQUAL_FLOAT(0.875f, drive.fast.measure.measured.current.alpha);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, drive.fast.measure.measured.current_abc.a);
 }
 
 /* ---- faults ---- */
@@ -187,14 +221,17 @@ static void test_trip_goes_to_fault_at_once_and_freezes_what_was_seen(void)
     samples.i_a = 1.5f;
     samples.i_b = -0.25f;
     steps(1);
-    const uint32_t period = drive.period;
-    const frame_t frame = drive.rotor;
+    const uint32_t period = drive.fast.period;
+    const frame_t frame = drive.fast.rotor;
     drive_trip(&drive);
     expect_fault(REASON_MODULE_FAULT);
     samples.i_a = 0.0f;
     samples.u_dc = 100.0f;
-    turn(2, 5);
-    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+    for (uint32_t n = 0; n < 3u * DRIVE_WINDOW; n++) {
+        turn(2, 1);
+        TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
+    }
+    expect_fault(REASON_MODULE_FAULT);
     TEST_ASSERT_EQUAL_UINT32(period, drive.fault.period);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.5f, drive.fault.i_a);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, -0.25f, drive.fault.i_b);
@@ -205,17 +242,19 @@ static void test_trip_goes_to_fault_at_once_and_freezes_what_was_seen(void)
 static void test_a_trip_without_the_interrupt_is_seen_in_the_flags(void)
 {
     bring_to_run();
+    windows(2); /* the rows of a running motor count when its setpoint acts */
     samples.flags |= DRIVE_SAMPLE_TRIPPED;
     steps(1);
     expect_fault(REASON_MODULE_FAULT);
-    TEST_ASSERT_EQUAL_UINT32(drive.period, drive.fault.period);
+    TEST_ASSERT_EQUAL_UINT32(drive.fast.period, drive.fault.period);
+    TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
 
 static void test_a_trip_with_the_bridge_off_is_no_fault(void)
 {
     bring_to_ready();
     drive_trip(&drive);
-    steps(1);
+    windows(2);
     expect_state(DRIVE_READY);
 }
 
@@ -230,19 +269,19 @@ static const uint32_t *kept(uint32_t ago)
 static void test_history_ends_with_the_period_of_the_fault(void)
 {
     bring_to_run();
-    for (int n = 0; n < 400; n++) {
+    for (int n = 0; n <= 400; n++) { /* the last in the middle of a window */
         samples.u_dc = 300.0f + 0.125f * (float)n;
-        samples.flags |= n == 399 ? DRIVE_SAMPLE_TRIPPED : 0u;
+        samples.flags |= n == 400 ? DRIVE_SAMPLE_TRIPPED : 0u;
         steps(1);
     }
-    expect_fault(REASON_MODULE_FAULT);
     steps(50);
+    expect_fault(REASON_MODULE_FAULT);
     TEST_ASSERT_EQUAL_UINT32(KEPT, capture_count(&drive.capture));
     for (uint32_t ago = 0; ago < KEPT; ago++) {
         const uint32_t *slots = kept(ago);
         float u_dc;
         memcpy(&u_dc, &slots[3], sizeof u_dc); /* the fourth of signals_history */
-        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (399.0f - (float)ago), u_dc);
+        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (400.0f - (float)ago), u_dc);
         TEST_ASSERT_EQUAL_UINT32(ago == 0u ? DRIVE_FAULT : DRIVE_OPERATION_ENABLED, slots[0]);
     }
 }
@@ -260,12 +299,12 @@ static void test_history_begins_anew_with_the_reset(void)
     bring_to_run();
     drive_trip(&drive);
     request(REQUEST_OFF);
-    steps(DRIVE_PERIODS(20e-3f));
+    windows(1u + DRIVE_WINDOWS(20e-3f));
     requests_t requests = drive.requests;
     requests.fault_reset = 1;
     drive_request(&drive, &requests);
     samples.u_dc = 303.0f;
-    steps(1);
+    windows(1);
     expect_state(DRIVE_NOT_READY);
     TEST_ASSERT_EQUAL_UINT32(1u, capture_count(&drive.capture));
     TEST_ASSERT_EQUAL_FLOAT(303.0f, newest_u_dc());
@@ -283,9 +322,9 @@ static void test_an_offer_is_taken_at_the_start_of_the_next_step(void)
     params.dc_overvoltage = 310.0f; /* less than the link has */
     params.dc_undervoltage = 100.0f;
     offer_params();
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
     steps(1);
-    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.sequence.tuning.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
     steps(1); /* the second period above it */
     expect_fault(REASON_DC_OVERVOLTAGE);
@@ -300,7 +339,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     drive_withdraw(&drive);
     steps(10);
     expect_state(DRIVE_OPERATION_ENABLED);
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.sequence.tuning.dc_undervoltage);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
 /* Every room gets its own: one coefficient of each that the set decides, by hand. */
@@ -324,26 +363,26 @@ static void test_a_new_set_reaches_every_room(void)
     params.fallback_speed = 11.0f;
     params.position_source = POSITION_SENSORLESS;
     offer_params();
-    drive_take(&drive, samples.encoder);
-    TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.measure.tuning.periods);
-    TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.guard.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
-    TEST_ASSERT_EQUAL_UINT32(3999u, drive.encoder.tuning.last_count);
-    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.flux.flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.offset_trim.tuning.gain);
+    steps(1);
+    TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.fast.measure.tuning.periods);
+    TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
+    TEST_ASSERT_EQUAL_UINT32(3999u, drive.fast.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.medium.flux.flux_linkage);
+    TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.medium.offset_trim.tuning.gain);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
-                             drive.inverter.tuning.modulation.middle -
-                                 0.5f * drive.inverter.tuning.modulation.range);
-    TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.doubt.tuning.current);
-    TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.current_control.q.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.manoeuvres.run.tuning.flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.manoeuvres.limits.pole_pairs_inverse);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.manoeuvres.catching.tuning.speed_min);
-    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.manoeuvres.forced.tuning.current);
-    TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.manoeuvres.handover.tuning.current_margin);
-    TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.manoeuvres.lock.tuning.speed_slow);
-    TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.manoeuvres.limits.handover_speed);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.manoeuvres.limits.sensorless);
+                             drive.fast.inverter.tuning.modulation.middle -
+                                 0.5f * drive.fast.inverter.tuning.modulation.range);
+    TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.fast.doubt.tuning.current);
+    TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.medium.manoeuvres.run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.fast.reference.flux_linkage);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.medium.manoeuvres.limits.pole_pairs_inverse);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.fast.reference.catching.tuning.speed_min);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.fast.reference.forced.tuning.current);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.medium.manoeuvres.handover.tuning.current_margin);
+    TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.medium.manoeuvres.lock.tuning.speed_slow);
+    TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.medium.manoeuvres.limits.handover_speed);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.limits.sensorless);
 }
 
 /* ---- voltage ---- */
@@ -356,9 +395,10 @@ static void test_control_is_told_what_the_link_has_too_little_for(void)
     bring_to_run();
     request_currents(-10.0f, 10.0f);
     steps(2000);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.current_control.voltage_ref.d - drive.voltage.d);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.current_control.voltage_ref.q - drive.voltage.q);
-    const float u = sqrtf(drive.voltage.d * drive.voltage.d + drive.voltage.q * drive.voltage.q);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.fast.current_control.voltage_ref.d - drive.fast.voltage.d);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.fast.current_control.voltage_ref.q - drive.fast.voltage.q);
+    const float u =
+        sqrtf(drive.fast.voltage.d * drive.fast.voltage.d + drive.fast.voltage.q * drive.fast.voltage.q);
     TEST_ASSERT_TRUE(u > 150.0f && u < 190.7f + 10.8f);
 }
 
@@ -368,11 +408,12 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
 {
     bring_to_run();
     request_currents(0.0f, 0.0f);
+    windows(2);
     turn(20, 3000); /* 125.66 rad/s, 1200 r/min */
     /* No current flows and none is asked for: the integrators are at rest, the voltage is the EMF, psi_f
      * omega_e on q. */
     const double omega_e = 4.0 * (20.0 * 2.0 * PI);
-    const double angle = (double)drive.demand.frame.theta_e + 1.5e-4 * omega_e;
+    const double angle = (double)drive.fast.demand.frame.theta_e + 1.5e-4 * omega_e;
     const double expected_alpha = -0.183 * omega_e * sin(angle);
     const double alpha =
         311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;

@@ -16,9 +16,9 @@ void setUp(void)
     params_defaults(&params);
     params.position_source = POSITION_SENSORLESS;
     drive_init(&drive, &params);
-    drive.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
-    drive.measure.measured.u_dc = 311.0f;
-    manoeuvres_t *m = &drive.manoeuvres;
+    drive.medium.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
+    drive.window.measured.u_dc = 311.0f;
+    manoeuvres_t *m = &drive.medium.manoeuvres;
     m->now = (int32_t)MANOEUVRE_RUN;
     m->sensorless = 1u;
     m->tracking = 1u;
@@ -33,22 +33,23 @@ void tearDown(void)
 /* Caught, with 100 V of EMF that turns. */
 static void given_catch(void)
 {
-    manoeuvres_t *m = &drive.manoeuvres;
+    manoeuvres_t *m = &drive.medium.manoeuvres;
+    window_catch_t *catching = &drive.window.catching;
     m->now = (int32_t)MANOEUVRE_CATCH;
     m->tracking = 0u;
-    m->catching.length = 100.0f;
-    m->catching.emf = (ab_t){60.0f, -80.0f};
-    m->catching.cross = -2.0f;
-    m->catching.cross_min = 1.0f;
+    catching->length = 100.0f;
+    catching->emf = (ab_t){60.0f, -80.0f};
+    catching->cross = -2.0f;
+    catching->cross_min = 1.0f;
 }
 
 static void expect(int32_t of, int32_t reason)
 {
     drive_stop(&drive, of);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.sequence.fault_reason);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.fault_reason);
     TEST_ASSERT_EQUAL_INT32(reason, drive.fault.reason);
     TEST_ASSERT_EQUAL_INT32(reason, drive.log.faults[(drive.log.count - 1u) % DRIVE_FAULT_LOG].reason);
-    TEST_ASSERT_FALSE(fault_set_any(drive.sequence.faults_later));
+    TEST_ASSERT_FALSE(fault_set_any(drive.medium.sequence.faults_later));
 }
 
 /* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. */
@@ -64,15 +65,15 @@ static void test_a_tracked_rotor_is_confirmed_by_its_emf(void)
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
-        drive.manoeuvres.lock.projection = 100.0f * cases[n].share;
+        drive.medium.manoeuvres.lock.projection = 100.0f * cases[n].share;
         expect(REASON_OVERSPEED, cases[n].reason);
     }
 }
 
 static void test_the_encoder_needs_no_confirmation(void)
 {
-    drive.manoeuvres.sensorless = 0u;
-    drive.manoeuvres.lock.projection = 0.0f;
+    drive.medium.manoeuvres.sensorless = 0u;
+    drive.medium.manoeuvres.lock.projection = 0.0f;
     expect(REASON_OVERSPEED, REASON_OVERSPEED);
 }
 
@@ -83,10 +84,10 @@ static void test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction(void)
     given_catch();
     expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
     given_catch();
-    drive.manoeuvres.catching.emf = (ab_t){0.0f, 65.0f}; /* noise: its mean is a part of its length */
+    drive.window.catching.emf = (ab_t){0.0f, 65.0f}; /* noise: its mean is a part of its length */
     expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
     given_catch();
-    drive.manoeuvres.catching.cross = 0.9f; /* it does not turn */
+    drive.window.catching.cross = 0.9f; /* it does not turn */
     expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
 }
 
@@ -94,25 +95,25 @@ static void test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction(void)
 static void test_an_emf_far_beyond_the_link_is_no_rotor(void)
 {
     given_catch();
-    drive.manoeuvres.catching.length = 200.0f;
-    drive.manoeuvres.catching.emf = (ab_t){120.0f, -160.0f};
+    drive.window.catching.length = 200.0f;
+    drive.window.catching.emf = (ab_t){120.0f, -160.0f};
     expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
     given_catch();
-    drive.manoeuvres.catching.length = 208.0f;
-    drive.manoeuvres.catching.emf = (ab_t){124.8f, -166.4f};
+    drive.window.catching.length = 208.0f;
+    drive.window.catching.emf = (ab_t){124.8f, -166.4f};
     expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
 }
 
 static void test_a_rotor_that_is_lost_confirms_nothing(void)
 {
     given_catch();
-    drive.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK;
+    drive.medium.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK;
     expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
 }
 
 static void test_no_other_fault_is_renamed(void)
 {
-    drive.manoeuvres.lock.projection = 0.0f;
+    drive.medium.manoeuvres.lock.projection = 0.0f;
     expect(REASON_OVERCURRENT, REASON_OVERCURRENT);
     expect(REASON_LOCK_LOST, REASON_LOCK_LOST);
 }

@@ -297,9 +297,9 @@ static void test_after_a_rest_the_load_is_what_the_current_is(void)
     TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
-/* Of 10 A beside a load of 4 A, known at 100 rad/s: held on the way, all through zero and after it until the
- * end, if the load is not below the limit. */
-static void test_through_zero_no_torque_is_told_beside_a_load_that_matters(void)
+/* A load of 4 A, known at 100 rad/s: followed while the reference stands, held on the way; through zero and
+ * after it until the end all of i_q is load, if that is not below the limit. */
+static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
         setUp();
@@ -308,21 +308,22 @@ static void test_through_zero_no_torque_is_told_beside_a_load_that_matters(void)
         stand(0.0, 0.3);
         stand(sign * 4.0, 0.1);
         const float load = x.load;
+        TEST_ASSERT_EQUAL_FLOAT(0.1f, inertia_load_share(&x, 0.1f, 1.0f));
         reference = sign * 200.0;
         step(sign * 4.0, true); /* the current answers a period later */
         stand(sign * 10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(load, inertia_untold(&x, 10.0f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_share(&x, 0.1f, 1.0f));
         reference = sign * -100.0;
         stand(sign * -10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(10.0f, inertia_untold(&x, 10.0f, 1.0f));
-        TEST_ASSERT_EQUAL_FLOAT(10.0f, inertia_untold(&x, 10.0f, fabsf(load)));
-        TEST_ASSERT_EQUAL_FLOAT(load, inertia_untold(&x, 10.0f, nextafterf(fabsf(load), 10.0f)));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, fabsf(load)));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_share(&x, 0.1f, nextafterf(fabsf(load), 10.0f)));
         omega = sign * -50.0;
         stand(sign * -10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(10.0f, inertia_untold(&x, 10.0f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, 1.0f));
         omega = sign * -100.0;
         stand(sign * -4.0, (double)INERTIA_TAIL + 0.02);
-        TEST_ASSERT_EQUAL_FLOAT(x.load, inertia_untold(&x, 10.0f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.1f, inertia_load_share(&x, 0.1f, 1.0f));
     }
 }
 

@@ -40,7 +40,7 @@ static uint32_t lost_after(float omega_e)
 {
     lock_reset(&lock, omega_e);
     for (uint32_t n = 1u; n <= 1000u; n++) {
-        lock_step(&lock, &estimate);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
         if (lock_is_lost(&lock, estimate.omega_smooth, omega_e, true)) {
             return n;
         }
@@ -113,7 +113,7 @@ static void test_expectation_has_a_floor(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 10.0f * PSI, lock.expected);
     make_estimate(-3.0f, 1.0f, 0.0f);
     for (int n = 0; n < 2000; n++) {
-        lock_step(&lock, &estimate);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * PSI, lock.expected);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f * PSI, lock.projection);
@@ -154,7 +154,7 @@ static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
     TEST_ASSERT_FALSE(lock_is_lost(&lock, 200.0f, 200.0f, false));
     make_estimate(200.0f, 0.0f, 0.0f);
     for (int n = 0; n < 200; n++) {
-        lock_step(&lock, &estimate);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
     }
     TEST_ASSERT_TRUE(lock_is_lost(&lock, 200.0f, 200.0f, false));
 }

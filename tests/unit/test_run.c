@@ -4,22 +4,21 @@
 #include <string.h>
 #include <unity.h>
 
+#include "manoeuvre/demand.h"
 #include "tests/unit/sweep.h"
 
 /* The paper's speed control; powers of two where the sums shall be exact. */
 static const speed_control_params_t SPEED = {
     .kp = 0.5f, .ki = 2.5f, .weight = 1.0f, .current_limit = 10.0f, .period = 1e-4f};
 
-#define FLUX       0.125f /* [Wb] */
 #define POLE_PAIRS 4.0f
 
 static run_t run;
 
 /* No ramps, no current that is not wished for; of a hand-over half is left a period later. */
-static run_tuning_t tuning_of(const speed_control_params_t *speed, float flux_linkage)
+static run_tuning_t tuning_of(const speed_control_params_t *speed)
 {
-    return (run_tuning_t){
-        .speed = speed_control_prepare(speed), .flux_linkage = flux_linkage, .low_share = 1.0f, .fade = 0.5f};
+    return (run_tuning_t){.speed = speed_control_prepare(speed), .low_share = 1.0f, .fade = 0.5f};
 }
 
 static void begin(const run_tuning_t *tuning)
@@ -30,7 +29,7 @@ static void begin(const run_tuning_t *tuning)
 
 void setUp(void)
 {
-    const run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    const run_tuning_t tuning = tuning_of(&SPEED);
     begin(&tuning);
 }
 
@@ -38,7 +37,7 @@ static demand_t step(run_mode_t mode, float omega_m_ref, float d, float q, float
 {
     const run_wish_t wish = {mode, omega_m_ref, {d, q}};
     demand_t demand;
-    run_step(&run, &wish, POLE_PAIRS * omega_m, omega_m, &demand);
+    run_step(&run, &wish, POLE_PAIRS * omega_m, omega_m, &demand.current, &demand.omega_m_ref);
     return demand;
 }
 
@@ -47,15 +46,6 @@ static void expect(demand_t demand, float d, float q, float omega_m_ref)
     TEST_ASSERT_EQUAL_FLOAT(d, demand.current.d);
     TEST_ASSERT_EQUAL_FLOAT(q, demand.current.q);
     TEST_ASSERT_EQUAL_FLOAT(omega_m_ref, demand.omega_m_ref);
-}
-
-/* Where no observer sees it. */
-static void test_emf_is_the_flux_turning(void)
-{
-    for (int way = -1; way <= 1; way++) {
-        const dq_t emf = run_emf(&run, 400.0f * (float)way);
-        TEST_ASSERT_TRUE(emf.d == 0.0f && emf.q == 400.0f * 0.125f * (float)way);
-    }
 }
 
 static void test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest(void)
@@ -148,7 +138,7 @@ static void test_it_is_entered_with_the_current_that_flows(void)
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
 static void test_ramps_take_the_reference_to_the_wish(void)
 {
-    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    run_tuning_t tuning = tuning_of(&SPEED);
     tuning.ramp = 1.0f / 1024.0f;
     tuning.stop_ramp = 1.0f / 256.0f;
     run_take(&run, &tuning);
@@ -172,7 +162,7 @@ static void test_ramps_take_the_reference_to_the_wish(void)
 /* A ramp begins where the motor is, not where the reference was before another mode. */
 static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
 {
-    run_tuning_t tuning = tuning_of(&SPEED, FLUX);
+    run_tuning_t tuning = tuning_of(&SPEED);
     tuning.ramp = 0.25f;
     run_take(&run, &tuning);
     static const run_mode_t modes[] = {RUN_ZERO, RUN_CURRENT};
@@ -189,11 +179,10 @@ static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
     speed_control_params_t speed = SPEED;
     speed.kp = 1.0f;
     speed.current_limit = 6.5f;
-    const run_tuning_t tuning = tuning_of(&speed, 2.0f * FLUX);
+    const run_tuning_t tuning = tuning_of(&speed);
     run_take(&run, &tuning);
     const demand_t demand = step(RUN_SPEED, 9.0f, 0.0f, 0.0f, 8.0f);
     expect(demand, 0.0f, 6.0f, 9.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f * 32.0f, run_emf(&run, 32.0f).q);
     expect(step(RUN_SPEED, 18.0f, 0.0f, 0.0f, 8.0f), 0.0f, 6.5f, 18.0f);
 }
 
@@ -210,7 +199,6 @@ static void begin_slow(float low_current)
         .kp = 0.5f, .ki = 2.5f, .weight = 0.0f, .current_limit = 10.0f, .period = (float)T};
     const run_tuning_t tuning = {
         .speed = speed_control_prepare(&speed),
-        .flux_linkage = 0.183f,
         .ramp = 100.0f * (float)T,
         .stop_ramp = 400.0f * (float)T,
         .low_current = low_current,
@@ -287,7 +275,7 @@ static void test_larger_of_both_is_added_to_the_wish(void)
     for (int n = 1; n <= 5000; n++) {
         const run_wish_t wish = {RUN_SPEED, 0.0f, {-1.0f, 7.0f}};
         demand_t demand;
-        run_step(&run, &wish, 0.0f, 0.0f, &demand);
+        run_step(&run, &wish, 0.0f, 0.0f, &demand.current, &demand.omega_m_ref);
         const double left = 4.0 * exp(-T * n / 0.1), low = 2.0;
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, fmax(left, low) - 1.0, (double)demand.current.d);
     }
@@ -300,6 +288,6 @@ static void test_wish_for_currents_gets_nothing_else(void)
     run_enter(&run, (dq_t){4.0f, 1.0f}, 0.0f);
     const run_wish_t wish = {RUN_CURRENT, 9.0f, {-1.5f, 3.0f}};
     demand_t demand;
-    run_step(&run, &wish, 8.0f, 2.0f, &demand);
+    run_step(&run, &wish, 8.0f, 2.0f, &demand.current, &demand.omega_m_ref);
     TEST_ASSERT_TRUE(demand.current.d == -1.5f && demand.current.q == 3.0f && demand.omega_m_ref == 2.0f);
 }

@@ -13,7 +13,7 @@ static void test_begins_not_ready_with_gates_off(void)
     go(3u * REARM, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
-    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_periods); /* and counts no further */
+    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_windows); /* and counts no further */
 }
 
 static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
@@ -27,23 +27,24 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 
 /* ---- ready ---- */
 
-static void test_on_goes_through_switched_on_with_duties_before_gates(void)
+/* Switched on until the fast task has the bridge on, and its gates are charged. */
+static void test_on_goes_through_switched_on_until_the_bridge_is_on(void)
 {
     from(DRIVE_READY);
     go(10, DRIVE_READY, OFF);
-    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
-    go(1, DRIVE_SWITCHED_ON, ON);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
+    go(3, DRIVE_SWITCHED_ON, ON);
     is.tripped = false;
-    go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
-    for (int n = 0; n < 100; n++) {
-        go(1, DRIVE_OPERATION_ENABLED, KEEP); /* released once, never again by itself */
-    }
+    bridge = BRIDGE_CHARGES;
+    go(20, DRIVE_SWITCHED_ON, ON);
+    bridge = BRIDGE_ON;
+    go(100, DRIVE_OPERATION_ENABLED, ON);
 }
 
 static void expect_refused(int32_t reason)
 {
     const bool refused = reason != REASON_NONE;
-    go(1, refused ? DRIVE_READY : DRIVE_SWITCHED_ON, refused ? OFF : OFF | PRESET);
+    go(1, refused ? DRIVE_READY : DRIVE_SWITCHED_ON, refused ? OFF : ON | BEGIN);
     TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
 }
 
@@ -82,7 +83,7 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
             const float length = (over != 0 ? 1.001f : 0.999f) * FEEDING;
             measured.current = (ab_t){length * direction.alpha, length * direction.beta};
             (void)sequence_step(&sequence, &(sequence_input_t){&requests, &measured, NOTHING, NOTHING, false,
-                                                               CALIBRATION_GOES_ON});
+                                                               BRIDGE_OFF, CALIBRATION_GOES_ON});
             expect_state(over != 0 ? DRIVE_READY : DRIVE_SWITCHED_ON);
             TEST_ASSERT_EQUAL_INT32(over != 0 ? REASON_ROTOR_TOO_FAST : REASON_NONE, sequence.refusal);
         }
@@ -93,9 +94,12 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
 
 static void test_gates_that_do_not_come_on_are_a_fault(void)
 {
-    from(DRIVE_SWITCHED_ON);
-    go(1, DRIVE_SWITCHED_ON, ON);
-    go_to_fault(1, REASON_GATES_REFUSED);
+    for (int charges = 0; charges < 2; charges++) {
+        from(DRIVE_SWITCHED_ON);
+        go(1, DRIVE_SWITCHED_ON, ON);
+        bridge = charges != 0 ? BRIDGE_CHARGES : BRIDGE_ON;
+        go_to_fault(1, REASON_GATES_REFUSED);
+    }
 }
 
 /* Before the gates and after. */
@@ -106,7 +110,7 @@ static void test_any_other_wish_while_switching_on_goes_back_to_ready(void)
             from(DRIVE_SWITCHED_ON);
             steps(before);
             wish(other, 1, DRIVE_READY, OFF);
-            wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET); /* and it takes its whole time again */
+            wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN); /* and it takes its whole time again */
             go(1, DRIVE_SWITCHED_ON, ON);
         }
     }
@@ -118,7 +122,7 @@ static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void
 {
     from(DRIVE_OPERATION_ENABLED);
     for (int n = 0; n < 100; n++) {
-        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, KEEP);
+        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, ON);
     }
     is.standing = true;
     go(1, DRIVE_READY, OFF);
@@ -127,9 +131,9 @@ static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void
 static void test_quick_stop_ends_with_off_and_not_with_on(void)
 {
     from(DRIVE_QUICK_STOP);
-    wish(REQUEST_ON, 10, DRIVE_QUICK_STOP, KEEP);
+    wish(REQUEST_ON, 10, DRIVE_QUICK_STOP, ON);
     wish(REQUEST_OFF, 1, DRIVE_READY, OFF);
-    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
 /* ---- fault ---- */
@@ -230,18 +234,18 @@ static void test_a_fault_tells_why_it_refuses(void)
 
 /* ---- a fault that lets the motor stop first ---- */
 
-static void begin_stop(uint32_t periods)
+static void begin_stop(uint32_t windows)
 {
     from(DRIVE_OPERATION_ENABLED);
     input.stops = WARM;
-    go(periods, DRIVE_QUICK_STOP, KEEP);
+    go(windows, DRIVE_QUICK_STOP, ON);
 }
 
 static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
 {
     begin_stop(1);
     input.stops = NOTHING; /* what has begun is brought to its end */
-    go(10, DRIVE_QUICK_STOP, KEEP);
+    go(10, DRIVE_QUICK_STOP, ON);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
     is.standing = true;
     go_to_fault(1, REASON_SINK_WARM);
@@ -250,7 +254,7 @@ static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
 
 static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
 {
-    begin_stop(STOP_PERIODS);
+    begin_stop(STOP_WINDOWS);
     go_to_fault(1, REASON_SINK_WARM);
     begin_stop(2);
     requests.enable = REQUEST_OFF;
@@ -301,7 +305,7 @@ static void test_a_refused_reset_tells_what_is_still_there(void)
         input.faults = cases[n].fault ? OVERCURRENT : NOTHING;
         input.stops = cases[n].stop ? WARM : NOTHING;
         is.fault_line = cases[n].line;
-        sequence.quiet_periods = 0u;
+        sequence.quiet_windows = 0u;
         steps(1);
         TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* nobody has asked */
         requests.fault_reset = 1;
@@ -362,35 +366,14 @@ static void test_retries_are_forgotten_after_a_quiet_minute(void)
     go(RETRY_PAUSE, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_UINT32(1u, sequence.retried);
     sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
-    sequence.retry_periods = 0u;
+    sequence.retry_windows = 0u;
     steps(60u * RETRY_PAUSE - 1u);
     TEST_ASSERT_EQUAL_UINT32(1u, sequence.retried);
     steps(1);
     TEST_ASSERT_EQUAL_UINT32(0u, sequence.retried);
 }
 
-/* ---- gate supplies, a lost supply ---- */
-
-/* From the duties that the gates come on with to the last one before the operation the lower switches alone
- * are on; without anything to charge never. */
-static void test_gates_are_charged_before_anything_is_controlled(void)
-{
-    for (uint32_t periods = 0; periods < 8u; periods++) {
-        const uint32_t charge = periods > 0u ? CHARGE : 0u;
-        from(DRIVE_READY);
-        sequence.tuning.charge_periods = periods;
-        wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, OFF | PRESET | charge);
-        if (periods > 0u) {
-            go(1, DRIVE_SWITCHED_ON, OFF | CHARGE);
-        }
-        go(1, DRIVE_SWITCHED_ON, ON | charge);
-        is.tripped = false;
-        for (uint32_t n = 0; n < periods; n++) {
-            go(1, DRIVE_SWITCHED_ON, KEEP | CHARGE);
-        }
-        go(1, DRIVE_OPERATION_ENABLED, KEEP | PRESET | TRACK);
-    }
-}
+/* ---- a lost supply ---- */
 
 /* Gates off at once, no fault, and on again as soon as the link is there and `enable` still on. */
 static void test_a_coasting_drive_comes_on_again_by_itself(void)
@@ -405,7 +388,7 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
     go(1000, DRIVE_READY, OFF);
     is.undervoltage = false;
-    go(1, DRIVE_SWITCHED_ON, OFF | PRESET);
+    go(1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
 /* ---- all of it ---- */
@@ -429,8 +412,8 @@ static void test_no_input_leads_where_it_must_not(void)
             for (int32_t state = 0; state < STATES; state++) {
                 setUp();
                 sequence.state = state;
-                sequence.quiet_periods = (bits & 1u) != 0u ? REARM : 0u;
-                sequence.coming_on = bits >> 1 & 1u;
+                sequence.quiet_windows = (bits & 1u) != 0u ? REARM : 0u;
+                bridge = (bits >> 1 & 1u) != 0u ? BRIDGE_ON : BRIDGE_OFF;
                 sequence.held = bits >> 2 & 1u;
                 sequence.fault_reset_seen = (int32_t)(bits >> 3 & 1u);
                 requests.enable = enable;
@@ -467,16 +450,10 @@ static void test_no_input_leads_where_it_must_not(void)
                 const bool edge = requests.fault_reset != 0 && (bits >> 3 & 1u) == 0u;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_FAULT || next == state ||
                                  (edge && !stopped && !is.fault_line && (bits & 1u) != 0u));
-                /* gates: released in one place alone, off unless the bridge is on and stays so */
-                const bool stays = sequence_bridge_on(&sequence) && state != (int32_t)DRIVE_READY;
-                TEST_ASSERT_EQUAL(!stays, (order & SEQUENCE_GATES) == OFF);
-                TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_SWITCHED_ON && next == state,
-                                  (order & SEQUENCE_GATES) == ON);
-                /* control starts anew where it begins to act, the estimator with the operation */
-                const bool begins =
-                    state != next && sequence_bridge_on(&sequence) && next != (int32_t)DRIVE_QUICK_STOP;
-                TEST_ASSERT_EQUAL(begins, (order & PRESET) != 0u);
-                TEST_ASSERT_EQUAL(begins && next == (int32_t)DRIVE_OPERATION_ENABLED, (order & TRACK) != 0u);
+                /* off unless the bridge is on and stays so; control starts anew where it comes on */
+                TEST_ASSERT_EQUAL(sequence_bridge_on(&sequence), (order & ON) != 0u);
+                TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_READY && next == (int32_t)DRIVE_SWITCHED_ON,
+                                  (order & BEGIN) != 0u);
                 /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
                 TEST_ASSERT_TRUE(!fault_set_any(input.faults) || next == (int32_t)DRIVE_FAULT);
                 TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,

@@ -150,7 +150,7 @@ class Fault(gdb.Breakpoint):
     """The one function that makes the drive's state `fault`."""
 
     def __init__(self):
-        super().__init__(function="sequence_fault", internal=True)
+        super().__init__(function="drive_show_fault", internal=True)
         self.enabled = False
         self.silent = True
         self.hit = False
@@ -179,8 +179,8 @@ class Written(gdb.Breakpoint):
     def stop(self):
         self.enabled = False
         drive = ring()["app"]["drive"]
-        latched = int(drive["sequence"]["fault_reason"]) != 0
-        self.hit = latched and int(drive["fault"]["period"]) == int(drive["period"])
+        latched = int(drive["fault_reason"]) != 0
+        self.hit = latched and int(drive["fault"]["period"]) == int(drive["fast"]["period"])
         return self.hit
 
 
@@ -206,7 +206,7 @@ class Begun(gdb.Breakpoint):
 
 
 def present_manoeuvre():
-    return int(ring()["app"]["drive"]["manoeuvres"]["now"])
+    return int(ring()["app"]["drive"]["medium"]["manoeuvres"]["now"])
 
 
 def file_of(frame):
@@ -546,7 +546,7 @@ period LIMIT. A program that is not running is started."""
 
     @staticmethod
     def tell_fault(names):
-        reason = int(ring()["app"]["drive"]["sequence"]["fault_reason"])
+        reason = int(ring()["app"]["drive"]["fault_reason"])
         gdb.write(f"fault {reason}, {show.reason_name(reason)}, by {names}\n")
         tell_place()
 
@@ -589,7 +589,7 @@ that is not running is started."""
         elif begun.hit:
             frame = gdb.newest_frame()
             (frame.older() if frame.name() == "app_write" else frame).select()
-            gdb.write(f"{name}, start_try {int(ring()['app']['drive']['manoeuvres']['start_try'])}\n")
+            gdb.write(f"{name}, start_try {int(ring()['app']['drive']['medium']['manoeuvres']['start_try'])}\n")
             tell_place()
         else:
             stopped_on_the_way()
@@ -610,11 +610,11 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         state = ring()
         drive = state["app"]["drive"]
         found = False
-        sequence, snapshot = drive["sequence"], drive["fault"]
-        if int(sequence["fault_reason"]) != 0:
+        sequence, snapshot = drive["medium"]["sequence"], drive["fault"]
+        if int(drive["fault_reason"]) != 0:
             found = True
             period = int(snapshot["period"])
-            self.tell("fault", int(sequence["fault_reason"]))
+            self.tell("fault", int(drive["fault_reason"]))
             gdb.write(f"  when: period {period} by the drive's count, {time.seconds(period, period_ticks())}\n")
             gdb.write(
                 f"  then: i_a {show.number(snapshot['i_a'])} A, i_b {show.number(snapshot['i_b'])} A, "
@@ -624,8 +624,8 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
             if show.fault_rows_of(sequence["faults_later"]):
                 gdb.write(f"  later: {show.fault_names(sequence['faults_later'], ', ')}\n")
             self.tell_history(drive["capture"])
-        found = self.tell_log(drive["log"], int(sequence["fault_reason"]) != 0) or found
-        for row in show.fault_rows_of(drive["guard"]["warnings"]):
+        found = self.tell_log(drive["log"], int(drive["fault_reason"]) != 0) or found
+        for row in show.fault_rows_of(drive["medium"]["guard"]["warnings"]):
             found = True
             self.tell("warning", int(row["reason"]))
         if int(sequence["refusal"]) != 0:
@@ -633,7 +633,7 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
             self.tell("refusal", int(sequence["refusal"]))
         found = self.tell_misuse(state["chip"]) or found
         if not found:
-            gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', sequence['state'])}\n")
+            gdb.write(f"nothing is wrong: the drive is in {show.choice('signals_table', 'state', drive['state'])}\n")
 
     @staticmethod
     def tell_log(log, latched):
@@ -700,7 +700,8 @@ every field."""
     def invoke(self, argument):
         self.no_argument(argument)
         drive = ring()["app"]["drive"]
-        requests, sequence, measured = drive["requests"], drive["sequence"], drive["measure"]["measured"]
+        fast, medium, requests = drive["fast"], drive["medium"], drive["requests"]
+        measured = fast["measure"]["measured"]
         n = show.number
 
         def line(title, text):
@@ -709,30 +710,30 @@ every field."""
         def request(name):
             return show.choice("requests_table", name, requests[name])
 
-        state = show.choice("signals_table", "state", sequence["state"])
-        line("period", f"{int(drive['period'])} by the drive's count")
-        line("state", f"{state}, gates {show.gates_name(drive['command']['gates'])}")
-        line("fault", show.reason_name(sequence["fault_reason"]))
-        line("warnings", show.fault_names(drive["guard"]["warnings"], ", "))
-        line("refusal", show.reason_name(sequence["refusal"]))
+        state = show.choice("signals_table", "state", drive["state"])
+        line("period", f"{int(fast['period'])} by the drive's count")
+        line("state", f"{state}, gates {show.gates_name(fast['command']['gates'])}")
+        line("fault", show.reason_name(drive["fault_reason"]))
+        line("warnings", show.fault_names(drive["medium"]["guard"]["warnings"], ", "))
+        line("refusal", show.reason_name(medium["sequence"]["refusal"]))
         line(
             "requests",
             f"enable {request('enable')}, mode {request('mode')}, speed {show.rpm(requests['speed_request'])}, "
             f"i_d {n(requests['i_d_request'])} A, i_q {n(requests['i_q_request'])} A",
         )
-        line("speed", f"{show.rpm(drive['omega_m'])}, reference {show.rpm(drive['demand']['omega_m_ref'])}")
-        line("manoeuvre", show.choice("signals_table", "manoeuvre", drive["manoeuvres"]["now"]))
-        line("position", show.show_position(drive["rotor"]))
-        line("frame", show.show_position(drive["demand"]["frame"]))
+        line("speed", f"{show.rpm(fast['omega_m'])}, reference {show.rpm(fast['demand']['omega_m_ref'])}")
+        line("manoeuvre", show.choice("signals_table", "manoeuvre", medium["manoeuvres"]["now"]))
+        line("position", show.show_position(fast["rotor"]))
+        line("frame", show.show_position(fast["demand"]["frame"]))
         for axis in "dq":
             line(
                 f"axis {axis}",
-                f"i {n(drive['current'][axis])} A, reference {n(drive['demand']['current'][axis])} A; "
-                f"u {n(drive['voltage'][axis])} V, asked for {n(drive['current_control']['voltage_ref'][axis])} V",
+                f"i {n(fast['current'][axis])} A, reference {n(fast['demand']['current'][axis])} A; "
+                f"u {n(fast['voltage'][axis])} V, asked for {n(fast['current_control']['voltage_ref'][axis])} V",
             )
         phases = measured["current_abc"]
         line("phases", ", ".join(f"i_{phase} {n(phases[phase])} A" for phase in "abc"))
-        duty = drive["command"]["duty"]
+        duty = fast["command"]["duty"]
         line("duty", ", ".join(f"{phase} {float(duty[phase]):.4f}" for phase in "abc"))
         line("DC link", f"{n(measured['u_dc'])} V")
         line("heat", f"sink {n(measured['sink_temperature'])} degC, motor {n(measured['motor_temperature'])} degC")

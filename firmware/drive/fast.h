@@ -1,0 +1,130 @@
+/* The fast task, every PWM period: samples to duties.
+ *
+ *     samples --> measure --> what acted --> estimator --> frame, demand --> current control --> inverter:
+ * duties
+ *                                                     --> trips: the rows of the fault table that wait for
+ * nobody
+ *                                                     --> sums of the window
+ *
+ * It obeys the setpoint of the window (manoeuvre/setpoint.h), and opens the bridge without asking anybody. */
+#ifndef DRIVE_FAST_H
+#define DRIVE_FAST_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "control/current_control.h"
+#include "drive/guard.h"
+#include "drive/measure.h"
+#include "drive/window.h"
+#include "estimator/chosen.h"
+#include "estimator/encoder.h"
+#include "inverter/doubt.h"
+#include "inverter/inverter.h"
+#include "manoeuvre/reference.h"
+#include "protect/link.h"
+
+/* [periods] after which a bridge that comes on is on, and its samples show it. */
+#define FAST_ON 4u
+
+typedef enum {
+    GATES_KEEP, /* leave the trip zone as it is */
+    GATES_ON,   /* release the trip, this once */
+    GATES_OFF   /* trip by software */
+} drive_gates_t;
+
+typedef struct {
+    abc_t duty;    /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
+    int32_t gates; /* [-] drive_gates_t */
+} drive_command_t;
+
+/* Single numbers of the tuning. */
+typedef struct {
+    float jump;               /* of the encoder's angle in a period, that no rotor makes [rad] */
+    float pole_pairs_inverse; /* 1/p [-] */
+    float dc_undervoltage;    /* below it a rotor may feed the link with the bridge off [V] */
+    uint32_t smooth;          /* [-] 1: the speed is that without the loop's proportional part */
+    uint32_t charge_periods;  /* [periods] of the lower switches before an upper one may be on */
+} fast_limits_t;
+
+typedef struct {
+    measure_tuning_t measure;
+    guard_tuning_t guard;
+    encoder_tuning_t encoder;
+    chosen_tuning_t estimator;
+    inverter_tuning_t inverter;
+    doubt_tuning_t doubt;
+    current_control_tuning_t current_control;
+    reference_tuning_t reference;
+    link_tuning_t link;
+    fast_limits_t limits;
+} fast_tuning_t;
+
+typedef struct {
+    uint32_t period;             /* [periods] the one clock */
+    position_t encoder_position; /* at t_k, of the encoder */
+    frame_t encoder_frame;       /* the same, while control turns with it */
+    uint32_t on;                 /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
+    uint32_t charging;           /* [periods] for which the lower switches are still on alone */
+    uint32_t open;               /* [-] 1: the bridge stays open until a setpoint with the gates off */
+    uint32_t estimating;         /* [-] 1: the estimator runs */
+    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
+    float link_mean;             /* [V] of the DC link in that time */
+    float dead_voltage;          /* [V] that a leg loses at the link of that time */
+    frame_t rotor;               /* as it is believed at t_k */
+    float omega_m;               /* [rad/s] mechanical, of the rotor */
+    demand_t demand;             /* with the frame in force */
+    dq_t current;                /* [A] in that frame */
+    dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
+    float load;                  /* [A] what of i_q carries the load: the tracking loop is not told of it */
+    float lower, upper;          /* [A] limits of i_q, by heat and DC link */
+    drive_command_t command;
+    setpoint_t setpoint; /* in force */
+
+    measure_t measure;
+    encoder_t encoder;
+    inverter_t inverter;
+    doubt_t doubt;
+    chosen_t estimator;
+    reference_t reference;
+    current_control_t current_control;
+    link_t link;   /* its limits */
+    guard_t trips; /* the rows of the fault table that are judged in each period */
+
+    fast_limits_t limits; /* of the tuning */
+
+    window_sums_t sum;   /* of the window under way */
+    abc_t before;        /* phase currents at the end of the last one [A] */
+    uint32_t windows;    /* [windows] closed */
+    int32_t calibration; /* [-] calibration_t of the last period */
+    uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */
+    int32_t left;        /* [-] jump_reaction_t of this window */
+    drive_fault_t stop;  /* by which the bridge was opened in this window */
+} fast_t;
+
+/* All state zero, these coefficients, and this setpoint. */
+void fast_init(fast_t *fast, const fast_tuning_t *tuning, const setpoint_t *setpoint);
+
+/* New coefficients between two periods; the state goes on. The sample that comes has this encoder count. */
+void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder_count);
+
+/* The first period of a window begins with this setpoint. */
+void fast_take(fast_t *fast, const setpoint_t *setpoint);
+
+/* One period. Bounded, no libm; one division each of observer and modulator, one more when the voltage is
+ * limited. */
+void fast_step(fast_t *fast, const drive_samples_t *samples, drive_command_t *command);
+
+/* The window's last period: its window, and the next one begins. */
+void fast_close(fast_t *fast, window_t *window);
+
+/* The bridge opens at once, for this reason. */
+void fast_stop(fast_t *fast, int32_t reason);
+
+/* Are the gates on, or coming on? */
+static inline bool fast_bridge_on(const fast_t *fast)
+{
+    return fast->on != 0u;
+}
+
+#endif

@@ -1,0 +1,219 @@
+#include "manoeuvre/reference.h"
+
+#include <string.h>
+
+#include "math/angle.h"
+#include "math/trig.h"
+
+void reference_init(reference_t *reference, const reference_tuning_t *tuning)
+{
+    memset(reference, 0, sizeof *reference);
+    forced_init(&reference->forced, &tuning->forced);
+    catch_init(&reference->catching, &tuning->catching);
+    reference_set_tuning(reference, tuning);
+}
+
+void reference_set_tuning(reference_t *reference, const reference_tuning_t *tuning)
+{
+    forced_take(&reference->forced, &tuning->forced);
+    catch_take(&reference->catching, &tuning->catching);
+    reference->flux_linkage = tuning->flux_linkage;
+    reference->periods = tuning->periods;
+    reference->per_period = tuning->per_period;
+}
+
+void reference_rest(reference_t *reference, int32_t source)
+{
+    reference->source = source;
+    reference->named = source;
+    reference->tracking = 0u;
+    reference->current = (dq_t){0.0f, 0.0f};
+    reference->slope = (dq_t){0.0f, 0.0f};
+    reference->outcome = (int32_t)CATCH_GOES_ON;
+}
+
+void reference_leave_encoder(reference_t *reference, bool to_estimate, float omega_e, uint32_t periods)
+{
+    if (to_estimate) {
+        reference->source = (int32_t)SOURCE_ESTIMATE;
+        reference->tracking = 1u;
+    } else {
+        reference->source = (int32_t)SOURCE_CATCH;
+        reference->tracking = 0u;
+        reference->outcome = (int32_t)CATCH_GOES_ON;
+        catch_enter(&reference->catching, periods, omega_e);
+    }
+}
+
+void reference_take(reference_t *reference, const setpoint_t *setpoint)
+{
+    const float share = reference->per_period;
+    const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
+    reference->fresh = 1u;
+    reference->left = reference->periods;
+    /* a catch that has not been entered anew is the one that the fast task has begun or ended by itself */
+    if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
+        reference->source = setpoint->source;
+    }
+    reference->named = setpoint->source;
+    if (setpoint->change == (int32_t)FRAME_GOES_ON) {
+        reference->slope = (dq_t){share * (setpoint->current.d - reference->current.d),
+                                  share * (setpoint->current.q - reference->current.q)};
+    } else {
+        reference->current = setpoint->current;
+        reference->slope = (dq_t){0.0f, 0.0f};
+    }
+    if (setpoint->enter != 0u && setpoint->source == (int32_t)SOURCE_FORCED) {
+        reference->forced.frame.omega_e = setpoint->forced_begin;
+        reference->forced.current = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : setpoint->forced_current;
+    }
+    reference->forced_slope = share * (setpoint->forced_speed - reference->forced.frame.omega_e);
+    reference->rise = share * (setpoint->forced_current - reference->forced.current);
+}
+
+static void lock_to(reference_t *reference, position_t position, float emf)
+{
+    reference->locking = 1u;
+    reference->locked = position;
+    reference->locked_emf = emf;
+    reference->tracking = 1u;
+}
+
+/* What the setpoint orders for its first period. */
+static void obey(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input)
+{
+    const estimate_t *estimate = input->estimate;
+    const float forced = reference->forced.frame.omega_e;
+    if (setpoint->enter != 0u) {
+        reference->outcome = (int32_t)CATCH_GOES_ON;
+        reference->tracking = 0u;
+        if (setpoint->source == (int32_t)SOURCE_FORCED) {
+            const float from = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : estimate->frame.theta_e;
+            forced_enter(&reference->forced, angle_turn_back(from + setpoint->forced_ahead), forced,
+                         reference->forced.current);
+        } else {
+            catch_enter(&reference->catching, setpoint->catch_periods, setpoint->catch_speed);
+        }
+    }
+    switch ((lock_order_t)setpoint->lock) {
+    case LOCK_RELEASE:
+        reference->tracking = 0u;
+        break;
+    case LOCK_TO_EMF:
+        lock_to(reference, (position_t){catch_angle(estimate->emf, forced), forced}, estimate->amplitude);
+        break;
+    case LOCK_TO_ENCODER:
+        lock_to(reference, *input->position, estimate->amplitude);
+        break;
+    case LOCK_FOLLOWS:
+        reference->tracking = 1u;
+        break;
+    case LOCK_KEEP:
+        break;
+    }
+}
+
+static void force(reference_t *reference, const reference_input_t *input, demand_t *demand)
+{
+    forced_t *forced = &reference->forced;
+    forced->frame.omega_e += reference->forced_slope;
+    forced->current += reference->rise;
+    const dq_t emf = frames_park(input->estimate->emf, forced->frame.rotation);
+    demand->frame = forced->frame;
+    demand->current = forced_step(forced, emf);
+    demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
+}
+
+/* The rotor turns: the loop is locked to it, what flows along its d axis goes on, and there is no torque. */
+static void caught(reference_t *reference, demand_t *demand)
+{
+    const position_t rotor = catch_position(&reference->catching);
+    lock_to(reference, rotor, catch_length(&reference->catching));
+    reference->source = (int32_t)SOURCE_ESTIMATE;
+    reference->current = (dq_t){reference->catching.tuning.current_d, 0.0f};
+    reference->slope = (dq_t){0.0f, 0.0f};
+    demand->frame = (frame_t){rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
+    demand->change = (int32_t)FRAME_TURNS;
+    demand->current = reference->current;
+    demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
+}
+
+static void catch_rotor(reference_t *reference, const reference_input_t *input, demand_t *demand)
+{
+    catch_t *catching = &reference->catching;
+    const estimate_t *estimate = input->estimate;
+    const ab_t current = catch_current(catching);
+    demand->frame = reference_stationary(0.0f);
+    demand->current = (dq_t){current.alpha, current.beta};
+    demand->emf = (dq_t){0.0f, 0.0f};
+    if (input->estimating == 0u) {
+        return;
+    }
+    const ab_t voltage = catch_voltage(catching, estimate->emf);
+    demand->emf = (dq_t){voltage.alpha, voltage.beta};
+    if (reference->outcome == (int32_t)CATCH_STANDING) {
+        return; /* what follows is set by the medium task */
+    }
+    reference->outcome =
+        (int32_t)catch_step(catching, estimate->emf, estimate->amplitude, input->voltage_max);
+    if (reference->outcome == (int32_t)CATCH_TURNING) {
+        caught(reference, demand);
+    }
+}
+
+/* Run in the frame of the rotor, with the EMF that is known beforehand [V]; the reference stays where it has
+ * come to if no other setpoint takes over. */
+static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, dq_t emf,
+                demand_t *demand)
+{
+    reference->left -= reference->left > 0.0f ? 1.0f : 0.0f;
+    reference->current.d = setpoint->current.d - reference->left * reference->slope.d;
+    reference->current.q = setpoint->current.q - reference->left * reference->slope.q;
+    demand->frame = *rotor;
+    demand->current = reference->current;
+    demand->emf = emf;
+}
+
+/* With the EMF that is observed, as the loop filters it: within a period or two it is right whatever the
+ * angle, so that an angle that is lost sets no current free. */
+static void run_on_estimate(reference_t *reference, const setpoint_t *setpoint,
+                            const reference_input_t *input, demand_t *demand)
+{
+    const estimate_t *estimate = input->estimate;
+    if (reference->locking != 0u) {
+        const position_t at = reference->locked;
+        const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
+        run(reference, setpoint, &frame, (dq_t){0.0f, at.omega_e * reference->flux_linkage}, demand);
+    } else {
+        run(reference, setpoint, &estimate->frame, estimate->emf_loop, demand);
+    }
+}
+
+void reference_step(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input,
+                    demand_t *demand)
+{
+    reference->locking = 0u;
+    demand->change = (int32_t)FRAME_GOES_ON;
+    if (reference->fresh != 0u) {
+        demand->change = setpoint->change;
+        obey(reference, setpoint, input);
+        reference->fresh = 0u;
+    }
+    switch ((frame_source_t)reference->source) {
+    case SOURCE_ENCODER:
+        run(reference, setpoint, input->encoder,
+            (dq_t){0.0f, input->encoder->omega_e * reference->flux_linkage}, demand);
+        break;
+    case SOURCE_ESTIMATE:
+        run_on_estimate(reference, setpoint, input, demand);
+        break;
+    case SOURCE_FORCED:
+        force(reference, input, demand);
+        break;
+    case SOURCE_NONE:
+    case SOURCE_CATCH:
+        catch_rotor(reference, input, demand);
+        break;
+    }
+    demand->omega_m_ref = setpoint->omega_m_ref;
+}

@@ -114,10 +114,17 @@ static double value(const char *name)
     return rig_value(rig, name);
 }
 
-static void expect(bool as_meant)
+static void expect_at(bool as_meant, int line)
 {
+    if (!as_meant) {
+        fprintf(stderr, "record: line %d, period %u: manoeuvre %g, state %g, %g r/min\n", line, (unsigned)recorded,
+                value("manoeuvre"), value("state"), value("omega_m") / RPM);
+    }
     good = good && as_meant;
 }
+
+/* What must hold here. */
+#define expect(as_meant) expect_at(as_meant, __LINE__)
 
 static void run(uint32_t periods)
 {
@@ -313,7 +320,7 @@ static void cold_start(void)
     set("estimate_time", 10.0);
     set("estimate_speed_min", 0.0);
     apply();
-    take_to(MANOEUVRE_RUN, 320); /* once four windows of the EMF agree */
+    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* once four windows of the EMF agree */
     set("speed_request", 0.0);
     take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);

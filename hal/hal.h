@@ -31,8 +31,9 @@
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
 #define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
-/* An interrupt of the application; runs with interrupts off and must end in hal_end_of_sample() or
- * hal_end_of_trip(). */
+/* An interrupt of the application. Those of sample and trip run with interrupts off and must end in
+ * hal_end_of_sample() or hal_end_of_trip(); that of the medium task begins with hal_begin_medium() and ends in
+ * hal_end_medium(), and between these two the others may interrupt it. */
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {
@@ -40,6 +41,7 @@ typedef struct {
         dead_band_count; /* [SYSCLK cycles] HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX: both edges of each leg */
     uint32_t encoder_count_max; /* [counts] 4 x lines - 1, lines >= 1 */
     hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
+    hal_interrupt_t on_medium;  /* after hal_request_medium(), when no other interrupt is due */
     hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
 } hal_config_t;
 
@@ -104,6 +106,12 @@ bool hal_gates_on(void);
 
 void hal_end_of_sample(void); /* lets the next conversion and interrupt come: last statement of on_sample */
 void hal_end_of_trip(void);   /* last statement of on_trip; the gates stay off */
+
+/* ---- The medium task ---- */
+
+void hal_request_medium(void); /* from on_sample: on_medium follows; once, however often it was requested */
+void hal_begin_medium(void);   /* first statement of on_medium: sample and trip may interrupt it from here on */
+void hal_end_medium(void);     /* last statement of on_medium: interrupts are off until it has returned */
 
 /* ---- From the background ---- */
 

@@ -75,9 +75,18 @@ HAL_INTERRUPT void app_interrupt(void)
     drive_samples_t samples;
     drive_command_t command;
     app_read(&samples);
-    drive_step(&app->drive, &samples, &command);
+    if (drive_step(&app->drive, &samples, &command)) {
+        hal_request_medium();
+    }
     daq_sample(&app->talk.daq, &app->drive, app->drive.fast.period);
     app_write(&command);
+}
+
+HAL_INTERRUPT void app_medium(void)
+{
+    hal_begin_medium();
+    drive_medium_step(&app->drive);
+    hal_end_medium();
 }
 
 HAL_INTERRUPT void app_trip(void)

@@ -1,4 +1,4 @@
-/* The only place where firmware meets hal: reset, the two interrupts, the background loop.
+/* The only place where firmware meets hal: reset, the three interrupts, the background loop.
  *
  * `app` is the application of the chip that runs: one on silicon, one per thread on the desk, where the rig
  * points it at the chip whose turn it is. */
@@ -51,8 +51,10 @@ void app_start(void);
  * the gates open. */
 void app_background(void);
 
-/* The interrupts: of the sample, and of the power module's fault line. */
+/* The interrupts: of the sample, every period; of the medium task, once in a window, which the other two may
+ * interrupt; and of the power module's fault line. */
 HAL_INTERRUPT void app_interrupt(void);
+HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);
 
 /* The two ends of the sample interrupt; the drive's step goes between them. Whoever has better samples than

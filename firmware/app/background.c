@@ -33,6 +33,7 @@ void app_start(void)
         .dead_band_count = dead_band_of(&app->staged),
         .encoder_count_max = encoder_max_of(&app->staged),
         .on_sample = app_interrupt,
+        .on_medium = app_medium,
         .on_trip = app_trip,
     };
     app->board_status = (int32_t)hal_init(&config);

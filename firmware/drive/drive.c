@@ -6,14 +6,24 @@
 #include "drive/signals.h"
 #include "math/check.h"
 
-/* ---- the tasks ---- */
+/* ---- what is shown ---- */
 
-void drive_show_fault(drive_t *drive, const drive_fault_t *fault)
+static void show_fault(drive_t *drive, const drive_fault_t *fault)
 {
-    drive->state = (int32_t)DRIVE_FAULT;
+    if (drive->state != (int32_t)DRIVE_FAULT) {
+        drive->state = (int32_t)DRIVE_FAULT;
+        capture_trigger(&drive->capture, fault->period);
+    }
     drive->fault_reason = fault->reason;
     drive->fault = *fault;
-    capture_trigger(&drive->capture, fault->period);
+}
+
+/* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the window. */
+static void show_stop(drive_t *drive)
+{
+    drive_fault_t fault = drive->fast.stop;
+    fault.manoeuvre = drive->medium.manoeuvres.now;
+    show_fault(drive, &fault);
 }
 
 /* The state machine as the medium task has left it; a fault that it has latched goes into the log. */
@@ -23,69 +33,68 @@ static void show(drive_t *drive)
     if (medium->faults != drive->log.count) {
         drive->log.faults[drive->log.count % DRIVE_FAULT_LOG] = medium->fault;
         drive->log.count = medium->faults;
-        if (drive->state != (int32_t)DRIVE_FAULT) {
-            drive_show_fault(drive, &medium->fault);
-        }
-        drive->fault = medium->fault;
+        show_fault(drive, &medium->fault);
+    }
+    if (drive->fast.open != 0u && medium->sequence.state != (int32_t)DRIVE_FAULT) {
+        return; /* the fault is in the window that is closed now */
+    }
+    if (drive->state == (int32_t)DRIVE_FAULT && medium->sequence.state != (int32_t)DRIVE_FAULT) {
+        capture_reset(&drive->capture);
     }
     drive->state = medium->sequence.state;
     drive->fault_reason = medium->sequence.fault_reason;
 }
 
-/* The bridge has been opened: that is a fault, which the medium task latches with this window. */
-static void show_stop(drive_t *drive)
-{
-    drive_fault_t fault = drive->fast.stop;
-    fault.manoeuvre = drive->medium.manoeuvres.now;
-    if (drive->state != (int32_t)DRIVE_FAULT) {
-        drive_show_fault(drive, &fault);
-    }
-}
+/* ---- the tasks ---- */
 
-static void medium(drive_t *drive)
-{
-    const bool was_fault = drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
-    medium_step(&drive->medium, &drive->window, &drive->requests);
-    show(drive);
-    if (!was_fault && drive->state == (int32_t)DRIVE_FAULT) {
-        drive->fast.open = 1u; /* one word, for which no setpoint is waited */
-    }
-    if (was_fault && drive->state != (int32_t)DRIVE_FAULT) {
-        capture_reset(&drive->capture);
-    }
-}
-
-static void take(drive_t *drive, uint32_t encoder_count)
+static void take_tuning(drive_t *drive, uint32_t encoder_count)
 {
     medium_set_tuning(&drive->medium, &drive->offer.medium);
-    const setpoint_t *newest = &drive->medium.setpoint;
-    setpoint_set_models(&drive->next, newest);
-    setpoint_set_models(&drive->fast.setpoint, newest);
     fast_set_tuning(&drive->fast, &drive->offer.fast, encoder_count);
     drive->offered = 0u;
 }
 
-void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+/* The end of a window, at which the medium task does not run if it is in time: a tuning that is offered is taken,
+ * and the setpoint of the window before acts from the next period on. Where that is not there yet, the last one
+ * goes on acting, and the medium task keeps the window that it reads. true: it has another one to work on. */
+static bool turn_window(drive_t *drive, uint32_t encoder_count)
 {
+    if (drive->done != drive->handed) {
+        fast_miss(&drive->fast);
+        return false;
+    }
+    fast_close(&drive->fast, &drive->window);
     if (drive->offered != 0u) {
-        take(drive, samples->encoder);
+        take_tuning(drive, encoder_count);
     }
-    if (drive->fast.sum.periods == 0u) {
-        fast_take(&drive->fast, &drive->next);
-    }
-    fast_step(&drive->fast, samples, command);
+    show(drive);
+    drive->opens = (int32_t)REASON_NONE;
+    fast_take(&drive->fast, &drive->medium.setpoint);
+    drive->handed++;
+    return true;
+}
+
+bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+{
+    fast_step(&drive->fast, samples, drive->opens, command);
     if (drive->fast.stop.reason != (int32_t)REASON_NONE) {
         show_stop(drive);
+    } else if (drive->opens != (int32_t)REASON_NONE) {
+        show_fault(drive, &drive->medium.fault);
     }
-    if (drive->fast.sum.periods == DRIVE_WINDOW) {
-        drive->next = drive->medium.setpoint;
-        fast_close(&drive->fast, &drive->window);
-        medium(drive);
-        if (DRIVE_LATENCY == 0u) {
-            drive->next = drive->medium.setpoint;
-        }
-    }
+    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, samples->encoder);
     capture_step(&drive->capture, drive, drive->fast.period);
+    return due;
+}
+
+void drive_medium_step(drive_t *drive)
+{
+    const bool was_fault = drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
+    medium_step(&drive->medium, &drive->window, &drive->requests);
+    if (!was_fault && drive->medium.sequence.state == (int32_t)DRIVE_FAULT) {
+        drive->opens = drive->medium.sequence.fault_reason;
+    }
+    drive->done = drive->handed;
 }
 
 /* ---- from outside ---- */
@@ -98,8 +107,7 @@ void drive_init(drive_t *drive, const params_t *params)
     const believed_t believed = params_believed(params);
     drive_prepare(&drive->offer, params, &believed);
     medium_init(&drive->medium, &drive->offer.medium);
-    drive->next = drive->medium.setpoint;
-    fast_init(&drive->fast, &drive->offer.fast, &drive->next);
+    fast_init(&drive->fast, &drive->offer.fast, &drive->medium.setpoint);
     requests_defaults(&drive->requests);
     capture_tuning_t history;
     CHECK(capture_prepare(&signals_history, &signals_table, &history) == (uint32_t)CAPTURE_GOOD);

@@ -44,12 +44,14 @@ typedef struct {
     fast_t fast;
     medium_t medium;
 
-    /* what goes from the one to the other */
-    window_t window; /* the newest that is closed */
-    setpoint_t next; /* acts from the next window on */
+    /* what goes from the one to the other, beside the setpoint, which is the medium task's */
+    window_t window; /* the newest that is closed; the medium task reads it until it is done */
+    uint32_t handed; /* [windows] closed and handed over, by the fast task */
+    uint32_t done;   /* [windows] whose setpoint is ready, by the medium task */
+    int32_t opens;   /* [-] reason_t by which the medium task opens the bridge before its setpoint acts */
 
-    /* what is shown of the state machine: as the medium task has left it, and at once what has opened the
-     * bridge */
+    /* what is shown of the state machine: as the medium task has left it, from where its setpoint acts, and at once
+     * what has opened the bridge */
     int32_t state;        /* [-] drive_state_t */
     int32_t fault_reason; /* [-] reason_t of the latched fault; REASON_NONE: there is none */
     drive_fault_t fault;  /* the last one */
@@ -87,16 +89,17 @@ static inline void drive_attend(drive_t *drive, uint32_t reported)
 /* Take over a set of requests between two periods; it must be good (requests_check). */
 void drive_request(drive_t *drive, const requests_t *next);
 
-/* One period, in the interrupt. */
-void drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+/* The fast task: one period, in the interrupt of the sample. true: a window is closed, and the medium task has to
+ * run, which this interrupt may interrupt. */
+bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+
+/* The medium task: makes the setpoint of the window that was closed last. */
+void drive_medium_step(drive_t *drive);
 
 /* From the trip interrupt: the hardware has shut the gates. The bridge stays off, and the next window leads
  * to fault, if it was on; a power module that pulls its line while the gates are off anyway (its supply comes
  * up) is no fault. */
 void drive_trip(drive_t *drive);
-
-/* The state that is shown becomes fault, with what was seen then, which holds the capture: of both tasks. */
-void drive_show_fault(drive_t *drive, const drive_fault_t *fault);
 
 /* Latch a fault from outside the step: the board did not come up. */
 void drive_stop(drive_t *drive, int32_t reason);

@@ -64,12 +64,13 @@ static void limit(fast_t *fast)
 void fast_take(fast_t *fast, const setpoint_t *setpoint)
 {
     const int32_t calibrated = fast->setpoint.calibrate;
+    fast->medium_late = 0u;
     fast->setpoint = *setpoint;
     reference_take(&fast->reference, setpoint);
     tell_models(fast);
     fast->link.sunk = setpoint->link_sunk;
     fast->link.low = setpoint->link_low;
-    if (setpoint->gates == 0u) {
+    if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->open_since) >= 0) {
         fast->open = 0u;
     }
     if (setpoint->calibrate != calibrated) {
@@ -162,10 +163,18 @@ static void locate(fast_t *fast)
 
 /* ---- what waits for nobody ---- */
 
+static void open_bridge(fast_t *fast, uint32_t window)
+{
+    if (fast->open == 0u) {
+        fast->open = 1u;
+        fast->open_since = window;
+    }
+}
+
 void fast_stop(fast_t *fast, int32_t reason)
 {
     const measured_t *measured = &fast->measure.measured;
-    fast->open = 1u;
+    open_bridge(fast, fast->windows);
     if (fast->stop.reason == (int32_t)REASON_NONE) {
         fast->stop = (drive_fault_t){
             .reason = reason,
@@ -209,6 +218,7 @@ static bool trip(fast_t *fast)
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = watch_jump(fast),
+        .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
         .now = open ? GUARD_ALWAYS : fast->setpoint.moments,
     };
     if (guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
@@ -457,8 +467,18 @@ void fast_close(fast_t *fast, window_t *window)
     fast->stop.reason = (int32_t)REASON_NONE;
 }
 
-void fast_step(fast_t *fast, const drive_samples_t *samples, drive_command_t *command)
+void fast_miss(fast_t *fast)
 {
+    fast->sum = (window_sums_t){0};
+    fast->before = fast->measure.measured.current_abc;
+    fast->medium_late++;
+}
+
+void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command)
+{
+    if (opens != (int32_t)REASON_NONE) {
+        open_bridge(fast, fast->windows - 1u);
+    }
     if (fast->period == 0u) {
         encoder_reset(&fast->encoder, samples->encoder);
     }

@@ -27,6 +27,9 @@
 /* [periods] after which a bridge that comes on is on, and its samples show it. */
 #define FAST_ON 4u
 
+/* [windows] without a new setpoint after which the bridge opens: for one the last setpoint goes on acting. */
+#define FAST_LATE_WINDOWS 2u
+
 typedef enum {
     GATES_KEEP, /* leave the trip zone as it is */
     GATES_ON,   /* release the trip, this once */
@@ -66,7 +69,9 @@ typedef struct {
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t on;                 /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
     uint32_t charging;           /* [periods] for which the lower switches are still on alone */
-    uint32_t open;               /* [-] 1: the bridge stays open until a setpoint with the gates off */
+    uint32_t open;               /* [-] 1: the bridge stays open until a setpoint that knows why, with the gates off */
+    uint32_t open_since;         /* [windows] number of the window that has the reason */
+    uint32_t medium_late;        /* [windows] without a break, for which no new setpoint was there */
     uint32_t estimating;         /* [-] 1: the estimator runs */
     ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
     float link_mean;             /* [V] of the DC link in that time */
@@ -111,12 +116,17 @@ void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder
 /* The first period of a window begins with this setpoint. */
 void fast_take(fast_t *fast, const setpoint_t *setpoint);
 
-/* One period. Bounded, no libm; one division each of observer and modulator, one more when the voltage is
- * limited. */
-void fast_step(fast_t *fast, const drive_samples_t *samples, drive_command_t *command);
+/* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE: the
+ * bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and modulator,
+ * one more when the voltage is limited. */
+void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command);
 
 /* The window's last period: its window, and the next one begins. */
 void fast_close(fast_t *fast, window_t *window);
+
+/* The same without a window, for the medium task is not through with the last one: its sums are lost, and the
+ * setpoint in force goes on acting. */
+void fast_miss(fast_t *fast);
 
 /* The bridge opens at once, for this reason. */
 void fast_stop(fast_t *fast, int32_t reason);

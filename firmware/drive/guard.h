@@ -54,6 +54,7 @@ typedef struct {
     uint32_t unattended;       /* [-] 1: the background has stayed away for too long */
     uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, what the background has found */
     uint32_t encoder_wrong;    /* [-] ENCODER_WATCH_... bits */
+    uint32_t medium_late;      /* [-] 1: the medium task has missed two windows in a row */
     uint32_t moves_wrong;      /* [-] MOTION_... bits */
     uint32_t encoder_lost;     /* [-] 1: it is left */
     uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */

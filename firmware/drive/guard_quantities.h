@@ -26,6 +26,7 @@ typedef struct {
     uint32_t tripped;            /* [-] the trip zone holds the gates off; conditions likewise: */
     uint32_t bad_sample;         /* [-] not a number, or a current sensor at its rail */
     uint32_t late;               /* [-] this interrupt came too late for its period */
+    uint32_t medium_late;        /* [-] the medium task has missed two windows in a row */
     uint32_t encoder_error;      /* [-] quadrature phase error since the last sample */
     uint32_t estimate_amplitude; /* [-] the estimate in use is lost by this criterion */
     uint32_t estimate_detector;  /* [-] likewise */
@@ -77,6 +78,7 @@ static inline guard_quantities_t guard_quantities_of(const guard_input_t *input)
         .tripped = measured->flags & DRIVE_SAMPLE_TRIPPED,
         .bad_sample = measured->good ^ 1u,
         .late = measured->flags & DRIVE_SAMPLE_LATE,
+        .medium_late = input->medium_late,
         .encoder_error = measured->flags & DRIVE_SAMPLE_ENCODER,
         .estimate_amplitude = invalid & ESTIMATOR_AMPLITUDE,
         .estimate_detector = invalid & ESTIMATOR_DETECTOR,

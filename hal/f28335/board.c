@@ -33,7 +33,8 @@ static bool config_is_good(const hal_config_t *config)
 {
     return config != NULL && config->dead_band_count >= HAL_DEAD_BAND_MIN &&
            config->dead_band_count <= HAL_DEAD_BAND_MAX && qep_count_max_check(config->encoder_count_max) &&
-           config->on_sample != NULL && config->on_trip != NULL;
+           config->on_sample != NULL && config->on_medium != NULL &&
+           config->on_trip != NULL;
 }
 
 static void start_time(void)
@@ -164,7 +165,7 @@ hal_status_t hal_init(const hal_config_t *config)
 #endif
     adc_init();
     qep_init(config->encoder_count_max);
-    interrupts_init(config->on_sample, config->on_trip);
+    interrupts_init(config->on_sample, config->on_medium, config->on_trip);
 
     bus_write32(LAST_ZERO, hal_time());
     qep_start();

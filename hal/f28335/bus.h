@@ -44,6 +44,7 @@ bus_memory_t bus_memory(bus_region_t region);
 extern __cregister volatile unsigned int IER;
 extern __cregister volatile unsigned int IFR;
 #define bus_enable_group(n)      (IER |= (1u << ((n)-1u)))
+#define bus_request_group(n)     (IFR |= (1u << ((n)-1u)))
 #define bus_disable_groups()     (IER = 0u)
 #define bus_clear_pending()      (IFR &= 0u)
 #define bus_interrupts_enable()  __asm(" CLRC INTM")
@@ -73,6 +74,7 @@ void bus_allow(void);                  /* EALLOW: protected registers accept wri
 void bus_protect(void);                /* EDIS */
 uint32_t bus_vector(bus_isr_t isr);    /* what stands in a 32-bit PIE vector for this function */
 void bus_enable_group(uint16_t group); /* IER bit of CPU interrupt INT1..INT14 */
+void bus_request_group(uint16_t group); /* IFR bit of CPU interrupt INT1..INT14: raised by software */
 void bus_disable_groups(void);         /* IER = 0 */
 void bus_clear_pending(void);          /* IFR = 0 */
 void bus_interrupts_enable(void);      /* clear INTM */

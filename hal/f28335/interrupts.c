@@ -18,7 +18,7 @@ static uint16_t group_bit(uint16_t group)
     return (uint16_t)(1u << (group - 1u));
 }
 
-void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
+void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_medium, hal_interrupt_t on_trip)
 {
     uint16_t n;
 
@@ -38,6 +38,7 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
     }
     bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(on_sample));
     bus_write32(&PIE_VECTORS->vector[PIE_EPWM_TZ(PWM_LEADER)], bus_vector(on_trip));
+    bus_write32(&PIE_VECTORS->vector[INTERRUPTS_MEDIUM], bus_vector(on_medium));
     bus_protect();
     bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
     bus_write16(&PIE->group[INTERRUPTS_SAMPLE - 1u].IER, SAMPLE_ROW);
@@ -45,9 +46,11 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_trip)
     bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
+    bus_enable_group(INTERRUPTS_MEDIUM);
     /* A debugger in real-time mode that halts the background leaves the drive its interrupts, as long as the
      * carrier runs (pwm.c); and it may look at memory while the program runs. */
-    bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
+    bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP) |
+                                group_bit(INTERRUPTS_MEDIUM)));
     bus_debug_allow();
 }
 
@@ -62,6 +65,25 @@ void interrupts_acknowledge(uint16_t group)
 void hal_end_of_trip(void)
 {
     interrupts_acknowledge(INTERRUPTS_TRIP);
+}
+
+void hal_request_medium(void)
+{
+    bus_request_group(INTERRUPTS_MEDIUM);
+}
+
+/* Sample and trip are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return sets
+ * it again. */
+void hal_begin_medium(void)
+{
+    bus_debug_allow();
+    bus_interrupts_enable();
+}
+
+/* INTM is set before the registers come back from the stack (SPRZ272: nested interrupts). */
+void hal_end_medium(void)
+{
+    bus_interrupts_disable();
 }
 
 void hal_interrupts_off(void)

@@ -110,19 +110,27 @@ void bus_enable_group(uint16_t group)
     cpu_update(chip_bound);
 }
 
+void bus_request_group(uint16_t group)
+{
+    assert(group >= 1u && group <= 14u);
+    cpu_request(chip_bound, group);
+}
+
 void bus_interrupts_enable(void)
 {
     chip_cpu_t *cpu = &chip_bound->cpu;
-    if (cpu->interrupts_off && chip_world->section != NULL) {
+    if (cpu->section && chip_world->section != NULL) {
         const uint64_t from = cpu->busy_until > chip_bound->tick ? cpu->busy_until : chip_bound->tick;
         cpu->busy_until = from + chip_world->section(chip_world->context);
     }
     cpu->interrupts_off = 0u;
+    cpu->section = 0u;
     cpu_update(chip_bound);
 }
 
 void bus_interrupts_disable(void)
 {
+    chip_bound->cpu.section |= chip_bound->cpu.interrupts_off ^ 1u;
     chip_bound->cpu.interrupts_off = 1u;
     cpu_update(chip_bound);
 }

@@ -184,7 +184,7 @@ typedef struct {
     uint32_t dbgm;           /* [-] DBGM: a debugger may not look while the CPU runs */
     uint32_t dbgier;         /* [-] interrupts that are served in a real-time halt */
     uint32_t asked;          /* [-] the last reset was a wrong WDCHK: software's own wish */
-    uint32_t spare;          /* fills the struct to a multiple of 64 bits */
+    uint32_t section;        /* [-] 1: INTM was set by software, not by an interrupt: its end takes time */
 } chip_cpu_t;
 
 /* A debugger's halt. */

@@ -75,7 +75,9 @@ void cpu_update(chip_t *chip)
     if (takable(chip) == 0u) {
         chip->next[SOURCE_CPU] = CHIP_NEVER;
     } else if (chip->next[SOURCE_CPU] == CHIP_NEVER) {
-        uint64_t entry = tick_of(chip, cycle_now(chip) + LATENCY_CYCLES) + chip->cpu.delay;
+        const bool from_outside = (takable(chip) & ((1u << PIE_GROUPS) - 1u)) != 0u;
+        uint64_t entry =
+            tick_of(chip, cycle_now(chip) + LATENCY_CYCLES) + (from_outside ? chip->cpu.delay : 0u);
         chip_plan(chip, SOURCE_CPU, entry > chip->cpu.busy_until ? entry : chip->cpu.busy_until);
     }
 }
@@ -96,6 +98,7 @@ void cpu_request(chip_t *chip, uint32_t n)
 void pie_reset(chip_t *chip)
 {
     chip->cpu.interrupts_off = 1u;
+    chip->cpu.section = 1u;
     chip->cpu.busy_until = 0u;
     chip->cpu.dbgm = 1u;
     chip->cpu.dbgier = 0u;
@@ -132,6 +135,7 @@ void cpu_enter(chip_t *chip)
     uint32_t ier = chip->cpu.ier;
     uint32_t allow = chip->cpu.allow;
     uint32_t masked = chip->cpu.interrupts_off;
+    uint32_t section = chip->cpu.section;
     uint32_t dbgm = chip->cpu.dbgm;
     uint32_t resets = chip->cpu.resets;
     bool enabled = (chip->registers.pie.PIECTRL & PIECTRL_ENPIE) != 0u;
@@ -139,6 +143,7 @@ void cpu_enter(chip_t *chip)
     chip->cpu.ifr &= ~(1u << (n - 1u));
     chip->cpu.ier &= ~(1u << (n - 1u));
     chip->cpu.interrupts_off = 1u;
+    chip->cpu.section = 0u;
     chip->cpu.dbgm = 1u;
     chip->cpu.allow = 0u;
     if (!enabled || token == 0u) { /* without ENPIE the vectors of the boot ROM lead nowhere */
@@ -164,6 +169,7 @@ void cpu_enter(chip_t *chip)
     }
     chip->cpu.ier = ier;
     chip->cpu.interrupts_off = masked;
+    chip->cpu.section = section;
     chip->cpu.dbgm = dbgm;
     chip->cpu.allow = allow;
     cpu_update(chip);

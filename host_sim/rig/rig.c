@@ -36,6 +36,7 @@ static void start_software(rig_t *rig)
     const uint64_t begin = chip_now(&state->chip);
     rig_bind(rig);
     memset(app, 0, sizeof *app);
+    state->medium_until = 0u;
     app_start();
     const uint64_t zero = chip_carrier_tick(&state->chip);
     const uint64_t first =

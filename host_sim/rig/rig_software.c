@@ -2,7 +2,8 @@
  * background's turn.
  *
  * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
- * drive's step stands, between the two. */
+ * drive's step stands, between the two. The medium task computes at its begin, and what it has found is there when
+ * its time is over, which grows by that of the interrupts that come meanwhile. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_parts.h"
 
@@ -77,16 +78,47 @@ static void take_exact(const rig_state_t *state, drive_samples_t *samples)
     samples->u_dc = truth->true_u_dc;
 }
 
-void desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+/* The medium task is through: fast task and background see that from here on. */
+static void end_medium(rig_state_t *state)
 {
-    drive_samples_t taken = *samples;
-    if (bound->state.conditions.sensors != 0) {
-        take_exact(&bound->state, &taken);
+    if (state->medium_until != 0u && chip_now(&state->chip) >= state->medium_until) {
+        state->medium_until = 0u;
+        state->app.drive.done = state->medium_done;
+        state->app.drive.opens = state->medium_opens;
     }
-    drive_step(drive, &taken, command);
+}
+
+void desk_drive_medium_step(drive_t *drive)
+{
+    rig_state_t *state = &bound->state;
+    const uint64_t ticks = ticks_of(RIG_MEDIUM_CYCLES, state->conditions.medium_time);
+    const uint32_t done = drive->done;
+    const int32_t opens = drive->opens;
+    drive_medium_step(drive);
+    if (ticks != 0u) {
+        state->medium_until = chip_now(&state->chip) + ticks;
+        state->medium_done = drive->done;
+        state->medium_opens = drive->opens;
+        drive->done = done;
+        drive->opens = opens;
+    }
+}
+
+bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+{
+    rig_state_t *state = &bound->state;
+    drive_samples_t taken = *samples;
+    end_medium(state);
+    if (state->conditions.sensors != 0) {
+        take_exact(state, &taken);
+    }
+    const bool due = drive_step(drive, &taken, command);
+    const uint64_t ticks = ticks_of(RIG_INTERRUPT_CYCLES, state->conditions.interrupt_time);
+    state->medium_until += state->medium_until != 0u ? ticks : 0u;
     rig_timing_pause(bound);
-    take_time(bound, ticks_of(RIG_INTERRUPT_CYCLES, bound->state.conditions.interrupt_time));
+    take_time(bound, ticks);
     rig_timing_go_on(bound);
+    return due;
 }
 
 uint64_t rig_section(void *context)
@@ -100,9 +132,10 @@ bool rig_background(rig_t *rig)
     rig_state_t *state = &rig->state;
     const uint64_t now = chip_now(&state->chip);
     if (chip_halted(&state->chip) || chip_debug_halted(&state->chip) || now < state->background_next ||
-        now < state->chip.cpu.busy_until) {
+        now < state->chip.cpu.busy_until || now < state->medium_until) {
         return false;
     }
+    end_medium(state);
     state->background_next = now + (uint64_t)((double)state->conditions.background_time * 150e6 + 0.5);
     app_background();
     return true;

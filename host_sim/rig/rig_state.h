@@ -19,6 +19,9 @@ typedef struct {
     plant_t plant;
     uint64_t start;           /* [ticks] t_0: carrier zero of period 0; */
     uint64_t background_next; /* [ticks] the background may come round again */
+    uint64_t medium_until;    /* [ticks] the medium task is not through before; 0: it is */
+    uint32_t medium_done;     /* [windows] its drive_t.done from then on */
+    int32_t medium_opens;     /* [-] its drive_t.opens from then on */
     int64_t encoder_moved;    /* [counts] by rig_set_motion, of which the tracks show nothing */
     app_t app;
     rig_plant_t plant_values; /* what plant_set_params was last given */

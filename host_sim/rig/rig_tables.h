@@ -42,6 +42,7 @@ typedef struct {
  * firmware shall move the instants of its writes. A section with interrupts off: a few instructions that hand
  * over what was prepared. */
 #define RIG_INTERRUPT_CYCLES 7500u
+#define RIG_MEDIUM_CYCLES    6000u
 #define RIG_SECTION_CYCLES   50u
 
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */
@@ -77,7 +78,9 @@ typedef struct {
       "the staged and the active parameters, and again from the first; reads -1 again")                      \
     E(5016, flip_memory, "none|flash|code_in_ram|stack_end|params",                                          \
       "flips once bit flip_bit mod 16 of a word of this memory of the chip, or of the active parameters; "   \
-      "reads none again")
+      "reads none again")                                                                                    \
+    F(5017, medium_time, "-", 1.0f, 0.0f, 100.0f,                                                            \
+      "time of the medium task without the interrupts in it, in parts of its tracked cost on the chip")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

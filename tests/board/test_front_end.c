@@ -53,6 +53,10 @@ static void on_sample(void)
     hal_end_of_sample();
 }
 
+static void on_medium(void)
+{
+}
+
 static void on_trip(void)
 {
     hal_end_of_trip();
@@ -60,7 +64,7 @@ static void on_trip(void)
 
 void setUp(void)
 {
-    const hal_config_t config = {HAL_DEAD_BAND_MAX, 9999u, on_sample, on_trip};
+    const hal_config_t config = {HAL_DEAD_BAND_MAX, 9999u, on_sample, on_medium, on_trip};
     position = 0;
     for (uint32_t n = 0; n < INPUTS; n++) {
         volts[n] = 0.1 + 0.17 * n; /* each another, so that a wrong input shows */

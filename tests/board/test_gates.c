@@ -175,6 +175,10 @@ static void on_sample(void)
     hal_end_of_sample();
 }
 
+static void on_medium(void)
+{
+}
+
 static void on_trip(void)
 {
     hal_end_of_trip();
@@ -201,7 +205,7 @@ static void switch_at(double a, double b, double c)
 void setUp(void)
 {
     const hal_config_t config = {(uint16_t)ceil(BOARD_DEAD_TIME_NS * NS / CYCLE - 1e-6), 9999u, on_sample,
-                                 on_trip};
+                                 on_medium, on_trip};
     edges = 0;
     want_on = false;
     chip_power_on(&chip, BOARD_CRYSTAL_HZ);

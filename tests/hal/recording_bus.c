@@ -194,6 +194,11 @@ void bus_enable_group(uint16_t group)
     rec.groups = (uint16_t)(rec.groups | 1u << (group - 1u));
 }
 
+void bus_request_group(uint16_t group)
+{
+    note(DID_REQUEST_GROUP, 0u, group);
+}
+
 void bus_interrupts_enable(void)
 {
     note(DID_INTERRUPTS_ON, 0u, 0u);

@@ -29,6 +29,10 @@ static void on_sample(void)
 {
 }
 
+static void on_medium(void)
+{
+}
+
 static void on_trip(void)
 {
 }
@@ -45,7 +49,7 @@ void setUp(void)
     recording_reset();
     rec.otp[0] = 0x0123u;
     rec.otp[1] = 0x0045u;
-    config = (hal_config_t){375u, COUNT_MAX, on_sample, on_trip};
+    config = (hal_config_t){375u, COUNT_MAX, on_sample, on_medium, on_trip};
 }
 
 void tearDown(void)
@@ -215,11 +219,12 @@ static void test_start_up_sets_the_encoder_to_four_counts_a_line_in_step_with_th
 static void test_vectors_lead_to_the_application_and_all_others_shut_the_gates(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
-    TEST_ASSERT_EQUAL_UINT32(3u, rec.functions);
+    TEST_ASSERT_EQUAL_UINT32(4u, rec.functions);
     const bus_isr_t other = rec.function[0];
     TEST_ASSERT_TRUE(rec.function[1] == on_sample && rec.function[2] == on_trip);
+    TEST_ASSERT_TRUE(rec.function[3] == on_medium);
     for (uint32_t n = 1u; n < 128u; n++) {
-        const uint32_t expected = n == 32u ? VECTOR(1u) : n == 40u ? VECTOR(2u) : VECTOR(0u);
+        const uint32_t expected = n == 32u ? VECTOR(1u) : n == 40u ? VECTOR(2u) : n == 14u ? VECTOR(3u) : VECTOR(0u);
         TEST_ASSERT_EQUAL_HEX32(expected, PIE_VECTORS->vector[n]);
     }
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(&PIE_VECTORS->vector[0]), "reset vector written");
@@ -244,7 +249,7 @@ static void test_only_the_two_interrupts_are_enabled(void)
     const volatile uint16_t *const behind = F28335_BASE + 0x0CFAu;
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(behind), "wrote past the last group");
     TEST_ASSERT_EQUAL_HEX16(0x0003u, PIE->PIEACK);
-    TEST_ASSERT_EQUAL_HEX16(0x0003u, rec.groups);
+    TEST_ASSERT_EQUAL_HEX16(0x2003u, rec.groups);
     TEST_ASSERT_TRUE(rec.interrupts_on);
 }
 
@@ -458,7 +463,7 @@ static void test_a_debugger_may_look_while_the_program_runs_and_halts_the_backgr
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
     TEST_ASSERT_TRUE(rec.debug_allowed);
-    TEST_ASSERT_EQUAL_HEX16(0x0003u, rec.debug_groups);
+    TEST_ASSERT_EQUAL_HEX16(0x2003u, rec.debug_groups);
     TEST_ASSERT_EQUAL_HEX16(rec.groups, rec.debug_groups);
 }
 
@@ -536,6 +541,9 @@ static void test_missing_functions_are_refused(void)
     assert_refused_untouched();
     config.on_sample = on_sample;
     config.on_trip = NULL;
+    assert_refused_untouched();
+    config.on_trip = on_trip;
+    config.on_medium = NULL;
     assert_refused_untouched();
     TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, hal_init(NULL));
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);

@@ -66,15 +66,14 @@ void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const 
     __real_drive_prepare(tuning, params, believed);
 }
 
-void __real_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
-void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+bool __real_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
-void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     drive_samples_t taken = *samples;
     if (recorded == length) {
-        __real_drive_step(drive, samples, command);
-        return;
+        return __real_drive_step(drive, samples, command);
     }
     if (tampering != NULL) {
         tampering(&taken);
@@ -89,9 +88,10 @@ void __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     }
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);
-    __real_drive_step(drive, &taken, command);
+    const bool due = __real_drive_step(drive, &taken, command);
     put_table(&signals_table, drive);
     put_words(command, RECORDING_COMMAND);
+    return due;
 }
 
 /* ---- steps of a part ---- */

@@ -97,13 +97,16 @@ static void replay(uint32_t periods)
         }
         take_table(&requests_table, &drive.requests);
         take_words(&samples, RECORDING_SAMPLES);
-        drive_step(&drive, &samples, &command);
+        const bool due = drive_step(&drive, &samples, &command);
         for (uint32_t row = 0; row < signals_table.count; row++) {
             compare(signals_table.rows[row].name, table_bits(&signals_table.rows[row], &drive));
         }
         memcpy(words, &command, sizeof words);
         for (uint32_t word = 0; word < RECORDING_COMMAND; word++) {
             compare("command", words[word]);
+        }
+        if (due) {
+            drive_medium_step(&drive);
         }
     }
 }

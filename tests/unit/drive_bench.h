@@ -32,7 +32,9 @@ static inline void bench_begin(void)
 static inline void step(void)
 {
     samples.i_c = -(samples.i_a + samples.i_b);
-    drive_step(&drive, &samples, &command);
+    if (drive_step(&drive, &samples, &command)) {
+        drive_medium_step(&drive);
+    }
 }
 
 static inline void steps(uint32_t count)

@@ -71,6 +71,21 @@ void hal_end_of_trip(void)
     ask("end-of-trip ");
 }
 
+void hal_request_medium(void)
+{
+    ask("request-medium ");
+}
+
+void hal_begin_medium(void)
+{
+    ask("begin-medium ");
+}
+
+void hal_end_medium(void)
+{
+    ask("end-medium ");
+}
+
 bool hal_set_dead_band(uint16_t count)
 {
     ask("dead-band ");

@@ -148,6 +148,7 @@ static const struct {
     {"speed", AT(input.omega_m), 0u, -1.0f},
     {"tripped", AT(measured.flags), DRIVE_SAMPLE_TRIPPED, 0.0f},
     {"late", AT(measured.flags), DRIVE_SAMPLE_LATE, 0.0f},
+    {"medium_late", AT(input.medium_late), 1u, 0.0f},
     {"encoder_error", AT(measured.flags), DRIVE_SAMPLE_ENCODER, 0.0f},
     {"bad_sample", AT(bad), 1u, 0.0f},
     {"estimate_amplitude", AT(input.estimate_invalid), ESTIMATOR_AMPLITUDE, 0.0f},
@@ -467,7 +468,7 @@ static void test_rows_keep_their_places_and_numbers(void)
 {
     static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35, 37,
                                       38, 39, 40, 41, 42, 66, 67, 68, 69, 48, 49, 50, 51, 52, 53,
-                                      54, 43, 44, 45, 46, 56, 57, 58, 59, 60, 61, 71, 83, 84};
+                                      54, 43, 44, 45, 46, 56, 57, 58, 59, 60, 61, 71, 83, 84, 85};
     TEST_ASSERT_EQUAL_UINT32(sizeof numbers / sizeof numbers[0], ROWS);
     for (uint32_t n = 0; n < ROWS; n++) {
         TEST_ASSERT_EQUAL_INT32_MESSAGE(numbers[n], fault_rows[n].reason, fault_rows[n].name);

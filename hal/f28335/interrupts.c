@@ -26,6 +26,7 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_medium, hal_i
      */
     bus_write16(&PIE->PIECTRL, 0u);
     bus_disable_groups();
+    bus_write16(&CPU_TIMER(2u)->TCR, TCR_TSS); /* its interrupt is the medium task's */
     bus_clear_pending();
     for (n = 0u; n < GROUPS; n++) {
         bus_write16(&PIE->group[n].IER, 0u);

@@ -51,13 +51,17 @@ void rig_estimator_record(rig_t *rig, void *record)
 {
     estimator_record_t *to = record;
     const drive_t *drive = &rig->state.app.drive;
-    rig_step(rig); /* takes what may be offered */
+    rig_run(rig, DRIVE_WINDOW); /* takes what may be offered */
     to->start = drive->fast.estimator;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
+        const setpoint_t *setpoint = &drive->fast.setpoint; /* the last period of a window ends with another one */
+        estimator_input_t *input = &to->inputs[n];
+        *input = (estimator_input_t){.flux_linkage = setpoint->flux_linkage,
+                                     .speed_per_volt = setpoint->speed_per_volt};
         rig_step(rig);
-        to->inputs[n] =
-            (estimator_input_t){drive->fast.acted, drive->fast.measure.measured.current, drive->fast.load,
-                                drive->fast.setpoint.flux_linkage, drive->fast.setpoint.speed_per_volt};
+        input->voltage = drive->fast.acted;
+        input->current = drive->fast.measure.measured.current;
+        input->load = drive->fast.load;
     }
 }
 

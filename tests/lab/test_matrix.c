@@ -161,6 +161,7 @@ static bool is_no_fault(const char *name)
                                        "metering",
                                        "sensors",
                                        "interrupt_time",
+                                       "medium_time",
                                        "section_time",
                                        "background_time",
                                        "leg_b_drop",

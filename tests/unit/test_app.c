@@ -17,6 +17,7 @@ static bool interrupts_wrong; /* off twice, or on twice */
 static uint32_t dead_band, encoder_max;
 static uint32_t fed;
 static bool led_run, led_fault;
+static bool medium_requested;
 
 static app_t the_app;
 static params_error_t why;
@@ -74,6 +75,7 @@ void hal_end_of_trip(void)
 void hal_request_medium(void)
 {
     ask("request-medium ");
+    medium_requested = true;
 }
 
 void hal_begin_medium(void)
@@ -244,10 +246,23 @@ static void given_bridge_on(void)
     from_here();
 }
 
+/* One interrupt of the sample, with the medium task where it follows. */
+static void sample(void)
+{
+    medium_requested = false;
+    app_interrupt();
+    if (medium_requested) {
+        app_medium();
+    }
+    seen = app->drive;
+}
+
+/* To the end of a window. */
 static void interrupt(void)
 {
-    app_interrupt();
-    seen = app->drive;
+    do {
+        sample();
+    } while (!medium_requested);
 }
 
 static void apply(void)
@@ -349,7 +364,7 @@ static void test_the_background_sees_the_drive_between_two_interrupts_and_shows_
 {
     interrupt();
     background();
-    TEST_ASSERT_EQUAL_UINT32(1u, app->seen.period);
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_WINDOW, app->seen.period);
     TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->seen.state);
     TEST_ASSERT_FALSE(led_run);
     TEST_ASSERT_FALSE(led_fault);
@@ -779,7 +794,7 @@ static void test_a_capture_is_armed_triggered_read_and_released(void)
     put(1917u, 2001u);
     expect_order(ORDER_CAPTURE_ARM, REASON_NONE, 0u);
     for (int n = 0; n < 10; n++) {
-        interrupt();
+        sample();
     }
     from_here();
     TEST_ASSERT_FALSE(capturing_slot(0u, &bits)); /* it is not held */
@@ -787,7 +802,7 @@ static void test_a_capture_is_armed_triggered_read_and_released(void)
     const uint32_t at = app->drive.fast.period;
     TEST_ASSERT_EQUAL_INT32(CAPTURE_TRIGGERED, app->services.capture_state);
     for (int n = 0; n < 10; n++) {
-        interrupt();
+        sample();
     }
     background();
     TEST_ASSERT_EQUAL_INT32(CAPTURE_HELD, app->services.capture_state);

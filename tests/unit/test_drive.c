@@ -16,14 +16,16 @@ void setUp(void)
 
 /* ---- from room to room ---- */
 
-/* 64 samples to settle and calibration_periods to average; the transition is in the step that takes the last.
- */
+/* 64 samples to settle and calibration_periods to average; the transition is made of the window that has the last,
+ * and is shown a window later. */
 static void test_calibration_takes_exactly_its_time_and_gates_stay_off(void)
 {
     steps(64 + 512 - 1);
     expect_state(DRIVE_NOT_READY);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
-    steps(1);
+    windows(1);
+    expect_state(DRIVE_NOT_READY);
+    windows(1);
     expect_state(DRIVE_READY);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
@@ -39,9 +41,9 @@ static void test_a_fault_calibrates_and_trims_anew(void)
     requests.enable = REQUEST_OFF;
     requests.fault_reset = 1;
     drive_request(&drive, &requests);
-    windows(1);
+    windows(2);
     expect_state(DRIVE_NOT_READY);
-    windows(1 + (64 + 512) / DRIVE_WINDOW); /* it begins in the window after the next */
+    windows(1 + (64 + 512) / DRIVE_WINDOW);
     expect_state(DRIVE_READY);
     TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.5f, drive.fast.measure.offset.a); /* 512 roundings of 0.5 A at most */
     TEST_ASSERT_TRUE(drive.medium.offset_trim.offset.alpha == 0.0f &&
@@ -72,7 +74,7 @@ static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
     windows(1);
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, drive.medium.sequence.refusal);
     samples.flags &= ~DRIVE_SAMPLE_FAULT_LINE;
-    windows(25); /* 20 ms */
+    windows(26); /* 20 ms, and the one until it is shown */
     expect_state(DRIVE_SWITCHED_ON);
 }
 
@@ -106,8 +108,9 @@ static void test_quick_stop_brakes_until_standstill(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.demand.omega_m_ref);
     TEST_ASSERT_TRUE(drive.fast.demand.current.q < -6.0f);
     for (int n = 0; n < 200 && drive.state == (int32_t)DRIVE_QUICK_STOP; n++) {
+        const bool stood = fabsf(drive.window.omega_m) < 2.0f;
         windows(1); /* the encoder stands; its speed comes down to it */
-        TEST_ASSERT_EQUAL(fabsf(drive.window.omega_m) < 2.0f, drive.state == (int32_t)DRIVE_READY);
+        TEST_ASSERT_EQUAL(stood, drive.state == (int32_t)DRIVE_READY);
     }
     expect_state(DRIVE_READY);
     windows_until_it_acts();
@@ -151,7 +154,7 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
             TEST_ASSERT_EQUAL_INT32(n < 3u ? GATES_OFF : n == 3u ? GATES_ON : GATES_KEEP, command.gates);
             TEST_ASSERT_EQUAL(!charges, drive.fast.estimating != 0u);
         }
-        windows(1);
+        windows(2);
         expect_state(DRIVE_OPERATION_ENABLED);
     }
 }
@@ -162,7 +165,7 @@ static void test_switching_on_asks_for_no_current(void)
     bring_to_ready();
     request_currents(-1.0f, 3.0f);
     request(REQUEST_ON);
-    windows(1);
+    windows(2);
     while (drive.state == (int32_t)DRIVE_SWITCHED_ON) {
         steps(1);
         TEST_ASSERT_TRUE(drive.fast.demand.current.d == 0.0f && drive.fast.demand.current.q == 0.0f);
@@ -304,7 +307,7 @@ static void test_history_begins_anew_with_the_reset(void)
     requests.fault_reset = 1;
     drive_request(&drive, &requests);
     samples.u_dc = 303.0f;
-    windows(1);
+    windows(2);
     expect_state(DRIVE_NOT_READY);
     TEST_ASSERT_EQUAL_UINT32(1u, capture_count(&drive.capture));
     TEST_ASSERT_EQUAL_FLOAT(303.0f, newest_u_dc());
@@ -316,17 +319,17 @@ static void test_history_begins_anew_with_the_reset(void)
 
 /* ---- parameters ---- */
 
-static void test_an_offer_is_taken_at_the_start_of_the_next_step(void)
+static void test_an_offer_is_taken_at_the_end_of_the_window(void)
 {
     bring_to_run();
     params.dc_overvoltage = 310.0f; /* less than the link has */
     params.dc_undervoltage = 100.0f;
     offer_params();
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
-    steps(1);
+    windows(1);
     TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
-    steps(1); /* the second period above it */
+    steps(2); /* the second period above it */
     expect_fault(REASON_DC_OVERVOLTAGE);
 }
 
@@ -363,7 +366,7 @@ static void test_a_new_set_reaches_every_room(void)
     params.fallback_speed = 11.0f;
     params.position_source = POSITION_SENSORLESS;
     offer_params();
-    steps(1);
+    windows(1);
     TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.fast.measure.tuning.periods);
     TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
     TEST_ASSERT_EQUAL_UINT32(3999u, drive.fast.encoder.tuning.last_count);

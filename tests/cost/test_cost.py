@@ -158,29 +158,26 @@ class Model(unittest.TestCase):
                          {"isr_accesses": 14, "isr_accesses_beyond_reach": 7})
 
 
-def log(*blocks):
-    """A log as QEMU writes it: address and lines of each block that is entered, its listing at the first time."""
-    seen, lines = set(), []
+def entered(*blocks):
+    """What QEMU writes: a listing of each block, and a text of those that are entered. A block is its address and its lines."""
+    lines, numbers, text = [], {}, ""
     for address, listing in blocks:
-        if address not in seen:
-            seen.add(address)
-            lines += ["IN: ", *(f"{address + 4 * n:#x}:  bf00 bf00  {line}" for n, line in enumerate(listing))]
-        lines.append(f"Trace 0: 0x7f00 [00000000/{address:08x}/00000000/ff020000] ")
-    return lines
+        if address not in numbers:
+            numbers[address] = len(numbers)
+            lines += ["----------------", "IN: ", *(f"{address + 4 * n:#x}:  bf00 bf00  {line}" for n, line in enumerate(listing)), ""]
+        text += chr(numbers[address])
+    return cost.listings_of(lines), text
 
 
-class Log(unittest.TestCase):
-    """What is made of QEMU's log."""
+class Entered(unittest.TestCase):
+    """What is made of the blocks that QEMU has entered."""
 
     STEP, INNER, OTHER = 0x100, 0x200, 0x300
 
     def trace(self, *blocks, staying=()):
         trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280), self.OTHER: ("other", 0x380)}, {},
                            staying, None)
-        for line in log(*blocks):
-            trace.line(line)
-        trace.finish()
-        return trace.interrupts
+        return trace.interrupts(*entered(*blocks))
 
     def test_interrupt_ends_where_its_step_returns(self):
         call = (self.STEP, ["nop      ", "bl       #0x200"])
@@ -203,10 +200,7 @@ class Log(unittest.TestCase):
         inner = (self.INNER, ["nop      ", "nop      ", "bx       lr"])
         rest = (self.STEP + 8, ["bx       lr"])
         trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280)}, {}, [], None, "inner")
-        for text in log(step, inner, rest, step, inner, rest):
-            trace.line(text)
-        trace.finish()
-        self.assertEqual([i.count for i in trace.interrupts], [3, 3])
+        self.assertEqual([i.count for i in trace.interrupts(*entered(step, inner, rest, step, inner, rest))], [3, 3])
 
     def test_adaptations_are_what_learning_adds_to_the_mean_with_the_bridge_on(self):
         def interrupts(*counts):
@@ -218,8 +212,13 @@ class Log(unittest.TestCase):
 
     def test_stretch_is_counted_from_the_entry_of_one_function_to_that_of_another(self):
         off, between, on = (0x100, ["nop      ", "bx       lr"]), (0x200, ["nop      "] * 5), (0x300, ["bx       lr"])
-        lines = log(between, off, between, on, between, off, between, between, on)
-        self.assertEqual(cost.stretches(lines, 0x100, 0x300), [7, 12])
+        blocks = entered(between, off, between, on, between, off, between, between, on)
+        self.assertEqual(cost.stretches(*blocks, 0x100, 0x300), [7, 12])
+
+    def test_a_listing_that_is_not_understood_is_shown(self):
+        code, message = refusal(cost.listings_of, ["IN: ", "0x100:  bf00  .byte 0"])
+        self.assertEqual(code, 2)
+        self.assertIn("0x100:  bf00  .byte 0", message)
 
     def test_parts_of_a_recording_are_told_apart(self):
         contents = struct.pack("<3I", 0, 0, 2) + b"".join(

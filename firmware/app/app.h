@@ -26,7 +26,7 @@ typedef struct {
 typedef struct {
     drive_t drive;
     params_t staged;      /* written value by value from outside; app_apply makes it the active set */
-    params_t active;      /* what the drive runs on, or takes at the start of its next step */
+    params_t active;      /* what the drive runs on, or takes with the end of its window */
     believed_t believed;  /* of motor and inverter, what the newest tuning was made with */
     uint32_t believed_at; /* [periods] of the drive when that was */
     int32_t board_status; /* [-] hal_status_t of the start */
@@ -66,7 +66,7 @@ void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
 
 /* From the background: judge the staged set, prepare its tuning and offer that to the interrupt, which takes
- * it at the start of its next step. Interrupts are off only for the offer. false: the old set runs on, `why`
+ * it with the end of its window. Interrupts are off only for the offer. false: the old set runs on, `why`
  * says what was wrong. */
 bool app_apply(params_error_t *why);
 

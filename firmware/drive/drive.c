@@ -47,10 +47,12 @@ static void show(drive_t *drive)
 
 /* ---- the tasks ---- */
 
+/* The medium task takes its part when it begins, which is before the background goes on: until then nobody writes
+ * the offer. */
 static void take_tuning(drive_t *drive, uint32_t encoder_count)
 {
-    medium_set_tuning(&drive->medium, &drive->offer.medium);
     fast_set_tuning(&drive->fast, &drive->offer.fast, encoder_count);
+    drive->taken = 1u;
     drive->offered = 0u;
 }
 
@@ -90,6 +92,10 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 void drive_medium_step(drive_t *drive)
 {
     const bool was_fault = drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
+    if (drive->taken != 0u) {
+        medium_set_tuning(&drive->medium, &drive->offer.medium);
+        drive->taken = 0u;
+    }
     medium_step(&drive->medium, &drive->window, &drive->requests);
     if (!was_fault && drive->medium.sequence.state == (int32_t)DRIVE_FAULT) {
         drive->opens = drive->medium.sequence.fault_reason;

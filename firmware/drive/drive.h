@@ -19,8 +19,8 @@
  * it from the encoder's angle; without, nothing of the encoder is used, and a manoeuvre brings the rotor to
  * where its EMF can be tracked (drive/manoeuvres.h). Control turns with the frame that the setpoint names.
  *
- * Parameters change by a flip: the background prepares the tuning of a new set and offers it; it is taken
- * whole at the start of the next step. */
+ * Parameters change by a flip: the background prepares the tuning of a new set and offers it; it is taken whole with
+ * the end of the window. */
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
@@ -59,7 +59,8 @@ typedef struct {
     /* from outside */
     requests_t requests;
     uint32_t
-        offered; /* [-] 1: the background offers a tuning, which is taken at the start of the next step */
+        offered; /* [-] 1: the background offers a tuning, which is taken with the end of the window */
+    uint32_t taken; /* [-] 1: the fast task has taken its part of the offer, the medium task has not */
     drive_tuning_t offer;
 
     drive_fault_log_t log;
@@ -70,8 +71,8 @@ typedef struct {
 /* All state zero, in not ready, requests off. The set must be good (checked). */
 void drive_init(drive_t *drive, const params_t *params);
 
-/* Between two periods: the tuning that the background has prepared in drive->offer is taken at the start of
- * the next step. Control states are kept, so a running drive goes on smoothly. While one is offered, `offer`
+/* Between two periods: the tuning that the background has prepared in drive->offer is taken with the end of the
+ * window under way. Control states are kept, so a running drive goes on smoothly. While one is offered, `offer`
  * must not be written: drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);

@@ -209,26 +209,37 @@ static uint32_t watch_jump(fast_t *fast)
     return 0u;
 }
 
-/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
-static bool trip(fast_t *fast)
+static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong)
 {
-    const int32_t left = fast->left;
     const bool open = fast->on == 0u || fast->open != 0u;
-    const guard_input_t input = {
+    return (guard_input_t){
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
-        .encoder_wrong = watch_jump(fast),
+        .encoder_wrong = encoder_wrong,
         .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
         .now = open ? GUARD_ALWAYS : fast->setpoint.moments,
     };
-    if (guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
-        return fast->left != left;
-    }
+}
+
+static void judge_trips(fast_t *fast, uint32_t encoder_wrong)
+{
+    const guard_input_t input = trip_input(fast, encoder_wrong);
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step(&fast->trips, &input, FAULT_EACH);
     fast->sum.failed = fault_set_both(fast->sum.failed, fast->trips.faults);
     if (!failed && fault_set_any(fast->trips.faults)) {
         fast_stop(fast, guard_reason(fast->trips.faults));
+    }
+}
+
+/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
+static bool trip(fast_t *fast)
+{
+    const int32_t left = fast->left;
+    const uint32_t encoder_wrong = watch_jump(fast);
+    const guard_input_t input = trip_input(fast, encoder_wrong);
+    if (!guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
+        judge_trips(fast, encoder_wrong);
     }
     return fast->left != left;
 }

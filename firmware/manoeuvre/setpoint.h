@@ -87,12 +87,4 @@ typedef struct {
     uint32_t link_low; /* [-] 1: the supply is low, and delivers */
 } setpoint_t;
 
-/* What is learnt begins anew with some parameters: nothing older acts beside a new tuning. */
-static inline void setpoint_set_models(setpoint_t *setpoint, const setpoint_t *from)
-{
-    setpoint->flux_linkage = from->flux_linkage;
-    setpoint->speed_per_volt = from->speed_per_volt;
-    setpoint->dead_time = from->dead_time;
-}
-
 #endif

@@ -60,18 +60,24 @@ static void put_interrupt(double periods)
 
 /* ---- the interrupt ---- */
 
-static void test_the_tracked_cost_is_what_the_interrupt_takes(void)
+static double tracked(const char *key)
 {
     FILE *file = fopen(COST_FILE, "r");
     TEST_ASSERT_NOT_NULL(file);
     char text[4000] = "";
     TEST_ASSERT_TRUE(fread(text, 1, sizeof text - 1u, file) > 0u);
     fclose(file);
-    static const char key[] = "\"isr_cycles_c28x_estimate\":";
     const char *found = strstr(text, key);
-    TEST_ASSERT_NOT_NULL(found);
-    const double tracked = strtod(found + sizeof key - 1u, NULL);
-    TEST_ASSERT_DOUBLE_WITHIN(0.2 * tracked, tracked, RIG_INTERRUPT_CYCLES);
+    TEST_ASSERT_NOT_NULL_MESSAGE(found, key);
+    return strtod(found + strlen(key), NULL);
+}
+
+static void test_the_tracked_cost_is_what_interrupt_and_medium_task_take(void)
+{
+    const double interrupt = tracked("\"isr_cycles_c28x_estimate\":");
+    const double medium = tracked("\"medium_cycles_c28x_estimate\":");
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * interrupt, interrupt, RIG_INTERRUPT_CYCLES);
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * medium, medium, RIG_MEDIUM_CYCLES);
 }
 
 static void test_from_entry_to_exit_it_is_the_row(void)

@@ -45,6 +45,11 @@ void bus_enable_group(uint16_t group)
     (void)group;
 }
 
+void bus_request_group(uint16_t group)
+{
+    (void)group;
+}
+
 void bus_disable_groups(void)
 {
 }

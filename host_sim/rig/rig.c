@@ -155,10 +155,16 @@ static uint32_t run_period(rig_t *rig, uint64_t ticks)
         begin_period(rig);
     }
     show_truth(rig);
-    while (chip_run_to_background(state->start + RIG_PERIOD_TICKS * state->period + ticks)) {
+    const uint64_t end = state->start + RIG_PERIOD_TICKS * state->period + ticks;
+    for (;;) {
+        const uint64_t medium = state->medium_until;
+        const bool medium_ends = medium > chip_now(&state->chip) && medium < end;
+        const bool reached = !chip_run_to_background(medium_ends ? medium : end);
+        if (reached && !medium_ends) {
+            return turns;
+        }
         turns += rig_background(rig);
     }
-    return turns;
 }
 
 void rig_step_part(rig_t *rig, uint64_t ticks)
@@ -179,7 +185,7 @@ void rig_step(rig_t *rig)
     if (rig->stop_hook_set && rig->stop_hook_period == state->period) {
         rig_stop_at(rig, state->period);
     }
-    if (run_period(rig, RIG_PERIOD_TICKS) == 0u) {
+    if (run_period(rig, RIG_PERIOD_TICKS) == 0u && rig_background_is_free(rig)) {
         plant_advance(&state->plant,
                       chip_now(&state->chip)); /* or the encoder would be seen to jump at t_k+1 */
         chip_look(&state->chip);

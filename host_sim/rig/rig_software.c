@@ -127,12 +127,19 @@ uint64_t rig_section(void *context)
     return ticks_of(RIG_SECTION_CYCLES, rig->state.conditions.section_time);
 }
 
+bool rig_background_is_free(const rig_t *rig)
+{
+    const rig_state_t *state = &rig->state;
+    const uint64_t now = chip_now(&state->chip);
+    return !chip_halted(&state->chip) && !chip_debug_halted(&state->chip) && now >= state->background_next &&
+           now >= state->chip.cpu.busy_until && now >= state->medium_until;
+}
+
 bool rig_background(rig_t *rig)
 {
     rig_state_t *state = &rig->state;
     const uint64_t now = chip_now(&state->chip);
-    if (chip_halted(&state->chip) || chip_debug_halted(&state->chip) || now < state->background_next ||
-        now < state->chip.cpu.busy_until || now < state->medium_until) {
+    if (!rig_background_is_free(rig)) {
         return false;
     }
     end_medium(state);

@@ -12,9 +12,30 @@
 
 HAL_PER_CHIP const talk_line_t *talk_line;
 
+void talk_receive(void)
+{
+    talk_came_t *came = &app->talk.came;
+    const uint16_t free = (uint16_t)(TALK_CAME - (uint16_t)(came->put - came->got));
+    const uint16_t at = (uint16_t)(came->put % TALK_CAME);
+    const uint16_t to_end = (uint16_t)(TALK_CAME - at);
+    if (talk_line == NULL) {
+        came->put = (uint16_t)(came->put + hal_serial_read(&came->octets[at], free < to_end ? free : to_end));
+    }
+}
+
+static uint32_t take_came(talk_came_t *came, uint16_t *octets, uint32_t room)
+{
+    uint32_t count = 0u;
+    for (; count < room && came->got != came->put; count++) {
+        octets[count] = came->octets[came->got % TALK_CAME];
+        came->got++;
+    }
+    return count;
+}
+
 static uint32_t line_read(uint16_t *octets, uint32_t room)
 {
-    return talk_line != NULL ? talk_line->read(octets, room) : hal_serial_read(octets, room);
+    return talk_line != NULL ? talk_line->read(octets, room) : take_came(&app->talk.came, octets, room);
 }
 
 static uint32_t line_write(const uint16_t *octets, uint32_t count)

@@ -1,6 +1,6 @@
 /* The drive on its line: an XCP slave (firmware/talk/) over the values of the application.
  *
- * The interrupt only copies samples into a queue. All else is the background's: octets in, one command at a
+ * The interrupt only copies samples into a queue, and octets out of the chip's FIFO. All else is the background's: octets in, one command at a
  * time, octets out. A master that has switched the bridge on and then is silent for longer than
  * command_timeout stops the motor. */
 #ifndef APP_TALK_H
@@ -28,6 +28,15 @@ extern HAL_PER_CHIP const talk_line_t *talk_line;
 
 #define TALK_OCTETS 140u /* that have come and wait: two commands of the longest */
 
+/* Octets between interrupt and background: what comes at 1 Mbaud in 600 us. A power of two. */
+#define TALK_CAME 64u
+
+/* What the interrupt has taken off the chip's line; it writes `put`, the background `got`. */
+typedef struct {
+    uint16_t put, got; /* [octets] modulo 2^16 */
+    uint16_t octets[TALK_CAME];
+} talk_came_t;
+
 typedef struct {
     frame_receiver_t receiver;
     frame_sender_t sender;
@@ -38,6 +47,7 @@ typedef struct {
     uint32_t steered;     /* [-] 1: `enable` was switched on over the line, and stands */
     uint32_t silent;      /* [-] 1: the master was silent for too long; until `enable` is set anew */
     uint32_t line_errors; /* [-] of the chip's line, as last seen */
+    talk_came_t came;
     uint32_t octets_count, octets_at; /* that have come, and that were taken of them */
     uint32_t answer_count;            /* [octets] of the answer that waits; 0: none */
     uint16_t octets[TALK_OCTETS];
@@ -48,6 +58,10 @@ typedef struct {
 
 /* After reset, before the first interrupt. */
 void talk_start(void);
+
+/* From the sample interrupt: takes what has come on the chip's line, whose FIFO of 16 octets is full before the
+ * background comes round if the medium task runs meanwhile. */
+void talk_receive(void);
 
 /* From the background, after each of its tasks: what has come in, at most one command of it; what is to go
  * out; the master's silence. Bounded. */

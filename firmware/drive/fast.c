@@ -104,8 +104,9 @@ static inline bool doubtful(fast_t *fast, const inverter_acted_t *acted)
     return doubt_step(&fast->doubt, &input);
 }
 
-/* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and the
- * tracking loop gets it as a torque. */
+/* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
+ * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
+ * it: in the frame of t_k-1 a part of i_d is in it. */
 static void follow_load(fast_t *fast)
 {
     if (fast->reference.tracking == 0u) {
@@ -125,7 +126,6 @@ static void estimate(fast_t *fast)
     fast->acted = acted.voltage;
     fast->link_mean = acted.link;
     fast->dead_voltage = acted.leg;
-    follow_load(fast);
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, acted.voltage, measured->current, reference_speed(&fast->reference));
     } else if (doubtful(fast, &acted)) {
@@ -133,6 +133,7 @@ static void estimate(fast_t *fast)
     } else {
         (void)chosen_step(&fast->estimator, acted.voltage, measured->current);
     }
+    follow_load(fast);
 }
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
@@ -246,8 +247,8 @@ static bool trip(fast_t *fast)
 
 /* ---- control ---- */
 
-/* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked, the next
- * step goes on from there. */
+/* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
+ * the next step goes on from there. */
 static void demand(fast_t *fast, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
@@ -266,7 +267,8 @@ static void demand(fast_t *fast, bool left)
         chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
     }
     if (left) {
-        fast->demand.change = (int32_t)(reference->source == (int32_t)SOURCE_CATCH ? FRAME_ANEW : FRAME_TURNS);
+        fast->demand.change =
+            (int32_t)(reference->source == (int32_t)SOURCE_CATCH ? FRAME_ANEW : FRAME_TURNS);
     }
     const rotation_t now = fast->demand.frame.rotation;
     if (fast->demand.change == (int32_t)FRAME_TURNS) {

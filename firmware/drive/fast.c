@@ -258,6 +258,7 @@ static void demand(fast_t *fast, bool left)
         .estimate = &fast->estimator.estimate,
         .position = &fast->encoder_position,
         .encoder = &fast->encoder_frame,
+        .omega_m = fast->omega_m,
         .estimating = fast->estimating,
     };
     reference_t *reference = &fast->reference;

@@ -52,6 +52,8 @@ static inline void manoeuvres_run_at(manoeuvres_t *m, const manoeuvres_input_t *
         setpoint->lock = setpoint->lock == (int32_t)LOCK_KEEP ? (int32_t)LOCK_FOLLOWS : setpoint->lock;
     }
     run_step(&m->run, &input->wish, omega_e, omega_m, &setpoint->current, &setpoint->omega_m_ref);
+    setpoint->current.q = m->run.i_q_standing;
+    setpoint->stiffness = m->run.stiffness;
     m->other_source = 0u;
 }
 

@@ -270,7 +270,8 @@ static void set(medium_t *medium, const window_t *window, uint32_t order)
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
         manoeuvres_steady(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
-    setpoint->current_limit = medium->thermal.limit;
+    const float room = run_room(&medium->manoeuvres.run); /* beside what a hand-over has left of i_d */
+    setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =
         sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
     setpoint->load_share = load_share(medium, window);
@@ -291,6 +292,7 @@ void medium_step(medium_t *medium, const window_t *window, const requests_t *req
     setpoint->enter = 0u;
     setpoint->change = (int32_t)FRAME_GOES_ON;
     setpoint->lock = (int32_t)LOCK_KEEP;
+    setpoint->stiffness = 0.0f;
 
     medium_learn(medium, window);
     medium_watch_currents(medium, window);

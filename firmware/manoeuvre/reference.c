@@ -18,6 +18,7 @@ void reference_set_tuning(reference_t *reference, const reference_tuning_t *tuni
     forced_take(&reference->forced, &tuning->forced);
     catch_take(&reference->catching, &tuning->catching);
     reference->flux_linkage = tuning->flux_linkage;
+    reference->pole_pairs_inverse = tuning->pole_pairs_inverse;
     reference->periods = tuning->periods;
     reference->per_period = tuning->per_period;
 }
@@ -29,6 +30,7 @@ void reference_rest(reference_t *reference, int32_t source)
     reference->tracking = 0u;
     reference->current = (dq_t){0.0f, 0.0f};
     reference->slope = (dq_t){0.0f, 0.0f};
+    reference->stiffness = 0.0f;
     reference->outcome = (int32_t)CATCH_GOES_ON;
 }
 
@@ -57,12 +59,15 @@ void reference_take(reference_t *reference, const setpoint_t *setpoint)
     }
     reference->named = setpoint->source;
     if (setpoint->change == (int32_t)FRAME_GOES_ON) {
+        /* with another stiffness i_q goes on from where it is */
+        reference->current.q += (setpoint->stiffness - reference->stiffness) * reference->omega_m;
         reference->slope = (dq_t){share * (setpoint->current.d - reference->current.d),
                                   share * (setpoint->current.q - reference->current.q)};
     } else {
         reference->current = setpoint->current;
         reference->slope = (dq_t){0.0f, 0.0f};
     }
+    reference->stiffness = setpoint->stiffness;
     if (setpoint->enter != 0u && setpoint->source == (int32_t)SOURCE_FORCED) {
         reference->forced.frame.omega_e = setpoint->forced_begin;
         reference->forced.current = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : setpoint->forced_current;
@@ -130,6 +135,8 @@ static void caught(reference_t *reference, demand_t *demand)
     const position_t rotor = catch_position(&reference->catching);
     lock_to(reference, rotor, catch_length(&reference->catching));
     reference->source = (int32_t)SOURCE_ESTIMATE;
+    reference->stiffness = 0.0f;
+    reference->omega_m = rotor.omega_e * reference->pole_pairs_inverse;
     reference->current = (dq_t){reference->catching.tuning.current_d, 0.0f};
     reference->slope = (dq_t){0.0f, 0.0f};
     demand->frame = (frame_t){rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
@@ -161,16 +168,18 @@ static void catch_rotor(reference_t *reference, const reference_input_t *input, 
     }
 }
 
-/* Run in the frame of the rotor, with the EMF that is known beforehand [V]; the reference stays where it has
- * come to if no other setpoint takes over. */
-static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, dq_t emf,
-                demand_t *demand)
+/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the EMF that is known beforehand [V];
+ * the reference stays where it has come to if no other setpoint takes over. */
+static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, float omega_m,
+                dq_t emf, demand_t *demand)
 {
     reference->left -= reference->left > 0.0f ? 1.0f : 0.0f;
     reference->current.d = setpoint->current.d - reference->left * reference->slope.d;
     reference->current.q = setpoint->current.q - reference->left * reference->slope.q;
+    reference->omega_m = omega_m;
     demand->frame = *rotor;
-    demand->current = reference->current;
+    demand->current.d = reference->current.d;
+    demand->current.q = reference->current.q - reference->stiffness * omega_m;
     demand->emf = emf;
 }
 
@@ -183,9 +192,10 @@ static void run_on_estimate(reference_t *reference, const setpoint_t *setpoint,
     if (reference->locking != 0u) {
         const position_t at = reference->locked;
         const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
-        run(reference, setpoint, &frame, (dq_t){0.0f, at.omega_e * reference->flux_linkage}, demand);
+        run(reference, setpoint, &frame, at.omega_e * reference->pole_pairs_inverse,
+            (dq_t){0.0f, at.omega_e * reference->flux_linkage}, demand);
     } else {
-        run(reference, setpoint, &estimate->frame, estimate->emf_loop, demand);
+        run(reference, setpoint, &estimate->frame, input->omega_m, estimate->emf_loop, demand);
     }
 }
 
@@ -201,7 +211,7 @@ void reference_step(reference_t *reference, const setpoint_t *setpoint, const re
     }
     switch ((frame_source_t)reference->source) {
     case SOURCE_ENCODER:
-        run(reference, setpoint, input->encoder,
+        run(reference, setpoint, input->encoder, input->omega_m,
             (dq_t){0.0f, input->encoder->omega_e * reference->flux_linkage}, demand);
         break;
     case SOURCE_ESTIMATE:

@@ -1,11 +1,14 @@
 /* The fast half of the manoeuvres: from the setpoint of a window to the demand of each of its periods.
  *
- *     encoder, estimate   the frame of the rotor; current references on a straight line to the setpoint's,
- * the EMF that is known beforehand from the encoder's speed, or as the loop filters it forced its angle, the
- * line of its speed and current, and the damping of its pendulum (forced.h), which no window may delay catch
- * the whole law of catch.h; where a turning rotor is seen the loop is locked to it in the same period, and
- * from there on it has current along its d axis and no torque until the next setpoint that names another
- * source
+ *     encoder, estimate   the frame of the rotor; current references on a straight line to the setpoint's, of
+ *                         i_q less what the speed control takes from it for the speed, which no window may
+ *                         delay; the EMF that is known beforehand from the encoder's speed, or as the loop
+ *                         filters it
+ *     forced              its angle, the line of its speed and current, and the damping of its pendulum
+ *                         (forced.h), which no window may delay either
+ *     catch               the whole law of catch.h; where a turning rotor is seen the loop is locked to it in
+ *                         the same period, and from there on it has current along its d axis and no torque
+ *                         until the next setpoint that names another source
  *
  * One step per T, after the estimator's. No division. */
 #ifndef MANOEUVRE_REFERENCE_H
@@ -24,25 +27,29 @@
 typedef struct {
     forced_tuning_t forced;
     catch_tuning_t catching;
-    float flux_linkage; /* psi_f, for the EMF of the encoder's speed [Wb] */
-    float periods;      /* of a window [-] */
-    float per_period;   /* one over them [-] */
+    float flux_linkage;       /* psi_f, for the EMF of the encoder's speed [Wb] */
+    float pole_pairs_inverse; /* 1/p [-] */
+    float periods;            /* of a window [-] */
+    float per_period;         /* one over them [-] */
 } reference_tuning_t;
 
 typedef struct {
-    float flux_linkage; /* of the tuning [Wb] */
-    float periods;      /* of the tuning [-] */
-    float per_period;   /* of the tuning [-] */
-    int32_t source;     /* [-] frame_source_t: the one in force */
-    int32_t named;      /* [-] that of the last setpoint */
-    uint32_t tracking;  /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t fresh;     /* [-] 1: this is the first period of a setpoint */
-    dq_t current;       /* reference before limits and dither [A] */
-    float left;         /* [periods] until it is there */
-    dq_t slope;         /* of it a period [A] */
-    float forced_slope; /* of the forced speed a period [rad/s] */
-    float rise;         /* of the forced current a period [A] */
-    int32_t outcome;    /* [-] catch_outcome_t of the catch under way */
+    float flux_linkage;       /* of the tuning [Wb] */
+    float pole_pairs_inverse; /* of the tuning [-] */
+    float periods;            /* of the tuning [-] */
+    float per_period;         /* of the tuning [-] */
+    int32_t source;           /* [-] frame_source_t: the one in force */
+    int32_t named;            /* [-] that of the last setpoint */
+    uint32_t tracking;        /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t fresh;           /* [-] 1: this is the first period of a setpoint */
+    dq_t current;             /* reference before limits and dither [A]; its q axis with the speed at zero */
+    float stiffness;          /* by which i_q falls with the speed [A s/rad] */
+    float omega_m;            /* the speed of the last period [rad/s] */
+    float left;               /* [periods] until it is there */
+    dq_t slope;               /* of it a period [A] */
+    float forced_slope;       /* of the forced speed a period [rad/s] */
+    float rise;               /* of the forced current a period [A] */
+    int32_t outcome;          /* [-] catch_outcome_t of the catch under way */
     forced_t forced;
     catch_t catching;
 
@@ -58,6 +65,7 @@ typedef struct {
     const estimate_t *estimate; /* at t_k */
     const position_t *position; /* of the encoder at t_k */
     const frame_t *encoder;     /* the same, while control turns with it */
+    float omega_m;              /* of the rotor as it is believed [rad/s], mechanical */
     uint32_t estimating;        /* [-] 1: the observer runs: its EMF is that of t_k */
 } reference_input_t;
 

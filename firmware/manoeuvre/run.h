@@ -1,7 +1,8 @@
 /* Running: the motor follows its speed or current references in the frame of the rotor.
  *
  *     speed reference   to what is wished for by `ramp`, or `stop_ramp` in a quick stop
- *     i_q               from the speed control, or what is wished for, within run_limit()
+ *     i_q               from the speed control, or what is wished for, within run_limit(); for the periods
+ *                       until the next step: i_q_standing - stiffness omega_m
  *     i_d               what is wished for, and the larger of two: what a hand-over has left, fading;
  *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
  *                       without current is a voltage that nobody knows (docs/theory.md, 23)
@@ -35,13 +36,15 @@ typedef struct {
 typedef struct {
     run_tuning_t tuning;
     speed_control_t speed;
-    float omega_m_ref; /* reference in force [rad/s], mechanical */
-    float calm;        /* factor on the bandwidth of the speed control [-]; 1: as the set says */
-    float low_kept;    /* [-] 1: low_current is kept; 0: who has an encoder needs none */
-    float i_d_left;    /* of a hand-over [A] */
-    float i_d_low;     /* for the low-speed current [A] */
-    float lower;       /* of i_q [A]: what heat and DC link leave of the limit */
-    float upper;       /* likewise, not below `lower` */
+    float omega_m_ref;  /* reference in force [rad/s], mechanical */
+    float calm;         /* factor on the bandwidth of the speed control [-]; 1: as the set says */
+    float low_kept;     /* [-] 1: low_current is kept; 0: who has an encoder needs none */
+    float i_d_left;     /* of a hand-over [A] */
+    float i_d_low;      /* for the low-speed current [A] */
+    float lower;        /* of i_q [A]: what heat and DC link leave of the limit */
+    float upper;        /* likewise, not below `lower` */
+    float i_q_standing; /* i_q at speed zero, not limited [A] */
+    float stiffness;    /* by which it falls with the speed [A s/rad], mechanical */
 } run_t;
 
 typedef enum {
@@ -137,6 +140,8 @@ static inline float run_i_q(run_t *run, float omega_m)
     const float room = run_room(run);
     const float lower = fades ? bounds_clamp(run->lower, room) : run->lower;
     const float upper = fades ? bounds_clamp(run->upper, room) : run->upper;
+    run->i_q_standing = speed_control_standing(&run->speed, run->omega_m_ref);
+    run->stiffness = run->speed.pi.tuning.kp;
     return speed_control_step(&run->speed, run->omega_m_ref, omega_m, lower, upper);
 }
 
@@ -150,11 +155,15 @@ static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, f
     case RUN_ZERO:
         run->omega_m_ref = omega_m;
         *current = (dq_t){0.0f, 0.0f};
+        run->i_q_standing = 0.0f;
+        run->stiffness = 0.0f;
         *omega_m_ref = 0.0f;
         break;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;
         *current = (dq_t){wish->current.d, run_within(run, wish->current.q)};
+        run->i_q_standing = current->q;
+        run->stiffness = 0.0f;
         speed_control_reset(&run->speed, current->q, omega_m);
         *omega_m_ref = omega_m;
         break;

@@ -56,10 +56,11 @@ typedef struct {
     int32_t change;        /* [-] frame_change_t, of the first period */
     int32_t lock;          /* [-] lock_order_t, of the first period */
     float lock_length;     /* [V] */
-    dq_t current;          /* reference in this frame, at the window's end [A] */
+    dq_t current;          /* reference in this frame, at the window's end [A]; q: at speed zero */
+    float stiffness;       /* by which i_q falls with the speed of each period [A s/rad], mechanical */
     dq_t dither;           /* beside it, from the first period on [A] */
     float omega_m_ref;     /* speed reference in force [rad/s], mechanical */
-    float current_limit;   /* of i_q [A], by heat */
+    float current_limit;   /* of i_q [A], by heat and beside what a hand-over has left of i_d */
     uint32_t only_brakes;  /* [-] 1: a quick stop, in which nothing drives the rotor on */
 
     /* a forced frame */
@@ -73,8 +74,8 @@ typedef struct {
     float catch_speed;      /* until it has seen one [rad/s], electrical */
 
     /* what the estimator and the inverter's model are told of motor and load */
-    float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held; 1: all of
-                             it does */
+    float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held;
+                             1: all of it does */
     float load_seen;      /* the same as far as it is known, for the doubt [A] */
     float gained;         /* speed since its reference moved [rad/s], electrical */
     float foreseen;       /* the same from the current [rad/s] */

@@ -20,7 +20,9 @@ static void expect_at_most(double limit, double value, const char *what)
 
 /* One step of the speed reference, until the speed control has had the time that torque and inertia need and
  * twenty of its own time constants. At the end, for 0.1 s, the speed within 1/1500 of the rated one; i_d
- * within 3 % of the limit but for the first 5 ms; no phase current above 1.2 limits. */
+ * within 3 % of the limit but for the first 5 ms of the step of i_q; no phase current above 1.2 limits. That
+ * step is complete up to three windows after the request: until it is seen, until what is made of it acts,
+ * and to the end of the line on which it is reached. */
 static void step_to(rig_t *rig, double from, double to, double load)
 {
     const run_motor_t *m = &board_motor;
@@ -36,7 +38,7 @@ static void step_to(rig_t *rig, double from, double to, double load)
         peak = fmax(peak, fabs(rig_value(rig, "true_i_a")));
         peak = fmax(peak, fabs(rig_value(rig, "true_i_b")));
         peak = fmax(peak, fabs(rig_value(rig, "true_i_c")));
-        if (n * RIG_PERIOD_SECONDS > 5e-3) {
+        if (n * RIG_PERIOD_SECONDS > 5e-3 + 3.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS) {
             i_d = fmax(i_d, fabs(rig_value(rig, "true_i_d") - rig_value(rig, "i_d_ref")));
         }
         if ((periods - n) * RIG_PERIOD_SECONDS < 0.1) {

@@ -66,6 +66,7 @@ static inline void forget_orders(void)
     made.enter = 0u;
     made.change = FRAME_GOES_ON;
     made.lock = LOCK_KEEP;
+    made.stiffness = 0.0f;
 }
 
 /* The bridge comes on with the next window. */
@@ -171,6 +172,12 @@ static inline ab_t mean_at_end(double complex of)
     return (ab_t){(float)creal(mean), (float)cimag(mean)};
 }
 
+/* i_q that the newest setpoint makes at the speed of the machine [A]. */
+static inline double made_i_q(void)
+{
+    return (double)made.current.q - (double)made.stiffness * machine.omega_m;
+}
+
 /* The medium task: what it makes of this window acts in the one after the next. */
 static inline void close_window(const position_t *encoder, float omega_m)
 {
@@ -221,12 +228,16 @@ static inline void step(void)
         .estimate = &estimate,
         .position = &position,
         .encoder = &encoder,
+        .omega_m = rotor.omega_e * m.limits.pole_pairs_inverse,
         .estimating = 1u,
     };
     sum_up();
     period++;
     in_window++;
     reference_step(&fast, &setpoint, &input, &demand);
+    if (fast.source == (int32_t)SOURCE_ESTIMATE || fast.source == (int32_t)SOURCE_ENCODER) {
+        demand.current.q = bounds_clamp(demand.current.q, run_room(&m.run));
+    }
     if (fast.locking != 0u) {
         estimate.frame = (frame_t){fast.locked.theta_e, fast.locked.omega_e, {0.0f, 1.0f}};
         estimate.omega_smooth = fast.locked.omega_e;

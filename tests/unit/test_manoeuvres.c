@@ -68,7 +68,7 @@ static void test_turning_rotor_is_caught_and_run(void)
         TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.001) <
                          W); /* the medium task knows at its window's end */
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)made.omega_m_ref / machine.omega_m);
-        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, (double)made.current.q);
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, made_i_q());
         TEST_ASSERT_TRUE(m.start_try == 0u && m.failed == 0u && manoeuvres_knows(&m));
         windows(MANOEUVRE_MASKED);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m));
@@ -242,7 +242,7 @@ static void check_start(const start_t *start, double theta)
     }
     TEST_ASSERT_TRUE(taken >= 1500u && m.now == (int32_t)MANOEUVRE_RUN);
     /* the mean of a window is half a window old, in which the current comes down by 10/s of 10 A at most */
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, cimag(had), (double)made.current.q);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, cimag(had), made_i_q());
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, creal(had), (double)made.current.d);
     windows(1u);
     step(); /* in the window after the next */

@@ -74,6 +74,27 @@ static void test_speed_makes_the_torque_current_and_the_wish_the_other(void)
                              step(RUN_SPEED, 12.0f, 0.0f, 0.0f, 4.0f).current.q);
 }
 
+/* Between two steps i_q is what the speed of the period takes from i_q at speed zero: at the speed of the
+ * step its own i_q, and k_p less for each rad/s more. A wish for a current does not fall with the speed. */
+static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
+{
+    static const float weights[] = {1.0f, 0.5f, 0.0f};
+    for (int n = 0; n < 3; n++) {
+        speed_control_params_t speed = SPEED;
+        speed.weight = weights[n];
+        const run_tuning_t tuning = tuning_of(&speed);
+        begin(&tuning);
+        run_enter(&run, (dq_t){0.0f, 2.0f}, 8.0f);
+        const float i_q = step(RUN_SPEED, 10.0f, 0.0f, 0.0f, 8.0f).current.q;
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, run.stiffness);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, i_q, run.i_q_standing - run.stiffness * 8.0f);
+    }
+    (void)step(RUN_CURRENT, 0.0f, 0.0f, 3.0f, 8.0f);
+    TEST_ASSERT_TRUE(run.i_q_standing == 3.0f && run.stiffness == 0.0f);
+    (void)step(RUN_ZERO, 0.0f, 0.0f, 3.0f, 8.0f);
+    TEST_ASSERT_TRUE(run.i_q_standing == 0.0f && run.stiffness == 0.0f);
+}
+
 static void test_torque_current_stays_within_the_limit(void)
 {
     expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, 10.0f, 100.0f);

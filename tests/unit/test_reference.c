@@ -1,0 +1,93 @@
+#include "manoeuvre/reference.h"
+
+#include <string.h>
+#include <unity.h>
+
+/* References in the rotor's frame, from the setpoints of windows of eight periods. Powers of two where the
+ * sums shall be exact. */
+#define W 8
+
+static reference_t reference;
+static setpoint_t setpoint;
+static demand_t demand;
+
+void setUp(void)
+{
+    const reference_tuning_t tuning = {.flux_linkage = 0.25f,
+                                       .pole_pairs_inverse = 0.25f,
+                                       .periods = (float)W,
+                                       .per_period = 1.0f / (float)W};
+    memset(&reference, 0x55, sizeof reference);
+    reference_init(&reference, &tuning);
+    memset(&setpoint, 0, sizeof setpoint);
+    setpoint.source = (int32_t)SOURCE_ENCODER;
+    setpoint.change = (int32_t)FRAME_ANEW;
+}
+
+/* A window begins: its setpoint makes this i_q at its end with the speed at zero, less so much for the speed.
+ */
+static void begin(float standing, float stiffness)
+{
+    setpoint.current.q = standing;
+    setpoint.stiffness = stiffness;
+    reference_take(&reference, &setpoint);
+    setpoint.change = (int32_t)FRAME_GOES_ON;
+}
+
+/* i_q of a period at this mechanical speed [rad/s]. */
+static float i_q(float omega_m)
+{
+    const frame_t rotor = {0.0f, 4.0f * omega_m, {0.0f, 1.0f}};
+    const reference_input_t input = {.encoder = &rotor, .omega_m = omega_m, .estimating = 1u};
+    reference_step(&reference, &setpoint, &input, &demand);
+    return demand.current.q;
+}
+
+static void test_reference_reaches_the_setpoint_on_a_line_and_stays_there(void)
+{
+    begin(0.0f, 0.0f);
+    (void)i_q(0.0f);
+    begin(4.0f, 0.0f);
+    for (int n = 1; n <= W; n++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.5f * (float)n, i_q(0.0f));
+    }
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, i_q(0.0f));
+}
+
+/* The proportional part waits for no window: what the speed does is in i_q of the same period. */
+static void test_i_q_falls_with_the_speed_in_the_same_period(void)
+{
+    static const float speeds[] = {16.0f, 16.5f, 20.0f, 12.0f, -4.0f, 16.0f};
+    begin(9.0f, 0.5f);
+    for (unsigned n = 0; n < sizeof speeds / sizeof speeds[0]; n++) {
+        TEST_ASSERT_EQUAL_FLOAT(9.0f - 0.5f * speeds[n], i_q(speeds[n]));
+    }
+}
+
+/* From a wish for a current to the speed control, to a slower one, and back, at 16 rad/s: each window starts
+ * from the i_q that was there, and ends where its setpoint says. */
+static void test_i_q_goes_on_where_the_stiffness_changes(void)
+{
+    static const struct {
+        float standing, stiffness;
+    } windows[] = {{3.0f, 0.0f}, {12.0f, 0.5f}, {6.0f, 0.25f}, {8.0f, 0.25f}, {1.0f, 0.0f}};
+    begin(3.0f, 0.0f);
+    float before = i_q(16.0f);
+    for (unsigned n = 0; n < sizeof windows / sizeof windows[0]; n++) {
+        const float end = windows[n].standing - 16.0f * windows[n].stiffness;
+        begin(windows[n].standing, windows[n].stiffness);
+        for (int k = 1; k <= W; k++) {
+            TEST_ASSERT_EQUAL_FLOAT(before + (end - before) * (float)k / (float)W, i_q(16.0f));
+        }
+        before = end;
+    }
+}
+
+static void test_no_current_is_left_after_the_bridge_was_off(void)
+{
+    begin(9.0f, 0.5f);
+    (void)i_q(16.0f);
+    reference_rest(&reference, (int32_t)SOURCE_ENCODER);
+    begin(4.0f, 0.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, i_q(16.0f));
+}

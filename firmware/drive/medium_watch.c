@@ -88,10 +88,13 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
 }
 
 /* May the EMF be wrong, by a wire or a current sensor? Those are told by the current watch, which needs
- * longer than a large EMF that is off the encoder's axis. A sensor that is only suspected is no doubt: the
- * watch expects the EMF where the encoder puts it. */
+ * longer than a large EMF that is off the encoder's axis, and has the first word where both find something. A
+ * sensor that is only suspected is no doubt: the watch expects the EMF where the encoder puts it. */
 static bool doubts_emf(const medium_t *medium, const window_t *window)
 {
+    if ((medium->current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
+        return true;
+    }
     const abc_t asked = frames_inverse_clarke(frames_inverse_park(window->reference, window->frame.rotation));
     return current_watch_lacks(&medium->current_watch, window->measured.current_abc, asked);
 }

@@ -151,11 +151,11 @@ static bool stands(const current_watch_tuning_t *tuning, const current_watch_pha
            !bounds_within(beside - phase->beside, tuning->beside);
 }
 
-/* A value that has not moved by a bit, between a window's ends, and then in all of its periods: p stands
- * beyond its doubt, or has changed by more than what is uncertain of its change while the current stays, or
- * it does not for long. A value that has jumped, whatever the EMF, or that surprises the observer, is
- * suspected too. */
-static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
+/* A value that has not moved by a bit in all periods of a window, and of those that follow: p stands beyond
+ * its doubt, or has changed by more than what is uncertain of its change while the current stays, or it does
+ * not for long. A value that has jumped, whatever the EMF, or that surprises the observer, is suspected too.
+ */
+static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, bool moved)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
@@ -163,7 +163,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const float p = window->moved[n];
     const float change = window->change[n];
     const float beside = window->value[n == 0u ? 1u : 0u];
-    if (!before && change != 0.0f) {
+    if (moved) {
         const float given = window->given[n];
         const float doubt =
             window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
@@ -175,9 +175,8 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     }
     if (!before) {
         suspect(watch, n, phase->value, beside, p / window->periods, STILL_PERIODS);
-    } else {
-        phase->still += (uint32_t)(int32_t)window->periods;
     }
+    phase->still += (uint32_t)(int32_t)window->periods;
     const float off = bounds_magnitude(p - window->periods * phase->held);
     const float beyond = bounds_magnitude(p) - window->dead - window->resistive - window->emf;
     const float changed = off - HELD_SHARE * window->dead - 2.0f * window->emf;
@@ -197,7 +196,7 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
 {
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
-        if (is_stuck(watch, n, window)) {
+        if (is_stuck(watch, n, window, (input->moved >> n & 1u) != 0u)) {
             bits |= CURRENT_WATCH_STUCK;
         }
     }

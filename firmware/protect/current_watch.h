@@ -103,7 +103,8 @@ typedef struct {
 
 typedef struct {
     current_watch_tuning_t tuning;
-    uint32_t suspected; /* [-] bits of the phases whose value has not moved since a window's end */
+    uint32_t suspected; /* [-] bits of the phases whose value has not moved in a window, or has jumped and not
+                           moved since */
     ab_t current;       /* at the last window's end [A] */
     float asked;        /* square of the current that control asked for at the last window's end [A^2] */
     uint32_t steered;   /* [-] bits: asked for another length of it in this window, 1, and in the last two, 2

@@ -210,15 +210,28 @@ static uint32_t watch_jump(fast_t *fast)
     return 0u;
 }
 
-static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong)
+/* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
+ * shows the gates on, whatever the medium task knows by then; that they never come on is for the sequence to
+ * say. */
+static uint32_t moments(fast_t *fast)
 {
-    const bool open = fast->on == 0u || fast->open != 0u;
+    if (fast->on < FAST_ON || fast->charging != 0u) {
+        return GUARD_ALWAYS;
+    }
+    if (fast->runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
+        fast->runs = 1u;
+    }
+    return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : fast->setpoint.moments;
+}
+
+static inline guard_input_t trip_input(fast_t *fast, uint32_t encoder_wrong)
+{
     return (guard_input_t){
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = encoder_wrong,
         .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
-        .now = open ? GUARD_ALWAYS : fast->setpoint.moments,
+        .now = moments(fast),
     };
 }
 
@@ -393,6 +406,7 @@ static void rest(fast_t *fast, const drive_samples_t *samples)
         measure_begin_rest(&fast->measure);
     }
     fast->on = 0u;
+    fast->runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
     believe(fast);

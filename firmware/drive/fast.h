@@ -69,6 +69,7 @@ typedef struct {
     frame_t encoder_frame;       /* the same, while control turns with it */
     uint32_t on;                 /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
     uint32_t charging;           /* [periods] for which the lower switches are still on alone */
+    uint32_t runs;               /* [-] 1: a sample has shown the gates on, the lower switches not alone */
     uint32_t open;               /* [-] 1: the bridge stays open until a setpoint that knows why, with the gates off */
     uint32_t open_since;         /* [windows] number of the window that has the reason */
     uint32_t medium_late;        /* [windows] without a break, for which no new setpoint was there */

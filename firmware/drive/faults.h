@@ -35,6 +35,10 @@
 /* Likewise the motor [K]. From there on both take from the limit of the current. */
 #define FAULTS_MOTOR_WARM THERMAL_KELVIN
 
+/* From the sign of a lost lock to the catch 5 ms [periods]: less the window in which it is seen, and the one
+ * until the setpoint acts that orders the catch. */
+#define FAULTS_UNLOCKED (DRIVE_PERIODS(5e-3f) - 2u * DRIVE_WINDOW)
+
 #define DRIVE_FAULTS(F)                                                                                      \
     F(20, MODULE_FAULT, "module_fault", tripped, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                   \
       "the power module pulled its fault line: short circuit, over-temperature or "                          \
@@ -78,7 +82,7 @@
     F(37, SINK_WARM, "sink_warm", sink_temperature, ABOVE, "sink_temperature_max", -FAULTS_SINK_WARM, SLOW,  \
       DRIVE_PERIODS(0.1f), ALWAYS, WARN, "the heat sink is within 10 K of sink_temperature_max",             \
       "reduce load or improve cooling before it stops the drive")                                            \
-    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, SLOW, DRIVE_PERIODS(5e-3f), TRACKING, CATCH,      \
+    F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, SLOW, FAULTS_UNLOCKED, TRACKING, CATCH,           \
       "the back-EMF was not where the estimate put it: the rotor is lost",                                   \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
     F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                       \

@@ -86,11 +86,11 @@ void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop)
 
 /* ---- guard ---- */
 
-/* The moments in which rows of the fault table count. */
+/* The moments in which rows of the fault table count, once the gates are on. */
 static uint32_t moments(const medium_t *medium)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    if (!sequence_bridge_on(&medium->sequence) || medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON) {
+    if (!sequence_bridge_on(&medium->sequence)) {
         return GUARD_ALWAYS;
     }
     return GUARD_ALWAYS | GUARD_RUNNING | (m->sensorless != 0u ? 0u : GUARD_ENCODER) |
@@ -128,7 +128,7 @@ static void judge(medium_t *medium, const window_t *window)
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
-        .now = moments(medium),
+        .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium),
     };
     guard_step(&medium->guard, &input, FAULT_SLOW);
 }

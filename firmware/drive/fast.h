@@ -70,20 +70,20 @@ typedef struct {
     uint32_t on;                 /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
     uint32_t charging;           /* [periods] for which the lower switches are still on alone */
     uint32_t runs;               /* [-] 1: a sample has shown the gates on, the lower switches not alone */
-    uint32_t open;               /* [-] 1: the bridge stays open until a setpoint that knows why, with the gates off */
-    uint32_t open_since;         /* [windows] number of the window that has the reason */
-    uint32_t medium_late;        /* [windows] without a break, for which no new setpoint was there */
-    uint32_t estimating;         /* [-] 1: the estimator runs */
-    ab_t acted;                  /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
-    float link_mean;             /* [V] of the DC link in that time */
-    float dead_voltage;          /* [V] that a leg loses at the link of that time */
-    frame_t rotor;               /* as it is believed at t_k */
-    float omega_m;               /* [rad/s] mechanical, of the rotor */
-    demand_t demand;             /* with the frame in force */
-    dq_t current;                /* [A] in that frame */
-    dq_t voltage;                /* [V] what the inverter will really apply, dead time accounted for */
-    float load;                  /* [A] what of i_q carries the load: the tracking loop is not told of it */
-    float lower, upper;          /* [A] limits of i_q, by heat and DC link */
+    uint32_t open; /* [-] 1: the bridge stays open until a setpoint that knows why, with the gates off */
+    uint32_t open_since;  /* [windows] number of the window that has the reason */
+    uint32_t medium_late; /* [windows] without a break, for which no new setpoint was there */
+    uint32_t estimating;  /* [-] 1: the estimator runs */
+    ab_t acted;           /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
+    float link_mean;      /* [V] of the DC link in that time */
+    float dead_voltage;   /* [V] that a leg loses at the link of that time */
+    frame_t rotor;        /* as it is believed at t_k */
+    float omega_m;        /* [rad/s] mechanical, of the rotor */
+    demand_t demand;      /* with the frame in force */
+    dq_t current;         /* [A] in that frame */
+    dq_t voltage;         /* [V] what the inverter will really apply, dead time accounted for */
+    float load;           /* [A] what of i_q carries the load: the tracking loop is not told of it */
+    float lower, upper;   /* [A] limits of i_q, by heat and DC link */
     drive_command_t command;
     setpoint_t setpoint; /* in force */
 
@@ -117,9 +117,9 @@ void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder
 /* The first period of a window begins with this setpoint. */
 void fast_take(fast_t *fast, const setpoint_t *setpoint);
 
-/* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE: the
- * bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and modulator,
- * one more when the voltage is limited. */
+/* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE:
+ * the bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and
+ * modulator, one more when the voltage is limited. */
 void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command);
 
 /* The window's last period: its window, and the next one begins. */

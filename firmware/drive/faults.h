@@ -170,7 +170,7 @@
       "set pll_bandwidth and feedforward_cutoff to 0: they then follow the motor")                           \
     F(84, OSCILLATION, "oscillation", oscillation, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                  \
       "the speed control made the shaft oscillate: it is slower until the next switching on",                \
-      "look for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff")   \
+      "look for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff")  \
     F(85, MEDIUM_LATE, "medium_late", medium_late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                 \
       "the medium task had no setpoint ready for two windows in a row",                                      \
       "shorten what was added to the interrupts; take samples for fewer rows over the line")

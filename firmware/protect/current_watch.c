@@ -73,6 +73,7 @@ void current_watch_begin(current_watch_t *watch)
 {
     watch->suspected = 0u;
     watch->current = (ab_t){0.0f, 0.0f};
+    watch->emf = 0.0f;
     watch->asked = 0.0f;
     watch->steered = 0u;
     watch->windows = 0u;
@@ -130,7 +131,7 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
 
 /* The value that a sensor shows from here on is suspected. It must not move for so long: the noise of a wire
  * without current is a code or two. */
-static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p,
+static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float emf,
                     uint32_t near_zero)
 {
     current_watch_phase_t *phase = &watch->phase[n];
@@ -140,6 +141,7 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->stuck = 0.0f;
     phase->still = 0u;
     phase->held = p;
+    phase->emf = emf;
     phase->sure = bounds_within(value, watch->tuning.none) ? near_zero : STUCK_PERIODS;
 }
 
@@ -169,17 +171,19 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
             window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
         if (bounds_magnitude(change - given) > doubt + 2.0f * tuning->stuck ||
             !bounds_within(window->error[n], tuning->surprise)) {
-            suspect(watch, n, window->value[n], beside, 0.0f, JUMP_PERIODS);
+            suspect(watch, n, window->value[n], beside, 0.0f, watch->emf, JUMP_PERIODS);
         }
         return false;
     }
     if (!before) {
-        suspect(watch, n, phase->value, beside, p / window->periods, STILL_PERIODS);
+        suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_PERIODS);
     }
     phase->still += (uint32_t)(int32_t)window->periods;
+    /* what has been believed of the rotor since then may be made of what the sensor says */
+    const float emf = window->emf < phase->emf ? window->emf : phase->emf;
     const float off = bounds_magnitude(p - window->periods * phase->held);
-    const float beyond = bounds_magnitude(p) - window->dead - window->resistive - window->emf;
-    const float changed = off - HELD_SHARE * window->dead - 2.0f * window->emf;
+    const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
+    const float changed = off - HELD_SHARE * window->dead - 2.0f * emf;
     const float more = beyond > changed ? beyond : changed;
     phase->stuck += more > 0.0f ? more : 0.0f;
     phase->path += off;
@@ -219,6 +223,7 @@ static void remember(current_watch_t *watch, const current_watch_window_t *windo
 {
     watch->windows = !comparable ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);
     watch->current = window->current;
+    watch->emf = window->emf;
     for (uint32_t n = 0; n < 3u; n++) {
         watch->phase[n].value = window->value[n];
         watch->phase[n].change = window->change[n];

@@ -80,14 +80,15 @@ typedef struct {
 
 /* Of one phase. */
 typedef struct {
-    float value;     /* as measured at the last window's end [A] */
-    float change;    /* m of the last window [A] */
-    float expected;  /* p of the last window [A] */
-    float stuck;     /* sum of what p is beyond its doubt since the value has not moved [A] */
-    float held;      /* p of a period when it did not for the first time [A] */
-    float path;      /* how far p has gone from that since, up and down [A] */
-    float beside;    /* another sensor's value then [A] */
-    float fed;       /* sum of p without the EMF, beyond its doubt, while next to no current flows [A] */
+    float value;    /* as measured at the last window's end [A] */
+    float change;   /* m of the last window [A] */
+    float expected; /* p of the last window [A] */
+    float stuck;    /* sum of what p is beyond its doubt since the value has not moved [A] */
+    float held;     /* p of a period when it did not for the first time [A] */
+    float emf;    /* what of a window's EMF may be wrong, by what was believed of the rotor before that [A] */
+    float path;   /* how far p has gone from that since, up and down [A] */
+    float beside; /* another sensor's value then [A] */
+    float fed;    /* sum of p without the EMF, beyond its doubt, while next to no current flows [A] */
     uint32_t absent; /* [periods] asked for current, and without */
     uint32_t still;  /* [periods] in all of which it has not moved */
     uint32_t sure;   /* [periods] for which it must not */
@@ -106,6 +107,7 @@ typedef struct {
     uint32_t suspected; /* [-] bits of the phases whose value has not moved in a window, or has jumped and not
                            moved since */
     ab_t current;       /* at the last window's end [A] */
+    float emf;          /* what of the EMF could be wrong in the last window [A] */
     float asked;        /* square of the current that control asked for at the last window's end [A^2] */
     uint32_t steered;   /* [-] bits: asked for another length of it in this window, 1, and in the last two, 2
                            and 4 */

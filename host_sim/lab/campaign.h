@@ -21,6 +21,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "drive/params.h"
 #include "host_sim/lab/pool.h"
 #include "host_sim/lab/scenario.h"
 
@@ -222,7 +223,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(REASON, "reason", 0.0, "-", "a set that is refused is refused by a row and with a reason")             \
     I(REPEAT, "repeat", 0.0, "-", "one run in 64 is made twice and ends in the same state, bit by bit")      \
     I(EXPECT, "expect", 0.0, "-", "around a scenario: each of its expectations is met")                      \
-    I(OFF, "off", 2.0, "periods", "with enable = off no gate is on once so many have passed")                \
+    I(OFF, "off", 2.0 * DRIVE_WINDOW + 2.0, "periods",                                                       \
+      "with enable = off no gate is on once so many have passed")                                            \
     I(STOP, "stop", 0.0, "-",                                                                                \
       "a quick stop ends at standstill within three times what the current limit needs and half a second, "  \
       "one that a fault has caused within fault_stop_time")                                                  \

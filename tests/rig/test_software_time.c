@@ -90,30 +90,107 @@ static void test_from_entry_to_exit_it_is_the_row(void)
     }
 }
 
-/* What hal_read takes is of t_k however long the rest lasts, and duties act from t_{k+1} as long as they are
- * written before it: the same signals, to the bit. Gates are switched at the end, so they are on before. */
-static void test_within_the_period_no_bit_hangs_on_it(void)
+/* A copy of the running rig. */
+static rig_t *copy(void)
 {
-    static const char *const rows[] = {"i_a", "i_b", "u_dc", "duty_a", "duty_b", "theta_e", "true_omega_m"};
-    start();
     void *state = malloc(rig_state_size());
     TEST_ASSERT_NOT_NULL(state);
     rig_save(rig, state);
-    rig_t *quick = run_rig(1);
-    TEST_ASSERT_TRUE(rig_load(quick, state, rig_state_size()));
+    rig_t *other = run_rig(1);
+    TEST_ASSERT_TRUE(rig_load(other, state, rig_state_size()));
     free(state);
-    run_put(quick, "interrupt_time", 0.0);
-    put_interrupt(0.9);
-    run_put(rig, "speed_request", 900.0 * RPM);
-    run_put(quick, "speed_request", 900.0 * RPM);
+    return other;
+}
+
+/* The same signals, to the bit, while both are asked for another speed, and shown a load. */
+static void expect_same_bits(rig_t *other)
+{
+    static const char *const rows[] = {"i_a",    "i_b",       "u_dc",        "duty_a",       "duty_b",
+                                       "theta_e", "i_q_ref", "omega_m_ref", "true_omega_m", "state"};
+    rig_t *const both[] = {rig, other};
+    for (size_t n = 0; n < 2u; n++) {
+        run_put(both[n], "speed_request", 900.0 * RPM);
+        run_put(both[n], "load_torque", 1.0);
+    }
     for (uint32_t n = 0; n < 2000; n++) {
         rig_step(rig);
-        rig_step(quick);
+        rig_step(other);
         for (size_t m = 0; m < sizeof rows / sizeof rows[0]; m++) {
-            TEST_ASSERT_EQUAL_DOUBLE(rig_value(quick, rows[m]), rig_value(rig, rows[m]));
+            TEST_ASSERT_EQUAL_DOUBLE(rig_value(other, rows[m]), rig_value(rig, rows[m]));
         }
     }
-    rig_free(quick);
+    rig_free(other);
+}
+
+/* What hal_read takes is of t_k however long the rest lasts, and duties act from t_{k+1} as long as they are
+ * written before it. Gates are switched at the end, so they are on before. */
+static void test_within_the_period_no_bit_hangs_on_it(void)
+{
+    start();
+    run_put(rig, "medium_time", 0.0);
+    rig_t *quick = copy();
+    run_put(quick, "interrupt_time", 0.0);
+    put_interrupt(0.9);
+    expect_same_bits(quick);
+}
+
+/* ---- the medium task ---- */
+
+/* It and the interrupts in it take so many windows, from its begin. */
+static void put_medium(rig_t *of, double windows)
+{
+    const double alone = DRIVE_WINDOW * ((double)RIG_PERIOD_TICKS - interrupt_ticks());
+    const double cycles = RIG_MEDIUM_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
+    run_put(of, "medium_time", windows * alone / cycles);
+}
+
+/* The setpoint of a window acts from a fixed period on, whenever it is ready before. What the background makes of
+ * what was learnt comes when it comes round: here nothing of that is learnt. */
+static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
+{
+    static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};
+    run_parameter(rig, "inductance_adaptation", 0.0);
+    run_parameter(rig, "inertia_adaptation", 0.0);
+    start();
+    for (size_t n = 0; n < sizeof windows / sizeof windows[0]; n++) {
+        rig_t *at_once = copy();
+        run_put(at_once, "medium_time", 0.0);
+        put_medium(rig, windows[n]);
+        expect_same_bits(at_once);
+        run_expect_no_fault(rig);
+    }
+}
+
+/* For one window the last setpoint goes on acting; with the second the gates are off. */
+static void test_a_medium_task_longer_than_the_window_is_told_as_late(void)
+{
+    start();
+    put_medium(rig, 4.0);
+    const uint32_t begin = rig_period(rig);
+    while (rig_value(rig, "fault_reason") == 0.0 && rig_period(rig) - begin < 100u * DRIVE_WINDOW) {
+        rig_step(rig);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_TRUE(rig_period(rig) - begin <= 4u * DRIVE_WINDOW + 1u);
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
+    run_seconds(rig, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
+}
+
+/* One that is late once is no fault: the drive goes on with the setpoint that comes a window later. */
+static void test_a_medium_task_that_is_late_once_stops_nothing(void)
+{
+    start();
+    while (rig_state(rig)->app.drive.fast.sum.periods != 1u) {
+        rig_step(rig);
+    }
+    put_medium(rig, 1.5);
+    rig_run(rig, DRIVE_WINDOW);
+    run_put(rig, "medium_time", 1.0);
+    run_seconds(rig, 0.1);
+    run_expect_no_fault(rig);
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
 /* Three late samples in a row, as of one that comes too late; then the gates are off. */

@@ -117,8 +117,8 @@ static double value(const char *name)
 static void expect_at(bool as_meant, int line)
 {
     if (!as_meant) {
-        fprintf(stderr, "record: line %d, period %u: manoeuvre %g, state %g, %g r/min\n", line, (unsigned)recorded,
-                value("manoeuvre"), value("state"), value("omega_m") / RPM);
+        fprintf(stderr, "record: line %d, period %u: manoeuvre %g, state %g, %g r/min\n", line,
+                (unsigned)recorded, value("manoeuvre"), value("state"), value("omega_m") / RPM);
     }
     good = good && as_meant;
 }
@@ -536,6 +536,7 @@ static bool part(size_t number)
     rig = rig_create(1);
     good = rig != NULL;
     if (good) {
+        set("medium_time", 0.0); /* a replay's is there at once, too */
         parts[number].steps();
         while (recorded < length) {
             rig_step(rig); /* what is left, and the interrupt of the last period */

@@ -42,6 +42,7 @@ void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder
     current_control_take(&fast->current_control, &tuning->current_control);
     reference_set_tuning(&fast->reference, &tuning->reference);
     link_take(&fast->link, &tuning->link);
+    still_watch_take(&fast->still_watch, &tuning->still_watch);
     fast->limits = tuning->limits;
     tell_models(fast);
 }
@@ -246,6 +247,19 @@ static void judge_trips(fast_t *fast, uint32_t encoder_wrong)
     }
 }
 
+/* A current sensor that stands while control asks for another current: the medium task would be too late. */
+static void watch_still(fast_t *fast, uint32_t now)
+{
+    const abc_t current = fast->measure.measured.current_abc;
+    if (still_watch_count(&fast->still_watch, &current) && (now & GUARD_RUNNING) != 0u) {
+        const dq_t asked = fast->demand.current;
+        const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
+        if (still_watch_judge(&fast->still_watch, wanted, current)) {
+            fast_stop(fast, REASON_CURRENT_STUCK);
+        }
+    }
+}
+
 /* The rows of the fault table that are judged in each period. true: the encoder has been left. */
 static bool trip(fast_t *fast)
 {
@@ -255,6 +269,7 @@ static bool trip(fast_t *fast)
     if (!guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
         judge_trips(fast, encoder_wrong);
     }
+    watch_still(fast, input.now);
     return fast->left != left;
 }
 

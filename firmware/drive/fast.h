@@ -23,6 +23,7 @@
 #include "inverter/inverter.h"
 #include "manoeuvre/reference.h"
 #include "protect/link.h"
+#include "protect/still_watch.h"
 
 /* [periods] after which a bridge that comes on is on, and its samples show it. */
 #define FAST_ON 4u
@@ -60,6 +61,7 @@ typedef struct {
     current_control_tuning_t current_control;
     reference_tuning_t reference;
     link_tuning_t link;
+    still_watch_tuning_t still_watch;
     fast_limits_t limits;
 } fast_tuning_t;
 
@@ -94,7 +96,8 @@ typedef struct {
     chosen_t estimator;
     reference_t reference;
     current_control_t current_control;
-    link_t link;   /* its limits */
+    link_t link; /* its limits */
+    still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */
 
     fast_limits_t limits; /* of the tuning */

@@ -209,6 +209,7 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .period = DRIVE_PERIOD,
     };
     tuning->medium.current_watch = current_watch_prepare(&current);
+    tuning->fast.still_watch = still_watch_prepare(current.range, current.three_sensors, current.judged);
 }
 
 static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

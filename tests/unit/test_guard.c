@@ -428,7 +428,7 @@ static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" dc_overvoltage ", 2.0f},
                                    {" overspeed dc_undervoltage ", 1e-3f / DRIVE_PERIOD},
                                    {" sink_hot motor_hot sink_warm motor_warm ", 0.1f / DRIVE_PERIOD},
-                                   {" unlocked ", 5e-3f / DRIVE_PERIOD - 2.0f * DRIVE_WINDOW}, /* and two until it acts */
+                                   {" unlocked ", 5e-3f / DRIVE_PERIOD - 2.0f * DRIVE_WINDOW},
                                    {" current_sum ", 2.4e-3f / DRIVE_PERIOD},
                                    {NULL, 1.0f}};
 

@@ -1,0 +1,39 @@
+#include "protect/still_watch.h"
+
+#include "math/bounds.h"
+
+#define OFF_SHARE   0.05f   /* [-] of the range */
+#define FAR_SHARE   0.15f   /* [-] of it */
+#define NONE_SHARE  0.0075f /* [-] of it: what a phase without current may show */
+#define OFF_PERIODS 4u      /* [periods]: a step of what is asked for shows in the third sample */
+#define ALONE       8u      /* [periods] without a move, where a phase has next to no current */
+
+still_watch_tuning_t still_watch_prepare(float range, bool three_sensors, bool judged)
+{
+    const uint32_t sensors = three_sensors ? UINT32_C(3) : UINT32_C(2);
+    return (still_watch_tuning_t){
+        .sensors = judged ? sensors : 0u,
+        .off = OFF_SHARE * range,
+        .far = FAR_SHARE * range,
+        .none = NONE_SHARE * range,
+    };
+}
+
+bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current)
+{
+    const still_watch_tuning_t *tuning = &watch->tuning;
+    const float wanted[3] = {asked.a, asked.b, asked.c};
+    const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
+                       bounds_within(current.c, tuning->none);
+    const float most = alone ? tuning->far : tuning->off;
+    bool stuck = false;
+    for (uint32_t n = 0; n < tuning->sensors; n++) {
+        if (watch->still[n] <= STILL_SOME) {
+            watch->off[n] = 0u;
+        }
+        const bool off = watch->still[n] >= STILL_SOME && !bounds_within(wanted[n] - watch->value[n], most);
+        watch->off[n] = off ? watch->off[n] + 1u : 0u;
+        stuck = stuck || (watch->off[n] >= OFF_PERIODS && (!alone || watch->still[n] >= ALONE));
+    }
+    return stuck;
+}

@@ -1,0 +1,61 @@
+/* Does a current sensor stand while control asks for another current? The quick half of current_watch.h, in
+ * the fast task: where V/L makes 25 A/ms, a window is too long. In each period, sensor by sensor:
+ *
+ *     stuck   its value has not moved by a bit in any of the last periods, and is off what is asked for by
+ * more than 5 % of the range in each of the last four of them
+ *
+ * A current that control misses by so much moves by many codes in a period; noise lets a value stay for a
+ * period or two. Past an open wire no current moves: where any phase has next to none, only a value that is
+ * off by 15 % is judged, and has to stay for longer.
+ *
+ * Does not handle: a sensor that is stuck near what is asked for. */
+#ifndef PROTECT_STILL_WATCH_H
+#define PROTECT_STILL_WATCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "math/frames.h"
+
+#define STILL_SOME 3u /* [periods] without a move, from which on a value is looked at */
+
+typedef struct {
+    uint32_t sensors; /* [-] 2 or 3; 0: nothing is ever found */
+    float off;        /* largest distance from what is asked for that is none [A] */
+    float far;        /* likewise, where a phase has next to no current [A] */
+    float none;       /* next to no current [A] */
+} still_watch_tuning_t;
+
+typedef struct {
+    still_watch_tuning_t tuning;
+    float value[3];    /* of the last period [A] */
+    uint32_t still[3]; /* [periods] for which it has not moved */
+    uint32_t off[3];   /* [periods] of them, for which it has been off what is asked for */
+} still_watch_t;
+
+/* `range` [A]: what the sensors see in both directions. `judged` false: nothing is ever found. */
+still_watch_tuning_t still_watch_prepare(float range, bool three_sensors, bool judged);
+
+/* New coefficients; what has been seen stays. */
+static inline void still_watch_take(still_watch_t *watch, const still_watch_tuning_t *tuning)
+{
+    watch->tuning = *tuning;
+}
+
+/* In each period, with the current [A]. true: a value has stayed for some periods. */
+static inline bool still_watch_count(still_watch_t *watch, const abc_t *current)
+{
+    const float now[3] = {current->a, current->b, current->c};
+    bool some = false;
+    for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
+        watch->still[n] = now[n] == watch->value[n] ? watch->still[n] + 1u : 0u;
+        watch->value[n] = now[n];
+        some = some || watch->still[n] >= STILL_SOME;
+    }
+    return some;
+}
+
+/* Where one has, and control runs: is it stuck? `asked` [A]: for the sample of the last period. */
+bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current);
+
+#endif

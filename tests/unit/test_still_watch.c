@@ -1,0 +1,89 @@
+/* A current sensor that stands while control asks for another current: sensors of 20 A, so that 1 A is off, 3
+ * A is far and 0.15 A is next to none. */
+#include "protect/still_watch.h"
+
+#include "unity.h"
+
+#define RANGE 20.0f
+
+static still_watch_t watch;
+
+void setUp(void)
+{
+    watch = (still_watch_t){.still = {0u, 0u, 0u}};
+    const still_watch_tuning_t tuning = still_watch_prepare(RANGE, false, true);
+    still_watch_take(&watch, &tuning);
+}
+
+void tearDown(void)
+{
+}
+
+/* One period; c is what the other two leave. */
+static bool step(float a, float b, float asked_a)
+{
+    const abc_t current = {a, b, -a - b};
+    return still_watch_count(&watch, &current) &&
+           still_watch_judge(&watch, (abc_t){asked_a, b, -asked_a - b}, current);
+}
+
+/* So many periods in which a stays, asked for more by `miss`, while b moves; the period in which it is stuck,
+ * 0: it is not. */
+static unsigned stuck_after(float a, float b, float miss, unsigned periods)
+{
+    (void)step(a + 1.0f, b, a + miss);
+    for (unsigned n = 1; n <= periods; n++) {
+        if (step(a, b + 0.01f * (float)n, a + miss)) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+/* The first sample moves, three stay, and in the third and the three after it the value is off. */
+static void test_a_value_that_stays_off_what_is_asked_for_is_stuck_after_seven_periods(void)
+{
+    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 1.1f, 100u));
+    setUp();
+    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(-4.0f, 2.0f, -1.1f, 100u));
+}
+
+static void test_a_value_that_stays_where_it_is_asked_to_be_is_not_stuck(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 0.9f, 100u));
+}
+
+static void test_a_code_that_moves_begins_anew(void)
+{
+    for (unsigned n = 0; n < 200u; n++) {
+        TEST_ASSERT_FALSE(step(4.0f + (n % 6u == 0u ? 0.01f : 0.0f), -2.0f + 0.01f * (float)(n % 3u), 9.0f));
+    }
+}
+
+/* A current that stood for long, and a step of what is asked for, which shows in the third sample. */
+static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
+{
+    for (unsigned n = 0; n < 100u; n++) {
+        TEST_ASSERT_FALSE(step(4.0f, -2.0f, 4.0f));
+    }
+    TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
+    TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
+    TEST_ASSERT_FALSE(step(3.5f, -2.0f, -8.0f));
+}
+
+/* Next to no current in a phase, its own or another: far, and for longer. */
+static void test_where_a_phase_has_no_current_a_value_must_be_far_and_stay_for_nine_periods(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(0.0f, 5.0f, 2.9f, 100u));
+    setUp();
+    TEST_ASSERT_EQUAL_UINT(9u, stuck_after(0.0f, 5.0f, 3.1f, 100u));
+    setUp();
+    TEST_ASSERT_EQUAL_UINT(9u, stuck_after(4.0f, 0.0f, 3.1f, 9u));
+}
+
+static void test_nothing_is_stuck_where_the_sensors_are_not_judged(void)
+{
+    const still_watch_tuning_t tuning = still_watch_prepare(RANGE, true, false);
+    still_watch_take(&watch, &tuning);
+    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 8.0f, 100u));
+}

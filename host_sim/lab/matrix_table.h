@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-#include "drive/fast.h"
+#include "drive/faults.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/lab/promised.h"
 #include "host_sim/rig/rig.h"
@@ -164,7 +164,8 @@
 
 /* From `enable` through the end of its window and the one after that to gates that are on, and then three late periods
  * and the one in which the gates go off; each takes two, for every second interrupt does not come. */
-#define LATE_COMING_ON (2.0 * (double)(2u * DRIVE_WINDOW + FAST_ON + 3u + 1u) * (double)DRIVE_PERIOD)
+#define COMING_ON      4u /* [periods] until the samples show the gates on: FAST_ON of the firmware */
+#define LATE_COMING_ON (2.0 * (double)(2u * DRIVE_WINDOW + COMING_ON + 3u + 1u) * (double)DRIVE_PERIOD)
 #define LIMIT    PROMISED_CURRENT
 
 #define FOLLOWS MATRIX_FOLLOWS

@@ -8,6 +8,10 @@
 #include "math/filter.h"
 #include "math/trig.h"
 
+/* [-] of the link, by which a voltage must fall short of what control asks for to be limited; a shortest
+ * pulse and what the dead time takes are less */
+#define LIMITED_SHARE 0.05f
+
 /* What is learnt of motor, load and inverter, to who works with it. */
 static void tell_models(fast_t *fast)
 {
@@ -254,7 +258,8 @@ static void watch_still(fast_t *fast, uint32_t now)
     if (still_watch_count(&fast->still_watch, &current) && (now & GUARD_RUNNING) != 0u) {
         const dq_t asked = fast->demand.current;
         const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, wanted, current)) {
+        if (still_watch_judge(&fast->still_watch, wanted, current, fast->limited != 0u,
+                              fast->measure.measured.u_dc)) {
             fast_stop(fast, REASON_CURRENT_STUCK);
         }
     }
@@ -338,6 +343,8 @@ static abc_t control(fast_t *fast)
         inverter_make(&fast->inverter, frames_inverse_park(asked, acting),
                       frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
     const dq_t missing = frames_park(made.missing, acting);
+    const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
+    fast->limited = bounds_within(missing.d, most) && bounds_within(missing.q, most) ? 0u : 1u;
     fast->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
     current_control_applied(&fast->current_control, fast->voltage);
     return made.duty;

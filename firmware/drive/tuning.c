@@ -209,7 +209,15 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .period = DRIVE_PERIOD,
     };
     tuning->medium.current_watch = current_watch_prepare(&current);
-    tuning->fast.still_watch = still_watch_prepare(current.range, current.three_sensors, current.judged);
+    const still_watch_params_t still = {
+        .range = current.range,
+        .inductance =
+            current.inductance_d > current.inductance_q ? current.inductance_d : current.inductance_q,
+        .period = current.period,
+        .three_sensors = current.three_sensors,
+        .judged = current.judged,
+    };
+    tuning->fast.still_watch = still_watch_prepare(&still);
 }
 
 static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

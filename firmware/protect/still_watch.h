@@ -4,9 +4,9 @@
  *     stuck   its value has not moved by a bit in any of the last periods, and is off what is asked for by
  * more than 5 % of the range in each of the last four of them
  *
- * A current that control misses by so much moves by many codes in a period; noise lets a value stay for a
- * period or two. Past an open wire no current moves: where any phase has next to none, only a value that is
- * off by 15 % is judged, and has to stay for longer.
+ * A current that control misses by so much moves by many codes in a period, unless the link gives no more
+ * voltage; noise lets a value stay for a period or two. Past an open wire no current moves: where any phase
+ * has next to none, only a value that is off by 15 % is judged, and has to stay for longer.
  *
  * Does not handle: a sensor that is stuck near what is asked for. */
 #ifndef PROTECT_STILL_WATCH_H
@@ -20,10 +20,19 @@
 #define STILL_SOME 3u /* [periods] without a move, from which on a value is looked at */
 
 typedef struct {
+    float range;        /* what the sensors see in both directions [A] */
+    float inductance;   /* the larger of L_d and L_q [H], > 0 */
+    float period;       /* T [s] */
+    bool three_sensors; /* else two */
+    bool judged;        /* false: nothing is ever found */
+} still_watch_params_t;
+
+typedef struct {
     uint32_t sensors; /* [-] 2 or 3; 0: nothing is ever found */
     float off;        /* largest distance from what is asked for that is none [A] */
     float far;        /* likewise, where a phase has next to no current [A] */
     float none;       /* next to no current [A] */
+    float slow;       /* link, below which its whole voltage moves a current by few codes in a period [V] */
 } still_watch_tuning_t;
 
 typedef struct {
@@ -33,8 +42,8 @@ typedef struct {
     uint32_t off[3];   /* [periods] of them, for which it has been off what is asked for */
 } still_watch_t;
 
-/* `range` [A]: what the sensors see in both directions. `judged` false: nothing is ever found. */
-still_watch_tuning_t still_watch_prepare(float range, bool three_sensors, bool judged);
+/* These coefficients. One division. */
+still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params);
 
 /* New coefficients; what has been seen stays. */
 static inline void still_watch_take(still_watch_t *watch, const still_watch_tuning_t *tuning)
@@ -55,7 +64,8 @@ static inline bool still_watch_count(still_watch_t *watch, const abc_t *current)
     return some;
 }
 
-/* Where one has, and control runs: is it stuck? `asked` [A]: for the sample of the last period. */
-bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current);
+/* Where one has, and control runs: is it stuck? `asked` [A]: for the sample of the last period; `limited`:
+ * control has not got the voltage that it asked for. */
+bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current, bool limited, float u_dc);
 
 #endif

@@ -4,7 +4,7 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
 
-#define OFF_PERIODS     2u   /* [periods] of campaign_invariants */
+#define OFF_PERIODS     (2u * DRIVE_WINDOW + 2u) /* [periods] of campaign_invariants */
 #define LINK_PERIODS    3u   /* [periods] of too high a link with a gate on */
 #define SPEED_SECONDS   5e-3 /* [s] of too fast a shaft with a gate on */
 #define AWAY_SECONDS    0.1  /* [s] of a torque that drives away */

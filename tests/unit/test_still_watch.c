@@ -7,11 +7,26 @@
 #define RANGE 20.0f
 
 static still_watch_t watch;
+static bool limited; /* control has not got the voltage that it asked for */
+static float u_dc;   /* [V] */
+
+/* 12 mH: 2/3 of 72 V moves 0.4 A in 100 us, 2 % of the range. */
+static still_watch_tuning_t prepared(bool three_sensors, bool judged)
+{
+    const still_watch_params_t params = {.range = RANGE,
+                                         .inductance = 12e-3f,
+                                         .period = 1e-4f,
+                                         .three_sensors = three_sensors,
+                                         .judged = judged};
+    return still_watch_prepare(&params);
+}
 
 void setUp(void)
 {
+    limited = false;
+    u_dc = 311.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
-    const still_watch_tuning_t tuning = still_watch_prepare(RANGE, false, true);
+    const still_watch_tuning_t tuning = prepared(false, true);
     still_watch_take(&watch, &tuning);
 }
 
@@ -24,7 +39,7 @@ static bool step(float a, float b, float asked_a)
 {
     const abc_t current = {a, b, -a - b};
     return still_watch_count(&watch, &current) &&
-           still_watch_judge(&watch, (abc_t){asked_a, b, -asked_a - b}, current);
+           still_watch_judge(&watch, (abc_t){asked_a, b, -asked_a - b}, current, limited, u_dc);
 }
 
 /* So many periods in which a stays, asked for more by `miss`, while b moves; the period in which it is stuck,
@@ -46,6 +61,21 @@ static void test_a_value_that_stays_off_what_is_asked_for_is_stuck_after_seven_p
     TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 1.1f, 100u));
     setUp();
     TEST_ASSERT_EQUAL_UINT(7u, stuck_after(-4.0f, 2.0f, -1.1f, 100u));
+}
+
+/* At the limit of the voltage a current moves as slowly as the link makes it. */
+static void test_at_the_limit_of_a_low_link_no_value_is_stuck(void)
+{
+    limited = true;
+    u_dc = 71.9f;
+    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
+    setUp();
+    limited = true;
+    u_dc = 72.1f;
+    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
+    setUp();
+    u_dc = 71.9f;
+    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
 }
 
 static void test_a_value_that_stays_where_it_is_asked_to_be_is_not_stuck(void)
@@ -83,7 +113,7 @@ static void test_where_a_phase_has_no_current_a_value_must_be_far_and_stay_for_n
 
 static void test_nothing_is_stuck_where_the_sensors_are_not_judged(void)
 {
-    const still_watch_tuning_t tuning = still_watch_prepare(RANGE, true, false);
+    const still_watch_tuning_t tuning = prepared(true, false);
     still_watch_take(&watch, &tuning);
     TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 8.0f, 100u));
 }

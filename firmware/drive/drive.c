@@ -18,7 +18,8 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
     drive->fault = *fault;
 }
 
-/* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the window. */
+/* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the
+ * window. */
 static void show_stop(drive_t *drive)
 {
     drive_fault_t fault = drive->fast.stop;
@@ -47,8 +48,8 @@ static void show(drive_t *drive)
 
 /* ---- the tasks ---- */
 
-/* The medium task takes its part when it begins, which is before the background goes on: until then nobody writes
- * the offer. */
+/* The medium task takes its part when it begins, which is before the background goes on: until then nobody
+ * writes the offer. */
 static void take_tuning(drive_t *drive, uint32_t encoder_count)
 {
     fast_set_tuning(&drive->fast, &drive->offer.fast, encoder_count);
@@ -56,9 +57,10 @@ static void take_tuning(drive_t *drive, uint32_t encoder_count)
     drive->offered = 0u;
 }
 
-/* The end of a window, at which the medium task does not run if it is in time: a tuning that is offered is taken,
- * and the setpoint of the window before acts from the next period on. Where that is not there yet, the last one
- * goes on acting, and the medium task keeps the window that it reads. true: it has another one to work on. */
+/* The end of a window, at which the medium task does not run if it is in time: a tuning that is offered is
+ * taken, and the setpoint of the window before acts from the next period on. Where that is not there yet, the
+ * last one goes on acting, and the medium task keeps the window that it reads. true: it has another one to
+ * work on. */
 static bool turn_window(drive_t *drive, uint32_t encoder_count)
 {
     if (drive->done != drive->handed) {

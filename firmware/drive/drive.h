@@ -19,8 +19,8 @@
  * it from the encoder's angle; without, nothing of the encoder is used, and a manoeuvre brings the rotor to
  * where its EMF can be tracked (drive/manoeuvres.h). Control turns with the frame that the setpoint names.
  *
- * Parameters change by a flip: the background prepares the tuning of a new set and offers it; it is taken whole with
- * the end of the window. */
+ * Parameters change by a flip: the background prepares the tuning of a new set and offers it; it is taken
+ * whole with the end of the window. */
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
@@ -50,17 +50,16 @@ typedef struct {
     uint32_t done;   /* [windows] whose setpoint is ready, by the medium task */
     int32_t opens;   /* [-] reason_t by which the medium task opens the bridge before its setpoint acts */
 
-    /* what is shown of the state machine: as the medium task has left it, from where its setpoint acts, and at once
-     * what has opened the bridge */
+    /* what is shown of the state machine: as the medium task has left it, from where its setpoint acts, and
+     * at once what has opened the bridge */
     int32_t state;        /* [-] drive_state_t */
     int32_t fault_reason; /* [-] reason_t of the latched fault; REASON_NONE: there is none */
     drive_fault_t fault;  /* the last one */
 
     /* from outside */
     requests_t requests;
-    uint32_t
-        offered; /* [-] 1: the background offers a tuning, which is taken with the end of the window */
-    uint32_t taken; /* [-] 1: the fast task has taken its part of the offer, the medium task has not */
+    uint32_t offered; /* [-] 1: the background offers a tuning, which is taken with the end of the window */
+    uint32_t taken;   /* [-] 1: the fast task has taken its part of the offer, the medium task has not */
     drive_tuning_t offer;
 
     drive_fault_log_t log;
@@ -71,9 +70,9 @@ typedef struct {
 /* All state zero, in not ready, requests off. The set must be good (checked). */
 void drive_init(drive_t *drive, const params_t *params);
 
-/* Between two periods: the tuning that the background has prepared in drive->offer is taken with the end of the
- * window under way. Control states are kept, so a running drive goes on smoothly. While one is offered, `offer`
- * must not be written: drive_withdraw() first. */
+/* Between two periods: the tuning that the background has prepared in drive->offer is taken with the end of
+ * the window under way. Control states are kept, so a running drive goes on smoothly. While one is offered,
+ * `offer` must not be written: drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);
 
@@ -90,8 +89,8 @@ static inline void drive_attend(drive_t *drive, uint32_t reported)
 /* Take over a set of requests between two periods; it must be good (requests_check). */
 void drive_request(drive_t *drive, const requests_t *next);
 
-/* The fast task: one period, in the interrupt of the sample. true: a window is closed, and the medium task has to
- * run, which this interrupt may interrupt. */
+/* The fast task: one period, in the interrupt of the sample. true: a window is closed, and the medium task
+ * has to run, which this interrupt may interrupt. */
 bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 
 /* The medium task: makes the setpoint of the window that was closed last. */

@@ -455,6 +455,7 @@ static void sum_up(fast_t *fast)
     const measured_t *measured = &fast->measure.measured;
     window_sums_t *sum = &fast->sum;
     sum->periods++;
+    sum->limited |= fast->limited;
     sum->moved |= moved(measured->current_abc, fast->before);
     sum->current.alpha += measured->current.alpha;
     sum->current.beta += measured->current.beta;

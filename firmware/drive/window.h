@@ -49,9 +49,10 @@ typedef struct {
     uint32_t periods; /* [periods] so far */
     uint32_t tracked; /* [periods] of them in which the loop tracked */
     uint32_t unsound; /* [-] not 0: one of them may not be believed */
-    uint32_t moved;  /* [-] bits of the current sensors whose value has not stayed as it was at the end of the
-                        window before */
-    uint32_t jumped; /* [-] 1: the encoder's angle has jumped */
+    uint32_t moved; /* [-] bits of the current sensors whose value has not stayed as it was at the end of the
+                       window before */
+    uint32_t limited;   /* [-] 1: control has not got the voltage that it asked for */
+    uint32_t jumped;    /* [-] 1: the encoder's angle has jumped */
     fault_set_t failed; /* fast rows of the fault table that have failed */
     float scatter;      /* sum of the detector's square [-] */
     ab_t voltage;       /* that acted [V] */

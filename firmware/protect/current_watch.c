@@ -46,6 +46,7 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .dead = DEAD_VECTOR * winding.per_volt * params->drop,
         .per_current = WRONG_R * winding.per_volt * params->resistance,
         .flux = FLUX_TURN * params->flux_linkage / inductance,
+        .slow_link = winding_slow_link(larger, params->range, params->period),
         .stuck = STUCK_SHARE * params->range,
         .beside = BESIDE_SHARE * params->range,
         .long_still = periods_of(LONG_STILL, params->period),

@@ -72,6 +72,7 @@ typedef struct {
     float gain_min;      /* of the sensors together [-] */
     float gain_max;      /* likewise */
     float none;          /* largest current of a phase that has none [A] */
+    float slow_link;     /* DC link, below which the limit of the voltage lets a current lag far behind [V] */
     float carries;       /* least of one that does [A] */
     uint32_t absent;     /* [periods] without current that are a loss */
     float sum;           /* largest sum of three currents [A] */
@@ -135,6 +136,7 @@ typedef struct {
     float doubt;       /* speed whose EMF may be wrong [rad/s] */
     bool forced;       /* does a forced frame take the rotor along? */
     bool contradicted; /* does the EMF along a phase's axis contradict where the rotor is believed? */
+    bool limited;      /* has control not got the voltage that it asked for, in one of the periods? */
     bool comparable;   /* does the EMF go on smoothly in this window, or as it is believed? */
 } current_watch_input_t;
 

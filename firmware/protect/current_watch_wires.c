@@ -24,17 +24,19 @@ static inline float shrunk(float value, float step)
 
 /* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
  * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
- * half of what is asked for is none, too. */
-static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, float asked,
-                      bool contradicted)
+ * half of what is asked for is none, too. At the limit of a low link's voltage a current lags behind what is
+ * asked for. */
+static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
+                      const current_watch_window_t *window, float asked)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
+    const bool lags = input->limited && input->u_dc < tuning->slow_link;
     const bool much =
-        window->largest > tuning->carries &&
+        !lags && window->largest > tuning->carries &&
         !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
     const float value = window->value[n];
-    const float half = contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
+    const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
         phase->absent = 0u;
     } else if (much && !is_still(watch, n)) {
@@ -79,7 +81,7 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
             continue;
         }
         const float fed = feed(watch, n, window);
-        if (is_absent(watch, n, window, asked[n], input->contradicted) || fed > flux) {
+        if (is_absent(watch, n, input, window, asked[n]) || fed > flux) {
             bits |= CURRENT_WATCH_LOSS;
         }
         if (fed > FED_SHARE * tuning->flux) {

@@ -1,11 +1,11 @@
 #include "protect/still_watch.h"
 
 #include "math/bounds.h"
+#include "protect/winding.h"
 
 #define OFF_SHARE   0.05f   /* [-] of the range */
 #define FAR_SHARE   0.15f   /* [-] of it */
 #define NONE_SHARE  0.0075f /* [-] of it: what a phase without current may show */
-#define SLOW_SHARE  0.02f   /* [-] of it, by which the link's whole voltage moves a current in a period */
 #define OFF_PERIODS 4u      /* [periods]: a step of what is asked for shows in the third sample */
 #define ALONE       8u      /* [periods] without a move, where a phase has next to no current */
 
@@ -17,7 +17,7 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
         .off = OFF_SHARE * params->range,
         .far = FAR_SHARE * params->range,
         .none = NONE_SHARE * params->range,
-        .slow = SLOW_SHARE * 1.5f * params->range * params->inductance / params->period,
+        .slow = winding_slow_link(params->inductance, params->range, params->period),
     };
 }
 

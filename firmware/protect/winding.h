@@ -22,6 +22,14 @@ static inline winding_t winding_prepare(float resistance, float inductance, floa
     return (winding_t){per_volt, 0.5f * per_volt * resistance};
 }
 
+/* The link [V] below which its whole voltage, 2/3 u_dc, moves the current of this inductance [H] by less than
+ * 2 % of the range [A] in a period [s]: at the limit of the voltage a current may then stay within a code, or
+ * lag behind what is asked for by tens of milliseconds. */
+static inline float winding_slow_link(float inductance, float range, float period)
+{
+    return 0.02f * 1.5f * range * inductance / period;
+}
+
 /* [A]; `voltage`: the sum of it [V] over so many periods, between these two currents [A]. */
 static inline ab_t winding_given(const winding_t *winding, ab_t voltage, float periods, ab_t first, ab_t last)
 {

@@ -157,9 +157,9 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     }
 }
 
-/* The share with which an idea of the load follows i_q in each period: `follows` while the reference of the speed
- * stands, 0 on a way. All of i_q is load, 1, while none is known, and where the way leads through zero with a load
- * of `most` [A] or more. */
+/* The share with which an idea of the load follows i_q in each period: `follows` while the reference of the
+ * speed stands, 0 on a way. All of i_q is load, 1, while none is known, and where the way leads through zero
+ * with a load of `most` [A] or more. */
 static inline float inertia_load_share(const inertia_t *x, float follows, float most)
 {
     if (x->under_way != 0u) {

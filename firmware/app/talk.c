@@ -15,11 +15,11 @@ HAL_PER_CHIP const talk_line_t *talk_line;
 void talk_receive(void)
 {
     talk_came_t *came = &app->talk.came;
-    const uint16_t free = (uint16_t)(TALK_CAME - (uint16_t)(came->put - came->got));
+    const uint16_t room = (uint16_t)(TALK_CAME - (uint16_t)(came->put - came->got));
     const uint16_t at = (uint16_t)(came->put % TALK_CAME);
     const uint16_t to_end = (uint16_t)(TALK_CAME - at);
     if (talk_line == NULL) {
-        came->put = (uint16_t)(came->put + hal_serial_read(&came->octets[at], free < to_end ? free : to_end));
+        came->put = (uint16_t)(came->put + hal_serial_read(&came->octets[at], room < to_end ? room : to_end));
     }
 }
 

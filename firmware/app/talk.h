@@ -1,8 +1,8 @@
 /* The drive on its line: an XCP slave (firmware/talk/) over the values of the application.
  *
- * The interrupt only copies samples into a queue, and octets out of the chip's FIFO. All else is the background's: octets in, one command at a
- * time, octets out. A master that has switched the bridge on and then is silent for longer than
- * command_timeout stops the motor. */
+ * The interrupt only copies samples into a queue, and octets out of the chip's FIFO. All else is the
+ * background's: octets in, one command at a time, octets out. A master that has switched the bridge on and
+ * then is silent for longer than command_timeout stops the motor. */
 #ifndef APP_TALK_H
 #define APP_TALK_H
 
@@ -59,8 +59,8 @@ typedef struct {
 /* After reset, before the first interrupt. */
 void talk_start(void);
 
-/* From the sample interrupt: takes what has come on the chip's line, whose FIFO of 16 octets is full before the
- * background comes round if the medium task runs meanwhile. */
+/* From the sample interrupt: takes what has come on the chip's line, whose FIFO of 16 octets is full before
+ * the background comes round if the medium task runs meanwhile. */
 void talk_receive(void);
 
 /* From the background, after each of its tasks: what has come in, at most one command of it; what is to go

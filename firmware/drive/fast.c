@@ -1,8 +1,7 @@
-#include "drive/fast.h"
+#include "drive/fast_parts.h"
 
 #include <string.h>
 
-#include "drive/guard_quantities.h"
 #include "drive/reasons.h"
 #include "math/bounds.h"
 #include "math/filter.h"
@@ -143,7 +142,7 @@ static void estimate(fast_t *fast)
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
  * proportional part, whose noise would come back through the speed control. */
-static void believe(fast_t *fast)
+void fast_believe(fast_t *fast)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     const reference_t *reference = &fast->reference;
@@ -164,118 +163,7 @@ static void locate(fast_t *fast)
     if (fast->estimating != 0u) {
         estimate(fast);
     }
-    believe(fast);
-}
-
-/* ---- what waits for nobody ---- */
-
-static void open_bridge(fast_t *fast, uint32_t window)
-{
-    if (fast->open == 0u) {
-        fast->open = 1u;
-        fast->open_since = window;
-    }
-}
-
-void fast_stop(fast_t *fast, int32_t reason)
-{
-    const measured_t *measured = &fast->measure.measured;
-    open_bridge(fast, fast->windows);
-    if (fast->stop.reason == (int32_t)REASON_NONE) {
-        fast->stop = (drive_fault_t){
-            .reason = reason,
-            .period = fast->period,
-            .i_a = measured->current_abc.a,
-            .i_b = measured->current_abc.b,
-            .u_dc = measured->u_dc,
-            .theta_e = fast->rotor.theta_e,
-            .omega_e = fast->rotor.omega_e,
-        };
-    }
-}
-
-/* An encoder whose angle moves as no rotor does: opened by its row, or left in this period. */
-static uint32_t watch_jump(fast_t *fast)
-{
-    const bool watched =
-        fast->reference.source == (int32_t)SOURCE_ENCODER && fast->setpoint.jump != (int32_t)JUMP_IGNORED &&
-        (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
-    if (!watched || bounds_magnitude(fast->encoder.missed) <= fast->limits.jump) {
-        return 0u;
-    }
-    fast->sum.jumped = 1u;
-    if (fast->setpoint.jump == (int32_t)JUMP_OPENS) {
-        return ENCODER_WATCH_JUMP;
-    }
-    const bool to_estimate = fast->setpoint.jump == (int32_t)JUMP_TO_ESTIMATE;
-    fast->left = fast->setpoint.jump;
-    reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
-                            fast->setpoint.jump_periods);
-    believe(fast);
-    return 0u;
-}
-
-/* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
- * shows the gates on, whatever the medium task knows by then; that they never come on is for the sequence to
- * say. */
-static uint32_t moments(fast_t *fast)
-{
-    if (fast->on < FAST_ON || fast->charging != 0u) {
-        return GUARD_ALWAYS;
-    }
-    if (fast->runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
-        fast->runs = 1u;
-    }
-    return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : fast->setpoint.moments;
-}
-
-static inline guard_input_t trip_input(fast_t *fast, uint32_t encoder_wrong)
-{
-    return (guard_input_t){
-        .measured = &fast->measure.measured,
-        .omega_m = fast->omega_m,
-        .encoder_wrong = encoder_wrong,
-        .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
-        .now = moments(fast),
-    };
-}
-
-static void judge_trips(fast_t *fast, uint32_t encoder_wrong)
-{
-    const guard_input_t input = trip_input(fast, encoder_wrong);
-    const bool failed = fault_set_any(fast->trips.faults);
-    guard_step(&fast->trips, &input, FAULT_EACH);
-    fast->sum.failed = fault_set_both(fast->sum.failed, fast->trips.faults);
-    if (!failed && fault_set_any(fast->trips.faults)) {
-        fast_stop(fast, guard_reason(fast->trips.faults));
-    }
-}
-
-/* A current sensor that stands while control asks for another current: the medium task would be too late. */
-static void watch_still(fast_t *fast, uint32_t now)
-{
-    const abc_t current = fast->measure.measured.current_abc;
-    if (still_watch_count(&fast->still_watch, &current) && (now & GUARD_RUNNING) != 0u) {
-        const dq_t asked = fast->demand.current;
-        const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, wanted, current, fast->limited != 0u,
-                              fast->measure.measured.u_dc)) {
-            fast_stop(fast, REASON_CURRENT_STUCK);
-        }
-    }
-}
-
-/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
-static bool trip(fast_t *fast)
-{
-    const int32_t left = fast->left;
-    const uint32_t encoder_wrong = watch_jump(fast);
-    const guard_input_t input = trip_input(fast, encoder_wrong);
-    if (!guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
-        judge_trips(fast, encoder_wrong);
-    }
-    watch_still(fast, input.now);
-    return fast->left != left;
+    fast_believe(fast);
 }
 
 /* ---- control ---- */
@@ -431,7 +319,7 @@ static void rest(fast_t *fast, const drive_samples_t *samples)
     fast->runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    believe(fast);
+    fast_believe(fast);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
@@ -528,7 +416,7 @@ void fast_miss(fast_t *fast)
 void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command)
 {
     if (opens != (int32_t)REASON_NONE) {
-        open_bridge(fast, fast->windows - 1u);
+        fast_open_bridge(fast, fast->windows - 1u);
     }
     if (fast->period == 0u) {
         encoder_reset(&fast->encoder, samples->encoder);
@@ -536,7 +424,7 @@ void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, driv
     fast->period++;
     measure_step(&fast->measure, samples, fast->setpoint.trim);
     locate(fast);
-    const bool left = trip(fast);
+    const bool left = fast_trip(fast);
     sum_up(fast);
     if (fast->setpoint.gates != 0u && fast->open == 0u) {
         run(fast, left);

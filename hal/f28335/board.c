@@ -33,8 +33,7 @@ static bool config_is_good(const hal_config_t *config)
 {
     return config != NULL && config->dead_band_count >= HAL_DEAD_BAND_MIN &&
            config->dead_band_count <= HAL_DEAD_BAND_MAX && qep_count_max_check(config->encoder_count_max) &&
-           config->on_sample != NULL && config->on_medium != NULL &&
-           config->on_trip != NULL;
+           config->on_sample != NULL && config->on_medium != NULL && config->on_trip != NULL;
 }
 
 static void start_time(void)

@@ -70,20 +70,20 @@ typedef void (*bus_isr_t)(void);
 uint16_t bus_read16(const volatile uint16_t *reg);
 void bus_write16(const volatile uint16_t *reg, uint16_t value);
 void bus_write32(const volatile uint32_t *reg, uint32_t value);
-void bus_allow(void);                  /* EALLOW: protected registers accept writes */
-void bus_protect(void);                /* EDIS */
-uint32_t bus_vector(bus_isr_t isr);    /* what stands in a 32-bit PIE vector for this function */
-void bus_enable_group(uint16_t group); /* IER bit of CPU interrupt INT1..INT14 */
+void bus_allow(void);                   /* EALLOW: protected registers accept writes */
+void bus_protect(void);                 /* EDIS */
+uint32_t bus_vector(bus_isr_t isr);     /* what stands in a 32-bit PIE vector for this function */
+void bus_enable_group(uint16_t group);  /* IER bit of CPU interrupt INT1..INT14 */
 void bus_request_group(uint16_t group); /* IFR bit of CPU interrupt INT1..INT14: raised by software */
-void bus_disable_groups(void);         /* IER = 0 */
-void bus_clear_pending(void);          /* IFR = 0 */
-void bus_interrupts_enable(void);      /* clear INTM */
-void bus_interrupts_disable(void);     /* set INTM */
-void bus_debug_allow(void);            /* clear DBGM: a debugger may look while the CPU runs */
-void bus_debug_groups(uint16_t mask);  /* DBGIER: bit n - 1 = INTn is served in a real-time halt */
-uint16_t bus_otp(uint32_t address);    /* a word of the one-time programmable memory */
-uint16_t bus_flash(uint32_t address);  /* a word of the flash sectors that the drive writes itself, C and B */
-void bus_wait(uint32_t cycles);        /* simulated time passes: at least this many SYSCLK cycles */
+void bus_disable_groups(void);          /* IER = 0 */
+void bus_clear_pending(void);           /* IFR = 0 */
+void bus_interrupts_enable(void);       /* clear INTM */
+void bus_interrupts_disable(void);      /* set INTM */
+void bus_debug_allow(void);             /* clear DBGM: a debugger may look while the CPU runs */
+void bus_debug_groups(uint16_t mask);   /* DBGIER: bit n - 1 = INTn is served in a real-time halt */
+uint16_t bus_otp(uint32_t address);     /* a word of the one-time programmable memory */
+uint16_t bus_flash(uint32_t address); /* a word of the flash sectors that the drive writes itself, C and B */
+void bus_wait(uint32_t cycles);       /* simulated time passes: at least this many SYSCLK cycles */
 /* Bit 0: sector A, to bit 7: H. False: not erased. Like the next one with interrupts and watchdog off: the
  * flash cannot be read meanwhile. */
 bool bus_flash_erase(uint16_t sectors);

@@ -50,8 +50,8 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_medium, hal_i
     bus_enable_group(INTERRUPTS_MEDIUM);
     /* A debugger in real-time mode that halts the background leaves the drive its interrupts, as long as the
      * carrier runs (pwm.c); and it may look at memory while the program runs. */
-    bus_debug_groups((uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP) |
-                                group_bit(INTERRUPTS_MEDIUM)));
+    bus_debug_groups(
+        (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP) | group_bit(INTERRUPTS_MEDIUM)));
     bus_debug_allow();
 }
 
@@ -73,8 +73,8 @@ void hal_request_medium(void)
     bus_request_group(INTERRUPTS_MEDIUM);
 }
 
-/* Sample and trip are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return sets
- * it again. */
+/* Sample and trip are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return
+ * sets it again. */
 void hal_begin_medium(void)
 {
     bus_debug_allow();

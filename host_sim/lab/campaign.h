@@ -21,7 +21,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "drive/params.h"
+#include "drive/faults.h"
 #include "host_sim/lab/pool.h"
 #include "host_sim/lab/scenario.h"
 

@@ -5,9 +5,9 @@
 #include "host_sim/lab/campaign_parts.h"
 
 #define OFF_PERIODS     (2u * DRIVE_WINDOW + 2u) /* [periods] of campaign_invariants */
-#define LINK_PERIODS    3u   /* [periods] of too high a link with a gate on */
-#define SPEED_SECONDS   5e-3 /* [s] of too fast a shaft with a gate on */
-#define AWAY_SECONDS    0.1  /* [s] of a torque that drives away */
+#define LINK_PERIODS    3u                       /* [periods] of too high a link with a gate on */
+#define SPEED_SECONDS   5e-3                     /* [s] of too fast a shaft with a gate on */
+#define AWAY_SECONDS    0.1                      /* [s] of a torque that drives away */
 #define LOOP_SLOWER     14.0 /* [-] so much slower than the tracking loop is the speed control */
 #define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
 #define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */

@@ -56,10 +56,11 @@ void rig_follow_fault_line(rig_t *rig); /* the plant has changed beside a gate e
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
-uint64_t rig_section(void *context); /* [ticks] that a section with interrupts off takes */
+uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */
 bool rig_background_is_free(const rig_t *rig); /* neither CPU nor background itself is busy */
-bool rig_background(rig_t *rig);     /* its turn; false: the CPU or the background itself is not free */
-/* What app_interrupt and app_medium call on the desk in the place of drive_step and drive_medium_step (rig.cmake). */
+bool rig_background(rig_t *rig); /* its turn; false: the CPU or the background itself is not free */
+/* What app_interrupt and app_medium call on the desk in the place of drive_step and drive_medium_step
+ * (rig.cmake). */
 bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 void desk_drive_medium_step(drive_t *drive);
 

@@ -2,8 +2,8 @@
  * background's turn.
  *
  * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
- * drive's step stands, between the two. The medium task computes at its begin, and what it has found is there when
- * its time is over, which grows by that of the interrupts that come meanwhile. */
+ * drive's step stands, between the two. The medium task computes at its begin, and what it has found is there
+ * when its time is over, which grows by that of the interrupts that come meanwhile. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_parts.h"
 

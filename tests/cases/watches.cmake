@@ -5,7 +5,7 @@ foreach(name
         elastic_shaft elastic_shaft_softer elastic_shaft_heavy_load elastic_shaft_heavy_stiff quiet_shaft
         false_alarm_encoder_332 false_alarm_encoder_970 false_alarm_encoder_start false_alarm_encoder_standing
         false_alarm_encoder_large_inductance
-        false_alarm_runaway false_alarm_runaway_fan false_alarm_runaway_reversal false_alarm_lock_lost
+        false_alarm_runaway false_alarm_runaway_fan false_alarm_runaway_reversal
         found_healthy_motor_told_as_stuck_sensor found_offset_drift_told_as_gain)
     add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)
     set_tests_properties(case_${name} PROPERTIES LABELS scenario TIMEOUT 300)

@@ -224,7 +224,10 @@ static void test_vectors_lead_to_the_application_and_all_others_shut_the_gates(v
     TEST_ASSERT_TRUE(rec.function[1] == on_sample && rec.function[2] == on_trip);
     TEST_ASSERT_TRUE(rec.function[3] == on_medium);
     for (uint32_t n = 1u; n < 128u; n++) {
-        const uint32_t expected = n == 32u ? VECTOR(1u) : n == 40u ? VECTOR(2u) : n == 14u ? VECTOR(3u) : VECTOR(0u);
+        const uint32_t expected = n == 32u   ? VECTOR(1u)
+                                  : n == 40u ? VECTOR(2u)
+                                  : n == 14u ? VECTOR(3u)
+                                             : VECTOR(0u);
         TEST_ASSERT_EQUAL_HEX32(expected, PIE_VECTORS->vector[n]);
     }
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, recording_count(&PIE_VECTORS->vector[0]), "reset vector written");

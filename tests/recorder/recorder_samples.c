@@ -203,8 +203,11 @@ static void write_duty(void)
 {
     static const chip_world_t world = {
         .analog = on_analog, .gates = on_gates, .carrier = on_carrier, .encoder = on_encoder};
-    const hal_config_t config = {
-        .dead_band_count = DEAD_BAND, .encoder_count_max = 9999, .on_sample = on_sample, .on_medium = on_medium, .on_trip = on_trip};
+    const hal_config_t config = {.dead_band_count = DEAD_BAND,
+                                 .encoder_count_max = 9999,
+                                 .on_sample = on_sample,
+                                 .on_medium = on_medium,
+                                 .on_trip = on_trip};
     chip_power_on(&chip, 30000000u);
     chip_bind(&chip, &world);
     if (hal_init(&config) != HAL_OK) {

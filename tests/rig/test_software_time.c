@@ -105,7 +105,7 @@ static rig_t *copy(void)
 /* The same signals, to the bit, while both are asked for another speed, and shown a load. */
 static void expect_same_bits(rig_t *other)
 {
-    static const char *const rows[] = {"i_a",    "i_b",       "u_dc",        "duty_a",       "duty_b",
+    static const char *const rows[] = {"i_a",     "i_b",     "u_dc",        "duty_a",       "duty_b",
                                        "theta_e", "i_q_ref", "omega_m_ref", "true_omega_m", "state"};
     rig_t *const both[] = {rig, other};
     for (size_t n = 0; n < 2u; n++) {
@@ -144,8 +144,8 @@ static void put_medium(rig_t *of, double windows)
     run_put(of, "medium_time", windows * alone / cycles);
 }
 
-/* The setpoint of a window acts from a fixed period on, whenever it is ready before. What the background makes of
- * what was learnt comes when it comes round: here nothing of that is learnt. */
+/* The setpoint of a window acts from a fixed period on, whenever it is ready before. What the background
+ * makes of what was learnt comes when it comes round: here nothing of that is learnt. */
 static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
 {
     static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};

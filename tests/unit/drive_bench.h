@@ -119,8 +119,8 @@ static inline void bring_to_ready(void)
     expect_state(DRIVE_READY);
 }
 
-/* [windows] from the request to operation: that in which it is seen, the next, the one in which the gates come on,
- * and the one until what was decided of it acts and is shown. */
+/* [windows] from the request to operation: that in which it is seen, the next, the one in which the gates
+ * come on, and the one until what was decided of it acts and is shown. */
 #define SWITCHING_ON 4u
 
 static inline void bring_to_run(void)

@@ -16,8 +16,8 @@ void setUp(void)
 
 /* ---- from room to room ---- */
 
-/* 64 samples to settle and calibration_periods to average; the transition is made of the window that has the last,
- * and is shown a window later. */
+/* 64 samples to settle and calibration_periods to average; the transition is made of the window that has the
+ * last, and is shown a window later. */
 static void test_calibration_takes_exactly_its_time_and_gates_stay_off(void)
 {
     steps(64 + 512 - 1);

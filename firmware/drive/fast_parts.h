@@ -1,0 +1,16 @@
+/* What the files of fast.h share; nobody else. */
+#ifndef DRIVE_FAST_PARTS_H
+#define DRIVE_FAST_PARTS_H
+
+#include "drive/fast.h"
+
+/* Where the rotor is, and how fast it turns, by the source in force. */
+void fast_believe(fast_t *fast);
+
+/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
+bool fast_trip(fast_t *fast);
+
+/* The bridge opens; `window` [windows]: the number of the one that has the reason. */
+void fast_open_bridge(fast_t *fast, uint32_t window);
+
+#endif

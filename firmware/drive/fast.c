@@ -331,12 +331,6 @@ static void rest(fast_t *fast, const drive_samples_t *samples)
 
 /* ---- the window ---- */
 
-/* The sensors whose value has not stayed. */
-static inline uint32_t moved(abc_t now, abc_t before)
-{
-    return (now.a != before.a ? 1u : 0u) | (now.b != before.b ? 2u : 0u) | (now.c != before.c ? 4u : 0u);
-}
-
 static void sum_up(fast_t *fast)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
@@ -344,7 +338,6 @@ static void sum_up(fast_t *fast)
     window_sums_t *sum = &fast->sum;
     sum->periods++;
     sum->limited |= fast->limited;
-    sum->moved |= moved(measured->current_abc, fast->before);
     sum->current.alpha += measured->current.alpha;
     sum->current.beta += measured->current.beta;
     if (fast->estimating == 0u) {
@@ -367,6 +360,7 @@ static void sum_up(fast_t *fast)
 void fast_close(fast_t *fast, window_t *window)
 {
     const catch_t *catching = &fast->reference.catching;
+    fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
     *window = (window_t){
         .number = fast->windows,
         .period = fast->period,
@@ -399,7 +393,6 @@ void fast_close(fast_t *fast, window_t *window)
         .stop = fast->stop,
     };
     fast->sum = (window_sums_t){0};
-    fast->before = fast->measure.measured.current_abc;
     fast->windows++;
     fast->offsets = 0u;
     fast->left = (int32_t)JUMP_IGNORED;
@@ -409,7 +402,6 @@ void fast_close(fast_t *fast, window_t *window)
 void fast_miss(fast_t *fast)
 {
     fast->sum = (window_sums_t){0};
-    fast->before = fast->measure.measured.current_abc;
     fast->medium_late++;
 }
 

@@ -104,7 +104,6 @@ typedef struct {
     fast_limits_t limits; /* of the tuning */
 
     window_sums_t sum;   /* of the window under way */
-    abc_t before;        /* phase currents at the end of the last one [A] */
     uint32_t windows;    /* [windows] closed */
     int32_t calibration; /* [-] calibration_t of the last period */
     uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */

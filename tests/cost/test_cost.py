@@ -140,7 +140,7 @@ class Model(unittest.TestCase):
 
     def test_kinds_are_the_mean_of_interrupts_and_those_of_the_laws_are_summed(self):
         block = cost.Block([(0x1000, 4, "vadd.f32", "s0, s0, s1"), (0x1004, 4, "vldr", "s1, [r0]"), (0x1008, 2, "b.n", "#0x1000")])
-        once, thrice = cost.Interrupt(), cost.Interrupt()
+        once, thrice = cost.Interrupt("step"), cost.Interrupt("step")
         once.enter(block)
         for _ in range(3):
             thrice.enter(block)
@@ -176,7 +176,7 @@ class Entered(unittest.TestCase):
 
     def trace(self, *blocks, staying=()):
         trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280), self.OTHER: ("other", 0x380)}, {},
-                           staying, None)
+                           staying, None, "drive_step")
         return trace.interrupts(*entered(*blocks))
 
     def test_interrupt_ends_where_its_step_returns(self):
@@ -202,13 +202,20 @@ class Entered(unittest.TestCase):
         trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280)}, {}, [], None, "inner")
         self.assertEqual([i.count for i in trace.interrupts(*entered(step, inner, rest, step, inner, rest))], [3, 3])
 
-    def test_adaptations_are_what_learning_adds_to_the_mean_with_the_bridge_on(self):
-        def interrupts(*counts):
-            return [types.SimpleNamespace(count=count, calls={"estimator_step": 1} if count else {}) for count in counts]
+    def test_adaptations_are_what_learning_adds_to_the_mean_of_the_medium_task(self):
+        def windows(*counts):
+            return [types.SimpleNamespace(count=count) for count in counts]
 
         learnt, not_learnt = cost.LEARNING
-        drive = types.SimpleNamespace(parts={learnt: interrupts(0, 110, 130), not_learnt: interrupts(100, 0, 90)}, steps={"estimator_step"})
+        drive = types.SimpleNamespace(media={learnt: windows(110, 130), not_learnt: windows(100, 90)})
         self.assertEqual(cost.Measured.adaptations(drive), 25.0)
+
+    def test_calls_of_two_functions_are_told_apart(self):
+        step, inner = (self.STEP, ["nop      "] * 2 + ["bx       lr"]), (self.INNER, ["nop      ", "bx       lr"])
+        trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280)}, {}, [], None, "drive_step", "inner")
+        calls = trace.interrupts(*entered(step, step, inner, step))
+        self.assertEqual([(call.root, call.count) for call in calls],
+                         [("drive_step", 3), ("drive_step", 3), ("inner", 2), ("drive_step", 3)])
 
     def test_stretch_is_counted_from_the_entry_of_one_function_to_that_of_another(self):
         off, between, on = (0x100, ["nop      ", "bx       lr"]), (0x200, ["nop      "] * 5), (0x300, ["bx       lr"])

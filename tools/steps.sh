@@ -11,13 +11,11 @@ steps_child=   # process of the step that runs in such a shell
 : >"$steps_log/unchecked"
 : >"$steps_log/steps.tsv"
 
-# Sets steps_processor to the processor seconds of all that this shell has run and waited for. `times` counts the children of
-# the shell that executes it, so it must not run in a command substitution.
-steps_read_processor() {
-    steps_times=$steps_log/times${steps_inside:+_$beside_name}
-    times >"$steps_times"
+# Sets steps_processor to the processor seconds in a file that `times` has written: those of the children that the shell which
+# executed it has waited for.
+steps_read_processor() { # FILE
     steps_processor=$(awk 'NR == 2 { for (n = 1; n <= 2; n++) { split($n, part, "[ms]"); sum += 60 * part[1] + part[2] }
-        printf "%.1f", sum }' "$steps_times")
+        printf "%.1f", sum }' "$1")
 }
 
 # step LOG TEXT COMMAND...: runs the command; LOG is appended to, so that several steps share one. A failing step shows
@@ -27,14 +25,20 @@ step() {
     step_text=$2
     shift 2
     step_start=$(date +%s)
-    steps_read_processor
-    step_before_processor=$steps_processor
+    steps_times=$steps_log/times${steps_inside:+_$beside_name}
+    step_before_processor=0
+    if [ -n "$steps_inside" ]; then
+        times >"$steps_times"
+        steps_read_processor "$steps_times"
+        step_before_processor=$steps_processor
+    fi
     step_before=0
     [ ! -f "$step_log" ] || step_before=$(wc -l <"$step_log")
     if step_command "$@" >>"$step_log" 2>&1 </dev/null; then
         step_seconds=$(($(date +%s) - step_start))
         printf '%-66s %4d s\n' "$step_text" "$step_seconds"
-        steps_read_processor
+        [ -z "$steps_inside" ] || times >"$steps_times"
+        steps_read_processor "$steps_times"
         printf '%s\t%s\t%s\t%s\n' "$step_text" "$step_seconds" "$step_before_processor" "$steps_processor" >>"$steps_log/steps.tsv"
     else
         printf '%-66s %4d s  FAILED\n' "$step_text" $(($(date +%s) - step_start))
@@ -45,13 +49,20 @@ step() {
     fi
     steps_beside_failed
 }
+# A shell of its own for a step that does not run beside: in the script's shell `times` would count what ran beside it too, all of
+# that at the moment when it ends.
 step_command() {
     if [ -n "$steps_inside" ]; then
         "$@" &
         steps_child=$!
         wait "$steps_child"
     else
-        "$@"
+        (
+            step_code=0
+            "$@" || step_code=$?
+            times >"$steps_times"
+            exit $step_code
+        )
     fi
 }
 

@@ -93,6 +93,22 @@ class Steps(unittest.TestCase):
             time.sleep(0.05)
         self.fail("the step beside still runs")
 
+    def test_processor_seconds_of_a_step_are_its_own_and_not_those_of_what_ran_beside(self):
+        busy = "i=0; while [ $i -lt 400000 ]; do i=$((i + 1)); done"
+        done = self.run_script(f"""lane() {{ step a idle true; step a busy sh -c '{busy}'; }}
+            beside lane lane
+            while [ ! -s build/log/lane.ended ]; do sleep 0.05; done
+            step b 'in front' true
+            beside_end lane
+            step b after sh -c '{busy}'\n""")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        spent = {text: float(after) - float(before) for text, _, before, after in
+                 (line.split("\t") for line in self.log("steps.tsv").splitlines())}
+        self.assertGreater(spent["busy"], 0.1)
+        self.assertGreater(spent["after"], 0.1)
+        self.assertLess(spent["in front"], 0.05)
+        self.assertLess(spent["idle"], 0.05)
+
     # ---- what was not checked ----
 
     def test_a_missing_tool_is_told_and_passes_by_hand(self):

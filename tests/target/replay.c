@@ -9,7 +9,7 @@
 #ifdef REPLAY_FILE
 static FILE *input;
 #else
-#define input stdin /* the simulator's second argument */
+#include <avr/io.h> /* GPIOR2: the next octet of the simulator's second argument */
 #endif
 
 #ifndef REPLAY_MOST
@@ -22,9 +22,17 @@ static uint32_t values, unequal, differing; /* values compared, values and bits 
 static uint32_t take(void)
 {
     uint32_t word = 0u;
+#ifdef REPLAY_FILE
     for (unsigned n = 0; n < 4u; n++) {
         word |= (uint32_t)(getc(input) & 0xFF) << 8u * n;
     }
+#else
+    unsigned char octets[sizeof word]; /* lowest first, as the processor has them in memory */
+    for (unsigned n = 0; n < sizeof octets; n++) {
+        octets[n] = GPIOR2;
+    }
+    memcpy(&word, octets, sizeof word);
+#endif
     return word;
 }
 

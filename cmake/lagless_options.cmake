@@ -61,7 +61,7 @@ if(LAGLESS_TARGET STREQUAL m4f)
 endif()
 target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(LAGLESS_SANITIZE)
-    target_compile_options(lagless_flags INTERFACE -O1 -fsanitize=address,undefined -fno-sanitize-recover=all)
+    target_compile_options(lagless_flags INTERFACE -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all)
     target_link_options(lagless_flags INTERFACE -fsanitize=address,undefined --coverage)
 endif()
 

@@ -116,6 +116,9 @@ if(NOT SKBUILD)
     target_include_directories(lagless_lab SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})
     target_link_libraries(lagless_lab PRIVATE ${MATIO_LIBRARY})
 endif()
+if(LAGLESS_SANITIZE) # whose counters of executed lines are for one thread
+    set_source_files_properties(lab/pool.c PROPERTIES COMPILE_DEFINITIONS POOL_THREADS_MAX=1u)
+endif()
 # Motors known by name.
 set_source_files_properties(lab/motor.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_MOTORS=\"${CMAKE_SOURCE_DIR}/host_sim/motors\"")
 # The figures of the paper that are files.

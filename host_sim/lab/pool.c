@@ -4,8 +4,11 @@
 #include <stdatomic.h>
 #include <string.h>
 
-/* More than any machine that this runs on has cores. */
-#define THREADS_MAX 256u
+/* The caller's among them. More than any machine that this runs on has cores; one where executed lines are
+ * counted. */
+#ifndef POOL_THREADS_MAX
+#define POOL_THREADS_MAX 256u
+#endif
 
 typedef struct {
     const pool_t *pool;
@@ -41,14 +44,14 @@ static void *work_off(void *argument)
 
 bool pool_run(const pool_t *pool, unsigned threads, char why[POOL_WHY])
 {
-    pthread_t helpers[THREADS_MAX];
+    pthread_t helpers[POOL_THREADS_MAX];
+    const unsigned most = threads < POOL_THREADS_MAX ? threads : POOL_THREADS_MAX;
     unsigned helping = 0;
     queue_t queue = {.pool = pool, .why = why};
     atomic_init(&queue.next, 0u);
     pthread_mutex_init(&queue.lock, NULL);
 
-    while (helping + 1u < threads && helping < THREADS_MAX &&
-           pthread_create(&helpers[helping], NULL, work_off, &queue) == 0) {
+    while (helping + 1u < most && pthread_create(&helpers[helping], NULL, work_off, &queue) == 0) {
         helping++;
     }
     (void)work_off(&queue);

@@ -33,7 +33,8 @@ extern HAL_PER_CHIP const talk_line_t *talk_line;
 
 /* What the interrupt has taken off the chip's line; it writes `put`, the background `got`. */
 typedef struct {
-    uint16_t put, got; /* [octets] modulo 2^16 */
+    uint16_t put; /* [octets] modulo 2^16, that have come */
+    uint16_t got; /* [octets] likewise, that were taken of them */
     uint16_t octets[TALK_CAME];
 } talk_came_t;
 

@@ -232,7 +232,8 @@ static abc_t control(fast_t *fast)
                       frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
     const dq_t missing = frames_park(made.missing, acting);
     const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
-    fast->limited = bounds_within(missing.d, most) && bounds_within(missing.q, most) ? 0u : 1u;
+    fast->limited =
+        bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
     fast->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
     current_control_applied(&fast->current_control, fast->voltage);
     return made.duty;
@@ -245,7 +246,7 @@ static abc_t control(fast_t *fast)
 static bool comes_on(fast_t *fast)
 {
     const bool charges = fast->limits.charge_periods != 0u;
-    const uint32_t gates_at = charges ? 3u : 2u;
+    const uint32_t gates_at = charges ? UINT32_C(3) : UINT32_C(2);
     if (fast->on == 0u) {
         fast->charging = fast->limits.charge_periods;
     }

@@ -9,14 +9,17 @@
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
-    sums_t sums = {window->sum.emf, window->sum.current, window->sum.periods, window->sum.unsound};
+    sums_t sums = {.emf = window->sum.emf,
+                   .current = window->sum.current,
+                   .count = window->sum.periods,
+                   .unsound = window->sum.unsound};
     sums_close(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
                &medium->means);
     medium->means.theta = estimate->frame.theta_e;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;
     medium->estimate.emf = frames_inverse_park(medium->means.emf_rotor, estimate->frame.rotation);
-    medium->estimate.coasted = window->sum.tracked < window->sum.periods ? 1u : 0u;
+    medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
 }
 
 /* The offsets of the current sensors, and psi_f: only while the loop tracks. */

@@ -130,62 +130,26 @@ class Freed(gdb.Breakpoint):
         return False
 
 
-def within_its_function(frame):
-    """Does the frame's line belong to its function? Not at an inlined copy whose first instruction the compiler has
-    moved forward, in front of the question whether there is anything to do at all."""
-    symbol, here = frame.function(), frame.find_sal()
-    if symbol is None or here.symtab is None or here.symtab.filename != symbol.symtab.filename:
-        return True
-    blocks = (symbol.symtab.static_block(), symbol.symtab.global_block())
-    begins = [
-        other.line
-        for block in blocks
-        for other in block
-        if other.is_function and other.symtab.filename == here.symtab.filename and other.line > symbol.line
-    ]
-    return symbol.line <= here.line < min(begins, default=here.line + 1)
-
-
 class Fault(gdb.Breakpoint):
-    """The one function that makes the drive's state `fault`."""
+    """Where the drive's state becomes `fault`: from there, and in the drive from nowhere else, its capture is triggered.
+    That function is of another file, which the compiler calls at every level of optimisation; show_fault() itself it
+    takes apart."""
 
     def __init__(self):
-        super().__init__(function="drive_show_fault", internal=True)
+        super().__init__(function="capture_trigger", internal=True)
         self.enabled = False
         self.silent = True
         self.hit = False
-        self.sure = {}  # by pc, of this run
 
     def stop(self):
         frame = gdb.newest_frame()
-        if frame.pc() not in self.sure:
-            self.sure[frame.pc()] = within_its_function(frame)
-        if not self.sure[frame.pc()]:
-            written.enabled = True
-            return False
-        self.hit = True
-        return True
-
-
-class Written(gdb.Breakpoint):
-    """Right after the drive's step: did it enter fault? On only where Fault could not tell."""
-
-    def __init__(self):
-        super().__init__(function="app_write", internal=True)
-        self.enabled = False
-        self.silent = True
-        self.hit = False
-
-    def stop(self):
-        self.enabled = False
-        drive = ring()["app"]["drive"]
-        latched = int(drive["fault_reason"]) != 0
-        self.hit = latched and int(drive["fault"]["period"]) == int(drive["fast"]["period"])
+        self.hit = frame.type() != gdb.INLINE_FRAME and "/firmware/drive/" in file_of(frame.older())
         return self.hit
 
 
 class Begun(gdb.Breakpoint):
-    """Right after the drive's step: has the manoeuvre that is waited for begun in it? On only while it is waited for."""
+    """Right after the drive's step: has the manoeuvre that is waited for begun since the last one? On only while it is waited
+    for."""
 
     def __init__(self):
         super().__init__(function="app_write", internal=True)
@@ -229,7 +193,7 @@ class Landing(gdb.Breakpoint):
 
 
 def disarm():
-    for breakpoint in (entry, fault, written, begun):
+    for breakpoint in (entry, fault, begun):
         if breakpoint.enabled:
             breakpoint.enabled = False
 
@@ -248,7 +212,6 @@ def entry_hit():
 
 def forget_rig(_):
     gate.rig = None
-    fault.sure.clear()
 
 
 class FrontEnd(gdb.Parameter):
@@ -264,7 +227,7 @@ before the old one ends, since such a program ends its session with the last pro
         self.value = "cli"
 
     def get_set_string(self):
-        for breakpoint in (entry, fault, written, begun):
+        for breakpoint in (entry, fault, begun):
             breakpoint.silent = self.value == "cli"
         return ""
 
@@ -327,7 +290,7 @@ def go_on(stop_before, again):
         )
     travelling = True
     entry.enabled = False  # a program that ended between gate and entry left it on
-    for breakpoint in (entry, gate, fault, written, begun):
+    for breakpoint in (entry, gate, fault, begun):
         breakpoint.hit = False
     freed.periods = 0
     try:
@@ -498,8 +461,9 @@ class UntilFault(Command):
     """Go on to the period in which the drive enters fault.
 Usage: until-fault [LIMIT]
 
-Stops in the interrupt that found it, right after the drive has latched it, so that `why` can tell. At the latest stops in
-period LIMIT. A program that is not running is started."""
+Stops right after the drive has latched it, so that `why` can tell: in the interrupt that found it or, where the medium task
+has found it, in the first interrupt of the sample after that task is through. At the latest stops in period LIMIT. A program
+that is not running is started."""
 
     name = "until-fault"
 
@@ -518,10 +482,6 @@ period LIMIT. A program that is not running is started."""
             tell_place()
         elif fault.hit:
             self.leave_drive()
-        elif written.hit:
-            frame = gdb.newest_frame()
-            (frame.older() if frame.name() == "app_write" else frame).select()
-            self.tell_fault("drive_step")
         else:
             stopped_on_the_way()
 
@@ -555,9 +515,9 @@ class UntilManoeuvre(Command):
     """Go on to the period in which the drive begins a manoeuvre.
 Usage: until-manoeuvre NAME [LIMIT]
 
-NAME is one of off, catch, align, ramp, handover, run, forced, reverse, relock. Stops in the interrupt whose step began it,
-right after that step; one that is under way is waited for to begin again. At the latest stops in period LIMIT. A program
-that is not running is started."""
+NAME is one of off, catch, align, ramp, handover, run, forced, reverse, relock. Stops in the first interrupt of the sample
+after the medium task has begun it, right after the drive's step; what it sets acts from the end of this window on. One that is
+under way is waited for to begin again. At the latest stops in period LIMIT. A program that is not running is started."""
 
     name = "until-manoeuvre"
 
@@ -936,7 +896,7 @@ For example: print $rig()->state.chip.tick"""
 
 travelling = False
 entry = Entry()
-gate, fault, written, begun, freed = Gate(), Fault(), Written(), Begun(), Freed()
+gate, fault, begun, freed = Gate(), Fault(), Begun(), Freed()
 gdb.events.stop.connect(on_stop)
 gdb.events.exited.connect(forget_rig)
 front_end = FrontEnd()

@@ -516,8 +516,8 @@ class UntilManoeuvre(Command):
 Usage: until-manoeuvre NAME [LIMIT]
 
 NAME is one of off, catch, align, ramp, handover, run, forced, reverse, relock. Stops in the first interrupt of the sample
-after the medium task has begun it, right after the drive's step; what it sets acts from the end of this window on. One that is
-under way is waited for to begin again. At the latest stops in period LIMIT. A program that is not running is started."""
+after the medium task has begun it, right after the drive's step; its setpoint acts a window later. One that is under way
+is waited for to begin again. At the latest stops in period LIMIT. A program that is not running is started."""
 
     name = "until-manoeuvre"
 

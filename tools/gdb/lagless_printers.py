@@ -197,6 +197,11 @@ LINES = {
     "capture_t": show_capture,
 }
 FIELDS = {
+    "drive_t": {
+        "state": lambda v: choice("signals_table", "state", v),
+        "fault_reason": reason_name,
+        "opens": reason_name,
+    },
     "manoeuvres_t": {
         "now": lambda v: choice("signals_table", "manoeuvre", v),
     },

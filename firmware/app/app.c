@@ -79,7 +79,7 @@ HAL_INTERRUPT void app_interrupt(void)
         hal_request_medium();
     }
     daq_sample(&app->talk.daq, &app->drive, app->drive.fast.period);
-    talk_receive();
+    talk_exchange();
     app_write(&command);
 }
 

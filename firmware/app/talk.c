@@ -12,35 +12,67 @@
 
 HAL_PER_CHIP const talk_line_t *talk_line;
 
-void talk_receive(void)
+/* So many octets from this one on stand in a row. */
+static uint16_t in_a_row(uint16_t at, uint16_t count)
 {
-    talk_came_t *came = &app->talk.came;
-    const uint16_t room = (uint16_t)(TALK_CAME - (uint16_t)(came->put - came->got));
-    const uint16_t at = (uint16_t)(came->put % TALK_CAME);
-    const uint16_t to_end = (uint16_t)(TALK_CAME - at);
-    if (talk_line == NULL) {
-        came->put = (uint16_t)(came->put + hal_serial_read(&came->octets[at], room < to_end ? room : to_end));
+    const uint16_t to_end = (uint16_t)(TALK_RING - at % TALK_RING);
+    return count < to_end ? count : to_end;
+}
+
+static void receive(talk_ring_t *came)
+{
+    const uint16_t room = (uint16_t)(TALK_RING - (uint16_t)(came->put - came->got));
+    const uint32_t count = hal_serial_read(&came->octets[came->put % TALK_RING], in_a_row(came->put, room));
+    came->put = (uint16_t)(came->put + count);
+}
+
+/* Twice, where what waits goes on at the ring's begin. */
+static void send(talk_ring_t *going)
+{
+    for (uint16_t piece = 0u; piece < 2u && going->put != going->got; piece++) {
+        const uint16_t waiting = (uint16_t)(going->put - going->got);
+        const uint32_t count =
+            hal_serial_write(&going->octets[going->got % TALK_RING], in_a_row(going->got, waiting));
+        going->got = (uint16_t)(going->got + count);
     }
 }
 
-static uint32_t take_came(talk_came_t *came, uint16_t *octets, uint32_t room)
+void talk_exchange(void)
+{
+    if (talk_line == NULL) {
+        receive(&app->talk.came);
+        send(&app->talk.going);
+    }
+}
+
+static uint32_t take(talk_ring_t *came, uint16_t *octets, uint32_t room)
 {
     uint32_t count = 0u;
     for (; count < room && came->got != came->put; count++) {
-        octets[count] = came->octets[came->got % TALK_CAME];
+        octets[count] = came->octets[came->got % TALK_RING];
         came->got++;
     }
     return count;
 }
 
+static uint32_t give(talk_ring_t *going, const uint16_t *octets, uint32_t count)
+{
+    uint32_t n = 0u;
+    for (; n < count && (uint16_t)(going->put - going->got) < TALK_RING; n++) {
+        going->octets[going->put % TALK_RING] = octets[n];
+        going->put++;
+    }
+    return n;
+}
+
 static uint32_t line_read(uint16_t *octets, uint32_t room)
 {
-    return talk_line != NULL ? talk_line->read(octets, room) : take_came(&app->talk.came, octets, room);
+    return talk_line != NULL ? talk_line->read(octets, room) : take(&app->talk.came, octets, room);
 }
 
 static uint32_t line_write(const uint16_t *octets, uint32_t count)
 {
-    return talk_line != NULL ? talk_line->write(octets, count) : hal_serial_write(octets, count);
+    return talk_line != NULL ? talk_line->write(octets, count) : give(&app->talk.going, octets, count);
 }
 
 /* 1: octets may be lost or spoilt on the way, frames have tails. */

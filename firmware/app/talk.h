@@ -1,8 +1,8 @@
 /* The drive on its line: an XCP slave (firmware/talk/) over the values of the application.
  *
- * The interrupt only copies samples into a queue, and octets out of the chip's FIFO. All else is the
- * background's: octets in, one command at a time, octets out. A master that has switched the bridge on and
- * then is silent for longer than command_timeout stops the motor. */
+ * The interrupt only copies samples into a queue, and octets out of the chip's FIFOs and into them. All else
+ * is the background's: octets in, one command at a time, octets out. A master that has switched the bridge on
+ * and then is silent for longer than command_timeout stops the motor. */
 #ifndef APP_TALK_H
 #define APP_TALK_H
 
@@ -28,15 +28,15 @@ extern HAL_PER_CHIP const talk_line_t *talk_line;
 
 #define TALK_OCTETS 140u /* that have come and wait: two commands of the longest */
 
-/* Octets between interrupt and background: what comes at 1 Mbaud in 600 us. A power of two. */
-#define TALK_CAME 64u
+/* Octets between interrupt and background: what goes over the line at 1 Mbaud in 600 us. A power of two. */
+#define TALK_RING 64u
 
-/* What the interrupt has taken off the chip's line; it writes `put`, the background `got`. */
+/* One of the two writes `put` and the octets, the other one `got`. */
 typedef struct {
-    uint16_t put; /* [octets] modulo 2^16, that have come */
-    uint16_t got; /* [octets] likewise, that were taken of them */
-    uint16_t octets[TALK_CAME];
-} talk_came_t;
+    uint16_t put; /* [octets] modulo 2^16, into it so far */
+    uint16_t got; /* [octets] likewise, out of it */
+    uint16_t octets[TALK_RING];
+} talk_ring_t;
 
 typedef struct {
     frame_receiver_t receiver;
@@ -48,7 +48,8 @@ typedef struct {
     uint32_t steered;     /* [-] 1: `enable` was switched on over the line, and stands */
     uint32_t silent;      /* [-] 1: the master was silent for too long; until `enable` is set anew */
     uint32_t line_errors; /* [-] of the chip's line, as last seen */
-    talk_came_t came;
+    talk_ring_t came;     /* octets that the interrupt has taken off the chip's line */
+    talk_ring_t going;    /* octets that it will put on it */
     uint32_t octets_count, octets_at; /* that have come, and that were taken of them */
     uint32_t answer_count;            /* [octets] of the answer that waits; 0: none */
     uint16_t octets[TALK_OCTETS];
@@ -60,9 +61,9 @@ typedef struct {
 /* After reset, before the first interrupt. */
 void talk_start(void);
 
-/* From the sample interrupt: takes what has come on the chip's line, whose FIFO of 16 octets is full before
- * the background comes round if the medium task runs meanwhile. */
-void talk_receive(void);
+/* From the sample interrupt: takes what has come on the chip's line, and puts on it what is to go. Its FIFOs
+ * of 16 octets last for 170 us, and the background comes round later where the medium task runs meanwhile. */
+void talk_exchange(void);
 
 /* From the background, after each of its tasks: what has come in, at most one command of it; what is to go
  * out; the master's silence. Bounded. */

@@ -64,7 +64,8 @@ static inline bool still_watch_count(still_watch_t *watch, const abc_t *current)
     return some;
 }
 
-/* Bits of the sensors whose value has not stayed in all of the last so many periods, of as many as are judged. */
+/* Bits of the sensors whose value has not stayed in all of the last so many periods, of as many as are
+ * judged. */
 static inline uint32_t still_watch_moved(const still_watch_t *watch, uint32_t periods)
 {
     return (watch->still[0] < periods ? 1u : 0u) | (watch->still[1] < periods ? 2u : 0u) |

@@ -56,17 +56,17 @@ static void expect_violated(campaign_invariant_t invariant)
     TEST_ASSERT_EQUAL_STRING(campaign_invariants[invariant].name, campaign_invariants[result.invariant].name);
 }
 
-static void test_off_means_no_gate_two_periods_later(void)
+static void test_off_means_no_gate_two_windows_and_two_periods_later(void)
 {
     judge_anew("", 0.0);
     *slot("enable") = (uint32_t)REQUEST_OFF;
-    pass(2.0 * PERIOD);
+    pass((2.0 * DRIVE_WINDOW + 2.0) * PERIOD);
     gates(false);
     expect_held();
     pass(1.0);
     judge_anew("", 0.0);
     *slot("enable") = (uint32_t)REQUEST_OFF;
-    pass(3.0 * PERIOD);
+    pass((2.0 * DRIVE_WINDOW + 3.0) * PERIOD);
     expect_violated(CAMPAIGN_I_OFF);
 }
 

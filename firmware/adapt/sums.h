@@ -13,10 +13,9 @@
 #include "math/frames.h"
 
 typedef struct {
-    ab_t emf;         /* sum since the last mean [V] */
-    ab_t current;     /* likewise [A] */
-    uint32_t count;   /* [-] of periods in them */
-    uint32_t unsound; /* [-] not 0: one of these may not be believed */
+    ab_t emf;         /* of the EMF at t_k, lag undone [V] */
+    ab_t current;     /* of the current [A] */
+    uint32_t unsound; /* [-] not 0: one of the periods may not be believed */
 } sums_t;
 
 typedef struct {
@@ -30,27 +29,11 @@ typedef struct {
     uint32_t even;      /* [-] 1: the rotor turns so evenly that a ripple of the EMF is not its own */
 } means_t;
 
-static inline void sums_clear(sums_t *sums)
-{
-    *sums = (sums_t){{0.0f, 0.0f}, {0.0f, 0.0f}, 0u, 0u};
-}
-
-/* Every period: its EMF at t_k, lag undone [V], its current [A], and 0 if both may be believed. */
-static inline void sums_add(sums_t *sums, ab_t emf, ab_t current, uint32_t unsound)
-{
-    sums->emf.alpha += emf.alpha;
-    sums->emf.beta += emf.beta;
-    sums->current.alpha += current.alpha;
-    sums->current.beta += current.beta;
-    sums->unsound |= unsound;
-    sums->count++;
-}
-
-/* The means of what was added, `share` being one over its number [-], for a rotor that has this rotation and
- * this speed [rad/s] now and was at the middle `ago` [s] before; the sums begin anew. It turned by little
- * since: by 0.1 rad the rotation is right within 0.2 mrad. */
-static inline void sums_close(sums_t *sums, float share, rotation_t now, float omega, float ago,
-                              means_t *means)
+/* The means of these sums, `share` being one over the number of periods [-], for a rotor that has this
+ * rotation and this speed [rad/s] now and was at the middle `ago` [s] before. It turned by little since: by
+ * 0.1 rad the rotation is right within 0.2 mrad. */
+static inline void sums_mean(const sums_t *sums, float share, rotation_t now, float omega, float ago,
+                             means_t *means)
 {
     const float turned = ago * omega;
     const float kept = 1.0f - 0.5f * turned * turned;
@@ -63,7 +46,6 @@ static inline void sums_close(sums_t *sums, float share, rotation_t now, float o
     means->current_rotor = frames_park(current, middle);
     means->omega = omega;
     means->unsound = sums->unsound;
-    sums_clear(sums);
 }
 
 #endif

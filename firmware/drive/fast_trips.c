@@ -4,7 +4,7 @@
 
 #include "drive/guard_quantities.h"
 #include "drive/reasons.h"
-#include "math/bounds.h"
+#include "protect/encoder_watch.h"
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
 {
@@ -37,10 +37,9 @@ static uint32_t watch_jump(fast_t *fast)
     const bool watched =
         fast->reference.source == (int32_t)SOURCE_ENCODER && fast->setpoint.jump != (int32_t)JUMP_IGNORED &&
         (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
-    if (!watched || bounds_magnitude(fast->encoder.missed) <= fast->limits.jump) {
+    if (!watched || !encoder_watch_jumped(fast->limits.jump, fast->encoder.missed)) {
         return 0u;
     }
-    fast->sum.jumped = 1u;
     if (fast->setpoint.jump == (int32_t)JUMP_OPENS) {
         return ENCODER_WATCH_JUMP;
     }
@@ -66,20 +65,20 @@ static uint32_t moments(fast_t *fast)
     return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : fast->setpoint.moments;
 }
 
-static inline guard_input_t trip_input(fast_t *fast, uint32_t encoder_wrong)
+static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong, uint32_t now)
 {
     return (guard_input_t){
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = encoder_wrong,
         .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
-        .now = moments(fast),
+        .now = now,
     };
 }
 
-static void judge_trips(fast_t *fast, uint32_t encoder_wrong)
+static void judge_trips(fast_t *fast, uint32_t encoder_wrong, uint32_t now)
 {
-    const guard_input_t input = trip_input(fast, encoder_wrong);
+    const guard_input_t input = trip_input(fast, encoder_wrong, now);
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step(&fast->trips, &input, FAULT_EACH);
     fast->sum.failed = fault_set_both(fast->sum.failed, fast->trips.faults);
@@ -107,10 +106,12 @@ bool fast_trip(fast_t *fast)
 {
     const int32_t left = fast->left;
     const uint32_t encoder_wrong = watch_jump(fast);
-    const guard_input_t input = trip_input(fast, encoder_wrong);
+    const uint32_t now = moments(fast);
+    const guard_input_t input = trip_input(fast, encoder_wrong, now);
     if (!guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
-        judge_trips(fast, encoder_wrong);
+        judge_trips(fast, encoder_wrong,
+                    now); /* makes the input anew: kept, it would be stored in each period */
     }
-    watch_still(fast, input.now);
+    watch_still(fast, now);
     return fast->left != left;
 }

@@ -9,12 +9,10 @@
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
-    sums_t sums = {.emf = window->sum.emf,
-                   .current = window->sum.current,
-                   .count = window->sum.periods,
-                   .unsound = window->sum.unsound};
-    sums_close(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
-               &medium->means);
+    const sums_t sums = {
+        .emf = window->sum.emf, .current = window->sum.current, .unsound = window->sum.unsound};
+    sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
+              &medium->means);
     medium->means.theta = estimate->frame.theta_e;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;

@@ -52,7 +52,6 @@ typedef struct {
     uint32_t moved; /* [-] bits of the current sensors whose value has not stayed as it was at the end of the
                        window before */
     uint32_t limited;   /* [-] 1: control has not got the voltage that it asked for */
-    uint32_t jumped;    /* [-] 1: the encoder's angle has jumped */
     fault_set_t failed; /* fast rows of the fault table that have failed */
     float scatter;      /* sum of the detector's square [-] */
     ab_t voltage;       /* that acted [V] */

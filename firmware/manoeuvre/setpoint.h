@@ -55,7 +55,6 @@ typedef struct {
     uint32_t enter;        /* [-] 1: a catch or a forced frame begins here, even if the source is the same */
     int32_t change;        /* [-] frame_change_t, of the first period */
     int32_t lock;          /* [-] lock_order_t, of the first period */
-    float lock_length;     /* [V] */
     dq_t current;          /* reference in this frame, at the window's end [A]; q: at speed zero */
     float stiffness;       /* by which i_q falls with the speed of each period [A s/rad], mechanical */
     dq_t dither;           /* beside it, from the first period on [A] */

@@ -144,10 +144,10 @@ static inline void encoder_watch_add(encoder_watch_t *watch, ab_t voltage)
 }
 
 /* Has the encoder's angle moved as no rotor does? `missed` [rad]: electrical, what it is off where its speed
- * puts it. */
-static inline bool encoder_watch_jumped(const encoder_watch_t *watch, float missed)
+ * puts it; `leap` [rad]: of the tuning. */
+static inline bool encoder_watch_jumped(float leap, float missed)
 {
-    return bounds_magnitude(missed) > watch->tuning.leap;
+    return bounds_magnitude(missed) > leap;
 }
 
 /* The end of a window: ENCODER_WATCH_... bits, 0 or one of them. No division. */

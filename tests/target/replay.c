@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/target/recording.h"
+#include "tests/target/recording_in.h"
 
 #ifdef REPLAY_FILE
 static FILE *input;
@@ -21,35 +21,17 @@ static uint32_t values, unequal, differing; /* values compared, values and bits 
 
 static uint32_t take(void)
 {
-    uint32_t word = 0u;
 #ifdef REPLAY_FILE
-    for (unsigned n = 0; n < 4u; n++) {
-        word |= (uint32_t)(getc(input) & 0xFF) << 8u * n;
-    }
+    return recording_word(input);
 #else
+    uint32_t word;
     unsigned char octets[sizeof word]; /* lowest first, as the processor has them in memory */
     for (unsigned n = 0; n < sizeof octets; n++) {
         octets[n] = GPIOR2;
     }
     memcpy(&word, octets, sizeof word);
-#endif
     return word;
-}
-
-static void take_words(void *slots, uint32_t count)
-{
-    for (uint32_t n = 0; n < count; n++) {
-        const uint32_t word = take();
-        memcpy((char *)slots + 4u * n, &word, 4);
-    }
-}
-
-static void take_table(const table_t *table, void *base)
-{
-    for (uint32_t n = 0; n < table->count; n++) {
-        const uint32_t word = take();
-        memcpy((char *)base + table->rows[n].offset, &word, 4);
-    }
+#endif
 }
 
 static void compare(const char *name, uint32_t here)
@@ -128,23 +110,16 @@ int main(void)
         return 2;
     }
 #endif
-    if (take() != RECORDING_MAGIC || take() != recording_tables()) {
+    if (!take_head()) {
         printf("replay: this is no recording with the " RECORDING_ESTIMATOR ", or one of other tables\n");
         return 2;
     }
     uint32_t periods[RECORDING_PARTS];
     uint32_t all = 0u;
-    const uint32_t parts = take();
+    const uint32_t parts = take_parts(periods);
     if (parts > RECORDING_PARTS) {
         printf("replay: %lu parts, more than there is room for\n", (unsigned long)parts);
         return 2;
-    }
-    for (uint32_t part = 0; part < parts; part++) {
-        for (uint32_t word = 0; word < RECORDING_NAME; word++) {
-            (void)take();
-        }
-        periods[part] = take();
-        (void)take();
     }
     for (uint32_t part = 0; part < parts; part++) {
         const uint32_t count = periods[part] < REPLAY_MOST ? periods[part] : REPLAY_MOST;

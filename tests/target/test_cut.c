@@ -10,10 +10,9 @@
 #include <string.h>
 #include <unity.h>
 
-#include "tests/target/recording.h"
+#include "tests/target/recording_in.h"
 
-#define PARTS_MOST 20u
-#define LOWEST     400u /* cuts that there must have been, at least */
+#define LOWEST 400u /* cuts that there must have been, at least */
 
 static FILE *input;
 static drive_t drive;
@@ -22,36 +21,30 @@ static char where[100];
 
 static uint32_t take(void)
 {
-    uint32_t word = 0u;
-    for (unsigned n = 0; n < 4u; n++) {
-        word |= (uint32_t)(getc(input) & 0xFF) << 8u * n;
-    }
-    return word;
-}
-
-static void take_words(void *slots, uint32_t count)
-{
-    for (uint32_t n = 0; n < count; n++) {
-        const uint32_t word = take();
-        memcpy((char *)slots + 4u * n, &word, 4);
-    }
-}
-
-static void take_table(const table_t *table, void *base)
-{
-    for (uint32_t n = 0; n < table->count; n++) {
-        const uint32_t word = take();
-        memcpy((char *)base + table->rows[n].offset, &word, 4);
-    }
+    return recording_word(input);
 }
 
 /* ---- a period ---- */
 
-static requests_t requests; /* of the last period that was taken */
-static bool offers;         /* one of the periods taken since has an offer: */
+/* What the background and the sensors have brought to the period that was taken last. */
+static requests_t requests;
+static bool offers; /* one of the periods since bring() has an offer: */
 static params_t offered;
 static believed_t believed;
+static drive_samples_t samples;
 static uint32_t left; /* [periods] of the part */
+
+static void take_period(void)
+{
+    left--;
+    if (take() != 0u) {
+        take_table(&params_table, &offered);
+        take_words(&believed, RECORDING_BELIEVED);
+        offers = true;
+    }
+    take_table(&requests_table, &requests);
+    take_words(&samples, RECORDING_SAMPLES);
+}
 
 static bool is_medium(const table_row_t *row)
 {
@@ -71,20 +64,11 @@ static void compare(const char *name, uint32_t here, bool counts)
     }
 }
 
-/* true: the medium task has a window to work on. */
-static bool one_period(void)
+/* The fast task. true: the medium task has a window to work on. */
+static bool fast_period(void)
 {
-    drive_samples_t samples;
     drive_command_t command;
     uint32_t words[RECORDING_COMMAND];
-    left--;
-    if (take() != 0u) {
-        take_table(&params_table, &offered);
-        take_words(&believed, RECORDING_BELIEVED);
-        offers = true;
-    }
-    take_table(&requests_table, &requests);
-    take_words(&samples, RECORDING_SAMPLES);
     const bool due = drive_step(&drive, &samples, &command);
     for (uint32_t row = 0; row < signals_table.count; row++) {
         const table_row_t *of = &signals_table.rows[row];
@@ -111,8 +95,9 @@ static void bring(void)
 /* ---- the cut ---- */
 
 static bool in_medium;
-static uint32_t block, cut_at,
-    between; /* [-] blocks since its begin; the one at which it is cut; [periods] */
+static uint32_t block;   /* [-] since its begin */
+static uint32_t cut_at;  /* [-] the block at which it is cut */
+static uint32_t between; /* [periods] of the fast task that come there */
 
 void __sanitizer_cov_trace_pc(void);
 void __sanitizer_cov_trace_pc(void)
@@ -120,18 +105,19 @@ void __sanitizer_cov_trace_pc(void)
     if (in_medium && block++ == cut_at) {
         in_medium = false;
         for (; between > 0u && left > 0u; between--) {
-            TEST_ASSERT_FALSE(one_period());
+            take_period();
+            TEST_ASSERT_FALSE(fast_period());
         }
         in_medium = true;
     }
 }
 
-static uint32_t blocks_of(medium_t medium) /* a copy: what it would do */
+/* [-] blocks of the medium task in this window, by what a copy of the drive does; 0: it opens the bridge. */
+static uint32_t blocks_of_window(void)
 {
     drive_t *copy = malloc(sizeof *copy);
     TEST_ASSERT_NOT_NULL(copy);
     *copy = drive;
-    copy->medium = medium;
     block = 0u;
     cut_at = UINT32_MAX;
     in_medium = true;
@@ -144,7 +130,7 @@ static uint32_t blocks_of(medium_t medium) /* a copy: what it would do */
 
 static void medium(void)
 {
-    const uint32_t blocks = blocks_of(drive.medium);
+    const uint32_t blocks = blocks_of_window();
     windows++;
     if (blocks == 0u) {
         spared++;
@@ -170,41 +156,22 @@ static void part(uint32_t periods)
     take_table(&params_table, &params);
     drive_init(&drive, &params);
     while (left > 0u) {
-        /* the offer and the requests of a period are there before its step */
-        const long at = ftell(input);
-        uint32_t has_offer = take();
-        if (has_offer != 0u) {
-            take_table(&params_table, &offered);
-            take_words(&believed, RECORDING_BELIEVED);
-            offers = true;
-        }
-        take_table(&requests_table, &requests);
+        take_period();
         bring();
-        TEST_ASSERT_EQUAL_INT(0, fseek(input, at, SEEK_SET));
-        if (one_period()) {
-            offers = false;
+        if (fast_period()) {
             medium();
         }
-        offers = false;
     }
 }
 
 static void test_the_medium_task_may_be_interrupted_anywhere(void)
 {
-    uint32_t periods[PARTS_MOST];
+    uint32_t periods[RECORDING_PARTS];
     input = fopen(RECORDING_FILE, "rb");
     TEST_ASSERT_NOT_NULL_MESSAGE(input, RECORDING_FILE);
-    TEST_ASSERT_EQUAL_HEX32(RECORDING_MAGIC, take());
-    TEST_ASSERT_EQUAL_HEX32(recording_tables(), take());
-    const uint32_t parts = take();
-    TEST_ASSERT_TRUE(parts > 0u && parts <= PARTS_MOST);
-    for (uint32_t n = 0; n < parts; n++) {
-        for (uint32_t word = 0; word < RECORDING_NAME; word++) {
-            (void)take();
-        }
-        periods[n] = take();
-        (void)take();
-    }
+    TEST_ASSERT_TRUE(take_head());
+    const uint32_t parts = take_parts(periods);
+    TEST_ASSERT_TRUE(parts > 0u && parts <= RECORDING_PARTS);
     for (uint32_t n = 0; n < parts; n++) {
         part(periods[n]);
     }

@@ -273,10 +273,10 @@ static void test_a_burst_of_noise_is_no_sign(void)
 
 static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)
 {
-    TEST_ASSERT_FALSE(encoder_watch_jumped(&watch, 0.5049f));
-    TEST_ASSERT_FALSE(encoder_watch_jumped(&watch, -0.5049f));
-    TEST_ASSERT_TRUE(encoder_watch_jumped(&watch, 0.5051f));
-    TEST_ASSERT_TRUE(encoder_watch_jumped(&watch, -0.5051f));
+    TEST_ASSERT_FALSE(encoder_watch_jumped(watch.tuning.leap, 0.5049f));
+    TEST_ASSERT_FALSE(encoder_watch_jumped(watch.tuning.leap, -0.5049f));
+    TEST_ASSERT_TRUE(encoder_watch_jumped(watch.tuning.leap, 0.5051f));
+    TEST_ASSERT_TRUE(encoder_watch_jumped(watch.tuning.leap, -0.5051f));
 }
 
 /* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */

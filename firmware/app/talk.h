@@ -34,7 +34,7 @@ extern HAL_PER_CHIP const talk_line_t *talk_line;
 /* One of the two writes `put` and the octets, the other one `got`. */
 typedef struct {
     uint16_t put; /* [octets] modulo 2^16, into it so far */
-    uint16_t got; /* [octets] likewise, out of it */
+    uint16_t got; /* [octets] modulo 2^16, taken out so far */
     uint16_t octets[TALK_RING];
 } talk_ring_t;
 

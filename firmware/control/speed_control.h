@@ -13,7 +13,7 @@
  * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
  * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
  *
- * What is slow of it, the reference and I, may be computed less often and later than the rest: the task that
+ * The slow parts, the reference and I, may be computed less often and later than the rest: the task that
  * has the speed takes kp omega from speed_control_standing() in every period. A proportional part that is
  * late by a time t takes kp omega_x t of phase from the damping of a shaft that swings with omega_x.
  *
@@ -82,8 +82,8 @@ static inline void speed_control_reset(speed_control_t *control, float current, 
     pi_reset(&control->pi, current + control->kick * omega_m_ref);
 }
 
-/* i_q [A] of the next step at speed zero: what the reference [rad/s] and the integral make of it, not
- * limited. With k_p of the speed taken from it, it is that of the next step. */
+/* i_q [A] of the next step at speed zero: the part that follows from the reference [rad/s] and the integral,
+ * not limited. With k_p of the speed taken from it, it is that of the next step. */
 static inline float speed_control_standing(const speed_control_t *control, float omega_m_ref)
 {
     return pi_output(&control->pi, omega_m_ref) - control->kick * omega_m_ref;

@@ -84,7 +84,7 @@ typedef struct {
     demand_t demand;      /* with the frame in force */
     dq_t current;         /* [A] in that frame */
     dq_t voltage;         /* [V] what the inverter will really apply, dead time accounted for */
-    uint32_t limited;     /* [-] 1: that is less than what the current control asks for */
+    uint32_t limited;     /* [-] 1: that is less than what the current control requires */
     float load;           /* [A] what of i_q carries the load: the tracking loop is not told of it */
     float lower, upper;   /* [A] limits of i_q, by heat and DC link */
     drive_command_t command;

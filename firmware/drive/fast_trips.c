@@ -1,5 +1,5 @@
 /* What waits for no setpoint: the rows of the fault table with the rate EACH, an encoder whose angle jumps, a
- * current sensor that stands. */
+ * current sensor whose value does not change. */
 #include "drive/fast_parts.h"
 
 #include "drive/guard_quantities.h"
@@ -87,7 +87,8 @@ static void judge_trips(fast_t *fast, uint32_t encoder_wrong, uint32_t now)
     }
 }
 
-/* A current sensor that stands while control asks for another current: the medium task would be too late. */
+/* A current sensor whose value does not change while control requires another current: the medium task would
+ * be too late. */
 static void watch_still(fast_t *fast, uint32_t now)
 {
     const abc_t current = fast->measure.measured.current_abc;

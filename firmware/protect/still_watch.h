@@ -1,5 +1,6 @@
-/* Does a current sensor stand while control asks for another current? The quick half of current_watch.h, in
- * the fast task: where V/L makes 25 A/ms, a window is too long. In each period, sensor by sensor:
+/* Reports a current sensor whose value does not change while control requires another current. The quick half
+ * of current_watch.h, in the fast task: where V/L makes 25 A/ms, a window is too long. In each period, sensor
+ * by sensor:
  *
  *     stuck   its value has not moved by a bit in any of the last periods, and is off what is asked for by
  * more than 5 % of the range in each of the last four of them

@@ -8,9 +8,9 @@
 #define WRONG_R       0.5f        /* [-] of R that may be wrong */
 #define HELD_SHARE    0.25f       /* [-] of what the dead time takes, while a current stays as it is */
 #define STUCK_SHARE   0.05f       /* [-] of the range: limit of what must have flowed */
-#define STUCK_PERIODS 4u          /* [periods] in all of which a value that is stuck has not moved */
-#define STILL_PERIODS 12u         /* [periods] likewise, of a value near zero ... */
-#define JUMP_PERIODS  6u          /* [periods] ... that no current can have come to */
+#define STUCK_TIME    0.4e-3f     /* [s] in which a value that is stuck has not moved */
+#define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
+#define JUMP_TIME     0.6e-3f     /* [s] ... that no current can have come to */
 #define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
 #define BESIDE_SHARE  0.002f  /* [-] of the range: what another has moved by then, four codes */
 #define URGENT        3.0f    /* [-] limits, beyond which it is told after those of a jump, whatever it is */
@@ -49,6 +49,8 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .slow_link = winding_slow_link(larger, params->range, params->period),
         .stuck = STUCK_SHARE * params->range,
         .beside = BESIDE_SHARE * params->range,
+        .still = {periods_of(STUCK_TIME, params->period), periods_of(JUMP_TIME, params->period),
+                  periods_of(STILL_TIME, params->period)},
         .long_still = periods_of(LONG_STILL, params->period),
         .surprise = SURPRISE * params->range,
         .gain_least = least * least,
@@ -133,7 +135,7 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
 /* The value that a sensor shows from here on is suspected. It must not move for so long: the noise of a wire
  * without current is a code or two. */
 static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float emf,
-                    uint32_t near_zero)
+                    current_watch_still_t near_zero)
 {
     current_watch_phase_t *phase = &watch->phase[n];
     watch->suspected |= UINT32_C(1) << n;
@@ -143,7 +145,7 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->still = 0u;
     phase->held = p;
     phase->emf = emf;
-    phase->sure = bounds_within(value, watch->tuning.none) ? near_zero : STUCK_PERIODS;
+    phase->sure = watch->tuning.still[bounds_within(value, watch->tuning.none) ? near_zero : STILL_STUCK];
 }
 
 /* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
@@ -172,12 +174,12 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
             window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
         if (bounds_magnitude(change - given) > doubt + 2.0f * tuning->stuck ||
             !bounds_within(window->error[n], tuning->surprise)) {
-            suspect(watch, n, window->value[n], beside, 0.0f, watch->emf, JUMP_PERIODS);
+            suspect(watch, n, window->value[n], beside, 0.0f, watch->emf, STILL_JUMP);
         }
         return false;
     }
     if (!before) {
-        suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_PERIODS);
+        suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_ZERO);
     }
     phase->still += (uint32_t)(int32_t)window->periods;
     /* what has been believed of the rotor since then may be made of what the sensor says */
@@ -188,10 +190,10 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const float more = beyond > changed ? beyond : changed;
     phase->stuck += more > 0.0f ? more : 0.0f;
     phase->path += off;
-    const uint32_t sure =
-        phase->stuck > URGENT * tuning->stuck && phase->sure > JUMP_PERIODS ? JUMP_PERIODS : phase->sure;
+    const uint32_t jump = tuning->still[STILL_JUMP];
+    const uint32_t sure = phase->stuck > URGENT * tuning->stuck && phase->sure > jump ? jump : phase->sure;
     return (phase->still >= sure && phase->stuck > tuning->stuck &&
-            (phase->still >= STILL_PERIODS || !current_watch_feeds_another(watch, n))) ||
+            (phase->still >= tuning->still[STILL_ZERO] || !current_watch_feeds_another(watch, n))) ||
            stands(tuning, phase, beside);
 }
 

@@ -52,17 +52,26 @@ typedef struct {
     float period;       /* T [s] */
 } current_watch_params_t;
 
+/* For how long a value must not have moved. */
+typedef enum {
+    STILL_STUCK, /* one at which a current may be */
+    STILL_JUMP,  /* one near zero that has jumped there */
+    STILL_ZERO,  /* another one near zero */
+    STILL_KINDS
+} current_watch_still_t;
+
 typedef struct {
-    uint32_t judged;     /* [-] 1 */
-    winding_t winding;   /* of R and the mean of L_d and L_q */
-    float per_speed;     /* psi_f T/L [A s] */
-    float back;          /* -T/2 [s] */
-    float dead_link;     /* of what dead time and drops may take of the current in a period, per volt [A/V] */
-    float dead;          /* of it at no link [A] */
-    float per_current;   /* of d per ampere, for a period [-] */
-    float flux;          /* largest change of the magnets' flux in a phase over L [A] */
-    float stuck;         /* limit of what is beyond d [A] */
-    float beside;        /* least that another sensor's value has moved by meanwhile [A] */
+    uint32_t judged;   /* [-] 1 */
+    winding_t winding; /* of R and the mean of L_d and L_q */
+    float per_speed;   /* psi_f T/L [A s] */
+    float back;        /* -T/2 [s] */
+    float dead_link;   /* of what dead time and drops may take of the current in a period, per volt [A/V] */
+    float dead;        /* of it at no link [A] */
+    float per_current; /* of d per ampere, for a period [-] */
+    float flux;        /* largest change of the magnets' flux in a phase over L [A] */
+    float stuck;       /* limit of what is beyond d [A] */
+    float beside;      /* least that another sensor's value has moved by meanwhile [A] */
+    uint32_t still[STILL_KINDS]; /* [periods] that a value must not have moved */
     uint32_t long_still; /* [periods] in which no value that belongs to a current stays, where others move */
     float surprise;      /* largest error of the observer that is none [A] */
     float gain_least;    /* shortest Dp that is judged, squared [A^2] */

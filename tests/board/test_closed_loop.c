@@ -108,9 +108,9 @@ static void test_speed_steps_by_the_encoder(void)
 
 /* ---- the estimate ---- */
 
-/* Shares of the rated speed. The last, 1000 r/min of the default board's motor, is there a whole number of
- * samples a turn, an odd number of them in every sixth: what the legs and the sensors leave of an error comes
- * back at the same angles, turn after turn. */
+/* Shares of the rated speed, as far as the link can turn the motor. The last, 1000 r/min of the default
+ * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: what the
+ * legs and the sensors leave of an error comes back at the same angles, turn after turn. */
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
 /* What calibration leaves: that of run_real(), in proportion to the sensors' range where it is more than
@@ -131,7 +131,8 @@ static void make_real(rig_t *rig)
 /* Without the encoder: each speed without load and with the rated one, directions in turn. */
 static run_error_t measure(bool real, double fidelity, uint32_t point)
 {
-    const double share = ((point + point / 2u) % 2u != 0u ? -1.0 : 1.0) * shares[point / 2u];
+    const double reached = fmin(shares[point / 2u], top_share());
+    const double share = (point + point / 2u) % 2u != 0u ? -reached : reached;
     const double load = point % 2u != 0u ? BOARD_RATED_TORQUE : 0.0;
     /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);

@@ -20,7 +20,7 @@ if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     lagless_add_board(esc48 tests/cases/esc48.h)
     set(tune_sources course motor motor_trial names runner scenario scenario_read tally times tune tune_scenario units)
     list(TRANSFORM tune_sources REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/host_sim/lab/\\1.c")
-    foreach(board "" _hvmtrpfckit _desk48 _esc48 _16000)
+    foreach(board "" _hvmtrpfckit _desk48 _esc48 _20000)
         lagless_test(lab_tune_boards${board} LABEL board SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_tune_boards.c ${tune_sources}
             LIBS lagless_rig${board} lagless_toml Threads::Threads m)
         target_compile_definitions(test_lab_tune_boards${board} PRIVATE _GNU_SOURCE "LAGLESS_MOTORS=\"${CMAKE_SOURCE_DIR}/host_sim/motors\"")

@@ -45,7 +45,9 @@ static void test_staircase_through_standstill_is_held(void)
 
 #define BRAKE_SEEDS 16u
 
-/* Asked: 30 r/min of undershoot. */
+/* 30 r/min of undershoot are accepted. 64 seeds undershoot by 2.9 r/min (no load) and 4.1 +- 0.3 with the
+ * heavy shaft, and by 9.0 +- 1.2 and 7.8 +- 1.1 with the light one, which loses 45 r/min in the latency of
+ * the medium task: the limit is three standard deviations above the largest mean. */
 static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
 {
     grid_t grid = grid_of("braking", 4u * BRAKE_SEEDS);
@@ -71,6 +73,6 @@ static void test_braking_at_the_limit_to_100_rpm_is_never_lost(void)
                     START_SHAFT_NAMES[shaft], load, under, peak, current);
         TEST_ASSERT_FALSE_MESSAGE(left || seen.losses > 0 || seen.fault != 0, where);
         TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed - 100.0) <= 5.0, where);
-        TEST_ASSERT_TRUE_MESSAGE(under <= 10.0, where);
+        TEST_ASSERT_TRUE_MESSAGE(under <= 13.0, where);
     }
 }

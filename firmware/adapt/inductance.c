@@ -2,6 +2,7 @@
 
 #include "adapt/gain.h"
 #include "math/angle.h"
+#include "math/periods.h"
 
 #define TWO_PI        6.2831853f
 #define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
@@ -45,6 +46,9 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
         .current = INDUCTANCE_DITHER * params->current_max,
+        .moved = INDUCTANCE_MOVED * params->current_max,
+        .look = periods_of(INDUCTANCE_LOOK, step),
+        .rest = periods_of(INDUCTANCE_REST, step),
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
         .time = step,
         .ahead = (float)params->ahead,
@@ -57,6 +61,8 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
+    x->looked = 0u;
+    x->rests = 0u;
     inductance_rest(x);
 }
 
@@ -76,6 +82,7 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
     } else if (other_rate) {
         x->rate = tuning->rate;
         x->resistance_rate = tuning->rate;
+        x->rests = 0u;
     }
 }
 
@@ -105,14 +112,47 @@ static uint32_t frequency_at(float omega, bool torque)
     return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
 }
 
+/* Is R still looked for at this speed [rad/s]? */
+static bool looks_for_resistance(const inductance_t *x, float speed)
+{
+    return speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
+}
+
+/* A cycle has ended, and said something or not. Has the look seen enough? Then the dither rests. */
+static void look(inductance_t *x, bool said, float speed)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    x->looked += said ? tuning->wave[x->which].steps : 0u;
+    if (x->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
+        !looks_for_resistance(x, speed)) {
+        x->looked = 0u;
+        x->rests = tuning->rest;
+        x->looked_at = x->mean.q;
+    }
+}
+
+/* Does the dither rest, at this i_q [A]? */
+static bool rests(inductance_t *x, float i_q)
+{
+    if (x->rests == 0u) {
+        return false;
+    }
+    x->rests = bounds_within(i_q - x->looked_at, x->tuning.moved) ? x->rests - 1u : 0u;
+    x->follows = 0u;
+    x->dither = (dq_t){0.0f, 0.0f};
+    return x->rests != 0u;
+}
+
 /* A cycle begins. false: there is nothing to see. */
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    const bool asks = speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
     const bool torque = loaded(x, input->current.q);
-    if (speed < INDUCTANCE_SPEED_MIN || !(asks || torque)) {
+    if (speed < INDUCTANCE_SPEED_MIN || !(torque || looks_for_resistance(x, speed))) {
         inductance_rest(x);
+        return false;
+    }
+    if (rests(x, input->current.q)) {
         return false;
     }
     if (x->follows == 0u) {
@@ -229,6 +269,7 @@ static void end(inductance_t *x, float omega_smooth)
             learn(tuning, time, said, &x->learnt, &x->rate);
         }
     }
+    look(x, said > 0.0f, bounds_magnitude(omega_smooth));
 }
 
 /* The dither's wave at t, -1..1. */

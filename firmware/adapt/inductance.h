@@ -28,6 +28,12 @@
  * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
  * torque, there is no dither.
  *
+ * The dither is heard, and costs a half per cent of the copper loss. So it rests while there is nothing to
+ * learn: after the first look, which lasts until the rate has fallen to INDUCTANCE_LOOKED of the first, a
+ * look of INDUCTANCE_LOOK follows each rest of INDUCTANCE_REST, less than a twentieth of the time. A rest
+ * ends early where i_q has moved by INDUCTANCE_MOVED of the limit, with which iron saturates or comes out of
+ * it. What has been learnt holds meanwhile, and so does its confidence.
+ *
  * One step in every so-manieth T, from the means of these. The dither that a step gives is looked for in the
  * means of the next: where it acts later, it is given earlier by as much. Two divisions at the end of a
  * cycle. Does not handle: an L_q that falls with i_q otherwise than L_d; a salient rotor, on which what is
@@ -62,6 +68,10 @@
 #define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles that say the same */
+#define INDUCTANCE_LOOKED        0.3f   /* [-] of the first rate, at which the first look ends */
+#define INDUCTANCE_LOOK          1.0f   /* [s] of cycles that said something, in each later one */
+#define INDUCTANCE_REST          20.0f  /* [s] from one look to the next */
+#define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit, by which i_q ends a rest */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1, and its rounding; above it nothing is learnt */
 
 typedef struct {
@@ -96,6 +106,9 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
+    float moved;           /* of i_q, which ends a rest [A] */
+    uint32_t look;         /* [steps] of cycles that said something, in a later look */
+    uint32_t rest;         /* [steps] from one look to the next */
     float mean_share;      /* of the low-pass that is taken off [-] */
     float time;            /* from one step to the next [s] */
     float ahead;           /* [steps] that the dither acts later than in the next one */
@@ -109,6 +122,10 @@ typedef struct {
     float resistance_rate;     /* likewise R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* by the last one [H] */
+    /* of looks and rests */
+    uint32_t looked; /* steps of the present look's cycles that said something [-] */
+    uint32_t rests;  /* steps that are left of a rest [-]; 0: a look */
+    float looked_at; /* i_q of the last look [A] */
     /* of the cycle */
     uint32_t left;          /* steps that are left of it [-]; 0: none */
     uint32_t sound;         /* [-] 1: nothing has spoilt it */

@@ -240,6 +240,49 @@ static void test_without_torque_it_asks_for_r_for_a_while(void)
     TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
 }
 
+/* In how many of the next seconds there is a dither, counted in steps of 10 ms [s]. */
+static double dithered(const motor_t *motor, int seconds)
+{
+    double sum = 0.0;
+    for (int n = 0; n < 100 * seconds; n++) {
+        run(motor, 0.01);
+        sum += asked_most > 0.0 || asked_least < 0.0 ? 0.01 : 0.0;
+    }
+    return sum;
+}
+
+/* At 2/s the rate falls to 0.3 of the first in (1/0.3 - 1) 3 s = 7 s, a little later since the first cycles
+ * do not count. From there on a look of a second follows each rest of 20 s; what has been learnt holds. */
+static void test_the_dither_rests_when_it_has_learnt(void)
+{
+    motor_t motor = usual();
+    motor.l_d_from = motor.l_q_from = 1.2 * L_TRUE;
+    begin(&motor);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 7.5, dithered(&motor, 15));
+    const float learnt = x.learnt.value;
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, ratio());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, dithered(&motor, 5));
+    TEST_ASSERT_EQUAL_FLOAT(learnt, x.learnt.value);
+    TEST_ASSERT_TRUE(x.confidence > 0.5f);
+    const double share = dithered(&motor, 210) / 210.0;
+    TEST_ASSERT_TRUE(share > 0.03 && share < 0.05);
+}
+
+/* L falls by a tenth where the load rises by 3 of 10 A: the dither looks again at once. A smaller step of the
+ * load does not end the rest. */
+static void test_another_load_ends_the_rest(void)
+{
+    motor_t motor = usual();
+    begin(&motor);
+    run(&motor, 10.0);
+    motor.i_q = I_Q + 2.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, dithered(&motor, 2));
+    motor.i_q = I_Q + 3.0;
+    motor.l_d = motor.l_q = 0.9 * L_TRUE;
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 1.1, dithered(&motor, 3));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, (double)x.said / L_TRUE);
+}
+
 static void test_the_dither_is_a_twentieth_of_the_limit(void)
 {
     const motor_t motor = usual();

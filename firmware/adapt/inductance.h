@@ -68,7 +68,7 @@
 #define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, R likewise */
 #define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles that say the same */
-#define INDUCTANCE_LOOKED        0.3f   /* [-] of the first rate, at which the first look ends */
+#define INDUCTANCE_LOOKED        0.2f   /* [-] of the first rate, at which the first look ends */
 #define INDUCTANCE_LOOK          1.0f   /* [s] of cycles that said something, in each later one */
 #define INDUCTANCE_REST          20.0f  /* [s] from one look to the next */
 #define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit, by which i_q ends a rest */

@@ -258,7 +258,7 @@ static void test_the_dither_rests_when_it_has_learnt(void)
     motor_t motor = usual();
     motor.l_d_from = motor.l_q_from = 1.2 * L_TRUE;
     begin(&motor);
-    TEST_ASSERT_DOUBLE_WITHIN(0.5, 7.5, dithered(&motor, 15));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 14.0, dithered(&motor, 20));
     const float learnt = x.learnt.value;
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, ratio());
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, dithered(&motor, 5));
@@ -274,7 +274,7 @@ static void test_another_load_ends_the_rest(void)
 {
     motor_t motor = usual();
     begin(&motor);
-    run(&motor, 10.0);
+    run(&motor, 16.0);
     motor.i_q = I_Q + 2.0;
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, dithered(&motor, 2));
     motor.i_q = I_Q + 3.0;

@@ -24,7 +24,7 @@
 #define EMF_NOISE                                                                                            \
     2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 
-#define SAME_AXIS 0.1f /* [-] square of the sine between two looks: 18 degrees */
+#define SAME_AXIS 0.01f /* [-] square of the sine since it came to an axis: 6 degrees */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
@@ -117,7 +117,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t midd
     const dq_t beside = {watch->last.d, watch->last.q - watch->tuning.flux_linkage * omega_e};
     const ab_t off = frames_inverse_park(beside, middle);
     const ab_t before = watch->off;
-    watch->off = off;
+    watch->off = watch->of_a_phase != 0u ? before : off;
     const float alpha = off.alpha * off.alpha;
     const float beta = off.beta * off.beta;
     const float sine = off.beta * (3.0f * alpha - beta);
@@ -140,9 +140,10 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
     const bool wrong = aside || gone;
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
+    const bool opposite =
+        turns && watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
     const bool backward =
-        turns && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected) &&
-        watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
+        opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input->omega_e, seen.middle);
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
@@ -161,7 +162,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         return 0u;
     }
     const bool against =
-        aside && turns && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
+        aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
     if (against && seen.length > TOO_LONG * seen.expected && watch->count < 2u * ENCODER_WATCH_LEAST) {
         return 0u;
     }

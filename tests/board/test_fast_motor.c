@@ -5,12 +5,12 @@
 #include "tests/rig/run.h"
 
 #define TOP    (0.3 / RIG_PERIOD_SECONDS) /* [rad/s] electrical */
-#define LOADED 5.0                        /* [A] of i_q */
+#define LOADED 3.0                        /* [A] of i_q */
 
-/* Its EMF takes 0.7 of the voltage that the link gives at the top speed. */
+/* Its EMF takes 0.6 of the voltage that the link gives at the top speed. */
 static run_motor_t fast_motor(void)
 {
-    const double emf = 0.7 * BOARD_DC_NOMINAL_MV / 1e3 / sqrt(3.0);
+    const double emf = 0.6 * BOARD_DC_NOMINAL_MV / 1e3 / sqrt(3.0);
     return (run_motor_t){.pole_pairs = 4.0,
                          .resistance = 0.3,
                          .inductance = 2.0e-3,
@@ -64,9 +64,12 @@ static run_error_t error_at(double share, bool real, double amperes)
 
 #define POINTS 16u
 
+/* The last one is beside a whole number of samples a turn, 21, with which an error comes back turn after
+ * turn.
+ */
 static double share_of(uint32_t point)
 {
-    static const double shares[] = {0.25, 0.5, 0.75, 0.97};
+    static const double shares[] = {0.25, 0.5, 0.75, 1.02};
     return (point % 2u != 0u ? -1.0 : 1.0) * shares[point / 4u];
 }
 
@@ -80,17 +83,17 @@ static void test_ideal_inverter_and_sensors_leave_no_error(void)
     }
 }
 
-/* Without load the current is 1.3 A, not much more than its ripple, and what is left grows with the
- * speed: 1.9 us of angle. Of seven seeds the largest mean is 10.9 mrad without load and 2.2 with it, the
- * largest SD 2.3 and the largest peak 16.8 mrad; the limits are a quarter above. */
+/* Without load the current is 1.6 A, not much more than its ripple, and what is left grows with the
+ * speed: 1.4 us of angle at the top. Of seven seeds the largest mean is 8.4 mrad without load and 4.6 with
+ * it, the largest SD 2.0 and the largest peak 13.1 mrad; the limits are a quarter above. */
 static void test_real_inverter_and_sensors_leave_a_hundredth_of_a_radian(void)
 {
     grid_t grid = grid_of("real, fast", POINTS);
     for (uint32_t n; grid_next(&grid, &n);) {
         const bool loaded = n / 2u % 2u != 0u;
         const run_error_t err = error_at(share_of(n), true, loaded ? LOADED : 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(loaded ? 2.8 : 13.6, 0.0, err.mean);
-        TEST_ASSERT_TRUE(err.sd <= 2.9);
-        TEST_ASSERT_TRUE(err.peak <= 21.0);
+        TEST_ASSERT_DOUBLE_WITHIN(loaded ? 5.8 : 10.6, 0.0, err.mean);
+        TEST_ASSERT_TRUE(err.sd <= 2.6);
+        TEST_ASSERT_TRUE(err.peak <= 16.5);
     }
 }

@@ -2,19 +2,31 @@
 if(LAGLESS_SANITIZE) # an interpreter that is not sanitized cannot load it
     return()
 endif()
-add_library(lagless_python SHARED
-    python/binding.c
-    python/binding_campaign.c
-    python/binding_plant.c
-)
-desk_room(lagless_python)
-target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
-target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
-target_link_options(lagless_python PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
-    -static-libgcc -static-libstdc++)
-set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
+set(LAGLESS_PYTHON_LIBRARY "" CACHE FILEPATH "liblagless.so of another build, to pack into a wheel; empty: build it here")
+if(LAGLESS_PYTHON_LIBRARY)
+    if(NOT EXISTS "${LAGLESS_PYTHON_LIBRARY}")
+        message(FATAL_ERROR "LAGLESS_PYTHON_LIBRARY=${LAGLESS_PYTHON_LIBRARY}: there is no such file; accepted is another build's "
+            "python/liblagless.so, or nothing")
+    endif()
+    add_custom_target(lagless_python)
+    install(PROGRAMS "${LAGLESS_PYTHON_LIBRARY}" DESTINATION lagless COMPONENT python)
+else()
+    add_library(lagless_python SHARED
+        python/binding.c
+        python/binding_campaign.c
+        python/binding_plant.c
+    )
+    desk_room(lagless_python)
+    target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
+    target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
+    target_link_options(lagless_python PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
+        -static-libgcc -static-libstdc++)
+    set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
+endif()
 if(SKBUILD) # pyproject.toml
-    install(TARGETS lagless_python LIBRARY DESTINATION lagless COMPONENT python)
+    if(NOT LAGLESS_PYTHON_LIBRARY)
+        install(TARGETS lagless_python LIBRARY DESTINATION lagless COMPONENT python)
+    endif()
     install(DIRECTORY ${CMAKE_CURRENT_LIST_DIR}/../scenarios ${CMAKE_CURRENT_LIST_DIR}/../motors DESTINATION lagless COMPONENT python
         FILES_MATCHING PATTERN "*.toml")
 endif()

@@ -5,8 +5,13 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Dense>
+#include "tests/oracle/exponential.h"
 #include <unsupported/Eigen/MatrixFunctions>
+
+Matrix9 oracle_exponential(const Matrix9 &matrix)
+{
+    return matrix.exp();
+}
 
 namespace
 {
@@ -16,8 +21,6 @@ constexpr double pi = 3.14159265358979323846;
 
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
-using System = Eigen::Matrix<double, 9, 9>;
-using State = Eigen::Matrix<double, 9, 1>;
 
 struct Effective {
     uint64_t tick;
@@ -201,8 +204,8 @@ class Machine
         }
         Matrix2 quarter;
         quarter << 0.0, -1.0, 1.0, 0.0;
-        System system = System::Zero();
-        State state = State::Zero();
+        Matrix9 system = Matrix9::Zero();
+        Vector9 state = Vector9::Zero();
         state(8) = 1.0;
         if (frame == ORACLE_STATIONARY) {
             const double inverse = 1.0 / q.inductance_d;
@@ -218,7 +221,7 @@ class Machine
             }
             system.block<2, 2>(0, 0) = -inverse * resistance;
             system.block<2, 1>(0, 8) = inverse * source;
-            const State end = (system * h).exp() * state;
+            const Vector9 end = oracle_exponential(system * h) * state;
             return end.segment<2>(0);
         }
         const Matrix2 inverse = inductance.inverse();
@@ -235,7 +238,7 @@ class Machine
         harmonic << 0.0, -(q.emf_5th + q.emf_7th), q.emf_7th - q.emf_5th, 0.0;
         system.block<2, 2>(0, 4) = -omega_e * q.flux_linkage * inverse * harmonic;
         system.block<2, 1>(0, 8) = -omega_e * q.flux_linkage * inverse * Vector2(0.0, 1.0);
-        const State end = (system * h).exp() * state;
+        const Vector9 end = oracle_exponential(system * h) * state;
         return turn(theta + omega_e * h) * end.segment<2>(0);
     }
 

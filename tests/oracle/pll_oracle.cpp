@@ -1,11 +1,13 @@
 #include "tests/oracle/pll_oracle.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <stdexcept>
 #include <vector>
 
-#include <Eigen/Dense>
-#include <unsupported/Eigen/MatrixFunctions>
+#include "tests/oracle/exponential.h"
 
 namespace
 {
@@ -39,6 +41,42 @@ Vector4 square(const Vector4 &p)
     return {p(0) * p(0), p(1) * p(1) - 2.0 * p(0) * p(2), p(2) * p(2) - 2.0 * p(1) * p(3), p(3) * p(3)};
 }
 
+double cubic(const Vector4 &p, double x)
+{
+    return p(0) + x * (p(1) + x * (p(2) + x * p(3)));
+}
+
+/* Positive roots of a cubic that changes its sign at them: between its extremes it is monotonous, and no root
+ * exceeds 1 + max |p_n/p_3|. Halved until the interval is two neighbours. */
+std::vector<double> positive_roots(const Vector4 &p)
+{
+    const double most = 1.0 + (p.head<3>() / p(3)).cwiseAbs().maxCoeff();
+    std::vector<double> ends = {0.0, most};
+    const double discriminant = p(2) * p(2) - 3.0 * p(3) * p(1);
+    if (discriminant > 0.0) {
+        for (const double sign : {-1.0, 1.0}) {
+            const double extreme = (sign * std::sqrt(discriminant) - p(2)) / (3.0 * p(3));
+            if (extreme > 0.0 && extreme < most) {
+                ends.push_back(extreme);
+            }
+        }
+    }
+    std::sort(ends.begin(), ends.end());
+    std::vector<double> roots;
+    for (size_t n = 0; n + 1 < ends.size(); n++) {
+        double low = ends[n], high = ends[n + 1];
+        const bool rises = cubic(p, low) < 0.0;
+        if (rises == (cubic(p, high) < 0.0)) {
+            continue;
+        }
+        for (double middle = 0.5 * (low + high); middle > low && middle < high; middle = 0.5 * (low + high)) {
+            ((cubic(p, middle) < 0.0) == rises ? low : high) = middle;
+        }
+        roots.push_back(high);
+    }
+    return roots;
+}
+
 } /* namespace */
 
 double pll_oracle_gain(const pll_oracle_t *loop, double omega)
@@ -57,19 +95,9 @@ double pll_oracle_error_gain(const pll_oracle_t *loop, double omega)
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings)
 {
     const Vector4 p = 2.0 * square(numerator(*loop)) - square(denominator(*loop));
-    Eigen::MatrixXd companion(3, 3);
-    companion << -p(2) / p(3), -p(1) / p(3), -p(0) / p(3), 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;
-    const Eigen::VectorXcd roots = companion.eigenvalues();
-    double largest = 0.0;
-    *crossings = 0;
-    for (int n = 0; n < 3; n++) {
-        const bool real = std::abs(roots(n).imag()) < 1e-9 * std::abs(roots(n));
-        if (real && roots(n).real() > 1e-9) {
-            ++*crossings;
-            largest = std::max(largest, roots(n).real());
-        }
-    }
-    return std::sqrt(largest);
+    const std::vector<double> roots = positive_roots(p);
+    *crossings = static_cast<int>(roots.size());
+    return roots.empty() ? 0.0 : std::sqrt(roots.back());
 }
 
 double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n)
@@ -96,7 +124,10 @@ void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t
      * t^n/n!. */
     const Vector4 below = denominator(*loop);
     const Vector4 rest = error_numerator(*loop) - below;
-    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(4 + n, 4 + n);
+    if (n < 0 || 4 + n > Matrix9::RowsAtCompileTime) {
+        throw std::out_of_range("pll_oracle_continuous: the power of the input is 0 to 5");
+    }
+    Matrix9 system = Matrix9::Zero();
     system(0, 1) = 1.0;
     system(1, 2) = 1.0;
     system.block<1, 3>(2, 0) = -below.head<3>().transpose();
@@ -104,8 +135,8 @@ void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t
     for (int m = 0; m < n; m++) {
         system(3 + m, 4 + m) = 1.0;
     }
-    const Eigen::MatrixXd step = (system * loop->period).exp();
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(4 + n);
+    const Matrix9 step = oracle_exponential(system * loop->period);
+    Vector9 x = Vector9::Zero();
     x(3 + n) = scale;
     for (size_t k = 0; k < count; k++) {
         error[k] = rest.head<3>().dot(x.head<3>()) + x(3);
@@ -120,9 +151,9 @@ void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const dou
      * in. */
     const double t = loop->period;
     const double share = -std::expm1(-loop->wc * t);
-    Eigen::MatrixXd a(3, 3);
+    Eigen::Matrix3d a;
     a << 1.0 - t * loop->kp, t, t * (1.0 - share), -t * loop->ki, 1.0, 0.0, 0.0, 0.0, 1.0 - share;
-    Eigen::MatrixXd b(3, 2);
+    Eigen::Matrix<double, 3, 2> b;
     b << t * loop->kp, t * share * loop->gamma, t * loop->ki, 0.0, 0.0, share * loop->gamma;
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
     for (size_t k = 0; k < count; k++) {
@@ -135,8 +166,11 @@ void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const dou
 
 double pll_oracle_radius(const pll_oracle_t *loop)
 {
+    /* z^2 - (2 - kp T) z + 1 - kp T + ki T^2; a pair of roots has the magnitude of the root of its product.
+     */
     const double t = loop->period;
-    Eigen::MatrixXd a(2, 2);
-    a << 1.0 - t * loop->kp, t, -t * loop->ki, 1.0;
-    return a.eigenvalues().cwiseAbs().maxCoeff();
+    const double half = 1.0 - 0.5 * t * loop->kp;
+    const double product = 1.0 - t * loop->kp + t * t * loop->ki;
+    const double discriminant = half * half - product;
+    return discriminant < 0.0 ? std::sqrt(product) : std::fabs(half) + std::sqrt(discriminant);
 }

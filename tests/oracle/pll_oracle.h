@@ -1,5 +1,5 @@
 /* What the PLL should do, from the paper's polynomials and from the sampled linear loop, in double precision
- * (Eigen): companion matrices, eigenvalues, matrix exponentials. Small errors only: the detector is the angle
+ * (Eigen): roots of polynomials, matrix exponentials. Small errors only: the detector is the angle
  * difference.
  *
  *     Phi_1   = [(kp + wc) s^2 + (ki + kp wc) s + ki wc] / [(s + wc)(s^2 + kp s + ki)]       (22); wc = 0:
@@ -31,15 +31,15 @@ double pll_oracle_gain(const pll_oracle_t *loop, double omega);
 /* |1 - Phi_e1(j omega)| [-] of (23), evaluated as printed. */
 double pll_oracle_error_gain(const pll_oracle_t *loop, double omega);
 
-/* The highest frequency [rad/s] at which |Phi_1|^2 = 1/2, from the eigenvalues of a companion matrix; and the
- * number of such frequencies. */
+/* The highest frequency [rad/s] at which |Phi_1|^2 = 1/2, a root of a cubic in omega^2; and the number of
+ * such frequencies. */
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings);
 
 /* Coefficient of s^n in the power series of Phi_e1: the error left by an input t^n/n! [s^n]; (24). */
 double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n);
 
 /* Angle error theta - theta_hat [rad] at t = 0, T, 2T, ... of the continuous loop (23) for the input scale
- * t^n/n!. */
+ * t^n/n!, n from 0 to 5. */
 void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t count, double *error);
 
 /* The same of the sampled loop, in the order of docs/theory.md, 7, from samples of the angle [rad] and of

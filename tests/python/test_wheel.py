@@ -1,8 +1,8 @@
 """`pip wheel .` makes one wheel for every Python of the platform; it runs in an empty virtual environment where no compiler is to
 be found, with the bits of the program `lagless`.
 
-usage: test_wheel.py LAGLESS FOLDER     run by a Python that has scikit-build-core. Ends with 77, skipped, without it, or where
-numpy cannot be had from the package index."""
+usage: test_wheel.py LAGLESS FOLDER [LIBRARY]     run by a Python that has scikit-build-core. Ends with 77, skipped, without it, or
+where numpy cannot be had from the package index. With LIBRARY, the one of this build, the wheel packs that and compiles nothing."""
 import importlib.util
 import json
 import os
@@ -19,7 +19,7 @@ if importlib.util.find_spec("scikit_build_core") is None:
     print("skipped: this Python has no scikit-build-core (tools/setup all installs it into build/venv)")
     sys.exit(77)
 
-LAGLESS, FOLDER = sys.argv[1], pathlib.Path(sys.argv[2]).absolute()
+LAGLESS, FOLDER, LIBRARY = sys.argv[1], pathlib.Path(sys.argv[2]).absolute(), (sys.argv[3:] or [None])[0]
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUIET = ("--quiet", "--disable-pip-version-check", "--no-input")
 SCENARIO = {"title": "as the program", "run": {"duration": "0.3 s"}, "requests": {"enable": "on", "speed_request": 20}}
@@ -52,7 +52,8 @@ class Wheel(unittest.TestCase):
         # Not optimised, and without what a debugger needs, which is stripped anyway: the bits are the same, and the optimised library is
         # python_package's.
         plain = [f"--config-settings=cmake.define.CMAKE_{language}_FLAGS_DEBUG=-O0" for language in ("C", "CXX")]
-        made = pip("wheel", *QUIET, "--no-deps", "--no-build-isolation", "--config-settings=cmake.build-type=Debug", *plain,
+        of = [f"--config-settings=cmake.define.LAGLESS_PYTHON_LIBRARY={LIBRARY}"] if LIBRARY else plain
+        made = pip("wheel", *QUIET, "--no-deps", "--no-build-isolation", "--config-settings=cmake.build-type=Debug", *of,
                    "--wheel-dir", str(FOLDER), str(ROOT))
         if made.returncode != 0:
             raise AssertionError(made.stdout + made.stderr)

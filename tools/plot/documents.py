@@ -4,8 +4,10 @@ docs/accuracy.md.
 
 usage: documents.py FOLDER DOCS            rewrites what stands between each two marks, copies the pictures to DOCS
        documents.py FOLDER DOCS --check    only says whether that is up to date
+                        [--only FILE]      of this document, paper.md or accuracy.md, alone
 
-FOLDER is that of a report of `lagless paper`. Ends with 0 done or up to date, 1 not up to date, 2 wrong use or input.
+FOLDER is that of a report of `lagless paper`; for paper.md it may lack the map, beyond_map, which is nine tenths of the time. Ends
+with 0 done or up to date, 1 not up to date, 2 wrong use or input.
 Python 3.9, standard library.
 """
 import argparse
@@ -19,6 +21,7 @@ BEGIN = "<!-- begin: written by tools/plot/documents.py -->\n"
 BEGIN_MAP = "<!-- begin: the map, written by tools/plot/documents.py -->\n"
 END = "<!-- end -->\n"
 PICTURES = ("fig12", "fig14")
+MAP = "beyond_map"
 
 
 def number(value):
@@ -28,7 +31,7 @@ def number(value):
 
 
 def block(report):
-    rows = report["rows"]
+    rows = [row for row in report["rows"] if row["figure"] != MAP]
     verdicts = [row["verdict"] for row in rows]
     counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts))
     titles = {figure["id"]: figure["title"] for figure in report["figures"]}
@@ -73,6 +76,18 @@ def map_block(table):
     return "\n".join(lines) + "\n"
 
 
+def paper_block(folder):
+    return block(json.loads((folder / "report.json").read_text(encoding="utf-8")))
+
+
+def accuracy_block(folder):
+    with open(folder / "data" / f"{MAP}.csv", encoding="utf-8", newline="") as file:
+        return map_block(csv.DictReader(file))
+
+
+WRITTEN = {"paper.md": (BEGIN, paper_block), "accuracy.md": (BEGIN_MAP, accuracy_block)}
+
+
 def put(text, mark, fresh):
     """The text with the fresh block between its marks; None without them."""
     before, begin, rest = text.partition(mark)
@@ -85,11 +100,11 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("docs", type=pathlib.Path)
     parser.add_argument("--check", action="store_true", help="write nothing")
+    parser.add_argument("--only", choices=list(WRITTEN), metavar="FILE", help="this document alone")
     options = parser.parse_args()
+    wanted = [options.only] if options.only else list(WRITTEN)
     try:
-        report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
-        with open(options.folder / "data" / "beyond_map.csv", encoding="utf-8", newline="") as file:
-            blocks = {"paper.md": (BEGIN, block(report)), "accuracy.md": (BEGIN_MAP, map_block(csv.DictReader(file)))}
+        blocks = {name: (WRITTEN[name][0], WRITTEN[name][1](options.folder)) for name in wanted}
         texts = {name: (options.docs / name).read_text(encoding="utf-8") for name in blocks}
     except (OSError, ValueError, KeyError) as error:
         print(f"documents.py: {options.folder} or {options.docs}: {error!r}", file=sys.stderr)
@@ -106,7 +121,7 @@ def main():
             stale = 1
         if not options.check:
             (options.docs / name).write_text(fresh, encoding="utf-8")
-    for name in () if options.check else PICTURES:
+    for name in PICTURES if not options.check and "paper.md" in wanted else ():
         shutil.copyfile(options.folder / "pictures" / f"{name}.png", options.docs / f"{name}.png")
     return stale
 

@@ -1,0 +1,13 @@
+/* The exponential of a matrix, in double precision (Eigen). Compiling it takes several seconds, so it is
+ * compiled once: a smaller system stands in the top left corner, zeros around it. */
+#ifndef TESTS_ORACLE_EXPONENTIAL_H
+#define TESTS_ORACLE_EXPONENTIAL_H
+
+#include <Eigen/Dense>
+
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+Matrix9 oracle_exponential(const Matrix9 &matrix);
+
+#endif

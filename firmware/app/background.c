@@ -60,14 +60,14 @@ static void look(void)
     hal_interrupts_on();
 }
 
-/* The tuning of a set, with what is believed, to be offered: the one place that writes the offer. An earlier
+/* The tuning of a set, with what is believed, to be offered: the one place that writes it. An earlier
  * one that has not been taken yet is withdrawn. */
 static void tune(const params_t *params, const believed_t *believed)
 {
     app->believed = *believed;
     app->believed_at = app->seen.period;
     drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
-    drive_prepare(&app->drive.offer, params, believed);
+    drive_prepare(drive_idle_tuning(&app->drive), params, believed);
 }
 
 /* What is believed beside a set: what was learnt, or what the set itself says if it cannot run on that. */

@@ -48,11 +48,19 @@ static void show(drive_t *drive)
 
 /* ---- the tasks ---- */
 
-/* The medium task takes its part when it begins, which is before the background goes on: until then nobody
- * writes the offer. */
+static fast_orders_t orders_of(const drive_t *drive)
+{
+    return (fast_orders_t){&drive->tunings[drive->in_force].fast, &drive->setpoints[drive->acting]};
+}
+
+/* The tuning that was in force until now stays as it is until the medium task has begun, which is before the
+ * background goes on. */
 static void take_tuning(drive_t *drive, uint32_t encoder_count)
 {
-    fast_set_tuning(&drive->fast, &drive->offer.fast, encoder_count);
+    const uint32_t before = drive->in_force;
+    drive->in_force = before ^ 1u;
+    fast_set_tuning(&drive->fast, &drive->tunings[before].fast, &drive->tunings[drive->in_force].fast,
+                    encoder_count);
     drive->taken = 1u;
     drive->offered = 0u;
 }
@@ -67,20 +75,24 @@ static bool turn_window(drive_t *drive, uint32_t encoder_count)
         fast_miss(&drive->fast);
         return false;
     }
-    fast_close(&drive->fast, &drive->window);
+    const setpoint_t *before = &drive->setpoints[drive->acting];
+    fast_close(&drive->fast, before, &drive->window);
     if (drive->offered != 0u) {
         take_tuning(drive, encoder_count);
     }
     show(drive);
     drive->opens = (int32_t)REASON_NONE;
-    fast_take(&drive->fast, &drive->medium.setpoint);
+    drive->acting ^= 1u;
+    const fast_orders_t orders = orders_of(drive);
+    fast_take(&drive->fast, &orders, before);
     drive->handed++;
     return true;
 }
 
 bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
-    fast_step(&drive->fast, samples, drive->opens, command);
+    const fast_orders_t orders = orders_of(drive);
+    fast_step(&drive->fast, &orders, samples, drive->opens, command);
     if (drive->fast.stop.reason != (int32_t)REASON_NONE) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
@@ -94,11 +106,13 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 void drive_medium_step(drive_t *drive)
 {
     const bool was_fault = drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
+    const medium_tuning_t *tuning = &drive->tunings[drive->in_force].medium;
     if (drive->taken != 0u) {
-        medium_set_tuning(&drive->medium, &drive->offer.medium);
+        medium_set_tuning(&drive->medium, tuning);
         drive->taken = 0u;
     }
-    medium_step(&drive->medium, &drive->window, &drive->requests);
+    medium_step(&drive->medium, tuning, &drive->window, &drive->requests);
+    drive->setpoints[drive->acting ^ 1u] = drive->medium.setpoint;
     if (!was_fault && drive->medium.sequence.state == (int32_t)DRIVE_FAULT) {
         drive->opens = drive->medium.sequence.fault_reason;
     }
@@ -113,9 +127,12 @@ void drive_init(drive_t *drive, const params_t *params)
     CHECK(params_check(params, &why));
     memset(drive, 0, sizeof *drive);
     const believed_t believed = params_believed(params);
-    drive_prepare(&drive->offer, params, &believed);
-    medium_init(&drive->medium, &drive->offer.medium);
-    fast_init(&drive->fast, &drive->offer.fast, &drive->medium.setpoint);
+    drive_prepare(&drive->tunings[0], params, &believed);
+    medium_init(&drive->medium, &drive->tunings[0].medium);
+    drive->setpoints[0] = drive->medium.setpoint;
+    drive->setpoints[1] = drive->medium.setpoint;
+    const fast_orders_t orders = orders_of(drive);
+    fast_init(&drive->fast, &orders);
     requests_defaults(&drive->requests);
     capture_tuning_t history;
     CHECK(capture_prepare(&signals_history, &signals_table, &history) == (uint32_t)CAPTURE_GOOD);

@@ -19,8 +19,9 @@
  * it from the encoder's angle; without, nothing of the encoder is used, and a manoeuvre brings the rotor to
  * where its EMF can be tracked (drive/manoeuvres.h). Control turns with the frame that the setpoint names.
  *
- * Parameters change by a flip: the background prepares the tuning of a new set and offers it; it is taken
- * whole with the end of the window. */
+ * Parameters change by a flip: of two tunings the one is in force, and the background prepares a new set in
+ * the other and offers it; at the end of a window the fast task turns one index, and what was in force is
+ * idle. */
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
@@ -45,10 +46,12 @@ typedef struct {
     medium_t medium;
 
     /* what goes from the one to the other, beside the setpoint, which is the medium task's */
-    window_t window; /* the newest that is closed; the medium task reads it until it is done */
-    uint32_t handed; /* [windows] closed and handed over, by the fast task */
-    uint32_t done;   /* [windows] whose setpoint is ready, by the medium task */
-    int32_t opens;   /* [-] reason_t by which the medium task opens the bridge before its setpoint acts */
+    window_t window;         /* the newest that is closed; the medium task reads it until it is done */
+    uint32_t handed;         /* [windows] closed and handed over, by the fast task */
+    uint32_t done;           /* [windows] whose setpoint is ready, by the medium task */
+    setpoint_t setpoints[2]; /* what the medium task has made: the one in force, and the next */
+    uint32_t acting;         /* [-] index of the one in force, by the fast task */
+    int32_t opens; /* [-] reason_t by which the medium task opens the bridge before its setpoint acts */
 
     /* what is shown of the state machine: as the medium task has left it, from where its setpoint acts, and
      * at once what has opened the bridge */
@@ -58,9 +61,10 @@ typedef struct {
 
     /* from outside */
     requests_t requests;
-    uint32_t offered; /* [-] 1: the background offers a tuning, which is taken with the end of the window */
-    uint32_t taken;   /* [-] 1: the fast task has taken its part of the offer, the medium task has not */
-    drive_tuning_t offer;
+    uint32_t offered;  /* [-] 1: the background offers a tuning, which is taken with the end of the window */
+    uint32_t taken;    /* [-] 1: the medium task has not seen the tuning in force yet */
+    uint32_t in_force; /* [-] index of the tuning in force, by the fast task */
+    drive_tuning_t tunings[2];
 
     drive_fault_log_t log;
     capture_t capture; /* unless armed for something else: the rows of signals_history; a fault holds it, its
@@ -70,9 +74,15 @@ typedef struct {
 /* All state zero, in not ready, requests off. The set must be good (checked). */
 void drive_init(drive_t *drive, const params_t *params);
 
-/* Between two periods: the tuning that the background has prepared in drive->offer is taken with the end of
- * the window under way. Control states are kept, so a running drive goes on smoothly. While one is offered,
- * `offer` must not be written: drive_withdraw() first. */
+/* The tuning that is not in force: while none is offered it is the background's to write. */
+static inline drive_tuning_t *drive_idle_tuning(drive_t *drive)
+{
+    return &drive->tunings[drive->in_force ^ 1u];
+}
+
+/* Between two periods: the tuning that the background has prepared in drive_idle_tuning() is taken with the
+ * end of the window under way. Control states are kept, so a running drive goes on smoothly. While one is
+ * offered it must not be written: drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);
 

@@ -12,87 +12,85 @@
 #define LIMITED_SHARE 0.05f
 
 /* What is learnt of motor, load and inverter, to who works with it. */
-static void tell_models(fast_t *fast)
+static void tell_models(fast_t *fast, const fast_orders_t *orders)
 {
-    const setpoint_t *setpoint = &fast->setpoint;
+    const setpoint_t *setpoint = orders->setpoint;
     chosen_set_flux(&fast->estimator, setpoint->flux_linkage, setpoint->speed_per_volt);
-    inverter_set_dead_time(&fast->inverter, setpoint->dead_time);
+    inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->dead_time);
 }
 
-void fast_init(fast_t *fast, const fast_tuning_t *tuning, const setpoint_t *setpoint)
+void fast_init(fast_t *fast, const fast_orders_t *orders)
 {
+    const fast_tuning_t *tuning = orders->tuning;
     memset(fast, 0, sizeof *fast);
-    fast->setpoint = *setpoint;
-    measure_init(&fast->measure, &tuning->measure);
-    guard_init(&fast->trips, &tuning->guard);
+    measure_init(&fast->measure);
+    guard_init(&fast->trips);
     inverter_init(&fast->inverter, &tuning->inverter);
-    doubt_init(&fast->doubt, &tuning->doubt);
+    doubt_init(&fast->doubt);
     current_control_init(&fast->current_control, &tuning->current_control);
-    reference_init(&fast->reference, &tuning->reference);
+    reference_init(&fast->reference);
     link_init(&fast->link, &tuning->link);
-    fast_set_tuning(fast, tuning, 0u);
+    encoder_reset(&fast->encoder, &tuning->encoder, 0u);
+    fast_set_tuning(fast, tuning, tuning, 0u);
+    tell_models(fast, orders);
     chosen_reset(&fast->estimator, fast->encoder_position, fast->measure.measured.current);
 }
 
-void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder_count)
+void fast_set_tuning(fast_t *fast, const fast_tuning_t *before, const fast_tuning_t *tuning,
+                     uint32_t encoder_count)
 {
-    measure_take(&fast->measure, &tuning->measure);
-    guard_take(&fast->trips, &tuning->guard);
-    encoder_take(&fast->encoder, &tuning->encoder, encoder_count);
+    measure_take(&fast->measure);
+    encoder_take(&fast->encoder, &before->encoder, &tuning->encoder, encoder_count);
     chosen_take(&fast->estimator, &tuning->estimator);
     inverter_take(&fast->inverter, &tuning->inverter);
-    fast->doubt.tuning = tuning->doubt;
     current_control_take(&fast->current_control, &tuning->current_control);
-    reference_set_tuning(&fast->reference, &tuning->reference);
     link_take(&fast->link, &tuning->link);
-    still_watch_take(&fast->still_watch, &tuning->still_watch);
-    fast->limits = tuning->limits;
-    tell_models(fast);
 }
 
 /* ---- the setpoint ---- */
 
 /* What heat and DC link leave of i_q, on the side of the speed. */
-static void limit(fast_t *fast)
+static void limit(fast_t *fast, const setpoint_t *setpoint)
 {
-    const float most = fast->setpoint.current_limit;
+    const float most = setpoint->current_limit;
     const float braking = bounds_clamp(fast->link.braking, most);
     const float asked = bounds_clamp(fast->link.driving, most);
     const float least = braking < 0.0f ? -braking : 0.0f; /* what a full link gives away */
-    const float driving = fast->setpoint.only_brakes != 0u && asked > least ? least : asked;
+    const float driving = setpoint->only_brakes != 0u && asked > least ? least : asked;
     const bool backwards = fast->omega_m < 0.0f;
     fast->lower = backwards ? -driving : -braking;
     fast->upper = backwards ? braking : driving;
 }
 
-void fast_take(fast_t *fast, const setpoint_t *setpoint)
+void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *before)
 {
-    const int32_t calibrated = fast->setpoint.calibrate;
+    const setpoint_t *setpoint = orders->setpoint;
     fast->medium_late = 0u;
-    fast->setpoint = *setpoint;
-    reference_take(&fast->reference, setpoint);
-    tell_models(fast);
+    reference_take(&fast->reference, &orders->tuning->reference, setpoint);
+    tell_models(fast, orders);
     fast->link.sunk = setpoint->link_sunk;
     fast->link.low = setpoint->link_low;
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->open_since) >= 0) {
         fast->open = 0u;
     }
-    if (setpoint->calibrate != calibrated) {
+    if (setpoint->calibrate != before->calibrate) {
         fast->calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
         }
     }
-    limit(fast);
+    if (fast->link.limits == 0u || fast->on == 0u) { /* else bound() does it in this period */
+        limit(fast, setpoint);
+    }
 }
 
 /* ---- where the rotor is ---- */
 
 /* Is what acted too uncertain to track by? */
-static inline bool doubtful(fast_t *fast, const inverter_acted_t *acted)
+static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inverter_acted_t *acted)
 {
     const estimate_t *last = &fast->estimator.estimate;
-    const setpoint_t *setpoint = &fast->setpoint;
+    const setpoint_t *setpoint = orders->setpoint;
     const doubt_input_t input = {
         .current = acted->current,
         .leg = acted->leg,
@@ -105,72 +103,76 @@ static inline bool doubtful(fast_t *fast, const inverter_acted_t *acted)
         .gained = setpoint->gained,
         .foreseen = setpoint->foreseen,
     };
-    return doubt_step(&fast->doubt, &input);
+    return doubt_step(&fast->doubt, &orders->tuning->doubt, &input);
 }
 
 /* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
  * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
  * it: in the frame of t_k-1 a part of i_d is in it. */
-static void follow_load(fast_t *fast)
+static void follow_load(fast_t *fast, const setpoint_t *setpoint)
 {
     if (fast->reference.tracking == 0u) {
         fast->load = 0.0f;
     } else {
         const float i_q =
             frames_park(fast->measure.measured.current, fast->estimator.estimate.frame.rotation).q;
-        fast->load = lowpass_step(fast->load, fast->setpoint.load_share, i_q);
+        fast->load = lowpass_step(fast->load, setpoint->load_share, i_q);
     }
     chosen_set_load(&fast->estimator, fast->load);
 }
 
-static void estimate(fast_t *fast)
+static void estimate(fast_t *fast, const fast_orders_t *orders)
 {
     const measured_t *measured = &fast->measure.measured;
-    const inverter_acted_t acted = inverter_acted(&fast->inverter, measured->current, measured->u_dc);
+    const inverter_acted_t acted =
+        inverter_acted(&fast->inverter, &orders->tuning->inverter, measured->current, measured->u_dc);
     fast->acted = acted.voltage;
     fast->link_mean = acted.link;
     fast->dead_voltage = acted.leg;
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, acted.voltage, measured->current, reference_speed(&fast->reference));
-    } else if (doubtful(fast, &acted)) {
+    } else if (doubtful(fast, orders, &acted)) {
         (void)chosen_coast(&fast->estimator, acted.voltage, measured->current);
     } else {
         (void)chosen_step(&fast->estimator, acted.voltage, measured->current);
     }
-    follow_load(fast);
+    follow_load(fast, orders->setpoint);
 }
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
  * proportional part, whose noise would come back through the speed control. */
-void fast_believe(fast_t *fast)
+void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     const reference_t *reference = &fast->reference;
     fast->rotor = reference_rotor(reference, &fast->encoder_frame, estimate);
-    const bool smooth = fast->limits.smooth != 0u && reference_tracks(reference);
-    fast->omega_m = (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * fast->limits.pole_pairs_inverse;
+    const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
+    fast->omega_m =
+        (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
 }
 
 /* While the bridge is off nothing is known of the voltage: the estimator rests. */
-static void locate(fast_t *fast)
+static void locate(fast_t *fast, const fast_orders_t *orders)
 {
-    fast->encoder_position = encoder_step(&fast->encoder, fast->measure.measured.encoder_count);
+    const fast_tuning_t *tuning = orders->tuning;
+    fast->encoder_position =
+        encoder_step(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count);
     if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
         fast->encoder_frame = (frame_t){fast->encoder_position.theta_e, fast->encoder_position.omega_e,
                                         trig_turn(fast->encoder_position.theta_e)};
     }
-    reference_advance(&fast->reference);
+    reference_advance(&fast->reference, &tuning->reference);
     if (fast->estimating != 0u) {
-        estimate(fast);
+        estimate(fast, orders);
     }
-    fast_believe(fast);
+    fast_believe(fast, tuning);
 }
 
 /* ---- control ---- */
 
 /* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
  * the next step goes on from there. */
-static void demand(fast_t *fast, bool left)
+static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
     const reference_input_t input = {
@@ -184,7 +186,7 @@ static void demand(fast_t *fast, bool left)
     };
     reference_t *reference = &fast->reference;
     const frame_t last = fast->demand.frame;
-    reference_step(reference, &fast->setpoint, &input, &fast->demand);
+    reference_step(reference, &orders->tuning->reference, orders->setpoint, &input, &fast->demand);
     if (reference->locking != 0u) {
         chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
     }
@@ -203,38 +205,44 @@ static void demand(fast_t *fast, bool left)
 }
 
 /* Within what heat and DC link leave, and with the dither from whose answer is learnt. */
-static void bound(fast_t *fast)
+static void bound(fast_t *fast, const fast_orders_t *orders)
 {
+    const link_tuning_t *tuning = &orders->tuning->link;
+    const setpoint_t *setpoint = orders->setpoint;
+    const float u_dc = fast->measure.measured.u_dc;
     const int32_t source = fast->reference.source;
-    if (link_is_near(&fast->link, fast->measure.measured.u_dc)) {
+    if (link_is_near(&fast->link, tuning, u_dc)) {
         /* in a forced frame the limits of i_q do not act: the rotor feeds nothing on their behalf */
-        link_limit(&fast->link, fast->measure.measured.u_dc,
-                   source == (int32_t)SOURCE_FORCED ? 0.0f : fast->omega_m);
-        limit(fast);
+        link_limit(&fast->link, tuning, u_dc, source == (int32_t)SOURCE_FORCED ? 0.0f : fast->omega_m);
+        limit(fast, setpoint);
     }
     if (source == (int32_t)SOURCE_ESTIMATE || source == (int32_t)SOURCE_ENCODER) {
         dq_t *current = &fast->demand.current;
         const float below = current->q < fast->upper ? current->q : fast->upper;
-        current->q = (below > fast->lower ? below : fast->lower) + fast->setpoint.dither.q;
-        current->d += fast->setpoint.dither.d;
+        current->q = (below > fast->lower ? below : fast->lower) + setpoint->dither.q;
+        current->d += setpoint->dither.d;
     }
 }
 
 /* Field-oriented control: a demand in, duties out. */
-static abc_t control(fast_t *fast)
+static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
 {
     const frame_t *frame = &fast->demand.frame;
     const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
     const dq_t asked = current_control_step(&fast->current_control, fast->demand.current, fast->current,
                                             frame->omega_e, fast->demand.emf);
     const inverter_made_t made =
-        inverter_make(&fast->inverter, frames_inverse_park(asked, acting),
+        inverter_make(&fast->inverter, &tuning->inverter, frames_inverse_park(asked, acting),
                       frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
-    const dq_t missing = frames_park(made.missing, acting);
-    const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
-    fast->limited =
-        bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
-    fast->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
+    fast->voltage = asked;
+    fast->limited = 0u;
+    if (made.cut) {
+        const dq_t missing = frames_park(made.missing, acting);
+        const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
+        fast->limited =
+            bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
+        fast->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
+    }
     current_control_applied(&fast->current_control, fast->voltage);
     return made.duty;
 }
@@ -243,12 +251,12 @@ static abc_t control(fast_t *fast)
  * supply through the lower switches, the gates come on a period later, for a pulse that a duty of zero finds
  * begun is ended by the one after, and those switches alone are on for a while. A rotor that turns is shorted
  * by that: where current flows, control takes over at once, in whose zero vectors the charging goes on. */
-static bool comes_on(fast_t *fast)
+static bool comes_on(fast_t *fast, const fast_limits_t *limits)
 {
-    const bool charges = fast->limits.charge_periods != 0u;
+    const bool charges = limits->charge_periods != 0u;
     const uint32_t gates_at = charges ? UINT32_C(3) : UINT32_C(2);
     if (fast->on == 0u) {
-        fast->charging = fast->limits.charge_periods;
+        fast->charging = limits->charge_periods;
     }
     fast->on += fast->on < FAST_ON ? 1u : 0u;
     fast->command.gates = (int32_t)(fast->on < gates_at    ? GATES_OFF
@@ -271,35 +279,37 @@ static void begin_estimate(fast_t *fast)
     fast->estimating = 1u;
 }
 
-static void run(fast_t *fast, bool left)
+static void run(fast_t *fast, const fast_orders_t *orders, bool left)
 {
-    const bool comes = (fast->on < FAST_ON || fast->charging != 0u) && comes_on(fast);
+    const bool comes =
+        (fast->on < FAST_ON || fast->charging != 0u) && comes_on(fast, &orders->tuning->limits);
     if (fast->on >= FAST_ON) {
         fast->command.gates = (int32_t)GATES_KEEP;
     }
     if (!comes && fast->estimating == 0u) {
         begin_estimate(fast);
     }
-    demand(fast, left);
-    bound(fast);
-    fast->command.duty = fast->charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast);
+    demand(fast, orders, left);
+    bound(fast, orders);
+    fast->command.duty = fast->charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders->tuning);
 }
 
 /* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
  * slowly may feed the link with what seems to be one. */
-static void calibrate(fast_t *fast, const drive_samples_t *samples)
+static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
 {
+    const fast_tuning_t *tuning = orders->tuning;
     measure_t *measure = &fast->measure;
-    switch ((calibrate_t)fast->setpoint.calibrate) {
+    switch ((calibrate_t)orders->setpoint->calibrate) {
     case CALIBRATE_ALL:
         if (fast->calibration == (int32_t)CALIBRATION_GOES_ON) {
-            fast->calibration = (int32_t)measure_calibrate(measure, samples);
+            fast->calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
         }
         break;
     case CALIBRATE_BLOCKS:
-        if (measure->measured.u_dc < fast->limits.dc_undervoltage) {
+        if (measure->measured.u_dc < tuning->limits.dc_undervoltage) {
             measure_begin_rest(measure);
-        } else if (measure_rest(measure, samples, fast->setpoint.trim)) {
+        } else if (measure_rest(measure, &tuning->measure, samples, orders->setpoint->trim)) {
             fast->offsets = 1u;
         }
         fast->calibration = measure->rest.found;
@@ -309,10 +319,10 @@ static void calibrate(fast_t *fast, const drive_samples_t *samples)
     }
 }
 
-static void rest(fast_t *fast, const drive_samples_t *samples)
+static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
 {
     const dq_t none = {0.0f, 0.0f};
-    const bool encoder = fast->setpoint.source == (int32_t)SOURCE_ENCODER;
+    const bool encoder = orders->setpoint->source == (int32_t)SOURCE_ENCODER;
     if (fast->on != 0u) {
         measure_begin_rest(&fast->measure);
     }
@@ -320,17 +330,35 @@ static void rest(fast_t *fast, const drive_samples_t *samples)
     fast->runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    fast_believe(fast);
+    fast_believe(fast, orders->tuning);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
     fast->voltage = none;
     fast->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
     fast->command.gates = (int32_t)GATES_OFF;
-    calibrate(fast, samples);
+    calibrate(fast, orders, samples);
 }
 
 /* ---- the window ---- */
+
+/* Field by field: the compiler would call for a routine that clears memory. */
+static void begin_sums(window_sums_t *sum)
+{
+    const ab_t none = {0.0f, 0.0f};
+    sum->periods = 0u;
+    sum->tracked = 0u;
+    sum->unsound = 0u;
+    sum->moved = 0u;
+    sum->limited = 0u;
+    sum->failed = fault_set_none();
+    sum->scatter = 0.0f;
+    sum->voltage = none;
+    sum->current = none;
+    sum->emf = none;
+    sum->emf_hat = none;
+    sum->reference = (dq_t){0.0f, 0.0f};
+}
 
 static void sum_up(fast_t *fast)
 {
@@ -358,42 +386,57 @@ static void sum_up(fast_t *fast)
     sum->reference.q += fast->demand.current.q;
 }
 
-void fast_close(fast_t *fast, window_t *window)
+/* What was seen at its last period, field by field: a whole struct would be cleared first, or copied twice.
+ */
+static void see(const fast_t *fast, window_t *window)
 {
-    const catch_t *catching = &fast->reference.catching;
+    window->measured = fast->measure.measured;
+    window->estimate = fast->estimator.estimate;
+    window->encoder = fast->encoder_position;
+    window->frame = fast->demand.frame;
+    window->rotor = fast->rotor;
+    window->omega_m = fast->omega_m;
+    window->current = fast->current;
+    window->reference = fast->demand.current;
+    window->omega_m_ref = fast->demand.omega_m_ref;
+    window->link = fast->link_mean;
+    window->lower = fast->lower;
+    window->upper = fast->upper;
+    window->link_slow = fast->link.slow;
+    window->link_limits = fast->link.limits;
+}
+
+static void see_catch(const reference_t *reference, window_catch_t *seen)
+{
+    const catch_t *catching = &reference->catching;
+    seen->outcome = reference->outcome;
+    seen->turning = catching->turning;
+    seen->periods_beyond = catching->periods_beyond;
+    seen->length = catching->length;
+    seen->emf = catching->emf;
+    seen->cross = catching->cross;
+    seen->cross_min = catching->cross_min;
+}
+
+void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
+{
     fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
-    *window = (window_t){
-        .number = fast->windows,
-        .period = fast->period,
-        .setpoint = fast->setpoint.number,
-        .sum = fast->sum,
-        .measured = fast->measure.measured,
-        .estimate = fast->estimator.estimate,
-        .encoder = fast->encoder_position,
-        .frame = fast->demand.frame,
-        .rotor = fast->rotor,
-        .omega_m = fast->omega_m,
-        .current = fast->current,
-        .reference = fast->demand.current,
-        .omega_m_ref = fast->demand.omega_m_ref,
-        .link = fast->link_mean,
-        .lower = fast->lower,
-        .upper = fast->upper,
-        .link_slow = fast->link.slow,
-        .link_limits = fast->link.limits,
-        .catching = {fast->reference.outcome, catching->turning, catching->periods_beyond, catching->length,
-                     catching->emf, catching->cross, catching->cross_min},
-        .calibration = fast->calibration,
-        .offsets = fast->offsets,
-        .estimating = fast->estimating,
-        .tracking = fast->reference.tracking,
-        .bridge = (int32_t)(fast->on < FAST_ON     ? BRIDGE_OFF
-                            : fast->charging != 0u ? BRIDGE_CHARGES
-                                                   : BRIDGE_ON),
-        .left = fast->left,
-        .stop = fast->stop,
-    };
-    fast->sum = (window_sums_t){0};
+    window->number = fast->windows;
+    window->period = fast->period;
+    window->setpoint = setpoint->number;
+    window->sum = fast->sum;
+    see(fast, window);
+    see_catch(&fast->reference, &window->catching);
+    window->calibration = fast->calibration;
+    window->offsets = fast->offsets;
+    window->estimating = fast->estimating;
+    window->tracking = fast->reference.tracking;
+    window->bridge = (int32_t)(fast->on < FAST_ON     ? BRIDGE_OFF
+                               : fast->charging != 0u ? BRIDGE_CHARGES
+                                                      : BRIDGE_ON);
+    window->left = fast->left;
+    window->stop = fast->stop;
+    begin_sums(&fast->sum);
     fast->windows++;
     fast->offsets = 0u;
     fast->left = (int32_t)JUMP_IGNORED;
@@ -402,27 +445,29 @@ void fast_close(fast_t *fast, window_t *window)
 
 void fast_miss(fast_t *fast)
 {
-    fast->sum = (window_sums_t){0};
+    begin_sums(&fast->sum);
     fast->medium_late++;
 }
 
-void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command)
+void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
+               drive_command_t *command)
 {
+    const setpoint_t *setpoint = orders->setpoint;
     if (opens != (int32_t)REASON_NONE) {
         fast_open_bridge(fast, fast->windows - 1u);
     }
     if (fast->period == 0u) {
-        encoder_reset(&fast->encoder, samples->encoder);
+        encoder_reset(&fast->encoder, &orders->tuning->encoder, samples->encoder);
     }
     fast->period++;
-    measure_step(&fast->measure, samples, fast->setpoint.trim);
-    locate(fast);
-    const bool left = fast_trip(fast);
+    measure_step(&fast->measure, samples, setpoint->trim);
+    locate(fast, orders);
+    const bool left = fast_trip(fast, orders);
     sum_up(fast);
-    if (fast->setpoint.gates != 0u && fast->open == 0u) {
-        run(fast, left);
+    if (setpoint->gates != 0u && fast->open == 0u) {
+        run(fast, orders, left);
     } else {
-        rest(fast, samples);
+        rest(fast, orders, samples);
     }
     inverter_remember(&fast->inverter, fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);

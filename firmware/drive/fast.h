@@ -88,7 +88,6 @@ typedef struct {
     float load;           /* [A] what of i_q carries the load: the tracking loop is not told of it */
     float lower, upper;   /* [A] limits of i_q, by heat and DC link */
     drive_command_t command;
-    setpoint_t setpoint; /* in force */
 
     measure_t measure;
     encoder_t encoder;
@@ -101,8 +100,6 @@ typedef struct {
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */
 
-    fast_limits_t limits; /* of the tuning */
-
     window_sums_t sum;   /* of the window under way */
     uint32_t windows;    /* [windows] closed */
     int32_t calibration; /* [-] calibration_t of the last period */
@@ -111,22 +108,31 @@ typedef struct {
     drive_fault_t stop;  /* by which the bridge was opened in this window */
 } fast_t;
 
-/* All state zero, these coefficients, and this setpoint. */
-void fast_init(fast_t *fast, const fast_tuning_t *tuning, const setpoint_t *setpoint);
+/* What is in force in a period; neither changes but with a window. */
+typedef struct {
+    const fast_tuning_t *tuning;
+    const setpoint_t *setpoint;
+} fast_orders_t;
 
-/* New coefficients between two periods; the state goes on. The sample that comes has this encoder count. */
-void fast_set_tuning(fast_t *fast, const fast_tuning_t *tuning, uint32_t encoder_count);
+/* All state zero, with these orders. */
+void fast_init(fast_t *fast, const fast_orders_t *orders);
 
-/* The first period of a window begins with this setpoint. */
-void fast_take(fast_t *fast, const setpoint_t *setpoint);
+/* Between two periods: other coefficients than `before`; the state goes on. The sample that comes has this
+ * encoder count. fast_take() follows. */
+void fast_set_tuning(fast_t *fast, const fast_tuning_t *before, const fast_tuning_t *tuning,
+                     uint32_t encoder_count);
+
+/* The first period of a window begins with these orders; `before`: the last setpoint. */
+void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *before);
 
 /* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE:
  * the bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and
  * modulator, one more when the voltage is limited. */
-void fast_step(fast_t *fast, const drive_samples_t *samples, int32_t opens, drive_command_t *command);
+void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
+               drive_command_t *command);
 
-/* The window's last period: its window, and the next one begins. */
-void fast_close(fast_t *fast, window_t *window);
+/* The last period of a window, with this setpoint: its window, and the next one begins. */
+void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window);
 
 /* The same without a window, for the medium task is not through with the last one: its sums are lost, and the
  * setpoint in force goes on acting. */

@@ -32,29 +32,30 @@ void fast_stop(fast_t *fast, int32_t reason)
 }
 
 /* An encoder whose angle moves as no rotor does: opened by its row, or left in this period. */
-static uint32_t watch_jump(fast_t *fast)
+static uint32_t watch_jump(fast_t *fast, const fast_orders_t *orders)
 {
+    const setpoint_t *setpoint = orders->setpoint;
     const bool watched =
-        fast->reference.source == (int32_t)SOURCE_ENCODER && fast->setpoint.jump != (int32_t)JUMP_IGNORED &&
+        fast->reference.source == (int32_t)SOURCE_ENCODER && setpoint->jump != (int32_t)JUMP_IGNORED &&
         (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
-    if (!watched || !encoder_watch_jumped(fast->limits.jump, fast->encoder.missed)) {
+    if (!watched || !encoder_watch_jumped(orders->tuning->limits.jump, fast->encoder.missed)) {
         return 0u;
     }
-    if (fast->setpoint.jump == (int32_t)JUMP_OPENS) {
+    if (setpoint->jump == (int32_t)JUMP_OPENS) {
         return ENCODER_WATCH_JUMP;
     }
-    const bool to_estimate = fast->setpoint.jump == (int32_t)JUMP_TO_ESTIMATE;
-    fast->left = fast->setpoint.jump;
+    const bool to_estimate = setpoint->jump == (int32_t)JUMP_TO_ESTIMATE;
+    fast->left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
-                            fast->setpoint.jump_periods);
-    fast_believe(fast);
+                            setpoint->jump_periods);
+    fast_believe(fast, orders->tuning);
     return 0u;
 }
 
 /* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
  * shows the gates on, whatever the medium task knows by then; that they never come on is for the sequence to
  * say. */
-static uint32_t moments(fast_t *fast)
+static uint32_t moments(fast_t *fast, const setpoint_t *setpoint)
 {
     if (fast->on < FAST_ON || fast->charging != 0u) {
         return GUARD_ALWAYS;
@@ -62,7 +63,7 @@ static uint32_t moments(fast_t *fast)
     if (fast->runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
         fast->runs = 1u;
     }
-    return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : fast->setpoint.moments;
+    return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : setpoint->moments;
 }
 
 static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong, uint32_t now)
@@ -76,11 +77,11 @@ static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wron
     };
 }
 
-static void judge_trips(fast_t *fast, uint32_t encoder_wrong, uint32_t now)
+static void judge_trips(fast_t *fast, const guard_tuning_t *tuning, uint32_t encoder_wrong, uint32_t now)
 {
     const guard_input_t input = trip_input(fast, encoder_wrong, now);
     const bool failed = fault_set_any(fast->trips.faults);
-    guard_step(&fast->trips, &input, FAULT_EACH);
+    guard_step_each(&fast->trips, tuning, &input);
     fast->sum.failed = fault_set_both(fast->sum.failed, fast->trips.faults);
     if (!failed && fault_set_any(fast->trips.faults)) {
         fast_stop(fast, guard_reason(fast->trips.faults));
@@ -89,13 +90,13 @@ static void judge_trips(fast_t *fast, uint32_t encoder_wrong, uint32_t now)
 
 /* A current sensor whose value does not change while control requires another current: the medium task would
  * be too late. */
-static void watch_still(fast_t *fast, uint32_t now)
+static void watch_still(fast_t *fast, const still_watch_tuning_t *tuning, uint32_t now)
 {
     const abc_t current = fast->measure.measured.current_abc;
-    if (still_watch_count(&fast->still_watch, &current) && (now & GUARD_RUNNING) != 0u) {
+    if (still_watch_count(&fast->still_watch, tuning, &current) && (now & GUARD_RUNNING) != 0u) {
         const dq_t asked = fast->demand.current;
         const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, wanted, current, fast->limited != 0u,
+        if (still_watch_judge(&fast->still_watch, tuning, wanted, current, fast->limited != 0u,
                               fast->measure.measured.u_dc)) {
             fast_stop(fast, REASON_CURRENT_STUCK);
         }
@@ -103,16 +104,17 @@ static void watch_still(fast_t *fast, uint32_t now)
 }
 
 /* The rows of the fault table that are judged in each period. true: the encoder has been left. */
-bool fast_trip(fast_t *fast)
+bool fast_trip(fast_t *fast, const fast_orders_t *orders)
 {
+    const fast_tuning_t *tuning = orders->tuning;
     const int32_t left = fast->left;
-    const uint32_t encoder_wrong = watch_jump(fast);
-    const uint32_t now = moments(fast);
+    const uint32_t encoder_wrong = watch_jump(fast, orders);
+    const uint32_t now = moments(fast, orders->setpoint);
     const guard_input_t input = trip_input(fast, encoder_wrong, now);
-    if (!guard_is_calm(&fast->trips, &input, FAULT_EACH)) {
-        judge_trips(fast, encoder_wrong,
+    if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
+        judge_trips(fast, &tuning->guard, encoder_wrong,
                     now); /* makes the input anew: kept, it would be stored in each period */
     }
-    watch_still(fast, now);
+    watch_still(fast, &tuning->still_watch, now);
     return fast->left != left;
 }

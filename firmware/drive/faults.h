@@ -5,7 +5,7 @@
  *   "what happened", "what to do")
  *
  *   number      permanent, append only: shared with the refusals of reasons.h
- *   quantity    field of guard_quantities_t
+ *   quantity    of drive/guard_quantities.h
  *   comparison  ABOVE, BELOW: of the limit; HOLDS: the quantity is a condition, there is no limit
  *   limit row   parameter that is the limit, "" with HOLDS; margin is added to it, in its unit
  *   rate        EACH: judged in each period by the fast task, which opens the bridge by itself; SLOW: once a
@@ -193,7 +193,7 @@ typedef enum { FAULT_ALWAYS, FAULT_RUNNING, FAULT_ENCODER, FAULT_TRACKING, FAULT
 typedef struct {
     int32_t reason;         /* [-] reason_t */
     const char *name;       /* of reason and fault */
-    const char *quantity;   /* field of guard_quantities_t */
+    const char *quantity;   /* of guard_quantities.h */
     const char *comparison; /* "ABOVE", "BELOW" or "HOLDS" */
     const char *limit;      /* row of the parameters; "": none */
     float margin;           /* [unit of the limit] */

@@ -58,10 +58,9 @@ guard_tuning_t guard_prepare(const params_t *params)
     return tuning;
 }
 
-void guard_init(guard_t *guard, const guard_tuning_t *tuning)
+void guard_init(guard_t *guard)
 {
     memset(guard, 0, sizeof *guard);
-    guard_take(guard, tuning);
 }
 
 /* The rows that count now. */
@@ -76,14 +75,14 @@ static fault_set_t counting(uint32_t now)
 }
 
 /* The rows of a rate that hold in this period, whether they count or not. */
-static inline fault_set_t rows_that_hold(const guard_t *guard, const guard_input_t *input, fault_rate_t asked)
+static inline fault_set_t rows_that_hold(const guard_tuning_t *tuning, const guard_input_t *input,
+                                         fault_rate_t asked)
 {
 #define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,       \
                     reaction, text, remedy)                                                                  \
-    if (FAULT_##rate == asked && GUARD_IF_##comparison(guard, now.quantity, NAME)) {                         \
+    if (FAULT_##rate == asked && GUARD_IF_##comparison(tuning, guard_##quantity(input), NAME)) {             \
         all.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_BIT(FAULT_##NAME);                                       \
     }
-    const guard_quantities_t now = guard_quantities_of(input);
     fault_set_t all = fault_set_none();
     DRIVE_FAULTS(FAULT_HOLDS)
 #undef FAULT_HOLDS
@@ -122,24 +121,27 @@ static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_
     return failed;
 }
 
-static inline void judge(guard_t *guard, const guard_input_t *input, fault_rate_t asked)
+static inline void judge(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input,
+                         fault_rate_t asked)
 {
-    const fault_set_t now = fault_set_common(rows_that_hold(guard, input, asked), counting(input->now));
+    const fault_set_t now = fault_set_common(rows_that_hold(tuning, input, asked), counting(input->now));
     guard->failed = rows_that_fail(guard, now, asked);
     guard->holding = now;
-}
-
-void guard_step(guard_t *guard, const guard_input_t *input, fault_rate_t rate)
-{
-    if (rate == FAULT_EACH) {
-        judge(guard, input, FAULT_EACH);
-    } else {
-        judge(guard, input, FAULT_SLOW);
-    }
     guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
     guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
     guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
     guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
+}
+
+/* Two functions, so that neither makes the quantities of the other's rows. */
+void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
+{
+    judge(guard, tuning, input, FAULT_EACH);
+}
+
+void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
+{
+    judge(guard, tuning, input, FAULT_SLOW);
 }
 
 int32_t guard_reason(fault_set_t faults)

@@ -73,7 +73,6 @@ typedef struct {
 #define GUARD_SUPPLIED     GUARD_MOMENT(FAULT_SUPPLIED)
 
 typedef struct {
-    guard_tuning_t tuning;
     uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
                               fails; of those that do not fail at once */
     fault_set_t holding;   /* rows that held when they were last judged */
@@ -90,18 +89,13 @@ float guard_limit(const fault_row_t *row, const params_t *params);
 /* The limits of this set. */
 guard_tuning_t guard_prepare(const params_t *params);
 
-/* These limits; nothing holds. */
-void guard_init(guard_t *guard, const guard_tuning_t *tuning);
+/* Nothing holds. */
+void guard_init(guard_t *guard);
 
-/* New limits; what is being counted goes on. */
-static inline void guard_take(guard_t *guard, const guard_tuning_t *tuning)
-{
-    guard->tuning = *tuning;
-}
-
-/* guard->faults, stops, losses and warnings of the rows of this rate, of which this guard has no other: in
- * each period, or once a window. While guard_is_calm(), it changes nothing. */
-void guard_step(guard_t *guard, const guard_input_t *input, fault_rate_t rate);
+/* guard->faults, stops, losses and warnings by these limits, of the rows of one rate, of which this guard has
+ * no other: in each period, where it changes nothing while guard_is_calm(); or once a window. */
+void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
+void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
 
 /* Reason number of the first of these rows; REASON_NONE: there is none. */
 int32_t guard_reason(fault_set_t faults);

@@ -15,10 +15,9 @@ measure_tuning_t measure_prepare(const params_t *params)
     };
 }
 
-void measure_init(measure_t *measure, const measure_tuning_t *tuning)
+void measure_init(measure_t *measure)
 {
     memset(measure, 0, sizeof *measure);
-    measure_take(measure, tuning);
 }
 
 void measure_begin_calibration(measure_t *measure)
@@ -68,7 +67,8 @@ static calibration_t judged(const measure_tuning_t *tuning, abc_t offset)
                : CALIBRATION_FAILED;
 }
 
-calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples)
+calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
+                                const drive_samples_t *samples)
 {
     measure_rest_t *rest = &measure->rest;
     if (measure->calibrated == 0u) {
@@ -78,17 +78,17 @@ calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *sampl
         return CALIBRATION_GOES_ON;
     }
     if (measure->calibrated >= SETTLE_PERIODS) {
-        measure->offset.a += measure->tuning.weight * samples->i_a;
-        measure->offset.b += measure->tuning.weight * samples->i_b;
-        measure->offset.c += measure->tuning.weight * samples->i_c;
-        collect(rest, samples, measure->tuning.weight, measure->calibrated == SETTLE_PERIODS);
+        measure->offset.a += tuning->weight * samples->i_a;
+        measure->offset.b += tuning->weight * samples->i_b;
+        measure->offset.c += tuning->weight * samples->i_c;
+        collect(rest, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
     }
     measure->calibrated++;
-    if (measure->calibrated < measure->tuning.periods) {
+    if (measure->calibrated < tuning->periods) {
         return CALIBRATION_GOES_ON;
     }
     rest->unsure = is_quiet(rest) ? 0u : 1u;
-    return judged(&measure->tuning, measure->offset);
+    return judged(tuning, measure->offset);
 }
 
 void measure_begin_rest(measure_t *measure)
@@ -107,7 +107,8 @@ static bool has_moved(const measure_t *measure, ab_t trim)
     return moved.alpha * moved.alpha + moved.beta * moved.beta > MEASURE_MOVED * MEASURE_MOVED;
 }
 
-bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)
+bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
+                  ab_t trim)
 {
     measure_rest_t *rest = &measure->rest;
     if (measure->measured.good == 0u) {
@@ -117,15 +118,15 @@ bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim)
     if (rest->periods <= SETTLE_PERIODS) {
         return false;
     }
-    collect(rest, samples, measure->tuning.weight, rest->periods == SETTLE_PERIODS + 1u);
-    if (rest->periods < measure->tuning.periods) {
+    collect(rest, samples, tuning->weight, rest->periods == SETTLE_PERIODS + 1u);
+    if (rest->periods < tuning->periods) {
         return false;
     }
     rest->periods = SETTLE_PERIODS;
     if (!is_quiet(rest)) {
         return false;
     }
-    const calibration_t found = judged(&measure->tuning, rest->mean);
+    const calibration_t found = judged(tuning, rest->mean);
     rest->found = (int32_t)found;
     const bool moved = has_moved(measure, trim);
     if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !moved)) {

@@ -68,7 +68,6 @@ typedef struct {
 } measure_rest_t;
 
 typedef struct {
-    measure_tuning_t tuning;
     abc_t offset;        /* [A] measured at zero current */
     uint32_t calibrated; /* [periods] of the calibration so far */
     measure_rest_t rest;
@@ -78,13 +77,12 @@ typedef struct {
 /* Coefficients. One division. */
 measure_tuning_t measure_prepare(const params_t *params);
 
-/* These coefficients; offsets zero, nothing measured. */
-void measure_init(measure_t *measure, const measure_tuning_t *tuning);
+/* Offsets zero, nothing measured. */
+void measure_init(measure_t *measure);
 
-/* New coefficients; offsets and a calibration under way go on, a block begins anew. */
-static inline void measure_take(measure_t *measure, const measure_tuning_t *tuning)
+/* Other coefficients from here on; offsets and a calibration under way go on, a block begins anew. */
+static inline void measure_take(measure_t *measure)
 {
-    measure->tuning = *tuning;
     measure->rest.periods = 0u;
 }
 
@@ -94,7 +92,8 @@ void measure_begin_calibration(measure_t *measure);
 /* A period of the calibration: the offsets become the mean of the currents while none flows. The first
  * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
  * than a sensor's may be. No division. */
-calibration_t measure_calibrate(measure_t *measure, const drive_samples_t *samples);
+calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
+                                const drive_samples_t *samples);
 
 /* The bridge comes on, or the link is too low to say that no current flows: what follows begins anew. */
 void measure_begin_rest(measure_t *measure);
@@ -102,7 +101,8 @@ void measure_begin_rest(measure_t *measure);
 /* A period with the bridge off. `trim` [A]: as in measure_step(). true: the offsets have moved and are those
  * of this block now, and the trim is to be 0. measure->rest.found CALIBRATION_FAILED: an offset is larger
  * than a sensor's may be. No division. */
-bool measure_rest(measure_t *measure, const drive_samples_t *samples, ab_t trim);
+bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
+                  ab_t trim);
 
 /* Is this sample one of a sensor that works? */
 static inline bool measure_is_good(const drive_samples_t *samples)

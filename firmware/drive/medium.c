@@ -87,14 +87,15 @@ void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop)
 /* ---- guard ---- */
 
 /* The moments in which rows of the fault table count, once the gates are on. */
-static uint32_t moments(const medium_t *medium)
+static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     if (!sequence_bridge_on(&medium->sequence)) {
         return GUARD_ALWAYS;
     }
     return GUARD_ALWAYS | GUARD_RUNNING | (m->sensorless != 0u ? 0u : GUARD_ENCODER) |
-           (manoeuvres_judged(m) ? GUARD_TRACKING : 0u) | (link_excuses(&medium->link) ? 0u : GUARD_SUPPLIED);
+           (manoeuvres_judged(m) ? GUARD_TRACKING : 0u) |
+           (link_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
 }
 
 /* Is the EMF beyond the link? It may be that of a sensor or a wire: while one is suspected its own row has
@@ -107,7 +108,7 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
 }
 
 /* The rows of the fault table that are judged once a window. */
-static void judge(medium_t *medium, const window_t *window)
+static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
@@ -118,7 +119,7 @@ static void judge(medium_t *medium, const window_t *window)
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
-        .unattended = medium->unattended > medium->unattended_max ? 1u : 0u,
+        .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
         .reported = medium->reported,
         .encoder_wrong = medium->encoder_wrong,
         .moves_wrong = medium->moves_wrong,
@@ -128,9 +129,9 @@ static void judge(medium_t *medium, const window_t *window)
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
-        .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium),
+        .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium, tuning),
     };
-    guard_step(&medium->guard, &input, FAULT_SLOW);
+    guard_step_slow(&medium->guard, &tuning->guard, &input);
 }
 
 /* ---- sequence ---- */
@@ -241,7 +242,7 @@ manoeuvres_input_t medium_manoeuvres_input(medium_t *medium, const window_t *win
 
 /* How the fast task's idea of the load follows i_q: not from the setpoint on that moves the reference until
  * the speed has arrived, for what i_q has beyond it then accelerates. */
-static float load_share(medium_t *medium, const window_t *window)
+static float load_share(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const inertia_t *inertia = &medium->inertia;
     const bool moves = medium->setpoint.omega_m_ref != medium->omega_m_ref;
@@ -250,13 +251,13 @@ static float load_share(medium_t *medium, const window_t *window)
     if (inertia->tuning.on == 0u || window->tracking == 0u) {
         return 0.0f;
     }
-    const float share = inertia_load_share(inertia, medium->load_follows, medium->load_most);
+    const float share = inertia_load_share(inertia, tuning->load_follows, tuning->load_most);
     /* the setpoint that has moved the reference is not in a window yet */
     return medium->still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
 /* What the fast task shall do, beside the manoeuvre's part. */
-static void set(medium_t *medium, const window_t *window, uint32_t order)
+static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t *window, uint32_t order)
 {
     setpoint_t *setpoint = &medium->setpoint;
     const sequence_t *sequence = &medium->sequence;
@@ -265,7 +266,7 @@ static void set(medium_t *medium, const window_t *window, uint32_t order)
                                     : sequence->state == (int32_t)DRIVE_FAULT   ? CALIBRATE_NOT
                                                                                 : CALIBRATE_BLOCKS);
     setpoint->trim = medium->offset_trim.offset;
-    setpoint->moments = moments(medium);
+    setpoint->moments = moments(medium, tuning);
     setpoint->jump = (int32_t)at_a_jump(medium, window);
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
@@ -274,7 +275,7 @@ static void set(medium_t *medium, const window_t *window, uint32_t order)
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =
         sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
-    setpoint->load_share = load_share(medium, window);
+    setpoint->load_share = load_share(medium, tuning, window);
     setpoint->load_seen = medium->inertia.load;
     setpoint->gained = inertia_gained(&medium->inertia, medium->means.omega);
     setpoint->foreseen = inertia_foreseen(&medium->inertia);
@@ -285,7 +286,8 @@ static void set(medium_t *medium, const window_t *window, uint32_t order)
     setpoint->link_low = medium->link.low;
 }
 
-void medium_step(medium_t *medium, const window_t *window, const requests_t *requests)
+void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                 const requests_t *requests)
 {
     setpoint_t *setpoint = &medium->setpoint;
     setpoint->number = window->number;
@@ -297,17 +299,17 @@ void medium_step(medium_t *medium, const window_t *window, const requests_t *req
     medium_learn(medium, window);
     medium_watch_currents(medium, window);
     medium_watch_motion(medium, window, requests);
-    medium_limit(medium, window, requests);
-    judge(medium, window);
+    medium_limit(medium, tuning, window, requests);
+    judge(medium, tuning, window);
     const uint32_t order = sequence(medium, window, requests);
     manoeuvre(medium, window, requests, order);
-    set(medium, window, order);
+    set(medium, tuning, window, order);
 }
 
 void medium_init(medium_t *medium, const medium_tuning_t *tuning)
 {
     memset(medium, 0, sizeof *medium);
-    guard_init(&medium->guard, &tuning->guard);
+    guard_init(&medium->guard);
     sequence_init(&medium->sequence, &tuning->sequence);
     manoeuvres_init(&medium->manoeuvres, &tuning->manoeuvres);
     offset_trim_init(&medium->offset_trim, &tuning->offset_trim);
@@ -327,16 +329,12 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
 
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
-    guard_take(&medium->guard, &tuning->guard);
-    medium->unattended_max = tuning->unattended_max;
     sequence_take(&medium->sequence, &tuning->sequence);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);
     inertia_take(&medium->inertia, &tuning->inertia);
     dead_time_learn_take(&medium->dead_time_learn, &tuning->dead_time_learn);
-    medium->load_most = tuning->load_most;
-    medium->load_follows = tuning->load_follows;
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
     encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&medium->motion_watch, &tuning->motion_watch);

@@ -61,10 +61,8 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
-    float load_most;    /* of the tuning [A] */
-    float load_follows; /* of the tuning [-] */
-    float omega_m_ref;  /* of the last setpoint [rad/s], mechanical */
-    uint32_t still;     /* [windows] for which that stands, up to those until it is in a window */
+    float omega_m_ref; /* of the last setpoint [rad/s], mechanical */
+    uint32_t still;    /* [windows] for which that stands, up to those until it is in a window */
 
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
@@ -77,12 +75,11 @@ typedef struct {
     link_t link;
     uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
 
-    uint32_t unattended;     /* [periods] since the background came round; 0: it never did */
-    uint32_t unattended_max; /* [periods] that it may stay away */
-    uint32_t reported;       /* [-] GUARD_CORRUPT_... and other bits, as the background has found */
-    drive_fault_t fault;     /* the last fault: what the drive saw when it stopped */
-    uint32_t faults;         /* [-] since power-on */
-    setpoint_t setpoint;     /* the newest */
+    uint32_t unattended; /* [periods] since the background came round; 0: it never did */
+    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as the background has found */
+    drive_fault_t fault; /* the last fault: what the drive saw when it stopped */
+    uint32_t faults;     /* [-] since power-on */
+    setpoint_t setpoint; /* the newest */
 } medium_t;
 
 /* All state zero, in not ready, these coefficients. */
@@ -91,8 +88,9 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning);
 /* New coefficients between two windows; the state goes on. */
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning);
 
-/* medium->setpoint from this window and what is requested. */
-void medium_step(medium_t *medium, const window_t *window, const requests_t *requests);
+/* medium->setpoint from this window and what is requested, with these coefficients. */
+void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                 const requests_t *requests);
 
 /* Latch a fault, with what was seen then; `window`: the newest. */
 void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop);

@@ -18,7 +18,8 @@ void medium_watch_currents(medium_t *medium, const window_t *window);
 void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests);
 
 /* What heat leaves of the current, what the DC link does, and the bridge off while a supply is lost. */
-void medium_limit(medium_t *medium, const window_t *window, const requests_t *requests);
+void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                  const requests_t *requests);
 
 /* What is seen at the end of the window, of a fault with this reason. */
 drive_fault_t medium_seen_in(const window_t *window, int32_t reason);

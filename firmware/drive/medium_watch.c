@@ -187,7 +187,8 @@ static void ride_through(medium_t *medium, const window_t *window, const request
     }
 }
 
-void medium_limit(medium_t *medium, const window_t *window, const requests_t *requests)
+void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                  const requests_t *requests)
 {
     thermal_add(&medium->thermal, window->measured.current_abc);
     if (thermal_is_due(&medium->thermal)) {
@@ -195,6 +196,6 @@ void medium_limit(medium_t *medium, const window_t *window, const requests_t *re
     }
     medium->link.slow = window->link_slow;
     medium->link.limits = window->link_limits;
-    link_look(&medium->link, window->measured.u_dc);
+    link_look(&medium->link, &tuning->link, window->measured.u_dc);
     ride_through(medium, window, requests);
 }

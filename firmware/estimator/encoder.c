@@ -23,9 +23,9 @@ void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
     tuning->step_gain = params->period * STEPS_PER_RADIAN;
 }
 
-void encoder_reset(encoder_t *encoder, uint32_t count)
+void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
 {
-    encoder->next = encoder_phase(encoder, count);
+    encoder->next = encoder_phase(tuning, count);
     encoder->omega_e = 0.0f;
     encoder->missed = 0.0f;
 }
@@ -36,11 +36,10 @@ static bool same_angles(const encoder_tuning_t *a, const encoder_tuning_t *b)
            a->rest_per_count == b->rest_per_count && a->first == b->first;
 }
 
-void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *before, const encoder_tuning_t *tuning,
+                  uint32_t count)
 {
-    const bool goes_on = same_angles(&encoder->tuning, tuning);
-    encoder->tuning = *tuning;
-    if (!goes_on) {
-        encoder_reset(encoder, count);
+    if (!same_angles(before, tuning)) {
+        encoder_reset(encoder, tuning, count);
     }
 }

@@ -52,8 +52,6 @@ typedef struct {
 } encoder_tuning_t;
 
 typedef struct {
-    encoder_tuning_t tuning;
-    /* state */
     uint32_t next; /* the angle expected at the next sample [2^-32 turns], electrical */
     float omega_e; /* [rad/s], electrical */
     float missed;  /* what the angle of the last sample was off the one expected [rad], electrical */
@@ -63,16 +61,16 @@ typedef struct {
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
 
 /* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
-void encoder_reset(encoder_t *encoder, uint32_t count);
+void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count);
 
-/* New coefficients. The speed loop goes on, unless a new offset, pole or count number gives the counts other
- * angles: it would take that for a motion, and starts again from the last `count`. */
-void encoder_take(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count);
+/* Other coefficients than `before`. The speed loop goes on, unless a new offset, pole or count number gives
+ * the counts other angles: it would take that for a motion, and starts again from the last `count`. */
+void encoder_take(encoder_t *encoder, const encoder_tuning_t *before, const encoder_tuning_t *tuning,
+                  uint32_t count);
 
 /* Electrical angle of the middle of a count step [2^-32 turns]. */
-static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)
+static inline uint32_t encoder_phase(const encoder_tuning_t *tuning, uint32_t count)
 {
-    const encoder_tuning_t *tuning = &encoder->tuning;
     uint32_t c = count < tuning->last_count ? count : tuning->last_count;
     return tuning->first + c * tuning->steps_per_count + ((c * tuning->rest_per_count) >> 16);
 }
@@ -85,13 +83,13 @@ static inline uint32_t encoder_phase(const encoder_t *encoder, uint32_t count)
 
 /* Position at t_k from the count latched there, 0..N-1 (N and above count as N-1). Straight line, no
  * division. */
-static inline position_t encoder_step(encoder_t *encoder, uint32_t count)
+static inline position_t encoder_step(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
 {
-    uint32_t phase = encoder_phase(encoder, count);
+    uint32_t phase = encoder_phase(tuning, count);
     float error = (float)(int32_t)(phase - encoder->next);
     encoder->missed = ENCODER_ANGLE_PER_STEP * error;
-    encoder->omega_e += encoder->tuning.speed_gain * error;
-    float moved = encoder->tuning.step_gain * encoder->omega_e + encoder->tuning.angle_gain * error;
+    encoder->omega_e += tuning->speed_gain * error;
+    float moved = tuning->step_gain * encoder->omega_e + tuning->angle_gain * error;
     encoder->next += (uint32_t)(int32_t)(bounds_within(moved, ENCODER_MOVE_LIMIT) ? moved : 0.0f);
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }

@@ -21,9 +21,3 @@ doubt_tuning_t doubt_prepare(const doubt_params_t *params)
         .miss_share = DOUBT_TURN / turn,
     };
 }
-
-void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning)
-{
-    doubt->tuning = *tuning;
-    doubt->left = 0u;
-}

@@ -56,7 +56,6 @@ typedef struct {
 } doubt_tuning_t;
 
 typedef struct {
-    doubt_tuning_t tuning;
     uint32_t left; /* [periods] for which the loop still coasts */
 } doubt_t;
 
@@ -77,12 +76,15 @@ typedef struct {
 /* Coefficients. Two divisions. */
 doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 
-/* These coefficients; no doubt. */
-void doubt_init(doubt_t *doubt, const doubt_tuning_t *tuning);
+/* No doubt. */
+static inline void doubt_init(doubt_t *doubt)
+{
+    doubt->left = 0u;
+}
 
 /* true: the tracking loop shall coast over this period. Straight line; no division. Inline: most of the time
  * it ends with its first compare. */
-static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
+static inline bool doubt_step(doubt_t *doubt, const doubt_tuning_t *tuning, const doubt_input_t *input)
 {
     const bool small = input->amplitude < DOUBT_EMF * input->leg;
     if (!small && doubt->left == 0u) {
@@ -91,23 +93,23 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_input_t *input)
     const abc_t phases = frames_inverse_clarke(input->current);
     const bounds_span_t span =
         bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));
-    const float zone = doubt->tuning.current;
+    const float zone = tuning->current;
     const float speed = bounds_magnitude(input->omega_e);
 
     const bool near =
-        bounds_within(input->omega_m_miss, doubt->tuning.speed_share * bounds_magnitude(input->omega_m));
+        bounds_within(input->omega_m_miss, tuning->speed_share * bounds_magnitude(input->omega_m));
     const bool steady = near && bounds_within(input->detector, DOUBT_DETECTOR) && speed >= DOUBT_SPEED_STEADY;
     const bool far = !bounds_within(input->omega_m_miss, bounds_magnitude(input->omega_m));
     const bool borne_out = bounds_magnitude(input->gained - input->foreseen) <=
-                           doubt->tuning.miss_share * bounds_magnitude(input->gained);
-    const bool foreseen = far && borne_out && bounds_within(input->load, doubt->tuning.load_most) &&
+                           tuning->miss_share * bounds_magnitude(input->gained);
+    const bool foreseen = far && borne_out && bounds_within(input->load, tuning->load_most) &&
                           zone < DOUBT_SHARE_FORESEEN * span.largest && speed >= DOUBT_SPEED_FORESEEN;
-    const float share = DOUBT_SHARE - doubt->tuning.share_per_speed * speed;
+    const float share = DOUBT_SHARE - tuning->share_per_speed * speed;
     if (!steady && !foreseen) {
         doubt->left = 0u;
     } else if (span.smallest < zone && zone < share * span.largest && small &&
                input->leg * zone > DOUBT_ANGLE * input->amplitude * span.largest) {
-        doubt->left = doubt->tuning.memory;
+        doubt->left = tuning->memory;
     } else if (doubt->left > 0u) {
         doubt->left--;
     }

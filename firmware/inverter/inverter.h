@@ -37,15 +37,17 @@ typedef struct {
 } inverter_tuning_t;
 
 typedef struct {
-    inverter_tuning_t tuning;
-    abc_t duty_prev[2]; /* duties of one and two steps ago [-] */
-    ab_t current_prev;  /* one period ago [A] */
-    float u_dc_prev;    /* likewise [V] */
+    dead_time_tuning_t compensated; /* those of the tuning, with the dead time as it is learnt */
+    dead_time_tuning_t lost;        /* likewise */
+    abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
+    ab_t current_prev;              /* one period ago [A] */
+    float u_dc_prev;                /* likewise [V] */
 } inverter_t;
 
 typedef struct {
     abc_t duty;   /* [-] of whole counts */
     ab_t missing; /* what the DC link has too little for: made minus wanted voltage [V] */
+    bool cut;     /* is anything missing? */
 } inverter_made_t;
 
 typedef struct {
@@ -64,45 +66,49 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 /* New coefficients; what acted stays in memory. */
 static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
 {
-    inverter->tuning = *tuning;
+    inverter->compensated = tuning->compensated;
+    inverter->lost = tuning->lost;
 }
 
 /* Another effective dead time than that of the tuning, T_e/T_s [-], for both ways, until the next
  * inverter_take(). */
-static inline void inverter_set_dead_time(inverter_t *inverter, float effective)
+static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
+                                          float effective)
 {
-    inverter->tuning.lost.volt_per_volt = effective;
-    inverter->tuning.compensated.volt_per_volt = inverter->tuning.gain * effective;
+    inverter->lost.volt_per_volt = effective;
+    inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 
 /* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
-static inline float inverter_whole_counts(const inverter_t *inverter, float duty)
+static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
 {
-    return (float)(int32_t)(duty * inverter->tuning.duty_counts + 0.5f) * inverter->tuning.per_count;
+    return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
 }
 
 /* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
  * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
  * best guess, a sampled one has the wrong sign near its zero crossings. Both edges of a leg are taken to meet
  * it: what that leaves inverter_acted() knows. One division, two at the voltage limit. */
-static inline inverter_made_t inverter_make(const inverter_t *inverter, ab_t wanted, ab_t current, float u_dc)
+static inline inverter_made_t inverter_make(const inverter_t *inverter, const inverter_tuning_t *tuning,
+                                            ab_t wanted, ab_t current, float u_dc)
 {
-    const dead_time_tuning_t *compensated = &inverter->tuning.compensated;
+    const dead_time_tuning_t *compensated = &inverter->compensated;
     const abc_t signs = dead_time_signs(compensated, frames_inverse_clarke(current));
     const ab_t lost = dead_time_voltage(compensated, signs, u_dc);
     const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
-    const svpwm_t modulated = svpwm_modulate(&inverter->tuning.modulation, asked, u_dc);
+    const svpwm_t modulated = svpwm_modulate(&tuning->modulation, asked, u_dc);
     return (inverter_made_t){
-        {inverter_whole_counts(inverter, modulated.duty.a), inverter_whole_counts(inverter, modulated.duty.b),
-         inverter_whole_counts(inverter, modulated.duty.c)},
+        {inverter_whole_counts(tuning, modulated.duty.a), inverter_whole_counts(tuning, modulated.duty.b),
+         inverter_whole_counts(tuning, modulated.duty.c)},
         {modulated.voltage.alpha - asked.alpha, modulated.voltage.beta - asked.beta},
+        modulated.cut,
     };
 }
 
 /* Duties as they act behind the dead time, where the currents have these signs. */
 static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
 {
-    const float effective = inverter->tuning.lost.volt_per_volt;
+    const float effective = inverter->lost.volt_per_volt;
     const abc_t duty = inverter->duty_prev[1];
     return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
 }
@@ -110,16 +116,17 @@ static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
 /* What acted in the last period, from the current [A] and the DC link [V] at t_k. The mean current says which
  * way the duties act behind the dead time, those what the current is at the edges, and that what was lost. No
  * division. */
-static inline inverter_acted_t inverter_acted(const inverter_t *inverter, ab_t current, float u_dc)
+static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
+                                              ab_t current, float u_dc)
 {
-    const dead_time_tuning_t *dead_time = &inverter->tuning.lost;
+    const dead_time_tuning_t *dead_time = &inverter->lost;
     const ab_t last = inverter->current_prev;
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t phases = frames_inverse_clarke(middle);
     const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
-    const abc_t swing = edges_swing(&inverter->tuning.edges, duty, change, dead_time->volt_per_volt, link);
+    const abc_t swing = edges_swing(&tuning->edges, duty, change, dead_time->volt_per_volt, link);
     const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
     const ab_t made = frames_clarke(inverter->duty_prev[1]);
     return (inverter_acted_t){

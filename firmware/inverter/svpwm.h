@@ -32,6 +32,7 @@ typedef struct {
     abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
     ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or
                      shorter */
+    bool cut;     /* shorter */
 } svpwm_t;
 
 /* The duties that a leg may have. */
@@ -53,7 +54,7 @@ static inline svpwm_t svpwm_modulate(const svpwm_tuning_t *tuning, ab_t voltage,
 {
     const float together = bounds_magnitude(voltage.alpha) + bounds_magnitude(voltage.beta) + u_dc;
     if (!(u_dc >= SVPWM_U_DC_LEAST && together <= SVPWM_VOLTAGE_LIMIT)) {
-        return (svpwm_t){{0.5f, 0.5f, 0.5f}, {0.0f, 0.0f}};
+        return (svpwm_t){{0.5f, 0.5f, 0.5f}, {0.0f, 0.0f}, true};
     }
     const abc_t phases = frames_inverse_clarke(voltage);
     const bounds_span_t ends = bounds_span(phases.a, phases.b, phases.c);
@@ -68,6 +69,7 @@ static inline svpwm_t svpwm_modulate(const svpwm_tuning_t *tuning, ab_t voltage,
         {middle + (phases.a - centre) * per_volt, middle + (phases.b - centre) * per_volt,
          middle + (phases.c - centre) * per_volt},
         {share * voltage.alpha, share * voltage.beta},
+        cut,
     };
 }
 

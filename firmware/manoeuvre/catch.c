@@ -55,9 +55,8 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
     };
 }
 
-void catch_init(catch_t *catching, const catch_tuning_t *tuning)
+void catch_init(catch_t *catching)
 {
-    catch_take(catching, tuning);
     catch_enter(catching, 0u, 0.0f);
 }
 
@@ -95,26 +94,26 @@ static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
 /* One period of the slip: `emf` turns on against `before`, the frame's, whose low-pass is the loop's
  * proportional part. No quicker than the rotor turns: a voltage error that stands still goes round in the
  * frame, and is taken for slip in no more than its share of the EMF. */
-static float slip_of(const catch_t *catching, ab_t before, ab_t emf, float speed)
+static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t before, ab_t emf,
+                     float speed)
 {
     const float across = before.alpha * emf.beta - before.beta * emf.alpha;
     const float sine = across * inverse_root(before.alpha * before.alpha + before.beta * before.beta) *
                        inverse_root(emf.alpha * emf.alpha + emf.beta * emf.beta);
     const float natural = bounds_clamp(speed > SLIP_SPEED ? speed - SLIP_SPEED : 0.0f, SLIP_NATURAL);
-    return bounds_clamp(catching->slip + natural * natural * catching->tuning.period * sine,
-                        SLIP_MOST * speed);
+    return bounds_clamp(catching->slip + natural * natural * tuning->period * sine, SLIP_MOST * speed);
 }
 
 /* Is the EMF that turns as long as that of the slowest rotor? Noise has a length, but no mean. */
-static bool is_steady(const catch_t *catching)
+static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
 {
     const ab_t emf = catching->emf;
-    return emf.alpha * emf.alpha + emf.beta * emf.beta >= catching->tuning.emf_min_square;
+    return emf.alpha * emf.alpha + emf.beta * emf.beta >= tuning->emf_min_square;
 }
 
-catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max)
+catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
+                           float voltage_max)
 {
-    const catch_tuning_t *tuning = &catching->tuning;
     catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
     catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
@@ -133,14 +132,14 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
         return CATCH_TOO_FAST;
     }
     if (catching->periods > tuning->settled) { /* `before` turns with the speed */
-        catching->slip = slip_of(catching, before, emf, speed);
+        catching->slip = slip_of(catching, tuning, before, emf, speed);
     }
     if (catching->periods >= tuning->settled) {
         catching->omega_e = (catching->cross < 0.0f ? -speed : speed) + catching->slip;
         catching->turned += speed;
     }
     const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min &&
-                         speed >= tuning->speed_min && is_steady(catching);
+                         speed >= tuning->speed_min && is_steady(catching, tuning);
     catching->turning = turning && catching->periods >= tuning->settled;
     if (catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure && turning) {
         return CATCH_TURNING;
@@ -151,9 +150,8 @@ catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float volt
     return turning ? CATCH_TURNING : CATCH_STANDING;
 }
 
-ab_t catch_current(const catch_t *catching)
+ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
 {
-    const catch_tuning_t *tuning = &catching->tuning;
     if (catching->turning == 0u) {
         return (ab_t){tuning->current, 0.0f};
     }
@@ -161,9 +159,9 @@ ab_t catch_current(const catch_t *catching)
     return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
 }
 
-ab_t catch_voltage(const catch_t *catching, ab_t emf)
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf)
 {
-    return turned_on(catching, emf, catching->tuning.lead);
+    return turned_on(catching, emf, tuning->lead);
 }
 
 float catch_angle(ab_t emf, float omega_e)

@@ -57,7 +57,6 @@ typedef struct {
 } catch_tuning_t;
 
 typedef struct {
-    catch_tuning_t tuning;
     ab_t trail;              /* <e> [V] */
     ab_t emf;                /* e at t_k, low-passed in a frame that turns with it [V] */
     float cross;             /* sum of e x <e> [V^2] */
@@ -81,26 +80,21 @@ float catch_current_along(float doubtful, float current_d);
 /* Coefficients. Division and exponentials: for the background. */
 catch_tuning_t catch_prepare(const catch_params_t *params);
 
-/* These coefficients; nothing seen. */
-void catch_init(catch_t *catching, const catch_tuning_t *tuning);
-
-/* New coefficients; what has been seen stays. */
-static inline void catch_take(catch_t *catching, const catch_tuning_t *tuning)
-{
-    catching->tuning = *tuning;
-}
+/* Nothing seen. */
+void catch_init(catch_t *catching);
 
 /* A catch of so many periods begins; omega_e [rad/s]: the speed until it has seen one. */
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 
 /* One period: EMF at t_k and its length [V], largest voltage that the link gives [V]. No division. */
-catch_outcome_t catch_step(catch_t *catching, ab_t emf, float length, float voltage_max);
+catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
+                           float voltage_max);
 
 /* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
-ab_t catch_current(const catch_t *catching);
+ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
 /* The voltage that holds this EMF [V] when it acts. */
-ab_t catch_voltage(const catch_t *catching, ab_t emf);
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
 /* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
 position_t catch_position(const catch_t *catching);

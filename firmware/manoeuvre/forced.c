@@ -36,9 +36,8 @@ forced_tuning_t forced_prepare(const forced_params_t *params)
     };
 }
 
-void forced_init(forced_t *forced, const forced_tuning_t *tuning)
+void forced_init(forced_t *forced)
 {
-    forced_take(forced, tuning);
     forced_enter(forced, 0.0f, 0.0f, 0.0f);
 }
 

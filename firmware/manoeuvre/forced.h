@@ -56,7 +56,6 @@ typedef struct {
 } forced_tuning_t;
 
 typedef struct {
-    forced_tuning_t tuning;
     frame_t frame;  /* at t_k */
     float current;  /* on its d axis, before the damping needs some of it [A] */
     float emf_mean; /* what of e_q turns along [V] */
@@ -75,23 +74,17 @@ float forced_damping(const forced_params_t *params);
  * exponentials: for the background. */
 forced_tuning_t forced_prepare(const forced_params_t *params);
 
-/* These coefficients; frame at angle zero, standing, no current. */
-void forced_init(forced_t *forced, const forced_tuning_t *tuning);
-
-/* New coefficients; frame and current go on. */
-static inline void forced_take(forced_t *forced, const forced_tuning_t *tuning)
-{
-    forced->tuning = *tuning;
-}
+/* Frame at angle zero, standing, no current. */
+void forced_init(forced_t *forced);
 
 /* On from this frame at t_k with this current on its d axis [A]; no swing is known. */
 void forced_enter(forced_t *forced, float theta_e, float omega_e, float current);
 
 /* The frame to t_k: its speed of the last period for T. */
-static inline void forced_advance(forced_t *forced)
+static inline void forced_advance(forced_t *forced, const forced_tuning_t *tuning)
 {
     frame_t *frame = &forced->frame;
-    frame->theta_e = angle_turn_back(frame->theta_e + forced->tuning.period * frame->omega_e);
+    frame->theta_e = angle_turn_back(frame->theta_e + tuning->period * frame->omega_e);
     frame->rotation = trig_turn(frame->theta_e);
 }
 
@@ -104,9 +97,8 @@ static inline float forced_eased(float speed, float target, float share, float s
 
 /* Current reference in the frame [A] from the EMF [V] in it: the damping first, the d axis what the longest
  * vector leaves. No division. */
-static inline dq_t forced_step(forced_t *forced, dq_t emf)
+static inline dq_t forced_step(forced_t *forced, const forced_tuning_t *tuning, dq_t emf)
 {
-    const forced_tuning_t *tuning = &forced->tuning;
     forced->emf_mean = lowpass_step(forced->emf_mean, tuning->swing_share, emf.q);
     forced->swing = lowpass_step(forced->swing, tuning->damping_share, emf.q - forced->emf_mean);
     const float gain = tuning->damping * forced->current * tuning->current_inverse;

@@ -5,22 +5,11 @@
 #include "math/angle.h"
 #include "math/trig.h"
 
-void reference_init(reference_t *reference, const reference_tuning_t *tuning)
+void reference_init(reference_t *reference)
 {
     memset(reference, 0, sizeof *reference);
-    forced_init(&reference->forced, &tuning->forced);
-    catch_init(&reference->catching, &tuning->catching);
-    reference_set_tuning(reference, tuning);
-}
-
-void reference_set_tuning(reference_t *reference, const reference_tuning_t *tuning)
-{
-    forced_take(&reference->forced, &tuning->forced);
-    catch_take(&reference->catching, &tuning->catching);
-    reference->flux_linkage = tuning->flux_linkage;
-    reference->pole_pairs_inverse = tuning->pole_pairs_inverse;
-    reference->periods = tuning->periods;
-    reference->per_period = tuning->per_period;
+    forced_init(&reference->forced);
+    catch_init(&reference->catching);
 }
 
 void reference_rest(reference_t *reference, int32_t source)
@@ -47,12 +36,12 @@ void reference_leave_encoder(reference_t *reference, bool to_estimate, float ome
     }
 }
 
-void reference_take(reference_t *reference, const setpoint_t *setpoint)
+void reference_take(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint)
 {
-    const float share = reference->per_period;
+    const float share = tuning->per_period;
     const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
     reference->fresh = 1u;
-    reference->left = reference->periods;
+    reference->left = tuning->periods;
     /* a catch that has not been entered anew is the one that the fast task has begun or ended by itself */
     if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
         reference->source = setpoint->source;
@@ -118,26 +107,27 @@ static void obey(reference_t *reference, const setpoint_t *setpoint, const refer
     }
 }
 
-static void force(reference_t *reference, const reference_input_t *input, demand_t *demand)
+static void force(reference_t *reference, const reference_tuning_t *tuning, const reference_input_t *input,
+                  demand_t *demand)
 {
     forced_t *forced = &reference->forced;
     forced->frame.omega_e += reference->forced_slope;
     forced->current += reference->rise;
     const dq_t emf = frames_park(input->estimate->emf, forced->frame.rotation);
     demand->frame = forced->frame;
-    demand->current = forced_step(forced, emf);
+    demand->current = forced_step(forced, &tuning->forced, emf);
     demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
 }
 
 /* The rotor turns: the loop is locked to it, what flows along its d axis goes on, and there is no torque. */
-static void caught(reference_t *reference, demand_t *demand)
+static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
 {
     const position_t rotor = catch_position(&reference->catching);
     lock_to(reference, rotor, catch_length(&reference->catching));
     reference->source = (int32_t)SOURCE_ESTIMATE;
     reference->stiffness = 0.0f;
-    reference->omega_m = rotor.omega_e * reference->pole_pairs_inverse;
-    reference->current = (dq_t){reference->catching.tuning.current_d, 0.0f};
+    reference->omega_m = rotor.omega_e * tuning->pole_pairs_inverse;
+    reference->current = (dq_t){tuning->catching.current_d, 0.0f};
     reference->slope = (dq_t){0.0f, 0.0f};
     demand->frame = (frame_t){rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
     demand->change = (int32_t)FRAME_TURNS;
@@ -145,26 +135,27 @@ static void caught(reference_t *reference, demand_t *demand)
     demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
 }
 
-static void catch_rotor(reference_t *reference, const reference_input_t *input, demand_t *demand)
+static void catch_rotor(reference_t *reference, const reference_tuning_t *tuning,
+                        const reference_input_t *input, demand_t *demand)
 {
     catch_t *catching = &reference->catching;
     const estimate_t *estimate = input->estimate;
-    const ab_t current = catch_current(catching);
+    const ab_t current = catch_current(catching, &tuning->catching);
     demand->frame = reference_stationary(0.0f);
     demand->current = (dq_t){current.alpha, current.beta};
     demand->emf = (dq_t){0.0f, 0.0f};
     if (input->estimating == 0u) {
         return;
     }
-    const ab_t voltage = catch_voltage(catching, estimate->emf);
+    const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
     demand->emf = (dq_t){voltage.alpha, voltage.beta};
     if (reference->outcome == (int32_t)CATCH_STANDING) {
         return; /* what follows is set by the medium task */
     }
-    reference->outcome =
-        (int32_t)catch_step(catching, estimate->emf, estimate->amplitude, input->voltage_max);
+    reference->outcome = (int32_t)catch_step(catching, &tuning->catching, estimate->emf, estimate->amplitude,
+                                             input->voltage_max);
     if (reference->outcome == (int32_t)CATCH_TURNING) {
-        caught(reference, demand);
+        caught(reference, tuning, demand);
     }
 }
 
@@ -185,22 +176,22 @@ static void run(reference_t *reference, const setpoint_t *setpoint, const frame_
 
 /* With the EMF that is observed, as the loop filters it: within a period or two it is right whatever the
  * angle, so that an angle that is lost sets no current free. */
-static void run_on_estimate(reference_t *reference, const setpoint_t *setpoint,
-                            const reference_input_t *input, demand_t *demand)
+static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
+                            const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
 {
     const estimate_t *estimate = input->estimate;
     if (reference->locking != 0u) {
         const position_t at = reference->locked;
         const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
-        run(reference, setpoint, &frame, at.omega_e * reference->pole_pairs_inverse,
-            (dq_t){0.0f, at.omega_e * reference->flux_linkage}, demand);
+        run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
+            (dq_t){0.0f, at.omega_e * tuning->flux_linkage}, demand);
     } else {
         run(reference, setpoint, &estimate->frame, input->omega_m, estimate->emf_loop, demand);
     }
 }
 
-void reference_step(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input,
-                    demand_t *demand)
+void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
+                    const reference_input_t *input, demand_t *demand)
 {
     reference->locking = 0u;
     demand->change = (int32_t)FRAME_GOES_ON;
@@ -212,17 +203,17 @@ void reference_step(reference_t *reference, const setpoint_t *setpoint, const re
     switch ((frame_source_t)reference->source) {
     case SOURCE_ENCODER:
         run(reference, setpoint, input->encoder, input->omega_m,
-            (dq_t){0.0f, input->encoder->omega_e * reference->flux_linkage}, demand);
+            (dq_t){0.0f, input->encoder->omega_e * tuning->flux_linkage}, demand);
         break;
     case SOURCE_ESTIMATE:
-        run_on_estimate(reference, setpoint, input, demand);
+        run_on_estimate(reference, tuning, setpoint, input, demand);
         break;
     case SOURCE_FORCED:
-        force(reference, input, demand);
+        force(reference, tuning, input, demand);
         break;
     case SOURCE_NONE:
     case SOURCE_CATCH:
-        catch_rotor(reference, input, demand);
+        catch_rotor(reference, tuning, input, demand);
         break;
     }
     demand->omega_m_ref = setpoint->omega_m_ref;

@@ -34,22 +34,18 @@ typedef struct {
 } reference_tuning_t;
 
 typedef struct {
-    float flux_linkage;       /* of the tuning [Wb] */
-    float pole_pairs_inverse; /* of the tuning [-] */
-    float periods;            /* of the tuning [-] */
-    float per_period;         /* of the tuning [-] */
-    int32_t source;           /* [-] frame_source_t: the one in force */
-    int32_t named;            /* [-] that of the last setpoint */
-    uint32_t tracking;        /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t fresh;           /* [-] 1: this is the first period of a setpoint */
-    dq_t current;             /* reference before limits and dither [A]; its q axis with the speed at zero */
-    float stiffness;          /* by which i_q falls with the speed [A s/rad] */
-    float omega_m;            /* the speed of the last period [rad/s] */
-    float left;               /* [periods] until it is there */
-    dq_t slope;               /* of it a period [A] */
-    float forced_slope;       /* of the forced speed a period [rad/s] */
-    float rise;               /* of the forced current a period [A] */
-    int32_t outcome;          /* [-] catch_outcome_t of the catch under way */
+    int32_t source;     /* [-] frame_source_t: the one in force */
+    int32_t named;      /* [-] that of the last setpoint */
+    uint32_t tracking;  /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t fresh;     /* [-] 1: this is the first period of a setpoint */
+    dq_t current;       /* reference before limits and dither [A]; its q axis with the speed at zero */
+    float stiffness;    /* by which i_q falls with the speed [A s/rad] */
+    float omega_m;      /* the speed of the last period [rad/s] */
+    float left;         /* [periods] until it is there */
+    dq_t slope;         /* of it a period [A] */
+    float forced_slope; /* of the forced speed a period [rad/s] */
+    float rise;         /* of the forced current a period [A] */
+    int32_t outcome;    /* [-] catch_outcome_t of the catch under way */
     forced_t forced;
     catch_t catching;
 
@@ -69,14 +65,11 @@ typedef struct {
     uint32_t estimating;        /* [-] 1: the observer runs: its EMF is that of t_k */
 } reference_input_t;
 
-/* These coefficients; no frame. */
-void reference_init(reference_t *reference, const reference_tuning_t *tuning);
-
-/* New coefficients; what is under way goes on. */
-void reference_set_tuning(reference_t *reference, const reference_tuning_t *tuning);
+/* No frame. */
+void reference_init(reference_t *reference);
 
 /* The first period of a window begins with this setpoint, before the estimator's step. */
-void reference_take(reference_t *reference, const setpoint_t *setpoint);
+void reference_take(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint);
 
 /* The bridge is off. */
 void reference_rest(reference_t *reference, int32_t source);
@@ -86,10 +79,10 @@ void reference_rest(reference_t *reference, int32_t source);
 void reference_leave_encoder(reference_t *reference, bool to_estimate, float omega_e, uint32_t periods);
 
 /* Before the estimator's step: a forced frame to t_k. */
-static inline void reference_advance(reference_t *reference)
+static inline void reference_advance(reference_t *reference, const reference_tuning_t *tuning)
 {
     if (reference->source == (int32_t)SOURCE_FORCED) {
-        forced_advance(&reference->forced);
+        forced_advance(&reference->forced, &tuning->forced);
     }
 }
 
@@ -135,7 +128,7 @@ static inline bool reference_tracks(const reference_t *reference)
 }
 
 /* `demand` of this period; reference->locking with it. */
-void reference_step(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input,
-                    demand_t *demand);
+void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
+                    const reference_input_t *input, demand_t *demand);
 
 #endif

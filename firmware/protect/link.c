@@ -43,12 +43,11 @@ static void begin_window(link_t *x, float u_dc)
 
 void link_init(link_t *x, const link_tuning_t *tuning)
 {
-    *x = (link_t){.tuning = *tuning, .braking = tuning->current_max, .driving = tuning->current_max};
+    *x = (link_t){.braking = tuning->current_max, .driving = tuning->current_max};
 }
 
 void link_take(link_t *x, const link_tuning_t *tuning)
 {
-    x->tuning = *tuning;
     x->braking = tuning->current_max;
     x->driving = tuning->current_max;
     x->limits = 1u; /* looked at in the next period */
@@ -56,9 +55,8 @@ void link_take(link_t *x, const link_tuning_t *tuning)
 
 /* What may drive a rotor of this speed at a link above u_full [A]. A link that the rotor has filled slows it
  * or leaves it alone: one that becomes faster is driven, and the power comes from a supply. */
-static float taken(link_t *x, float u_dc, float speed)
+static float taken(link_t *x, const link_tuning_t *tuning, float u_dc, float speed)
 {
-    const link_tuning_t *tuning = &x->tuning;
     if (u_dc < tuning->full) {
         x->slowest = speed;
         x->held = u_dc < tuning->back ? 0u : x->held;
@@ -70,14 +68,13 @@ static float taken(link_t *x, float u_dc, float speed)
     return x->held != 0u ? 0.0f : tuning->taken;
 }
 
-void link_limit(link_t *x, float u_dc, float omega_m)
+void link_limit(link_t *x, const link_tuning_t *tuning, float u_dc, float omega_m)
 {
-    const link_tuning_t *tuning = &x->tuning;
     const float most = tuning->current_max;
     const float speed = bounds_magnitude(omega_m);
     const float slow = 1.0f - speed * tuning->free_inverse;
     const float opened = slow > 0.0f ? slow : 0.0f;
-    const float least = -taken(x, u_dc, speed);
+    const float least = -taken(x, tuning, u_dc, speed);
     const float falling = tuning->braking_gain * (tuning->full - u_dc);
     const float braking = falling > least ? (falling < most ? falling : most) : least;
     const float hold = tuning->hold - x->sunk;
@@ -99,9 +96,8 @@ static void begin_fed(link_t *x, float before)
 
 /* Is the link fed although the supply seems lost: has a window of looks passed in which it stood so high, and
  * another before it, from which it has not fallen? */
-static bool is_fed(link_t *x, float u_dc)
+static bool is_fed(link_t *x, const link_tuning_t *tuning, float u_dc)
 {
-    const link_tuning_t *tuning = &x->tuning;
     const bool stays = u_dc > tuning->hold - x->sunk + tuning->above || x->slow != 0u;
     if (!stays || u_dc < tuning->undervoltage) {
         begin_fed(x, 0.0f);
@@ -118,20 +114,18 @@ static bool is_fed(link_t *x, float u_dc)
 }
 
 /* A link in the band of the driving limit, or below: the hold sinks until it is known who feeds it. */
-static void look_in_the_band(link_t *x, float u_dc)
+static void look_in_the_band(link_t *x, const link_tuning_t *tuning, float u_dc)
 {
-    const link_tuning_t *tuning = &x->tuning;
     x->sunk += x->sunk < tuning->sink_most ? tuning->sink : 0.0f;
-    if (is_fed(x, u_dc)) {
+    if (is_fed(x, tuning, u_dc)) {
         x->low = 1u;
         x->lost_looks = 0u;
     }
 }
 
 /* Is the supply there? */
-static void look_at_supply(link_t *x, float u_dc)
+static void look_at_supply(link_t *x, const link_tuning_t *tuning, float u_dc)
 {
-    const link_tuning_t *tuning = &x->tuning;
     const float lost_below = x->low != 0u ? tuning->undervoltage : tuning->hold;
     const float back_above = x->low != 0u ? tuning->undervoltage : tuning->driving_from;
     if (u_dc < lost_below || (x->lost_looks != 0u && u_dc < back_above)) {
@@ -144,7 +138,7 @@ static void look_at_supply(link_t *x, float u_dc)
         x->sunk = 0.0f;
         begin_fed(x, 0.0f);
     } else if (x->low == 0u) {
-        look_in_the_band(x, u_dc);
+        look_in_the_band(x, tuning, u_dc);
     }
     if (u_dc < tuning->undervoltage) {
         x->low_looks += x->low_looks < 2u ? 1u : 0u;
@@ -153,12 +147,12 @@ static void look_at_supply(link_t *x, float u_dc)
     }
 }
 
-static void look_at_ripple(link_t *x, float u_dc)
+static void look_at_ripple(link_t *x, const link_tuning_t *tuning, float u_dc)
 {
     x->largest = u_dc > x->largest ? u_dc : x->largest;
     x->smallest = u_dc < x->smallest ? u_dc : x->smallest;
     x->looks++;
-    if (x->looks >= x->tuning.window_looks) {
+    if (x->looks >= tuning->window_looks) {
         x->ripple = x->largest - x->smallest;
         const bool ripples = x->ripple > LINK_RIPPLE * x->largest;
         x->rippled = ripples ? x->rippled + (x->rippled < LINK_WINDOWS ? 1u : 0u) : 0u;
@@ -166,11 +160,11 @@ static void look_at_ripple(link_t *x, float u_dc)
     }
 }
 
-void link_look(link_t *x, float u_dc)
+void link_look(link_t *x, const link_tuning_t *tuning, float u_dc)
 {
-    look_at_supply(x, u_dc);
-    look_at_ripple(x, u_dc);
-    const bool excuses = link_excuses(x);
+    look_at_supply(x, tuning, u_dc);
+    look_at_ripple(x, tuning, u_dc);
+    const bool excuses = link_excuses(x, tuning);
     x->conditions = (x->limits != 0u ? LINK_LIMITS : 0u) | (x->rippled >= LINK_WINDOWS ? LINK_RIPPLES : 0u) |
                     (x->low_looks >= 2u && excuses ? LINK_SINKS : 0u) | (excuses ? 0u : LINK_LOST);
 }

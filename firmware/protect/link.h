@@ -93,7 +93,6 @@ typedef struct {
 } link_tuning_t;
 
 typedef struct {
-    link_tuning_t tuning;
     float braking;       /* largest i_q against the speed [A], -LINK_TAKEN I .. I */
     float driving;       /* largest i_q with the speed [A], -I .. I */
     uint32_t limits;     /* [-] 1: one of them is not I */
@@ -121,27 +120,27 @@ link_tuning_t link_prepare(const link_params_t *params);
 /* These coefficients; nothing seen. */
 void link_init(link_t *x, const link_tuning_t *tuning);
 
-/* New coefficients; a lost supply stays so. */
+/* From here on with these coefficients; a lost supply stays so. */
 void link_take(link_t *x, const link_tuning_t *tuning);
 
 /* Does this link [V] limit the torque, or has it just done so? */
-static inline bool link_is_near(const link_t *x, float u_dc)
+static inline bool link_is_near(const link_t *x, const link_tuning_t *tuning, float u_dc)
 {
-    return u_dc > x->tuning.braking_from || u_dc < x->tuning.driving_from || x->limits != 0u;
+    return u_dc > tuning->braking_from || u_dc < tuning->driving_from || x->limits != 0u;
 }
 
 /* x->braking and x->driving at this link [V] and mechanical speed [rad/s], 0 where they do not act: in each
  * period in which link_is_near(). Never both below zero while the bands are apart (drive/rules.h). No
  * division. */
-void link_limit(link_t *x, float u_dc, float omega_m);
+void link_limit(link_t *x, const link_tuning_t *tuning, float u_dc, float omega_m);
 
 /* One look at the link [V]: supply, ripple and x->conditions. No division. */
-void link_look(link_t *x, float u_dc);
+void link_look(link_t *x, const link_tuning_t *tuning, float u_dc);
 
 /* Is a link that is too low no fault yet? */
-static inline bool link_excuses(const link_t *x)
+static inline bool link_excuses(const link_t *x, const link_tuning_t *tuning)
 {
-    return x->tuning.ride_looks != 0u && x->lost_looks <= x->tuning.ride_looks;
+    return tuning->ride_looks != 0u && x->lost_looks <= tuning->ride_looks;
 }
 
 #endif

@@ -21,9 +21,9 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
     };
 }
 
-bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current, bool limited, float u_dc)
+bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning, abc_t asked, abc_t current,
+                       bool limited, float u_dc)
 {
-    const still_watch_tuning_t *tuning = &watch->tuning;
     const float wanted[3] = {asked.a, asked.b, asked.c};
     const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
                        bounds_within(current.c, tuning->none);

@@ -37,7 +37,6 @@ typedef struct {
 } still_watch_tuning_t;
 
 typedef struct {
-    still_watch_tuning_t tuning;
     float value[3];    /* of the last period [A] */
     uint32_t still[3]; /* [periods] for which it has not moved */
     uint32_t off[3];   /* [periods] of them, for which it has been off what is asked for */
@@ -46,18 +45,13 @@ typedef struct {
 /* These coefficients. One division. */
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params);
 
-/* New coefficients; what has been seen stays. */
-static inline void still_watch_take(still_watch_t *watch, const still_watch_tuning_t *tuning)
-{
-    watch->tuning = *tuning;
-}
-
 /* In each period, with the current [A]. true: a value has stayed for some periods. */
-static inline bool still_watch_count(still_watch_t *watch, const abc_t *current)
+static inline bool still_watch_count(still_watch_t *watch, const still_watch_tuning_t *tuning,
+                                     const abc_t *current)
 {
     const float now[3] = {current->a, current->b, current->c};
     bool some = false;
-    for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
+    for (uint32_t n = 0; n < tuning->sensors; n++) {
         watch->still[n] = now[n] == watch->value[n] ? watch->still[n] + 1u : 0u;
         watch->value[n] = now[n];
         some = some || watch->still[n] >= STILL_SOME;
@@ -75,6 +69,7 @@ static inline uint32_t still_watch_moved(const still_watch_t *watch, uint32_t pe
 
 /* Where one has, and control runs: is it stuck? `asked` [A]: for the sample of the last period; `limited`:
  * control has not got the voltage that it asked for. */
-bool still_watch_judge(still_watch_t *watch, abc_t asked, abc_t current, bool limited, float u_dc);
+bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning, abc_t asked, abc_t current,
+                       bool limited, float u_dc);
 
 #endif

@@ -55,7 +55,7 @@ void rig_estimator_record(rig_t *rig, void *record)
     to->start = drive->fast.estimator;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         const setpoint_t *setpoint =
-            &drive->fast.setpoint; /* the last period of a window ends with another one */
+            &drive->setpoints[drive->acting]; /* the last period of a window ends with another one */
         estimator_input_t *input = &to->inputs[n];
         *input = (estimator_input_t){.flux_linkage = setpoint->flux_linkage,
                                      .speed_per_volt = setpoint->speed_per_volt};

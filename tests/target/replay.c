@@ -82,7 +82,7 @@ static void replay(uint32_t periods)
             take_table(&params_table, &params);
             believed_t believed;
             take_words(&believed, RECORDING_BELIEVED);
-            drive_prepare(&drive.offer, &params, &believed);
+            drive_prepare(drive_idle_tuning(&drive), &params, &believed);
             drive_offer(&drive);
         }
         take_table(&requests_table, &drive.requests);

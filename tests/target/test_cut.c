@@ -86,7 +86,7 @@ static void bring(void)
 {
     drive.requests = requests;
     if (offers) {
-        drive_prepare(&drive.offer, &offered, &believed);
+        drive_prepare(drive_idle_tuning(&drive), &offered, &believed);
         drive_offer(&drive);
         offers = false;
     }

@@ -98,7 +98,7 @@ static inline void offer_params(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
     const believed_t believed = params_believed(&params);
     drive_withdraw(&drive);
-    drive_prepare(&drive.offer, &params, &believed);
+    drive_prepare(drive_idle_tuning(&drive), &params, &believed);
     drive_offer(&drive);
 }
 

@@ -15,6 +15,7 @@
 #define OMEGA  157.08 /* [rad/s] 1500 r/min */
 
 static link_t x;
+static link_tuning_t tuning;
 
 static link_params_t usual(double ride_time)
 {
@@ -32,7 +33,7 @@ static link_params_t usual(double ride_time)
 static void begin(double ride_time)
 {
     const link_params_t params = usual(ride_time);
-    const link_tuning_t tuning = link_prepare(&params);
+    tuning = link_prepare(&params);
     memset(&x, 0x55, sizeof x);
     link_init(&x, &tuning);
 }

@@ -87,7 +87,7 @@ static inline void begin(void)
     memset(&m, 0x55, sizeof m);
     manoeuvres_init(&m, &tuning);
     memset(&fast, 0x55, sizeof fast);
-    reference_init(&fast, &fast_tuning);
+    reference_init(&fast);
     start();
 }
 
@@ -213,11 +213,11 @@ static inline void step(void)
     const double complex asked = (double)demand.current.d + (double complex)I * (double)demand.current.q;
     if (in_window == 0u) {
         setpoint = next;
-        reference_take(&fast, &setpoint);
+        reference_take(&fast, &fast_tuning, &setpoint);
     }
     machine.current = asked * cexp((double complex)I * angle);
     turn_machine();
-    reference_advance(&fast);
+    reference_advance(&fast, &fast_tuning);
     observe();
     const frame_t encoder = true_frame();
     const position_t position = {encoder.theta_e, encoder.omega_e};
@@ -234,7 +234,7 @@ static inline void step(void)
     sum_up();
     period++;
     in_window++;
-    reference_step(&fast, &setpoint, &input, &demand);
+    reference_step(&fast, &fast_tuning, &setpoint, &input, &demand);
     if (fast.source == (int32_t)SOURCE_ESTIMATE || fast.source == (int32_t)SOURCE_ENCODER) {
         demand.current.q = bounds_clamp(demand.current.q, run_room(&m.run));
     }

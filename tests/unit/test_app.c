@@ -185,7 +185,7 @@ static bool changed(void)
     now = app->drive;
     if (now.offered == 0u) {
         now.offered = seen.offered;
-        now.offer = seen.offer;
+        *drive_idle_tuning(&now) = *drive_idle_tuning(&seen);
     }
     return memcmp(&seen, &now, sizeof seen) != 0;
 }
@@ -421,7 +421,7 @@ static void test_a_set_is_offered_with_interrupts_off_and_the_registers_follow(v
     TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
     TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
     interrupt();
-    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.fast.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
 static void test_while_the_bridge_is_on_the_registers_stay(void)
@@ -478,7 +478,7 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
     TEST_ASSERT_EQUAL_STRING("off on ", asked);
     TEST_ASSERT_EQUAL_INT32(2500, app->active.encoder_lines);
     interrupt();
-    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.fast.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
 /* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
@@ -494,7 +494,8 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
     TEST_ASSERT_FALSE(app_apply(&why));
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(0.6f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(4.0f * 9.0f, app->drive.fast.reference.catching.tuning.speed_min);
+    TEST_ASSERT_EQUAL_FLOAT(4.0f * 9.0f,
+                            app->drive.tunings[app->drive.in_force].fast.reference.catching.speed_min);
 }
 
 /* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
@@ -508,7 +509,7 @@ static void test_a_set_offered_before_survives_one_that_came_too_late(void)
     TEST_ASSERT_FALSE(app_apply(&why));
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.fast.encoder.tuning.last_count);
+    TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
 /* ---- what is learnt ---- */
@@ -548,14 +549,14 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     learnt(1.1f);
     background_offers(true);
-    expect_share(1.1f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
     interrupt();
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     learnt(1.2f);
     background_offers(false);
     periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
     background_offers(true);
-    expect_share(1.2f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.2f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
 }
 
 /* The observer would ring: its slope goes with L, but not its resistance. */
@@ -569,7 +570,7 @@ static void test_what_the_drive_cannot_run_on_is_not_believed(void)
     background_offers(false);
     app->staged.speed_kp = 0.7f;
     apply();
-    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
 }
 
 /* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
@@ -584,17 +585,17 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     app->staged.speed_kp = 0.7f;
     from_here();
     apply();
-    expect_share(1.1f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
     interrupt();
     expect_share(1.1f, app->drive.medium.inductance.learnt.value);
 
     app->staged.motor_inductance_q = 15e-3f;
     from_here();
     apply();
-    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
     periods(1000u);
     background();
-    expect_share(1.0f, app->drive.offer.fast.current_control.inductance_q);
+    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.medium.inductance.learnt.value);
     background_offers(false);

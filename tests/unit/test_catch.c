@@ -16,6 +16,7 @@
 #define SURE      100u  /* [periods] 10 ms */
 
 static catch_t catching;
+static catch_tuning_t tuning;
 
 void setUp(void)
 {
@@ -24,9 +25,9 @@ void setUp(void)
                                    .doubtful = 0.1f,
                                    .current_d = 2.0f,
                                    .period = (float)T};
-    const catch_tuning_t tuning = catch_prepare(&params);
+    tuning = catch_prepare(&params);
     memset(&catching, 0x55, sizeof catching);
-    catch_init(&catching, &tuning);
+    catch_init(&catching);
     catch_enter(&catching, WHOLE, 0.0f);
 }
 
@@ -42,7 +43,7 @@ static ab_t as_ab(double complex value)
 
 static catch_outcome_t step(double complex emf, float voltage_max)
 {
-    return catch_step(&catching, as_ab(emf), (float)cabs(emf), voltage_max);
+    return catch_step(&catching, &tuning, as_ab(emf), (float)cabs(emf), voltage_max);
 }
 
 typedef struct {
@@ -236,7 +237,7 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     for (int n = 0; n < 6; n++) {
         catch_enter(&catching, WHOLE, (float)speeds[n]);
         const double complex emf = emf_of(speeds[n], 0.8);
-        const ab_t voltage = catch_voltage(&catching, as_ab(emf));
+        const ab_t voltage = catch_voltage(&catching, &tuning, as_ab(emf));
         const double complex expected = emf * cexp((double complex)I * 1.5 * T * speeds[n]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);
@@ -259,7 +260,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
             for (uint32_t k = 1u; k < 150u; k++) {
                 const double theta = 0.4 + way * speeds[n] * T * k;
                 (void)step(emf_of(way * speeds[n], theta), LINK);
-                const double complex current = as_complex(catch_current(&catching));
+                const double complex current = as_complex(catch_current(&catching, &tuning));
                 if (k < SETTLED) {
                     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, cabs(current - 0.3));
                 } else if (k >= SURE) {
@@ -275,7 +276,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, (float)T};
-    const catch_tuning_t tuning = catch_prepare(&params);
+    tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
 }
 
@@ -297,8 +298,7 @@ static void test_new_coefficients_act_and_what_was_seen_stays(void)
     }
     const catch_t before = catching;
     const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, (float)T};
-    const catch_tuning_t tuning = catch_prepare(&params);
-    catch_take(&catching, &tuning);
+    tuning = catch_prepare(&params);
     TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
                      catching.periods == before.periods && catching.omega_e == before.omega_e);
     (void)step(emf_of(100.0, 100.0 * T * 60.0), LINK);

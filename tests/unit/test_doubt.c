@@ -22,12 +22,13 @@ static const doubt_params_t PARAMS = {.current = ZONE,
                                       .period = 1e-4f};
 
 static doubt_t doubt;
+static doubt_tuning_t tuning;
 static doubt_input_t input;
 
 static void begin(const doubt_params_t *params)
 {
-    const doubt_tuning_t tuning = doubt_prepare(params);
-    doubt_init(&doubt, &tuning);
+    tuning = doubt_prepare(params);
+    doubt_init(&doubt);
 }
 
 /* Phase a carries `largest`, b next to nothing: a doubtful voltage in a steady drive. */
@@ -60,7 +61,7 @@ void setUp(void)
 static bool doubted(void)
 {
     doubt.left = 0u;
-    return doubt_step(&doubt, &input);
+    return doubt_step(&doubt, &tuning, &input);
 }
 
 /* One value just below a limit, at it, just above it. */
@@ -87,7 +88,7 @@ static void test_nothing_is_in_doubt_at_first(void)
     doubt.left = 5u;
     begin(&PARAMS);
     input.amplitude = 100.0f;
-    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
 }
 
 /* ---- the voltage ---- */
@@ -102,7 +103,7 @@ static void test_smallest_current_below_at_above_the_limit(void)
  * counts into the part of a turn, too. */
 static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn(void)
 {
-    doubt.tuning.share_per_speed = 0.0f;
+    tuning.share_per_speed = 0.0f;
     for (int sign = -1; sign <= 1; sign += 2) {
         input.current = largest_of((float)sign * 0.5f);
         expect_around(&input.current.alpha, (float)sign * 0.5f, false, false, true);
@@ -112,7 +113,7 @@ static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_th
 /* The largest, whichever phase it is: here b or c, at 0.45 A of a, whose 0.866 beta makes up for it. */
 static void test_every_phase_counts_as_the_largest(void)
 {
-    doubt.tuning.share_per_speed = 0.0f;
+    tuning.share_per_speed = 0.0f;
     for (int sign = -1; sign <= 1; sign += 2) {
         input.current = (ab_t){0.05f, (float)sign * 0.54f}; /* 0.025 + 0.4677 = 0.4927 A */
         TEST_ASSERT_FALSE(doubted());
@@ -134,7 +135,7 @@ static void test_flux_lost_in_the_zone_below_at_above_the_angle_that_matters(voi
     static const float limit = 0.005f * 16.0f;
     input.amplitude = 16.0f;
     input.current = largest_of(8.0f);
-    expect_around(&doubt.tuning.current, limit, false, false, true);
+    expect_around(&tuning.current, limit, false, false, true);
 }
 
 static void test_no_limit_is_no_doubt(void)
@@ -205,7 +206,7 @@ static void test_known_acceleration_needs_a_large_current_and_a_speed_below_at_a
 {
     given_known_acceleration();
     expect_around_amount(&input.omega_e, 3.0f, false, true, true);
-    doubt.tuning.current = 0.1f * 4.0f;
+    tuning.current = 0.1f * 4.0f;
     input.current = largest_of(4.0f);
     expect_around(&input.current.alpha, 4.0f, false, false, true);
 }
@@ -257,7 +258,7 @@ static uint32_t coasted(void)
 {
     uint32_t count = doubted() ? 1u : 0u;
     input.amplitude = 100.0f;
-    while (count < 1000u && doubt_step(&doubt, &input)) {
+    while (count < 1000u && doubt_step(&doubt, &tuning, &input)) {
         count++;
     }
     return count;
@@ -297,7 +298,7 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
             for (uint32_t k = 0; k < periods; k++) {
                 const double angle = speeds[n] * 1e-4 * k;
                 input.current = (ab_t){(float)(length * cos(angle)), (float)(length * sin(angle))};
-                coasts += doubt_step(&doubt, &input) ? 1u : 0u;
+                coasts += doubt_step(&doubt, &tuning, &input) ? 1u : 0u;
             }
             /* a crossing begins and ends with a period: up to two more of each */
             TEST_ASSERT_TRUE((double)coasts / periods <=
@@ -308,9 +309,9 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
 
 static void test_a_new_doubt_begins_the_memory_anew(void)
 {
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
     input.amplitude = 100.0f;
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
     input.amplitude = 7.0f;
     TEST_ASSERT_EQUAL_UINT32(3u, coasted());
 }
@@ -318,11 +319,11 @@ static void test_a_new_doubt_begins_the_memory_anew(void)
 /* An error to work off ends the coasting at once, and what was remembered with it. */
 static void test_memory_ends_with_the_steady_drive(void)
 {
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
     input.amplitude = 100.0f;
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &input));
+    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
     input.detector = 0.5f;
-    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
     input.detector = 0.0f;
-    TEST_ASSERT_FALSE(doubt_step(&doubt, &input));
+    TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
 }

@@ -140,7 +140,7 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
 {
     for (int turns = 0; turns < 2; turns++) {
         bench_begin();
-        drive.fast.limits.charge_periods = 20u;
+        drive.tunings[drive.in_force].fast.limits.charge_periods = 20u;
         bring_to_ready();
         request_currents(0.0f, 3.0f);
         request(REQUEST_ON);
@@ -333,6 +333,35 @@ static void test_an_offer_is_taken_at_the_end_of_the_window(void)
     expect_fault(REASON_DC_OVERVOLTAGE);
 }
 
+/* In whichever period of a window it is offered: nobody sees the new set before the window's end, from there
+ * on both tasks have it, and the background has the other one. */
+static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
+{
+    for (uint32_t into = 0; into < DRIVE_WINDOW; into++) {
+        bench_begin();
+        bring_to_run();
+        windows(1);
+        steps(into);
+        const uint32_t before = drive.in_force;
+        params.current_bandwidth = 800.0f;
+        params.dc_undervoltage = 100.0f;
+        offer_params();
+        steps(DRIVE_WINDOW - into - 1u);
+        TEST_ASSERT_EQUAL_UINT32(before, drive.in_force);
+        TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
+        TEST_ASSERT_TRUE(drive.fast.current_control.q.tuning.kp != 0.0125f * 800.0f);
+        steps(1);
+        TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
+        TEST_ASSERT_TRUE(drive_idle_tuning(&drive) == &drive.tunings[before]);
+        TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
+        TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
+        windows(2);
+        TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
+        expect_state(DRIVE_OPERATION_ENABLED);
+    }
+}
+
 static void test_an_offer_withdrawn_is_not_taken(void)
 {
     bring_to_run();
@@ -367,21 +396,21 @@ static void test_a_new_set_reaches_every_room(void)
     params.position_source = POSITION_SENSORLESS;
     offer_params();
     windows(1);
-    TEST_ASSERT_EQUAL_UINT32(64u + 1024u, drive.fast.measure.tuning.periods);
-    TEST_ASSERT_EQUAL_FLOAT(13.0f, drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT]);
-    TEST_ASSERT_EQUAL_UINT32(3999u, drive.fast.encoder.tuning.last_count);
+    const fast_tuning_t *fast = &drive.tunings[drive.in_force].fast;
+    TEST_ASSERT_EQUAL_UINT32(64u + 1024u, fast->measure.periods);
+    TEST_ASSERT_EQUAL_FLOAT(13.0f, fast->guard.limit[FAULT_LIMIT_OVERCURRENT]);
+    TEST_ASSERT_EQUAL_UINT32(3999u, fast->encoder.last_count);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.medium.flux.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.medium.offset_trim.tuning.gain);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
-                             drive.fast.inverter.tuning.modulation.middle -
-                                 0.5f * drive.fast.inverter.tuning.modulation.range);
-    TEST_ASSERT_EQUAL_FLOAT(0.2f, drive.fast.doubt.tuning.current);
+                             fast->inverter.modulation.middle - 0.5f * fast->inverter.modulation.range);
+    TEST_ASSERT_EQUAL_FLOAT(0.2f, fast->doubt.current);
     TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.medium.manoeuvres.run.speed.pi.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.fast.reference.flux_linkage);
+    TEST_ASSERT_EQUAL_FLOAT(0.16f, fast->reference.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.medium.manoeuvres.limits.pole_pairs_inverse);
-    TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, drive.fast.reference.catching.tuning.speed_min);
-    TEST_ASSERT_EQUAL_FLOAT(6.0f, drive.fast.reference.forced.tuning.current);
+    TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, fast->reference.catching.speed_min);
+    TEST_ASSERT_EQUAL_FLOAT(6.0f, fast->reference.forced.current);
     TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.medium.manoeuvres.handover.tuning.current_margin);
     TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.medium.manoeuvres.lock.tuning.speed_slow);
     TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.medium.manoeuvres.limits.handover_speed);

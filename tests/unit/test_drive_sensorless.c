@@ -176,7 +176,8 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     params.offset_trim = 0.0f; /* the estimator gets the sample itself */
     drive_init(&drive, &params);
     inverter_t beside;
-    inverter_init(&beside, &drive.fast.inverter.tuning);
+    const inverter_tuning_t *tuning = &drive.tunings[drive.in_force].fast.inverter;
+    inverter_init(&beside, tuning);
     bring_to_ready();
     request_currents(0.0f, 5.0f);
     request(REQUEST_ON);
@@ -190,7 +191,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         const bool before_start = drive.fast.estimating == 0u;
         turn(20, 1);
         const ab_t sampled = {(float)creal(current), (float)cimag(current)};
-        const ab_t expected = inverter_acted(&beside, sampled, (float)u_dc).voltage;
+        const ab_t expected = inverter_acted(&beside, tuning, sampled, (float)u_dc).voltage;
         inverter_remember(&beside, command.duty, sampled, (float)u_dc);
         if (!before_start) {
             const double mean_dc = 0.5 * (u_dc + u_dc_before);

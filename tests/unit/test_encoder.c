@@ -53,13 +53,14 @@ static double mean_bound(const encoder_params_t *params, int samples)
     return (2.0 * half_step(params) / samples + 2.0 / 8388608.0) / (double)params->period;
 }
 
+static encoder_tuning_t tuning; /* of the encoder that was started last */
+
 /* With these parameters, expecting count 0 at standstill. */
 static void start_at_zero(encoder_t *encoder, const encoder_params_t *params)
 {
-    encoder_tuning_t tuning;
     encoder_prepare(&tuning, params);
     memset(encoder, 0x55, sizeof *encoder);
-    encoder_take(encoder, &tuning, 0u);
+    encoder_reset(encoder, &tuning, 0u);
 }
 
 static void test_angle_is_exact_for_every_count(void)
@@ -79,7 +80,7 @@ static void test_angle_is_exact_for_every_count(void)
         for (uint32_t count = 0; count < sets[s][0]; count += sets[s][0] < 1000u ? 1u : SWEEP) {
             uint64_t halves = (2 * (uint64_t)count + 1) * sets[s][1] % (2 * (uint64_t)sets[s][0]);
             double expected = PI * (double)halves / (double)sets[s][0];
-            float theta = encoder_step(&encoder, count).theta_e;
+            float theta = encoder_step(&encoder, &tuning, count).theta_e;
             double error = fabs(circle((double)theta - expected));
             if (!(error <= worst) || !((double)theta >= -PI && (double)theta < PI)) {
                 worst = error;
@@ -99,7 +100,7 @@ static void test_offset_is_added_and_wrapped(void)
         start_at_zero(&encoder, &params);
         for (uint32_t count = 0; count < 10000; count += 111) {
             double expected = (double)offsets[k] + 2.0 * PI * 4.0 * (count + 0.5) / 10000.0;
-            float theta = encoder_step(&encoder, count).theta_e;
+            float theta = encoder_step(&encoder, &tuning, count).theta_e;
             /* The sum with 500 rounds by 2^-16. */
             TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + fabs((double)offsets[k]) / 16777216.0 +
                                           (32.0 + fabs((double)offsets[k])) * DBL_EPSILON,
@@ -113,11 +114,11 @@ static void test_count_beyond_the_turn_is_the_last_one(void)
 {
     encoder_t encoder;
     start_at_zero(&encoder, &PARAMS);
-    float last = encoder_step(&encoder, 9999).theta_e;
-    TEST_ASSERT_FALSE(encoder_step(&encoder, 9998).theta_e == last);
-    TEST_ASSERT_TRUE(encoder_step(&encoder, 10000).theta_e == last);
-    TEST_ASSERT_TRUE(encoder_step(&encoder, 20001).theta_e == last);
-    TEST_ASSERT_TRUE(encoder_step(&encoder, UINT32_MAX).theta_e == last);
+    float last = encoder_step(&encoder, &tuning, 9999).theta_e;
+    TEST_ASSERT_FALSE(encoder_step(&encoder, &tuning, 9998).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, &tuning, 10000).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, &tuning, 20001).theta_e == last);
+    TEST_ASSERT_TRUE(encoder_step(&encoder, &tuning, UINT32_MAX).theta_e == last);
 }
 
 /* Many turns at constant speed: angle within the half step, speed within the ripple bound, its mean exact. */
@@ -129,14 +130,15 @@ static void run_at_constant_speed(const encoder_params_t *params, double omega_e
     double start = 0.37;
     encoder_t encoder;
     start_at_zero(&encoder, params);
-    encoder_reset(&encoder, count_at(start, (double)params->count_per_turn));
+    encoder_reset(&encoder, &tuning, count_at(start, (double)params->count_per_turn));
 
     double worst_angle = 0.0;
     double worst_speed = 0.0;
     double sum = 0.0;
     for (int32_t k = 0; k < SETTLE + WATCH; k++) {
         double turns = start + turns_per_period * k;
-        position_t position = encoder_step(&encoder, count_at(turns, (double)params->count_per_turn));
+        position_t position =
+            encoder_step(&encoder, &tuning, count_at(turns, (double)params->count_per_turn));
         double theta_err =
             fabs(circle((double)position.theta_e - 2.0 * PI * (double)params->pole_pairs * turns));
         double omega_err = (double)position.omega_e - omega_e;
@@ -190,7 +192,7 @@ static void check_acceleration(float bandwidth, double acceleration)
     for (int32_t k = 0; k < SETTLE + WATCH; k++) {
         double time = k * period;
         double turns = 0.5 * acceleration * time * time / (2.0 * PI * 4.0);
-        position_t position = encoder_step(&encoder, count_at(turns, 10000.0));
+        position_t position = encoder_step(&encoder, &tuning, count_at(turns, 10000.0));
         if (k >= SETTLE) {
             sum += (double)position.omega_e - acceleration * time;
         }
@@ -215,12 +217,12 @@ static void test_reset_stands_still_at_the_given_count(void)
     encoder_t encoder;
     start_at_zero(&encoder, &PARAMS);
     for (uint32_t k = 0; k < 1000; k++) {
-        encoder_step(&encoder, 25 * k % 10000);
+        encoder_step(&encoder, &tuning, 25 * k % 10000);
     }
     TEST_ASSERT_TRUE(encoder.omega_e > 100.0f);
-    encoder_reset(&encoder, 7777);
+    encoder_reset(&encoder, &tuning, 7777);
     for (int k = 0; k < 5; k++) {
-        position_t position = encoder_step(&encoder, 7777);
+        position_t position = encoder_step(&encoder, &tuning, 7777);
         TEST_ASSERT_TRUE(position.omega_e == 0.0f);
         TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 32.0 * DBL_EPSILON, 0.0,
                                   circle((double)position.theta_e - 2.0 * PI * 4.0 * 7777.5 / 10000.0));
@@ -228,7 +230,7 @@ static void test_reset_stands_still_at_the_given_count(void)
     /* One step further is one step of the loop: r^2/T of one count, 3.92 * 2.51e-3. */
     double rest = 1.0 - exp(-0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, rest * rest / 1e-4 * 2.0 * half_step(&PARAMS),
-                              (double)encoder_step(&encoder, 7778).omega_e);
+                              (double)encoder_step(&encoder, &tuning, 7778).omega_e);
 }
 
 /* What a shaft that stands, and one that turns, does not see of other angles for its counts: the one goes on
@@ -240,22 +242,22 @@ static void test_other_angles_of_the_counts_are_no_motion(void)
     others[1].count_per_turn = 4096.0f;
     others[2].offset = 1.0f;
     for (size_t n = 0; n < 3; n++) {
-        encoder_tuning_t tuning;
-        encoder_prepare(&tuning, &others[n]);
+        encoder_tuning_t other;
+        encoder_prepare(&other, &others[n]);
         encoder_t encoder;
         start_at_zero(&encoder, &PARAMS);
-        encoder_reset(&encoder, 3210u);
-        encoder_take(&encoder, &tuning, 3210u);
+        encoder_reset(&encoder, &tuning, 3210u);
+        encoder_take(&encoder, &tuning, &other, 3210u);
         for (int k = 0; k < 100; k++) {
-            const float omega = encoder_step(&encoder, 3210u).omega_e;
+            const float omega = encoder_step(&encoder, &other, 3210u).omega_e;
             TEST_ASSERT_EQUAL_FLOAT(0.0f, omega);
         }
         encoder_t fresh;
         start_at_zero(&fresh, &others[n]);
-        encoder_reset(&fresh, 3210u);
+        encoder_reset(&fresh, &tuning, 3210u);
         for (uint32_t k = 3211u; k < 3311u; k++) {
-            const float wanted = encoder_step(&fresh, k).omega_e;
-            const float omega = encoder_step(&encoder, k).omega_e;
+            const float wanted = encoder_step(&fresh, &tuning, k).omega_e;
+            const float omega = encoder_step(&encoder, &other, k).omega_e;
             TEST_ASSERT_EQUAL_FLOAT(wanted, omega);
         }
     }
@@ -268,18 +270,18 @@ static void test_retune_keeps_angle_and_speed(void)
     double turns_per_period = 628.3 * 1e-4 / (2.0 * PI * 4.0);
     int k = 0;
     for (; k < 5000; k++) {
-        encoder_step(&encoder, count_at(turns_per_period * k, 10000.0));
+        encoder_step(&encoder, &tuning, count_at(turns_per_period * k, 10000.0));
     }
     encoder_params_t other = PARAMS;
     other.bandwidth = 60.0f;
-    encoder_tuning_t tuning;
-    encoder_prepare(&tuning, &other);
-    encoder_take(&encoder, &tuning, count_at(turns_per_period * (k - 1), 10000.0));
+    encoder_tuning_t slower;
+    encoder_prepare(&slower, &other);
+    encoder_take(&encoder, &tuning, &slower, count_at(turns_per_period * (k - 1), 10000.0));
     /* What the wider loop left behind (its ripple, and its angle error within two half steps, which the
      * slower loop takes as one of its own) decays. */
     double bound = ripple_bound(&PARAMS) + 2.0 * ripple_bound(&other);
     for (; k < 6000; k++) {
-        position_t position = encoder_step(&encoder, count_at(turns_per_period * k, 10000.0));
+        position_t position = encoder_step(&encoder, &slower, count_at(turns_per_period * k, 10000.0));
         TEST_ASSERT_DOUBLE_WITHIN(bound, 628.3, (double)position.omega_e);
     }
 }

@@ -21,6 +21,7 @@
 #define KT          (1.5 * POLE_PAIRS * PSI)
 
 static forced_t forced;
+static forced_tuning_t tuning;
 static forced_params_t params;
 
 static void begin(double inertia, double dead_voltage, double damping)
@@ -37,9 +38,9 @@ static void begin(double inertia, double dead_voltage, double damping)
         .damping = (float)damping,
         .period = (float)T,
     };
-    const forced_tuning_t tuning = forced_prepare(&params);
+    tuning = forced_prepare(&params);
     memset(&forced, 0x55, sizeof forced);
-    forced_init(&forced, &tuning);
+    forced_init(&forced);
 }
 
 void setUp(void)
@@ -66,15 +67,15 @@ static void test_damping_by_the_rule(void)
             const double expected = fmin(wanted, most);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5 * w, w, (double)forced_natural(&params));
             TEST_ASSERT_DOUBLE_WITHIN(2e-5 * expected, expected, (double)forced_damping(&params));
-            TEST_ASSERT_DOUBLE_WITHIN(2e-5 * expected, expected, (double)forced.tuning.damping);
+            TEST_ASSERT_DOUBLE_WITHIN(2e-5 * expected, expected, (double)tuning.damping);
             const double share = 1.0 - exp(-T * fmin(2.5 / (expected * L), 1.0 / T));
-            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * share, share, (double)forced.tuning.damping_share);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * share, share, (double)tuning.damping_share);
         }
     }
     begin(0.003, 10.0, 0.0);
-    TEST_ASSERT_TRUE(forced.tuning.damping < 0.5f); /* by w_n */
+    TEST_ASSERT_TRUE(tuning.damping < 0.5f); /* by w_n */
     begin(0.0636, 10.0, 0.0);
-    TEST_ASSERT_TRUE(forced.tuning.damping < 0.9f); /* by R and the dead time */
+    TEST_ASSERT_TRUE(tuning.damping < 0.9f); /* by R and the dead time */
 }
 
 /* y += share (x - y), of which a sample acts at once: share/(1 - (1 - share)/z). */
@@ -87,7 +88,7 @@ static double complex lowpass_of(double cutoff, double complex z)
 /* High-pass and low-pass turn it by less than a quarter each: 6 rad/s before, 2.5/(k L) behind. */
 static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
 {
-    const double k = (double)forced.tuning.damping;
+    const double k = (double)tuning.damping;
     for (double rate = 3.0; rate < 2000.0; rate *= 1.5) {
         const int turn = (int)(2.0 * PI / (rate * T) + 0.5);
         const double step = 2.0 * PI / turn;
@@ -97,7 +98,7 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
         forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
         for (int n = 0; n < turn * (2 + (int)rate); n++) {
             const double swing = 0.5 * sin(step * n);
-            const double across = (double)forced_step(&forced, (dq_t){0.0f, (float)swing}).q;
+            const double across = (double)forced_step(&forced, &tuning, (dq_t){0.0f, (float)swing}).q;
             work += n >= turn * (1 + (int)rate) ? across * swing / turn : 0.0;
         }
         const double expected = -0.5 * 0.25 * k * creal(share);
@@ -109,9 +110,9 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
 /* exp(-6 t) of it is left; the low-pass comes behind. */
 static void test_what_turns_along_is_no_swing(void)
 {
-    const double k = (double)forced.tuning.damping;
+    const double k = (double)tuning.damping;
     for (int n = 1; n <= 15000; n++) {
-        const double across = (double)forced_step(&forced, (dq_t){3.0f, 9.0f}).q;
+        const double across = (double)forced_step(&forced, &tuning, (dq_t){3.0f, 9.0f}).q;
         if (n > 500) {
             const double left = exp(-6.0 * T * n) / (1.0 - 6.0 * k * L / 2.5);
             TEST_ASSERT_DOUBLE_WITHIN(0.01 * k, -k * 9.0 * left, across);
@@ -126,7 +127,7 @@ static void test_current_stays_within_the_longest_vector(void)
         forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);
         dq_t current = {0.0f, 0.0f};
         for (int n = 0; n < 200; n++) {
-            current = forced_step(&forced, (dq_t){0.0f, (float)swing});
+            current = forced_step(&forced, &tuning, (dq_t){0.0f, (float)swing});
             TEST_ASSERT_TRUE(fabsf(current.q) <= (float)CURRENT);
             TEST_ASSERT_TRUE(hypot((double)current.d, (double)current.q) <= CURRENT_MAX * 1.000001);
         }
@@ -145,7 +146,7 @@ static void test_frame_turns_on_by_its_speed(void)
     for (int n = 0; n < 4; n++) {
         forced_enter(&forced, 3.0f, speeds[n], 1.0f);
         for (int k = 1; k <= 1000; k++) {
-            forced_advance(&forced);
+            forced_advance(&forced, &tuning);
             const double theta = 3.0 + T * k * (double)speeds[n];
             const frame_t *frame = &forced.frame;
             TEST_ASSERT_TRUE(frame->theta_e >= -3.1415928f && frame->theta_e < 3.1415928f);
@@ -178,21 +179,20 @@ static void test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end(void
 static void test_frame_and_current_go_on_with_new_coefficients(void)
 {
     forced_enter(&forced, 1.0f, 30.0f, 5.0f);
-    (void)forced_step(&forced, (dq_t){0.0f, 4.0f});
+    (void)forced_step(&forced, &tuning, (dq_t){0.0f, 4.0f});
     const forced_t before = forced;
     params.damping = 2.0f;
-    const forced_tuning_t tuning = forced_prepare(&params);
-    forced_take(&forced, &tuning);
+    tuning = forced_prepare(&params);
     TEST_ASSERT_EQUAL_MEMORY(&before.frame, &forced.frame, sizeof before.frame);
     TEST_ASSERT_TRUE(before.current == forced.current && before.swing == forced.swing &&
                      before.emf_mean == forced.emf_mean);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, forced.tuning.damping);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, tuning.damping);
 }
 
 static void test_init_stands_without_current(void)
 {
     begin(0.003, 10.0, 0.0);
-    const dq_t current = forced_step(&forced, (dq_t){0.0f, 0.0f});
+    const dq_t current = forced_step(&forced, &tuning, (dq_t){0.0f, 0.0f});
     TEST_ASSERT_TRUE(forced.frame.theta_e == 0.0f && forced.frame.omega_e == 0.0f);
     TEST_ASSERT_TRUE(forced.frame.rotation.sin == 0.0f && forced.frame.rotation.cos == 1.0f);
     TEST_ASSERT_TRUE(current.d == 0.0f && current.q == 0.0f);

@@ -36,7 +36,8 @@ static uint32_t clock; /* [periods] since setUp */
 
 static params_t params;
 static guard_t each, slow; /* the fast task's, the medium task's */
-static guard_t guard;      /* both */
+static guard_tuning_t tuning;
+static guard_t guard; /* both */
 static scene_t healthy;
 
 /* What both guards of the drive say together. */
@@ -60,11 +61,11 @@ void setUp(void)
             table_set(limit, &params, 0.97f * limit->initial);
         }
     }
-    const guard_tuning_t tuning = guard_prepare(&params);
+    tuning = guard_prepare(&params);
     memset(&each, 0x55, sizeof each);
     memset(&slow, 0x55, sizeof slow);
-    guard_init(&each, &tuning);
-    guard_init(&slow, &tuning);
+    guard_init(&each);
+    guard_init(&slow);
     unite();
     clock = 0u;
     healthy = (scene_t){
@@ -90,11 +91,11 @@ static void step(const scene_t *scene)
     measured.good = 1u - scene->bad;
     input.measured = &measured;
     const guard_t before = each;
-    const bool calm = guard_is_calm(&each, &input, FAULT_EACH);
-    guard_step(&each, &input, FAULT_EACH);
+    const bool calm = guard_is_calm(&each, &tuning, &input, FAULT_EACH);
+    guard_step_each(&each, &tuning, &input);
     TEST_ASSERT_TRUE(!calm || memcmp(&before, &each, sizeof each) == 0);
     if (clock % DRIVE_WINDOW == 0u) {
-        guard_step(&slow, &input, FAULT_SLOW);
+        guard_step_slow(&slow, &tuning, &input);
     }
     unite();
 }
@@ -480,9 +481,7 @@ static void test_a_warm_sink_warns_before_it_is_hot(void)
 {
     scene_t scene = healthy;
     params.sink_temperature_max = 85.0f;
-    const guard_tuning_t tuning = guard_prepare(&params);
-    guard_take(&each, &tuning);
-    guard_take(&slow, &tuning);
+    tuning = guard_prepare(&params);
     static const struct {
         float temperature;
         bool warm, hot;
@@ -546,9 +545,7 @@ static void test_new_limits_act_at_once_and_the_counting_goes_on(void)
     }
     params.dc_undervoltage -= 0.5f; /* still above the link */
     params.overcurrent_trip = 0.75f;
-    const guard_tuning_t tuning = guard_prepare(&params);
-    guard_take(&each, &tuning);
-    guard_take(&slow, &tuning);
+    tuning = guard_prepare(&params);
     for (uint32_t n = half + 1u; n < DRIVE_PERIODS(1e-3f); n++) {
         step(&scene);
         expect_rows(FAULT_OVERCURRENT, ROWS, guard.faults); /* 1 A */

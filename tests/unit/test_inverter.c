@@ -39,12 +39,13 @@ static const inverter_params_t PARAMS = {
 static const ab_t NONE = {0.0f, 0.0f};
 
 static inverter_t inverter;
+static inverter_tuning_t tuning;
 
 static void begin(float gain)
 {
     inverter_params_t params = PARAMS;
     params.dead_time.gain = gain;
-    const inverter_tuning_t tuning = inverter_prepare(&params);
+    tuning = inverter_prepare(&params);
     memset(&inverter, 0x55, sizeof inverter);
     inverter_init(&inverter, &tuning);
 }
@@ -169,7 +170,8 @@ static void check_duties(double gain)
             const double complex wanted = 100.0 * cexp(J * angle);
             const double complex current = amperes * cexp(J * (angle + 0.6));
             const double u_dc = 311.0 - 3.0 * amperes;
-            const inverter_made_t made = inverter_make(&inverter, to_ab(wanted), to_ab(current), (float)u_dc);
+            const inverter_made_t made =
+                inverter_make(&inverter, &tuning, to_ab(wanted), to_ab(current), (float)u_dc);
             expect_nearest_counts(wanted + gain * lost_at(current, u_dc), u_dc, made.duty);
             TEST_ASSERT_TRUE(made.missing.alpha == 0.0f && made.missing.beta == 0.0f);
             odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
@@ -198,7 +200,7 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
             const double reach = longest(angle, 311.0);
             const double complex asked = shares[n] * reach * cexp(J * angle);
             const inverter_made_t made =
-                inverter_make(&inverter, to_ab(asked - lost), to_ab(3.0 * J), 311.0f);
+                inverter_make(&inverter, &tuning, to_ab(asked - lost), to_ab(3.0 * J), 311.0f);
             const double complex missing = fmin(0.0, 1.0 - shares[n]) * reach * cexp(J * angle);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE * fmax(1.0, shares[n]), 0.0,
                                       cabs(of_ab(made.missing) - missing));
@@ -213,7 +215,7 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
 
 static void test_nothing_has_acted_at_first(void)
 {
-    const inverter_acted_t acted = inverter_acted(&inverter, NONE, 311.0f);
+    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 311.0f);
     TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
     TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
 }
@@ -247,7 +249,8 @@ static void check_acted(float gain)
     for (int k = 0; k < 500; k++) {
         const period_t now = period_of(k);
         const period_t before = period_of(k - 1);
-        const inverter_acted_t acted = inverter_acted(&inverter, to_ab(now.current), (float)now.u_dc);
+        const inverter_acted_t acted =
+            inverter_acted(&inverter, &tuning, to_ab(now.current), (float)now.u_dc);
         const double link = 0.5 * (now.u_dc + before.u_dc);
         const double complex mean = 0.5 * (now.current + before.current);
         if (k >= 2) {
@@ -283,20 +286,20 @@ static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
     inverter_params_t params = PARAMS;
     params.dead_time.drop = 1.875f;
     params.duty_counts = 2500.0f;
-    const inverter_tuning_t tuning = inverter_prepare(&params);
+    tuning = inverter_prepare(&params);
     inverter_take(&inverter, &tuning);
 
     const period_t now = period_of(5);
     const double link = 0.5 * (now.u_dc + last.u_dc);
     const double more = 1.0 + 1.0 / leg_at(link);
-    const inverter_acted_t acted = inverter_acted(&inverter, to_ab(now.current), (float)now.u_dc);
+    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, to_ab(now.current), (float)now.u_dc);
     TEST_ASSERT_DOUBLE_WITHIN(
         VOLT_TOLERANCE, 0.0,
         cabs(of_ab(acted.voltage) - (duties_of(oldest.duty) * link -
                                      more * lost_between(&oldest.duty, last.current, now.current, link))));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, leg_at(link) + 1.0, (double)acted.leg);
 
-    const abc_t duty = inverter_make(&inverter, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
+    const abc_t duty = inverter_make(&inverter, &tuning, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
     const double count = 2500.0 * (double)duty.a;
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
 }

@@ -27,10 +27,10 @@ void tearDown(void)
 static void step(int k, double u, double omega)
 {
     if (k % PER_LOOK == 0) {
-        link_look(&x, (float)u);
+        link_look(&x, &tuning, (float)u);
     }
-    if (link_is_near(&x, (float)u)) {
-        link_limit(&x, (float)u, (float)omega);
+    if (link_is_near(&x, &tuning, (float)u)) {
+        link_limit(&x, &tuning, (float)u, (float)omega);
     }
 }
 
@@ -42,8 +42,8 @@ static void test_what_may_drive_a_full_link_is_five_per_mille(void)
     for (int way = -1; way <= 1; way += 2) {
         for (double u = FULL + 0.1; u < 500.0; u += 3.0) {
             begin(0.5);
-            link_limit(&x, 385.0f, (float)(way * OMEGA));
-            link_limit(&x, (float)u, (float)(way * OMEGA));
+            link_limit(&x, &tuning, 385.0f, (float)(way * OMEGA));
+            link_limit(&x, &tuning, (float)u, (float)(way * OMEGA));
             TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)-TAKEN, x.braking);
         }
     }
@@ -59,7 +59,7 @@ static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(voi
         double omega = speeds[n / 3];
         const double first = fabs(omega);
         begin(0.0);
-        link_limit(&x, 385.0f, (float)omega);
+        link_limit(&x, &tuning, 385.0f, (float)omega);
         for (int k = 0; k < 50000; k++) {
             step(k, supplies[n % 3], omega);
             const double drives = fmax(-(double)x.braking, 0.0);
@@ -73,16 +73,16 @@ static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(voi
 /* One that the supply has been found to hold stays so until the link is 4 V below u_full. */
 static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
 {
-    link_limit(&x, 385.0f, 20.0f);
-    link_limit(&x, 395.0f, 20.0f);
+    link_limit(&x, &tuning, 385.0f, 20.0f);
+    link_limit(&x, &tuning, 395.0f, 20.0f);
     TEST_ASSERT_TRUE(x.braking < 0.0f);
-    link_limit(&x, 395.0f, 20.0f + (float)FREE + 0.21f);
+    link_limit(&x, &tuning, 395.0f, 20.0f + (float)FREE + 0.21f);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
-    link_limit(&x, 389.0f, 20.0f);
-    link_limit(&x, 395.0f, 20.0f);
+    link_limit(&x, &tuning, 389.0f, 20.0f);
+    link_limit(&x, &tuning, 395.0f, 20.0f);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
-    link_limit(&x, 387.9f, 20.0f);
-    link_limit(&x, 395.0f, 20.0f);
+    link_limit(&x, &tuning, 387.9f, 20.0f);
+    link_limit(&x, &tuning, 395.0f, 20.0f);
     TEST_ASSERT_TRUE(x.braking < 0.0f);
 }
 
@@ -120,7 +120,7 @@ static void test_a_low_supply_that_delivers_limits_nothing(void)
         TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
         supplied(u, OMEGA, 3.0);
         TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
-        TEST_ASSERT_TRUE(link_excuses(&x));
+        TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
     }
     for (double u = 200.5; u < 254.0; u += 3.0) {
         begin(0.5);
@@ -139,7 +139,7 @@ static void test_a_low_supply_that_goes_is_lost(void)
     supplied(199.0, OMEGA, 0.6);
     TEST_ASSERT_EQUAL_UINT32(LINK_LOST, x.conditions & (LINK_SINKS | LINK_LOST));
     supplied(260.0, OMEGA, 0.01);
-    link_limit(&x, 220.0f, (float)OMEGA);
+    link_limit(&x, &tuning, 220.0f, (float)OMEGA);
     TEST_ASSERT_TRUE(x.driving < 0.0f);
 }
 

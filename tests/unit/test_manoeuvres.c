@@ -115,10 +115,10 @@ static void test_catch_waits_for_the_observer(void)
 {
     begin();
     setpoint = next;
-    reference_take(&fast, &setpoint);
+    reference_take(&fast, &fast_tuning, &setpoint);
     const reference_input_t input = {.estimate = &estimate, .voltage_max = LINK};
     for (int n = 0; n < 500; n++) {
-        reference_step(&fast, &setpoint, &input, &demand);
+        reference_step(&fast, &fast_tuning, &setpoint, &input, &demand);
     }
     TEST_ASSERT_EQUAL_INT32(CATCH_GOES_ON, fast.outcome);
     TEST_ASSERT_EQUAL_UINT32(0u, fast.catching.periods);
@@ -653,7 +653,7 @@ static void test_init_is_off_and_knows_of_nothing(void)
     memset(&m, 0x55, sizeof m);
     manoeuvres_init(&m, &tuning);
     memset(&fast, 0x55, sizeof fast);
-    reference_init(&fast, &fast_tuning);
+    reference_init(&fast);
     const frame_t encoder = {1.0f, 2.0f, {0.0f, 1.0f}};
     const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_OFF, m.now);

@@ -18,13 +18,14 @@ static const ab_t NO_TRIM = {0.0f, 0.0f};
 
 static params_t params;
 static measure_t measure;
+static measure_tuning_t tuning;
 static drive_samples_t samples;
 
 static void begin(void)
 {
-    const measure_tuning_t tuning = measure_prepare(&params);
+    tuning = measure_prepare(&params);
     memset(&measure, 0x55, sizeof measure);
-    measure_init(&measure, &tuning);
+    measure_init(&measure);
 }
 
 void setUp(void)
@@ -46,7 +47,7 @@ void setUp(void)
 static calibration_t calibrate(void)
 {
     measure_step(&measure, &samples, NO_TRIM);
-    return measure_calibrate(&measure, &samples);
+    return measure_calibrate(&measure, &tuning, &samples);
 }
 
 /* From its beginning to its end, of these samples. */
@@ -257,8 +258,8 @@ static void test_new_coefficients_keep_offsets_and_a_calibration_under_way(void)
         (void)calibrate();
     }
     params.current_offset_max = 0.2f; /* less than that of a */
-    const measure_tuning_t tuning = measure_prepare(&params);
-    measure_take(&measure, &tuning);
+    tuning = measure_prepare(&params);
+    measure_take(&measure);
     TEST_ASSERT_EQUAL(CALIBRATION_FAILED, calibrate());
     TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, measure.measured.current_abc.a - 0.25f / PERIODS);

@@ -12,6 +12,7 @@
 #define PI     3.14159265358979323846
 
 static measure_t measure;
+static measure_tuning_t tuning;
 static drive_samples_t samples;
 static ab_t trim;
 
@@ -21,8 +22,8 @@ void setUp(void)
     params_defaults(&params);
     params.calibration_periods = (int32_t)BLOCK;
     params.current_offset_max = 1.0f * SHARE;
-    const measure_tuning_t tuning = measure_prepare(&params);
-    measure_init(&measure, &tuning);
+    tuning = measure_prepare(&params);
+    measure_init(&measure);
     memset(&samples, 0, sizeof samples);
     samples.u_dc = 311.0f;
     trim = (ab_t){0.0f, 0.0f};
@@ -38,7 +39,7 @@ static bool period(double a, double b)
     samples.i_b = (float)b * SHARE;
     samples.i_c = -samples.i_a - samples.i_b;
     measure_step(&measure, &samples, trim);
-    return measure_rest(&measure, &samples, trim);
+    return measure_rest(&measure, &tuning, &samples, trim);
 }
 
 static uint32_t periods(double a, double b, uint32_t count)
@@ -132,7 +133,7 @@ static void test_a_calibration_beside_a_current_is_replaced(void)
         samples.i_c = -samples.i_a - samples.i_b;
         measure_step(&measure, &samples, trim);
         TEST_ASSERT_EQUAL(n + 1u < SETTLE + BLOCK ? CALIBRATION_GOES_ON : CALIBRATION_GOOD,
-                          measure_calibrate(&measure, &samples));
+                          measure_calibrate(&measure, &tuning, &samples));
     }
     TEST_ASSERT_FLOAT_WITHIN(0.003f * SHARE, 0.045f * SHARE, measure.offset.a);
     TEST_ASSERT_EQUAL_UINT32(1u, periods(0.01, 0.0, SETTLE + BLOCK));
@@ -158,7 +159,7 @@ static void test_what_is_no_measurement_is_left_out(void)
     for (int n = 0; n < 100; n++) {
         samples.i_a = NAN;
         measure_step(&measure, &samples, trim);
-        TEST_ASSERT_FALSE(measure_rest(&measure, &samples, trim));
+        TEST_ASSERT_FALSE(measure_rest(&measure, &tuning, &samples, trim));
     }
     TEST_ASSERT_EQUAL_UINT32(1u, periods(0.5, 0.0, BLOCK - 200u));
     expect_offset(0.5, 0.0);
@@ -172,8 +173,8 @@ static void test_new_coefficients_begin_a_new_block(void)
     params_defaults(&params);
     params.calibration_periods = 16;
     params.current_offset_max = 1.0f * SHARE;
-    const measure_tuning_t tuning = measure_prepare(&params);
-    measure_take(&measure, &tuning);
+    tuning = measure_prepare(&params);
+    measure_take(&measure);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, 0.0, SETTLE + 15u));
     TEST_ASSERT_TRUE(period(0.5, 0.0));
     expect_offset(0.5, 0.0);

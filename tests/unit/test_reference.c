@@ -8,17 +8,18 @@
 #define W 8
 
 static reference_t reference;
+static reference_tuning_t tuning;
 static setpoint_t setpoint;
 static demand_t demand;
 
 void setUp(void)
 {
-    const reference_tuning_t tuning = {.flux_linkage = 0.25f,
-                                       .pole_pairs_inverse = 0.25f,
-                                       .periods = (float)W,
-                                       .per_period = 1.0f / (float)W};
+    tuning = (reference_tuning_t){.flux_linkage = 0.25f,
+                                  .pole_pairs_inverse = 0.25f,
+                                  .periods = (float)W,
+                                  .per_period = 1.0f / (float)W};
     memset(&reference, 0x55, sizeof reference);
-    reference_init(&reference, &tuning);
+    reference_init(&reference);
     memset(&setpoint, 0, sizeof setpoint);
     setpoint.source = (int32_t)SOURCE_ENCODER;
     setpoint.change = (int32_t)FRAME_ANEW;
@@ -30,7 +31,7 @@ static void begin(float standing, float stiffness)
 {
     setpoint.current.q = standing;
     setpoint.stiffness = stiffness;
-    reference_take(&reference, &setpoint);
+    reference_take(&reference, &tuning, &setpoint);
     setpoint.change = (int32_t)FRAME_GOES_ON;
 }
 
@@ -39,7 +40,7 @@ static float i_q(float omega_m)
 {
     const frame_t rotor = {0.0f, 4.0f * omega_m, {0.0f, 1.0f}};
     const reference_input_t input = {.encoder = &rotor, .omega_m = omega_m, .estimating = 1u};
-    reference_step(&reference, &setpoint, &input, &demand);
+    reference_step(&reference, &tuning, &setpoint, &input, &demand);
     return demand.current.q;
 }
 

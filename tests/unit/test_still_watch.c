@@ -7,6 +7,7 @@
 #define RANGE 20.0f
 
 static still_watch_t watch;
+static still_watch_tuning_t tuning;
 static bool limited; /* control has not got the voltage that it asked for */
 static float u_dc;   /* [V] */
 
@@ -26,8 +27,7 @@ void setUp(void)
     limited = false;
     u_dc = 311.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
-    const still_watch_tuning_t tuning = prepared(false, true);
-    still_watch_take(&watch, &tuning);
+    tuning = prepared(false, true);
 }
 
 void tearDown(void)
@@ -38,8 +38,8 @@ void tearDown(void)
 static bool step(float a, float b, float asked_a)
 {
     const abc_t current = {a, b, -a - b};
-    return still_watch_count(&watch, &current) &&
-           still_watch_judge(&watch, (abc_t){asked_a, b, -asked_a - b}, current, limited, u_dc);
+    return still_watch_count(&watch, &tuning, &current) &&
+           still_watch_judge(&watch, &tuning, (abc_t){asked_a, b, -asked_a - b}, current, limited, u_dc);
 }
 
 /* So many periods in which a stays, asked for more by `miss`, while b moves; the period in which it is stuck,
@@ -113,7 +113,6 @@ static void test_where_a_phase_has_no_current_a_value_must_be_far_and_stay_for_n
 
 static void test_nothing_is_stuck_where_the_sensors_are_not_judged(void)
 {
-    const still_watch_tuning_t tuning = prepared(true, false);
-    still_watch_take(&watch, &tuning);
+    tuning = prepared(true, false);
     TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 8.0f, 100u));
 }

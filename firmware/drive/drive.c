@@ -23,7 +23,7 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
 static void show_stop(drive_t *drive)
 {
     drive_fault_t fault = drive->fast.stop;
-    fault.manoeuvre = drive->medium.manoeuvres.now;
+    fault.manoeuvre = drive->manoeuvre;
     show_fault(drive, &fault);
 }
 
@@ -31,6 +31,7 @@ static void show_stop(drive_t *drive)
 static void show(drive_t *drive)
 {
     const medium_t *medium = &drive->medium;
+    drive->manoeuvre = medium->manoeuvres.now;
     if (medium->faults != drive->log.count) {
         drive->log.faults[drive->log.count % DRIVE_FAULT_LOG] = medium->fault;
         drive->log.count = medium->faults;

@@ -56,6 +56,7 @@ typedef struct {
     /* what is shown of the state machine: as the medium task has left it, from where its setpoint acts, and
      * at once what has opened the bridge */
     int32_t state;        /* [-] drive_state_t */
+    int32_t manoeuvre;    /* [-] manoeuvre_t whose setpoint acts */
     int32_t fault_reason; /* [-] reason_t of the latched fault; REASON_NONE: there is none */
     drive_fault_t fault;  /* the last one */
 

@@ -127,15 +127,17 @@ static void estimate(fast_t *fast)
 {
     const measured_t *measured = &fast->measure.measured;
     const inverter_acted_t acted = inverter_acted(&fast->inverter, measured->current, measured->u_dc);
+    const ab_t spared = fast->setpoint.spared;
+    const ab_t voltage = {acted.voltage.alpha - spared.alpha, acted.voltage.beta - spared.beta};
     fast->acted = acted.voltage;
     fast->link_mean = acted.link;
     fast->dead_voltage = acted.leg;
     if (fast->reference.tracking == 0u) {
-        chosen_observe(&fast->estimator, acted.voltage, measured->current, reference_speed(&fast->reference));
+        chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
     } else if (doubtful(fast, &acted)) {
-        (void)chosen_coast(&fast->estimator, acted.voltage, measured->current);
+        (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_step(&fast->estimator, acted.voltage, measured->current);
+        (void)chosen_step(&fast->estimator, voltage, measured->current);
     }
     follow_load(fast);
 }

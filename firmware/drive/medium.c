@@ -281,6 +281,7 @@ static void set(medium_t *medium, const window_t *window, uint32_t order)
     setpoint->flux_linkage = medium->flux.flux_linkage;
     setpoint->speed_per_volt = medium->flux.speed_per_volt;
     setpoint->dead_time = medium->dead_time_learn.effective;
+    setpoint->spared = medium->spared;
     setpoint->link_sunk = medium->link.sunk;
     setpoint->link_low = medium->link.low;
 }
@@ -335,6 +336,8 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     inductance_take(&medium->inductance, &tuning->inductance);
     inertia_take(&medium->inertia, &tuning->inertia);
     dead_time_learn_take(&medium->dead_time_learn, &tuning->dead_time_learn);
+    emf_shape_take(&medium->emf_shape, &tuning->emf_shape);
+    unequal_legs_take(&medium->unequal_legs, &tuning->unequal_legs);
     medium->load_most = tuning->load_most;
     medium->load_follows = tuning->load_follows;
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);

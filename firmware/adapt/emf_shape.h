@@ -1,17 +1,16 @@
-/* What the fifth and seventh harmonic of a rotor's EMF add to it, as far as the tracking loop would take it
- * for a motion: the sixth harmonic of e_d. A phase EMF of -psi_f omega (sin x + h5 sin 5 x + h7 sin 7 x) is
- * in the rotor's frame
+/* What the fifth and seventh harmonic of a rotor's EMF add to it: the sixth of e_d, which the tracking loop
+ * would take for a motion, and that of e_q, which what is learnt of L would take for an answer. A phase EMF
+ * of -psi_f omega (sin x + h5 sin 5 x + h7 sin 7 x) is in the rotor's frame
  *
- *     e_d = -psi_f omega (h5 + h7) sin 6 theta_e,   e_q = psi_f omega (1 + (h7 - h5) cos 6 theta_e)
+ *     e_d = -psi_f omega a sin 6 theta,   e_q = psi_f omega (1 + b cos 6 theta),   a = h5 + h7,  b = h7 - h5
  *
- * and h5 + h7 the shape. That of e_q hardly turns the estimate, and is left in. It is learnt beside the dead
- * time (dead_time_learn.h), and taken off the voltage that the estimator gets; not at a speed at which the
- * loop does not follow six times of it (docs/theory.md, 25).
+ * and a, b the shape. It is learnt beside the dead time (dead_time_learn.h), and taken off the voltage that
+ * the estimator gets; not at a speed at which the loop does not follow six times of it (docs/theory.md, 25).
  *
- * With the mean m(e) and the rest e - m(e) of dead_time_learn.h, n being the direction of the mean,
+ * With the mean m(e) and the rest r = e - m(e) of dead_time_learn.h, n being the direction of the mean,
  *
- *     y = n x (e - m(e)) = psi_f |omega| a sin 6 theta,   sin 6 theta = -Im n^6
- *     da/dt = 2 g (y/(psi_f |omega|) - a sin 6 theta) sin 6 theta
+ *     n x r = psi_f |omega| a sin 6 theta,   n r = psi_f |omega| b cos 6 theta,   n^6 = -e^(j 6 theta)
+ *     da/dt = 2 g (n x r/(psi_f |omega|) - a sin 6 theta) sin 6 theta,   b with the cosine alike
  *
  * Does not handle: harmonics from the eleventh on. */
 #ifndef ADAPT_EMF_SHAPE_H
@@ -35,9 +34,9 @@ typedef struct {
 
 typedef struct {
     emf_shape_tuning_t tuning;
-    float d;      /* sixth harmonic of e_d over the EMF, h5 + h7, as it is taken off [-] */
-    float learnt; /* likewise as seen [-] */
-    float rate;   /* at which it learns now [1/s] */
+    dq_t used;   /* a and b, as they are taken off [-] */
+    dq_t learnt; /* likewise as seen [-] */
+    float rate;  /* at which it learns now [1/s] */
 } emf_shape_t;
 
 /* What a step of the dead time has seen. */
@@ -46,7 +45,7 @@ typedef struct {
     ab_t rest;     /* e - m(e) [V] */
     float omega_e; /* [rad/s] electrical */
     float time;    /* that it counts for [s] */
-    float taken;   /* share of d that was taken off this EMF [-] */
+    float taken;   /* share of what is used that was taken off this EMF [-] */
 } emf_shape_input_t;
 
 /* These coefficients. What is learnt stays while it is on. */
@@ -66,9 +65,10 @@ static inline float emf_shape_share(float omega_e)
 /* The part of the EMF [V] that the shape is, of a rotor with this rotation and this speed [rad/s]. */
 static inline ab_t emf_shape_voltage(const emf_shape_t *shape, float omega_e, rotation_t rotor)
 {
-    const float amplitude = shape->tuning.flux_linkage * omega_e * shape->d;
-    const float d = -amplitude * sixth_power((ab_t){rotor.cos, rotor.sin}).beta;
-    return (ab_t){d * rotor.cos, d * rotor.sin};
+    const float amplitude = shape->tuning.flux_linkage * omega_e;
+    const ab_t sixth = sixth_power((ab_t){rotor.cos, rotor.sin});
+    const dq_t emf = {-amplitude * shape->used.d * sixth.beta, amplitude * shape->used.q * sixth.alpha};
+    return frames_inverse_park(emf, rotor);
 }
 
 #endif

@@ -56,6 +56,11 @@ static inline float square_of(ab_t a)
     return a.alpha * a.alpha + a.beta * a.beta;
 }
 
+static inline ab_t product(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+}
+
 static inline bool same(ab_t a, ab_t b)
 {
     return a.alpha == b.alpha && a.beta == b.beta;
@@ -98,11 +103,16 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
         learn->emf_mean = input->emf;
         learn->along_mean = along;
         learn->along = along;
+        learn->against = (ab_t){0.0f, 0.0f};
     }
     const float turn = learn->tuning.period * input->omega_e_ref;
     const float share = bounds_magnitude(turn);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
+    learn->rest = (ab_t){input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const ab_t against = product(learn->rest, along);
+    learn->against.alpha = lowpass_step(learn->against.alpha, share, against.alpha);
+    learn->against.beta = lowpass_step(learn->against.beta, share, against.beta);
     const float way = cross(learn->along, along) * inverse_root(share * share);
     learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
     learn->along = along;
@@ -110,11 +120,14 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->current = input->current;
 }
 
-/* Are speed and reference together, and does the current turn with them? */
+/* Are speed and reference together, does the current turn with them, and are the currents what the sensors
+ * say? Those with a wrong gain or offset leave more against the current than legs that differ. */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
     const float missing = input->omega_e_ref - input->omega_e;
-    return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
+    const float against = DEAD_TIME_LEARN_AGAINST * band;
+    return square_of(learn->against) < against * against &&
+           bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
@@ -143,15 +156,13 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     if (!settled(learn, input, band)) {
         return;
     }
-    const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
-    const float across = cross(along, rest);
+    const float across = cross(along, learn->rest);
     if (!bounds_within(across, band)) {
         return;
     }
     const float per_volt = inverse_root(input->link * input->link);
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
-    learn->rest = rest;
     learn->seen = time;
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;

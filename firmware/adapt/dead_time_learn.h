@@ -37,13 +37,15 @@
 
 #include "math/frames.h"
 
-#define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
-#define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] ... and at most */
-#define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
-#define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
-#define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
-#define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
+#define DEAD_TIME_LEARN_EMF_MIN   0.45f  /* [-] EMF of the speed over the dead band's voltage, at least ... */
+#define DEAD_TIME_LEARN_EMF_FULL  0.85f  /* [-] below this EMF it is slower, by the square */
+#define DEAD_TIME_LEARN_EMF_MAX   3.3f   /* [-] ... and at most */
+#define DEAD_TIME_LEARN_MISS      0.35f  /* [-] EMF of the speed that is missing over the same, at most */
+#define DEAD_TIME_LEARN_EMF_LEAST 0.02f  /* [-] EMF of a period over that of the speed, at least */
+#define DEAD_TIME_LEARN_ZONES     7.0f   /* [-] current over the zone, at least */
+#define DEAD_TIME_LEARN_STEADY    0.8f   /* [-] square of the mean direction of the current, at least */
+#define DEAD_TIME_LEARN_AGAINST   0.127f /* [-] EMF against the current over the dead band's voltage, at most \
+                                          */
 #define DEAD_TIME_LEARN_RANGE                                                                                \
     1.7f /* [-] T_e over dead band or T_e of the parameters, at most: gates delay it by less */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
@@ -87,6 +89,7 @@ typedef struct {
     ab_t current;    /* of the last step [A] */
     uint32_t moved;  /* [-] 1: it is not the one before */
     ab_t rest;       /* e - m(e) of the last step [V] */
+    ab_t against;    /* what turns against the current: low-pass of (e - m(e)) u [V] */
     float seen;      /* [s] that this step counts for; 0: it teaches nothing */
 } dead_time_learn_t;
 

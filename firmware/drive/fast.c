@@ -304,7 +304,7 @@ static void calibrate(fast_t *fast, const drive_samples_t *samples)
         } else if (measure_rest(measure, samples, fast->setpoint.trim)) {
             fast->offsets = 1u;
         }
-        fast->calibration = measure->rest.found;
+        fast->calibration = (int32_t)measure_found(measure);
         break;
     case CALIBRATE_NOT:
         break;

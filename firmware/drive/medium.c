@@ -48,6 +48,16 @@ static bool is_confirmed(const medium_t *medium, const window_t *window)
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
+/* The speed of a catch is the EMF's length over psi_f: may a psi_f that is believed too small make it one
+ * beyond the trip? A loop that tracks counts turns instead. */
+static bool is_by_length(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const float least = CONFIRMED_LEAST * window->omega_m;
+    return m->sensorless != 0u && m->tracking == 0u &&
+           bounds_within(least, medium->guard.tuning.limit[FAULT_LIMIT_OVERSPEED]);
+}
+
 /* What is seen at the end of the window. */
 drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
 {
@@ -67,9 +77,9 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
 static void note(medium_t *medium, const window_t *window, drive_fault_t stop)
 {
     sequence_t *sequence = &medium->sequence;
-    const bool of_speed = sequence->fault_reason == (int32_t)REASON_OVERSPEED ||
-                          sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
-    if (of_speed && !is_confirmed(medium, window)) {
+    const bool overspeed = sequence->fault_reason == (int32_t)REASON_OVERSPEED;
+    const bool of_speed = overspeed || sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
+    if (of_speed && (!is_confirmed(medium, window) || (overspeed && is_by_length(medium, window)))) {
         sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
     }
     medium->fault = stop;

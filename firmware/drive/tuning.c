@@ -206,6 +206,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .flux_linkage = believed->flux_linkage,
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
+        .doubtful = 2.0f * MEASURE_MOVED,
         .step = pole_pairs * step,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,

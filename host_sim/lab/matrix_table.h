@@ -349,12 +349,8 @@
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
 #define MATRIX_NOT_YET(N) \
-    N("offset_a/align/sensorless/l", "the start ends in relocks of a light rotor at another speed than is asked for, without a report") \
     N("offset_a/reversal/encoder/l", "reported as encoder_direction, not as encoder_mismatch") \
-    N("encoder_slips/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms") \
-    N("encoder_stands/run_slow/encoder/h", "reported after 22.9 ms, promised within 21 ms") \
-    N("encoder_stands/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms") \
-    N("encoder_track/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms")
+    N("encoder_stands/run_slow/encoder/h", "reported after 22.9 ms, promised within 21 ms")
 /* clang-format on */
 
 /* Index of each. */

@@ -4,11 +4,14 @@
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/root.h"
+#include "math/sixth.h"
 
-#define SIXTH   (12.0f / 35.0f)  /* [-] of the signs across the current over what is along it: 1/5 + 1/7 */
-#define TWELFTH (24.0f / 143.0f) /* [-] likewise: 1/11 + 1/13 */
-#define POWER   (0.5f * SIXTH - 0.25f * TWELFTH) /* [-] <q s> */
-#define ALONG   (4.0f / 3.14159265f)             /* [-] mean of the signs along the current */
+/* [-] of the signs across the current over what is along it, 1/11 + 1/13; <q s>; mean of the signs along the
+ * current; way of the current over that of the reference, at most. */
+#define TWELFTH  (24.0f / 143.0f)
+#define POWER    (0.5f * TWELFTH)
+#define ALONG    (4.0f / 3.14159265f)
+#define WAY_MOST 3.0f
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
@@ -16,6 +19,7 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
     return (dead_time_learn_tuning_t){
         .rate = params->rate,
+        .per_rate = params->rate > 0.0f ? 1.0f / params->rate : 0.0f,
         .effective = effective,
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
@@ -32,6 +36,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
     const bool same = tuning->effective == learn->tuning.effective && tuning->band == learn->tuning.band;
     if (!same || tuning->rate == 0.0f) {
         learn->effective = tuning->effective;
+        learn->learnt = tuning->effective;
         learn->rate = tuning->rate;
         learn->begun = 0u;
     }
@@ -49,6 +54,11 @@ static inline float cross(ab_t a, ab_t b)
 static inline float square_of(ab_t a)
 {
     return a.alpha * a.alpha + a.beta * a.beta;
+}
+
+static inline ab_t product(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
 }
 
 static inline bool same(ab_t a, ab_t b)
@@ -70,13 +80,10 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
 }
 
 /* What the EMF across the current is correlated with, by the current's direction: s [-]. */
-static float sawtooth(ab_t unit)
+static inline float twelfth(ab_t unit)
 {
-    const float square_re = unit.alpha * unit.alpha - unit.beta * unit.beta;
-    const float square_im = 2.0f * unit.alpha * unit.beta;
-    const float cube_re = square_re * unit.alpha - square_im * unit.beta;
-    const float cube_im = square_re * unit.beta + square_im * unit.alpha;
-    return -4.0f * cube_re * cube_re * cube_re * cube_im;
+    const ab_t sixth = sixth_power(unit);
+    return 2.0f * sixth.alpha * sixth.beta;
 }
 
 /* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
@@ -88,28 +95,49 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* The slow means; whether the current stands still. */
+/* The slow means; the way of the current's direction; whether it stands still. */
 static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
         learn->emf_mean = input->emf;
         learn->along_mean = along;
+        learn->along = along;
+        learn->against = (ab_t){0.0f, 0.0f};
     }
     const float turn = learn->tuning.period * input->omega_e_ref;
     const float share = bounds_magnitude(turn);
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
+    learn->rest = (ab_t){input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const ab_t against = product(learn->rest, along);
+    learn->against.alpha = lowpass_step(learn->against.alpha, share, against.alpha);
+    learn->against.beta = lowpass_step(learn->against.beta, share, against.beta);
+    const float way = cross(learn->along, along) * inverse_root(share * share);
+    learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
+    learn->along = along;
     learn->moved = same(input->current, learn->current) ? 0u : 1u;
     learn->current = input->current;
 }
 
-/* Are speed and reference together, and does the current turn with them? */
+/* Are speed and reference together, does the current turn with them, and are the currents what the sensors
+ * say? Those with a wrong gain or offset leave more against the current than legs that differ. */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
     const float missing = input->omega_e_ref - input->omega_e;
-    return bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
+    const float against = DEAD_TIME_LEARN_AGAINST * band;
+    return square_of(learn->against) < against * against &&
+           bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
+}
+
+/* From the parameters' value on, that is used which is more than chance. */
+static void use(dead_time_learn_t *learn)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float chance = gain_chance(DEAD_TIME_LEARN_CHANCE * tuning->band, learn->rate * tuning->per_rate,
+                                     DEAD_TIME_LEARN_SETTLED);
+    learn->effective = tuning->effective + gain_beyond(learn->learnt - tuning->effective, chance);
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -117,6 +145,7 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float band = tuning->band * input->link;
     const float square = square_of(input->current);
+    learn->seen = 0.0f;
     if (!visible(tuning, input, square, band)) {
         learn->begun = 0u;
         return;
@@ -127,18 +156,20 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     if (!settled(learn, input, band)) {
         return;
     }
-    const ab_t rest = {input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
-    const float across = cross(learn->along_mean, rest);
+    const float across = cross(along, learn->rest);
     if (!bounds_within(across, band)) {
         return;
     }
     const float per_volt = inverse_root(input->link * input->link);
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
-    const float seen = across * sawtooth(along) * per_volt;
-    const float wanted = learn->effective + learn->rate * time * (1.0f / (ALONG * POWER)) * seen;
+    learn->seen = time;
+    const float seen = across * twelfth(along) * learn->way * per_volt;
+    const float missed = (1.0f / (ALONG * POWER)) * seen;
+    const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
-        learn->effective = wanted;
+        learn->learnt = wanted;
     }
+    use(learn);
 }

@@ -39,17 +39,21 @@
 
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
 #define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   2.2f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] ... and at most */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
 #define DEAD_TIME_LEARN_STEADY    0.8f  /* [-] square of the mean direction of the current, at least */
+#define DEAD_TIME_LEARN_AGAINST                                                                              \
+    0.127f /* [-] EMF against the current over the dead band's voltage, at most                              \
+            */
 #define DEAD_TIME_LEARN_RANGE                                                                                \
     1.7f /* [-] T_e over dead band or T_e of the parameters, at most: gates delay it by less */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
+#define DEAD_TIME_LEARN_CHANCE  0.02f /* [-] of the dead band */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */
@@ -63,6 +67,7 @@ typedef struct {
 
 typedef struct {
     float rate;           /* at which it begins [1/s]; 0: off */
+    float per_rate;       /* one over it [s] */
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of what is learnt [-] */
     float band;           /* [-] */
@@ -74,13 +79,19 @@ typedef struct {
 
 typedef struct {
     dead_time_learn_tuning_t tuning;
-    float effective; /* T_e/T as learnt [-] */
+    float effective; /* T_e/T as used [-] */
+    float learnt;    /* likewise as seen [-] */
     float rate;      /* at which it learns now [1/s] */
     uint32_t begun;  /* [-] 1: what follows is of the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */
+    ab_t along;      /* u of the last step [-] */
+    float way;       /* of u in that step over the reference's [-] */
     ab_t current;    /* of the last step [A] */
     uint32_t moved;  /* [-] 1: it is not the one before */
+    ab_t rest;       /* e - m(e) of the last step [V] */
+    ab_t against;    /* what turns against the current: low-pass of (e - m(e)) u [V] */
+    float seen;      /* [s] that this step counts for; 0: it teaches nothing */
 } dead_time_learn_t;
 
 /* What the periods since the last step bring. */
@@ -103,6 +114,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
     learn->begun = 0u;
+    learn->seen = 0.0f;
 }
 
 /* Is the dead time known, by what was learnt or because nothing is to be learnt of it? */

@@ -126,15 +126,17 @@ static void estimate(fast_t *fast, const fast_orders_t *orders)
     const measured_t *measured = &fast->measure.measured;
     const inverter_acted_t acted =
         inverter_acted(&fast->inverter, &orders->tuning->inverter, measured->current, measured->u_dc);
+    const ab_t spared = orders->setpoint->spared;
+    const ab_t voltage = {acted.voltage.alpha - spared.alpha, acted.voltage.beta - spared.beta};
     fast->acted = acted.voltage;
     fast->link_mean = acted.link;
     fast->dead_voltage = acted.leg;
     if (fast->reference.tracking == 0u) {
-        chosen_observe(&fast->estimator, acted.voltage, measured->current, reference_speed(&fast->reference));
+        chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
     } else if (doubtful(fast, orders, &acted)) {
-        (void)chosen_coast(&fast->estimator, acted.voltage, measured->current);
+        (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_step(&fast->estimator, acted.voltage, measured->current);
+        (void)chosen_step(&fast->estimator, voltage, measured->current);
     }
     follow_load(fast, orders->setpoint);
 }
@@ -312,7 +314,7 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
         } else if (measure_rest(measure, &tuning->measure, samples, orders->setpoint->trim)) {
             fast->offsets = 1u;
         }
-        fast->calibration = measure->rest.found;
+        fast->calibration = (int32_t)measure_found(measure);
         break;
     case CALIBRATE_NOT:
         break;

@@ -110,7 +110,7 @@ void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_
         manoeuvres_catch(m, input, setpoint);
         break;
     case MANOEUVRE_ALIGN:
-        manoeuvres_align(m, setpoint);
+        manoeuvres_align(m, input, setpoint);
         break;
     case MANOEUVRE_RAMP:
     case MANOEUVRE_FORCED:

@@ -68,10 +68,11 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     begin_frame(m, FRAME_ANEW, 0.0f, setpoint);
 }
 
-void manoeuvres_align(manoeuvres_t *m, setpoint_t *setpoint)
+void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
+    const bool stops = input->wish.mode == RUN_STOP; /* the frame does not go round first */
     raise_current(m, m->current);
-    if (m->windows >= m->limits.align_windows) {
+    if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
     force_by(m, setpoint);

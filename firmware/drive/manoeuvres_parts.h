@@ -60,7 +60,7 @@ static inline void manoeuvres_run_at(manoeuvres_t *m, const manoeuvres_input_t *
 /* The manoeuvres, of one window each. */
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
-void manoeuvres_align(manoeuvres_t *m, setpoint_t *setpoint);
+void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);

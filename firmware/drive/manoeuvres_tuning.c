@@ -10,6 +10,8 @@
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
+#define EMF_WRONG          1.3f    /* [-] of psi_f, that may be believed */
+#define EMF_HELD           0.15f   /* [-] of what the resistance holds, that may be fed forward too much */
 #define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
 #define FADE_TIME          0.1f    /* [s] of what a hand-over leaves of i_d */
 #define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
@@ -25,6 +27,18 @@ static float within(float value, float least, float most)
 {
     const float more = value > least ? value : least;
     return more < most ? more : most;
+}
+
+/* How much of the EMF that the encoder's speed makes is fed forward [-]: all of it, but of a rotor so light
+ * that a flux believed too large by EMF_WRONG would make the current drive it on by itself (docs/theory.md,
+ * 15). */
+static float known_emf(const params_t *params, const believed_t *believed)
+{
+    const float flux = (float)params->motor_pole_pairs * believed->flux_linkage;
+    const float holds = params->current_bandwidth * believed->resistance * believed->inertia;
+    const float drives = 1.5f * flux * flux;
+    return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / EMF_WRONG, 1.0f / EMF_WRONG,
+                  1.0f);
 }
 
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
@@ -78,7 +92,7 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),
-        .flux_linkage = believed->flux_linkage,
+        .flux_linkage = known_emf(params, believed) * believed->flux_linkage,
         .pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs,
         .periods = (float)DRIVE_WINDOW,
         .per_period = 1.0f / (float)DRIVE_WINDOW,

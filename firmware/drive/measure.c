@@ -3,8 +3,13 @@
 #include <string.h>
 
 #include "math/bounds.h"
+#include "math/filter.h"
 
-#define SETTLE_PERIODS 64u /* [periods] after the start before offsets are averaged */
+#define SETTLE_PERIODS 64u    /* [periods] after the start before offsets are averaged */
+#define RECENT_SHARE   0.015f /* [-] of a sample in what the sensors have read in the last 7 ms */
+#define UNSURE_SHARE                                                                                         \
+    0.25f /* [-] of MEASURE_MOVED, by which offsets that are unsure may be off at a start                    \
+           */
 
 measure_tuning_t measure_prepare(const params_t *params)
 {
@@ -94,7 +99,13 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
 void measure_begin_rest(measure_t *measure)
 {
     measure->rest.periods = 0u;
+    measure->rest.recent = (ab_t){0.0f, 0.0f};
     measure->rest.found = (int32_t)CALIBRATION_GOES_ON;
+}
+
+static bool is_longer(ab_t vector, float length)
+{
+    return vector.alpha * vector.alpha + vector.beta * vector.beta > length * length;
 }
 
 /* Is what the sensors read in this block, less what is known of their offsets, as good as no current? */
@@ -103,8 +114,16 @@ static bool has_moved(const measure_t *measure, ab_t trim)
     const abc_t mean = measure->rest.mean;
     const abc_t offset = measure->offset;
     const ab_t left = frames_clarke((abc_t){mean.a - offset.a, mean.b - offset.b, mean.c - offset.c});
-    const ab_t moved = {left.alpha - trim.alpha, left.beta - trim.beta};
-    return moved.alpha * moved.alpha + moved.beta * moved.beta > MEASURE_MOVED * MEASURE_MOVED;
+    return is_longer((ab_t){left.alpha - trim.alpha, left.beta - trim.beta}, MEASURE_MOVED);
+}
+
+calibration_t measure_found(const measure_t *measure)
+{
+    const measure_rest_t *rest = &measure->rest;
+    const calibration_t found = (calibration_t)rest->found;
+    const float most = rest->unsure != 0u ? UNSURE_SHARE * MEASURE_MOVED : MEASURE_MOVED;
+    const bool due = found != CALIBRATION_FAILED && is_quiet(rest) && is_longer(rest->recent, most);
+    return due ? CALIBRATION_DUE : found;
 }
 
 bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
@@ -118,6 +137,9 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     if (rest->periods <= SETTLE_PERIODS) {
         return false;
     }
+    const ab_t now = measure->measured.current;
+    rest->recent.alpha = lowpass_step(rest->recent.alpha, RECENT_SHARE, now.alpha);
+    rest->recent.beta = lowpass_step(rest->recent.beta, RECENT_SHARE, now.beta);
     collect(rest, samples, tuning->weight, rest->periods == SETTLE_PERIODS + 1u);
     if (rest->periods < tuning->periods) {
         return false;
@@ -133,6 +155,7 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
         return false;
     }
     measure->offset = rest->mean;
+    rest->recent = (ab_t){0.0f, 0.0f};
     rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step within this block leaves its mean halfway */
     return true;
 }

@@ -4,7 +4,8 @@
  * While the bridge is off and the drive ready, the offsets are measured again and again, block by block, so
  * that a start finds them measured and waits for nothing. A block tells by its span whether a current flows
  * (a rotor whose EMF is beyond the link feeds it through the diodes): such a block says nothing. Offsets that
- * have moved by less than MEASURE_MOVED stay, and with them what was found while turning. */
+ * have moved by less than MEASURE_MOVED stay, and with them what was found while turning. A start waits for
+ * the block under way only where the sensors have just moved by more. */
 #ifndef DRIVE_MEASURE_H
 #define DRIVE_MEASURE_H
 
@@ -55,11 +56,13 @@ typedef struct {
     float offset_max; /* [A] of a sensor that is accepted */
 } measure_tuning_t;
 
-typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED } calibration_t;
+/* DUE: the sensors read another current than none, which no block has measured yet. */
+typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED, CALIBRATION_DUE } calibration_t;
 
 /* A block of samples while the bridge is off. */
 typedef struct {
     abc_t mean;       /* [A] sum so far, weighted */
+    ab_t recent;      /* [A] low-pass of the current, offsets and trim removed */
     abc_t smallest;   /* [A] */
     abc_t largest;    /* [A] */
     uint32_t periods; /* [periods] settling and block so far */
@@ -103,6 +106,10 @@ void measure_begin_rest(measure_t *measure);
  * than a sensor's may be. No division. */
 bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
                   ab_t trim);
+
+/* What is known of the offsets while the bridge is off. No start with DUE: its offsets would be wrong. A
+ * block that is not quiet says nothing: others judge what flows there. */
+calibration_t measure_found(const measure_t *measure);
 
 /* Is this sample one of a sensor that works? */
 static inline bool measure_is_good(const drive_samples_t *samples)

@@ -48,6 +48,15 @@ static bool is_confirmed(const medium_t *medium, const window_t *window)
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
+/* The speed of a catch is the EMF's length over psi_f: may a psi_f that is believed too small make it one
+ * beyond the trip? A loop that tracks counts turns instead. */
+static bool is_by_length(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const float least = CONFIRMED_LEAST * window->omega_m;
+    return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->overspeed);
+}
+
 /* What is seen at the end of the window. */
 drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
 {
@@ -67,9 +76,9 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
 static void note(medium_t *medium, const window_t *window, drive_fault_t stop)
 {
     sequence_t *sequence = &medium->sequence;
-    const bool of_speed = sequence->fault_reason == (int32_t)REASON_OVERSPEED ||
-                          sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
-    if (of_speed && !is_confirmed(medium, window)) {
+    const bool overspeed = sequence->fault_reason == (int32_t)REASON_OVERSPEED;
+    const bool of_speed = overspeed || sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
+    if (of_speed && (!is_confirmed(medium, window) || (overspeed && is_by_length(medium, window)))) {
         sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
     }
     medium->fault = stop;
@@ -282,6 +291,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->flux_linkage = medium->flux.flux_linkage;
     setpoint->speed_per_volt = medium->flux.speed_per_volt;
     setpoint->dead_time = medium->dead_time_learn.effective;
+    setpoint->spared = medium->spared;
     setpoint->link_sunk = medium->link.sunk;
     setpoint->link_low = medium->link.low;
 }
@@ -329,12 +339,15 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
 
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
+    medium->overspeed = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);
     inertia_take(&medium->inertia, &tuning->inertia);
     dead_time_learn_take(&medium->dead_time_learn, &tuning->dead_time_learn);
+    emf_shape_take(&medium->emf_shape, &tuning->emf_shape);
+    unequal_legs_take(&medium->unequal_legs, &tuning->unequal_legs);
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
     encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&medium->motion_watch, &tuning->motion_watch);

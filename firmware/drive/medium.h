@@ -12,11 +12,13 @@
 #include <stdint.h>
 
 #include "adapt/dead_time_learn.h"
+#include "adapt/emf_shape.h"
 #include "adapt/flux.h"
 #include "adapt/inductance.h"
 #include "adapt/inertia.h"
 #include "adapt/offset_trim.h"
 #include "adapt/sums.h"
+#include "adapt/unequal_legs.h"
 #include "drive/guard.h"
 #include "drive/manoeuvres.h"
 #include "drive/requests.h"
@@ -38,6 +40,8 @@ typedef struct {
     inductance_tuning_t inductance;
     inertia_tuning_t inertia;
     dead_time_learn_tuning_t dead_time_learn;
+    emf_shape_tuning_t emf_shape;
+    unequal_legs_tuning_t unequal_legs;
     float load_most;    /* of the doubt, with which a change of speed is foreseen [A] */
     float load_follows; /* share with which the load follows i_q, a period [-] */
     manoeuvres_tuning_t manoeuvres;
@@ -61,6 +65,10 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
+    emf_shape_t emf_shape;
+    unequal_legs_t unequal_legs;
+    float overspeed;   /* trip of the speed, of the tuning [rad/s], mechanical */
+    ab_t spared;       /* for the setpoint [V] */
     float omega_m_ref; /* of the last setpoint [rad/s], mechanical */
     uint32_t still;    /* [windows] for which that stands, up to those until it is in a window */
 

@@ -1,8 +1,14 @@
 /* What is learnt of motor, inverter and sensors, from the sums of a window. */
 #include "drive/medium_parts.h"
 
+#include "math/bounds.h"
+#include "math/trig.h"
+
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
+
+/* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [s]. */
+#define TO_ACTING (((float)DRIVE_LATENCY + 0.5f) * DRIVE_WINDOW_PERIOD)
 
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
  * end with the mean of the EMF, turned there. */
@@ -81,6 +87,37 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }
 
+/* What the same says of the shape of the EMF and of how the legs differ, once the dead time is known; and
+ * what the estimator is spared of both. They turn little in the time of a window: so a mean of each window
+ * does. */
+static void learn_ripple(medium_t *medium, const window_t *window)
+{
+    const dead_time_learn_t *learn = &medium->dead_time_learn;
+    const bool tracking = window->tracking != 0u;
+    const float omega = tracking ? medium->means.omega : window->frame.omega_e;
+    const float share = tracking ? emf_shape_share(omega) : 0.0f;
+    const float legs_share = unequal_legs_share(omega);
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
+        const emf_shape_input_t shape = {
+            .emf_mean = learn->emf_mean,
+            .rest = learn->rest,
+            .omega_e = medium->manoeuvres.limits.pole_pairs * window->omega_m_ref,
+            .time = learn->seen,
+            .taken = share,
+        };
+        const unequal_legs_input_t legs = {learn->rest, learn->current, learn->seen, legs_share};
+        emf_shape_step(&medium->emf_shape, &shape);
+        unequal_legs_step(&medium->unequal_legs, &legs);
+    }
+    const ab_t shape = emf_shape_voltage(&medium->emf_shape, share * omega,
+                                         trig_advance(window->estimate.frame.rotation, TO_ACTING * omega));
+    const float turns = (TO_MIDDLE + TO_ACTING) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
+    const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},
+                                             trig_turn(turns));
+    const ab_t legs = unequal_legs_voltage(&medium->unequal_legs, legs_share, current);
+    medium->spared = (ab_t){shape.alpha + legs.alpha, shape.beta + legs.beta};
+}
+
 /* What a locked loop without encoder answers to the dither, and the next of it. */
 static void learn_inductance(medium_t *medium, const window_t *window)
 {
@@ -109,6 +146,7 @@ static void pause(medium_t *medium)
     const ab_t none = {0.0f, 0.0f};
     inductance_rest(&medium->inductance);
     dead_time_learn_pause(&medium->dead_time_learn);
+    medium->spared = none;
     medium->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }
 
@@ -126,5 +164,6 @@ void medium_learn(medium_t *medium, const window_t *window)
     learn_slowly(medium, window);
     learn_inertia(medium, window);
     learn_dead_time(medium, window);
+    learn_ripple(medium, window);
     learn_inductance(medium, window);
 }

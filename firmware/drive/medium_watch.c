@@ -57,6 +57,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .doubt = (known ? EMF_KNOWN : EMF_UNKNOWN) * bounds_magnitude(omega_e),
         .forced = !known && manoeuvres_knows(m),
         .contradicted = medium->encoder_watch.of_a_phase != 0u,
+        .elsewhere = medium->encoder_watch.elsewhere != 0u,
         .limited = window->sum.limited != 0u,
         .comparable = is_comparable(m, window),
     };

@@ -12,7 +12,7 @@
 #define DRIVE_REFUSALS(R)                                                                                    \
     R(0, NONE, "none", "nothing is wrong", "nothing to do")                                                  \
     R(1, NOT_READY, "not_ready", "the current offsets are still being measured",                             \
-      "wait until the state is ready")                                                                       \
+      "wait; it takes a tenth of a second with the bridge off")                                              \
     R(2, FAULT_LATCHED, "fault_latched", "a fault is latched",                                               \
       "read fault_reason, mend its cause, then reset")                                                       \
     R(3, FAULT_PRESENT, "fault_present",                                                                     \

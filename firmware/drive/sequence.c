@@ -131,7 +131,10 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (input->calibration == CALIBRATION_FAILED) {
         return REASON_CURRENT_OFFSET;
     }
-    return measure_current_flows(input->measured) ? REASON_ROTOR_TOO_FAST : REASON_NONE;
+    if (measure_current_flows(input->measured)) {
+        return REASON_ROTOR_TOO_FAST;
+    }
+    return input->calibration == CALIBRATION_DUE ? REASON_NOT_READY : REASON_NONE;
 }
 
 static uint32_t in_ready(sequence_t *sequence, const sequence_input_t *input)

@@ -87,7 +87,7 @@ typedef struct {
     fault_set_t stops;         /* that ask for a stop */
     bool standing;             /* the rotor is known to stand */
     bridge_t bridge;           /* as the last sample shows it */
-    calibration_t calibration; /* while not ready, and of the last block while ready */
+    calibration_t calibration; /* while not ready, and what is known of the offsets while ready */
 } sequence_input_t;
 
 /* The state from here on. Returns what follows from it: SEQUENCE_... */

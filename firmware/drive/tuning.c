@@ -9,6 +9,19 @@
 /* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
+/* Rates over that of the dead time [-]; largest differences of the legs, and what noise makes of them at
+ * first, over the dead band's voltage and over R [-]. */
+#define EMF_SHAPE_RATE         0.3f
+#define LEGS_RATE              0.2f
+#define LEGS_VOLTAGE_MAX       0.2f
+#define LEGS_VOLTAGE_CHANCE    0.008f
+#define LEGS_RESISTANCE_MAX    0.3f
+#define LEGS_RESISTANCE_CHANCE 0.025f
+
+/* [rad] that a rotor swings with all of the torque at six times its speed, at most, if more than the dead
+ * time is learnt of its EMF. */
+#define SWING_MAX 0.05f
+
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
 {
     believed_t believed = params_believed(params);
@@ -86,6 +99,40 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->medium.inertia = inertia_prepare(&inertia);
 }
 
+/* At the speed whose EMF is the dead band's voltage, by how much does the rotor swing with the sixth harmonic
+ * of the current limit's torque, an angle over the share of it? What a light one swings with is no shape of
+ * its EMF, nor of unequal legs. */
+static bool is_heavy(const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float acceleration =
+        1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit / believed->inertia;
+    const float sixth =
+        6.0f * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage / believed->flux_linkage;
+    return acceleration < SWING_MAX * sixth * sixth;
+}
+
+static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const float rate = is_heavy(params, believed) ? params->dead_time_adaptation : 0.0f;
+    const float per_rate = rate > 0.0f ? 1.0f / rate : 0.0f;
+    const float band = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage;
+    tuning->medium.emf_shape = (emf_shape_tuning_t){
+        .rate = EMF_SHAPE_RATE * rate,
+        .per_rate = per_rate / EMF_SHAPE_RATE,
+        .flux_linkage = believed->flux_linkage,
+    };
+    tuning->medium.unequal_legs = (unequal_legs_tuning_t){
+        .rate = LEGS_RATE * rate,
+        .per_rate = per_rate / LEGS_RATE,
+        .voltage_max = LEGS_VOLTAGE_MAX * band,
+        .voltage_chance = LEGS_VOLTAGE_CHANCE * band,
+        .resistance_max = LEGS_RESISTANCE_MAX * believed->resistance,
+        .resistance_chance = LEGS_RESISTANCE_CHANCE * believed->resistance,
+        .per_zone = tuning->fast.inverter.lost.per_zone,
+    };
+}
+
 static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const inverter_params_t inverter = {
@@ -116,6 +163,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .every = DRIVE_WINDOW,
     };
     tuning->medium.dead_time_learn = dead_time_learn_prepare(&learn);
+    prepare_shape_and_legs(tuning, params, believed);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
@@ -158,6 +206,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .flux_linkage = believed->flux_linkage,
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
+        .doubtful = 2.0f * MEASURE_MOVED,
         .step = pole_pairs * step,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,

@@ -184,7 +184,7 @@ static void run_on_estimate(reference_t *reference, const reference_tuning_t *tu
         const position_t at = reference->locked;
         const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
         run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
-            (dq_t){0.0f, at.omega_e * tuning->flux_linkage}, demand);
+            (dq_t){0.0f, at.omega_e * setpoint->flux_linkage}, demand);
     } else {
         run(reference, setpoint, &estimate->frame, input->omega_m, estimate->emf_loop, demand);
     }

@@ -81,6 +81,8 @@ typedef struct {
     float flux_linkage;   /* psi_f [Wb] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float dead_time;      /* T_e/T of the legs [-] */
+    ab_t spared;          /* of the voltage that acts, which the estimator does not get: shape of the EMF and
+                             differences of the legs, mean of the window [V] */
 
     /* what is known of the supply */
     float link_sunk;   /* by which the voltage has sunk at which the rotor holds the link [V] */

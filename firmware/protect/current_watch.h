@@ -146,6 +146,7 @@ typedef struct {
     bool forced;       /* does a forced frame take the rotor along? */
     bool contradicted; /* does the EMF along a phase's axis contradict where the rotor is believed? */
     bool limited;      /* has control not got the voltage that it asked for, in one of the periods? */
+    bool elsewhere;    /* does it contradict along none? */
     bool comparable;   /* does the EMF go on smoothly in this window, or as it is believed? */
 } current_watch_input_t;
 

@@ -3,9 +3,10 @@
 
 #include "math/bounds.h"
 
-#define ASKED_SHARE  0.25f /* [-] of what the largest phase carries, that another must be asked for */
-#define LITTLE_SHARE 0.5f  /* [-] of what is asked for: no more where the EMF contradicts */
-#define FED_SHARE    0.1f  /* [-] of its limit, from which on nothing else is believed */
+#define ASKED_SHARE     0.25f /* [-] of what the largest phase carries, that another must be asked for */
+#define LITTLE_SHARE    0.5f  /* [-] of what is asked for: no more where the EMF contradicts */
+#define ELSEWHERE_TIMES 4u    /* [-] so much longer where the encoder may be wrong, whose watch needs 8 ms */
+#define FED_SHARE       0.1f  /* [-] of its limit, from which on nothing else is believed */
 /* Likewise, where a forced frame takes the rotor along: it does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
 #define NEVER_STILL  6u   /* [periods] in all of which noise lets no value stay */
@@ -24,8 +25,10 @@ static inline float shrunk(float value, float step)
 
 /* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
  * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
- * half of what is asked for is none, too. At the limit of a low link's voltage a current lags behind what is
- * asked for. */
+ * half of what is asked for is none, too. Where it contradicts, but along no phase's axis, it is rather the
+ * encoder that is wrong, and the dead time, made up for by a wrong angle, may hold a phase at zero for some
+ * milliseconds: that takes longer. At the limit of a low link's voltage a current lags behind what is asked
+ * for. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, float asked)
 {
@@ -42,7 +45,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     } else if (much && !is_still(watch, n)) {
         phase->absent += (uint32_t)(int32_t)window->periods;
     }
-    return phase->absent >= tuning->absent;
+    return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
 
 /* How much more a phase without current is fed than the magnets' flux can make of it, wherever the rotor is;

@@ -19,7 +19,8 @@
  * twice as long. */
 #define TOO_LONG 1.5f /* [-] */
 
-#define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
+#define MUCH_BESIDE 0.3f /* [-] of the EMF: more than a wrong psi_f makes */
+#define PHASE_SINE  0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
 #define EMF_NOISE                                                                                            \
     2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
@@ -38,6 +39,7 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
     return (encoder_watch_tuning_t){
         .flux_linkage = params->flux_linkage,
         .emf_least = least,
+        .doubtful = params->doubtful * params->doubtful,
         .alone = alone * alone,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
@@ -109,35 +111,59 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
                     tuning->flux_linkage * bounds_magnitude(omega_e), middle};
 }
 
-/* Is what the window's EMF has beside the rotor's along the axis of one phase alone? On each of them, in
- * either direction, the sine of three times its angle is 0. That of a rotor that turns the other way stands,
- * and may do so there; that of a rotor whose encoder does not turn is elsewhere a look later. */
+/* What the window's EMF has beside that of the rotor where the encoder puts it [V]. */
+static ab_t beside(const encoder_watch_t *watch, float omega_e, rotation_t middle)
+{
+    const dq_t off = {watch->last.d, watch->last.q - watch->tuning.flux_linkage * omega_e};
+    return frames_inverse_park(off, middle);
+}
+
+static inline float square_of(ab_t a)
+{
+    return a.alpha * a.alpha + a.beta * a.beta;
+}
+
+/* Is it along the axis of one phase, in either direction? On each of them the sine of three times its angle
+ * is 0. */
+static bool is_along(ab_t off)
+{
+    const float square = square_of(off);
+    const float sine = off.beta * (3.0f * off.alpha * off.alpha - off.beta * off.beta);
+    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square;
+}
+
+/* Is it along that of one phase alone? That of a rotor that turns the other way stands, and may do so there;
+ * that of a rotor whose encoder does not turn is elsewhere a look later. */
 static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t middle)
 {
-    const dq_t beside = {watch->last.d, watch->last.q - watch->tuning.flux_linkage * omega_e};
-    const ab_t off = frames_inverse_park(beside, middle);
+    const ab_t off = beside(watch, omega_e, middle);
     const ab_t before = watch->off;
     watch->off = watch->of_a_phase != 0u ? before : off;
-    const float alpha = off.alpha * off.alpha;
-    const float beta = off.beta * off.beta;
-    const float sine = off.beta * (3.0f * alpha - beta);
-    const float square = alpha + beta;
     const float cross = off.alpha * before.beta - off.beta * before.alpha;
-    const float squares = square * (before.alpha * before.alpha + before.beta * before.beta);
-    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square &&
-           cross * cross < SAME_AXIS * squares;
+    return is_along(off) && cross * cross < SAME_AXIS * square_of(off) * square_of(before);
+}
+
+/* Is it much, and along none? */
+static bool is_elsewhere(const encoder_watch_t *watch, const encoder_watch_input_t *input, rotation_t middle)
+{
+    const ab_t off = beside(watch, input->omega_e, middle);
+    const dq_t emf = watch->last;
+    return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) && !is_along(off);
+}
+
+static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
+{
+    return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
 }
 
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const seen_t seen = see(watch, input);
-    if (watch->windows < tuning->settles) {
-        watch->windows++;
-        return 0u;
-    }
-    const bool aside = seen.length > tuning->emf_least && seen.along < ENCODER_WATCH_AXIS * seen.length;
-    const bool gone = seen.expected > tuning->emf_least && seen.length < ENCODER_WATCH_GONE * seen.expected;
+    const float least =
+        hardly_flows(tuning, input->current) ? ENCODER_WATCH_SIGNS * tuning->emf_least : tuning->emf_least;
+    const bool aside = seen.length > least && seen.along < ENCODER_WATCH_AXIS * seen.length;
+    const bool gone = seen.expected > least && seen.length < ENCODER_WATCH_GONE * seen.expected;
     const bool wrong = aside || gone;
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
     const bool opposite =
@@ -145,6 +171,13 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool backward =
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input->omega_e, seen.middle);
+    watch->elsewhere = watch->windows > 0u && seen.length > least && is_elsewhere(watch, input, seen.middle)
+                           ? UINT32_C(1)
+                           : UINT32_C(0);
+    if (watch->windows < tuning->settles) {
+        watch->windows++;
+        return 0u;
+    }
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;

@@ -29,8 +29,9 @@
  * there it drowns in dead time and R i, and in a winding of large inductance in the noise of the current:
  * where three standard deviations of the mean of two windows, 3 sqrt(2) L n_i/(2 T_j), are more than psi_f
  * omega_least, they take its place (docs/theory.md, 28). An angle that moves from one period to the next by
- * more than 0.5 rad and two counts beside what the speed explains is no rotor at all: told in the same
- * period.
+ * more than 0.5 rad and two counts beside what the speed explains is no rotor at all: reported in the same
+ * period. While hardly a current flows, offsets of the sensors may make the dead time's voltage the opposite
+ * of what is configured: then only twice as large an EMF is judged.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
  * Does not handle: an encoder whose angle is wrong by less than 37 degrees; direction above 1/T_j = 1250
@@ -48,6 +49,7 @@
 #define ENCODER_WATCH_AXIS   0.8f  /* [-] cosine of the largest angle between EMF and q axis */
 #define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: less is no EMF */
 #define ENCODER_WATCH_ALONE  5.0f  /* [-] of psi_f omega_least: an EMF that noise does not make in a window */
+#define ENCODER_WATCH_SIGNS  2.0f  /* [-] psi_f omega_least, where the signs of the currents are in doubt */
 #define ENCODER_WATCH_LEAP   0.5f  /* [rad] electrical, that no rotor moves in a period beside its speed */
 #define ENCODER_WATCH_CUTOFF 500.0f /* [rad/s] of the low-pass */
 #define ENCODER_WATCH_TIME   8e-3f  /* [s] that a sign must last at psi_f omega_least */
@@ -66,6 +68,7 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_least;  /* omega_least [rad/s] electrical, > 0 */
     float noise;        /* of a measured current, standard deviation [A], >= 0 */
+    float doubtful;     /* length of a current whose phases may have any sign [A], >= 0 */
     float step;         /* a count of the encoder [rad] electrical */
     float period;       /* T [s] */
     uint32_t every;     /* n, periods of a window [-] */
@@ -74,6 +77,7 @@ typedef struct {
 typedef struct {
     float flux_linkage; /* psi_f [Wb] */
     float emf_least;    /* psi_f omega_least, or what noise does not make in the mean of two windows [V] */
+    float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which on a window is judged by itself [V^2] */
     float leap;         /* [rad] electrical; more than half a turn: not judged */
     float share;        /* of the low-pass [-] */
@@ -99,6 +103,7 @@ typedef struct {
     uint32_t waited;     /* judgements that were put off [-]; each without the sign halves them */
     ab_t off;            /* of the last look that was wrong: what its EMF has beside the rotor's [V] */
     uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
+    uint32_t elsewhere;  /* 1: it is off by much, and that along none [-] */
 } encoder_watch_t;
 
 /* What it takes, all of t_k. */
@@ -129,6 +134,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->count = 0u;
     watch->waited = 0u;
     watch->of_a_phase = 0u;
+    watch->elsewhere = 0u;
 }
 
 /* A window that nobody judges ends: the next begins with this current [A]. */

@@ -6,6 +6,8 @@
 
 #define TWO_THIRDS 0.666666667f /* i_alpha^2 + i_beta^2 of i_a^2 + i_b^2 + i_c^2, their sum being zero */
 
+#define HEAT_MOST 10.0f /* [-] of the trip: the drive has stopped long before */
+
 /* A body whose i^2 is `share` of the sum of squares. */
 static thermal_body_t prepare_body(const thermal_params_t *params, float continuous, float time, float share)
 {
@@ -72,9 +74,11 @@ void thermal_take(thermal_t *x, const thermal_tuning_t *tuning)
     x->limit = limited ? less(x->limit, tuning->current_max) : tuning->current_max;
 }
 
+/* From 0 to HEAT_MOST: what is no number, by a bit that has flipped, is hot, and cools down again. */
 static float warmed(const thermal_body_t *body, float heat, float sum)
 {
-    return lowpass_step(heat, body->share, body->per_sum * sum);
+    const float warmer = less(lowpass_step(heat, body->share, body->per_sum * sum), HEAT_MOST);
+    return warmer > 0.0f ? warmer : 0.0f;
 }
 
 void thermal_step(thermal_t *x, const measured_t *measured)

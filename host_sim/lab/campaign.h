@@ -62,7 +62,7 @@ typedef enum {
     K(run_up,           MOTOR,   LOG,   0.1,   4e-3,  1.0,   "s",       "to rated speed by rated torque, where that is 60 to 1000 rad/s") \
     K(emf_share,        MOTOR,   EVEN,  0.7,   0.5,   0.75,  "-",       "EMF at rated speed over what the link can") \
     K(pole_pairs,       MOTOR,   WHOLE, 4.0,   1.0,   8.0,   "-",       "p; fewer where p speed would be beyond 2000 rad/s") \
-    K(reactance,        MOTOR,   LOG,   0.2,   0.05,  0.4,   "-",       "omega_e L I over the EMF, at rated speed; more where the ripple asks for it") \
+    K(reactance,        MOTOR,   LOG,   0.2,   0.05,  0.4,   "-",       "omega_e L I over the EMF, at rated speed; more where ripple and catch ask for it, less where the noise does") \
     K(resistive,        MOTOR,   LOG,   0.04,  0.01,  0.1,   "-",       "R I over the EMF at rated speed") \
     K(saliency,         MOTOR,   HALF,  1.0,   1.0,   1.19,  "-",       "L_q/L_d, as far as the drive accepts it without encoder") \
     K(friction,         SHAFT,   EVEN,  0.0,   0.0,   0.15,  "-",       "dry friction over rated torque") \
@@ -90,7 +90,7 @@ typedef enum {
     K(offset_b,         SENSORS, EVEN,  0.0,   -0.2,  0.2,   "A",       "of current sensor b, before it is calibrated") \
     K(gain_a,           SENSORS, EVEN,  0.0,   -0.01, 0.01,  "-",       "error of current sensor a") \
     K(gain_b,           SENSORS, EVEN,  0.0,   -0.01, 0.01,  "-",       "error of current sensor b") \
-    K(current_noise,    SENSORS, LOG,   0.01,  0.003, 0.03,  "A",       "of each sample, rms") \
+    K(current_noise,    SENSORS, LOG,   0.01,  0.01,  0.03,  "A",       "of each sample, rms; a code of the converter or more") \
     K(dc_gain,          SENSORS, EVEN,  0.0,   -0.02, 0.02,  "-",       "error of the link's sensor") \
     K(dc_noise,         SENSORS, HALF,  0.0,   0.0,   1.0,   "V",       "of each sample, rms") \
     K(resistance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "believed over true") \
@@ -235,8 +235,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
       "without a fault the torque of a motor that runs does not drive away from what is asked for, by more " \
-      "than that, for 100 ms or three time constants of a slower speed control, while the speed comes no "   \
-      "nearer; in a quick stop it does not drive at all for 100 ms")                                         \
+      "than that, for 100 ms or three time constants of a slower speed control, in both halves of which "    \
+      "the speed gets further away; in a quick stop it does not drive at all for 100 ms")                    \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \
       "without a fault and with half of rated torque as a load at most, the speed is where it is asked to "  \
       "be, to that, as a mean over 100 ms")                                                                  \
@@ -306,7 +306,8 @@ typedef struct {
     uint32_t latched;    /* [periods] when the fault `reason` latched; 0: none */
     uint32_t reproduced; /* 1: a violation whose scenario, read anew from its text, failed as it says */
     uint32_t second;     /* fault that was injected after the first */
-    uint32_t calm; /* 1: a healthy run whose load cannot overhaul the motor: a fault in it is a false alarm */
+    uint32_t
+        calm; /* 1: a healthy run that nothing can take beyond its limits: a fault in it is a false alarm */
 } campaign_result_t;
 
 /* Draw k of run n of seed S in [0, 1): of all 64-bit words as far apart as SplitMix64's output function

@@ -10,6 +10,7 @@
 #define AWAY_SECONDS    0.1                      /* [s] of a torque that drives away */
 #define LOOP_SLOWER     14.0 /* [-] so much slower than the tracking loop is the speed control */
 #define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
+#define ANSWER_MOST     1.0  /* [s] */
 #define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */
 #define AWAY_BEYOND     1.3  /* [-] of the torque that is asked for */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
@@ -42,7 +43,7 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .stop_time = campaign_initial(drawn, "fault_stop_time"),
         .load = campaign_load(drawn),
         .drag = drag_of(drawn),
-        .answer = ANSWERS * LOOP_SLOWER / campaign_loop(drawn),
+        .answer = fmin(ANSWERS * LOOP_SLOWER / campaign_loop(drawn), ANSWER_MOST),
         .drawn = drawn->around == NULL,
         .coded = campaign_has_encoder(drawn),
         .healthy = campaign_is_healthy(drawn),
@@ -144,6 +145,18 @@ static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double 
     return drives && (torque * asked < 0.0 || fabs(torque) > AWAY_BEYOND * fabs(asked) + margin);
 }
 
+/* Has another speed or current been asked for, or a stop? */
+static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
+{
+    const uint32_t wish[3] = {rows[CAMPAIGN_AT_state], rows[CAMPAIGN_AT_mode],
+                              rows[CAMPAIGN_AT_speed_request]};
+    const bool another = memcmp(wish, duty->away_wish, sizeof wish) != 0;
+    memcpy(duty->away_wish, wish, sizeof wish);
+    return another;
+}
+
+/* What answers a load, or slows down what the load takes to a new speed too quickly, is control, not flight:
+ * by half of the time the speed has come nearer. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -153,21 +166,20 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
                       (stops || rows[CAMPAIGN_AT_state] == watch->enabled) &&
                       fabs(torque) > campaign_invariants[CAMPAIGN_I_AWAY].limit * duty->torque;
     const double wanted = stops ? 0.0 : campaign_number(rows, CAMPAIGN_AT_speed_request);
-    const bool follows = stops || rows[CAMPAIGN_AT_mode] == 0u;
+    const bool follows = !stops && rows[CAMPAIGN_AT_mode] == 0u;
     const double error = fabs(wanted - campaign_number(rows, CAMPAIGN_AT_true_omega_m));
-    duty->away = counted(
-        runs && (follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque)), duty->away);
-    duty->away_error = duty->away == 1u ? error : duty->away_error;
+    const bool away = stops || follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque);
+    duty->away = is_another_wish(duty, rows) ? 0u : duty->away;
+    duty->away = counted(runs && away, duty->away);
     const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer);
-    if (duty->away * RIG_PERIOD_SECONDS <= most) {
-        return;
+    const uint32_t half = campaign_periods(0.5 * most);
+    if (follows && duty->away > 1u && duty->away % half == 1u && error <= duty->away_error) {
+        duty->away = 1u;
     }
-    /* a torque that slows down what the load takes to the new speed too quickly is control, not flight */
-    if (follows && !stops && error <= duty->away_error) {
-        duty->away = 0u;
-        return;
+    duty->away_error = duty->away % half == 1u ? error : duty->away_error;
+    if (duty->away > 2u * half) {
+        campaign_violated(watch, CAMPAIGN_I_AWAY, period, duty->away, "true_torque");
     }
-    campaign_violated(watch, CAMPAIGN_I_AWAY, period, duty->away, "true_torque");
 }
 
 /* ---- the speed is reached ---- */
@@ -195,10 +207,15 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
 }
 
 /* May a speed be expected? A latched fault is judged by its reason, and a stop is brought to its end first;
- * what is refused because `enable` was on at a reset waits for the user. */
+ * what is refused because `enable` was on at a reset waits for the user, and the bridge does not come on
+ * while a load drives the shaft beyond the trip. */
 static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;
+    if (rows[CAMPAIGN_AT_state] <= watch->ready &&
+        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed) {
+        return false;
+    }
     return duty->healthy && !duty->limited && load <= REACH_LOAD && rows[CAMPAIGN_AT_enable] == 1u &&
            rows[CAMPAIGN_AT_mode] == 0u && rows[CAMPAIGN_AT_state] != watch->fault &&
            rows[CAMPAIGN_AT_state] != watch->stops &&

@@ -9,7 +9,10 @@
 #define ELECTRIC_MAX 2000.0 /* [rad/s] rated, electrical: 3 % of a turn a period */
 #define RUN_UP_MIN   4e-3   /* [s] to rated speed by rated torque: the smallest servo motors */
 #define RIPPLE_MAX   0.3    /* [-] of rated current, peak to peak: V_dc T_s/(6 L) */
-#define PERIOD       ((double)BOARD_PERIOD)
+#define CATCH                                                                                                \
+    2.7 /* [-] periods times 0.9 of rated speed: the EMF drives the current of a catch for so long */
+#define NOISE_MOST 0.3 /* [-] of the EMF at rated speed: L n/T of the currents' noise n */
+#define PERIOD     ((double)BOARD_PERIOD)
 
 /* The one whose rows are the defaults: the paper's. */
 static campaign_motor_t default_motor(void)
@@ -46,7 +49,9 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
     const double pole_pairs = fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, pole_pairs), floor(ELECTRIC_MAX / speed)));
     const double by_reactance = CAMPAIGN_VALUE(drawn, reactance) * emf / (pole_pairs * speed * current);
     const double by_ripple = CAMPAIGN_VALUE(drawn, dc_voltage) * PERIOD / (6.0 * RIPPLE_MAX * current);
-    const double inductance = fmin(fmax(by_reactance, by_ripple), 0.5);
+    const double by_catch = CATCH * PERIOD * emf / (1.5 * current);
+    const double by_noise = NOISE_MOST * PERIOD * emf / CAMPAIGN_VALUE(drawn, current_noise);
+    const double inductance = fmax(fmin(fmin(by_reactance, 0.5), by_noise), fmax(by_ripple, by_catch));
     return (campaign_motor_t){
         .pole_pairs = pole_pairs,
         .resistance = CAMPAIGN_VALUE(drawn, resistive) * emf / current,
@@ -121,13 +126,24 @@ bool campaign_is_healthy(const campaign_case_t *drawn)
     return drawn->around == NULL && drawn->faults[0].kind == 0u && drawn->faults[1].kind == 0u;
 }
 
+/* Is a torque asked for, as a current, that friction does not hold up to the trip of the speed? */
+static bool is_driven_beyond(const campaign_case_t *drawn, const campaign_event_t *event)
+{
+    const double beyond = campaign_overspeed(drawn) / campaign_motor(drawn).speed;
+    const double held = CAMPAIGN_VALUE(drawn, friction) + beyond * CAMPAIGN_VALUE(drawn, viscous) +
+                        beyond * beyond * CAMPAIGN_VALUE(drawn, fan);
+    return event->kind == CAMPAIGN_V_CURRENT && fabs(event->value) > held;
+}
+
 bool campaign_is_calm(const campaign_case_t *drawn)
 {
     bool loads = CAMPAIGN_VALUE(drawn, load) != 0.0;
+    bool beyond = false;
     for (uint32_t n = 0; n < drawn->event_count; n++) {
         loads = loads || drawn->events[n].kind == CAMPAIGN_V_LOAD;
+        beyond = beyond || is_driven_beyond(drawn, &drawn->events[n]);
     }
     const bool overhauls = (CAMPAIGN_VALUE(drawn, load_kind) != 0.0 && loads) ||
                            CAMPAIGN_VALUE(drawn, sine) != 0.0 || CAMPAIGN_VALUE(drawn, spring) != 0.0;
-    return campaign_is_healthy(drawn) && !overhauls && CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
+    return campaign_is_healthy(drawn) && !overhauls && !beyond && CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
 }

@@ -36,7 +36,8 @@ double campaign_load(const campaign_case_t *drawn);
 /* Is no fault injected? Around a scenario nobody knows. */
 bool campaign_is_healthy(const campaign_case_t *drawn);
 
-/* Is it healthy, with a load that cannot overhaul the motor and a supply away from its limits? */
+/* Is it healthy, with a load that cannot overhaul the motor, no current asked for that takes it beyond
+ * overspeed_trip, and a supply away from its limits? */
 bool campaign_is_calm(const campaign_case_t *drawn);
 
 /* campaign_rows.c: what is set at t = 0. */
@@ -139,7 +140,8 @@ typedef struct {
     bool limited;                   /* the link limits the torque of braking */
     uint32_t off, fast, high, mute; /* [periods] so long has it been so */
     uint32_t away;                  /* [periods] so long has the torque driven away */
-    double away_error;              /* [rad/s] by which the speed was wrong when that began */
+    double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
+    uint32_t away_wish[3];          /* slots of what was asked for meanwhile */
     bool coded;                     /* control turns with the encoder throughout */
     double answer;                  /* [s] in which the speed control answers a change */
     uint32_t stopping;              /* [periods] since the quick stop began */

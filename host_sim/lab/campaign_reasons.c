@@ -5,7 +5,9 @@
 #include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
 
-#define CARRIES      0.25  /* [-] of rated current: with less nothing is expected of a phase */
+#define CARRIES 0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
+#define CARRIES_SEEN                                                                                         \
+    0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
 #define NOTICE_TIMES 3.0   /* [-] of what is promised, in which current is asked for */
 #define WITNESS      0.05  /* [s] what a report is about was so within that */
 #define LOCK_WITNESS 2.0   /* [s] in which three losses of the lock are one too many */
@@ -99,17 +101,21 @@ static const struct {
     {REASON_DC_UNDERVOLTAGE, IN_LINK, BY_LOW_LINK},
     {REASON_SINK_HOT, IN_SINK, BY_FAULT},
     {REASON_MOTOR_HOT, IN_WINDING, BY_FAULT},
-    {REASON_OVERSPEED, 0u, BY_SPEED},
+    /* an interrupt that misses periods counts the motion of several in one */
+    {REASON_OVERSPEED, IN_TIME, BY_SPEED},
     {REASON_LATE, IN_TIME, BY_FAULT},
     {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_FAULT},
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
-    {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_LEG, BY_FAULT},
-    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
+    {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
-    {REASON_CURRENT_STUCK, IN_STUCK, BY_FAULT},
-    {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT, BY_FAULT},
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG, BY_FAULT},
+    /* what a leg loses of its voltage does not move the current, either */
+    {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
+    {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
+    /* a frame that is not the rotor's makes currents that seem to be those of a broken wire, one time in
+       twenty */
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK, BY_FAULT},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
@@ -264,8 +270,9 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t period, c
 {
     const double asked =
         hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
-    const bool carries = rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
-                         asked > CARRIES * watch->motor.current;
+    const bool carries =
+        rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
+        asked > fmax(CARRIES * watch->motor.current, CARRIES_SEEN * (double)BOARD_CURRENT_RANGE);
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     switch (how) {
     case WHENEVER:

@@ -97,7 +97,7 @@ const campaign_fault_t campaign_faults[] = {
     {"module_fault", "force_fault", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"sink_hot", "plant.sink_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
-    {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
+    {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 128.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
     {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt is made late", CAMPAIGN_ALWAYS},

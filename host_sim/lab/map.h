@@ -4,8 +4,8 @@
  *
  * A point is one run on a rig of its own: the rotor is brought to its speed and load, the drive holds it
  * there sensorless, and theta_hat - theta (electrical, the estimate closes the loop) is averaged over whole
- * electrical periods. A deviation changes what the drive believes and leaves the machine alone; those of the
- * sensors change the sensors.
+ * electrical periods. A deviation changes what the drive believes and leaves the machine alone; those of
+ * sensors, of a leg and of the EMF's harmonics change these.
  *
  * What theory says of the mean [rad], with dR, dL = believed - true resistance and L_q, and i_d, i_q in the
  * frame of the estimate:
@@ -61,8 +61,11 @@ typedef enum {
     MAP_INDUCTANCE_HIGH,
     MAP_DEAD_TIME_LOW, /* dead time believed 0.5 us too small */
     MAP_DEAD_TIME_HIGH,
-    MAP_OFFSET, /* 50 mA left on sensor a */
-    MAP_NOISE,  /* 20 mA rms */
+    MAP_OFFSET,    /* 50 mA left on sensor a */
+    MAP_NOISE,     /* 20 mA rms */
+    MAP_HARMONICS, /* 3 % of 5th and 2 % of 7th in the EMF */
+    MAP_LEG,       /* drops of leg a 0.5 V larger */
+    MAP_GAIN,      /* sensor a reads 1 % too much */
     MAP_DEVIATIONS
 } map_deviation_t;
 

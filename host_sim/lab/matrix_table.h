@@ -349,10 +349,7 @@
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
 #define MATRIX_NOT_YET(N) \
-    N("offset_a/align/sensorless/l", "the start ends in relocks of a light rotor at another speed than is asked for, without a report") \
-    N("encoder_slips/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms") \
-    N("encoder_stands/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms") \
-    N("encoder_track/catch/encoder/l", "reported as phase_loss: the dead time, made up for by a wrong angle, holds a phase at zero for 3.2 ms")
+    N("offset_a/ramp/sensorless/h", "reported as start_unlocked, not as lock_lost")
 /* clang-format on */
 
 /* Index of each. */

@@ -163,6 +163,46 @@ static void test_a_quick_stop_that_drives_may_do_so_for_100_ms(void)
     expect_violated(CAMPAIGN_I_AWAY);
 }
 
+/* 157 rad/s rated, 80 rad/s asked for: torque away from that, 1.2 N m of 10.98, with this error in each of
+ * 100 ms. */
+static void drive_away(const float errors[4])
+{
+    judge_anew("", 0.0);
+    put("speed_request", 80.0f);
+    put("omega_m_ref", 80.0f);
+    put("true_torque", 1.2f);
+    const double answer = 3.0 * 14.0 / campaign_loop(&observed);
+    for (int n = 0; n < 4; n++) {
+        put("true_omega_m", 80.0f + errors[n]);
+        pass(0.25 * answer + PERIOD);
+    }
+    pass(2.0 * PERIOD);
+}
+
+/* A load that goes leaves a speed that rises at first; by half of three time constants it comes back. */
+static void test_a_torque_that_takes_the_speed_ever_further_away_is_flight(void)
+{
+    drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f});
+    expect_violated(CAMPAIGN_I_AWAY);
+    drive_away((const float[]){9.0f, 12.0f, 12.0f, 11.0f});
+    expect_held();
+    drive_away((const float[]){12.0f, 12.0f, 11.0f, 13.0f});
+    expect_held();
+}
+
+static void test_another_wish_begins_anew(void)
+{
+    judge_anew("", 0.0);
+    put("true_torque", 1.2f);
+    put("true_omega_m", 80.0f);
+    for (int n = 0; n < 20; n++) {
+        put("speed_request", 60.0f - (float)n);
+        put("omega_m_ref", 60.0f - (float)n);
+        pass(0.05);
+    }
+    expect_held();
+}
+
 static void test_current_mode_must_not_drive_by_more_than_is_asked_for(void)
 {
     judge_anew("", 0.0);
@@ -207,6 +247,23 @@ static void test_a_refusal_that_lasts_is_a_speed_that_is_not_reached(void)
     *slot("refusal") = (uint32_t)REASON_ROTOR_TOO_FAST;
     put("speed_request", 100.0f);
     pass(5.0);
+    expect_violated(CAMPAIGN_I_REACH);
+}
+
+/* 220 rad/s are the trip. A load that drives the shaft beyond that while the bridge is off is to be waited
+ * for. */
+static void test_a_shaft_beyond_its_trip_is_not_expected_to_be_started(void)
+{
+    judge_anew("", 0.0);
+    gates(false);
+    *slot("state") = (uint32_t)DRIVE_READY;
+    *slot("refusal") = (uint32_t)REASON_ROTOR_TOO_FAST;
+    put("speed_request", 100.0f);
+    put("true_omega_m", -221.0f);
+    pass(5.0);
+    expect_held();
+    put("true_omega_m", -219.0f);
+    pass(10.0);
     expect_violated(CAMPAIGN_I_REACH);
 }
 

@@ -8,7 +8,10 @@
 
 /* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.
  * Where the board's limit is lower, so is the load. Limits: of the means four standard deviations, of times
- * and SD the mean and four of them, over 22 seeds, and no less than the kit's. */
+ * and SD the mean and four of them, over 22 seeds, and no less than the kit's. Those seeds were of the sixth
+ * harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and so are the limits of
+ * mean, SD and voltage without load; times below a second have 0.25 to 0.4 s more, because what may be chance
+ * is left out. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0
@@ -102,8 +105,8 @@ static const struct {
     double within[2];   /* [s] without load and with */
     double mean, sd;    /* [mrad], after that by the estimate */
 } lessons[] = {
-    {0.6, 100.0, SENSORLESS, {1.0, 0.65}, 4.4, 1.8}, {1.4, 100.0, ENCODER, {0.5, 0.65}, 4.9, 2.2},
-    {1.4, 150.0, SENSORLESS, {2.0, 0.65}, 3.7, 1.5}, {0.6, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
+    {0.6, 100.0, SENSORLESS, {1.3, 0.9}, 6.6, 2.7}, {1.4, 100.0, ENCODER, {0.9, 0.9}, 4.9, 3.3},
+    {1.4, 150.0, SENSORLESS, {2.0, 0.9}, 5.6, 2.3}, {0.6, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
     {1.4, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
 };
 
@@ -213,7 +216,7 @@ static void test_start_with_a_wrong_dead_time(void)
                     learnt_share(rig), rig_value(rig, "start_try"), err.mean);
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.speed_mean - 200.0) <= 5.0, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.0075, message);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.0113, message);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 4.8, message);
         rig_free(rig);
     }
@@ -250,7 +253,7 @@ static void expect_started(rig_t *rig, double rpm)
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE_MESSAGE(since >= 0.0 && since <= 2.0, message);
     TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 6.1, message);
-    TEST_ASSERT_TRUE_MESSAGE(err.sd <= 2.5, message);
+    TEST_ASSERT_TRUE_MESSAGE(err.sd <= 3.8, message);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, rpm, err.speed_mean);
 }
 

@@ -23,6 +23,7 @@ static double per_ampere;           /* [rad/s^2 per A] of the rotor */
 static double salience;             /* [-] L_q over L_d, their mean as believed */
 static bool forced;                 /* a forced frame takes the rotor along */
 static bool contradicted;           /* the EMF along a phase's axis is wrong */
+static bool elsewhere;              /* the EMF is wrong along no phase's axis */
 static float doubt;                 /* [rad/s] of the rotor's speed */
 
 /* The window under way, as the fast task sums it. */
@@ -69,7 +70,7 @@ void setUp(void)
     limited = false;
     per_ampere = 0.0;
     salience = 1.0;
-    forced = contradicted = false;
+    forced = contradicted = elsewhere = false;
     doubt = 0.0f;
     prepare(false, 1.0, 1.0);
 }
@@ -110,6 +111,7 @@ static void judge(ab_t voltage, abc_t measured, ab_t reference)
         .doubt = doubt,
         .forced = forced,
         .contradicted = contradicted,
+        .elsewhere = elsewhere,
         .comparable = true,
     };
     ticks++;
@@ -554,4 +556,17 @@ static void test_at_the_limit_of_a_low_link_s_voltage_no_phase_is_lost(void)
     setUp();
     without_current_at(76.0f, true);
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen & CURRENT_WATCH_LOSS);
+}
+
+/* A wrong angle of the encoder and the dead time hold a phase at zero for some 3 ms; a broken wire does for
+ * longer: 32 periods, and four times that where the EMF is wrong along no phase's axis, and 8 periods a
+ * window. */
+static void test_a_phase_is_lost_later_where_the_encoder_may_be_wrong(void)
+{
+    elsewhere = true;
+    feed(120u, 0.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    feed(40u, 0.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
+    TEST_ASSERT_TRUE(periods >= 128u && periods <= 144u);
 }

@@ -25,10 +25,22 @@ static double rotor, encoder; /* [rad] */
 static ab_t current;          /* [A] */
 static bool doubtful;         /* the EMF */
 
+static encoder_watch_params_t usual(void)
+{
+    return (encoder_watch_params_t){
+        .resistance = (float)R,
+        .inductance = (float)L,
+        .flux_linkage = (float)PSI,
+        .speed_least = (float)LEAST,
+        .step = (float)STEP,
+        .period = (float)T,
+        .every = EVERY,
+    };
+}
+
 void setUp(void)
 {
-    const encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
-                                           0.0f,     (float)STEP, (float)T,   EVERY};
+    const encoder_watch_params_t params = usual();
     const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
     memset(&watch, 0x55, sizeof watch);
     encoder_watch_init(&watch, &tuning);
@@ -43,8 +55,7 @@ void setUp(void)
  * less, noise would be judged. */
 static void test_what_noise_makes_of_an_emf_is_not_judged(void)
 {
-    encoder_watch_params_t params = {(float)R, (float)L,    (float)PSI, (float)LEAST,
-                                     0.0f,     (float)STEP, (float)T,   EVERY};
+    encoder_watch_params_t params = usual();
     const double quiet = (double)encoder_watch_prepare(&params).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
     const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L); /* makes twice that */
@@ -94,6 +105,77 @@ static uint32_t noticed(double omega, double share, double said, uint32_t *bits)
         }
     }
     return 0u;
+}
+
+/* An encoder that is half a turn off, at this speed and with this current along alpha: is it noticed? */
+static bool is_noticed(double omega, float alpha)
+{
+    encoder_watch_params_t params = usual();
+    uint32_t bits;
+    setUp();
+    params.doubtful = 0.2f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    encoder_watch_take(&watch, &tuning);
+    current.alpha = alpha;
+    rotor += PI;
+    return noticed(omega, 1.0, omega, &bits) != 0u;
+}
+
+/* Where hardly a current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
+ * believed to be. */
+static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        TEST_ASSERT_FALSE(is_noticed(way * 1.9 * LEAST, 0.0f));
+        TEST_ASSERT_FALSE(is_noticed(way * 1.9 * LEAST, 0.19f));
+        TEST_ASSERT_TRUE(is_noticed(way * 1.9 * LEAST, 0.21f));
+        TEST_ASSERT_TRUE(is_noticed(way * 2.1 * LEAST, 0.0f));
+    }
+}
+
+/* Of the windows of ten turns at 240 rad/s: in how many is the EMF of an encoder that is `off` [rad] much
+ * beside the rotor's, and along no phase's axis? [-] */
+static double elsewhere_share(double off)
+{
+    uint32_t count = 0u;
+    setUp();
+    settle(240.0);
+    encoder += off;
+    const uint32_t windows = (uint32_t)(10.0 * 2.0 * PI / (240.0 * T * EVERY));
+    for (uint32_t n = 0; n < windows; n++) {
+        (void)judge(240.0, 1.0, 240.0);
+        count += watch.elsewhere;
+    }
+    return (double)count / (double)windows;
+}
+
+/* The difference of both EMFs, 2 sin(off/2) of one, turns with the rotor; the sine of three times its angle
+ * to the next phase's axis is below 0.4 in 0.26 of the turn. */
+static void test_an_encoder_that_is_off_puts_the_emf_beside_all_axes(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, elsewhere_share(way * 0.28));
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.74, elsewhere_share(way * 0.32));
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.74, elsewhere_share(way * 1.0));
+    }
+}
+
+/* What a broken wire adds to the EMF is along its phase's axis, here that of b; and at rest nothing is known.
+ */
+static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
+{
+    settle(240.0);
+    for (uint32_t n = 0; n < 60u; n++) {
+        encoder_watch_add(&watch, (ab_t){(float)(-0.5 * EVERY * 40.0), (float)(0.8660254 * EVERY * 40.0)});
+        (void)judge(240.0, 1.0, 240.0);
+        TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
+    }
+    encoder += 1.0;
+    while (watch.elsewhere == 0u) {
+        (void)judge(240.0, 1.0, 240.0);
+    }
+    encoder_watch_rest(&watch);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
 /* Likewise, of those that are not put off. */

@@ -30,11 +30,14 @@ void tearDown(void)
 {
 }
 
-/* Caught, with 100 V of EMF that turns. */
+#define TRIP (drive.medium.overspeed)
+
+/* Caught, with 100 V of EMF that turns, and beyond the trip even if psi_f is 1/0.7 of what is believed. */
 static void given_catch(void)
 {
     manoeuvres_t *m = &drive.medium.manoeuvres;
     window_catch_t *catching = &drive.window.catching;
+    drive.window.omega_m = -1.43f * TRIP;
     m->now = (int32_t)MANOEUVRE_CATCH;
     m->tracking = 0u;
     catching->length = 100.0f;
@@ -89,6 +92,20 @@ static void test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction(void)
     given_catch();
     drive.window.catching.cross = 0.9f; /* it does not turn */
     expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
+}
+
+/* The speed of a catch is a length over psi_f, which may be believed 30 % too small. */
+static void test_a_caught_rotor_is_no_overspeed_by_as_much_as_its_flux_may_be_wrong(void)
+{
+    given_catch();
+    drive.window.omega_m = 1.42f * TRIP;
+    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
+    given_catch();
+    drive.window.omega_m = 1.42f * TRIP; /* whose EMF is beyond the link needs no psi_f for that */
+    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
+    setUp();
+    drive.window.omega_m = 1.01f * TRIP; /* tracked: turns are counted */
+    expect(REASON_OVERSPEED, REASON_OVERSPEED);
 }
 
 /* 311 V hold 179.6 V in every direction: a rotor with 207 V would have fed the link before. */

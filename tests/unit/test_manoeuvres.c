@@ -360,6 +360,46 @@ static void test_reference_too_slow_to_track_is_forced(void)
     }
 }
 
+/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once instead.
+ */
+static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        wish.omega_m_ref = (float)way * 50.0f;
+        begin();
+        (void)steps_until(MANOEUVRE_ALIGN, 1.0);
+        steps(0.1);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, m.now);
+        wish.mode = RUN_STOP;
+        steps(4.0 * (double)DRIVE_WINDOW_PERIOD);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_FORCED, m.now);
+        steps(5.0 / (double)FORCED_EASE_CUTOFF); /* e^-5 of the speed is left */
+        TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.align_speed, 0.0f, m.forced_speed);
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    }
+}
+
+/* A flux believed 1.3 times too large, R and J as much too large, and only a quarter of J on this side of an
+ * elastic shaft: what is fed forward of the EMF too much, delta = s psi_f - psi_f/1.3 per p omega, drives no
+ * more than the resistance holds, K_t delta < J w_b R (theory 15), where s is not at its least; and s is 1
+ * where that is far off. */
+static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
+{
+    for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.3) {
+        params.motor_inertia = (float)inertia;
+        tune();
+        const double share = (double)fast_tuning.flux_linkage / (double)params.motor_flux_linkage;
+        const double flux = POLE_PAIRS * (double)params.motor_flux_linkage / 1.3;
+        const double resistance = (double)(params.motor_resistance + params.device_resistance) / 1.3;
+        const double drives = 1.5 * flux * flux * (1.3 * share - 1.0);
+        const double holds = 0.25 * inertia / 1.3 * (double)params.current_bandwidth * resistance;
+        TEST_ASSERT_TRUE(share >= 1.0 / 1.3 - 1e-6 && share <= 1.0);
+        TEST_ASSERT_TRUE(drives < 1.1 * holds);
+        TEST_ASSERT_TRUE(share == 1.0 || 1.5 * flux * flux * 0.3 > 0.9 * holds);
+    }
+}
+
 /* On I the rotor's pendulum has w_n^2 = p K_t I/J: six times the electrical speed has to be twice that. */
 static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(void)
 {

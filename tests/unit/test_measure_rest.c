@@ -141,10 +141,59 @@ static void test_a_calibration_beside_a_current_is_replaced(void)
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.03, 0.0, 2u * BLOCK));
 }
 
+/* A low-pass of 1.5 % a period has 1/3 of a step of 0.3 A after ln(2/3)/ln(0.985) = 26.8 periods: from then
+ * on no start, until the block that has seen the step. Of one in the middle of a block part is left: that is
+ * due beyond a quarter of what else has to have moved, here 0.117 A in the 27th and 0.025 A in the 16th
+ * period of the next. */
+static void test_a_step_is_due_until_it_is_measured(void)
+{
+    const uint32_t before = 200u;
+    (void)periods(0.0, 0.0, SETTLE + BLOCK + before);
+    (void)periods(0.3, -0.15, 26u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+    (void)periods(0.3, -0.15, 1u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+    (void)periods(0.3, -0.15, BLOCK - before - 28u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+    (void)periods(0.3, -0.15, 1u);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.3f * SHARE * (float)(BLOCK - before) / (float)BLOCK, measure.offset.a);
+    (void)periods(0.3, -0.15, 15u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+    (void)periods(0.3, -0.15, 1u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+    (void)periods(0.3, -0.15, BLOCK - 16u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+    expect_offset(0.3, -0.15);
+}
+
+static void test_what_is_left_to_the_trim_is_not_due(void)
+{
+    trim.alpha = 0.2f * SHARE;
+    (void)periods(0.29, -0.145, SETTLE + BLOCK);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+    (void)periods(1.1, 0.0, BLOCK);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure_found(&measure)); /* more than due */
+    measure_begin_rest(&measure);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure_found(&measure));
+}
+
+/* Noise of 1 A to both sides has a low-passed current, too; so has a rotor that feeds the link. What begins a
+ * block spans nothing yet. */
+static void test_nothing_is_due_where_a_current_flows(void)
+{
+    uint32_t due = 0u;
+    for (uint32_t n = 0; n < SETTLE + 3u * BLOCK; n++) {
+        (void)period(n % 2u == 0u ? 1.3 : -0.7, 0.0);
+        due += measure_found(&measure) == CALIBRATION_DUE ? 1u : 0u;
+    }
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(2u, due);
+    expect_offset(0.0, 0.0);
+}
+
 /* The bridge was on: the currents decay, the sensors settle, and what was found before is no more. */
 static void test_a_run_in_between_begins_anew(void)
 {
-    (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the block after one that moved confirms it */
+    (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the second block makes the first one sure */
     measure_begin_rest(&measure);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* what is left of the run */

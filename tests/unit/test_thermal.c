@@ -84,6 +84,25 @@ static double exact(double heat, double square, double time)
 
 /* ---- the model ---- */
 
+/* A bit that has flipped in a heat makes anything of it. It is hot then, and cools down like twice the trip;
+ * or it is cold. */
+static void test_a_heat_that_is_no_number_is_hot(void)
+{
+    static const float broken[] = {NAN, INFINITY, 3e38f, -INFINITY, -3.0f};
+    for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
+        setUp();
+        x.motor_heat = broken[n];
+        x.leg_heat.b = broken[n];
+        hold((abc_t){0.0f, 0.0f, 0.0f});
+        TEST_ASSERT_EQUAL_FLOAT(n < 4u ? 10.0f : 0.0f, x.motor_heat);
+        TEST_ASSERT_EQUAL_FLOAT(n < 4u ? 10.0f : 0.0f, x.leg_heat.b);
+        TEST_ASSERT_EQUAL_HEX32(n < 4u ? THERMAL_MOTOR | THERMAL_MODULE | THERMAL_DERATING : 0u,
+                                x.conditions);
+        hold((abc_t){0.0f, 0.0f, 0.0f});
+        TEST_ASSERT_TRUE(x.motor_heat < 10.0f && x.leg_heat.b < 10.0f);
+    }
+}
+
 /* A cycle of loads at speeds from standstill to 200 Hz, for motor and legs with time constants from 50 ms up;
  * what the slower sampling and the mean make of it is less than 2 % of the largest heat. */
 static void test_heat_of_a_load_cycle_is_that_of_the_exact_solution(void)

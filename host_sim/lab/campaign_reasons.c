@@ -9,15 +9,15 @@
 #define CARRIES_SEEN                                                                                         \
     0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
-#define NOTICE_TIMES 3.0   /* [-] of what is promised, in which current is asked for */
-#define WITNESS      0.05  /* [s] what a report is about was so within that */
-#define LOCK_WITNESS 2.0   /* [s] in which three losses of the lock are one too many */
-#define STARVED      10e-3 /* [s] that too low a link may last with a gate on */
-#define HEAT_MARGIN  2.0   /* [K] */
-#define RAIL         8.0   /* [-] codes from the end of the converter's range */
-#define LATE_MARGIN  1.2   /* [-] periods */
-#define SLIP_SEEN    0.3   /* [-] share of the motion that the matrix has missed */
-#define CODES        4095.0
+#define NOTICE_TIMES  3.0                 /* [-] of what is promised, in which current is asked for */
+#define WITNESS       0.05                /* [s] what a report is about was so within that */
+#define LOCK_WITNESS  2.0                 /* [s] in which three losses of the lock are one too many */
+#define STARVED       10e-3               /* [s] that too low a link may last with a gate on */
+#define HEAT_MARGIN   2.0                 /* [K] */
+#define RAIL          8.0                 /* [-] codes from the end of the converter's range */
+#define LATE_MARGIN   1.2                 /* [-] periods */
+#define SLIP_SEEN     0.3                 /* [-] share of the motion that the matrix has missed */
+#define CODES         4095.0
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {

@@ -5,30 +5,32 @@
  *
  *     e = e_rotor + (V - V_hat) r,     r: the three signs as a vector
  *
- * Along the current r hardly changes, which looks like resistance or flux; across it, it is a sawtooth that
- * looks like nothing else:
+ * Along the current r hardly changes, which resembles resistance or flux; across it, it is a sawtooth:
  *
  *     r ~ (4/pi) u (1 + j q),   q = -12/35 sin 6 phi + 24/143 sin 12 phi,   u = e^(j phi) along the current
  *
- * So what the EMF has across the current, without its mean, is correlated with two lines of that, weighed so
- * that nothing counts near a sawtooth's edge, where a current crosses zero:
+ * Its sixth harmonic may be that of the EMF's fifth and seventh (emf_shape.h), its twelfth is the edges'
+ * alone. So what the EMF has across the current, without its mean, is correlated with that line, each step
+ * counting by half of the way of u over that of the reference, for a current that is compensated too much
+ * dwells between its zero crossings:
  *
  *     m(x) = low-pass of x at |omega_ref| in a frame that turns with the reference, which has no ripple
- *     d(T_e/T)/dt = g/((4/pi) <q s>) [m(u) x (e - m(e))] s/u_dc,   s = -sin 6 phi (1 + cos 6 phi)
+ *     d(T_e/T)/dt = g/((4/pi) <q s>) [u x (e - m(e))] s w/u_dc,   s = sin 12 phi,   w = 1/2 + dphi/(2
+ * dphi_ref)
  *
- * whereby V_hat follows V with the rate g (adapt/gain.h; docs/theory.md, 25). Nothing in it needs the rotor's
- * angle: it learns in a forced frame as well, and when the estimate is lost. What is learnt is a time, for it
- * is delays that nobody knows; the voltage then follows the link. An error of the drop is learnt as if it
- * were time.
+ * whereby V_hat follows V with the rate g (adapt/gain.h; docs/theory.md, 25). Of that, as long as g is high,
+ * only what noise does not make is used. Nothing in it needs the rotor's angle: it learns in a forced frame
+ * as well, and when the estimate is lost. What is learnt is a time, for it is delays that nobody knows; the
+ * voltage then follows the link. An error of the drop is learnt as if it were time.
  *
- * What is more across the current than the whole dead band's voltage is not it. It learns while the EMF of
- * the speed is neither small beside the dead band's voltage, nor large, where its own harmonics count, while
- * the current is well outside of the zone and turns with the reference, and while speed and reference are
- * together; else the value stays.
+ * What is more across the current than the whole dead band's voltage is not it, and while there is more
+ * against the current than legs that differ make, the currents are not what the sensors say. It learns while
+ * the EMF of the speed is neither small beside the dead band's voltage, nor large, where noise is all that is
+ * left of a sample, while the current is well outside of the zone and turns with the reference, and while
+ * speed and reference are together; else the value stays.
  *
- * One step in every so-manieth T, from the means of these. Does not handle: differences between the
- * legs; fifth and seventh harmonics of the EMF, h of its length together, which it takes for h |e|/0.33 V of
- * dead time. */
+ * One step in every so-manieth T, from the means of these. What each has seen beside the mean is there for
+ * emf_shape.h and unequal_legs.h. Does not handle: eleventh and thirteenth harmonics of the EMF. */
 #ifndef ADAPT_DEAD_TIME_LEARN_H
 #define ADAPT_DEAD_TIME_LEARN_H
 
@@ -53,7 +55,7 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
-#define DEAD_TIME_LEARN_CHANCE  0.02f /* [-] of the dead band */
+#define DEAD_TIME_LEARN_CHANCE  0.02f /* [-] of the dead band: what noise makes of it at the first rate */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */

@@ -13,8 +13,8 @@
  *
  *     dV/dt = -g (3 pi/2) <(e - m(e)) u^3>,   dR/dt = 2 g <(e - m(e)) u>* / |I|
  *
- * What is learnt is a part of what the inverter loses (inverter/inverter.h), so what is left is followed.
- * Does not handle: a difference that depends on the current otherwise. */
+ * What is learnt is taken off the voltage that the estimator gets, as its mean in each window, so what is
+ * left is followed. Does not handle: a difference that depends on the current otherwise. */
 #ifndef ADAPT_UNEQUAL_LEGS_H
 #define ADAPT_UNEQUAL_LEGS_H
 

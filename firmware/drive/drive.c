@@ -18,6 +18,12 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
     drive->fault = *fault;
 }
 
+/* Is there a fault already? What the fast task finds later does not take its place. */
+static inline bool is_latched(const drive_t *drive)
+{
+    return drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
+}
+
 /* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the
  * window. */
 static void show_stop(drive_t *drive)
@@ -94,7 +100,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 {
     const fast_orders_t orders = orders_of(drive);
     fast_step(&drive->fast, &orders, samples, drive->opens, command);
-    if (drive->fast.stop.reason != (int32_t)REASON_NONE) {
+    if (drive->fast.stop.reason != (int32_t)REASON_NONE && !is_latched(drive)) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);

@@ -160,6 +160,8 @@ typedef struct {
     uint32_t asked[CAMPAIGN_FAULTS_MAX];                  /* [periods] in which the fault could be noticed */
     double turned[CAMPAIGN_FAULTS_MAX];                   /* [rad] electrical, in those */
     int32_t reason;                                       /* [-] that was compared last */
+    int32_t shown;                                        /* [-] of the last period ... */
+    uint32_t shown_at;                                    /* [periods] ... and when it came */
 } campaign_truth_t;
 
 typedef struct {

@@ -8,15 +8,16 @@
 #define CARRIES 0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
 #define CARRIES_SEEN                                                                                         \
     0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
-#define NOTICE_TIMES 3.0   /* [-] of what is promised, in which current is asked for */
-#define WITNESS      0.05  /* [s] what a report is about was so within that */
-#define LOCK_WITNESS 2.0   /* [s] in which three losses of the lock are one too many */
-#define STARVED      10e-3 /* [s] that too low a link may last with a gate on */
-#define HEAT_MARGIN  2.0   /* [K] */
-#define RAIL         8.0   /* [-] codes from the end of the converter's range */
-#define LATE_MARGIN  1.2   /* [-] periods */
-#define SLIP_SEEN    0.3   /* [-] share of the motion that the matrix has missed */
-#define CODES        4095.0
+#define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
+#define NOTICE_TIMES  3.0                 /* [-] of what is promised, in which current is asked for */
+#define WITNESS       0.05                /* [s] what a report is about was so within that */
+#define LOCK_WITNESS  2.0                 /* [s] in which three losses of the lock are one too many */
+#define STARVED       10e-3               /* [s] that too low a link may last with a gate on */
+#define HEAT_MARGIN   2.0                 /* [K] */
+#define RAIL          8.0                 /* [-] codes from the end of the converter's range */
+#define LATE_MARGIN   1.2                 /* [-] periods */
+#define SLIP_SEEN     0.3                 /* [-] share of the motion that the matrix has missed */
+#define CODES         4095.0
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {
@@ -233,12 +234,21 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }
 
+/* A reason counts once it has stayed for two windows: that of a period may be named anew with what the whole
+ * window has seen. */
 static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
     const int32_t reason = (int32_t)rows[CAMPAIGN_AT_fault_reason];
-    if (reason != 0 && reason != truth->reason && !is_true(watch, reason, period)) {
-        campaign_violated(watch, CAMPAIGN_I_REASON_TRUE, period, 1u, "fault_reason");
+    if (reason != truth->shown) {
+        truth->shown = reason;
+        truth->shown_at = period;
+    }
+    if (reason == truth->reason || period - truth->shown_at < NAMED_PERIODS) {
+        return;
+    }
+    if (reason != 0 && !is_true(watch, reason, truth->shown_at)) {
+        campaign_violated(watch, CAMPAIGN_I_REASON_TRUE, period, period - truth->shown_at, "fault_reason");
     }
     truth->reason = reason;
 }

@@ -229,6 +229,7 @@
     P(GAIN_A,           EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "current_gain lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
     P(GAIN_A,           EVERYWHERE, ENCODER, RIDES | OPENS, "current_gain encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES "; " CONTRADICTS) \
     P(OFFSET_A,         EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME) \
+    P(OFFSET_A,         AT(ALIGN) | AT(RAMP), SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost start_unlocked", ANY_TIME, LIMIT, FOLLOWS | OUT, "2 A make 3.7 V of EMF that stands (theory 14), beside the 4 to 8 V of 50 to 100 r/min: a start may find no lock, and says so") \
     P(OFFSET_A,         EVERYWHERE, ENCODER, RIDES | OPENS, "encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME "; " CONTRADICTS) \
     P(OFFSET_A,         AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(NOISE_BURST,      EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \

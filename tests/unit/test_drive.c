@@ -242,6 +242,23 @@ static void test_trip_goes_to_fault_at_once_and_freezes_what_was_seen(void)
     TEST_ASSERT_TRUE(drive.fault.theta_e == frame.theta_e && drive.fault.omega_e == frame.omega_e);
 }
 
+/* A rotor that its load drives on feeds the link after the fault. */
+static void test_a_link_that_rises_after_a_fault_does_not_take_its_place(void)
+{
+    bring_to_run();
+    turn(2, 1000);
+    drive_trip(&drive);
+    windows(3);
+    const drive_fault_t fault = drive.fault;
+    samples.u_dc = 500.0f;
+    for (uint32_t n = 0; n < 3u * DRIVE_WINDOW; n++) {
+        steps(1);
+        expect_fault(REASON_MODULE_FAULT);
+        TEST_ASSERT_EQUAL_UINT32(fault.period, drive.fault.period);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.log.count);
+}
+
 static void test_a_trip_without_the_interrupt_is_seen_in_the_flags(void)
 {
     bring_to_run();

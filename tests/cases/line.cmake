@@ -8,11 +8,11 @@ add_test(NAME case_checksum_error_without_limit COMMAND ${Python3_EXECUTABLE} -B
 set_tests_properties(case_checksum_error_without_limit PROPERTIES LABELS line TIMEOUT 60)
 add_test(NAME case_scope_state COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_state.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/scope_state)
-set_tests_properties(case_scope_state PROPERTIES LABELS scope TIMEOUT 300)
+set_tests_properties(case_scope_state PROPERTIES LABELS scope TIMEOUT 300 COST 30)
 if(NOT LAGLESS_SANITIZE)
     add_test(NAME case_scope_page COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_page.py $<TARGET_FILE:lagless>
         ${CMAKE_CURRENT_BINARY_DIR}/scope_page)
-    set_tests_properties(case_scope_page PROPERTIES LABELS scope TIMEOUT 300 SKIP_RETURN_CODE 77)
+    set_tests_properties(case_scope_page PROPERTIES LABELS scope TIMEOUT 300 COST 30 SKIP_RETURN_CODE 77)
 endif()
 add_test(NAME case_noisy_line COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_noisy_line.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/noisy_line)

@@ -6,6 +6,8 @@ foreach(name unexpected_end overwrite cut_files texts own_motor)
     set_tests_properties(cli_${name} PROPERTIES LABELS cli TIMEOUT 300)
 endforeach()
 
+set_tests_properties(cli_own_motor PROPERTIES COST 20)
+
 # Units as data sheets spell them.
 lagless_test(lab_spellings LABEL lab SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_spellings.c LIBS lagless_lab m)
 target_compile_definitions(test_lab_spellings PRIVATE _GNU_SOURCE)

@@ -94,7 +94,7 @@ class Documents(unittest.TestCase):
     def test_rows_of_the_report(self):
         """paper_documents"""
         report = self.folder / "report"
-        shutil.copytree(BUILD / "report", report)
+        shutil.copytree(BUILD / "paper", report)
         for path in (report / "rows.json", *report.glob("data/*.csv")):
             path.write_text(turned(path.read_text()))
         self.red(sys.executable, "-B", "tools/plot/documents.py", "--check", "--only", "paper.md", report, "docs")

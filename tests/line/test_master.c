@@ -490,7 +490,7 @@ static void start(samples_t *samples, uint32_t count, uint32_t every)
     static const char *const names[MASTER_DAQ_MAX] = {
         "omega_m", "i_a",    "i_b",    "i_c",    "i_d",     "i_q",     "u_d",    "u_q",
         "u_dc",    "duty_a", "duty_b", "duty_c", "theta_e", "omega_e", "period", "state"};
-    const table_row_t *rows[MASTER_DAQ_MAX];
+    const table_row_t *rows[MASTER_DAQ_MAX] = {NULL};
     for (uint32_t n = 0; n < count; n++) {
         rows[n] = row(names[n]);
     }

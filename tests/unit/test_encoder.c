@@ -170,7 +170,7 @@ static void test_constant_speed_with_a_fraction_of_a_count_per_pole(void)
 static void test_header_states_the_ripple_bound(void)
 {
     encoder_params_t params = PARAMS;
-    for (float bandwidth = 50.0f; bandwidth <= 3000.0f; bandwidth += 50.0f) {
+    for (float bandwidth = 50.0f; bandwidth <= 3000.0f; bandwidth += 50.0f * SWEEP_FEW) {
         params.bandwidth = bandwidth;
         double factor = ripple_bound(&params) / 1.05 / ((double)bandwidth * half_step(&params));
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.73, factor); /* no more than 0.75 */

@@ -373,7 +373,7 @@ static void test_every_row_counts_anew_after_a_break(void)
  */
 static void test_every_row_is_silent_until_its_moment(void)
 {
-    for (uint32_t row = 0; row < ROWS; row++) {
+    for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
         for (uint32_t moments = 0u; moments <= EVERY; moments += SWEEP_FEW) {
             setUp();
             check_periods(row, beyond(row), way_of(row), moments, fault_rows[row].debounce + 100u);

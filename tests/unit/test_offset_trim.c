@@ -7,6 +7,7 @@
 
 #include "adapt/offset_trim.h"
 #include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define J ((double complex)I)
 
@@ -173,7 +174,7 @@ static void test_broken_turns_leave_less_than_a_sample(void)
         start(turns[n]);
         begin_window();
         const double left = 2.0 * PI / fabs(turns[n]) / 8.0 * rotor.amplitude;
-        for (int32_t window = 1; window <= 60; window++) {
+        for (int32_t window = 1; window <= 60; window += SWEEP_FEW) {
             rotor.trim.offset = NONE;
             const int32_t count = finish_window(CONSTANT);
             TEST_ASSERT_TRUE(count >= WINDOW && count <= WINDOW + (int32_t)fabs(turns[n]) + 1);

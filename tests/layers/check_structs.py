@@ -13,6 +13,9 @@ import sys
 
 FIELDS = 25  # of a struct that is written by hand; the rows of a table (X macros) are no fields that a reader has to know
 
+# Structs that are still larger, by file and the fields that they may have; the list only shrinks.
+LARGER = {"firmware/adapt/inductance.h": 28}
+
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 STRUCT = re.compile(r"\bstruct\b[ \t]*\w*[ \t\n]*\{")
@@ -84,7 +87,7 @@ def check(root):
         graph[name] = [next(str(way) for way in ways if str(way) in names) for ways in targets if any(str(way) in names for way in ways)]
         for match in STRUCT.finditer(text):
             count = fields_of(body_of(text, match.end() - 1))
-            if count > FIELDS:
+            if count > LARGER.get(name, FIELDS):
                 breaches.append((name, line_of(text, match.start()), "struct", f"has {count} fields; {FIELDS} at most: give each task or "
                                  "room a struct of its own in it"))
         for match in SLOT.finditer(text):

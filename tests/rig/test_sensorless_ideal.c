@@ -101,14 +101,14 @@ static motor_t of_board(const motor_t *written)
     m.inertia *= voltage * current;
     m.friction *= voltage * current;
     m.load *= voltage * current;
-    m.current = fmin(current_max, current * m.current);
+    m.forced.wanted = fmin(current_max, current * m.forced.wanted);
     m.dc_voltage *= voltage;
     return m;
 }
 
 static double trip_of(const motor_t *m)
 {
-    return fmin(1.5 * m->current, 0.95 * (double)DRIVE_CURRENT_RANGE);
+    return fmin(1.5 * m->forced.wanted, 0.95 * (double)DRIVE_CURRENT_RANGE);
 }
 
 /* Plant and firmware get the motor, and limits around it. What is judged is the estimate: nothing of this
@@ -120,7 +120,7 @@ static void put_motor(rig_t *rig, const motor_t *m)
                                m->inertia,    m->friction,   m->speed,      m->bandwidth};
     run_put_motor(rig, &motor);
     run_put(rig, "dc_voltage", m->dc_voltage);
-    run_put(rig, "current_limit", m->current);
+    run_put(rig, "current_limit", m->forced.wanted);
     run_put(rig, "overcurrent_trip", trip_of(m));
     run_put(rig, "dc_overvoltage", 1.1 * m->dc_voltage);
     run_put(rig, "dc_undervoltage", 0.6 * m->dc_voltage);

@@ -128,14 +128,19 @@ def of_object(path, objdump="arm-none-eabi-objdump"):
 STAND_IN = ("-D__TMS320C2000__", "-D__cregister=", "-D__interrupt=", "-D__asm(text)=((void)0)")  # as tools/check-linker has it
 
 
-def of_source(path, options, folder, compiler="arm-none-eabi-gcc"):
-    """The same of a source that the M4F's build does not have, which is compiled here."""
-    made = f"{folder}/{path.stem}.o"
+def compiled(path, options, folder, compiler="arm-none-eabi-gcc"):
+    """The object of a source that the M4F's build does not have."""
+    made = pathlib.Path(folder, f"{path.stem}.o")
     header = str(pathlib.Path(__file__).resolve().parent / "include/c28x.h")
     subprocess.run([compiler, "-std=c99", "-O2", "-c", "-w", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard",
-                    "-ffp-contract=off", "-fno-tree-slp-vectorize", "-include", header, *STAND_IN, *options, str(path), "-o", made],
+                    "-ffp-contract=off", "-fno-tree-slp-vectorize", "-include", header, *STAND_IN, *options, str(path), "-o", str(made)],
                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=True)
-    return of_object(made, compiler.removesuffix("gcc") + "objdump")
+    return made
+
+
+def of_source(path, options, folder, compiler="arm-none-eabi-gcc"):
+    """The same of a source that the M4F's build does not have, which is compiled here."""
+    return of_object(compiled(path, options, folder, compiler), compiler.removesuffix("gcc") + "objdump")
 
 
 def functions_in_ram(command_file):

@@ -28,7 +28,6 @@ add_executable(lagless
     hal/f28335/wait.c
     firmware/app/main.c
 )
-set_source_files_properties(hal/f28335/wait.c PROPERTIES COMPILE_OPTIONS "${LAGLESS_FROM_RAM}")
 set_target_properties(lagless PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON SUFFIX .out LINK_DEPENDS "${linker_file}")
 target_link_options(lagless PRIVATE
     --rom_model --entry_point=code_start --stack_size=0x700 --heap_size=0 --warn_sections --reread_libs --priority

@@ -18,7 +18,6 @@ if(CMAKE_C_COMPILER_ID STREQUAL TI)
     add_library(lagless_flags INTERFACE)
     target_include_directories(lagless_flags INTERFACE ${CMAKE_SOURCE_DIR})
     add_library(lagless_fast INTERFACE)
-    set(LAGLESS_FROM_RAM --ramfunc=on)
     return()
 endif()
 

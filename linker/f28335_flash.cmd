@@ -1,7 +1,7 @@
 /* F28335, image in flash (data manual SPRS439, EABI section names). All numbers count 16-bit words.
  *
- * The interrupt, and what sets the flash's wait states, is loaded into flash and runs from L0-L3, the program RAM
- * without wait states; hal_boot copies it. Sectors C and B, 0x328000-0x337FFF, are kept for stored parameters: an
+ * The functions of the interrupt, and those that set the flash's wait states, are loaded into flash and run from L0-L3,
+ * the program RAM without wait states; hal_boot copies them. Sectors C and B, 0x328000-0x337FFF, are kept for stored parameters: an
  * erase takes a whole sector, so nothing of the program may lie there. Sector A holds nothing but the entry, so that its other
  * special words stay erased: 0x33FF80-0x33FFF5, which belong to the code security module, and its password,
  * 0x33FFF8-0x33FFFF. */
@@ -25,8 +25,113 @@ SECTIONS
     .switch       : > FLASH_H_D
     .const        : > FLASH_H_D
 
-    /* The fast library's division is part of the interrupt. */
-    .TI.ramfunc   : { *(.TI.ramfunc) -l rts2800_fpu32_fast_supplement_eabi.lib(.text) }
+    /* What the interrupt calls, function by function (--gen_func_subsections), and the fast library's division. */
+    .TI.ramfunc   : { *(.TI.ramfunc) -l rts2800_fpu32_fast_supplement_eabi.lib(.text)
+                      /* begin: written by tools/check-linker --write */
+                      /* firmware/app/app.c */
+                      *(.text:app_interrupt) *(.text:app_read) *(.text:app_trip) *(.text:app_write) *(.text:compare_of)
+                      *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags)
+                      /* firmware/contract/capture.c */
+                      *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
+                      *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
+                      *(.text:watch)
+                      /* firmware/control/current_control.c */
+                      *(.text:current_control_reset)
+                      /* firmware/drive/drive.c */
+                      *(.text:drive_bridge_on) *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:show)
+                      *(.text:show_fault) *(.text:turn_window)
+                      /* firmware/drive/fast.c */
+                      *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_sums) *(.text:bound)
+                      *(.text:bounds_clamp) *(.text:bounds_magnitude) *(.text:bounds_span) *(.text:bounds_within)
+                      *(.text:calibrate) *(.text:comes_on) *(.text:control) *(.text:current_control_applied)
+                      *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
+                      *(.text:dead_time_edge_signs) *(.text:dead_time_leg) *(.text:dead_time_signs)
+                      *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_step) *(.text:doubtful) *(.text:edges_ahead)
+                      *(.text:edges_swing) *(.text:encoder_phase) *(.text:encoder_step) *(.text:estimate)
+                      *(.text:estimator_set_flux) *(.text:estimator_set_load) *(.text:estimator_take) *(.text:fast_believe)
+                      *(.text:fast_close) *(.text:fast_step) *(.text:fast_take) *(.text:fault_set_none) *(.text:follow_load)
+                      *(.text:forced_advance) *(.text:frames_between) *(.text:frames_clarke) *(.text:frames_inverse_clarke)
+                      *(.text:frames_inverse_park) *(.text:frames_park) *(.text:inverter_acted) *(.text:inverter_effective)
+                      *(.text:inverter_make) *(.text:inverter_remember) *(.text:inverter_set_dead_time)
+                      *(.text:inverter_take) *(.text:inverter_whole_counts) *(.text:limit) *(.text:link_is_near)
+                      *(.text:locate) *(.text:lowpass_step) *(.text:measure_current_flows) *(.text:measure_is_good)
+                      *(.text:measure_step) *(.text:measure_take) *(.text:observer_take) *(.text:pi_output) *(.text:pi_take)
+                      *(.text:pi_update) *(.text:pll_take) *(.text:reference_advance) *(.text:reference_rotor)
+                      *(.text:reference_speed) *(.text:reference_stationary) *(.text:reference_tracks) *(.text:rest)
+                      *(.text:run) *(.text:see) *(.text:see_catch) *(.text:smo_take) *(.text:still_watch_moved)
+                      *(.text:sum_up) *(.text:svpwm_modulate) *(.text:tell_models) *(.text:tracker_take)
+                      *(.text:trig_advance) *(.text:trig_turn) *(.text:validity_take)
+                      /* firmware/drive/fast_trips.c */
+                      *(.text:encoder_watch_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
+                      *(.text:fault_set_both) *(.text:guard_background_stalled) *(.text:guard_bad_sample)
+                      *(.text:guard_current_gain) *(.text:guard_current_stuck) *(.text:guard_current_sum)
+                      *(.text:guard_dc_limits) *(.text:guard_dc_ripple) *(.text:guard_derating)
+                      *(.text:guard_encoder_direction) *(.text:guard_encoder_error) *(.text:guard_encoder_jump)
+                      *(.text:guard_encoder_lost) *(.text:guard_encoder_mismatch) *(.text:guard_estimate_amplitude)
+                      *(.text:guard_estimate_current) *(.text:guard_estimate_detector) *(.text:guard_estimate_speed)
+                      *(.text:guard_is_calm) *(.text:guard_late) *(.text:guard_lock_lost) *(.text:guard_loop_slow)
+                      *(.text:guard_master_silent) *(.text:guard_medium_late) *(.text:guard_module_overload)
+                      *(.text:guard_motor_overload) *(.text:guard_motor_temperature) *(.text:guard_oscillation)
+                      *(.text:guard_params_corrupt) *(.text:guard_phase_current) *(.text:guard_phase_loss)
+                      *(.text:guard_program_corrupt) *(.text:guard_rotor_too_fast) *(.text:guard_runaway)
+                      *(.text:guard_sink_temperature) *(.text:guard_speed) *(.text:guard_speed_error)
+                      *(.text:guard_stack_low) *(.text:guard_stalled) *(.text:guard_start_stalled)
+                      *(.text:guard_start_unlocked) *(.text:guard_tripped) *(.text:guard_u_dc) *(.text:guard_unlocked)
+                      *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:trip_input)
+                      *(.text:watch_jump) *(.text:watch_still)
+                      /* firmware/drive/guard.c */
+                      *(.text:counting) *(.text:fault_set_common) *(.text:fault_set_has) *(.text:guard_step_each)
+                      *(.text:judge) *(.text:rows_at) *(.text:rows_that_fail) *(.text:rows_that_hold) *(.text:rows_with)
+                      *(.text:waits)
+                      /* firmware/drive/measure.c */
+                      *(.text:measure_begin_rest)
+                      /* firmware/estimator/estimator.c */
+                      *(.text:angle_wrap) *(.text:debounce_one) *(.text:debounce_step) *(.text:estimator_coast)
+                      *(.text:estimator_observe) *(.text:estimator_step) *(.text:float_bits) *(.text:inverse_root)
+                      *(.text:lag_impedance) *(.text:lag_undone) *(.text:observer_step) *(.text:one_period)
+                      *(.text:pll_filtered) *(.text:pll_is_emf) *(.text:pll_soft_sign) *(.text:pll_step_inline)
+                      *(.text:pll_turn) *(.text:rested) *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict)
+                      *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration)
+                      *(.text:tracker_coast) *(.text:tracker_step) *(.text:tracker_watch) *(.text:validity_step)
+                      /* firmware/estimator/lag.c */
+                      *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
+                      *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
+                      *(.text:square_of) *(.text:times) *(.text:undoing)
+                      /* firmware/estimator/pll.c */
+                      *(.text:pll_watch)
+                      /* firmware/estimator/smo.c */
+                      *(.text:smo_answer) *(.text:smo_equivalent_gain) *(.text:smo_error_square) *(.text:switch_any)
+                      *(.text:switch_axes)
+                      /* firmware/estimator/tracker.c */
+                      *(.text:debounce_reset) *(.text:validity_reset)
+                      /* firmware/manoeuvre/reference.c */
+                      *(.text:catch_rotor) *(.text:caught) *(.text:force) *(.text:forced_step) *(.text:lock_to) *(.text:obey)
+                      *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take) *(.text:run_on_estimate)
+                      /* firmware/math/pi.c */
+                      *(.text:pi_reset)
+                      /* firmware/math/tanh.c */
+                      *(.text:tanh_ratio_at) *(.text:tanh_ratio_far)
+                      /* firmware/talk/daq_copy.c */
+                      *(.text:copy) *(.text:daq_copy)
+                      /* hal/f28335/adc.c */
+                      *(.text:adc_rearm)
+                      /* hal/f28335/board.c */
+                      *(.text:hal_end_of_sample) *(.text:hal_read) *(.text:hal_time) *(.text:zero_after_late)
+                      /* hal/f28335/clock.c */
+                      *(.text:clock_carrier_runs) *(.text:set_flash_waits)
+                      /* hal/f28335/interrupts.c */
+                      *(.text:group_bit) *(.text:hal_end_of_trip) *(.text:hal_request_medium) *(.text:interrupts_acknowledge)
+                      *(.text:unexpected)
+                      /* hal/f28335/pwm.c */
+                      *(.text:any_trip_flag) *(.text:at_most_full) *(.text:hal_gates_off) *(.text:hal_gates_on)
+                      *(.text:hal_write_compare) *(.text:leg_is_safe) *(.text:pwm_any_tripped) *(.text:pwm_elapsed)
+                      *(.text:pwm_fault_line)
+                      /* hal/f28335/qep.c */
+                      *(.text:qep_keep_step) *(.text:qep_take_error)
+                      /* hal/f28335/wait.c */
+                      *(.text:bus_wait)
+                      /* end: tools/check-linker */
+                    }
                     LOAD = FLASH_H_D, RUN = L0_L3,
                     LOAD_START(ramfunc_load_start), LOAD_SIZE(ramfunc_load_size), RUN_START(ramfunc_run_start)
 

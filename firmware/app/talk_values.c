@@ -45,12 +45,12 @@ static bool fault_bits(uint32_t place, uint32_t *bits)
 {
     const drive_fault_log_t *log = &app->drive.log;
     const uint32_t ago = place / 2u;
-    if (ago >= DRIVE_FAULT_LOG) {
+    if (ago >= FAULT_LOG_LENGTH) {
         return false;
     }
     *bits = 0u;
     if (ago < log->count) {
-        const drive_fault_t *fault = &log->faults[(log->count - 1u - ago) % DRIVE_FAULT_LOG];
+        const drive_fault_t *fault = &log->faults[(log->count - 1u - ago) % FAULT_LOG_LENGTH];
         *bits = place % 2u == 0u ? (uint32_t)fault->reason : fault->period;
     }
     return true;

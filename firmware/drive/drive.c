@@ -19,16 +19,16 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
 }
 
 /* Is there a fault already? What the fast task finds later does not take its place. */
-static inline bool is_latched(const drive_t *drive)
+static inline bool is_shown(const drive_t *drive)
 {
-    return drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
+    return drive->state == (int32_t)DRIVE_FAULT;
 }
 
 /* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the
  * window. */
 static void show_stop(drive_t *drive)
 {
-    drive_fault_t fault = drive->fast.stop;
+    drive_fault_t fault = drive->fast.report.stop;
     fault.manoeuvre = drive->manoeuvre;
     show_fault(drive, &fault);
 }
@@ -39,11 +39,11 @@ static void show(drive_t *drive)
     const medium_t *medium = &drive->medium;
     drive->manoeuvre = medium->manoeuvres.now;
     if (medium->faults != drive->log.count) {
-        drive->log.faults[drive->log.count % DRIVE_FAULT_LOG] = medium->fault;
+        drive->log.faults[drive->log.count % FAULT_LOG_LENGTH] = medium->fault;
         drive->log.count = medium->faults;
         show_fault(drive, &medium->fault);
     }
-    if (drive->fast.open != 0u && medium->sequence.state != (int32_t)DRIVE_FAULT) {
+    if (drive->fast.bridge.open != 0u && medium->sequence.state != (int32_t)DRIVE_FAULT) {
         return; /* the fault is in the window that is closed now */
     }
     if (drive->state == (int32_t)DRIVE_FAULT && medium->sequence.state != (int32_t)DRIVE_FAULT) {
@@ -100,7 +100,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 {
     const fast_orders_t orders = orders_of(drive);
     fast_step(&drive->fast, &orders, samples, drive->opens, command);
-    if (drive->fast.stop.reason != (int32_t)REASON_NONE && !is_latched(drive)) {
+    if (drive->fast.report.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
@@ -173,8 +173,8 @@ void drive_request(drive_t *drive, const requests_t *next)
 void drive_stop(drive_t *drive, int32_t reason)
 {
     fast_stop(&drive->fast, reason);
-    medium_stop(&drive->medium, &drive->window, drive->fast.stop);
-    drive->fast.stop.reason = (int32_t)REASON_NONE;
+    medium_stop(&drive->medium, &drive->window, drive->fast.report.stop);
+    drive->fast.report.stop.reason = (int32_t)REASON_NONE;
     show(drive);
 }
 

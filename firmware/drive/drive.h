@@ -35,10 +35,10 @@
 #include "drive/tuning.h"
 
 /* The last faults, through resets. */
-#define DRIVE_FAULT_LOG 16u
+#define FAULT_LOG_LENGTH 16u
 typedef struct {
-    uint32_t count;                        /* [-] since power-on */
-    drive_fault_t faults[DRIVE_FAULT_LOG]; /* number n from 0 in n mod DRIVE_FAULT_LOG */
+    uint32_t count;                         /* [-] since power-on */
+    drive_fault_t faults[FAULT_LOG_LENGTH]; /* number n from 0 in n mod FAULT_LOG_LENGTH */
 } drive_fault_log_t;
 
 typedef struct {
@@ -119,7 +119,7 @@ void drive_stop(drive_t *drive, int32_t reason);
 static inline bool drive_bridge_on(const drive_t *drive)
 {
     return (drive->state >= (int32_t)DRIVE_SWITCHED_ON && drive->state <= (int32_t)DRIVE_QUICK_STOP) ||
-           (fast_bridge_on(&drive->fast) && drive->fast.open == 0u);
+           (fast_bridge_on(&drive->fast) && drive->fast.bridge.open == 0u);
 }
 
 #endif

@@ -15,8 +15,8 @@
 static void tell_models(fast_t *fast, const fast_orders_t *orders)
 {
     const setpoint_t *setpoint = orders->setpoint;
-    chosen_set_flux(&fast->estimator, setpoint->flux_linkage, setpoint->speed_per_volt);
-    inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->dead_time);
+    chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
+    inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->models.dead_time);
 }
 
 void fast_init(fast_t *fast, const fast_orders_t *orders)
@@ -33,7 +33,7 @@ void fast_init(fast_t *fast, const fast_orders_t *orders)
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
     fast_set_tuning(fast, tuning, tuning, 0u);
     tell_models(fast, orders);
-    chosen_reset(&fast->estimator, fast->encoder_position, fast->measure.measured.current);
+    chosen_reset(&fast->estimator, fast->shaft.position, fast->measure.measured.current);
 }
 
 void fast_set_tuning(fast_t *fast, const fast_tuning_t *before, const fast_tuning_t *tuning,
@@ -58,8 +58,8 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     const float least = braking < 0.0f ? -braking : 0.0f; /* what a full link gives away */
     const float driving = setpoint->only_brakes != 0u && asked > least ? least : asked;
     const bool backwards = fast->omega_m < 0.0f;
-    fast->lower = backwards ? -driving : -braking;
-    fast->upper = backwards ? braking : driving;
+    fast->bounds.lower = backwards ? -driving : -braking;
+    fast->bounds.upper = backwards ? braking : driving;
 }
 
 void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *before)
@@ -68,18 +68,18 @@ void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *befo
     fast->medium_late = 0u;
     reference_take(&fast->reference, &orders->tuning->reference, setpoint);
     tell_models(fast, orders);
-    fast->link.sunk = setpoint->link_sunk;
-    fast->link.low = setpoint->link_low;
-    if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->open_since) >= 0) {
-        fast->open = 0u;
+    fast->link.sunk = setpoint->link.sunk;
+    fast->link.low = setpoint->link.low;
+    if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
+        fast->bridge.open = 0u;
     }
     if (setpoint->calibrate != before->calibrate) {
-        fast->calibration = (int32_t)CALIBRATION_GOES_ON;
+        fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
         }
     }
-    if (fast->link.limits == 0u || fast->on == 0u) { /* else bound() does it in this period */
+    if (fast->link.limits == 0u || fast->bridge.on == 0u) { /* else bound() does it in this period */
         limit(fast, setpoint);
     }
 }
@@ -99,9 +99,9 @@ static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inv
         .omega_e = last->frame.omega_e,
         .omega_m = fast->omega_m,
         .omega_m_miss = fast->demand.omega_m_ref - fast->omega_m,
-        .load = setpoint->load_seen,
-        .gained = setpoint->gained,
-        .foreseen = setpoint->foreseen,
+        .load = setpoint->models.load_seen,
+        .gained = setpoint->models.gained,
+        .foreseen = setpoint->models.foreseen,
     };
     return doubt_step(&fast->doubt, &orders->tuning->doubt, &input);
 }
@@ -116,7 +116,7 @@ static void follow_load(fast_t *fast, const setpoint_t *setpoint)
     } else {
         const float i_q =
             frames_park(fast->measure.measured.current, fast->estimator.estimate.frame.rotation).q;
-        fast->load = lowpass_step(fast->load, setpoint->load_share, i_q);
+        fast->load = lowpass_step(fast->load, setpoint->models.load_share, i_q);
     }
     chosen_set_load(&fast->estimator, fast->load);
 }
@@ -124,16 +124,14 @@ static void follow_load(fast_t *fast, const setpoint_t *setpoint)
 static void estimate(fast_t *fast, const fast_orders_t *orders)
 {
     const measured_t *measured = &fast->measure.measured;
-    const inverter_acted_t acted =
+    fast->acted =
         inverter_acted(&fast->inverter, &orders->tuning->inverter, measured->current, measured->u_dc);
-    const ab_t spared = orders->setpoint->spared;
-    const ab_t voltage = {acted.voltage.alpha - spared.alpha, acted.voltage.beta - spared.beta};
-    fast->acted = acted.voltage;
-    fast->link_mean = acted.link;
-    fast->dead_voltage = acted.leg;
+    const inverter_acted_t *acted = &fast->acted;
+    const ab_t spared = orders->setpoint->models.spared;
+    const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
-    } else if (doubtful(fast, orders, &acted)) {
+    } else if (doubtful(fast, orders, acted)) {
         (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
         (void)chosen_step(&fast->estimator, voltage, measured->current);
@@ -147,7 +145,7 @@ void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     const reference_t *reference = &fast->reference;
-    fast->rotor = reference_rotor(reference, &fast->encoder_frame, estimate);
+    fast->rotor = reference_rotor(reference, &fast->shaft.frame, estimate);
     const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
     fast->omega_m =
         (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
@@ -157,11 +155,11 @@ void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 static void locate(fast_t *fast, const fast_orders_t *orders)
 {
     const fast_tuning_t *tuning = orders->tuning;
-    fast->encoder_position =
+    fast->shaft.position =
         encoder_step(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count);
     if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
-        fast->encoder_frame = (frame_t){fast->encoder_position.theta_e, fast->encoder_position.omega_e,
-                                        trig_turn(fast->encoder_position.theta_e)};
+        fast->shaft.frame = (frame_t){fast->shaft.position.theta_e, fast->shaft.position.omega_e,
+                                      trig_turn(fast->shaft.position.theta_e)};
     }
     reference_advance(&fast->reference, &tuning->reference);
     if (fast->estimating != 0u) {
@@ -181,8 +179,8 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
         .current = measured->current,
         .voltage_max = FRAMES_ONE_OVER_SQRT_3 * measured->u_dc,
         .estimate = &fast->estimator.estimate,
-        .position = &fast->encoder_position,
-        .encoder = &fast->encoder_frame,
+        .position = &fast->shaft.position,
+        .encoder = &fast->shaft.frame,
         .omega_m = fast->omega_m,
         .estimating = fast->estimating,
     };
@@ -203,7 +201,7 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
     } else if (fast->demand.change == (int32_t)FRAME_ANEW) {
         current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
     }
-    fast->current = frames_park(measured->current, now);
+    fast->control.current = frames_park(measured->current, now);
 }
 
 /* Within what heat and DC link leave, and with the dither from whose answer is learnt. */
@@ -220,8 +218,8 @@ static void bound(fast_t *fast, const fast_orders_t *orders)
     }
     if (source == (int32_t)SOURCE_ESTIMATE || source == (int32_t)SOURCE_ENCODER) {
         dq_t *current = &fast->demand.current;
-        const float below = current->q < fast->upper ? current->q : fast->upper;
-        current->q = (below > fast->lower ? below : fast->lower) + setpoint->dither.q;
+        const float below = current->q < fast->bounds.upper ? current->q : fast->bounds.upper;
+        current->q = (below > fast->bounds.lower ? below : fast->bounds.lower) + setpoint->dither.q;
         current->d += setpoint->dither.d;
     }
 }
@@ -231,21 +229,21 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
 {
     const frame_t *frame = &fast->demand.frame;
     const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
-    const dq_t asked = current_control_step(&fast->current_control, fast->demand.current, fast->current,
-                                            frame->omega_e, fast->demand.emf);
+    const dq_t asked = current_control_step(&fast->current_control, fast->demand.current,
+                                            fast->control.current, frame->omega_e, fast->demand.emf);
     const inverter_made_t made =
         inverter_make(&fast->inverter, &tuning->inverter, frames_inverse_park(asked, acting),
                       frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
-    fast->voltage = asked;
-    fast->limited = 0u;
+    fast->control.voltage = asked;
+    fast->control.limited = 0u;
     if (made.cut) {
         const dq_t missing = frames_park(made.missing, acting);
         const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
-        fast->limited =
+        fast->control.limited =
             bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
-        fast->voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
+        fast->control.voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
     }
-    current_control_applied(&fast->current_control, fast->voltage);
+    current_control_applied(&fast->current_control, fast->control.voltage);
     return made.duty;
 }
 
@@ -257,25 +255,25 @@ static bool comes_on(fast_t *fast, const fast_limits_t *limits)
 {
     const bool charges = limits->charge_periods != 0u;
     const uint32_t gates_at = charges ? UINT32_C(3) : UINT32_C(2);
-    if (fast->on == 0u) {
-        fast->charging = limits->charge_periods;
+    if (fast->bridge.on == 0u) {
+        fast->bridge.charging = limits->charge_periods;
     }
-    fast->on += fast->on < FAST_ON ? 1u : 0u;
-    fast->command.gates = (int32_t)(fast->on < gates_at    ? GATES_OFF
-                                    : fast->on == gates_at ? GATES_ON
-                                                           : GATES_KEEP);
-    if (fast->charging != 0u && fast->on > gates_at) {
-        fast->charging -= 1u;
-        fast->charging = measure_current_flows(&fast->measure.measured) ? 0u : fast->charging;
+    fast->bridge.on += fast->bridge.on < FAST_ON ? 1u : 0u;
+    fast->command.gates = (int32_t)(fast->bridge.on < gates_at    ? GATES_OFF
+                                    : fast->bridge.on == gates_at ? GATES_ON
+                                                                  : GATES_KEEP);
+    if (fast->bridge.charging != 0u && fast->bridge.on > gates_at) {
+        fast->bridge.charging -= 1u;
+        fast->bridge.charging = measure_current_flows(&fast->measure.measured) ? 0u : fast->bridge.charging;
     }
-    return fast->on < gates_at || fast->charging != 0u;
+    return fast->bridge.on < gates_at || fast->bridge.charging != 0u;
 }
 
 /* The estimator runs from the gates' period on. */
 static void begin_estimate(fast_t *fast)
 {
     const bool encoder = fast->reference.source == (int32_t)SOURCE_ENCODER;
-    chosen_reset(&fast->estimator, encoder ? fast->encoder_position : (position_t){0.0f, 0.0f},
+    chosen_reset(&fast->estimator, encoder ? fast->shaft.position : (position_t){0.0f, 0.0f},
                  fast->measure.measured.current);
     current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
     fast->estimating = 1u;
@@ -284,8 +282,8 @@ static void begin_estimate(fast_t *fast)
 static void run(fast_t *fast, const fast_orders_t *orders, bool left)
 {
     const bool comes =
-        (fast->on < FAST_ON || fast->charging != 0u) && comes_on(fast, &orders->tuning->limits);
-    if (fast->on >= FAST_ON) {
+        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders->tuning->limits);
+    if (fast->bridge.on >= FAST_ON) {
         fast->command.gates = (int32_t)GATES_KEEP;
     }
     if (!comes && fast->estimating == 0u) {
@@ -293,7 +291,8 @@ static void run(fast_t *fast, const fast_orders_t *orders, bool left)
     }
     demand(fast, orders, left);
     bound(fast, orders);
-    fast->command.duty = fast->charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders->tuning);
+    fast->command.duty =
+        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders->tuning);
 }
 
 /* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
@@ -304,17 +303,17 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
     measure_t *measure = &fast->measure;
     switch ((calibrate_t)orders->setpoint->calibrate) {
     case CALIBRATE_ALL:
-        if (fast->calibration == (int32_t)CALIBRATION_GOES_ON) {
-            fast->calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
+        if (fast->report.calibration == (int32_t)CALIBRATION_GOES_ON) {
+            fast->report.calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
         }
         break;
     case CALIBRATE_BLOCKS:
         if (measure->measured.u_dc < tuning->limits.dc_undervoltage) {
             measure_begin_rest(measure);
         } else if (measure_rest(measure, &tuning->measure, samples, orders->setpoint->trim)) {
-            fast->offsets = 1u;
+            fast->report.offsets = 1u;
         }
-        fast->calibration = (int32_t)measure_found(measure);
+        fast->report.calibration = (int32_t)measure_found(measure);
         break;
     case CALIBRATE_NOT:
         break;
@@ -325,18 +324,18 @@ static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_
 {
     const dq_t none = {0.0f, 0.0f};
     const bool encoder = orders->setpoint->source == (int32_t)SOURCE_ENCODER;
-    if (fast->on != 0u) {
+    if (fast->bridge.on != 0u) {
         measure_begin_rest(&fast->measure);
     }
-    fast->on = 0u;
-    fast->runs = 0u;
+    fast->bridge.on = 0u;
+    fast->bridge.runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
     fast_believe(fast, orders->tuning);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
-    fast->current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
-    fast->voltage = none;
+    fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
+    fast->control.voltage = none;
     fast->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
     fast->command.gates = (int32_t)GATES_OFF;
     calibrate(fast, orders, samples);
@@ -368,7 +367,7 @@ static void sum_up(fast_t *fast)
     const measured_t *measured = &fast->measure.measured;
     window_sums_t *sum = &fast->sum;
     sum->periods++;
-    sum->limited |= fast->limited;
+    sum->limited |= fast->control.limited;
     sum->current.alpha += measured->current.alpha;
     sum->current.beta += measured->current.beta;
     if (fast->estimating == 0u) {
@@ -378,8 +377,8 @@ static void sum_up(fast_t *fast)
     sum->unsound |= estimate->invalid | (measured->good ^ 1u);
     sum->tracked += estimate->coasted ^ 1u;
     sum->scatter += estimate->detector * estimate->detector;
-    sum->voltage.alpha += fast->acted.alpha;
-    sum->voltage.beta += fast->acted.beta;
+    sum->voltage.alpha += fast->acted.voltage.alpha;
+    sum->voltage.beta += fast->acted.voltage.beta;
     sum->emf.alpha += estimate->emf.alpha;
     sum->emf.beta += estimate->emf.beta;
     sum->emf_hat.alpha += estimate->emf_hat.alpha;
@@ -394,18 +393,18 @@ static void see(const fast_t *fast, window_t *window)
 {
     window->measured = fast->measure.measured;
     window->estimate = fast->estimator.estimate;
-    window->encoder = fast->encoder_position;
+    window->encoder = fast->shaft.position;
     window->frame = fast->demand.frame;
     window->rotor = fast->rotor;
     window->omega_m = fast->omega_m;
-    window->current = fast->current;
+    window->current = fast->control.current;
     window->reference = fast->demand.current;
     window->omega_m_ref = fast->demand.omega_m_ref;
-    window->link = fast->link_mean;
-    window->lower = fast->lower;
-    window->upper = fast->upper;
-    window->link_slow = fast->link.slow;
-    window->link_limits = fast->link.limits;
+    window->link.mean = fast->acted.link;
+    window->lower = fast->bounds.lower;
+    window->upper = fast->bounds.upper;
+    window->link.slow = fast->link.slow;
+    window->link.limits = fast->link.limits;
 }
 
 static void see_catch(const reference_t *reference, window_catch_t *seen)
@@ -423,26 +422,26 @@ static void see_catch(const reference_t *reference, window_catch_t *seen)
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 {
     fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
-    window->number = fast->windows;
+    window->number = fast->report.number;
     window->period = fast->period;
     window->setpoint = setpoint->number;
     window->sum = fast->sum;
     see(fast, window);
     see_catch(&fast->reference, &window->catching);
-    window->calibration = fast->calibration;
-    window->offsets = fast->offsets;
+    window->calibration = fast->report.calibration;
+    window->offsets = fast->report.offsets;
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;
-    window->bridge = (int32_t)(fast->on < FAST_ON     ? BRIDGE_OFF
-                               : fast->charging != 0u ? BRIDGE_CHARGES
-                                                      : BRIDGE_ON);
-    window->left = fast->left;
-    window->stop = fast->stop;
+    window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
+                               : fast->bridge.charging != 0u ? BRIDGE_CHARGES
+                                                             : BRIDGE_ON);
+    window->left = fast->report.left;
+    window->stop = fast->report.stop;
     begin_sums(&fast->sum);
-    fast->windows++;
-    fast->offsets = 0u;
-    fast->left = (int32_t)JUMP_IGNORED;
-    fast->stop.reason = (int32_t)REASON_NONE;
+    fast->report.number++;
+    fast->report.offsets = 0u;
+    fast->report.left = (int32_t)JUMP_IGNORED;
+    fast->report.stop.reason = (int32_t)REASON_NONE;
 }
 
 void fast_miss(fast_t *fast)
@@ -456,7 +455,7 @@ void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t 
 {
     const setpoint_t *setpoint = orders->setpoint;
     if (opens != (int32_t)REASON_NONE) {
-        fast_open_bridge(fast, fast->windows - 1u);
+        fast_open_bridge(fast, fast->report.number - 1u);
     }
     if (fast->period == 0u) {
         encoder_reset(&fast->encoder, &orders->tuning->encoder, samples->encoder);
@@ -466,7 +465,7 @@ void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t 
     locate(fast, orders);
     const bool left = fast_trip(fast, orders);
     sum_up(fast);
-    if (setpoint->gates != 0u && fast->open == 0u) {
+    if (setpoint->gates != 0u && fast->bridge.open == 0u) {
         run(fast, orders, left);
     } else {
         rest(fast, orders, samples);

@@ -65,28 +65,54 @@ typedef struct {
     fast_limits_t limits;
 } fast_tuning_t;
 
+/* What the encoder says at t_k. */
 typedef struct {
-    uint32_t period;             /* [periods] the one clock */
-    position_t encoder_position; /* at t_k, of the encoder */
-    frame_t encoder_frame;       /* the same, while control turns with it */
-    uint32_t on;                 /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
-    uint32_t charging;           /* [periods] for which the lower switches are still on alone */
-    uint32_t runs;               /* [-] 1: a sample has shown the gates on, the lower switches not alone */
-    uint32_t open; /* [-] 1: the bridge stays open until a setpoint that knows why, with the gates off */
-    uint32_t open_since;  /* [windows] number of the window that has the reason */
-    uint32_t medium_late; /* [windows] without a break, for which no new setpoint was there */
-    uint32_t estimating;  /* [-] 1: the estimator runs */
-    ab_t acted;           /* [V] on the winding in [t_{k-1}, t_k), as the estimator got it */
-    float link_mean;      /* [V] of the DC link in that time */
-    float dead_voltage;   /* [V] that a leg loses at the link of that time */
-    frame_t rotor;        /* as it is believed at t_k */
-    float omega_m;        /* [rad/s] mechanical, of the rotor */
-    demand_t demand;      /* with the frame in force */
-    dq_t current;         /* [A] in that frame */
-    dq_t voltage;         /* [V] what the inverter will really apply, dead time accounted for */
-    uint32_t limited;     /* [-] 1: that is less than what the current control requires */
-    float load;           /* [A] what of i_q carries the load: the tracking loop is not told of it */
-    float lower, upper;   /* [A] limits of i_q, by heat and DC link */
+    position_t position;
+    frame_t frame; /* the same, while control turns with it */
+} fast_shaft_t;
+
+typedef struct {
+    uint32_t on;         /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
+    uint32_t charging;   /* [periods] for which the lower switches are still on alone */
+    uint32_t runs;       /* [-] 1: a sample has shown the gates on, the lower switches not alone */
+    uint32_t open;       /* [-] 1: it stays open until a setpoint that knows why, with the gates off */
+    uint32_t open_since; /* [windows] number of the window that has the reason */
+} fast_bridge_t;
+
+/* In the frame of the demand. */
+typedef struct {
+    dq_t current;     /* [A] at t_k */
+    dq_t voltage;     /* [V] what the inverter will really apply, dead time accounted for */
+    uint32_t limited; /* [-] 1: that is less than what the current control requires */
+} fast_control_t;
+
+/* Limits of i_q, by heat and DC link [A]. */
+typedef struct {
+    float lower, upper;
+} fast_bounds_t;
+
+/* What the window under way will say beside its sums. */
+typedef struct {
+    uint32_t number;     /* [windows] closed before it */
+    int32_t calibration; /* [-] calibration_t of the last period */
+    uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */
+    int32_t left;        /* [-] jump_reaction_t of this window */
+    drive_fault_t stop;  /* by which the bridge was opened in this window */
+} fast_report_t;
+
+typedef struct {
+    uint32_t period; /* [periods] the one clock */
+    fast_shaft_t shaft;
+    fast_bridge_t bridge;
+    uint32_t medium_late;   /* [windows] without a break, for which no new setpoint was there */
+    uint32_t estimating;    /* [-] 1: the estimator runs */
+    inverter_acted_t acted; /* in [t_{k-1}, t_k), as the estimator got it */
+    frame_t rotor;          /* as it is believed at t_k */
+    float omega_m;          /* [rad/s] mechanical, of the rotor */
+    demand_t demand;        /* with the frame in force */
+    fast_control_t control;
+    float load; /* [A] what of i_q carries the load: the tracking loop is not told of it */
+    fast_bounds_t bounds;
     drive_command_t command;
 
     measure_t measure;
@@ -100,12 +126,8 @@ typedef struct {
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */
 
-    window_sums_t sum;   /* of the window under way */
-    uint32_t windows;    /* [windows] closed */
-    int32_t calibration; /* [-] calibration_t of the last period */
-    uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */
-    int32_t left;        /* [-] jump_reaction_t of this window */
-    drive_fault_t stop;  /* by which the bridge was opened in this window */
+    window_sums_t sum; /* of the window under way */
+    fast_report_t report;
 } fast_t;
 
 /* What is in force in a period; neither changes but with a window. */
@@ -144,7 +166,7 @@ void fast_stop(fast_t *fast, int32_t reason);
 /* Are the gates on, or coming on? */
 static inline bool fast_bridge_on(const fast_t *fast)
 {
-    return fast->on != 0u;
+    return fast->bridge.on != 0u;
 }
 
 #endif

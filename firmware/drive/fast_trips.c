@@ -8,18 +8,18 @@
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
 {
-    if (fast->open == 0u) {
-        fast->open = 1u;
-        fast->open_since = window;
+    if (fast->bridge.open == 0u) {
+        fast->bridge.open = 1u;
+        fast->bridge.open_since = window;
     }
 }
 
 void fast_stop(fast_t *fast, int32_t reason)
 {
     const measured_t *measured = &fast->measure.measured;
-    fast_open_bridge(fast, fast->windows);
-    if (fast->stop.reason == (int32_t)REASON_NONE) {
-        fast->stop = (drive_fault_t){
+    fast_open_bridge(fast, fast->report.number);
+    if (fast->report.stop.reason == (int32_t)REASON_NONE) {
+        fast->report.stop = (drive_fault_t){
             .reason = reason,
             .period = fast->period,
             .i_a = measured->current_abc.a,
@@ -45,7 +45,7 @@ static uint32_t watch_jump(fast_t *fast, const fast_orders_t *orders)
         return ENCODER_WATCH_JUMP;
     }
     const bool to_estimate = setpoint->jump == (int32_t)JUMP_TO_ESTIMATE;
-    fast->left = setpoint->jump;
+    fast->report.left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
                             setpoint->jump_periods);
     fast_believe(fast, orders->tuning);
@@ -57,13 +57,13 @@ static uint32_t watch_jump(fast_t *fast, const fast_orders_t *orders)
  * say. */
 static uint32_t moments(fast_t *fast, const setpoint_t *setpoint)
 {
-    if (fast->on < FAST_ON || fast->charging != 0u) {
+    if (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) {
         return GUARD_ALWAYS;
     }
-    if (fast->runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
-        fast->runs = 1u;
+    if (fast->bridge.runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
+        fast->bridge.runs = 1u;
     }
-    return fast->runs == 0u || fast->open != 0u ? GUARD_ALWAYS : setpoint->moments;
+    return fast->bridge.runs == 0u || fast->bridge.open != 0u ? GUARD_ALWAYS : setpoint->moments;
 }
 
 static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong, uint32_t now)
@@ -96,7 +96,7 @@ static void watch_still(fast_t *fast, const still_watch_tuning_t *tuning, uint32
     if (still_watch_count(&fast->still_watch, tuning, &current) && (now & GUARD_RUNNING) != 0u) {
         const dq_t asked = fast->demand.current;
         const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, tuning, wanted, current, fast->limited != 0u,
+        if (still_watch_judge(&fast->still_watch, tuning, wanted, current, fast->control.limited != 0u,
                               fast->measure.measured.u_dc)) {
             fast_stop(fast, REASON_CURRENT_STUCK);
         }
@@ -107,7 +107,7 @@ static void watch_still(fast_t *fast, const still_watch_tuning_t *tuning, uint32
 bool fast_trip(fast_t *fast, const fast_orders_t *orders)
 {
     const fast_tuning_t *tuning = orders->tuning;
-    const int32_t left = fast->left;
+    const int32_t left = fast->report.left;
     const uint32_t encoder_wrong = watch_jump(fast, orders);
     const uint32_t now = moments(fast, orders->setpoint);
     const guard_input_t input = trip_input(fast, encoder_wrong, now);
@@ -116,5 +116,5 @@ bool fast_trip(fast_t *fast, const fast_orders_t *orders)
                     now); /* makes the input anew: kept, it would be stored in each period */
     }
     watch_still(fast, &tuning->still_watch, now);
-    return fast->left != left;
+    return fast->report.left != left;
 }

@@ -6,7 +6,7 @@ void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
 {
     m->now = (int32_t)manoeuvre;
     m->windows = 0u;
-    m->stalling = 0u;
+    m->forced.stalling = 0u;
     m->slow_periods = 0u;
     m->judged = 0u;
     m->unlocked = 0u;
@@ -22,8 +22,8 @@ void manoeuvres_enter_catch(manoeuvres_t *m, manoeuvre_t manoeuvre, uint32_t per
     setpoint->enter = 1u;
     setpoint->change = (int32_t)FRAME_ANEW;
     setpoint->lock = (int32_t)LOCK_KEEP;
-    setpoint->catch_periods = periods;
-    setpoint->catch_speed = omega_e;
+    setpoint->catching.periods = periods;
+    setpoint->catching.speed = omega_e;
     setpoint->current = (dq_t){m->limits.current_caught, 0.0f};
     setpoint->omega_m_ref = 0.0f;
 }
@@ -78,7 +78,7 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
 void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint)
 {
     m->start_try = 0u;
-    m->lock_losses = 0u;
+    m->losses.count = 0u;
     m->failed = 0u;
     m->encoder_lost = 0u;
     m->other_source = 0u;

@@ -104,6 +104,24 @@ typedef struct {
     run_tuning_t run;
 } manoeuvres_tuning_t;
 
+/* Locks that were lost. */
+typedef struct {
+    uint32_t count;    /* [-] since the bridge came on */
+    uint32_t clock[2]; /* [windows] of the last two */
+    uint32_t relocks;  /* [-] catches since the last one whose lock was not proved */
+} manoeuvres_losses_t;
+
+/* A forced frame. */
+typedef struct {
+    float wanted;      /* current [A] */
+    float needed;      /* of it, as last seen [A] */
+    float emf_length;  /* low-passed [V] */
+    float quickness;   /* of the ramp in this start [-] */
+    float speed;       /* at the end of the next window [rad/s], electrical */
+    float current;     /* likewise [A] */
+    uint32_t stalling; /* [windows] with less EMF than a rotor that follows has */
+} manoeuvres_forced_t;
+
 typedef struct {
     manoeuvres_limits_t limits; /* of the tuning */
     handover_t handover;
@@ -111,34 +129,26 @@ typedef struct {
     proof_t proof;
     run_t run;
 
-    int32_t now;            /* [-] manoeuvre_t */
-    uint32_t sensorless;    /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
-    uint32_t encoder_lost;  /* [-] 1: it is so because the encoder was wrong; until the bridge goes off */
-    uint32_t clock;         /* [windows] */
-    uint32_t windows;       /* [windows] in this manoeuvre, or of run since it has passed zero speed */
-    uint32_t entered;       /* [windows] number of the setpoint that began the newest catch */
-    uint32_t tracking;      /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t start_try;     /* [-] number of this start, from 1; 0: none, or done */
-    uint32_t lock_losses;   /* [-] since the bridge came on */
-    uint32_t loss_clock[2]; /* [windows] of the last two */
+    int32_t now;           /* [-] manoeuvre_t */
+    uint32_t sensorless;   /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
+    uint32_t encoder_lost; /* [-] 1: it is so because the encoder was wrong; until the bridge goes off */
+    uint32_t clock;        /* [windows] */
+    uint32_t windows;      /* [windows] in this manoeuvre, or of run since it has passed zero speed */
+    uint32_t entered;      /* [windows] number of the setpoint that began the newest catch */
+    uint32_t tracking;     /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t start_try;    /* [-] number of this start, from 1; 0: none, or done */
+    manoeuvres_losses_t losses;
     uint32_t other_source;  /* [-] 1: position_source has changed under way */
     uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
     uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
     uint32_t proving;       /* [windows] for which a rotor that was caught again still keeps its speed */
-    uint32_t relocks;       /* [-] catches since the lock was lost last whose lock was not proved */
     uint32_t slow_periods;  /* [periods] without an EMF */
-    uint32_t stalling;      /* [windows] with less EMF than a rotor that follows has */
     uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
     float omega_ref;        /* of the last window of run [rad/s], electrical */
     float omega_m_proved;   /* the speed that is kept meanwhile [rad/s], mechanical */
-    float current;          /* of the forced frame, wanted [A] */
-    float needed;           /* of it, as last seen [A] */
-    float emf_length;       /* in a forced frame, low-passed [V] */
-    float quickness;        /* of the ramp in this start [-] */
-    float forced_speed;     /* of the forced frame at the end of the next window [rad/s], electrical */
-    float forced_current;   /* of it likewise [A] */
+    manoeuvres_forced_t forced;
 } manoeuvres_t;
 
 /* What a window brings. */
@@ -204,9 +214,9 @@ static inline bool manoeuvres_forces(const manoeuvres_t *m)
  * near its w_n it answers the sixth harmonic of the currents with a swing. In a catch nobody knows. */
 static inline bool manoeuvres_even(const manoeuvres_t *m)
 {
-    const float omega_e = m->forced_speed;
+    const float omega_e = m->forced.speed;
     return m->now == (int32_t)MANOEUVRE_RUN ||
-           (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced_current);
+           (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced.current);
 }
 
 /* Is anything known of the rotor's speed? Not in a catch. */

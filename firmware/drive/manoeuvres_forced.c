@@ -24,15 +24,15 @@
 static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
 {
     setpoint->source = (int32_t)SOURCE_FORCED;
-    setpoint->forced_speed = m->forced_speed;
-    setpoint->forced_current = m->forced_current;
-    setpoint->omega_m_ref = m->forced_speed * m->limits.pole_pairs_inverse;
+    setpoint->forced.speed = m->forced.speed;
+    setpoint->forced.current = m->forced.current;
+    setpoint->omega_m_ref = m->forced.speed * m->limits.pole_pairs_inverse;
 }
 
 /* Towards `wanted` [A], by no more than the rise. */
 static void raise_current(manoeuvres_t *m, float wanted)
 {
-    m->forced_current += bounds_clamp(wanted - m->forced_current, m->limits.current_rise);
+    m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
 }
 
 /* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at the speed that it has. */
@@ -42,8 +42,8 @@ static void begin_frame(manoeuvres_t *m, frame_change_t change, float ahead, set
     setpoint->enter = 1u;
     setpoint->change = (int32_t)change;
     setpoint->lock = (int32_t)LOCK_KEEP;
-    setpoint->forced_ahead = ahead;
-    setpoint->forced_begin = m->forced_speed;
+    setpoint->forced.ahead = ahead;
+    setpoint->forced.begin = m->forced.speed;
     force_by(m, setpoint);
 }
 
@@ -54,24 +54,24 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     const manoeuvres_limits_t *limits = &m->limits;
     const bool first = m->start_try == 0u;
     m->start_try++;
-    m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
-    m->current =
-        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->current, limits->current_max);
-    m->needed = m->current;
-    m->emf_length = 0.0f;
+    m->forced.quickness = first ? 1.0f : RETRY_RAMP * m->forced.quickness;
+    m->forced.wanted =
+        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->forced.wanted, limits->current_max);
+    m->forced.needed = m->forced.wanted;
+    m->forced.emf_length = 0.0f;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
     /* who wanted to stop has found the rotor standing */
     const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
-    m->forced_speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
-    m->forced_current = 0.0f;
-    raise_current(m, m->current);
+    m->forced.speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
+    m->forced.current = 0.0f;
+    raise_current(m, m->forced.wanted);
     begin_frame(m, FRAME_ANEW, 0.0f, setpoint);
 }
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const bool stops = input->wish.mode == RUN_STOP; /* the frame does not go round first */
-    raise_current(m, m->current);
+    raise_current(m, m->forced.wanted);
     if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
@@ -90,24 +90,24 @@ static bool leg_dwells(const manoeuvres_t *m, ab_t current)
 /* Does the rotor follow? Asked from fallback_speed on. What is in doubt says nothing of the EMF's length. */
 static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
-    const float speed = bounds_magnitude(m->forced_speed);
+    const float speed = bounds_magnitude(m->forced.speed);
     const bool asked = speed >= m->limits.fallback_speed;
     if (!leg_dwells(m, input->sample)) {
-        m->emf_length = lowpass_step(m->emf_length, LENGTH_SHARE, input->estimate->amplitude);
+        m->forced.emf_length = lowpass_step(m->forced.emf_length, LENGTH_SHARE, input->estimate->amplitude);
     }
-    const bool follows = m->emf_length >= STALL_SHARE * m->limits.flux_linkage * speed;
-    m->stalling = asked && !follows ? m->stalling + 1u : 0u;
-    return m->stalling >= STALL_WINDOWS;
+    const bool follows = m->forced.emf_length >= STALL_SHARE * m->limits.flux_linkage * speed;
+    m->forced.stalling = asked && !follows ? m->forced.stalling + 1u : 0u;
+    return m->forced.stalling >= STALL_WINDOWS;
 }
 
 /* Whether the loop tracks beside the forced frame: it does where there is EMF enough. */
 static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
-    const float speed = bounds_magnitude(m->forced_speed);
+    const float speed = bounds_magnitude(m->forced.speed);
     if (m->tracking == 0u && speed >= TRACK_SHARE * m->limits.handover_speed) {
         setpoint->lock = (int32_t)LOCK_TO_EMF;
         m->tracking = 1u;
-        lock_reset(&m->lock, m->forced_speed);
+        lock_reset(&m->lock, m->forced.speed);
     } else if (m->tracking != 0u && speed < UNTRACK_SHARE * m->limits.handover_speed) {
         setpoint->lock = (int32_t)LOCK_RELEASE;
         m->tracking = 0u;
@@ -122,7 +122,7 @@ static void name_forced(manoeuvres_t *m, float wanted)
     if (bounds_within(wanted, m->limits.handover_speed)) {
         m->now = (int32_t)MANOEUVRE_FORCED;
     } else if (m->now == (int32_t)MANOEUVRE_FORCED) {
-        m->now = (int32_t)(wanted * m->forced_speed < 0.0f ? MANOEUVRE_REVERSE : MANOEUVRE_RAMP);
+        m->now = (int32_t)(wanted * m->forced.speed < 0.0f ? MANOEUVRE_REVERSE : MANOEUVRE_RAMP);
     }
 }
 
@@ -131,9 +131,9 @@ static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const set
 {
     const float i_q = bounds_magnitude(input->current.q);
     if (setpoint->lock == (int32_t)LOCK_TO_EMF) {
-        m->needed = i_q;
+        m->forced.needed = i_q;
     } else if (m->tracking != 0u && input->tracked != 0u) {
-        m->needed = lowpass_step(m->needed, NEED_SHARE, i_q);
+        m->forced.needed = lowpass_step(m->forced.needed, NEED_SHARE, i_q);
     }
 }
 
@@ -142,11 +142,11 @@ static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const set
  */
 static void force_current(manoeuvres_t *m)
 {
-    float wanted = m->current;
+    float wanted = m->forced.wanted;
     if (m->now == (int32_t)MANOEUVRE_FORCED) {
-        const float with_margin = 1.5f * m->needed + 0.1f * m->current;
+        const float with_margin = 1.5f * m->forced.needed + 0.1f * m->forced.wanted;
         wanted = with_margin < wanted ? with_margin : wanted;
-        wanted = wanted > 0.5f * m->current ? wanted : 0.5f * m->current;
+        wanted = wanted > 0.5f * m->forced.wanted ? wanted : 0.5f * m->forced.wanted;
     }
     raise_current(m, wanted);
 }
@@ -166,7 +166,8 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     const manoeuvres_limits_t *limits = &m->limits;
     const float wanted = manoeuvres_wanted(m, &input->wish);
     const float target = bounds_clamp(wanted, limits->handover_speed);
-    m->forced_speed = forced_eased(m->forced_speed, target, limits->ease_share, m->quickness * limits->ramp);
+    m->forced.speed =
+        forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * limits->ramp);
     name_forced(m, wanted);
     track_beside(m, input, setpoint);
     see_need(m, input, setpoint);
@@ -175,7 +176,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     if (stalls(m, input)) {
         fail(m, MANOEUVRE_STALLED, setpoint);
     } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
-               bounds_within(target - m->forced_speed, REACHED_SHARE * limits->handover_speed)) {
+               bounds_within(target - m->forced.speed, REACHED_SHARE * limits->handover_speed)) {
         manoeuvres_enter(m, MANOEUVRE_HANDOVER);
         handover_enter(&m->handover, input->current);
     }
@@ -184,11 +185,11 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
 void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const estimate_t *estimate = input->estimate;
-    const float forced = m->forced_speed;
+    const float forced = m->forced.speed;
     const float wanted = manoeuvres_wanted(m, &input->wish);
     lock_step(&m->lock, estimate, input->scatter);
     see_need(m, input, setpoint);
-    m->forced_current = handover_current(&m->handover, m->forced_current, m->current, m->needed);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
     force_by(m, setpoint);
     const handover_outcome_t outcome =
         handover_step(&m->handover, estimate, &m->lock, forced, input->current);
@@ -211,16 +212,16 @@ void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setp
 {
     const estimate_t *estimate = input->estimate;
     const float i_q = input->current.q;
-    m->current = m->limits.current_start;
-    m->quickness = 1.0f;
-    m->needed = bounds_magnitude(i_q);
-    m->emf_length = estimate->amplitude;
+    m->forced.wanted = m->limits.current_start;
+    m->forced.quickness = 1.0f;
+    m->forced.needed = bounds_magnitude(i_q);
+    m->forced.emf_length = estimate->amplitude;
     const float sine = bounds_clamp(i_q * m->limits.current_inverse, GRIP_MAX);
     const float square = 1.0f - sine * sine;
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
     const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
     manoeuvres_enter(m, MANOEUVRE_FORCED);
-    m->forced_speed = bounds_clamp(estimate->omega_smooth, emf_speed);
-    m->forced_current = m->current;
+    m->forced.speed = bounds_clamp(estimate->omega_smooth, emf_speed);
+    m->forced.current = m->forced.wanted;
     begin_frame(m, FRAME_TURNS, ahead, setpoint);
 }

@@ -59,8 +59,8 @@ static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, setpoin
         proved(m, input, setpoint);
         break;
     case PROOF_FAILED:
-        m->relocks++;
-        if (m->relocks >= RELOCKS) {
+        m->losses.relocks++;
+        if (m->losses.relocks >= RELOCKS) {
             m->failed |= MANOEUVRE_LOST;
         }
         manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, input->estimate->omega_smooth,
@@ -106,14 +106,14 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
  * lasted. */
 static void lose(manoeuvres_t *m, float omega_e, setpoint_t *setpoint)
 {
-    const bool often = m->lock_losses >= 2u && m->clock - m->loss_clock[1] < LOSS_WINDOWS;
+    const bool often = m->losses.count >= 2u && m->clock - m->losses.clock[1] < LOSS_WINDOWS;
     if (often || m->start_try >= m->limits.start_tries) {
         m->failed |= MANOEUVRE_LOST;
     }
-    m->lock_losses++;
-    m->relocks = 0u;
-    m->loss_clock[1] = m->loss_clock[0];
-    m->loss_clock[0] = m->clock;
+    m->losses.count++;
+    m->losses.relocks = 0u;
+    m->losses.clock[1] = m->losses.clock[0];
+    m->losses.clock[0] = m->clock;
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, omega_e, setpoint);
 }
 
@@ -217,7 +217,7 @@ static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *
     }
     kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}};
     run(m, &kept, setpoint);
-    if (m->proving == 0u && m->lock_losses >= 2u && m->now == (int32_t)MANOEUVRE_RUN) {
+    if (m->proving == 0u && m->losses.count >= 2u && m->now == (int32_t)MANOEUVRE_RUN) {
         manoeuvres_fall_back(m, input, setpoint);
     }
 }

@@ -112,7 +112,7 @@ static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
 static bool is_too_fast(const medium_t *medium, const window_t *window)
 {
     return (medium->manoeuvres.failed & MANOEUVRE_TOO_FAST) != 0u &&
-           ((medium->current_faults & CURRENT_WATCH_MAYBE) == 0u ||
+           ((medium->found.current_faults & CURRENT_WATCH_MAYBE) == 0u ||
             window->catching.periods_beyond >= SUSPICION_PERIODS);
 }
 
@@ -130,10 +130,10 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
         .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
         .reported = medium->reported,
-        .encoder_wrong = medium->encoder_wrong,
-        .moves_wrong = medium->moves_wrong,
+        .encoder_wrong = medium->found.encoder_wrong,
+        .moves_wrong = medium->found.moves_wrong,
         .encoder_lost = m->encoder_lost,
-        .current_faults = medium->current_faults,
+        .current_faults = medium->found.current_faults,
         .heat = medium->thermal.conditions,
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
@@ -284,16 +284,16 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =
         sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
-    setpoint->load_share = load_share(medium, tuning, window);
-    setpoint->load_seen = medium->inertia.load;
-    setpoint->gained = inertia_gained(&medium->inertia, medium->means.omega);
-    setpoint->foreseen = inertia_foreseen(&medium->inertia);
-    setpoint->flux_linkage = medium->flux.flux_linkage;
-    setpoint->speed_per_volt = medium->flux.speed_per_volt;
-    setpoint->dead_time = medium->dead_time_learn.effective;
-    setpoint->spared = medium->spared;
-    setpoint->link_sunk = medium->link.sunk;
-    setpoint->link_low = medium->link.low;
+    setpoint->models.load_share = load_share(medium, tuning, window);
+    setpoint->models.load_seen = medium->inertia.load;
+    setpoint->models.gained = inertia_gained(&medium->inertia, medium->means.omega);
+    setpoint->models.foreseen = inertia_foreseen(&medium->inertia);
+    setpoint->models.flux_linkage = medium->flux.flux_linkage;
+    setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
+    setpoint->models.dead_time = medium->dead_time_learn.effective;
+    setpoint->models.spared = medium->spared;
+    setpoint->link.sunk = medium->link.sunk;
+    setpoint->link.low = medium->link.low;
 }
 
 void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
@@ -355,7 +355,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
     link_take(&medium->link, &tuning->link);
-    medium->setpoint.flux_linkage = medium->flux.flux_linkage;
-    medium->setpoint.speed_per_volt = medium->flux.speed_per_volt;
-    medium->setpoint.dead_time = medium->dead_time_learn.effective;
+    medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
+    medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
+    medium->setpoint.models.dead_time = medium->dead_time_learn.effective;
 }

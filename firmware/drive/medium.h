@@ -53,6 +53,13 @@ typedef struct {
     link_tuning_t link;
 } medium_tuning_t;
 
+/* What the watches have found in the last window. */
+typedef struct {
+    uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits */
+    uint32_t moves_wrong;    /* [-] MOTION_... bits */
+    uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
+} medium_found_t;
+
 typedef struct {
     sequence_t sequence;
     manoeuvres_t manoeuvres;
@@ -76,9 +83,7 @@ typedef struct {
     motion_watch_t motion_watch;
     oscillation_watch_t oscillation_watch;
     current_watch_t current_watch;
-    uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits of the last window */
-    uint32_t moves_wrong;    /* [-] MOTION_... bits */
-    uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
+    medium_found_t found;
     thermal_t thermal;
     link_t link;
     uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */

@@ -10,11 +10,11 @@
  * and R. */
 void medium_learn(medium_t *medium, const window_t *window);
 
-/* medium->current_faults: what the winding says of current sensors and wires. */
+/* medium->found.current_faults: what the winding says of current sensors and wires. */
 void medium_watch_currents(medium_t *medium, const window_t *window);
 
-/* medium->encoder_wrong and moves_wrong: what the motion of the rotor says of encoder and shaft. An encoder
- * that is wrong is left here. */
+/* medium->found.encoder_wrong and moves_wrong: what the motion of the rotor says of encoder and shaft. An
+ * encoder that is wrong is left here. */
 void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests);
 
 /* What heat leaves of the current, what the DC link does, and the bridge off while a supply is lost. */

@@ -37,7 +37,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
     current_watch_t *watch = &medium->current_watch;
     const manoeuvres_t *m = &medium->manoeuvres;
     if (window->estimating == 0u || watch->tuning.judged == 0u) {
-        medium->current_faults = 0u;
+        medium->found.current_faults = 0u;
         return;
     }
     const bool known = m->sensorless == 0u || m->tracking != 0u;
@@ -61,7 +61,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .limited = window->sum.limited != 0u,
         .comparable = is_comparable(m, window),
     };
-    medium->current_faults = current_watch_step(watch, &input);
+    medium->found.current_faults = current_watch_step(watch, &input);
 }
 
 /* ---- encoder and shaft ---- */
@@ -94,7 +94,7 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
  * sensor that is only suspected is no doubt: the watch expects the EMF where the encoder puts it. */
 static bool doubts_emf(const medium_t *medium, const window_t *window)
 {
-    if ((medium->current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
+    if ((medium->found.current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
         return true;
     }
     const abc_t asked = frames_inverse_clarke(frames_inverse_park(window->reference, window->frame.rotation));
@@ -118,7 +118,7 @@ static void forget_encoder(medium_t *medium)
     encoder_watch_rest(&medium->encoder_watch);
     motion_watch_rest(&medium->motion_watch);
     current_watch_begin(&medium->current_watch);
-    medium->encoder_wrong = 0u;
+    medium->found.encoder_wrong = 0u;
 }
 
 static void rest(medium_t *medium)
@@ -126,14 +126,14 @@ static void rest(medium_t *medium)
     encoder_watch_rest(&medium->encoder_watch);
     motion_watch_rest(&medium->motion_watch);
     oscillation_watch_rest(&medium->oscillation_watch);
-    medium->moves_wrong = 0u;
+    medium->found.moves_wrong = 0u;
 }
 
 void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     manoeuvres_t *m = &medium->manoeuvres;
     const run_wish_t none = {RUN_ZERO, 0.0f, {0.0f, 0.0f}};
-    medium->encoder_wrong = 0u;
+    medium->found.encoder_wrong = 0u;
     encoder_watch_add(&medium->encoder_watch, window->sum.voltage);
     if (!sequence_bridge_on(&medium->sequence) || medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ||
         m->now != (int32_t)MANOEUVRE_RUN) { /* nobody drives the shaft */
@@ -147,7 +147,7 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         forget_encoder(medium);
     }
     watch_oscillation(medium, window, requests);
-    medium->moves_wrong = watch_shaft(medium, window, requests);
+    medium->found.moves_wrong = watch_shaft(medium, window, requests);
     if (!judges_encoder(medium, window)) {
         encoder_watch_rest(&medium->encoder_watch);
         encoder_watch_begin(&medium->encoder_watch, window->measured.current);
@@ -159,8 +159,8 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         .omega_e = window->encoder.omega_e,
         .doubtful = doubts_emf(medium, window),
     };
-    medium->encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);
-    if ((medium->encoder_wrong & ENCODER_WATCH_MISMATCH) != 0u &&
+    medium->found.encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);
+    if ((medium->found.encoder_wrong & ENCODER_WATCH_MISMATCH) != 0u &&
         m->limits.encoder_fault == (int32_t)ENCODER_FAULT_SENSORLESS) {
         const manoeuvres_input_t now = medium_manoeuvres_input(medium, window, none);
         manoeuvres_leave_encoder(m, &now, &medium->setpoint);
@@ -195,8 +195,8 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
     if (thermal_is_due(&medium->thermal)) {
         thermal_step(&medium->thermal, &window->measured);
     }
-    medium->link.slow = window->link_slow;
-    medium->link.limits = window->link_limits;
+    medium->link.slow = window->link.slow;
+    medium->link.limits = window->link.limits;
     link_look(&medium->link, &tuning->link, window->measured.u_dc);
     ride_through(medium, window, requests);
 }

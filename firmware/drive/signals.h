@@ -29,7 +29,7 @@
     U(2079, faults_seen, log.count, "-", "faults since power-on; the drive keeps the last ones")             \
     E(2007, manoeuvre, medium.manoeuvres.now, MANOEUVRE_NAMES, "what the drive is about")                    \
     U(2008, start_try, medium.manoeuvres.start_try, "-", "number of this start, from 1; 0: none was needed") \
-    U(2009, lock_losses, medium.manoeuvres.lock_losses, "-",                                                 \
+    U(2009, lock_losses, medium.manoeuvres.losses.count, "-",                                                \
       "lost and caught again since the bridge came on")                                                      \
     F(2010, i_a, fast.measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")         \
     F(2011, i_b, fast.measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")         \
@@ -37,16 +37,16 @@
       "phase current c at t_k, offset removed, or from a and b")                                             \
     F(2013, i_alpha, fast.measure.measured.current.alpha, "A", "current in the stationary frame")            \
     F(2014, i_beta, fast.measure.measured.current.beta, "A", "current in the stationary frame")              \
-    F(2015, i_d, fast.current.d, "A", "direct-axis current")                                                 \
-    F(2016, i_q, fast.current.q, "A", "quadrature-axis current")                                             \
+    F(2015, i_d, fast.control.current.d, "A", "direct-axis current")                                         \
+    F(2016, i_q, fast.control.current.q, "A", "quadrature-axis current")                                     \
     F(2017, i_d_ref, fast.demand.current.d, "A", "direct-axis current reference")                            \
     F(2018, i_q_ref, fast.demand.current.q, "A", "quadrature-axis current reference")                        \
     F(2020, u_d_ref, fast.current_control.voltage_ref.d, "V",                                                \
       "direct-axis voltage that the current control asks for")                                               \
     F(2021, u_q_ref, fast.current_control.voltage_ref.q, "V",                                                \
       "quadrature-axis voltage that the current control asks for")                                           \
-    F(2022, u_d, fast.voltage.d, "V", "direct-axis voltage really applied from t_k+1")                       \
-    F(2023, u_q, fast.voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")                   \
+    F(2022, u_d, fast.control.voltage.d, "V", "direct-axis voltage really applied from t_k+1")               \
+    F(2023, u_q, fast.control.voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")           \
     F(2024, u_dc, fast.measure.measured.u_dc, "V", "DC-link voltage")                                        \
     F(2025, duty_a, fast.command.duty.a, "-", "duty of leg a from t_k+1")                                    \
     F(2026, duty_b, fast.command.duty.b, "-", "duty of leg b from t_k+1")                                    \
@@ -91,8 +91,8 @@
     F(2064, detector, fast.estimator.estimate.detector, "-",                                                 \
       "detector of the tracking loop: sine of its error")                                                    \
     F(2065, psi_f_hat, medium.flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")          \
-    F(2066, u_alpha, fast.acted.alpha, "V", "voltage on the winding from t_k-1 to t_k")                      \
-    F(2067, u_beta, fast.acted.beta, "V", "voltage on the winding from t_k-1 to t_k")                        \
+    F(2066, u_alpha, fast.acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")              \
+    F(2067, u_beta, fast.acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                \
     F(2070, trim_alpha, medium.offset_trim.offset.alpha, "A",                                                \
       "offset of the current sensors found while turning")                                                   \
     F(2071, trim_beta, medium.offset_trim.offset.beta, "A",                                                  \
@@ -100,7 +100,7 @@
     F(2072, inductance_hat, medium.inductance.learnt.value, "H", "L_q as learnt while turning")              \
     F(2073, inductance_confidence, medium.inductance.confidence, "-",                                        \
       "share of the last looks at L that agreed with the one before within a fifth")                         \
-    F(2074, dead_time_hat, fast.dead_voltage, "V", "what a leg loses to dead time and drops, as learnt")     \
+    F(2074, dead_time_hat, fast.acted.leg, "V", "what a leg loses to dead time and drops, as learnt")        \
     F(2120, emf_shape_d_hat, medium.emf_shape.used.d, "-",                                                   \
       "sixth harmonic of e_d over the EMF, as learnt: its fifth and seventh harmonic together")              \
     F(2125, emf_shape_q_hat, medium.emf_shape.used.q, "-",                                                   \
@@ -119,14 +119,14 @@
       "heat of the motor by its current; 1: as motor_current_continuous makes it for ever")                  \
     F(2091, module_heat, medium.thermal.module_heat, "-",                                                    \
       "likewise of the module's warmest leg, by module_current_continuous")                                  \
-    F(2092, i_q_lower, fast.lower, "A", "limit of i_q in force, by heat and DC link")                        \
-    F(2093, i_q_upper, fast.upper, "A", "limit of i_q in force, by heat and DC link")                        \
+    F(2092, i_q_lower, fast.bounds.lower, "A", "limit of i_q in force, by heat and DC link")                 \
+    F(2093, i_q_upper, fast.bounds.upper, "A", "limit of i_q in force, by heat and DC link")                 \
     F(2096, speed_calm, medium.manoeuvres.run.calm, "-",                                                     \
       "factor on the bandwidth of the speed control; below 1: it oscillated and was slowed down")            \
     F(2094, dc_swing, medium.link.ripple, "V", "DC link in the last 20 ms: largest less smallest")           \
     U(2095, coasting, medium.coasting, "-", "1: bridge off until the lost supply is back")                   \
-    F(2068, encoder_theta_e, fast.encoder_position.theta_e, "rad", "electrical angle of the encoder at t_k") \
-    F(2069, encoder_omega_e, fast.encoder_position.omega_e, "rad/s", "electrical speed of the encoder")
+    F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
+    F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")
 
 extern const table_t signals_table;
 

@@ -37,6 +37,13 @@ typedef struct {
     float cross, cross_min;  /* sum of e x <e>, and the least that it must have [V^2] */
 } window_catch_t;
 
+/* The DC link. */
+typedef struct {
+    float mean;      /* of the last period [V] */
+    uint32_t slow;   /* [-] 1: the rotor is too slow to feed it */
+    uint32_t limits; /* [-] 1: it limits braking or driving */
+} window_link_t;
+
 /* The bridge, as the last sample shows it. */
 typedef enum {
     BRIDGE_OFF,     /* or its gates have just been released */
@@ -69,16 +76,14 @@ typedef struct {
     measured_t measured;
     estimate_t estimate;
     position_t encoder;
-    frame_t frame;        /* in which control works */
-    frame_t rotor;        /* as it is believed */
-    float omega_m;        /* [rad/s] mechanical, of the rotor */
-    dq_t current;         /* in the frame [A] */
-    dq_t reference;       /* what control asks for [A] */
-    float omega_m_ref;    /* speed reference in force [rad/s] */
-    float link;           /* DC link, mean of the last period [V] */
-    float lower, upper;   /* limits of i_q in force [A] */
-    uint32_t link_slow;   /* [-] 1: the rotor is too slow to feed the link */
-    uint32_t link_limits; /* [-] 1: the link limits braking or driving */
+    frame_t frame;      /* in which control works */
+    frame_t rotor;      /* as it is believed */
+    float omega_m;      /* [rad/s] mechanical, of the rotor */
+    dq_t current;       /* in the frame [A] */
+    dq_t reference;     /* what control asks for [A] */
+    float omega_m_ref;  /* speed reference in force [rad/s] */
+    float lower, upper; /* limits of i_q in force [A] */
+    window_link_t link;
     window_catch_t catching;
     int32_t calibration; /* [-] calibration_t */
     uint32_t offsets;    /* [-] 1: the offsets of the sensors have been measured anew in this window */

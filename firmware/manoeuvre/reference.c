@@ -58,11 +58,11 @@ void reference_take(reference_t *reference, const reference_tuning_t *tuning, co
     }
     reference->stiffness = setpoint->stiffness;
     if (setpoint->enter != 0u && setpoint->source == (int32_t)SOURCE_FORCED) {
-        reference->forced.frame.omega_e = setpoint->forced_begin;
-        reference->forced.current = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : setpoint->forced_current;
+        reference->forced.frame.omega_e = setpoint->forced.begin;
+        reference->forced.current = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : setpoint->forced.current;
     }
-    reference->forced_slope = share * (setpoint->forced_speed - reference->forced.frame.omega_e);
-    reference->rise = share * (setpoint->forced_current - reference->forced.current);
+    reference->forced_slope = share * (setpoint->forced.speed - reference->forced.frame.omega_e);
+    reference->rise = share * (setpoint->forced.current - reference->forced.current);
 }
 
 static void lock_to(reference_t *reference, position_t position, float emf)
@@ -83,10 +83,10 @@ static void obey(reference_t *reference, const setpoint_t *setpoint, const refer
         reference->tracking = 0u;
         if (setpoint->source == (int32_t)SOURCE_FORCED) {
             const float from = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : estimate->frame.theta_e;
-            forced_enter(&reference->forced, angle_turn_back(from + setpoint->forced_ahead), forced,
+            forced_enter(&reference->forced, angle_turn_back(from + setpoint->forced.ahead), forced,
                          reference->forced.current);
         } else {
-            catch_enter(&reference->catching, setpoint->catch_periods, setpoint->catch_speed);
+            catch_enter(&reference->catching, setpoint->catching.periods, setpoint->catching.speed);
         }
     }
     switch ((lock_order_t)setpoint->lock) {
@@ -184,7 +184,7 @@ static void run_on_estimate(reference_t *reference, const reference_tuning_t *tu
         const position_t at = reference->locked;
         const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
         run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
-            (dq_t){0.0f, at.omega_e * setpoint->flux_linkage}, demand);
+            (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
     } else {
         run(reference, setpoint, &estimate->frame, input->omega_m, estimate->emf_loop, demand);
     }

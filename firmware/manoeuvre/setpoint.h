@@ -43,6 +43,40 @@ typedef enum {
     CALIBRATE_BLOCKS /* they are measured again and again, block by block */
 } calibrate_t;
 
+/* A forced frame. */
+typedef struct {
+    float speed;   /* at the window's end [rad/s], electrical */
+    float current; /* likewise, along its d axis [A] */
+    float ahead;   /* where it begins: ahead of the estimate [rad]; with FRAME_ANEW from zero [rad] */
+    float begin;   /* speed with which it begins [rad/s], electrical */
+} setpoint_forced_t;
+
+/* A catch. */
+typedef struct {
+    uint32_t periods; /* [periods] that it may take */
+    float speed;      /* until it has seen one [rad/s], electrical */
+} setpoint_catch_t;
+
+/* What estimator and inverter's model are told of motor and load. */
+typedef struct {
+    float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held;
+                             1: all of it does */
+    float load_seen;      /* the same as far as it is known, for the doubt [A] */
+    float gained;         /* speed since its reference moved [rad/s], electrical */
+    float foreseen;       /* the same from the current [rad/s] */
+    float flux_linkage;   /* psi_f [Wb] */
+    float speed_per_volt; /* 1/psi_f [rad/s/V] */
+    float dead_time;      /* T_e/T of the legs [-] */
+    ab_t spared;          /* of the voltage that acts, which the estimator does not get: shape of the EMF and
+                             differences of the legs, mean of the window [V] */
+} setpoint_models_t;
+
+/* What is known of the supply. */
+typedef struct {
+    float sunk;   /* by which the voltage has sunk at which the rotor holds the link [V] */
+    uint32_t low; /* [-] 1: the supply is low, and delivers */
+} setpoint_link_t;
+
 typedef struct {
     uint32_t number;       /* [windows] of the window that it was made from */
     uint32_t gates;        /* [-] 1: the bridge shall be on */
@@ -62,31 +96,10 @@ typedef struct {
     float current_limit;   /* of i_q [A], by heat and beside what a hand-over has left of i_d */
     uint32_t only_brakes;  /* [-] 1: a quick stop, in which nothing drives the rotor on */
 
-    /* a forced frame */
-    float forced_speed;   /* at the window's end [rad/s], electrical */
-    float forced_current; /* likewise, along its d axis [A] */
-    float forced_ahead;   /* where it begins: ahead of the estimate [rad]; with FRAME_ANEW from zero [rad] */
-    float forced_begin;   /* speed with which it begins [rad/s], electrical */
-
-    /* a catch */
-    uint32_t catch_periods; /* [periods] that it may take */
-    float catch_speed;      /* until it has seen one [rad/s], electrical */
-
-    /* what the estimator and the inverter's model are told of motor and load */
-    float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held;
-                             1: all of it does */
-    float load_seen;      /* the same as far as it is known, for the doubt [A] */
-    float gained;         /* speed since its reference moved [rad/s], electrical */
-    float foreseen;       /* the same from the current [rad/s] */
-    float flux_linkage;   /* psi_f [Wb] */
-    float speed_per_volt; /* 1/psi_f [rad/s/V] */
-    float dead_time;      /* T_e/T of the legs [-] */
-    ab_t spared;          /* of the voltage that acts, which the estimator does not get: shape of the EMF and
-                             differences of the legs, mean of the window [V] */
-
-    /* what is known of the supply */
-    float link_sunk;   /* by which the voltage has sunk at which the rotor holds the link [V] */
-    uint32_t link_low; /* [-] 1: the supply is low, and delivers */
+    setpoint_forced_t forced;
+    setpoint_catch_t catching;
+    setpoint_models_t models;
+    setpoint_link_t link;
 } setpoint_t;
 
 #endif

@@ -57,10 +57,10 @@ void rig_estimator_record(rig_t *rig, void *record)
         const setpoint_t *setpoint =
             &drive->setpoints[drive->acting]; /* the last period of a window ends with another one */
         estimator_input_t *input = &to->inputs[n];
-        *input = (estimator_input_t){.flux_linkage = setpoint->flux_linkage,
-                                     .speed_per_volt = setpoint->speed_per_volt};
+        *input = (estimator_input_t){.flux_linkage = setpoint->models.flux_linkage,
+                                     .speed_per_volt = setpoint->models.speed_per_volt};
         rig_step(rig);
-        input->voltage = drive->fast.acted;
+        input->voltage = drive->fast.acted.voltage;
         input->current = drive->fast.measure.measured.current;
         input->load = drive->fast.load;
     }

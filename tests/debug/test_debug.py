@@ -466,8 +466,8 @@ class LookTest(unittest.TestCase):
     def test_values_are_printed_as_what_they_are(self):
         # The medium task latches the trip at the end of the window.
         _, voltage, rotor, frame, point, command, requests, drive, _, sequence = session(
-            "until-fault", "print app->drive.fast.voltage", "print app->drive.fast.rotor", "print app->drive.fast.demand.frame",
-            "print app->drive.fast.encoder_position", "print app->drive.fast.command", "print app->drive.requests",
+            "until-fault", "print app->drive.fast.control.voltage", "print app->drive.fast.rotor", "print app->drive.fast.demand.frame",
+            "print app->drive.fast.shaft.position", "print app->drive.fast.command", "print app->drive.requests",
             "print app->drive", f"period {end_of_window(8000)}", "print app->drive.medium.sequence",
             arguments=("30000", "8000"),
         )

@@ -44,9 +44,9 @@ def remember(linker):
     known = {(name, text): (graph, (set(defined), set(needed))) for name, text, graph, defined, needed in rows}
     graph_of, calls, source, together, sources = linker.graph_of, linker.Calls, linker.Source, {}, {}
 
-    def one_source(name, options, in_ram, text):  # the same one, by which the tool compares
-        key = (name, tuple(options), in_ram, text)
-        return sources.setdefault(key, source(name, options, in_ram, text))
+    def one_source(name, options, text):  # the same one, by which the tool compares
+        key = (name, tuple(options), text)
+        return sources.setdefault(key, source(name, options, text))
 
     def remembered(root, source, compiler, lister, output):
         key = (source.name, (root / source.name).read_text(encoding="utf-8"))

@@ -56,7 +56,7 @@ static void compare(const char *name, uint32_t here, bool counts)
     if (counts) {
         values++;
         if (here != there) {
-            snprintf(where, sizeof where, "window %u, %s", (unsigned)drive.fast.windows, name);
+            snprintf(where, sizeof where, "window %u, %s", (unsigned)drive.fast.report.number, name);
             TEST_ASSERT_EQUAL_HEX32_MESSAGE(there, here, where);
         }
     }

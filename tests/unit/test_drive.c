@@ -84,13 +84,14 @@ static void test_off_leaves_nothing_on_when_it_acts(void)
     bring_to_run();
     request_currents(-1.0f, 3.0f);
     windows(4);
-    TEST_ASSERT_TRUE(drive.fast.estimating != 0u && command.duty.a != 0.5f && drive.fast.voltage.q != 0.0f);
+    TEST_ASSERT_TRUE(drive.fast.estimating != 0u && command.duty.a != 0.5f &&
+                     drive.fast.control.voltage.q != 0.0f);
     request(REQUEST_OFF);
     windows_until_it_acts();
     expect_state(DRIVE_READY);
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
     TEST_ASSERT_TRUE(command.duty.a == 0.5f && command.duty.b == 0.5f && command.duty.c == 0.5f);
-    TEST_ASSERT_TRUE(drive.fast.demand.current.q == 0.0f && drive.fast.voltage.q == 0.0f &&
+    TEST_ASSERT_TRUE(drive.fast.demand.current.q == 0.0f && drive.fast.control.voltage.q == 0.0f &&
                      drive.fast.current_control.voltage_ref.q == 0.0f &&
                      drive.fast.demand.omega_m_ref == 0.0f);
     TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.estimating);
@@ -201,7 +202,7 @@ static void test_encoder_begins_where_it_stands(void)
     samples.encoder = 5000u;
     for (int n = 0; n < 10; n++) {
         steps(1);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.encoder_position.omega_e);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.shaft.position.omega_e);
     }
 }
 
@@ -444,10 +445,12 @@ static void test_control_is_told_what_the_link_has_too_little_for(void)
     bring_to_run();
     request_currents(-10.0f, 10.0f);
     steps(2000);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.fast.current_control.voltage_ref.d - drive.fast.voltage.d);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.fast.current_control.voltage_ref.q - drive.fast.voltage.q);
-    const float u =
-        sqrtf(drive.fast.voltage.d * drive.fast.voltage.d + drive.fast.voltage.q * drive.fast.voltage.q);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f,
+                             drive.fast.current_control.voltage_ref.d - drive.fast.control.voltage.d);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f,
+                             drive.fast.current_control.voltage_ref.q - drive.fast.control.voltage.q);
+    const float u = sqrtf(drive.fast.control.voltage.d * drive.fast.control.voltage.d +
+                          drive.fast.control.voltage.q * drive.fast.control.voltage.q);
     TEST_ASSERT_TRUE(u > 150.0f && u < 190.7f + 10.8f);
 }
 

@@ -197,8 +197,8 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
             const double mean_dc = 0.5 * (u_dc + u_dc_before);
             const double complex lost =
                 duty[1] * mean_dc - ((double)expected.alpha + (double complex)I * (double)expected.beta);
-            const double complex seen =
-                (double)drive.fast.acted.alpha + (double complex)I * (double)drive.fast.acted.beta;
+            const double complex seen = (double)drive.fast.acted.voltage.alpha +
+                                        (double complex)I * (double)drive.fast.acted.voltage.beta;
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(seen - (duty[1] * mean_dc - lost)));
             early = fmax(early, cabs(seen - (duty[0] * mean_dc - lost)));
             late = fmax(late, cabs(seen - (duty[2] * mean_dc - lost)));
@@ -229,11 +229,12 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
         const double angle =
             (double)drive.fast.demand.frame.theta_e + 1.5 * PERIOD * (double)drive.fast.demand.frame.omega_e;
         const double complex frame = cexp((double complex)I * angle);
-        const double complex voltage =
-            ((double)drive.fast.voltage.d + (double complex)I * (double)drive.fast.voltage.q) * frame;
+        const double complex voltage = ((double)drive.fast.control.voltage.d +
+                                        (double complex)I * (double)drive.fast.control.voltage.q) *
+                                       frame;
         const double complex made = duty_of(&command) * U_DC - lost_at(wanted * frame, 0.023 * U_DC + 0.875);
         TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, 0.0, cabs(made - voltage));
-        TEST_ASSERT_EQUAL(n < 20, drive.fast.current_control.voltage_ref.d == drive.fast.voltage.d);
+        TEST_ASSERT_EQUAL(n < 20, drive.fast.current_control.voltage_ref.d == drive.fast.control.voltage.d);
     }
 }
 
@@ -299,11 +300,11 @@ static void test_position_source_changes_live_without_a_bump(void)
                 machine_step();
                 const double moved = circle((double)drive.fast.demand.frame.theta_e - before);
                 TEST_ASSERT_DOUBLE_WITHIN(2.0 * 1.26e-3 + 3e-4, way * 418.9e-4, moved);
-                TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.fast.current.q);
-                TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.fast.current.d);
+                TEST_ASSERT_DOUBLE_WITHIN(0.05, way * 4.0, (double)drive.fast.control.current.q);
+                TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, (double)drive.fast.control.current.d);
                 const frame_t *estimated = &drive.fast.estimator.estimate.frame;
                 const position_t source = n % 2 == 0 ? (position_t){estimated->theta_e, estimated->omega_e}
-                                                     : drive.fast.encoder_position;
+                                                     : drive.fast.shaft.position;
                 if ((uint32_t)m < ACTS + DRIVE_WINDOW) {
                     continue;
                 }
@@ -363,7 +364,7 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
     TEST_ASSERT_TRUE(taken > 0.1);
     expect_state(DRIVE_OPERATION_ENABLED);
     expect_manoeuvre(MANOEUVRE_RELOCK);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.lock_losses);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.losses.count);
     TEST_ASSERT_EQUAL_INT32(GATES_KEEP, command.gates);
 
     machine_steps(CATCH + PROVED + 1u); /* caught again, or, where the flux is wrong by 0.4, not even that */
@@ -450,7 +451,7 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
         machine_steps(25000);
         expect_state(DRIVE_OPERATION_ENABLED);
         expect_manoeuvre(MANOEUVRE_RUN);
-        TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.lock_losses);
+        TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.losses.count);
         TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
     }
 }

@@ -51,7 +51,7 @@ static void expect(int32_t of, int32_t reason)
     drive_stop(&drive, of);
     TEST_ASSERT_EQUAL_INT32(reason, drive.fault_reason);
     TEST_ASSERT_EQUAL_INT32(reason, drive.fault.reason);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.log.faults[(drive.log.count - 1u) % DRIVE_FAULT_LOG].reason);
+    TEST_ASSERT_EQUAL_INT32(reason, drive.log.faults[(drive.log.count - 1u) % FAULT_LOG_LENGTH].reason);
     TEST_ASSERT_FALSE(fault_set_any(drive.medium.sequence.faults_later));
 }
 

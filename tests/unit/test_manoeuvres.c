@@ -314,7 +314,7 @@ static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ram
             TEST_ASSERT_DOUBLE_WITHIN(0.01 * slope, 0.6 * slope, now);
         }
         slope = now;
-        while (m.forced_speed < m.limits.fallback_speed) {
+        while (m.forced.speed < m.limits.fallback_speed) {
             step();
         }
         const uint32_t from = period;
@@ -375,7 +375,7 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
         steps(4.0 * (double)DRIVE_WINDOW_PERIOD);
         TEST_ASSERT_EQUAL_INT32(MANOEUVRE_FORCED, m.now);
         steps(5.0 / (double)FORCED_EASE_CUTOFF); /* e^-5 of the speed is left */
-        TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.align_speed, 0.0f, m.forced_speed);
+        TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.align_speed, 0.0f, m.forced.speed);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
     }
 }
@@ -411,15 +411,15 @@ static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(
         const double current = n;
         const double natural =
             sqrt(POLE_PAIRS * 1.5 * POLE_PAIRS * PSI * current / (double)params.motor_inertia);
-        m.forced_current = (float)current;
+        m.forced.current = (float)current;
         for (int sign = -1; sign <= 1; sign += 2) {
-            m.forced_speed = (float)(sign * 0.98 * natural / 3.0);
+            m.forced.speed = (float)(sign * 0.98 * natural / 3.0);
             TEST_ASSERT_FALSE(manoeuvres_even(&m));
-            m.forced_speed = (float)(sign * 1.02 * natural / 3.0);
+            m.forced.speed = (float)(sign * 1.02 * natural / 3.0);
             TEST_ASSERT_TRUE(manoeuvres_even(&m));
         }
     }
-    m.forced_speed = 0.0f;
+    m.forced.speed = 0.0f;
     m.now = (int32_t)MANOEUVRE_RUN;
     TEST_ASSERT_TRUE(manoeuvres_even(&m));
 }
@@ -495,7 +495,7 @@ static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
         EXPECT_TRACE(MANOEUVRE_RUN, MANOEUVRE_FORCED, MANOEUVRE_REVERSE, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
         TEST_ASSERT_DOUBLE_WITHIN(0.4, way * -40.0, machine.omega_m);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
-        TEST_ASSERT_EQUAL_UINT32(0u, m.lock_losses);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.losses.count);
     }
 }
 
@@ -519,7 +519,7 @@ static void test_lost_rotor_is_caught_again(void)
     for (int way = -1; way <= 1; way += 2) {
         given_heavy_running(way * 60.0);
         lose();
-        TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
+        TEST_ASSERT_EQUAL_UINT32(1u, m.losses.count);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
         windows(1u);
         step(); /* in the window after the next */
@@ -564,7 +564,7 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
         given_heavy_running(60.0);
         for (uint32_t k = 1u; k <= 3u; k++) {
             lose();
-            TEST_ASSERT_EQUAL_UINT32(k, m.lock_losses);
+            TEST_ASSERT_EQUAL_UINT32(k, m.losses.count);
             TEST_ASSERT_EQUAL_HEX32(k == 3u && n < 2 ? MANOEUVRE_LOST : 0u, m.failed);
             steps(apart[n] - W * T);
         }
@@ -602,7 +602,7 @@ static void test_losses_begin_anew_when_the_bridge_comes_on(void)
     (void)steps_until(MANOEUVRE_RUN, 0.021);
     lose();
     TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
-    TEST_ASSERT_EQUAL_UINT32(1u, m.lock_losses);
+    TEST_ASSERT_EQUAL_UINT32(1u, m.losses.count);
 }
 
 /* ---- wishes for currents, encoder ---- */
@@ -698,6 +698,6 @@ static void test_init_is_off_and_knows_of_nothing(void)
     const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_OFF, m.now);
     TEST_ASSERT_TRUE(rotor.theta_e == 0.0f && rotor.omega_e == 0.0f);
-    TEST_ASSERT_TRUE(m.failed == 0u && m.lock_losses == 0u && fast.locking == 0u && m.tracking == 0u &&
+    TEST_ASSERT_TRUE(m.failed == 0u && m.losses.count == 0u && fast.locking == 0u && m.tracking == 0u &&
                      m.start_try == 0u && m.reversing == 0u && m.other_source == 0u);
 }

@@ -125,6 +125,6 @@ static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame(voi
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
     windows(2u);
     TEST_ASSERT_TRUE(manoeuvres_forces(&m));
-    TEST_ASSERT_TRUE(m.forced_speed < 0.0f); /* it begins with the rotor's speed */
-    TEST_ASSERT_EQUAL_UINT32(2u, m.lock_losses);
+    TEST_ASSERT_TRUE(m.forced.speed < 0.0f); /* it begins with the rotor's speed */
+    TEST_ASSERT_EQUAL_UINT32(2u, m.losses.count);
 }

@@ -60,38 +60,28 @@ static fast_orders_t orders_of(const drive_t *drive)
     return (fast_orders_t){&drive->tunings[drive->in_force].fast, &drive->setpoints[drive->acting]};
 }
 
-/* The tuning that was in force until now stays as it is until the medium task has begun, which is before the
- * background goes on. */
-static void take_tuning(drive_t *drive, uint32_t encoder_count)
-{
-    const uint32_t before = drive->in_force;
-    drive->in_force = before ^ 1u;
-    fast_set_tuning(&drive->fast, &drive->tunings[before].fast, &drive->tunings[drive->in_force].fast,
-                    encoder_count);
-    drive->taken = 1u;
-    drive->offered = 0u;
-}
-
 /* The end of a window, at which the medium task does not run if it is in time: a tuning that is offered is
- * taken, and the setpoint of the window before acts from the next period on. Where that is not there yet, the
- * last one goes on acting, and the medium task keeps the window that it reads. true: it has another one to
- * work on. */
-static bool turn_window(drive_t *drive, uint32_t encoder_count)
+ * taken, and the setpoint of the window before acts from the next period on. The tuning that was in force
+ * stays as it is until the medium task has begun, which is before the background goes on. Where the setpoint
+ * is not there yet, the last one goes on acting, and the medium task keeps the window that it reads. true: it
+ * has another one to work on. */
+static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t encoder_count)
 {
     if (drive->done != drive->handed) {
         fast_miss(&drive->fast);
         return false;
     }
-    const setpoint_t *before = &drive->setpoints[drive->acting];
-    fast_close(&drive->fast, before, &drive->window);
+    fast_close(&drive->fast, before->setpoint, &drive->window);
     if (drive->offered != 0u) {
-        take_tuning(drive, encoder_count);
+        drive->in_force ^= 1u;
+        drive->taken = 1u;
+        drive->offered = 0u;
     }
     show(drive);
     drive->opens = (int32_t)REASON_NONE;
     drive->acting ^= 1u;
     const fast_orders_t orders = orders_of(drive);
-    fast_take(&drive->fast, &orders, before);
+    fast_turn(&drive->fast, &orders, before, encoder_count);
     drive->handed++;
     return true;
 }
@@ -105,7 +95,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
     }
-    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, samples->encoder);
+    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, &orders, samples->encoder);
     capture_step(&drive->capture, drive, drive->fast.period);
     return due;
 }

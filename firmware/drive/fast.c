@@ -19,6 +19,16 @@ static void tell_models(fast_t *fast, const fast_orders_t *orders)
     inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->models.dead_time);
 }
 
+/* Other coefficients; the state goes on. */
+static void take_tuning(fast_t *fast, const fast_tuning_t *tuning)
+{
+    measure_take(&fast->measure);
+    chosen_take(&fast->estimator, &tuning->estimator);
+    inverter_take(&fast->inverter, &tuning->inverter);
+    current_control_take(&fast->current_control, &tuning->current_control);
+    link_take(&fast->link, &tuning->link);
+}
+
 void fast_init(fast_t *fast, const fast_orders_t *orders)
 {
     const fast_tuning_t *tuning = orders->tuning;
@@ -31,20 +41,9 @@ void fast_init(fast_t *fast, const fast_orders_t *orders)
     reference_init(&fast->reference);
     link_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
-    fast_set_tuning(fast, tuning, tuning, 0u);
+    take_tuning(fast, tuning);
     tell_models(fast, orders);
     chosen_reset(&fast->estimator, fast->shaft.position, fast->measure.measured.current);
-}
-
-void fast_set_tuning(fast_t *fast, const fast_tuning_t *before, const fast_tuning_t *tuning,
-                     uint32_t encoder_count)
-{
-    measure_take(&fast->measure);
-    encoder_take(&fast->encoder, &before->encoder, &tuning->encoder, encoder_count);
-    chosen_take(&fast->estimator, &tuning->estimator);
-    inverter_take(&fast->inverter, &tuning->inverter);
-    current_control_take(&fast->current_control, &tuning->current_control);
-    link_take(&fast->link, &tuning->link);
 }
 
 /* ---- the setpoint ---- */
@@ -62,23 +61,38 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     fast->bounds.upper = backwards ? braking : driving;
 }
 
-void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *before)
+void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before, uint32_t encoder_count)
 {
     const setpoint_t *setpoint = orders->setpoint;
-    fast->medium_late = 0u;
-    reference_take(&fast->reference, &orders->tuning->reference, setpoint);
-    tell_models(fast, orders);
-    fast->link.sunk = setpoint->link.sunk;
-    fast->link.low = setpoint->link.low;
+    fast->given.late = 0u;
+    fast->given.fresh = FAST_FRESH_SETPOINT;
+    if (orders->tuning != before->tuning) {
+        fast->given.fresh |= FAST_FRESH_TUNING;
+        encoder_take(&fast->encoder, &before->tuning->encoder, &orders->tuning->encoder, encoder_count);
+    }
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
         fast->bridge.open = 0u;
     }
-    if (setpoint->calibrate != before->calibrate) {
+    if (setpoint->calibrate != before->setpoint->calibrate) {
         fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
         }
     }
+}
+
+/* The first period of a window: what is new is taken. */
+static void begin_window(fast_t *fast, const fast_orders_t *orders)
+{
+    const setpoint_t *setpoint = orders->setpoint;
+    if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
+        take_tuning(fast, orders->tuning);
+    }
+    fast->given.fresh = 0u;
+    reference_take(&fast->reference, &orders->tuning->reference, setpoint);
+    tell_models(fast, orders);
+    fast->link.sunk = setpoint->link.sunk;
+    fast->link.low = setpoint->link.low;
     if (fast->link.limits == 0u || fast->bridge.on == 0u) { /* else bound() does it in this period */
         limit(fast, setpoint);
     }
@@ -447,13 +461,16 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 void fast_miss(fast_t *fast)
 {
     begin_sums(&fast->sum);
-    fast->medium_late++;
+    fast->given.late++;
 }
 
 void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command)
 {
     const setpoint_t *setpoint = orders->setpoint;
+    if (fast->given.fresh != 0u) {
+        begin_window(fast, orders);
+    }
     if (opens != (int32_t)REASON_NONE) {
         fast_open_bridge(fast, fast->report.number - 1u);
     }

@@ -28,6 +28,10 @@
 /* [periods] after which a bridge that comes on is on, and its samples show it. */
 #define FAST_ON 4u
 
+/* Bits of what is new in the first period of a window. */
+#define FAST_FRESH_SETPOINT UINT32_C(1)
+#define FAST_FRESH_TUNING   UINT32_C(2)
+
 /* [windows] without a new setpoint after which the bridge opens: for one the last setpoint goes on acting. */
 #define FAST_LATE_WINDOWS 2u
 
@@ -79,6 +83,12 @@ typedef struct {
     uint32_t open_since; /* [windows] number of the window that has the reason */
 } fast_bridge_t;
 
+/* What the medium task gives. */
+typedef struct {
+    uint32_t fresh; /* [-] FAST_FRESH_...: what the next period begins with */
+    uint32_t late;  /* [windows] without a break, for which no new setpoint was there */
+} fast_given_t;
+
 /* In the frame of the demand. */
 typedef struct {
     dq_t current;     /* [A] at t_k */
@@ -104,7 +114,7 @@ typedef struct {
     uint32_t period; /* [periods] the one clock */
     fast_shaft_t shaft;
     fast_bridge_t bridge;
-    uint32_t medium_late;   /* [windows] without a break, for which no new setpoint was there */
+    fast_given_t given;
     uint32_t estimating;    /* [-] 1: the estimator runs */
     inverter_acted_t acted; /* in [t_{k-1}, t_k), as the estimator got it */
     frame_t rotor;          /* as it is believed at t_k */
@@ -139,13 +149,11 @@ typedef struct {
 /* All state zero, with these orders. */
 void fast_init(fast_t *fast, const fast_orders_t *orders);
 
-/* Between two periods: other coefficients than `before`; the state goes on. The sample that comes has this
- * encoder count. fast_take() follows. */
-void fast_set_tuning(fast_t *fast, const fast_tuning_t *before, const fast_tuning_t *tuning,
-                     uint32_t encoder_count);
-
-/* The first period of a window begins with these orders; `before`: the last setpoint. */
-void fast_take(fast_t *fast, const fast_orders_t *orders, const setpoint_t *before);
+/* The end of a window: the next period begins with other orders than `before`. What that takes is done there,
+ * for this period has closed a window; here only what a trip in between has to find, and what needs the
+ * orders before. The sample that comes has this encoder count. */
+void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before,
+               uint32_t encoder_count);
 
 /* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE:
  * the bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and

@@ -72,7 +72,7 @@ static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wron
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = encoder_wrong,
-        .medium_late = fast->medium_late >= FAST_LATE_WINDOWS ? 1u : 0u,
+        .medium_late = fast->given.late >= FAST_LATE_WINDOWS ? 1u : 0u,
         .now = now,
     };
 }

@@ -371,9 +371,10 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
         steps(1);
         TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
         TEST_ASSERT_TRUE(drive_idle_tuning(&drive) == &drive.tunings[before]);
-        TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
         TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
         TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
+        steps(1); /* which begins with it */
+        TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
         windows(2);
         TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
         expect_state(DRIVE_OPERATION_ENABLED);
@@ -414,6 +415,7 @@ static void test_a_new_set_reaches_every_room(void)
     params.position_source = POSITION_SENSORLESS;
     offer_params();
     windows(1);
+    steps(1);
     const fast_tuning_t *fast = &drive.tunings[drive.in_force].fast;
     TEST_ASSERT_EQUAL_UINT32(64u + 1024u, fast->measure.periods);
     TEST_ASSERT_EQUAL_FLOAT(13.0f, fast->guard.limit[FAULT_LIMIT_OVERCURRENT]);

@@ -93,6 +93,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .lag = (lag_mode_t)params->lag_compensation,
         .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
         .flux_linkage = psi_f,
+        .saliency = believed->inductance_q - believed->inductance_d,
         .flux_adaptation = params->flux_adaptation,
         .torque_feedforward =
             params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,

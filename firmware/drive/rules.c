@@ -227,7 +227,7 @@ static bool start_takes(rule_number_t rule, const params_t *params)
 
 /* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
  * makes the tracking loop unstable under load (docs/theory.md, 6). */
-#define SALIENT_MAX 1.2f
+#define SALIENT_MAX 8.0f
 
 /* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
 static bool salient_takes(const params_t *params)

@@ -14,6 +14,7 @@ typedef struct {
     ab_t emf;           /* back-EMF at t_k, lag undone [V] */
     dq_t emf_loop;      /* back-EMF in this frame, filtered as the loop filters it [V] */
     float amplitude;    /* its length in the loop [V] */
+    float flux;         /* that makes the EMF, psi_a as it is believed [Wb]; a round rotor's is psi_f */
     float detector;     /* sine of the loop's error [-]; 0 while it coasts */
     ab_t current_err;   /* observed minus measured current [A] */
     ab_t gain_axis;     /* k_f of each axis [1/A]; the vector form leaves it alone */

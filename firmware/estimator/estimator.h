@@ -12,13 +12,19 @@
  * With LAG_EXACT the EMF filter (11) acts in the frame of the loop (pll.h), with the paper's modes in the
  * stationary frame (smo.h).
  *
+ * A salient rotor, D = L_q - L_d: the observer has L_q, and what it sees is the EMF of the active flux
+ * (tracker.h), along the q axis whatever the current. What the flux's change takes of the voltage is known
+ * and added to it before the observer, D/T (i_d(k) - i_d(k-1)) along the d axis. While the loop rests the axis is
+ * not known, and D/T (i(k) - i(k-1)) makes of the observer one with L_d: current control that is fed its EMF
+ * would be unstable on the d axis with L_q.
+ *
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
  *
  * What it knows after a step is in `estimate`; nobody outside reads the rest.
  *
  * Does not handle: standstill and very slow passages through zero (the EMF vanishes; the criterion of speed
- * says so), salient rotors, the choice of dead-time model. */
+ * says so), saturation of the iron, the choice of dead-time model. */
 #ifndef ESTIMATOR_ESTIMATOR_H
 #define ESTIMATOR_ESTIMATOR_H
 
@@ -48,6 +54,7 @@ typedef struct {
     lag_mode_t lag;
     pll_params_t pll;
     float flux_linkage;    /* psi_f [Wb], 1e-4..10; for the feed-forward (3) only */
+    float saliency;        /* D = L_q - L_d [H], -1..1; smo.inductance is L_q */
     float flux_adaptation; /* [rad/s], 0..100; 0 = off; for adapt/flux.h, which works beside the estimator */
     float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A], 0..1e7; 0 = off, as in the paper */
     validity_params_t validity;
@@ -61,7 +68,8 @@ typedef struct {
 typedef struct {
     observer_t observer;
     tracker_t tracker;
-    estimate_t estimate; /* after the last step or reset */
+    ab_t current;        /* of the last step or reset [A] */
+    estimate_t estimate; /* after it */
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:
@@ -92,11 +100,12 @@ static inline void estimator_take(estimator_t *est, const estimator_tuning_t *tu
 /* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (checked). */
 void estimator_init(estimator_t *est, const estimator_params_t *params);
 
-/* Another psi_f [Wb] and its reciprocal [rad/s/V] from the next step on, until the next estimator_take(). */
+/* Another psi_f [Wb] from the next step on, until the next estimator_take(); not far from the last one. Its
+ * reciprocal [rad/s/V] is for the fixed-point twin. */
 static inline void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
 {
+    (void)speed_per_volt;
     est->tracker.flux_linkage = flux_linkage;
-    est->tracker.speed_per_volt = speed_per_volt;
 }
 
 /* What of i_q carries the load [A], until it is told anew: the loop's acceleration is K times the rest.

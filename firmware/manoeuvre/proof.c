@@ -52,7 +52,7 @@ proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
         const dq_t emf = frames_park(estimate->emf, estimate->frame.rotation);
         proof->emf.d += emf.d;
         proof->emf.q += estimate->omega_smooth < 0.0f ? -emf.q : emf.q;
-        proof->expected += tuning->flux_linkage * bounds_magnitude(estimate->omega_smooth);
+        proof->expected += estimate->flux * bounds_magnitude(estimate->omega_smooth);
         proof->tracked++;
     }
     if (proof->tracked >= tuning->window) {

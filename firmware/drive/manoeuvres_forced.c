@@ -56,7 +56,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     m->start_try++;
     m->quickness = first ? 1.0f : RETRY_RAMP * m->quickness;
     m->current =
-        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->current, limits->current_max);
+        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->current, limits->current_retry);
     m->needed = m->current;
     m->emf_length = 0.0f;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
@@ -94,7 +94,11 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     if (!leg_dwells(m, input->sample)) {
         m->emf_length = lowpass_step(m->emf_length, LENGTH_SHARE, input->estimate->amplitude);
     }
-    const bool follows = m->emf_length >= STALL_SHARE * m->limits.flux_linkage * speed;
+    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d */
+    const float tracked = input->estimate->flux;
+    const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
+    const float flux = less ? tracked : m->limits.flux_linkage;
+    const bool follows = m->emf_length >= STALL_SHARE * flux * speed;
     m->stalling = asked && !follows ? m->stalling + 1u : 0u;
     return m->stalling >= STALL_WINDOWS;
 }

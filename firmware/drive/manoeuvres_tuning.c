@@ -48,6 +48,10 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .low_inverse = LOW_CURRENT_LOSS / handover_speed,
         .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_WINDOW_PERIOD),
         .fade = exponential(-DRIVE_WINDOW_PERIOD / FADE_TIME),
+        .saliency = params_salient(believed)
+                        ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
+                        : 0.0f,
+        .mtpa = params->mtpa == (int32_t)MTPA_ON,
     };
 }
 
@@ -74,7 +78,8 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
     const forced_params_t forced = forced_of(params, believed, &start);
     const catch_params_t catching = {believed->flux_linkage,
                                      (float)params->motor_pole_pairs * start.catch_speed,
-                                     params->doubtful_current, params->low_speed_current, DRIVE_PERIOD};
+                                     params->doubtful_current, params->low_speed_current,
+                                     params_salient(believed), DRIVE_PERIOD};
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),
@@ -91,7 +96,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
 {
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const handover_params_t handover = {start->current, DRIVE_WINDOW_PERIOD};
+    const handover_params_t handover = {start->current, params_salient(believed), DRIVE_WINDOW_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
     tuning->handover = handover_prepare(&handover);
@@ -129,8 +134,9 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,
         .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
-        .current_max = params->current_limit,
-        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current),
+        .current_retry = start.current_most,
+        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current,
+                                              params_salient(believed)),
         .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,

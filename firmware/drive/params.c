@@ -116,6 +116,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
     (void)pll_design(&estimator->pll, loop.bandwidth, params->pll_damping, loop.cutoff, DRIVE_PERIOD);
 }
 
+#define START_SALIENT      0.8f  /* [-] of psi_f/(L_q - L_d), by the rule */
 #define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */
 #define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
 #define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
@@ -123,11 +124,23 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
 #define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
 
+/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any more,
+ * and on it has no EMF. */
+static float start_most(const params_t *params, const believed_t *believed)
+{
+    const float saliency = believed->inductance_q - believed->inductance_d;
+    const float most = START_SALIENT * believed->flux_linkage;
+    const bool less = params_salient(believed) && most < saliency * params->current_limit;
+    return less ? most / saliency : params->current_limit;
+}
+
 start_params_t params_start(const params_t *params, const believed_t *believed)
 {
     const float emf_per_speed = believed->flux_linkage * (float)params->motor_pole_pairs;
+    const float most = start_most(params, believed);
     start_params_t start = {
-        .current = params->start_current > 0.0f ? params->start_current : params->current_limit,
+        .current = params->start_current > 0.0f ? params->start_current : most,
+        .current_most = most,
         .ramp = params->start_ramp,
         .handover_speed = params->handover_speed,
         .fallback_speed = params->fallback_speed,
@@ -137,8 +150,8 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
         const float resistive = believed->resistance * start.current;
         const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
         const float needed = HANDOVER_EMF * largest / emf_per_speed;
-        const float most = HANDOVER_SPEED_MAX * params->overspeed_trip;
-        start.handover_speed = needed < most ? needed : most;
+        const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
+        start.handover_speed = needed < fastest ? needed : fastest;
     }
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;

@@ -1,5 +1,6 @@
 #include "drive/rules.h"
 
+#include "estimator/chosen.h"
 #include "protect/link.h"
 
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
@@ -116,9 +117,9 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
-    [RULE_SALIENT] = {"motor_inductance_q <= 1.2 motor_inductance_d where position_source or "
-                      "encoder_fault_reaction is sensorless, else the rotor is lost under load; use an "
-                      "encoder",
+    [RULE_SALIENT] = {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
+                      "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
+                      "an encoder",
                       4,
                       {{PARAM_motor_inductance_q, LESS_HELPS},
                        {PARAM_position_source, LESS_HELPS},
@@ -225,16 +226,12 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
-/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
- * makes the tracking loop unstable under load (docs/theory.md, 6). */
-#define SALIENT_MAX 8.0f
-
 /* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
 static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    return !estimated || params->motor_inductance_q <= SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+    return !estimated || params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)

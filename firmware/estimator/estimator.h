@@ -108,7 +108,7 @@ static inline void estimator_set_flux(estimator_t *est, float flux_linkage, floa
     est->tracker.flux_linkage = flux_linkage;
 }
 
-/* What of i_q carries the load [A], until it is told anew: the loop's acceleration is K times the rest.
+/* What carries the load, as a current of psi_f [A], until it is set anew: the torque of the rest accelerates.
  * Within the largest current. */
 static inline void estimator_set_load(estimator_t *est, float current)
 {

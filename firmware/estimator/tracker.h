@@ -10,8 +10,8 @@
  *     f = 1/(1 + kp |t/omega|)     on kp and ki where t omega < 0, braking: there the loop's own motion moves
  *                                  psi_a against it
  *
- * The torque's share of the acceleration, K psi_a (i_q - i_L) with what of i_q carries the load, may help the
- * loop along (K = 0: off, as in the paper).
+ * The torque's share of the acceleration, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, may
+ * help the loop along (K = 0: off, as in the paper).
  *
  * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals follow by
  * a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, taken as that. */
@@ -59,7 +59,7 @@ typedef struct {
     float saliency;           /* D, of the tuning [H] */
     float saliency_rate;      /* D/T, likewise [V/A] */
     float torque_feedforward; /* K, likewise [rad/s^2 per Wb and A] */
-    float load;               /* i_L [A], as told; 0: nothing is known of a load */
+    float load;               /* i_L [A], as set from outside; 0: nothing is known of a load */
     tracker_motor_t motor;    /* of the last step */
     float damping_inverse;    /* 1/(|omega| + kp |t|), likewise [s/rad] */
     pll_t pll;
@@ -122,10 +122,11 @@ static inline ab_t tracker_transient(const tracker_t *tracker, const tracker_mot
                   voltage * (pll->rotation.sin - back * pll->rotation.cos)};
 }
 
-/* The torque's share: K psi_a (i_q - i_L) [rad/s^2]. */
+/* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
 static inline float tracker_acceleration(const tracker_t *tracker, const tracker_motor_t *motor)
 {
-    return tracker->torque_feedforward * motor->flux * (motor->current.q - tracker->load);
+    return tracker->torque_feedforward *
+           (motor->flux * motor->current.q - tracker->flux_linkage * tracker->load);
 }
 
 /* f [-]. */

@@ -47,7 +47,7 @@
 #define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
-#define ESTIMATED_MOST    8.0  /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define ESTIMATED_MOST    4.0  /* 6: L_q/L_d without an encoder, the firmware's rule */
 #define ENCODER           0.0  /* position_source */
 #define SENSORLESS        1.0  /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */

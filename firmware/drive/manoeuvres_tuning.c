@@ -101,7 +101,7 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
-    tuning->proof = proof_prepare(psi_f, DRIVE_WINDOW_PERIOD);
+    tuning->proof = proof_prepare(DRIVE_WINDOW_PERIOD);
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 

@@ -58,6 +58,21 @@ believed_t params_believed(const params_t *params)
 #define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
 #define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
 
+#define SALIENT_NATURAL 0.403f /* [-] natural frequency of the loop over its bandwidth, damping 1 */
+#define SALIENT_SPEED   0.6f   /* [-] of ki over the product of cutoff and largest speed */
+#define SALIENT_LEAST   4.0f   /* [rad/s] */
+#define SALIENT_MOST    50.0f  /* [rad/s] */
+
+/* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): an L_q that is wrong by a fifth then
+ * leaves the loop stable up to the largest speed (docs/theory.md, 26). */
+static float salient_cutoff(float bandwidth, float omega_max)
+{
+    const float natural = SALIENT_NATURAL * bandwidth;
+    const float cutoff = natural * natural / (SALIENT_SPEED * omega_max);
+    const float least = cutoff > SALIENT_LEAST ? cutoff : SALIENT_LEAST;
+    return least < SALIENT_MOST ? least : SALIENT_MOST;
+}
+
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -68,10 +83,24 @@ loop_params_t params_loop(const params_t *params, const believed_t *believed)
     const float within = cutoff < most ? cutoff : most;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
         const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
-        return (loop_params_t){LOOP_BANDWIDTHS * by_rule, by_rule, false};
+        const float bandwidth = LOOP_BANDWIDTHS * by_rule;
+        const float apart = pole_pairs * params->overspeed_trip;
+        return (loop_params_t){bandwidth, params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule,
+                               false};
     }
     return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
                            params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
+float params_flux_most(const params_t *params, const believed_t *believed)
+{
+    const float psi_f = believed->flux_linkage;
+    const float taken = (believed->inductance_q - believed->inductance_d) * params->current_limit;
+    if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
+        return psi_f;
+    }
+    const float square = psi_f * psi_f + 8.0f * taken * taken;
+    return psi_f + 2.0f * taken * taken / (psi_f + square * inverse_root(square));
 }
 
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
@@ -94,6 +123,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
         .flux_linkage = psi_f,
         .saliency = believed->inductance_q - believed->inductance_d,
+        .flux_most = params_flux_most(params, believed),
         .flux_adaptation = params->flux_adaptation,
         .torque_feedforward =
             params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,

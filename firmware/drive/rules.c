@@ -81,12 +81,16 @@ const rule_t rules[RULES] = {
                       {PARAM_feedforward_cutoff, MORE_HELPS},
                       {PARAM_lag_compensation, IS_READ}}},
     [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
-                    "overspeed_trip",
-                    4,
+                    "overspeed_trip, of a salient rotor with what i_d at current_limit adds to the flux",
+                    8,
                     {{PARAM_observer_gain, MORE_HELPS},
-                     {PARAM_motor_flux_linkage, LESS_HELPS},
+                     {PARAM_motor_flux_linkage, IS_READ},
                      {PARAM_overspeed_trip, LESS_HELPS},
-                     {PARAM_motor_pole_pairs, LESS_HELPS}}},
+                     {PARAM_motor_pole_pairs, LESS_HELPS},
+                     {PARAM_current_limit, LESS_HELPS},
+                     {PARAM_motor_inductance_q, IS_READ},
+                     {PARAM_motor_inductance_d, IS_READ},
+                     {PARAM_mtpa, IS_READ}}},
     [RULE_START] = {"start_current <= current_limit",
                     2,
                     {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
@@ -185,6 +189,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_REACH:
         observer->gain = of_all->gain;
         alone.flux_linkage = all.flux_linkage;
+        alone.flux_most = all.flux_most;
         alone.validity.speed_max = all.validity.speed_max;
         break;
     case RULE_TRIP:

@@ -55,6 +55,7 @@ typedef struct {
     pll_params_t pll;
     float flux_linkage;    /* psi_f [Wb], 1e-4..10; for the feed-forward (3) only */
     float saliency;        /* D = L_q - L_d [H], -1..1; smo.inductance is L_q */
+    float flux_most;       /* largest psi_a [Wb], for the judgement of k_s; less than psi_f: psi_f */
     float flux_adaptation; /* [rad/s], 0..100; 0 = off; for adapt/flux.h, which works beside the estimator */
     float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A], 0..1e7; 0 = off, as in the paper */
     validity_params_t validity;
@@ -73,7 +74,7 @@ typedef struct {
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:
- * k_s >= ESTIMATOR_GAIN_MARGIN psi_f speed_max, and a torque feed-forward only with a feed-forward cutoff,
+ * k_s >= ESTIMATOR_GAIN_MARGIN flux_most speed_max, and a torque feed-forward only with a feed-forward cutoff,
  * which forgets its error. false: the first violated rule in `why`, fields by the names they have in their
  * part. */
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why);

@@ -31,7 +31,7 @@ typedef struct {
 
 typedef struct {
     float share;        /* of the low-passes [-] */
-    float flux_linkage; /* psi_f [Wb] */
+    float flux_linkage; /* psi_f, for a lock that is reset [Wb] */
     float speed_floor;  /* |omega| in the projection is at least this [rad/s] */
     float speed_slow;   /* [rad/s] electrical */
     float speed_asked;  /* [rad/s] electrical */

@@ -7,10 +7,9 @@
 #define LENGTH_MIN  0.5f /* [-] of psi_f |omega| */
 #define LENGTH_MAX  2.0f /* [-] */
 
-proof_tuning_t proof_prepare(float flux_linkage, float period)
+proof_tuning_t proof_prepare(float period)
 {
     return (proof_tuning_t){
-        .flux_linkage = flux_linkage,
         .window = periods_of(PROOF_TIME, period),
         .longest = periods_of(PROOF_LONGEST, period),
     };

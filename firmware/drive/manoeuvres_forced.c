@@ -94,7 +94,8 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     if (!leg_dwells(m, input->sample)) {
         m->emf_length = lowpass_step(m->emf_length, LENGTH_SHARE, input->estimate->amplitude);
     }
-    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d */
+    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d
+     */
     const float tracked = input->estimate->flux;
     const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
     const float flux = less ? tracked : m->limits.flux_linkage;

@@ -76,10 +76,10 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
 {
     const start_params_t start = params_start(params, believed);
     const forced_params_t forced = forced_of(params, believed, &start);
-    const catch_params_t catching = {believed->flux_linkage,
-                                     (float)params->motor_pole_pairs * start.catch_speed,
-                                     params->doubtful_current, params->low_speed_current,
-                                     params_salient(believed), DRIVE_PERIOD};
+    const catch_params_t catching = {
+        believed->flux_linkage,   (float)params->motor_pole_pairs * start.catch_speed,
+        params->doubtful_current, params->low_speed_current,
+        params_salient(believed), DRIVE_PERIOD};
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),

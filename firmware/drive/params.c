@@ -85,8 +85,8 @@ loop_params_t params_loop(const params_t *params, const believed_t *believed)
         const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
         const float bandwidth = LOOP_BANDWIDTHS * by_rule;
         const float apart = pole_pairs * params->overspeed_trip;
-        return (loop_params_t){bandwidth, params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule,
-                               false};
+        return (loop_params_t){bandwidth,
+                               params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule, false};
     }
     return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
                            params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
@@ -154,8 +154,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
 #define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
 
-/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any more,
- * and on it has no EMF. */
+/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any
+ * more, and on it has no EMF. */
 static float start_most(const params_t *params, const believed_t *believed)
 {
     const float saliency = believed->inductance_q - believed->inductance_d;

@@ -276,7 +276,8 @@ static inline bool params_salient(const believed_t *believed)
     return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
 }
 
-/* The largest active flux [Wb]: with the longest current at most torque per ampere. A round rotor's is psi_f. */
+/* The largest active flux [Wb]: with the longest current at most torque per ampere. A round rotor's is psi_f.
+ */
 float params_flux_most(const params_t *params, const believed_t *believed);
 
 /* What a set of parameters says of all that could be learnt. */

@@ -121,14 +121,15 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
-    [RULE_SALIENT] = {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
-                      "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
-                      "an encoder",
-                      4,
-                      {{PARAM_motor_inductance_q, LESS_HELPS},
-                       {PARAM_position_source, LESS_HELPS},
-                       {PARAM_motor_inductance_d, MORE_HELPS},
-                       {PARAM_encoder_fault_reaction, IS_READ}}},
+    [RULE_SALIENT] =
+        {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
+         "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
+         "an encoder",
+         4,
+         {{PARAM_motor_inductance_q, LESS_HELPS},
+          {PARAM_position_source, LESS_HELPS},
+          {PARAM_motor_inductance_d, MORE_HELPS},
+          {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
 /* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
@@ -236,7 +237,8 @@ static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    return !estimated || params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+    return !estimated ||
+           params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)

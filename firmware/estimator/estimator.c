@@ -29,7 +29,7 @@ static inline void show_tracker(estimator_t *est, position_t position)
     estimate->emf_loop = (dq_t){pll->emf.d, pll->emf.q};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
-    estimate->flux = est->tracker.motor.flux;
+    estimate->flux = est->tracker.motor.flux_emf;
     estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 

@@ -14,9 +14,9 @@
  *
  * A salient rotor, D = L_q - L_d: the observer has L_q, and what it sees is the EMF of the active flux
  * (tracker.h), along the q axis whatever the current. What the flux's change takes of the voltage is known
- * and added to it before the observer, D/T (i_d(k) - i_d(k-1)) along the d axis. While the loop rests the axis is
- * not known, and D/T (i(k) - i(k-1)) makes of the observer one with L_d: current control that is fed its EMF
- * would be unstable on the d axis with L_q.
+ * and added to it before the observer, D/T (i_d(k) - i_d(k-1)) along the d axis. While the loop rests the
+ * axis is not known, and D/T (i(k) - i(k-1)) makes of the observer one with L_d: current control that is fed
+ * its EMF would be unstable on the d axis with L_q.
  *
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
@@ -74,9 +74,9 @@ typedef struct {
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:
- * k_s >= ESTIMATOR_GAIN_MARGIN flux_most speed_max, and a torque feed-forward only with a feed-forward cutoff,
- * which forgets its error. false: the first violated rule in `why`, fields by the names they have in their
- * part. */
+ * k_s >= ESTIMATOR_GAIN_MARGIN flux_most speed_max, and a torque feed-forward only with a feed-forward
+ * cutoff, which forgets its error. false: the first violated rule in `why`, fields by the names they have in
+ * their part. */
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why);
 
 /* Observer and loop as they run: with LAG_EXACT the EMF filter acts in the frame of the loop, in which the

@@ -41,7 +41,8 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
     const float flux = more ? params->flux_most : params->flux_linkage;
     const float gain_min = ESTIMATOR_GAIN_MARGIN * flux * params->validity.speed_max;
     if (params->smo.gain < gain_min) {
-        return params_refuse(why, "gain", "gain >= 1.1 times the largest EMF, flux_linkage speed_max, or flux_most",
+        return params_refuse(why, "gain",
+                             "gain >= 1.1 times the largest EMF, flux_linkage speed_max, or flux_most",
                              params->smo.gain, gain_min, 1e4f);
     }
     if (params->torque_feedforward > 0.0f && params->pll.feedforward_cutoff == 0.0f) {

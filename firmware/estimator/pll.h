@@ -194,9 +194,9 @@ typedef struct {
     float acceleration;   /* the torque's share [rad/s^2] */
 } pll_motor_t;
 
-/* pll_step() itself for any rotor, inline for the interrupt. The EMF's length over psi_a is the speed times 1 +
- * t err, for the error turns the true current; t e_d takes that out of the feed-forward, which would feed the
- * error back with w t. */
+/* pll_step() itself for any rotor, inline for the interrupt. The EMF's length over psi_a is the speed times 1
+ * + t err, for the error turns the true current; t e_d takes that out of the feed-forward, which would feed
+ * the error back with w t. */
 static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor)
 {
     const float acceleration = motor.acceleration;
@@ -218,8 +218,8 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor
      * stays as it was; so does I. */
     float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
     const float omega_emf = (signed_emf - motor.lean * e.d) * motor.speed_per_volt;
-    float feedforward = lowpass_step(pll->feedforward, tuning->feedforward_share, omega_emf) +
-                        tuning->period * acceleration;
+    float feedforward =
+        lowpass_step(pll->feedforward, tuning->feedforward_share, omega_emf) + tuning->period * acceleration;
     if (!(bounds_magnitude(feedforward) <= tuning->speed_limit)) {
         feedforward = pll->feedforward;
     }

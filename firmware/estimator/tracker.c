@@ -22,9 +22,9 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     tracker_motor_t *motor = &tracker->motor;
     motor->current = current;
     motor->flux = tracker_flux(tracker, current.d);
+    motor->flux_emf = motor->flux;
     motor->speed_per_volt = 1.0f / motor->flux;
-    motor->lean =
-        bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+    motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
     tracker->damping_inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));

@@ -2,19 +2,20 @@
  * length (3), and whether the result can be believed (validity.h).
  *
  * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: all of the flux
- * that L_q i leaves (docs/theory.md, 6). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in the
- * frame of the loop
+ * that L_q i leaves (docs/theory.md, 6). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in
+ * the frame of the loop
  *
- *     t = D i_q/psi_a              by which an error of the angle changes psi_a: the current that the loop holds
- *                                  turns with it
- *     f = 1/(1 + kp |t/omega|)     on kp and ki where t omega < 0, braking: there the loop's own motion moves
- *                                  psi_a against it
+ *     t = D i_q/psi_a              by which an error of the angle changes psi_a: the current that the loop
+ * holds turns with it f = 1/(1 + kp |t/omega|)     on kp and ki where t omega < 0, braking: there the loop's
+ * own motion moves psi_a against it
  *
- * The torque's share of the acceleration, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, may
- * help the loop along (K = 0: off, as in the paper).
+ * The speed from the EMF's length is that over a psi_a which is low-passed like the EMF. The torque's share
+ * of the acceleration, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, may help the loop along
+ * (K = 0: off, as in the paper).
  *
- * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals follow by
- * a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, taken as that. */
+ * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals follow
+ * by a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, taken as that.
+ */
 #ifndef ESTIMATOR_TRACKER_H
 #define ESTIMATOR_TRACKER_H
 
@@ -50,7 +51,8 @@ typedef struct {
 typedef struct {
     dq_t current;         /* [A] */
     float flux;           /* psi_a [Wb] */
-    float speed_per_volt; /* 1/psi_a [rad/s/V] */
+    float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
+    float speed_per_volt; /* its reciprocal [rad/s/V] */
     float lean;           /* t [-] */
 } tracker_motor_t;
 
@@ -80,12 +82,12 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker->torque_feedforward = tuning->torque_feedforward;
 }
 
-/* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this amplitude
- * [V]; the next step is that of t_k+1. Validity starts anew. A division. */
+/* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this
+ * amplitude [V]; the next step is that of t_k+1. Validity starts anew. A division. */
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude);
 
-/* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of it
- * comes nearer. */
+/* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of
+ * it comes nearer. */
 static inline float tracker_reciprocal(float value, float last)
 {
     const float product = value * last;
@@ -106,13 +108,14 @@ static inline tracker_motor_t tracker_motor(const tracker_t *tracker, ab_t curre
     tracker_motor_t motor;
     motor.current = frames_park(current, tracker->pll.rotation);
     motor.flux = tracker_flux(tracker, motor.current.d);
-    motor.speed_per_volt = tracker_reciprocal(motor.flux, tracker->motor.speed_per_volt);
+    motor.flux_emf = motor.flux + tracker->pll.tuning.emf_decay * (tracker->motor.flux_emf - motor.flux);
+    motor.speed_per_volt = tracker_reciprocal(motor.flux_emf, tracker->motor.speed_per_volt);
     motor.lean = bounds_clamp(tracker->saliency * motor.current.q * motor.speed_per_volt, TRACKER_LEAN_MOST);
     return motor;
 }
 
-/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it: along the magnet as it was
- * in the middle of the period. */
+/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it: along the magnet as it
+ * was in the middle of the period. */
 static inline ab_t tracker_transient(const tracker_t *tracker, const tracker_motor_t *motor)
 {
     const pll_t *pll = &tracker->pll;
@@ -150,8 +153,8 @@ static inline position_t tracker_step(tracker_t *tracker, ab_t emf, const tracke
                               tracker_acceleration(tracker, motor)};
     tracker->motor = *motor;
     const position_t position = pll_step_inline(pll, emf, loop);
-    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt, pll->detector,
-                  error_square);
+    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt,
+                  pll->detector, error_square);
     return position;
 }
 

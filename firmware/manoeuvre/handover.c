@@ -11,9 +11,9 @@
 #define WANTED_TIME    0.15f /* [s] */
 #define LONGEST_TIME   1.0f  /* [s] */
 
-#define SALIENT_TIME   40e-3f /* [s] of a salient rotor */
-#define SALIENT_APART  0.7f   /* [-] likewise */
-#define EXCESS_ANY     1e6f   /* [A] likewise: any i_d may be left */
+#define SALIENT_TIME  40e-3f /* [s] of a salient rotor */
+#define SALIENT_APART 0.7f   /* [-] likewise */
+#define EXCESS_ANY    1e6f   /* [A] likewise: any i_d may be left */
 
 #define SPEED_APART  0.2f  /* [-] */
 #define LENGTH_MIN   0.75f /* [-] */

@@ -11,8 +11,8 @@
  * current is brought down from that of a start I to what the load needs, for what R and dead time leave of
  * error goes with it.
  *
- * A salient rotor on a current along its magnet has next to no EMF and swings for long: it is taken over as soon
- * as the loop has been locked for 40 ms, within 0.7 omega_forced and whatever its i_d.
+ * A salient rotor on a current along its magnet has next to no EMF and swings for long: it is taken over as
+ * soon as the loop has been locked for 40 ms, within 0.7 omega_forced and whatever its i_d.
  *
  * One step per window. */
 #ifndef MANOEUVRE_HANDOVER_H

@@ -22,8 +22,8 @@
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
-    uint32_t window;    /* [periods] of a window */
-    uint32_t longest;   /* [periods] that the proof may take */
+    uint32_t window;  /* [periods] of a window */
+    uint32_t longest; /* [periods] that the proof may take */
 } proof_tuning_t;
 
 typedef struct {

@@ -8,8 +8,8 @@
  *                       without current is a voltage that nobody knows (docs/theory.md, 23)
  *
  * A salient rotor, D = L_q - L_d above 0, has i_d below zero, where the active flux psi_a = psi_f - D i_d and
- * with it EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is more. The
- * speed control then gives the current of psi_f that would make the torque, and i_q is psi_f/psi_a of it
+ * with it EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is more.
+ * The speed control then gives the current of psi_f that would make the torque, and i_q is psi_f/psi_a of it
  * (docs/theory.md, 26).
  *
  * One step per window. Does not handle: starting, standing without an encoder, a lost rotor. */
@@ -28,8 +28,8 @@
 /* What is less than this of a fading current is none [A]. */
 #define RUN_NOTHING 1e-3f
 
-/* Least psi_a/psi_f [-], and how the i_d of most torque per ampere goes to what i_q makes of it, a step [-]: i_q
- * goes with its inverse, and would swing with the whole of it. */
+/* Least psi_a/psi_f [-], and how the i_d of most torque per ampere goes to what i_q makes of it, a step [-]:
+ * i_q goes with its inverse, and would swing with the whole of it. */
 #define RUN_TORQUE_LEAST 0.1f
 #define RUN_MTPA_SHARE   0.5f
 
@@ -124,7 +124,8 @@ static inline float run_torque(const run_t *run)
     return torque > RUN_TORQUE_LEAST ? torque : RUN_TORQUE_LEAST;
 }
 
-/* Size of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2 i_q^2)).
+/* Size of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2
+ * i_q^2)).
  */
 static inline float run_mtpa(const run_t *run, float i_q)
 {
@@ -167,8 +168,8 @@ static inline float run_within(const run_t *run, float i_q)
     return below > run->lower ? below : run->lower;
 }
 
-/* What the longest vector leaves for i_q beside what fades of i_d, of a salient rotor all of it [A]; heat and DC
- * link apart. */
+/* What the longest vector leaves for i_q beside what fades of i_d, of a salient rotor all of it [A]; heat and
+ * DC link apart. */
 static inline float run_room(const run_t *run)
 {
     const float limit = run->speed.current_limit;
@@ -191,7 +192,8 @@ static inline float run_i_q(run_t *run, float omega_m)
         const float share = 1.0f / torque;
         run->i_q_standing = share * speed_control_standing(&run->speed, run->omega_m_ref);
         run->stiffness = share * run->speed.pi.tuning.kp;
-        return share * speed_control_step(&run->speed, run->omega_m_ref, omega_m, torque * lower, torque * upper);
+        return share *
+               speed_control_step(&run->speed, run->omega_m_ref, omega_m, torque * lower, torque * upper);
     }
     run->i_q_standing = speed_control_standing(&run->speed, run->omega_m_ref);
     run->stiffness = run->speed.pi.tuning.kp;

@@ -41,18 +41,18 @@
 #define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
 #define LOAD_DIP          0.03          /* of the speed, while a load comes */
 #define LOAD_TIME         0.05          /* [s] of it at least */
-#define RIPPLE_MOST       0.25 /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
-#define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
-#define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
-#define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
-#define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
-#define ESTIMATED_MOST    4.0  /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
+#define RIPPLE_JUDGED     0.1   /* of the range, likewise: the winding is no judge of the sensors any more */
+#define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
+#define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
+#define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
+#define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
+#define ESTIMATED_MOST    4.0   /* 6: L_q/L_d without an encoder, the firmware's rule */
 #define SALIENT_FROM      1.1   /* 26: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
 #define SALIENT_NATURAL   0.403 /* 26: natural frequency of the loop over its bandwidth */
 #define SALIENT_SPEED     0.6   /* 26: of ki over the product of cutoff and largest speed */
-#define ENCODER           0.0  /* position_source */
-#define SENSORLESS        1.0  /* likewise */
+#define ENCODER           0.0   /* position_source */
+#define SENSORLESS        1.0   /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
@@ -338,9 +338,10 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
                      : "twice the rated current, as far as the board goes");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->by_module          ? "[A] what a leg of the board's module stands while the rotor is aligned"
-        : g->start < g->limit ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 26)"
-                              : "current_limit (theory, 23)");
+        g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        : g->start < g->limit
+            ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 26)"
+            : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
     if (motor->has[MOTOR_WARMING]) {

@@ -222,8 +222,8 @@ static void test_observer_reaches_the_largest_emf_and_does_not_ring(void)
     expect_accepted_at("observer_gain", 1.001f * ringing);
 }
 
-/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. The default observer
- * does not ring with a slope of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
+/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. The default
+ * observer does not ring with a slope of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
 static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(void)
 {
     const double resistance = 0.95 + 0.0215;
@@ -231,11 +231,11 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
         0.012 * resistance; /* its logarithm as a series, which a double of 32 bits has exactly, too */
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
     const float most = CHOSEN_SALIENT_MAX;
-    params.mtpa = MTPA_OFF; /* the flux that i_d adds would need another observer_gain */
-    const rule_t on_the_estimator = {"motor_inductance_q", 0.99f * most * 12.5e-3f,
-                                     1.01f * most * 12.5e-3f, ringing,
-                                     most * 12.5e-3f,       {{NULL, 0.0f}}};
+    const rule_t on_the_estimator = {
+        "motor_inductance_q", 0.99f * most * 12.5e-3f, 1.01f * most * 12.5e-3f, ringing,
+        most * 12.5e-3f,      {{"mtpa", MTPA_OFF}}}; /* i_d would ask more of observer_gain */
     check_rule(&on_the_estimator);
+    params.mtpa = MTPA_OFF;
     params.motor_inductance_q = 1.01f * most * 12.5e-3f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d"));
@@ -249,7 +249,8 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
     expect_rule("motor_inductance_q", ringing, most * 12.5e-3f);
 }
 
-/* With an L_d whose largest L_q is 6 mH, and 8.3 mH at least are needed for the observer: an encoder makes room.
+/* With an L_d whose largest L_q is 6 mH, and 8.3 mH at least are needed for the observer: an encoder makes
+ * room.
  */
 static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
@@ -498,9 +499,9 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
 }
 
-/* psi_f 0.1 Wb, D 10 mH, 10 A: i_d of most torque per ampere is -2 D I^2/(psi_f + sqrt(psi_f^2 + 8 D^2 I^2)) = -5
- * A, so that psi_a is 0.15 Wb. With p 4, 200 rad/s and J 0.01 the torque at half of the limit is 3 N m, the
- * bandwidth 6.4 sqrt(1200) = 221.7 rad/s, ki its 0.403 squared, and the cutoff ki/(0.6 800). */
+/* psi_f 0.1 Wb, D 10 mH, 10 A: i_d of most torque per ampere is -2 D I^2/(psi_f + sqrt(psi_f^2 + 8 D^2 I^2))
+ * = -5 A, so that psi_a is 0.15 Wb. With p 4, 200 rad/s and J 0.01 the torque at half of the limit is 3 N m,
+ * the bandwidth 6.4 sqrt(1200) = 221.7 rad/s, ki its 0.403 squared, and the cutoff ki/(0.6 800). */
 static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
     params.motor_inductance_q = 20e-3f;

@@ -100,7 +100,7 @@ float params_flux_most(const params_t *params, const believed_t *believed)
         return psi_f;
     }
     const float square = psi_f * psi_f + 8.0f * taken * taken;
-    return psi_f + 2.0f * taken * taken / (psi_f + square * inverse_root(square));
+    return 0.75f * psi_f + 0.25f * square * inverse_root(square);
 }
 
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)

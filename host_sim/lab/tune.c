@@ -367,7 +367,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
 {
     const bool salient = g->l_q > SALIENT_FROM * g->l_d;
     const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
-    const double flux = g->psi + 2.0 * taken * taken / (g->psi + sqrt(g->psi * g->psi + 8.0 * taken * taken));
+    const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
     const double gain = four_digits(GAIN_RULE * flux * g->p * g->free);
     const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
     add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
